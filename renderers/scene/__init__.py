@@ -1,0 +1,39 @@
+"""The vocabulary both renderers speak. Nothing here knows a renderer."""
+
+from renderers.scene.camera import Camera, Projection
+from renderers.scene.gbuffer import GBuffer, Material
+from renderers.scene.image import Image, save_png, srgb_from_linear
+from renderers.scene.light import Light, four_lights
+from renderers.scene.metrics import ImageError, image_error, rmse_codes, ssim
+from renderers.scene.scene import AirSurface, PhongMaterial, Renderer, Scene
+from renderers.scene.transfer import (
+    TransferFunction,
+    extinction_from_opacity,
+    opacity_from_extinction,
+)
+from renderers.scene.volume import AIR_HU, Volume
+
+__all__ = [
+    "AIR_HU",
+    "AirSurface",
+    "Camera",
+    "GBuffer",
+    "Image",
+    "ImageError",
+    "Light",
+    "Material",
+    "PhongMaterial",
+    "Projection",
+    "Renderer",
+    "Scene",
+    "TransferFunction",
+    "Volume",
+    "extinction_from_opacity",
+    "four_lights",
+    "image_error",
+    "opacity_from_extinction",
+    "rmse_codes",
+    "save_png",
+    "srgb_from_linear",
+    "ssim",
+]

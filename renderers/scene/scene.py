@@ -1,0 +1,84 @@
+"""What is to be seen: a volume, how it is classified, its lights, its air surface."""
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from renderers.scene.camera import Camera
+from renderers.scene.gbuffer import GBuffer
+from renderers.scene.image import Image
+from renderers.scene.light import Light, four_lights
+from renderers.scene.transfer import TransferFunction
+from renderers.scene.volume import Volume
+
+
+@dataclass(frozen=True, slots=True)
+class AirSurface:
+    """Describe the boundary between air and tissue, which an endoscope sees.
+
+    distance: float32 mm, signed distance to the boundary, *negative in air*. Its
+        zero set is the surface in mode `scope`, in both renderers.
+    blood: uint8 on the same grid, blood volume fraction ``B = (v / 255)**2``.
+    skin: uint8 on the same grid, weight 0..255 of dry skin over mucosa.
+    """
+
+    distance: Volume
+    blood: Volume
+    skin: Volume
+
+    def __post_init__(self) -> None:
+        if self.distance.values.dtype != np.float32:
+            raise ValueError(
+                f"air distance must be float32, got {self.distance.values.dtype}"
+            )
+        for name, volume in (("blood", self.blood), ("skin", self.skin)):
+            if volume.values.dtype != np.uint8 or volume.shape != self.distance.shape:
+                raise ValueError(
+                    f"{name} must be uint8 of shape {self.distance.shape}, got "
+                    f"{volume.values.dtype} {volume.shape}"
+                )
+
+
+@dataclass(frozen=True, slots=True)
+class PhongMaterial:
+    """Set how a sample of mode `classic` answers light (Phong, two-sided off).
+
+    Radiance = color * (ambient + diffuse * sum_l max(n.l, 0)) + specular term
+    ``specular * sum_l max(n.h, 0)**shininess``; n points towards lower density.
+    """
+
+    ambient: float = 0.25
+    diffuse: float = 0.9
+    specular: float = 0.0
+    shininess: float = 16.0
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """Join everything a renderer needs.
+
+    `volume`, `transfer_function`, `lights` and `material` make mode `classic`;
+    `surface` makes mode `scope` and may be absent for volumes without air.
+    """
+
+    volume: Volume
+    transfer_function: TransferFunction
+    lights: tuple[Light, ...] = field(default_factory=four_lights)
+    material: PhongMaterial = field(default_factory=PhongMaterial)
+    surface: AirSurface | None = None
+
+
+class Renderer(Protocol):
+    """Promise what both renderers can do."""
+
+    def render(self, camera: Camera) -> Image:
+        """Draw mode `classic`: premultiplied linear RGBA."""
+        ...
+
+    def gbuffer(self, camera: Camera) -> GBuffer:
+        """Find the air surface behind each pixel: the geometry of mode `scope`.
+
+        Raises ValueError when the scene has no air surface.
+        """
+        ...

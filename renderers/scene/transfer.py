@@ -1,0 +1,103 @@
+"""From density to colour and extinction.
+
+Extinction ``kappa`` in 1/mm is the primary quantity. An opacity per reference length
+is converted once, by ``kappa = -log1p(-opacity) / length``; the opacity of a segment
+is ``-expm1(-kappa * length)``, which keeps small opacities that ``1 - (1 - a)**n``
+in float32 loses altogether.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+MAX_OPACITY = 1.0 - 2.0**-24
+"""The largest opacity per reference length: one float32 step below opaque, so that
+extinction stays finite and a segment of length zero stays transparent."""
+
+
+def extinction_from_opacity(
+    opacity: NDArray[np.float64], reference_mm: float
+) -> NDArray[np.float64]:
+    """Convert opacity per `reference_mm` to extinction in 1/mm."""
+    if not reference_mm > 0:
+        raise ValueError(f"reference length must be positive, got {reference_mm} mm")
+    clipped = np.clip(np.asarray(opacity, dtype=np.float64), 0.0, MAX_OPACITY)
+    return -np.log1p(-clipped) / reference_mm
+
+
+def opacity_from_extinction(
+    kappa_per_mm: NDArray[np.float64], length_mm: float
+) -> NDArray[np.float64]:
+    """Give the opacity of a homogeneous segment (opacity correction)."""
+    return -np.expm1(-np.asarray(kappa_per_mm, dtype=np.float64) * length_mm)
+
+
+@dataclass(frozen=True, slots=True)
+class TransferFunction:
+    """Map density to linear colour and extinction, piecewise linearly.
+
+    nodes: ``(n,)`` strictly increasing densities.
+    color: ``(n, 3)`` linear RGB, not multiplied by opacity.
+    kappa_per_mm: ``(n,)`` extinction, zero where the medium is clear.
+    Beyond the first and last node the end values hold.
+    """
+
+    nodes: NDArray[np.float64]
+    color: NDArray[np.float64]
+    kappa_per_mm: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        nodes = np.array(self.nodes, dtype=np.float64)
+        color = np.array(self.color, dtype=np.float64)
+        kappa = np.array(self.kappa_per_mm, dtype=np.float64)
+        if nodes.ndim != 1 or len(nodes) < 2 or not np.all(np.diff(nodes) > 0):
+            raise ValueError(f"transfer function nodes must increase strictly: {nodes}")
+        if color.shape != (len(nodes), 3) or kappa.shape != nodes.shape:
+            raise ValueError(
+                f"{len(nodes)} nodes need colour {(len(nodes), 3)} and extinction "
+                f"{nodes.shape}, got {color.shape} and {kappa.shape}"
+            )
+        finite = all(np.all(np.isfinite(a)) for a in (nodes, color, kappa))
+        if not finite or np.any(kappa < 0) or np.any(color < 0):
+            raise ValueError("transfer function values must be finite and not negative")
+        for name, array in (("nodes", nodes), ("color", color), ("kappa", kappa)):
+            array.flags.writeable = False
+            object.__setattr__(self, "kappa_per_mm" if name == "kappa" else name, array)
+
+    @classmethod
+    def from_opacity(
+        cls,
+        nodes: NDArray[np.float64],
+        color: NDArray[np.float64],
+        opacity: NDArray[np.float64],
+        reference_mm: float,
+    ) -> "TransferFunction":
+        """Build from opacities per `reference_mm`."""
+        return cls(nodes, color, extinction_from_opacity(opacity, reference_mm))
+
+    def evaluate(
+        self, density: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Give colour ``(..., 3)`` and extinction ``(...)`` at any densities."""
+        d = np.asarray(density, dtype=np.float64)
+        color = np.stack(
+            [np.interp(d, self.nodes, self.color[:, c]) for c in range(3)], axis=-1
+        )
+        return color, np.interp(d, self.nodes, self.kappa_per_mm)
+
+    def table(self, low: float, high: float, size: int) -> NDArray[np.float32]:
+        """Sample ``(size, 4)`` float32 rows (r, g, b, kappa) over ``[low, high]``.
+
+        Row i belongs to density ``low + i * (high - low) / (size - 1)``.
+        """
+        if not (high > low and size >= 2):
+            raise ValueError(f"cannot tabulate {size} rows over [{low}, {high}]")
+        color, kappa = self.evaluate(np.linspace(low, high, size))
+        return np.concatenate([color, kappa[:, None]], axis=1).astype(np.float32)
+
+    def is_clear(self, low: float, high: float) -> bool:
+        """Tell whether no density in ``[low, high]`` has any extinction."""
+        inside = (self.nodes > low) & (self.nodes < high)
+        ends = np.interp([low, high], self.nodes, self.kappa_per_mm)
+        return not (np.any(self.kappa_per_mm[inside] > 0) or np.any(ends > 0))

@@ -1,0 +1,145 @@
+"""Scalars on a regular grid in the patient's frame.
+
+Arrays are indexed ``[z, y, x]``, C order, x fastest: what SimpleITK returns and
+what VTK wants without a copy. This is the only place that decides it.
+
+World frame: patient LPS, millimetres (x towards the patient's left, y towards the
+back, z upwards). Voxel frame: ``(i, j, k)`` counted along x, y, z of the *array*;
+integer coordinates are voxel centres, and the interpolable box reaches from the
+first centre to the last.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+AIR_HU = -1000.0
+"""Value of everything outside a CT volume."""
+
+_RIGID_TOLERANCE = 1e-6
+"""Largest departure of direction cosines from an orthonormal matrix. Image headers
+carry six decimals, so 1e-6 is what a correct file can be off by."""
+
+
+@dataclass(frozen=True, slots=True)
+class Volume:
+    """Hold scalars on a grid, their spacing, origin and direction.
+
+    values: ``(nz, ny, nx)`` any real dtype, made C-contiguous and read-only.
+    spacing_mm, origin_mm: ``(3,)`` in x, y, z order; origin is the centre of voxel 0.
+    direction: ``(3, 3)`` columns are the world directions of the array's x, y, z axes.
+    background: value taken to fill the world outside the grid.
+    """
+
+    values: NDArray[Any]
+    spacing_mm: NDArray[np.float64]
+    origin_mm: NDArray[np.float64]
+    direction: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
+    background: float = AIR_HU
+
+    def __post_init__(self) -> None:
+        values = np.ascontiguousarray(self.values)
+        if values.ndim != 3 or min(values.shape) < 2:
+            raise ValueError(
+                f"a volume needs three axes of at least 2 voxels, got shape "
+                f"{values.shape}"
+            )
+        if values.dtype.kind not in "iuf":
+            raise ValueError(f"a volume holds real numbers, got dtype {values.dtype}")
+        spacing = np.array(self.spacing_mm, dtype=np.float64)
+        origin = np.array(self.origin_mm, dtype=np.float64)
+        direction = np.array(self.direction, dtype=np.float64)
+        if spacing.shape != (3,) or not np.all(np.isfinite(spacing) & (spacing > 0)):
+            raise ValueError(
+                f"spacing must be three positive millimetre values, got {spacing}"
+            )
+        if origin.shape != (3,) or not np.all(np.isfinite(origin)):
+            raise ValueError(f"origin must be three finite millimetre values: {origin}")
+        if direction.shape != (3, 3) or not np.allclose(
+            direction.T @ direction, np.eye(3), atol=_RIGID_TOLERANCE
+        ):
+            raise ValueError(
+                f"direction must be an orthonormal 3x3 matrix: {direction}"
+            )
+        if values.flags.writeable:
+            values = values.view()
+            values.flags.writeable = False
+        for name, array in (
+            ("values", values),
+            ("spacing_mm", spacing),
+            ("origin_mm", origin),
+            ("direction", direction),
+        ):
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Get the array shape ``(nz, ny, nx)``."""
+        nz, ny, nx = self.values.shape
+        return nz, ny, nx
+
+    @property
+    def world_from_voxel(self) -> NDArray[np.float64]:
+        """Get the 4x4 transform from ``(i, j, k)`` (x, y, z order) to world mm."""
+        matrix = np.eye(4)
+        matrix[:3, :3] = self.direction * self.spacing_mm
+        matrix[:3, 3] = self.origin_mm
+        return matrix
+
+    @property
+    def voxel_from_world(self) -> NDArray[np.float64]:
+        """Get the 4x4 transform from world mm to voxel coordinates."""
+        linear = (self.direction / self.spacing_mm).T
+        matrix = np.eye(4)
+        matrix[:3, :3] = linear
+        matrix[:3, 3] = -linear @ self.origin_mm
+        return matrix
+
+    @property
+    def center_mm(self) -> NDArray[np.float64]:
+        """Get the world position of the grid's centre."""
+        middle = (np.array(self.shape[::-1]) - 1) / 2
+        return self.origin_mm + self.direction @ (middle * self.spacing_mm)
+
+    @property
+    def value_range(self) -> tuple[float, float]:
+        """Get the smallest and largest value."""
+        return float(self.values.min()), float(self.values.max())
+
+    def sample(self, points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Interpolate trilinearly at ``(..., 3)`` world points, in float64.
+
+        Outside the interpolable box the background is returned. For single points
+        and tests; kernels do their own interpolation.
+        """
+        points = np.asarray(points_mm, dtype=np.float64)
+        matrix = self.voxel_from_world
+        voxel = points @ matrix[:3, :3].T + matrix[:3, 3]
+        top = np.array(self.shape[::-1]) - 1
+        inside = np.all((voxel >= 0) & (voxel <= top), axis=-1)
+        safe = np.where(inside[..., None], voxel, 0.0)
+        low = np.minimum(safe.astype(np.int64), top - 1)
+        f = safe - low
+        i, j, k = low[..., 0], low[..., 1], low[..., 2]
+        fx, fy, fz = f[..., 0], f[..., 1], f[..., 2]
+        result = np.zeros(points.shape[:-1])
+        for corner in range(8):
+            dx, dy, dz = corner & 1, corner >> 1 & 1, corner >> 2
+            weight = (
+                (fx if dx else 1 - fx) * (fy if dy else 1 - fy) * (fz if dz else 1 - fz)
+            )
+            result += weight * self.values[k + dz, j + dy, i + dx]
+        return np.where(inside, result, self.background)
+
+    def with_values(self, values: NDArray[Any], background: float) -> "Volume":
+        """Return the same grid holding other values of the same shape."""
+        if values.shape != self.values.shape:
+            raise ValueError(
+                f"values of shape {values.shape} do not fit the grid {self.shape}"
+            )
+        return Volume(
+            values, self.spacing_mm, self.origin_mm, self.direction, background
+        )
