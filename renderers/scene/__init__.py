@@ -4,6 +4,7 @@ from renderers.scene.camera import Camera, Projection
 from renderers.scene.gbuffer import GBuffer, Material
 from renderers.scene.image import Image, save_png, srgb_from_linear
 from renderers.scene.light import Light, four_lights
+from renderers.scene.mesh import Mesh
 from renderers.scene.metrics import ImageError, image_error, rmse_codes, ssim
 from renderers.scene.scene import AirSurface, PhongMaterial, Renderer, Scene
 from renderers.scene.transfer import (
@@ -22,6 +23,7 @@ __all__ = [
     "ImageError",
     "Light",
     "Material",
+    "Mesh",
     "PhongMaterial",
     "Projection",
     "Renderer",

@@ -114,7 +114,7 @@ class Camera:
         right = np.cross(forward, np.asarray(up, dtype=np.float64))
         if np.linalg.norm(forward) == 0 or np.linalg.norm(right) < 1e-12:
             raise ValueError(
-                f"cannot aim from {eye} at {target_mm}: the points coincide or the "
+                f"cannot aim from {eye} at {target_mm!r}: the points coincide or the "
                 "view axis is parallel to up"
             )
         forward /= np.linalg.norm(forward)
