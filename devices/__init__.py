@@ -1,0 +1,32 @@
+"""Tracked tools: where they are, how they are recorded, how they are registered."""
+
+from devices.port import BytePort, DeviceError, DeviceReason
+from devices.pose import Pose, PoseFlag, PoseSource
+from devices.probe_path import ProbePath, ProbeSample
+from devices.recording import RecordedChannel, load_probe_path, save_probe_path
+from devices.registration import (
+    Registration,
+    RegistrationError,
+    RegistrationReason,
+    register,
+)
+from devices.touch import TouchCollector
+
+__all__ = [
+    "BytePort",
+    "DeviceError",
+    "DeviceReason",
+    "Pose",
+    "PoseFlag",
+    "PoseSource",
+    "ProbePath",
+    "ProbeSample",
+    "RecordedChannel",
+    "Registration",
+    "RegistrationError",
+    "RegistrationReason",
+    "TouchCollector",
+    "load_probe_path",
+    "register",
+    "save_probe_path",
+]

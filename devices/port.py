@@ -1,0 +1,135 @@
+"""What a byte port must do."""
+
+import threading
+from collections import deque
+from enum import Enum
+from typing import Protocol
+
+
+class DeviceReason(Enum):
+    """Why a device failed; the text says it to a person."""
+
+    NO_PORT = "the port cannot be opened"
+    NO_DEVICE = "nothing answered on the port"
+    CANT_BEGIN = "the device answered but did not begin a session"
+    WRONG_DEVICE = "another kind of device answered"
+    UNSUPPORTED_FORMAT = "the device describes itself in an unknown format"
+    BAD_REPLY = "the device answered something that is no valid reply"
+    NOT_HOMED = "the device may not have been homed"
+    DISCONNECTED = "the device went away"
+    GARBAGE = "the line delivers bytes that are no packets"
+    LOOPBACK = "the port returns our own bytes"
+    OVERRUN = "poses were not read in time"
+
+
+class DeviceError(Exception):
+    """A device misbehaved; ``reason`` says how, the text says it in one sentence."""
+
+    def __init__(self, reason: DeviceReason, message: str) -> None:
+        super().__init__(message)
+        self.reason = reason
+
+
+class BytePort(Protocol):
+    """A serial line, or anything that behaves like one.
+
+    Every method raises DeviceError(DISCONNECTED) once the far end is gone.
+    """
+
+    @property
+    def name(self) -> str:
+        """Get the name under which a person knows the port."""
+        ...
+
+    def read(self, count: int, timeout_s: float) -> bytes:
+        """Return up to ``count`` bytes, fewer when the timeout ends first."""
+        ...
+
+    def write(self, data: bytes) -> None:
+        """Hand all of ``data`` to the line."""
+        ...
+
+    def reset_input(self) -> int:
+        """Drop what has arrived unread; return how many bytes that was."""
+        ...
+
+    def set_rate(self, baud: int) -> None:
+        """Change the bit rate of both directions."""
+        ...
+
+    def close(self) -> None:
+        """Release the port; harmless when repeated."""
+        ...
+
+
+class _Pipe:
+    """One direction of a memory line."""
+
+    def __init__(self) -> None:
+        self.data: deque[int] = deque()
+        self.changed = threading.Condition()
+        self.open = True
+
+
+class MemoryPort:
+    """One end of a line inside this process, for tests without terminals."""
+
+    def __init__(self, name: str, inbound: _Pipe, outbound: _Pipe) -> None:
+        self._name = name
+        self._in = inbound
+        self._out = outbound
+        self.rate: int | None = None
+
+    @property
+    def name(self) -> str:
+        """Get the name given at birth."""
+        return self._name
+
+    def read(self, count: int, timeout_s: float) -> bytes:
+        """Return up to ``count`` bytes, fewer when the timeout ends first."""
+        pipe = self._in
+        with pipe.changed:
+            pipe.changed.wait_for(
+                lambda: len(pipe.data) >= count or not pipe.open, max(timeout_s, 0.0)
+            )
+            if not pipe.open and not pipe.data:
+                raise self._gone()
+            return bytes(pipe.data.popleft() for _ in range(min(count, len(pipe.data))))
+
+    def write(self, data: bytes) -> None:
+        """Append ``data`` to what the far end will read."""
+        pipe = self._out
+        with pipe.changed:
+            if not pipe.open:
+                raise self._gone()
+            pipe.data.extend(data)
+            pipe.changed.notify_all()
+
+    def reset_input(self) -> int:
+        """Drop what has arrived unread; return how many bytes that was."""
+        with self._in.changed:
+            count = len(self._in.data)
+            self._in.data.clear()
+            return count
+
+    def set_rate(self, baud: int) -> None:
+        """Remember the rate; memory has none."""
+        self.rate = baud
+
+    def close(self) -> None:
+        """Close both directions for both ends."""
+        for pipe in (self._in, self._out):
+            with pipe.changed:
+                pipe.open = False
+                pipe.changed.notify_all()
+
+    def _gone(self) -> DeviceError:
+        return DeviceError(
+            DeviceReason.DISCONNECTED, f"The far end of {self._name} was closed."
+        )
+
+
+def memory_port_pair(name: str = "memory") -> tuple[MemoryPort, MemoryPort]:
+    """Return two ports; what one writes the other reads."""
+    there, back = _Pipe(), _Pipe()
+    return MemoryPort(name, back, there), MemoryPort(name, there, back)

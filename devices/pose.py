@@ -1,0 +1,113 @@
+"""Where a tracked tool is at one moment."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import IntFlag
+from types import TracebackType
+from typing import Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+# A product of six float64 joint matrices stays orthonormal to about 1e-15;
+# anything beyond this is a wrong matrix rather than rounding.
+RIGID_TOLERANCE = 1e-6
+
+
+class PoseFlag(IntFlag):
+    """What a consumer should know before it trusts a pose."""
+
+    NONE = 0
+    JUMP = 1
+    """The tool moved implausibly far since the last pose, several times running."""
+    SUSPECT = 2
+    """Bytes that belong to no packet followed the one that gave this pose."""
+
+
+def read_only_rigid(matrix: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+    """Return a read-only (4, 4) float64 copy; raise ValueError unless it is rigid."""
+    copy = np.array(matrix, dtype=np.float64)
+    if copy.shape != (4, 4):
+        raise ValueError(f"{name} must have shape (4, 4), got {copy.shape}")
+    if not np.isfinite(copy).all():
+        raise ValueError(f"{name} must be finite, got {copy.tolist()}")
+    rotation = copy[:3, :3]
+    drift = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
+    # For an orthonormal matrix the triple product is the determinant, cheaper.
+    handed = float(np.dot(np.cross(rotation[0], rotation[1]), rotation[2]))
+    if drift > RIGID_TOLERANCE or handed < 0.0:
+        raise ValueError(f"{name} must be a rotation, off by {drift:.3g}")
+    if copy[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
+        raise ValueError(f"{name} must end in 0 0 0 1, got {copy[3].tolist()}")
+    copy.flags.writeable = False
+    return copy
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pose:
+    """Tool pose in the frame of its device.
+
+    The tip frame has its origin at the tip; its +z axis runs from the tip back up
+    the shaft, so the tool points along -z. A five-joint arm does not measure the
+    rotation about that axis: x and y of the tip frame then follow the wrist and
+    say nothing about roll.
+    """
+
+    time_s: float
+    """Seconds on the device's own monotonic clock."""
+    host_time_s: float
+    """Host's monotonic clock when the first byte of the sample arrived."""
+    device_from_tip: NDArray[np.float64]
+    """(4, 4) float64, mm, read-only."""
+    buttons: int
+    """Bit 0 right pedal, bit 1 left pedal; 1 = pressed."""
+    flags: PoseFlag = PoseFlag.NONE
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.time_s) and np.isfinite(self.host_time_s)):
+            raise ValueError(
+                f"pose times must be finite, got {self.time_s}, {self.host_time_s}"
+            )
+        if self.buttons < 0:
+            raise ValueError(f"buttons must not be negative, got {self.buttons}")
+        rigid = read_only_rigid(self.device_from_tip, "device_from_tip")
+        object.__setattr__(self, "device_from_tip", rigid)
+
+    @property
+    def tip_mm(self) -> NDArray[np.float64]:
+        """Get the tip, (3,) mm, device frame."""
+        return self.device_from_tip[:3, 3]
+
+    @property
+    def pointing(self) -> NDArray[np.float64]:
+        """Get the unit direction from the hand to the tip, (3,), device frame."""
+        return -self.device_from_tip[:3, 2]
+
+
+class PoseSource(Protocol):
+    """Something that yields poses in the order in which they were measured."""
+
+    def read(self, timeout_s: float) -> Pose:
+        """Return the next pose, none lost.
+
+        Raise TimeoutError when none came in time, EOFError when no more will come
+        and DeviceError when the device failed.
+        """
+        ...
+
+    def close(self) -> None:
+        """Let go of the device; harmless when repeated."""
+        ...
+
+    def __iter__(self) -> Iterator[Pose]:
+        """Iterate over poses until the source ends."""
+        ...
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None: ...

@@ -1,0 +1,154 @@
+"""Motion of an endoscope with an instrument beside it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+# Axes rounded to six decimals in a file are at most this far from unit length.
+UNIT_TOLERANCE = 1e-5
+
+# Rolls are stored continuous. A larger step means that somebody wrapped them, and
+# interpolating across the wrap would spin the picture.
+LARGEST_ROLL_STEP_DEG = 90.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProbeSample:
+    """State of scope, instrument and pedals at one moment; patient LPS, mm."""
+
+    t_s: float
+    tip_mm: NDArray[np.float64]
+    axis: NDArray[np.float64]
+    roll_deg: float
+    instrument_tip_mm: NDArray[np.float64]
+    instrument_axis: NDArray[np.float64]
+    buttons: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProbePath:
+    """Motion of an endoscope with an instrument beside it; patient LPS, mm.
+
+    Axes are unit vectors from the hand to the tip: the direction in which a straight
+    scope looks. ``roll_deg`` turns the scope right-handed about that direction; at
+    zero the top of the picture is as near as possible to patient superior (+z). It
+    runs on continuously instead of wrapping.
+    """
+
+    name: str
+    t_s: NDArray[np.float64]
+    """(n,) seconds, strictly rising from zero, n >= 2."""
+    tip_mm: NDArray[np.float64]
+    """(n, 3)"""
+    axis: NDArray[np.float64]
+    """(n, 3)"""
+    roll_deg: NDArray[np.float64]
+    """(n,)"""
+    instrument_tip_mm: NDArray[np.float64]
+    """(n, 3)"""
+    instrument_axis: NDArray[np.float64]
+    """(n, 3)"""
+    buttons: NDArray[np.int64]
+    """(n,) 0..127, as a MicroScribe packet carries them."""
+    source: str = field(default="")
+    """How the path was made, for a person."""
+
+    def __post_init__(self) -> None:
+        if not self.name:
+            raise ValueError("a probe path needs a name, got an empty one")
+        count = len(self.t_s)
+        if count < 2:
+            raise ValueError(f"a probe path needs at least 2 samples, got {count}")
+        for key, width in (("t_s", 0), ("tip_mm", 3), ("axis", 3), ("roll_deg", 0)):
+            self._freeze(key, count, width)
+        for key in ("instrument_tip_mm", "instrument_axis"):
+            self._freeze(key, count, 3)
+        self._freeze("buttons", count, 0)
+        if self.t_s[0] != 0.0 or (np.diff(self.t_s) <= 0.0).any():
+            raise ValueError("t_s must rise strictly from 0")
+        for key in ("axis", "instrument_axis"):
+            length = np.linalg.norm(getattr(self, key), axis=1)
+            worst = int(np.argmax(np.abs(length - 1.0)))
+            if abs(length[worst] - 1.0) > UNIT_TOLERANCE:
+                raise ValueError(
+                    f"{key} must hold unit vectors, sample {worst} has length "
+                    f"{length[worst]:.6g}"
+                )
+        step = np.abs(np.diff(self.roll_deg))
+        if step.max() > LARGEST_ROLL_STEP_DEG:
+            raise ValueError(
+                f"roll_deg must be continuous, it jumps by {step.max():.4g} degrees "
+                f"after sample {int(np.argmax(step))}"
+            )
+        if self.buttons.min() < 0 or self.buttons.max() > 127:
+            raise ValueError("buttons must lie in 0..127")
+
+    def _freeze(self, key: str, count: int, width: int) -> None:
+        dtype = np.int64 if key == "buttons" else np.float64
+        array: NDArray[np.generic] = np.array(getattr(self, key), dtype=dtype)
+        shape = (count, width) if width else (count,)
+        if array.shape != shape:
+            raise ValueError(f"{key} must have shape {shape}, got {array.shape}")
+        if not np.isfinite(array).all():
+            raise ValueError(f"{key} must be finite")
+        array.flags.writeable = False
+        object.__setattr__(self, key, array)
+
+    @property
+    def duration_s(self) -> float:
+        """Get the time of the last sample."""
+        return float(self.t_s[-1])
+
+    @property
+    def length_mm(self) -> float:
+        """Get the distance that the scope's tip travels."""
+        return float(np.linalg.norm(np.diff(self.tip_mm, axis=0), axis=1).sum())
+
+    def sample(self, t_s: float) -> ProbeSample:
+        """Return the state at ``t_s``; before and after the path it stands still.
+
+        Positions and roll are interpolated linearly (at 100 Hz and 100 mm/s^2 that
+        errs by about 0.001 mm), axes along the great circle; buttons keep the value
+        of the last sample.
+        """
+        if not np.isfinite(t_s):
+            raise ValueError(f"t_s must be finite, got {t_s}")
+        t = min(max(t_s, 0.0), self.duration_s)
+        last = len(self.t_s) - 2
+        i = min(int(np.searchsorted(self.t_s, t, side="right")) - 1, last)
+        start, end = self.t_s[i], self.t_s[i + 1]
+        u = float((t - start) / (end - start))
+        return ProbeSample(
+            t_s=t,
+            tip_mm=_lerp(self.tip_mm, i, u),
+            axis=slerp(self.axis[i], self.axis[i + 1], u),
+            roll_deg=float((1.0 - u) * self.roll_deg[i] + u * self.roll_deg[i + 1]),
+            instrument_tip_mm=_lerp(self.instrument_tip_mm, i, u),
+            instrument_axis=slerp(
+                self.instrument_axis[i], self.instrument_axis[i + 1], u
+            ),
+            buttons=int(self.buttons[i + 1] if u == 1.0 else self.buttons[i]),
+        )
+
+
+def slerp(
+    start: NDArray[np.float64], end: NDArray[np.float64], u: float
+) -> NDArray[np.float64]:
+    """Return the unit vector at fraction ``u`` of the great circle between two.
+
+    Opposite vectors have no single great circle; the result is then ``start``.
+    """
+    sine = float(np.linalg.norm(np.cross(start, end)))
+    angle = float(np.arctan2(sine, np.dot(start, end)))
+    if sine < 1e-12:
+        mixed = start.copy()
+    else:
+        mixed = (np.sin((1.0 - u) * angle) * start + np.sin(u * angle) * end) / sine
+    unit: NDArray[np.float64] = mixed / np.linalg.norm(mixed)
+    return unit
+
+
+def _lerp(values: NDArray[np.float64], i: int, u: float) -> NDArray[np.float64]:
+    mixed: NDArray[np.float64] = (1.0 - u) * values[i] + u * values[i + 1]
+    return mixed

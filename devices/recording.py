@@ -1,0 +1,150 @@
+"""A probe path on disk.
+
+The file is JSON with one row per line, so that a version control system shows which
+samples changed. Floats are written with the shortest digits that read back to the
+same bits.
+"""
+
+import os
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.probe_path import ProbePath
+
+COLUMNS = (
+    "t_s",
+    "tip_x_mm",
+    "tip_y_mm",
+    "tip_z_mm",
+    "axis_x",
+    "axis_y",
+    "axis_z",
+    "roll_deg",
+    "instrument_tip_x_mm",
+    "instrument_tip_y_mm",
+    "instrument_tip_z_mm",
+    "instrument_axis_x",
+    "instrument_axis_y",
+    "instrument_axis_z",
+    "buttons",
+)
+
+# A path file of an hour at 100 Hz is about 60 MB; more is a mistaken file name.
+LARGEST_FILE_BYTES = 200_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedChannel:
+    """The channel beside the arm, played from a path.
+
+    A five-joint arm has no roll, nor does it know the second tool. Both come from
+    here, asked for by the seconds since the path began.
+    """
+
+    path: ProbePath
+
+    def roll_deg(self, t_s: float) -> float:
+        """Return the scope's roll, degrees; see ProbePath for its zero."""
+        return self.path.sample(t_s).roll_deg
+
+    def instrument(self, t_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the instrument's tip, (3,) mm, and unit axis, (3,); patient LPS."""
+        sample = self.path.sample(t_s)
+        return sample.instrument_tip_mm, sample.instrument_axis
+
+
+class _PathFile(msgspec.Struct, forbid_unknown_fields=True):
+    format: Literal["paravol.path"]
+    version: Literal[1]
+    name: str
+    source: str
+    frame: Literal["LPS"]
+    unit: Literal["mm"]
+    columns: tuple[str, ...]
+    rows: list[tuple[float, ...]]
+
+
+def load_probe_path(file: Path | str) -> ProbePath:
+    """Read a path file; raise ValueError that names the file when it is not one."""
+    file = Path(file)
+    try:
+        if file.stat().st_size > LARGEST_FILE_BYTES:
+            raise ValueError("it is too large for a path")
+        raw = file.read_bytes()
+    except OSError as error:
+        raise ValueError(
+            f"Probe path {file} cannot be read: {error.strerror}."
+        ) from error
+    try:
+        read = msgspec.json.decode(raw, type=_PathFile)
+        if read.columns != COLUMNS:
+            raise ValueError(f"its columns must be {', '.join(COLUMNS)}")
+        if any(len(row) != len(COLUMNS) for row in read.rows):
+            raise ValueError(f"each row must have {len(COLUMNS)} values")
+        table = np.array(read.rows, dtype=np.float64).reshape(-1, len(COLUMNS))
+        return _path_from_table(read.name, read.source, table)
+    except (msgspec.DecodeError, ValueError) as error:
+        raise ValueError(f"{file} is no valid probe path: {error}.") from error
+
+
+def save_probe_path(path: ProbePath, file: Path | str) -> None:
+    """Write ``path`` so that loading it gives the same bits; whole or not at all."""
+    file = Path(file)
+    header = msgspec.json.encode(
+        {
+            "format": "paravol.path",
+            "version": 1,
+            "name": path.name,
+            "source": path.source,
+            "frame": "LPS",
+            "unit": "mm",
+            "columns": COLUMNS,
+        }
+    )
+    table = np.column_stack(
+        (
+            path.t_s,
+            path.tip_mm,
+            path.axis,
+            path.roll_deg,
+            path.instrument_tip_mm,
+            path.instrument_axis,
+        )
+    ).tolist()
+    rows = b",\n".join(
+        msgspec.json.encode([*row, button])
+        for row, button in zip(table, path.buttons.tolist(), strict=True)
+    )
+    handle, partial = tempfile.mkstemp(dir=file.parent, prefix=file.name)
+    try:
+        with os.fdopen(handle, "wb") as out:
+            out.write(header[:-1] + b',"rows":[\n' + rows + b"\n]}\n")
+        # mkstemp makes files that only their owner may read.
+        os.chmod(partial, 0o644)
+        os.replace(partial, file)
+    except BaseException:
+        os.unlink(partial)
+        raise
+
+
+def _path_from_table(name: str, source: str, table: NDArray[np.float64]) -> ProbePath:
+    buttons = table[:, 14].astype(np.int64)
+    if not np.array_equal(buttons, table[:, 14]):
+        raise ValueError("its buttons must be whole numbers")
+    return ProbePath(
+        name=name,
+        source=source,
+        t_s=table[:, 0],
+        tip_mm=table[:, 1:4],
+        axis=table[:, 4:7],
+        roll_deg=table[:, 7],
+        instrument_tip_mm=table[:, 8:11],
+        instrument_axis=table[:, 11:14],
+        buttons=buttons,
+    )
