@@ -1,0 +1,24 @@
+"""What happens in the operating room: tools, exercises, scores. Names no renderer."""
+
+from scenarios.clearance import Clearance, shaft_clearance
+from scenarios.endoscope import Endoscope, tip_frame
+from scenarios.instruments import suction_tube
+from scenarios.scenario import Moment, Scenario, load_scenario
+from scenarios.scoring import Score, Scorer
+from scenarios.session import Sample, Session, View
+
+__all__ = [
+    "Clearance",
+    "Endoscope",
+    "Moment",
+    "Sample",
+    "Scenario",
+    "Score",
+    "Scorer",
+    "Session",
+    "View",
+    "load_scenario",
+    "shaft_clearance",
+    "suction_tube",
+    "tip_frame",
+]

@@ -1,0 +1,111 @@
+"""An exercise on disk: which head, which tools, which path, which moments matter.
+
+A scenario is a TOML file for people; keys are checked strictly, so that a misspelt
+one is refused instead of ignored.
+"""
+
+from pathlib import Path
+
+import msgspec
+
+from scenarios.endoscope import Endoscope
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+INSTALLED_EXAMPLES = Path(__file__).parent / "examples"
+"""A wheel carries the examples inside this package."""
+
+
+class Head(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Choose the virtual patient."""
+
+    seed: int = 1
+    spacing_mm: float = 0.5
+
+
+class Scope(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Choose the endoscope."""
+
+    diameter_mm: float = 2.7
+    angle_deg: float = 0.0
+    field_of_view_deg: float = 80.0
+    ring_radius_mm: float = 0.95
+
+    def endoscope(self) -> Endoscope:
+        """Build the scope; ValueError names a figure out of range."""
+        return Endoscope(
+            diameter_mm=self.diameter_mm,
+            angle_deg=self.angle_deg,
+            field_of_view_deg=self.field_of_view_deg,
+            ring_radius_mm=self.ring_radius_mm,
+        )
+
+
+class Moment(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Name a moment of the path that deserves a high-quality snapshot."""
+
+    name: str
+    time_s: float
+
+
+class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Describe one exercise.
+
+    path: file name of the recorded probe path, beside the scenario file.
+    fiducials: landmark names that are touched with the stylus to register the arm.
+    targets: landmark names the tip should come near.
+    """
+
+    name: str
+    title: str
+    path: str
+    head: Head = Head()
+    scope: Scope = Scope()
+    fiducials: tuple[str, ...] = ()
+    targets: tuple[str, ...] = ()
+    moments: tuple[Moment, ...] = ()
+
+
+def load_scenario(name: str) -> tuple[Scenario, Path]:
+    """Read a scenario by bundled name or by path to its TOML file.
+
+    Returns it with the folder its path file lies in. Raises ValueError, in one
+    sentence, for an unknown name or a file that does not say what it must.
+    """
+    file = Path(name)
+    if file.suffix != ".toml":
+        found = [f for f in _bundled() if f.stem == name]
+        if not found:
+            known = ", ".join(sorted(f.stem for f in _bundled())) or "none"
+            raise ValueError(
+                f"There is no scenario named {name!r}; known are: {known}. "
+                "A scenario file of your own is given by its path, ending in .toml."
+            )
+        file = found[0]
+    try:
+        scenario = msgspec.toml.decode(file.read_bytes(), type=Scenario)
+    except OSError as error:
+        raise ValueError(
+            f"The scenario file {file} cannot be read: {error.strerror}."
+        ) from error
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"The scenario file {file} is not valid: {error}.") from error
+    if len(scenario.fiducials) < 4:
+        raise ValueError(
+            f"The scenario {scenario.name!r} names {len(scenario.fiducials)} fiducials; "
+            "registration needs at least 4, so that an error in one shows."
+        )
+    if Path(scenario.path).name != scenario.path:
+        raise ValueError(
+            f"The scenario {scenario.name!r} must name a path file beside it, "
+            f"got {scenario.path!r}."
+        )
+    scenario.scope.endoscope()
+    return scenario, file.parent
+
+
+def _bundled() -> list[Path]:
+    for folder in (EXAMPLES, INSTALLED_EXAMPLES):
+        files = sorted(folder.glob("*.toml"))
+        if files:
+            return files
+    return []

@@ -1,0 +1,74 @@
+"""What a flight was worth, from geometry alone; pictures are never read."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+CONTACT_MM = 0.0
+"""A gap below this is a contact."""
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """Sum up a session.
+
+    path_length_mm: length of the tip's path over the scored samples.
+    min_clearance_mm: smallest gap between the scope's shaft and tissue.
+    contacts: number of separate times the gap fell below zero.
+    target_distance_mm: nearest approach of the tip to each target.
+    """
+
+    duration_s: float
+    path_length_mm: float
+    min_clearance_mm: float
+    contacts: int
+    target_distance_mm: dict[str, float]
+
+
+@dataclass(slots=True)
+class Scorer:
+    """Accumulate a score, sample by sample, in order of time.
+
+    targets: world positions ``(3,)`` in mm by name.
+    """
+
+    targets: dict[str, NDArray[np.float64]]
+    _first_s: float | None = None
+    _last_s: float = 0.0
+    _last_tip: NDArray[np.float64] | None = None
+    _length: float = 0.0
+    _gap: float = float("inf")
+    _contacts: int = 0
+    _touching: bool = False
+    _nearest: dict[str, float] = field(default_factory=dict)
+
+    def add(self, time_s: float, tip_mm: NDArray[np.float64], gap_mm: float) -> None:
+        """Take in one sample; times must not run backwards."""
+        if self._first_s is None:
+            self._first_s = time_s
+        elif time_s < self._last_s:
+            raise ValueError(
+                f"samples must be in order of time: {time_s} after {self._last_s}"
+            )
+        if self._last_tip is not None:
+            self._length += float(np.linalg.norm(tip_mm - self._last_tip))
+        self._last_s, self._last_tip = time_s, tip_mm
+        self._gap = min(self._gap, gap_mm)
+        touching = gap_mm < CONTACT_MM
+        self._contacts += touching and not self._touching
+        self._touching = touching
+        for name, position in self.targets.items():
+            distance = float(np.linalg.norm(tip_mm - position))
+            self._nearest[name] = min(self._nearest.get(name, distance), distance)
+
+    def score(self) -> Score:
+        """Give the score so far."""
+        first = self._last_s if self._first_s is None else self._first_s
+        return Score(
+            duration_s=self._last_s - first,
+            path_length_mm=self._length,
+            min_clearance_mm=self._gap,
+            contacts=self._contacts,
+            target_distance_mm=dict(self._nearest),
+        )

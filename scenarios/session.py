@@ -1,0 +1,92 @@
+"""One flight through a scenario, stepped by poses.
+
+A session asks no clock, opens no device and draws nothing. The same samples give the
+same cameras and the same score, which is what makes a replay a check.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.scene import Camera, Volume
+from scenarios.clearance import shaft_clearance
+from scenarios.endoscope import Endoscope, tip_frame
+from scenarios.scoring import Score, Scorer
+
+SHAFT_CHECKED_MM = 110.0
+"""Length of shaft that is kept clear of tissue: the whole nasal passage (the nasopharynx
+lies about 90 mm behind the nostril)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """Hold one moment as it was measured; everything else follows from it.
+
+    device_from_tip: 4x4 pose of the scope's tip in the arm's frame.
+    roll_deg: the light post's turn, from the second channel.
+    instrument_tip_mm, instrument_pointing: ``(3,)`` patient frame.
+    """
+
+    time_s: float
+    device_from_tip: NDArray[np.float64]
+    roll_deg: float
+    instrument_tip_mm: NDArray[np.float64]
+    instrument_pointing: NDArray[np.float64]
+    buttons: int
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """Say what a sample means in the patient: the camera, the tools, the gap."""
+
+    camera: Camera
+    world_from_tip: NDArray[np.float64]
+    world_from_instrument: NDArray[np.float64]
+    clearance_mm: float
+
+
+class Session:
+    """Turn samples into views and a score."""
+
+    def __init__(
+        self,
+        endoscope: Endoscope,
+        world_from_device: NDArray[np.float64],
+        distance: Volume,
+        targets: dict[str, NDArray[np.float64]],
+        size: tuple[int, int],
+    ) -> None:
+        """Start a flight.
+
+        world_from_device: the registration, 4x4.
+        distance: signed air distance of the head, mm, negative in air.
+        targets: landmark positions to approach, world mm.
+        size: ``(width, height)`` of the picture.
+        """
+        self.endoscope = endoscope
+        self.world_from_device = world_from_device
+        self.size = size
+        self._distance = distance
+        self._scorer = Scorer(targets)
+
+    def step(self, sample: Sample) -> View:
+        """Take in one sample and give its view."""
+        world_from_tip = self.world_from_device @ sample.device_from_tip
+        gap = shaft_clearance(
+            self._distance,
+            world_from_tip,
+            self.endoscope.diameter_mm / 2,
+            SHAFT_CHECKED_MM,
+        ).gap_mm
+        self._scorer.add(sample.time_s, world_from_tip[:3, 3], gap)
+        return View(
+            self.endoscope.camera(world_from_tip, sample.roll_deg, self.size),
+            world_from_tip,
+            tip_frame(sample.instrument_tip_mm, sample.instrument_pointing),
+            gap,
+        )
+
+    def score(self) -> Score:
+        """Give the score so far."""
+        return self._scorer.score()
