@@ -1,8 +1,10 @@
-"""What happens in the operating room: tools, exercises, scores. Names no renderer."""
+"""What happens in the operating room: tools, exercises, scores. Names no renderer.
+
+`scenarios.instruments` is imported by itself: building meshes loads a large library.
+"""
 
 from scenarios.clearance import Clearance, shaft_clearance
 from scenarios.endoscope import Endoscope, tip_frame
-from scenarios.instruments import suction_tube
 from scenarios.scenario import Moment, Scenario, load_scenario
 from scenarios.scoring import Score, Scorer
 from scenarios.session import Sample, Session, View
@@ -19,6 +21,5 @@ __all__ = [
     "View",
     "load_scenario",
     "shaft_clearance",
-    "suction_tube",
     "tip_frame",
 ]

@@ -91,8 +91,8 @@ def load_scenario(name: str) -> tuple[Scenario, Path]:
         raise ValueError(f"The scenario file {file} is not valid: {error}.") from error
     if len(scenario.fiducials) < 4:
         raise ValueError(
-            f"The scenario {scenario.name!r} names {len(scenario.fiducials)} fiducials; "
-            "registration needs at least 4, so that an error in one shows."
+            f"The scenario {scenario.name!r} names {len(scenario.fiducials)} "
+            "fiducials; registration needs at least 4, so that an error in one shows."
         )
     if Path(scenario.path).name != scenario.path:
         raise ValueError(

@@ -15,8 +15,8 @@ from scenarios.endoscope import Endoscope, tip_frame
 from scenarios.scoring import Score, Scorer
 
 SHAFT_CHECKED_MM = 110.0
-"""Length of shaft that is kept clear of tissue: the whole nasal passage (the nasopharynx
-lies about 90 mm behind the nostril)."""
+"""Length of shaft that is kept clear of tissue: the whole nasal passage (the
+nasopharynx lies about 90 mm behind the nostril)."""
 
 
 @dataclass(frozen=True, slots=True)
