@@ -1,0 +1,78 @@
+# Builds the environment and starts things; what the things do is in Python.
+# Every path is relative, so that the checkout may lie in a folder with a blank.
+
+# Otherwise uv refuses a network that signs its traffic with a local certificate.
+export UV_SYSTEM_CERTS = true
+export PIP_DISABLE_PIP_VERSION_CHECK = 1
+
+# Name another interpreter with `make PYTHON=... demo`.
+PYTHON ?=
+CANDIDATES = $(if $(PYTHON),"$(PYTHON)",python3 python3.11 python3.12 python3.13)
+RUN := .venv/bin/python -m
+READY := .venv/.ready
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test test-all check bench desktop clean
+
+help:  ## list these targets
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1|\2/p' Makefile \
+	    | while IFS='|' read -r name text; do printf '%-16s %s\n' "$$name" "$$text"; done
+
+demo: $(READY)  ## fly the recorded path without a screen; results in out/demo
+	$(RUN) app demo --out out/demo
+
+test: $(READY)  ## run the tests, slow ones left out
+	$(RUN) pytest -m "not slow" -n 2 --dist loadfile
+
+test-all: $(READY)  ## run every test
+	$(RUN) pytest -n 2 --dist loadfile
+
+check: $(READY)  ## lint, format check, strict types, import floors
+	$(RUN) ruff check
+	$(RUN) ruff format --check
+	$(RUN) mypy
+	.venv/bin/lint-imports
+
+bench: $(READY)  ## measure run time against error
+	$(RUN) app bench
+
+desktop: $(READY)  ## open the trainee's window
+	$(RUN) app train
+
+clean:  ## remove the environment, tool caches and out/demo
+	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis \
+	    .import_linter_cache build dist out/demo
+
+# The stamp goes first and comes back last: an interrupted set-up is never taken
+# for a finished one, and the next one starts from an empty environment.
+$(READY): pyproject.toml requirements.lock
+	@set -eu; \
+	fail() { echo "$$1" >&2; exit 1; }; \
+	python=; set -- $(CANDIDATES); \
+	for name do \
+	    if "$$name" -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+	        2> /dev/null; then python=$$name; break; fi; \
+	done; \
+	[ -n "$$python" ] || fail "No Python 3.11 or newer among '$$*': install\
+	 one (Debian 12: python3) or name it with make PYTHON=/path/to/python3."; \
+	clear=--clear; if [ -e $@ ]; then rm $@; clear=; fi; \
+	echo "Setting up .venv with $$python (about 1.5 GB on disk, once) ..."; \
+	"$$python" -m venv $$clear --without-pip .venv || \
+	    fail "$$python cannot make virtual environments; on Debian install\
+	 python3-venv."; \
+	if "$$python" -m pip --python .venv/bin/python --version > /dev/null 2>&1; then \
+	    pip() { "$$python" -m pip --python .venv/bin/python "$$@"; }; \
+	elif .venv/bin/python -m ensurepip > /dev/null 2>&1; then \
+	    pip() { .venv/bin/python -m pip "$$@"; }; \
+	else \
+	    fail "$$python has no pip, which fetches the libraries; on Debian install\
+	 python3-pip, then run make again."; \
+	fi; \
+	if pip install uv && .venv/bin/uv pip install --python .venv/bin/python \
+	    -r requirements.lock && .venv/bin/uv pip install \
+	    --python .venv/bin/python --no-deps -e .; then :; else \
+	    echo "uv did not finish; trying plain pip, which is slower."; \
+	    pip install -r requirements.lock; \
+	    pip install --no-deps -e .; \
+	fi; \
+	touch $@
