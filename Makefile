@@ -56,7 +56,7 @@ $(READY): pyproject.toml requirements.lock
 	[ -n "$$python" ] || fail "No Python 3.11 or newer among '$$*': install\
 	 one (Debian 12: python3) or name it with make PYTHON=/path/to/python3."; \
 	clear=--clear; if [ -e $@ ]; then rm $@; clear=; fi; \
-	echo "Setting up .venv with $$python (about 1.5 GB on disk, once) ..."; \
+	echo "Setting up .venv with $$python (about 2 GB on disk, once) ..."; \
 	"$$python" -m venv $$clear --without-pip .venv || \
 	    fail "$$python cannot make virtual environments; on Debian install\
 	 python3-venv."; \
