@@ -1,0 +1,84 @@
+"""The endoscope's picture: tissue by splats, instruments by rays, one light for all."""
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.operating_room import OperatingRoom
+from renderers.fsr import FuzzySetRenderer
+from renderers.scene import GBuffer, Mesh
+from renderers.shading import AutoGain, CameraPass, ScopeLight, ScopeShader, Tier
+from scenarios import View
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """Hold one finished picture.
+
+    pixels: ``(h, w, 3)`` uint8 sRGB.
+    gain: the camera gain it was made with.
+    """
+
+    pixels: NDArray[np.uint8]
+    gbuffer: GBuffer
+    gain: float
+
+    @property
+    def sha256(self) -> str:
+        """Get the hash of the picture's bytes."""
+        return hashlib.sha256(np.ascontiguousarray(self.pixels)).hexdigest()
+
+
+class EndoscopeView:
+    """Draw views of one head, one after the other."""
+
+    def __init__(
+        self,
+        room: OperatingRoom,
+        *,
+        ring_radius_mm: float,
+        instrument: Mesh | None,
+        tier: Tier,
+        seed: int,
+        threads: int,
+    ) -> None:
+        """Extract the fuzzy set and set up the light.
+
+        instrument: mesh of the tool beside the scope, or None.
+        """
+        self.renderer = FuzzySetRenderer(room.scene, threads=threads)
+        self._shader = ScopeShader(room.surface, tier, seed=seed, threads=threads)
+        self._camera_pass = CameraPass(threads=threads)
+        self._light = ScopeLight(ring_radius_mm)
+        self._instrument = instrument
+        self._auto_gain = AutoGain()
+
+    def gbuffer(self, view: View) -> GBuffer:
+        """Find what each pixel shows, the instrument in front of or behind tissue."""
+        tissue = self.renderer.gbuffer(view.camera)
+        if self._instrument is None:
+            return tissue
+        return tissue.nearest(
+            self._instrument.gbuffer(view.camera, view.world_from_instrument)
+        )
+
+    def draw(
+        self, view: View, *, number: int, elapsed_s: float, gain: float | None = None
+    ) -> Frame:
+        """Draw one frame.
+
+        number: seeds the sensor noise.
+        elapsed_s: time since the last frame; the automatic gain follows with it.
+        gain: a fixed gain instead, for replays.
+        """
+        buffer = self.gbuffer(view)
+        radiance = self._shader.shade(buffer, view.camera, self._light)
+        if gain is None:
+            wanted = self._camera_pass.metered_gain(radiance, buffer, view.camera)
+            gain = self._auto_gain.follow(wanted, elapsed_s)
+        pixels, gain = self._camera_pass.finish(
+            radiance, buffer, view.camera, gain=gain, frame_number=number
+        )
+        return Frame(pixels, buffer, gain)

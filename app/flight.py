@@ -1,0 +1,116 @@
+"""The live loop: poses in, frames out, everything recorded."""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from app.endoscope_view import EndoscopeView, Frame
+from devices import Pose
+from scenarios import Sample, Session, View
+from scenarios.bundle import FrameRecord, SampleRecord, SessionRecorder
+
+PATIENCE_S = 2.0
+"""How long the loop waits for a pose before it says that the device is silent. The
+driver itself notices a lost line within about a second."""
+
+
+class Aim(Protocol):
+    """What the second channel says at a moment: roll and the second tool."""
+
+    def complete(self, pose: Pose) -> Sample:
+        """Join a pose with the second channel's state at its time."""
+        ...
+
+
+class OrderedPoses(Protocol):
+    """Poses in the order in which they were measured."""
+
+    def read(self, timeout_s: float) -> Pose:
+        """Return the next pose; TimeoutError when none comes in time."""
+        ...
+
+
+@dataclass(slots=True)
+class Timing:
+    """Gather what a flight took, frame by frame."""
+
+    frame_ms: list[float] = field(default_factory=list)
+    pose_age_ms: list[float] = field(default_factory=list)
+    wall_s: float = 0.0
+
+    @property
+    def fps(self) -> float:
+        """Get the mean number of frames per second of wall time."""
+        return len(self.frame_ms) / self.wall_s if self.wall_s > 0 else 0.0
+
+    @staticmethod
+    def percentiles(values: list[float]) -> dict[str, float]:
+        """Give the 50th, 95th and 99th percentile by name; zeros for nothing."""
+        cuts = np.percentile(values, (50, 95, 99)) if values else np.zeros(3)
+        return dict(zip(("p50", "p95", "p99"), (float(c) for c in cuts), strict=True))
+
+
+def fly(
+    source: OrderedPoses,
+    aim: Aim,
+    session: Session,
+    view: EndoscopeView,
+    recorder: SessionRecorder,
+    *,
+    until_s: float,
+    on_frame: Callable[[View, Frame, Sample], None],
+) -> Timing:
+    """Fly until a sample's time reaches `until_s`.
+
+    Every pose is recorded and scored; each frame shows the newest one. Errors of the
+    device pass through; what was recorded before is on disk.
+    """
+    timing = Timing()
+    number = 0
+    started = shown = time.perf_counter()
+    while True:
+        newest: tuple[Pose, Sample, View] | None = None
+        for pose in _arrived(source):
+            sample = aim.complete(pose)
+            if sample.time_s >= until_s:
+                timing.wall_s = time.perf_counter() - started
+                return timing
+            if sample.time_s < 0.0:
+                continue
+            newest = pose, sample, session.step(sample)
+            recorder.add(SampleRecord.of(sample))
+        if newest is None:
+            started = shown = time.perf_counter()
+            continue
+        pose, sample, seen = newest
+        begun = time.perf_counter()
+        frame = view.draw(seen, number=number, elapsed_s=begun - shown)
+        finished = time.perf_counter()
+        timing.frame_ms.append((finished - begun) * 1e3)
+        timing.pose_age_ms.append((time.monotonic() - pose.host_time_s) * 1e3)
+        shown = begun
+        recorder.add(
+            FrameRecord(
+                number,
+                recorder.samples - 1,
+                frame.gain,
+                seen.clearance_mm,
+                frame.sha256,
+            )
+        )
+        number += 1
+        on_frame(seen, frame, sample)
+
+
+def _arrived(source: OrderedPoses) -> Iterator[Pose]:
+    """Wait for one pose, then give all that have come in meanwhile."""
+    yield source.read(PATIENCE_S)
+    while True:
+        try:
+            pose = source.read(0.0)
+        except TimeoutError:
+            return
+        yield pose

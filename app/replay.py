@@ -1,0 +1,154 @@
+"""Run a recorded session again, without the device: same frames, same score."""
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from app.endoscope_view import EndoscopeView
+from app.operating_room import OperatingRoom, Progress, prepare_room
+from app.video import VideoWriter
+from renderers.shading import Tier
+from scenarios import Scenario, Score, Session
+from scenarios.bundle import FrameRecord, SampleRecord, SessionInfo, read_session
+
+VIDEO_FPS = 30.0
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayReport:
+    """Say what a replay found.
+
+    complete: the recording was closed properly.
+    differing_frames, differing_clearances: numbers of the frames whose picture or
+        whose clearance differs from the recorded one.
+    score: computed again from the recorded poses.
+    same_score: whether it equals the recorded one, figure by figure; None when the
+        recording ended before it had one.
+    """
+
+    complete: bool
+    samples: int
+    frames: int
+    differing_frames: list[int]
+    differing_clearances: list[int]
+    score: Score
+    same_score: bool | None
+
+    @property
+    def is_exact(self) -> bool:
+        """Tell whether everything that was recorded came out again."""
+        return not (
+            self.differing_frames
+            or self.differing_clearances
+            or self.same_score is False
+        )
+
+
+def rebuild(
+    info: SessionInfo, scenario: Scenario, room: OperatingRoom, *, threads: int
+) -> tuple[Session, EndoscopeView]:
+    """Set up the session and the view that a recording describes."""
+    # Imported here: building meshes loads a large library.
+    from scenarios.instruments import suction_tube
+
+    endoscope = scenario.scope.endoscope()
+    session = Session(
+        endoscope,
+        np.array(info.world_from_device).reshape(4, 4),
+        room.surface.distance,
+        room.positions(scenario.targets),
+        info.picture_size,
+    )
+    view = EndoscopeView(
+        room,
+        ring_radius_mm=endoscope.ring_radius_mm,
+        instrument=suction_tube() if info.has_instrument else None,
+        tier=Tier[info.tier],
+        seed=info.seed,
+        threads=threads,
+    )
+    return session, view
+
+
+def replay_session(
+    folder: Path,
+    *,
+    threads: int,
+    progress: Progress,
+    video: Path | None = None,
+    room: OperatingRoom | None = None,
+) -> ReplayReport:
+    """Draw every recorded frame again and score every sample again.
+
+    room: the head, when the caller has it already.
+    Raises ValueError when the session cannot be read, or was flown through another
+    head than this version of the program builds.
+    """
+    info, records, complete = read_session(folder)
+    scenario = msgspec.json.decode(info.scenario, type=Scenario)
+    room = room or prepare_room(scenario, progress)
+    if room.surface_sha256 != info.surface_sha256:
+        raise ValueError(
+            f"{folder} was flown through another head (surface "
+            f"{info.surface_sha256[:12]}, now {room.surface_sha256[:12]}): this "
+            "version of the program builds it differently, so the pictures cannot "
+            "match."
+        )
+    session, view = rebuild(info, scenario, room, threads=threads)
+    samples = frames = 0
+    pictures: list[int] = []
+    clearances: list[int] = []
+    seen = None
+    with ExitStack() as stack:
+        film = None
+        if video is not None:
+            film = VideoWriter(video, info.picture_size, VIDEO_FPS)
+            stack.enter_context(film)
+        time_s = 0.0
+        for index, record in enumerate(records):
+            if isinstance(record, SampleRecord):
+                seen = session.step(record.sample())
+                time_s = record.time_s
+                samples += 1
+            elif isinstance(record, FrameRecord) and seen is not None:
+                frame = view.draw(
+                    seen, number=record.number, elapsed_s=0.0, gain=record.gain
+                )
+                frames += 1
+                if frame.sha256 != record.sha256:
+                    pictures.append(record.number)
+                if seen.clearance_mm != record.clearance_mm:
+                    clearances.append(record.number)
+                if film is not None:
+                    film.show_until(frame.pixels, time_s)
+            progress("Replaying", (index + 1) / len(records))
+    score = session.score()
+    return ReplayReport(
+        complete=complete,
+        samples=samples,
+        frames=frames,
+        differing_frames=pictures,
+        differing_clearances=clearances,
+        score=score,
+        same_score=_same_score(folder, score),
+    )
+
+
+class _Recorded(msgspec.Struct):
+    """The part of result.json that a replay computes again."""
+
+    score: Score
+
+
+def _same_score(folder: Path, score: Score) -> bool | None:
+    try:
+        raw = (folder / "result.json").read_bytes()
+    except FileNotFoundError:
+        return None
+    try:
+        return msgspec.json.decode(raw, type=_Recorded).score == score
+    except msgspec.DecodeError as error:
+        raise ValueError(f"{folder}/result.json is not valid: {error}.") from error

@@ -1,0 +1,91 @@
+"""What a person at the terminal sees: progress, one table, one sentence per error."""
+
+import json
+import sys
+from types import TracebackType
+from typing import Any, Self
+
+import msgspec
+
+
+class Stages:
+    """Show long work as named stages with bars; a context manager.
+
+    On a terminal each stage is a bar; in a log file a line when it begins. Everything
+    goes to standard error, so that ``--json`` leaves standard output to the result.
+    """
+
+    def __init__(self, *, quiet: bool = False) -> None:
+        """quiet: show nothing."""
+        self._quiet = quiet
+        self._bars: Any = None
+        self._tasks: dict[str, Any] = {}
+
+    def __enter__(self) -> Self:
+        if not self._quiet and sys.stderr.isatty():
+            from rich.console import Console
+            from rich.progress import (
+                BarColumn,
+                Progress,
+                TaskProgressColumn,
+                TextColumn,
+                TimeElapsedColumn,
+            )
+
+            self._bars = Progress(
+                TextColumn("{task.description:<34}"),
+                BarColumn(),
+                TaskProgressColumn(),
+                TimeElapsedColumn(),
+                console=Console(stderr=True),
+            )
+            self._bars.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._bars is not None:
+            self._bars.stop()
+            self._bars = None
+
+    def __call__(self, stage: str, share: float) -> None:
+        """Set a stage's done share, 0 to 1; an unknown stage begins."""
+        if self._quiet:
+            return
+        if self._bars is None:
+            if stage not in self._tasks:
+                self._tasks[stage] = None
+                print(f"{stage} ...", file=sys.stderr, flush=True)
+            return
+        if stage not in self._tasks:
+            self._tasks[stage] = self._bars.add_task(stage, total=1.0)
+        self._bars.update(self._tasks[stage], completed=min(max(share, 0.0), 1.0))
+
+    def say(self, text: str) -> None:
+        """Print one line between the bars."""
+        if self._quiet:
+            return
+        if self._bars is None:
+            print(text, file=sys.stderr, flush=True)
+        else:
+            self._bars.console.print(text, highlight=False)
+
+
+def print_json(value: object) -> None:
+    """Print a result for machines on standard output."""
+    print(json.dumps(msgspec.to_builtins(value), indent=2, allow_nan=False))
+
+
+def print_table(title: str, rows: list[tuple[str, str]]) -> None:
+    """Print named figures as one table on standard output."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title, show_header=False, title_justify="left")
+    for name, value in rows:
+        table.add_row(name, value)
+    Console().print(table, highlight=False)

@@ -1,0 +1,75 @@
+"""A film of frames, as MP4."""
+
+import os
+from collections.abc import Generator
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class VideoWriter:
+    """Write ``(h, w, 3)`` uint8 frames at a steady rate; a context manager.
+
+    The file appears under its name only when it is complete. Width and height must
+    be even (the colour planes have half the resolution).
+    """
+
+    def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:
+        """Start the encoder; `size` is ``(width, height)``."""
+        if size[0] % 2 or size[1] % 2:
+            raise ValueError(f"a video needs even width and height, got {size}")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._path = path
+        self._partial = path.with_name(f".{path.stem}.{os.getpid()}.partial.mp4")
+        self._size = size
+        self._fps = fps
+        self._frames = 0
+        self._writer: Generator[None, Any, None] | None = None
+
+    def add(self, pixels: NDArray[np.uint8]) -> None:
+        """Append one frame."""
+        if self._writer is None:
+            # Imported here: finding the encoder costs time that other commands need
+            # not pay.
+            from imageio_ffmpeg import write_frames
+
+            self._writer = write_frames(
+                str(self._partial),
+                self._size,
+                fps=self._fps,
+                codec="libx264",
+                quality=None,
+                macro_block_size=1,
+                # Mucosa is full of soft gradients; at 20 they show no bands.
+                output_params=["-crf", "20", "-preset", "veryfast"],
+            )
+            self._writer.send(None)
+        self._writer.send(np.ascontiguousarray(pixels))
+        self._frames += 1
+
+    def show_until(self, pixels: NDArray[np.uint8], time_s: float) -> None:
+        """Show a frame up to `time_s` of the film, as often as the rate needs.
+
+        Frames that come irregularly thus keep their times, to within one period.
+        """
+        while self._frames / self._fps <= time_s:
+            self.add(pixels)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._writer is not None:
+            self._writer.close()
+        if kind is None and self._partial.exists():
+            os.replace(self._partial, self._path)
+        else:
+            self._partial.unlink(missing_ok=True)
