@@ -1,0 +1,50 @@
+import numpy as np
+import pytest
+import trimesh
+
+from scenarios.instruments import suction_tube
+
+
+def test_tube_is_closed_and_faces_outwards() -> None:
+    mesh = suction_tube()
+    body = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True)
+    assert body.is_watertight
+    assert body.is_winding_consistent
+    assert body.volume > 0
+
+
+def test_volume_is_that_of_the_wall() -> None:
+    mesh = suction_tube(outer_mm=3.0, bore_mm=2.0, length_mm=100.0, bend_deg=0.0)
+    body = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True)
+    n = 32
+    polygon = n / 2 * np.sin(2 * np.pi / n)  # area of the 32-gon in a unit circle
+    wall = polygon * (1.5**2 - 1.0**2) * 100.0
+    # the half-round rim takes off a little
+    assert body.volume == pytest.approx(wall, rel=5e-3)
+
+
+def test_tip_is_at_the_origin_and_the_shaft_along_z() -> None:
+    mesh = suction_tube(outer_mm=2.4, bend_start_mm=70.0)
+    straight = mesh.vertices[mesh.vertices[:, 2] < 70.0]
+    assert mesh.vertices[:, 2].min() == pytest.approx(0.0, abs=1e-9)
+    assert np.hypot(straight[:, 0], straight[:, 1]).max() == pytest.approx(1.2)
+
+
+def test_bend_keeps_the_tube_round() -> None:
+    mesh = suction_tube(bend_deg=40.0, length_mm=120.0, bend_start_mm=70.0)
+    end_turn = np.radians(40.0)
+    axis = np.array([0.0, np.sin(end_turn), np.cos(end_turn)])
+    radius = 50.0 / end_turn
+    center = np.array(
+        [0.0, radius * (1 - np.cos(end_turn)), 70 + radius * np.sin(end_turn)]
+    )
+    on_end = np.abs((mesh.vertices - center) @ axis) < 1e-6
+    assert on_end.sum() >= 64
+    distance = np.linalg.norm(mesh.vertices[on_end] - center, axis=1)
+    assert set(np.round(distance, 6)) == {0.8, 1.2}
+
+
+@pytest.mark.parametrize(("outer", "bore"), [(2.0, 2.0), (2.0, 0.0), (1.0, 3.0)])
+def test_impossible_tubes_are_refused(outer: float, bore: float) -> None:
+    with pytest.raises(ValueError, match="bore"):
+        suction_tube(outer_mm=outer, bore_mm=bore)

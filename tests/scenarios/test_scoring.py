@@ -1,0 +1,39 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scenarios import Scorer
+
+
+@given(st.integers(2, 200), st.floats(1.0, 20.0))
+def test_length_of_a_circle(count: int, radius: float) -> None:
+    scorer = Scorer({"center": np.zeros(3)})
+    for i in range(count + 1):
+        a = 2 * np.pi * i / count
+        scorer.add(i * 0.01, radius * np.array([np.cos(a), np.sin(a), 0.0]), 1.0)
+    score = scorer.score()
+    assert score.path_length_mm == pytest.approx(
+        2 * count * radius * np.sin(np.pi / count)
+    )
+    assert score.target_distance_mm["center"] == pytest.approx(radius)
+    assert score.duration_s == pytest.approx(count * 0.01)
+
+
+@given(st.lists(st.floats(-2, 2), min_size=1, max_size=60))
+def test_contacts_are_the_runs_of_negative_gaps(gaps: list[float]) -> None:
+    scorer = Scorer({})
+    for i, gap in enumerate(gaps):
+        scorer.add(float(i), np.zeros(3), gap)
+    touching = [False, *(g < 0 for g in gaps)]
+    runs = sum(b and not a for a, b in zip(touching[:-1], touching[1:], strict=True))
+    score = scorer.score()
+    assert score.contacts == runs
+    assert score.min_clearance_mm == min(gaps)
+
+
+def test_time_must_not_run_backwards() -> None:
+    scorer = Scorer({})
+    scorer.add(1.0, np.zeros(3), 1.0)
+    with pytest.raises(ValueError, match="order of time"):
+        scorer.add(0.5, np.zeros(3), 1.0)
