@@ -1,0 +1,163 @@
+"""What the emulated arm does: touch the fiducials, then follow a probe path.
+
+The script's clock begins with the first poll. The right pedal (bit 0) is down while a
+fiducial is being held, the left one (bit 1) from the very packet that carries the
+path's first sample until its end, so that whoever reads the poses can find the path's
+time zero to the tick.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.microscribe.arm import FIELD, JOINTS
+from devices.microscribe.inverse import InverseKinematics
+from devices.microscribe.profiles import ArmProfile
+from devices.probe_path import ProbePath
+
+MARK_PEDAL = 1
+PATH_PEDAL = 2
+
+HOLD_S = 0.6
+# The stylus has come to rest before the pedal goes down and leaves after it is up.
+PRESS_FROM_S, PRESS_TO_S = 0.1, 0.5
+
+# Physiological tremor: 8-12 Hz, here 0.1 mm rms of each held point.
+TREMOR_MM = 0.1
+TREMOR_HZ = (8.3, 9.7, 11.4)
+
+# A calm hand; a third of what the driver takes for possible.
+TRAVEL_DEG_S = 240.0
+SHORTEST_TRAVEL_S = 0.4
+
+# Peak speed of the minimum-jerk profile over its mean speed.
+MINIMUM_JERK_PEAK = 1.875
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Leg:
+    """One leg of the way to the path: travel to a fiducial, then hold it."""
+
+    start_s: float
+    travel_s: float
+    start: NDArray[np.float64]
+    end: NDArray[np.float64]
+    point_mm: NDArray[np.float64] | None
+    """(3,) device frame; None on the leg that leads to the path."""
+
+    @property
+    def end_s(self) -> float:
+        hold = 0.0 if self.point_mm is None else HOLD_S
+        return self.start_s + self.travel_s + hold
+
+
+class ArmScript:
+    """Counts and pedals of an arm whose base stands somewhere beside the patient."""
+
+    def __init__(
+        self,
+        profile: ArmProfile,
+        path: ProbePath,
+        device_from_world: NDArray[np.float64],
+        fiducials_mm: NDArray[np.float64],
+        seed: int,
+    ) -> None:
+        """Plan the way; ``fiducials_mm`` is (n, 3), patient LPS.
+
+        Raise UnreachableError when the arm cannot get somewhere.
+        """
+        self._encoders = profile.encoders
+        self._inverse = InverseKinematics(profile.geometry)
+        self._path = path
+        self._from_world = device_from_world
+        self._home_counts = np.array(profile.home_counts, dtype=np.int64)
+        self._offset = np.zeros(JOINTS, dtype=np.int64)
+        home = self._home_counts * (2.0 * np.pi / np.array(self._encoders.turn))
+        home[5] = 0.0
+        self._angles = self._rest = home
+        self._phases = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, (3, 3))
+        self._began_s: float | None = None
+        self._path_began_s: float | None = None
+        self._approach = self._into_device(path.sample(0.0).axis, turn_only=True)
+        self._legs = self._plan(fiducials_mm)
+
+    def begin(self, now_s: float) -> None:
+        """Start the script's clock; harmless when repeated."""
+        if self._began_s is None:
+            self._began_s = now_s
+
+    def elapsed_s(self, now_s: float) -> float | None:
+        """Return seconds of the script, None before it began."""
+        return None if self._began_s is None else now_s - self._began_s
+
+    def latch(self, now_s: float) -> tuple[tuple[int, ...], int]:
+        """Return six counts of 14 bits, then the pedals."""
+        buttons = self._move(now_s)
+        counts = self._encoders.counts(self._angles) + self._offset
+        # An encoder that is not built in sends a constant.
+        counts[5] = self._home_counts[5]
+        return tuple(int(count) for count in counts % FIELD), buttons
+
+    def home(self) -> None:
+        """Load the rest pose's counts, wherever the arm stands."""
+        self._offset = self._home_counts - self._encoders.counts(self._angles)
+
+    def _move(self, now_s: float) -> int:
+        elapsed = self.elapsed_s(now_s)
+        if elapsed is None:
+            return 0
+        for leg in self._legs:
+            if elapsed < leg.end_s:
+                return self._move_along(leg, elapsed)
+        return self._follow(now_s)
+
+    def _move_along(self, leg: _Leg, elapsed_s: float) -> int:
+        u = (elapsed_s - leg.start_s) / leg.travel_s
+        if u < 1.0 or leg.point_mm is None:
+            blend = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+            self._angles = leg.start + blend * (leg.end - leg.start)
+            return 0
+        held_s = elapsed_s - leg.start_s - leg.travel_s
+        waves = np.sin(2.0 * np.pi * np.outer(TREMOR_HZ, [held_s] * 3) + self._phases)
+        # Three sines of this amplitude on three axes have an rms length of TREMOR_MM.
+        shake = TREMOR_MM * np.sqrt(2.0 / 9.0) * waves.sum(axis=0)
+        self._angles = self._inverse.solve(
+            leg.point_mm + shake, self._approach, leg.end
+        )
+        return MARK_PEDAL if PRESS_FROM_S <= held_s < PRESS_TO_S else 0
+
+    def _follow(self, now_s: float) -> int:
+        if self._path_began_s is None:
+            self._path_began_s = now_s
+        t_s = now_s - self._path_began_s
+        sample = self._path.sample(t_s)
+        self._angles = self._inverse.solve(
+            self._into_device(sample.tip_mm),
+            self._into_device(sample.axis, turn_only=True),
+            self._angles,
+        )
+        playing = t_s <= self._path.duration_s
+        return sample.buttons | (PATH_PEDAL if playing else 0)
+
+    def _plan(self, fiducials_mm: NDArray[np.float64]) -> list[_Leg]:
+        legs: list[_Leg] = []
+        clock, at = 0.0, self._rest
+        stops = [self._into_device(point) for point in fiducials_mm]
+        first = self._into_device(self._path.sample(0.0).tip_mm)
+        for point in (*stops, first):
+            solved = self._inverse.solve_afresh(point, self._approach, at)
+            # The same pose by the short way round.
+            end = at + np.remainder(solved - at + np.pi, 2.0 * np.pi) - np.pi
+            turn = float(np.degrees(np.abs(end - at).max()))
+            travel = max(SHORTEST_TRAVEL_S, MINIMUM_JERK_PEAK * turn / TRAVEL_DEG_S)
+            held = None if point is first else point
+            legs.append(_Leg(clock, travel, at, end, held))
+            clock, at = legs[-1].end_s, end
+        return legs
+
+    def _into_device(
+        self, vector: NDArray[np.float64], turn_only: bool = False
+    ) -> NDArray[np.float64]:
+        turned: NDArray[np.float64] = self._from_world[:3, :3] @ vector
+        return turned if turn_only else turned + self._from_world[:3, 3]
