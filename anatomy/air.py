@@ -1,0 +1,135 @@
+"""The air of one head, at points or over a lattice."""
+
+import os
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from anatomy import kernels
+from anatomy.frame import lps_from_ras
+from anatomy.lattice import Lattice
+from anatomy.model import BAND_MM, Model
+
+BRICK_VOXELS = 8
+_SCRATCH_ROWS = 8
+_CHUNK = 2048
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """Count what evaluating a lattice took."""
+
+    bricks: int
+    bricks_in_reach: int
+    part_evaluations: int
+    parts_seen: int
+
+
+def default_threads() -> int:
+    """Give the number of processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+
+
+def run_in_ranges(
+    work: Callable[[int, int], None],
+    total: int,
+    threads: int,
+    pieces: int,
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """Call `work` on ranges that tile ``[0, total)``; report the finished share."""
+    bounds = np.linspace(0, total, min(pieces, total) + 1).astype(int)
+    lock = threading.Lock()
+    done = 0
+
+    def one(i: int) -> None:
+        nonlocal done
+        work(int(bounds[i]), int(bounds[i + 1]))
+        if progress is not None:
+            with lock:
+                done += int(bounds[i + 1] - bounds[i])
+                progress(done / total)
+
+    with ThreadPoolExecutor(max_workers=threads) as pool:
+        for future in [pool.submit(one, i) for i in range(len(bounds) - 1)]:
+            future.result()
+
+
+def evaluate_lattice(
+    model: Model,
+    lattice: Lattice,
+    threads: int = 1,
+    brick_voxels: int = BRICK_VOXELS,
+    skipping: bool = True,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[kernels.Grids, Effort]:
+    """Evaluate air, walls, tint and background at every voxel.
+
+    The result has the same bits for any number of threads, brick size, skipping or
+    field of view.
+    """
+    shape, edge = lattice.shape, brick_voxels
+    grids = kernels.Grids(
+        air=np.empty(shape, dtype=np.float32),
+        gap=np.empty(shape, dtype=np.float32),
+        part=np.empty(shape, dtype=np.uint8),
+        structure=np.empty(shape, dtype=np.uint8),
+        blood=np.empty(shape, dtype=np.uint8),
+        skin=np.empty(shape, dtype=np.uint8),
+        ground_hu=np.empty(shape, dtype=np.int16),
+        ground=np.empty(shape, dtype=np.uint8),
+    )
+    bricks = int(np.prod([-(-n // edge) for n in shape]))
+    totals = np.zeros(4, dtype=np.int64)
+    lock = threading.Lock()
+
+    def fill(first: int, last: int) -> None:
+        points = edge**3
+        work = np.zeros((_SCRATCH_ROWS + model.stack_depth, points), dtype=np.float32)
+        fresh = np.empty((model.mark_rows, points), dtype=np.float32)
+        counters = np.zeros(4, dtype=np.int64)
+        kernels.fill_bricks(
+            first,
+            last,
+            edge,
+            skipping,
+            lattice.ras_start,
+            lattice.spacing_mm,
+            np.float32(BAND_MM),
+            model.tables,
+            work,
+            fresh,
+            np.empty_like(fresh),
+            np.empty(len(model.parts), dtype=np.bool_),
+            grids,
+            counters,
+        )
+        with lock:
+            totals[:] += counters
+
+    run_in_ranges(fill, bricks, threads, 64, progress)
+    return grids, Effort(*(int(n) for n in totals))
+
+
+def distance_at_points(
+    model: Model, points_mm: NDArray[np.floating]
+) -> NDArray[np.float64]:
+    """Evaluate the model's air function at ``(..., 3)`` LPS points, without a grid."""
+    points = np.asarray(points_mm, dtype=np.float64)
+    if points.shape[-1:] != (3,):
+        raise ValueError(f"points must have shape (..., 3), got {points.shape}")
+    flat = lps_from_ras(points.reshape(-1, 3)).T.astype(np.float32)
+    result = np.empty(flat.shape[1], dtype=np.float32)
+    for start in range(0, flat.shape[1], _CHUNK):
+        block = np.ascontiguousarray(flat[:, start : start + _CHUNK])
+        n = block.shape[1]
+        work = np.zeros((_SCRATCH_ROWS + model.stack_depth, n), dtype=np.float32)
+        marks = np.full((model.mark_rows, n), np.inf, dtype=np.float32)
+        kernels.evaluate_points(
+            block, model.tables, work, marks, result[start : start + n]
+        )
+    return result.reshape(points.shape[:-1]).astype(np.float64)

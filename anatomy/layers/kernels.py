@@ -1,0 +1,99 @@
+"""Compiled partial-volume coverage of the layers behind an air surface."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def layer_weights(
+    a: float, total: float, mucosa: float, bone: float, blur: float, w: Any
+) -> None:
+    """Give the weights of air, mucosa, bone and ground at depth `a` of a wall.
+
+    The wall is `total` mm thick with air on both sides: mucosa, bone and what is
+    left of it between two equal shells. Interfaces share one coordinate, so the
+    weights are differences of the normal distribution function and add to 1.
+    """
+    mucosa = min(mucosa, 0.5 * total)
+    bone = min(bone, 0.5 * total - mucosa)
+    s = 0.7071067811865476 / blur
+    f0 = 0.5 * math.erfc(-a * s)
+    f1 = 0.5 * math.erfc(-(a - mucosa) * s)
+    f2 = 0.5 * math.erfc(-(a - mucosa - bone) * s)
+    b = total - a
+    g0 = 0.5 * math.erfc(-b * s)
+    g1 = 0.5 * math.erfc(-(b - mucosa) * s)
+    g2 = 0.5 * math.erfc(-(b - mucosa - bone) * s)
+    w[0] = (1.0 - f0) + (1.0 - g0)
+    w[1] = (f0 - f1) + (g0 - g1)
+    w[2] = (f1 - f2) + (g1 - g2)
+    w[3] = f2 + g2 - 1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def paint_layers(
+    first: int,
+    last: int,
+    blur: float,
+    band: Any,
+    distance: Any,
+    gap: Any,
+    part: Any,
+    structure: Any,
+    ground_hu: Any,
+    ground: Any,
+    part_layers: Any,
+    structure_layers: Any,
+    shell_free: Any,
+    tissue_hu: Any,
+    hu: Any,
+    labels: Any,
+    cover: Any,
+) -> None:
+    """Paint slices `first` to `last` of HU, labels and bone cover.
+
+    part_layers, structure_layers: rows of mucosa mm, bone mm, air label, mucosa
+    label, bone label; a structure's row wins over the part's where it has one.
+    shell_free: 1 for ground labels that carry no bone shell, 2 for bone.
+    tissue_hu: air, mucosa, bone.
+    """
+    w = np.empty(4)
+    for z in range(first, last):
+        for y in range(distance.shape[1]):
+            for x in range(distance.shape[2]):
+                a = distance[z, y, x]
+                p, s, g = part[z, y, x], structure[z, y, x], ground[z, y, x]
+                if p == 255:
+                    hu[z, y, x] = ground_hu[z, y, x]
+                    labels[z, y, x] = g
+                    cover[z, y, x] = 255 if shell_free[g] == 2 else 0
+                    continue
+                row = structure_layers[s] if s != 255 else part_layers[p]
+                mucosa, bone = row[0], row[1]
+                if shell_free[g] == 1:
+                    bone = 0.0
+                other = gap[z, y, x]
+                total = 1e3
+                if other < band:
+                    total = max(a + other, 0.1)
+                layer_weights(a, total, mucosa, bone, blur, w)
+                value = (
+                    w[0] * tissue_hu[0]
+                    + w[1] * tissue_hu[1]
+                    + w[2] * tissue_hu[2]
+                    + w[3] * ground_hu[z, y, x]
+                )
+                hu[z, y, x] = np.int16(math.floor(value + 0.5))
+                solid = w[2] + (w[3] if shell_free[g] == 2 else 0.0)
+                cover[z, y, x] = np.uint8(255.0 * min(max(solid, 0.0), 1.0) + 0.5)
+                if a < 0:
+                    labels[z, y, x] = np.uint8(row[2])
+                elif w[3] >= w[1] and w[3] >= w[2]:
+                    labels[z, y, x] = g
+                elif w[1] >= w[2]:
+                    labels[z, y, x] = np.uint8(row[3])
+                else:
+                    labels[z, y, x] = np.uint8(row[4])

@@ -1,0 +1,48 @@
+"""The unevenness of living walls, as a function of the place alone."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+_UNIT_DEVIATION = 0.27
+"""Standard deviation of Perlin noise with unit gradients (measured, 1e6 points)."""
+
+_CELL_PER_WAVELENGTH = 0.65
+"""Lattice spacing that puts about one bump on each wavelength."""
+
+# wavelength mm, standard deviation mm, row, fade begins at y, fades over mm
+_OCTAVES = (
+    (11.0, 0.28, 0, 1e4, 1.0),
+    (5.0, 0.13, 0, 1e4, 1.0),
+    (2.4, 0.045, 0, 1e4, 1.0),
+    (4.2, 0.55, 1, -65.0, 4.0),
+)
+LIMITS_MM = (0.7, 1.2)
+"""Bounds of the two rows: walls thinner than twice the first would be pierced."""
+
+
+def noise_tables(
+    seed: int, factor: float
+) -> tuple[
+    NDArray[np.float32], NDArray[np.float32], NDArray[np.int32], NDArray[np.float32]
+]:
+    """Draw octaves ``(4, 16)``, inverse limits, permutation and unit gradients.
+
+    Each octave is turned and shifted at random: gradient noise vanishes at lattice
+    points, and aligned lattices would show as a grid of nodes.
+    """
+    rng = np.random.default_rng([seed, 0x6E6F])
+    rows = []
+    for wavelength, deviation, row, fade_from, fade_mm in _OCTAVES:
+        turn, _ = np.linalg.qr(rng.standard_normal((3, 3)))
+        matrix = turn / (wavelength * _CELL_PER_WAVELENGTH)
+        shift = rng.uniform(0, 256, 3)
+        amplitude = factor * deviation / _UNIT_DEVIATION
+        rows.append([row, amplitude, *matrix.ravel(), *shift, fade_from, fade_mm])
+    gradients = rng.standard_normal((256, 3))
+    gradients /= np.linalg.norm(gradients, axis=1, keepdims=True)
+    return (
+        np.array(rows, dtype=np.float32),
+        (1 / np.array(LIMITS_MM)).astype(np.float32),
+        rng.permutation(256).astype(np.int32),
+        gradients.astype(np.float32),
+    )

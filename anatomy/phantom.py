@@ -1,0 +1,137 @@
+"""The synthetic sinus phantom: a virtual patient for one set of parameters."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from anatomy import air
+from anatomy.coverage import paint
+from anatomy.distance.redistance import FARTHEST_MM, redistance
+from anatomy.landmarks import Landmark, landmarks
+from anatomy.lattice import DEFAULT_FIELD_MM, Box, Lattice
+from anatomy.model import build_model
+from anatomy.parameters import PhantomParameters
+from anatomy.slivers import remove_slivers
+from anatomy.tissue import Label, Side
+from renderers.scene.volume import AIR_HU, Volume
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Phantom:
+    """Hold one virtual patient; all volumes share one grid in LPS.
+
+    ct: int16 HU. labels: uint8 `Label`. sides: uint8 `Side`. bone_cover: uint8, 255
+    is all bone. distance: float32 mm to the air boundary, negative in air, zero on
+    the surface that is shown. blood: uint8, fraction ``(v / 255)^2``. skin: uint8
+    weight of dry skin, 255 is all.
+    """
+
+    parameters: PhantomParameters
+    ct: Volume
+    labels: Volume
+    sides: Volume
+    bone_cover: Volume
+    distance: Volume
+    blood: Volume
+    skin: Volume
+    landmarks: dict[str, Landmark]
+
+    @property
+    def spacing_mm(self) -> float:
+        """Get the edge of the cubic voxels."""
+        return float(self.ct.spacing_mm[0])
+
+
+def build_phantom(
+    parameters: PhantomParameters,
+    spacing_mm: float = 0.5,
+    progress: Progress | None = None,
+    threads: int | None = None,
+    field_mm: Box = DEFAULT_FIELD_MM,
+) -> Phantom:
+    """Build a virtual patient.
+
+    field_mm: LPS ranges of x, y, z. progress: called with a stage and its finished
+    share. threads: None takes all processors. The result does not depend on threads.
+    Raise ValueError for a spacing outside [0.2, 3] mm.
+    """
+    workers = air.default_threads() if threads is None else threads
+    if workers < 1:
+        raise ValueError(f"threads must be at least 1, got {threads}")
+
+    def report(stage: str) -> Callable[[float], None] | None:
+        return None if progress is None else lambda share: progress(stage, share)
+
+    model = build_model(parameters)
+    lattice = Lattice.covering(spacing_mm, field_mm)
+    grids, _ = air.evaluate_lattice(
+        model, lattice, workers, progress=report("evaluating the air function")
+    )
+    remove_slivers(grids.air, grids.part, spacing_mm)
+    if progress is not None:
+        progress("measuring distances", 0.0)
+    distance = redistance(grids.air, spacing_mm)
+
+    def run(work: Callable[[int, int], None], total: int) -> None:
+        air.run_in_ranges(work, total, workers, 16, report("painting tissues"))
+
+    painted = paint(model, grids, distance, spacing_mm, run)
+    sides = _sides(lattice, grids.part, painted.labels, model.tables.parts[:, 2])
+
+    def volume(values: NDArray[np.generic], background: float) -> Volume:
+        return Volume(
+            values, np.full(3, spacing_mm), lattice.origin_mm, background=background
+        )
+
+    return Phantom(
+        parameters,
+        volume(painted.hu, AIR_HU),
+        volume(painted.labels, 0.0),
+        volume(sides, 0.0),
+        volume(painted.bone_cover, 0.0),
+        volume(distance, FARTHEST_MM),
+        volume(grids.blood, 0.0),
+        volume(grids.skin, 0.0),
+        landmarks(parameters),
+    )
+
+
+def distance_at(
+    parameters: PhantomParameters, points_mm: NDArray[np.floating]
+) -> NDArray[np.float64]:
+    """Evaluate the air function at ``(..., 3)`` LPS points, without any volume.
+
+    Negative in air; the zero set is the mucosal surface, the magnitude only close to
+    a distance. A phantom's `distance` has the same sign at its voxels.
+    """
+    return air.distance_at_points(build_model(parameters), points_mm)
+
+
+def _sides(
+    lattice: Lattice,
+    part: NDArray[np.uint8],
+    labels: NDArray[np.uint8],
+    part_side: NDArray[np.int32],
+) -> NDArray[np.uint8]:
+    """Tell right from left: by the part next to it, elsewhere by the midline."""
+    x = lattice.origin_mm[0] + lattice.spacing_mm * np.arange(lattice.count[0])
+    by_place = np.where(x > 0, Side.LEFT, Side.RIGHT).astype(np.uint8)
+    table = np.zeros(256, dtype=np.uint8)
+    table[: len(part_side)] = np.where(part_side > 0, Side.RIGHT, Side.LEFT)
+    sides = table[part]
+    sides = np.where(part == 255, by_place[None, None, :], sides)
+    middle = np.zeros(256, dtype=np.bool_)
+    middle[
+        [
+            Label.OUTSIDE_AIR,
+            Label.NASOPHARYNX_AIR,
+            Label.SEPTAL_BONE,
+            Label.SEPTAL_CARTILAGE,
+        ]
+    ] = True
+    sides[middle[labels]] = Side.MIDLINE
+    return sides
