@@ -1,0 +1,138 @@
+"""The volume cut into cells, each with the ghost layers its samples need.
+
+A cell owns ``side**3`` cubes between voxel centres, hence ``(side + 1)**3`` voxels;
+one more voxel on either side makes its gradients, so ``(side + 3)**3`` values travel.
+A point on a face shared by two cells belongs to the cell with the larger index.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.art.preparation import chebyshev, find_clear
+
+SIDES = (8, 16, 32)
+"""Cell sides, in cubes. Powers of two, so that a voxel's cell is a shift away."""
+
+
+@dataclass(frozen=True, slots=True)
+class CellGrid:
+    """Say which voxels belong to which cell.
+
+    shape: voxels ``(nz, ny, nx)``. side: cubes along a cell's edge.
+    Cells are numbered with x fastest, then y, then z.
+    """
+
+    shape: tuple[int, int, int]
+    side: int = 8
+
+    def __post_init__(self) -> None:
+        if self.side not in SIDES:
+            raise ValueError(f"cell side must be one of {SIDES}, got {self.side!r}")
+        if len(self.shape) != 3 or min(self.shape) < 2:
+            raise ValueError(f"a grid needs at least 2 voxels an axis: {self.shape}")
+
+    @property
+    def shift(self) -> int:
+        """Get the binary logarithm of `side`."""
+        return self.side.bit_length() - 1
+
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        """Get the number of cells along z, y, x."""
+        nz, ny, nx = self.shape
+        s = self.side
+        return -(-(nz - 1) // s), -(-(ny - 1) // s), -(-(nx - 1) // s)
+
+    @property
+    def cells(self) -> int:
+        """Get the number of cells."""
+        cz, cy, cx = self.counts
+        return cz * cy * cx
+
+    def start(self, cell: int) -> tuple[int, int, int]:
+        """Get the first voxel ``(z, y, x)`` of a cell."""
+        _, cy, cx = self.counts
+        if not 0 <= cell < self.cells:
+            raise ValueError(f"there is no cell {cell}; the volume has {self.cells}")
+        s = self.side
+        return cell // (cy * cx) * s, cell // cx % cy * s, cell % cx * s
+
+    def block(self, values: NDArray[Any], cell: int) -> NDArray[Any]:
+        """Copy a cell's values with its ghosts, ``(side + 3,) * 3``.
+
+        Beyond the volume's faces the outermost voxel is repeated.
+        """
+        width = self.side + 3
+        where = [
+            np.clip(np.arange(first - 1, first - 1 + width), 0, size - 1)
+            for first, size in zip(self.start(cell), self.shape, strict=True)
+        ]
+        if all(w[-1] - w[0] == width - 1 for w in where):
+            inner = tuple(slice(int(w[0]), int(w[0]) + width) for w in where)
+            return np.ascontiguousarray(values[inner])
+        return values[np.ix_(*where)]
+
+    def value_ranges(self, values: NDArray[Any]) -> NDArray[np.float32]:
+        """Get the smallest and largest value of each cell, ``(cells, 2)``."""
+        both = []
+        for pick in (np.minimum, np.maximum):
+            best = values
+            for axis in range(3):
+                size = self.shape[axis]
+                starts = np.arange(0, size - 1, self.side)
+                after = np.minimum(starts + self.side, size - 1)
+                # A cell shares its last voxel with the next cell.
+                best = pick(
+                    pick.reduceat(best, starts, axis=axis),
+                    np.take(best, after, axis=axis),
+                )
+            both.append(best.ravel())
+        return np.stack(both, axis=-1).astype(np.float32)
+
+    def distances(
+        self, ranges: NDArray[np.float32], clear: NDArray[np.float32]
+    ) -> NDArray[np.uint8]:
+        """Get each cell's Chebyshev distance, in cells, to the next one to be seen.
+
+        clear: ``(k, 2)`` intervals of values that cannot be seen. Zero marks cells
+        that may hold something; distances saturate at 255.
+        """
+        distance = np.zeros(self.cells, np.uint8)
+        find_clear(ranges, clear, distance)
+        chebyshev(distance.reshape(self.counts))
+        return distance
+
+
+class CellShare:
+    """The raw cells that one rank keeps for everybody.
+
+    A rank on its own keeps the volume itself and cuts blocks when asked; one of many
+    copies its own cells, and the rest of the volume need not be in its memory.
+    """
+
+    def __init__(
+        self, grid: CellGrid, values: NDArray[Any], cells: NDArray[np.int64] | None
+    ) -> None:
+        """Keep `cells` of a volume, or the whole volume when `cells` is None."""
+        if values.shape != grid.shape:
+            raise ValueError(f"values {values.shape} do not fit the grid {grid.shape}")
+        self.grid = grid
+        self.dtype = values.dtype
+        self._values = values if cells is None else None
+        self._blocks = (
+            {} if cells is None else {int(c): grid.block(values, int(c)) for c in cells}
+        )
+
+    def block(self, cell: int) -> NDArray[Any]:
+        """Get a cell's block; raise KeyError when another rank keeps it."""
+        if self._values is not None:
+            return self.grid.block(self._values, cell)
+        return self._blocks[cell]
+
+    def decode(self, payload: bytes) -> NDArray[Any]:
+        """Read a block back from the bytes of a Data message."""
+        width = self.grid.side + 3
+        return np.frombuffer(payload, self.dtype).reshape(width, width, width)

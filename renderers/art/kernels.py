@@ -1,0 +1,319 @@
+"""March rays through cells; sample, classify, shade, composite.
+
+Positions inside the loops are float32 voxel coordinates, counted from the ray's first
+sample inside the volume, so that a camera a kilometre away costs no accuracy. Sample
+``i`` of a ray lies at ``origin + i * step`` whatever was skipped before it and
+whichever cell it falls into: that is why neither cell size, nor threads, nor the order
+in which cells arrive can change a bit. A ray that meets a missing cell writes down
+where it stopped and goes on later from there.
+
+Ray arrays, one row per ray: ``geometry`` float32 (origin x y z, step x y z in voxels,
+step in mm, distance of sample 0 in mm); ``count`` int32 samples; ``cursor`` int32
+(sample, stage, bracket); ``value`` float32 (r, g, b, transmittance) or (normal,
+coverage); ``depth`` float32 mm; ``waiting`` int32 cell, negative when none.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from renderers.art.views import CellView, Classification
+
+ZERO, ONE, HALF = np.float32(0), np.float32(1), np.float32(0.5)
+TINY = np.float32(1e-6)
+
+EDGE_VOXEL = np.float32(1e-3)
+"""Leaps end this far before the end of empty space. Positions are good to 6e-5 voxel
+at 1024 voxels, so no rounding can leap over a sample that counts."""
+
+LEAP_SHARE = np.float32(0.999)
+"""The same precaution for leaps counted in voxels."""
+
+BISECTIONS = 12
+"""Halvings of the step around a surface: to 1e-4 of a voxel from half a voxel."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def steps_out(
+    x: np.float32, s: np.float32, first: np.float32, last: np.float32
+) -> np.float32:
+    """Count the steps from x that surely stay in ``[first, last]`` voxels."""
+    if s > ZERO:
+        return (last - EDGE_VOXEL - x) / s
+    if s < ZERO:
+        return (first + EDGE_VOXEL - x) / s
+    return np.float32(np.inf)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def cell_steps(
+    x: np.float32, y: np.float32, z: np.float32,
+    sx: np.float32, sy: np.float32, sz: np.float32,
+    ix: int, iy: int, iz: int, shift: int, distance: int, left: int,
+) -> int:  # fmt: skip
+    """Count the steps to the next sample that may lie in an occupied cell, >= 1."""
+    side = 1 << shift
+    near, reach = (distance - 1) * side, distance * side
+    x0, y0, z0 = (ix >> shift) * side, (iy >> shift) * side, (iz >> shift) * side
+    out = min(
+        steps_out(x, sx, np.float32(x0 - near), np.float32(x0 + reach)),
+        steps_out(y, sy, np.float32(y0 - near), np.float32(y0 + reach)),
+        steps_out(z, sz, np.float32(z0 - near), np.float32(z0 + reach)),
+    )
+    # Bounded before it becomes an integer: an axis-parallel ray never leaves.
+    return int(min(max(out, ZERO), np.float32(left))) + 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def trilinear(
+    samples: NDArray[np.float32], at: int, row: int, slab: int,
+    fx: np.float32, fy: np.float32, fz: np.float32,
+) -> np.float32:  # fmt: skip
+    """Interpolate one channel of interleaved samples between eight voxels."""
+    a = samples[at] + fx * (samples[at + 4] - samples[at])
+    at += row
+    b = samples[at] + fx * (samples[at + 4] - samples[at])
+    at += slab
+    d = samples[at] + fx * (samples[at + 4] - samples[at])
+    at -= row
+    c = samples[at] + fx * (samples[at + 4] - samples[at])
+    low = a + fy * (b - a)
+    density: np.float32 = low + fz * (c + fy * (d - c) - low)
+    return density
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def march_classic(
+    geometry: NDArray[np.float32], count: NDArray[np.int32], cursor: NDArray[np.int32],
+    value: NDArray[np.float32], depth: NDArray[np.float32], waiting: NDArray[np.int32],
+    view: CellView, shift: int, clock: int, table: Classification,
+    lights: NDArray[np.float32], material: NDArray[np.float32],
+    spacing: NDArray[np.float32],
+    least_gradient: np.float32, cutoff: np.float32, renormalise: bool,
+    counters: NDArray[np.int64],
+) -> None:  # fmt: skip
+    """Composite each ray front to back until it ends, is opaque, or misses a cell.
+
+    lights: float32 (m, 7) vector, colour, is local, in mm along the array's axes.
+    material: float32 (4,) ambient, diffuse, specular, shininess. counters: int64
+    samples, contributing, skipped, cells entered. Post-classified; the opacity of a
+    step of length h is ``1 - exp(-kappa h)``.
+    """
+    side = 1 << shift
+    mask = side - 1
+    n1 = side + 1
+    pad = side + 2
+    row, slab = 4 * n1, 4 * n1 * n1
+    for ray in range(len(count)):
+        waiting[ray] = -1
+        i, end = cursor[ray, 0], count[ray]
+        if i >= end:
+            continue
+        ox, oy, oz = geometry[ray, 0], geometry[ray, 1], geometry[ray, 2]
+        sx, sy, sz = geometry[ray, 3], geometry[ray, 4], geometry[ray, 5]
+        h = geometry[ray, 6]
+        leap = LEAP_SHARE / max(abs(sx), abs(sy), abs(sz))
+        vx, vy, vz = sx * spacing[0] / h, sy * spacing[1] / h, sz * spacing[2] / h
+        r, g, b, t = value[ray, 0], value[ray, 1], value[ray, 2], value[ray, 3]
+        current, slot = -1, 0
+        while i < end:
+            fi = np.float32(i)
+            x, y, z = ox + fi * sx, oy + fi * sy, oz + fi * sz
+            ix = min(max(int(x), 0), view.top[0])
+            iy = min(max(int(y), 0), view.top[1])
+            iz = min(max(int(z), 0), view.top[2])
+            cell = (iz >> shift) * view.counts[1] + (iy >> shift)
+            cell = cell * view.counts[0] + (ix >> shift)
+            if cell != current:
+                far = int(view.cell_leap[cell])
+                if far > 0:
+                    jump = min(
+                        cell_steps(
+                            x, y, z, sx, sy, sz, ix, iy, iz, shift, far, end - i
+                        ),
+                        end - i,
+                    )
+                    counters[2] += jump
+                    i += jump
+                    continue
+                slot = view.slots[cell]
+                if slot < 0:
+                    waiting[ray] = cell
+                    break
+                current = cell
+                view.stamp[slot] = clock
+                counters[3] += 1
+            lx, ly, lz = ix & mask, iy & mask, iz & mask
+            far = int(
+                view.cube_leap[((slot * pad + lz + 1) * pad + ly + 1) * pad + lx + 1]
+            )
+            if far > 0:
+                jump = min(max(int(np.float32(far - 1) * leap), 1), end - i)
+                counters[2] += jump
+                i += jump
+                continue
+            i += 1
+            counters[0] += 1
+            fx, fy, fz = x - np.float32(ix), y - np.float32(iy), z - np.float32(iz)
+            at = (((slot * n1 + lz) * n1 + ly) * n1 + lx) * 4
+            v = trilinear(view.samples, at, row, slab, fx, fy, fz)
+            bin_ = (v - table.low) * table.scale
+            k = table.bins[int(min(max(bin_, ZERO), np.float32(len(table.bins) - 1)))]
+            while v >= table.nodes[k + 1]:
+                k += 1
+            dv = max(v - table.nodes[k], ZERO)
+            kappa = table.base[k, 3] + dv * table.slope[k, 3]
+            if kappa <= ZERO:
+                continue
+            counters[1] += 1
+            cr = table.base[k, 0] + dv * table.slope[k, 0]
+            cg = table.base[k, 1] + dv * table.slope[k, 1]
+            cb = table.base[k, 2] + dv * table.slope[k, 2]
+            gx = trilinear(view.samples, at + 1, row, slab, fx, fy, fz)
+            gy = trilinear(view.samples, at + 2, row, slab, fx, fy, fz)
+            gz = trilinear(view.samples, at + 3, row, slab, fx, fy, fz)
+            steep = math.sqrt(gx * gx + gy * gy + gz * gz)
+            if steep > least_gradient:
+                inverse = -ONE / steep
+                nx, ny, nz = gx * inverse, gy * inverse, gz * inverse
+                dr, dg, db = material[0], material[0], material[0]
+                er, eg, eb = ZERO, ZERO, ZERO
+                for m in range(len(lights)):
+                    qx, qy, qz = lights[m, 0], lights[m, 1], lights[m, 2]
+                    if lights[m, 6] > ZERO:
+                        qx -= x * spacing[0]
+                        qy -= y * spacing[1]
+                        qz -= z * spacing[2]
+                        q = max(math.sqrt(qx * qx + qy * qy + qz * qz), TINY)
+                        qx, qy, qz = qx / q, qy / q, qz / q
+                    c = material[1] * max(nx * qx + ny * qy + nz * qz, ZERO)
+                    dr += c * lights[m, 3]
+                    dg += c * lights[m, 4]
+                    db += c * lights[m, 5]
+                    if material[2] > ZERO:
+                        hx, hy, hz = qx - vx, qy - vy, qz - vz
+                        q = max(math.sqrt(hx * hx + hy * hy + hz * hz), TINY)
+                        c = max((nx * hx + ny * hy + nz * hz) / q, ZERO)
+                        c = material[2] * c ** material[3]
+                        er += c * lights[m, 3]
+                        eg += c * lights[m, 4]
+                        eb += c * lights[m, 5]
+                cr, cg, cb = cr * dr + er, cg * dg + eg, cb * db + eb
+            weight = t * -np.float32(math.expm1(-kappa * h))
+            r += weight * cr
+            g += weight * cg
+            b += weight * cb
+            t -= weight
+            if t <= HALF and depth[ray] == np.float32(np.inf):
+                depth[ray] = geometry[ray, 7] + fi * h
+            if t < cutoff:
+                if renormalise:
+                    k_ = ONE / (ONE - t)
+                    r, g, b, t = r * k_, g * k_, b * k_, ZERO
+                i = end
+        cursor[ray, 0] = i
+        value[ray, 0], value[ray, 1], value[ray, 2], value[ray, 3] = r, g, b, t
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def march_scope(
+    geometry: NDArray[np.float32], count: NDArray[np.int32], cursor: NDArray[np.int32],
+    value: NDArray[np.float32], depth: NDArray[np.float32], waiting: NDArray[np.int32],
+    view: CellView, shift: int, clock: int, counters: NDArray[np.int64],
+) -> None:  # fmt: skip
+    """Find where each ray first meets density >= 0; write its depth and normal there.
+
+    Stages of cursor: 0 leaps and samples; 1 to BISECTIONS halve the step before the
+    first sample that is not negative; then the normal, towards negative density, is
+    read. Each stage reads one point and hence needs one cell. The bracket is kept as
+    an integer, so that stopping and going on is exact.
+    """
+    side = 1 << shift
+    mask = side - 1
+    n1 = side + 1
+    pad = side + 2
+    row, slab = 4 * n1, 4 * n1 * n1
+    for ray in range(len(count)):
+        waiting[ray] = -1
+        i, stage, bracket = cursor[ray, 0], cursor[ray, 1], cursor[ray, 2]
+        end = count[ray]
+        ox, oy, oz = geometry[ray, 0], geometry[ray, 1], geometry[ray, 2]
+        sx, sy, sz = geometry[ray, 3], geometry[ray, 4], geometry[ray, 5]
+        leap = LEAP_SHARE / max(abs(sx), abs(sy), abs(sz)) if end > 0 else ZERO
+        current, slot = -1, 0
+        while i < end:
+            at_i = np.float32(i)
+            if stage > 0 and i > 0:
+                if stage <= BISECTIONS:
+                    part = np.float32(2 * bracket + 1) / np.float32(1 << stage)
+                else:
+                    part = np.float32(bracket + 1) / np.float32(1 << BISECTIONS)
+                at_i = np.float32(i - 1) + part
+            x, y, z = ox + at_i * sx, oy + at_i * sy, oz + at_i * sz
+            ix = min(max(int(x), 0), view.top[0])
+            iy = min(max(int(y), 0), view.top[1])
+            iz = min(max(int(z), 0), view.top[2])
+            cell = (iz >> shift) * view.counts[1] + (iy >> shift)
+            cell = cell * view.counts[0] + (ix >> shift)
+            v = -ONE
+            far = int(view.cell_leap[cell])
+            if far > 0:
+                if stage == 0:
+                    jump = cell_steps(
+                        x, y, z, sx, sy, sz, ix, iy, iz, shift, far, end - i
+                    )
+                    jump = min(jump, end - i)
+                    counters[2] += jump
+                    i += jump
+                    continue
+            else:
+                if cell != current:
+                    slot = view.slots[cell]
+                    if slot < 0:
+                        waiting[ray] = cell
+                        break
+                    current = cell
+                    view.stamp[slot] = clock
+                    counters[3] += 1
+                lx, ly, lz = ix & mask, iy & mask, iz & mask
+                if stage == 0:
+                    d = ((slot * pad + lz + 1) * pad + ly + 1) * pad + lx + 1
+                    far = int(view.cube_leap[d])
+                    if far > 0:
+                        jump = max(int(np.float32(far - 1) * leap), 1)
+                        jump = min(jump, end - i)
+                        counters[2] += jump
+                        i += jump
+                        continue
+                counters[0] += 1
+                fx, fy, fz = x - np.float32(ix), y - np.float32(iy), z - np.float32(iz)
+                at = (((slot * n1 + lz) * n1 + ly) * n1 + lx) * 4
+                if stage > BISECTIONS:
+                    gx = trilinear(view.samples, at + 1, row, slab, fx, fy, fz)
+                    gy = trilinear(view.samples, at + 2, row, slab, fx, fy, fz)
+                    gz = trilinear(view.samples, at + 3, row, slab, fx, fy, fz)
+                    steep = math.sqrt(gx * gx + gy * gy + gz * gz)
+                    value[ray, 0], value[ray, 1], value[ray, 2] = gx, gy, gz
+                    if steep > ZERO:
+                        value[ray, 0] = -gx / steep
+                        value[ray, 1] = -gy / steep
+                        value[ray, 2] = -gz / steep
+                    value[ray, 3] = ONE
+                    depth[ray] = geometry[ray, 7] + at_i * geometry[ray, 6]
+                    counters[1] += 1
+                    i = end
+                    continue
+                v = trilinear(view.samples, at, row, slab, fx, fy, fz)
+            if stage == 0:
+                if v < ZERO:
+                    i += 1
+                else:
+                    # At sample 0 the eye, or the volume's face, is in tissue.
+                    stage = 1 if i > 0 else BISECTIONS + 1
+                    bracket = 0
+            else:
+                bracket = 2 * bracket + (1 if v < ZERO else 0)
+                stage += 1
+        cursor[ray, 0], cursor[ray, 1], cursor[ray, 2] = i, stage, bracket

@@ -1,0 +1,230 @@
+"""What happens to a ray inside the volume, in each of the two modes.
+
+A march turns the vocabulary into the arrays a kernel takes. It knows which values
+cannot be seen (`clear`), so that cells and cubes without anything else are leapt over.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.art.kernels import march_classic, march_scope
+from renderers.art.preparation import set_up_rays
+from renderers.art.quality import Quality
+from renderers.art.rays import RayPacket
+from renderers.art.regions import Region
+from renderers.art.views import CellView, Classification
+from renderers.scene import Camera, Scene, TransferFunction, Volume
+
+COUNTERS = ("samples", "contributing", "skipped", "cells_entered")
+"""Names of the kernels' counters."""
+
+LARGEST_COUNT = 1 << 22
+"""Samples on one ray, at most; float32 tells them apart with a bracket between."""
+
+_BINS = 1024
+
+
+class March(Protocol):
+    """Promise what a node needs to know of a mode."""
+
+    volume: Volume
+    quality: Quality
+    clear: NDArray[np.float32]
+
+    def start(self, region: Region, rays: "FrameRays") -> RayPacket:
+        """Put the rays of a region at their first samples."""
+        ...
+
+    def run(
+        self, packet: RayPacket, view: CellView, shift: int, clock: int
+    ) -> NDArray[np.int64]:
+        """Move each ray until it ends or misses a cell; return the counters."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class FrameRays:
+    """Hold a camera's rays: world origins and unit directions, ``(h, w, 3)``."""
+
+    origins: NDArray[np.float64]
+    directions: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, camera: Camera) -> "FrameRays":
+        """Ask the camera."""
+        return cls(*camera.rays())
+
+
+def clear_intervals(transfer_function: TransferFunction) -> NDArray[np.float32]:
+    """Get the intervals of density without any extinction, ``(k, 2)``."""
+    nodes = np.concatenate([[-np.inf], transfer_function.nodes, [np.inf]])
+    kappa = transfer_function.kappa_per_mm
+    kappa = np.concatenate([kappa[:1], kappa, kappa[-1:]])
+    intervals: list[list[float]] = []
+    for k in np.flatnonzero((kappa[:-1] == 0) & (kappa[1:] == 0)):
+        if intervals and intervals[-1][1] == nodes[k]:
+            intervals[-1][1] = nodes[k + 1]
+        else:
+            intervals.append([nodes[k], nodes[k + 1]])
+    return np.array(intervals, np.float32).reshape(-1, 2)
+
+
+def classification(transfer_function: TransferFunction) -> Classification:
+    """Lay the user's own nodes behind a table of bins.
+
+    Piecewise linear between exactly the nodes given: a jump stays where it was put.
+    """
+    nodes = transfer_function.nodes
+    ends = np.column_stack([transfer_function.color, transfer_function.kappa_per_mm])
+    slope = np.diff(ends, axis=0) / np.diff(nodes)[:, None]
+    # Before the first and beyond the last node the end values hold.
+    base = np.concatenate([ends[:1], ends])
+    slope = np.concatenate([np.zeros((1, 4)), slope, np.zeros((1, 4))])
+    lower = np.concatenate([[nodes[0]], nodes, [np.inf]]).astype(np.float32)
+    low, high = np.float32(nodes[0]), np.float32(nodes[-1])
+    scale = np.float32(_BINS / max(float(high - low), 1e-30))
+    edges = float(low) + (np.arange(_BINS) - 1e-3) / float(scale)
+    bins = np.searchsorted(lower[1:-1], edges, side="right")
+    # One segment early: the kernel walks forward, and rounding cannot put it late.
+    return Classification(
+        np.maximum(bins - 1, 0).astype(np.int32),
+        low,
+        scale,
+        lower,
+        base.astype(np.float32),
+        slope.astype(np.float32),
+    )
+
+
+class _Marching:
+    """Set up rays, which both modes do alike."""
+
+    at_ends = False
+    first_value = (0.0, 0.0, 0.0, 1.0)
+
+    def __init__(self, volume: Volume, quality: Quality) -> None:
+        if volume.values.dtype.kind == "f" and not np.isfinite(volume.values).all():
+            raise ValueError(
+                "the volume holds values that are not finite; replace them, for "
+                "instance by its background"
+            )
+        self.volume = volume
+        self.quality = quality
+        self.step_mm = float(quality.step_voxels * volume.spacing_mm.min())
+        size = np.array(volume.shape[::-1]) - 1
+        diagonal_mm = float(np.linalg.norm(size * volume.spacing_mm))
+        if diagonal_mm / self.step_mm > LARGEST_COUNT:
+            raise ValueError(
+                f"a step of {self.step_mm} mm through {diagonal_mm:.0f} mm makes more "
+                f"than {LARGEST_COUNT} samples; choose a larger one"
+            )
+        self._top = size.astype(np.float64)
+
+    def start(self, region: Region, rays: FrameRays) -> RayPacket:
+        """Put the rays of a region at their first samples."""
+        n = region.pixels
+        geometry = np.zeros((n, 8), np.float32)
+        count = np.zeros(n, np.int32)
+        set_up_rays(
+            rays.origins[region.rows, region.columns].reshape(n, 3),
+            rays.directions[region.rows, region.columns].reshape(n, 3),
+            self.volume.voxel_from_world,
+            self._top,
+            self.step_mm,
+            self.at_ends,
+            geometry,
+            count,
+        )
+        return RayPacket.start(region, geometry, count, self.first_value)
+
+
+class ClassicMarch(_Marching):
+    """Classify, shade and composite samples at the middles of steps."""
+
+    def __init__(
+        self, scene: Scene, quality: Quality, value_range: tuple[float, float]
+    ) -> None:
+        """Take the volume's smallest and largest value, which the caller knows."""
+        super().__init__(scene.volume, quality)
+        self.clear = clear_intervals(scene.transfer_function)
+        self._table = classification(scene.transfer_function)
+        volume = scene.volume
+        material = scene.material
+        self._material = np.array(
+            [material.ambient, material.diffuse, material.specular, material.shininess],
+            np.float32,
+        )
+        # Lights are turned into the array's axes once, instead of every normal.
+        self._lights = np.zeros((len(scene.lights), 7), np.float32)
+        for row, light in zip(self._lights, scene.lights, strict=True):
+            origin = volume.origin_mm if light.is_local else np.zeros(3)
+            row[:3] = volume.direction.T @ (light.vector - origin)
+            row[3:6] = light.color
+            row[6] = light.is_local
+        self._spacing = volume.spacing_mm.astype(np.float32)
+        # Below this a gradient is rounding, and a normal made of it is noise.
+        self._least_gradient = np.float32(
+            max(1e-6 * (value_range[1] - value_range[0]), 1e-30)
+        )
+
+    def run(
+        self, packet: RayPacket, view: CellView, shift: int, clock: int
+    ) -> NDArray[np.int64]:
+        """Composite each ray until it ends or misses a cell."""
+        counters = np.zeros(len(COUNTERS), np.int64)
+        march_classic(
+            packet.geometry,
+            packet.count,
+            packet.cursor,
+            packet.value,
+            packet.depth,
+            packet.waiting,
+            view,
+            shift,
+            clock,
+            self._table,
+            self._lights,
+            self._material,
+            self._spacing,
+            self._least_gradient,
+            np.float32(self.quality.cutoff),
+            self.quality.renormalise,
+            counters,
+        )
+        return counters
+
+
+class ScopeMarch(_Marching):
+    """Find the zero of the air distance, sampling at both ends of steps."""
+
+    at_ends = True
+    first_value = (0.0, 0.0, 0.0, 0.0)
+
+    def __init__(self, scene: Scene, quality: Quality) -> None:
+        if scene.surface is None:
+            raise ValueError("the scene has no air surface; mode scope needs one")
+        super().__init__(scene.surface.distance, quality)
+        self.clear = np.array([[-math.inf, 0.0]], np.float32)
+
+    def run(
+        self, packet: RayPacket, view: CellView, shift: int, clock: int
+    ) -> NDArray[np.int64]:
+        """Leap to the surface; value becomes (normal, coverage) along array axes."""
+        counters = np.zeros(len(COUNTERS), np.int64)
+        march_scope(
+            packet.geometry,
+            packet.count,
+            packet.cursor,
+            packet.value,
+            packet.depth,
+            packet.waiting,
+            view,
+            shift,
+            clock,
+            counters,
+        )
+        return counters

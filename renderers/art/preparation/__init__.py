@@ -1,0 +1,10 @@
+"""What is computed before rays march: bricks, empty space, the first samples."""
+
+from renderers.art.preparation.kernels import (
+    build_brick,
+    chebyshev,
+    find_clear,
+    set_up_rays,
+)
+
+__all__ = ["build_brick", "chebyshev", "find_clear", "set_up_rays"]

@@ -1,0 +1,49 @@
+"""How finely a picture is computed."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Quality:
+    """Set the step and where rays stop.
+
+    step_voxels: step in units of the smallest voxel spacing.
+    cutoff: a ray ends when its transmittance falls below; what it then leaves out
+        changes no channel by more than `cutoff` times the brightest colour behind.
+    renormalise: divide a ray by its opacity where it was cut, which lowers the error
+        of a large cutoff inside opaque tissue and raises it in thin tissue.
+    skip_empty: leap over what the transfer function makes clear. The picture is the
+        same bit for bit; off only to measure what skipping saves.
+    """
+
+    step_voxels: float
+    cutoff: float
+    renormalise: bool = False
+    skip_empty: bool = True
+
+    def __post_init__(self) -> None:
+        if not 1 / 256 <= self.step_voxels <= 4:
+            raise ValueError(
+                f"step must be 1/256 to 4 voxels, got {self.step_voxels!r}"
+            )
+        if not 0 <= self.cutoff < 0.5:
+            raise ValueError(f"cutoff must be 0 to .5, got {self.cutoff!r}")
+
+    @classmethod
+    def named(cls, name: str) -> "Quality":
+        """Look up preview, snapshot, final or reference."""
+        if name not in QUALITIES:
+            raise ValueError(
+                f"no quality is called {name!r}; choose from {', '.join(QUALITIES)}"
+            )
+        return QUALITIES[name]
+
+
+QUALITIES = {
+    "preview": Quality(1.0, 1 / 255),
+    "snapshot": Quality(0.5, 1 / 1024),
+    "final": Quality(0.25, 1e-4),
+    "reference": Quality(1 / 32, 0.0),
+}
+"""Named settings. A cutoff is at most half the error aimed at: 1/255 alone leaves an
+RMSE floor of 1.8e-3 on a phantom head (measured)."""

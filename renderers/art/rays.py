@@ -1,0 +1,119 @@
+"""The ray stack: where each ray stopped and what it waits for."""
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.art.regions import Region
+
+
+@dataclass(slots=True, eq=False)
+class RayPacket:
+    """Hold the rays of one region, row by row, and how far each has come.
+
+    The arrays are those of `renderers.art.kernels`. What has been composited is exact
+    and resumable, so the picture does not depend on when cells arrive.
+    """
+
+    region: Region
+    geometry: NDArray[np.float32]
+    count: NDArray[np.int32]
+    cursor: NDArray[np.int32]
+    value: NDArray[np.float32]
+    depth: NDArray[np.float32]
+    waiting: NDArray[np.int32]
+
+    @classmethod
+    def start(
+        cls,
+        region: Region,
+        geometry: NDArray[np.float32],
+        count: NDArray[np.int32],
+        first_value: tuple[float, float, float, float],
+    ) -> "RayPacket":
+        """Put rays at their first sample."""
+        n = len(count)
+        return cls(
+            region,
+            geometry,
+            count,
+            np.zeros((n, 3), np.int32),
+            np.tile(np.array(first_value, np.float32), (n, 1)),
+            np.full(n, np.inf, np.float32),
+            np.full(n, -1, np.int32),
+        )
+
+    def missing_cells(self) -> list[int]:
+        """List the cells that rays stopped at, without repetition."""
+        return [int(c) for c in np.unique(self.waiting) if c >= 0]
+
+
+class RayStack:
+    """Keep active packets apart from inactive ones, which wait for cells.
+
+    Inactive packets are found by cell, never by a scan of the stack.
+    """
+
+    def __init__(self) -> None:
+        self._active: deque[RayPacket] = deque()
+        self._inactive: dict[int, list[RayPacket]] = {}
+        self._needs: dict[RayPacket, list[int]] = {}
+
+    def __len__(self) -> int:
+        return len(self._active) + len(self._needs)
+
+    @property
+    def active(self) -> int:
+        """Count the packets that can go on."""
+        return len(self._active)
+
+    def push(self, packet: RayPacket) -> None:
+        """Add a packet that can go on."""
+        self._active.append(packet)
+
+    def pop(self, most: int) -> list[RayPacket]:
+        """Take up to `most` active packets off the stack, first come first served."""
+        return [self._active.popleft() for _ in range(min(most, len(self._active)))]
+
+    def park(self, packet: RayPacket, cells: list[int]) -> None:
+        """Let a packet wait until any of `cells` comes."""
+        if not cells:
+            raise ValueError("a packet cannot wait for nothing")
+        self._needs[packet] = cells
+        for cell in cells:
+            self._inactive.setdefault(cell, []).append(packet)
+
+    def wake(self, cell: int) -> int:
+        """Make the packets that wait for a cell active; count them."""
+        woken = self._inactive.get(cell, [])[:]
+        for packet in woken:
+            for other in self._needs.pop(packet):
+                queue = self._inactive[other]
+                queue.remove(packet)
+                if not queue:
+                    del self._inactive[other]
+            self._active.append(packet)
+        return len(woken)
+
+    def waited_for(self) -> set[int]:
+        """Get the cells that some packet waits for."""
+        return set(self._inactive)
+
+    def clear(self) -> None:
+        """Drop every packet."""
+        self._active.clear()
+        self._inactive.clear()
+        self._needs.clear()
+
+    def check(self) -> None:
+        """Raise AssertionError when an invariant is broken."""
+        for packet, cells in self._needs.items():
+            assert cells
+            for cell in cells:
+                assert packet in self._inactive[cell]
+        for cell, packets in self._inactive.items():
+            assert packets
+            assert all(cell in self._needs[packet] for packet in packets)
+        assert not any(packet in self._needs for packet in self._active)

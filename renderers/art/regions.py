@@ -1,0 +1,104 @@
+"""Parts of the screen: who draws which, and how they become one picture again."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.art.messages import ProtocolError
+
+REGION_PX = 32
+"""Edge of a region. Large enough that its rays share cells (1.9 fetches of each cell
+over 8 ranks, against 3.2 at 16), small enough to balance (mean load .98 of largest)."""
+
+_HEADER = np.dtype([("left", "<i4"), ("top", "<i4"), ("right", "<i4"), ("low", "<i4")])
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """Bound a rectangle of pixels: columns left to right, rows top to bottom."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+    @property
+    def rows(self) -> slice:
+        """Get the rows as a slice."""
+        return slice(self.top, self.bottom)
+
+    @property
+    def columns(self) -> slice:
+        """Get the columns as a slice."""
+        return slice(self.left, self.right)
+
+    @property
+    def pixels(self) -> int:
+        """Count the pixels."""
+        return (self.right - self.left) * (self.bottom - self.top)
+
+
+def deal_regions(width: int, height: int, rank: int, ranks: int) -> list[Region]:
+    """Get the regions of one rank, in skewed cyclic order.
+
+    Row by row would put whole columns of regions on one rank when the row length
+    divides by the number of ranks; each row is therefore shifted by about .618 of it.
+    """
+    shift = max(1, round(0.618 * ranks)) | 1
+    return [
+        Region(x, y, min(x + REGION_PX, width), min(y + REGION_PX, height))
+        for ty, y in enumerate(range(0, height, REGION_PX))
+        for tx, x in enumerate(range(0, width, REGION_PX))
+        if (tx + shift * ty) % ranks == rank
+    ]
+
+
+class Gather:
+    """Collect finished regions into one picture.
+
+    value: ``(h, w, 4)`` float32. depth: ``(h, w)`` float32, +inf where nothing is.
+    """
+
+    def __init__(self, width: int, height: int) -> None:
+        self.value = np.zeros((height, width, 4), np.float32)
+        self.depth = np.full((height, width), np.inf, np.float32)
+        self.missing = width * height
+
+    def add(
+        self,
+        region: Region,
+        value: NDArray[np.float32],
+        depth: NDArray[np.float32],
+    ) -> None:
+        """Place a region's rays, listed row by row."""
+        shape = (region.bottom - region.top, region.right - region.left)
+        self.value[region.rows, region.columns] = value.reshape(*shape, 4)
+        self.depth[region.rows, region.columns] = depth.reshape(shape)
+        self.missing -= region.pixels
+
+    def add_payload(self, payload: bytes) -> None:
+        """Place a region that came as a message; raise ProtocolError if it is odd."""
+        if len(payload) < _HEADER.itemsize:
+            raise ProtocolError("a region came without its bounds")
+        head = np.frombuffer(payload, _HEADER, count=1)[0]
+        region = Region(*(int(head[name]) for name in ("left", "top", "right", "low")))
+        height, width = self.depth.shape
+        inside = 0 <= region.left < region.right <= width
+        if not (inside and 0 <= region.top < region.bottom <= height):
+            raise ProtocolError(f"{region} lies outside {width} x {height} pixels")
+        n = region.pixels
+        if len(payload) != _HEADER.itemsize + 20 * n:
+            raise ProtocolError(f"{region} came with {len(payload)} bytes")
+        numbers = np.frombuffer(payload, "<f4", offset=_HEADER.itemsize)
+        self.add(region, numbers[: 4 * n], numbers[4 * n :])
+
+
+def region_payload(
+    region: Region, value: NDArray[np.float32], depth: NDArray[np.float32]
+) -> bytes:
+    """Write what `Gather.add_payload` reads."""
+    head = np.array([(region.left, region.top, region.right, region.bottom)], _HEADER)
+    return (
+        head.tobytes() + value.astype("<f4").tobytes() + depth.astype("<f4").tobytes()
+    )

@@ -1,0 +1,189 @@
+"""The Active Ray Tracer on one machine: a scene and a camera become a picture."""
+
+import os
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderers.art.cache import CellCache
+from renderers.art.cells import CellGrid, CellShare
+from renderers.art.directory import Directory, homes
+from renderers.art.march import ClassicMarch, FrameRays, March, ScopeMarch
+from renderers.art.node import Node
+from renderers.art.quality import Quality
+from renderers.art.regions import Gather, deal_regions
+from renderers.scene import Camera, GBuffer, Image, Scene
+
+PACKETS_A_SLICE = 16
+"""Packets run between two looks at the progress and at `stop`: about 10 ms."""
+
+
+class RenderStoppedError(RuntimeError):
+    """The picture was given up because the caller wished it."""
+
+
+@dataclass(frozen=True, slots=True)
+class RenderReport:
+    """Say what a picture cost.
+
+    counters: samples, contributing, skipped, cells_entered (by rays), cells_fetched,
+    cells_evicted, cells_occupied, cells, requests.
+    """
+
+    seconds: float
+    counters: dict[str, int]
+
+
+class ActiveRayTracer:
+    """Cast rays front to back through cells; implements `renderers.scene.Renderer`.
+
+    Cells are turned into bricks when the first ray needs them and stay for the next
+    picture. The picture depends neither on `threads` nor on `cell_side` nor on
+    `cache_cells`, bit for bit.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        quality: Quality | str = "snapshot",
+        *,
+        threads: int = 2,
+        cell_side: int = 8,
+        cache_cells: int | None = None,
+        validate: bool = False,
+    ) -> None:
+        """Take a scene.
+
+        quality: a `Quality` or the name of one. cache_cells: cells kept ready, at
+        least 1; None for all that can be seen.
+        """
+        if threads < 1:
+            raise ValueError(f"threads must be at least 1, got {threads}")
+        self.scene = scene
+        self.quality = (
+            quality if isinstance(quality, Quality) else Quality.named(quality)
+        )
+        self.report: RenderReport | None = None
+        self._threads = min(threads, 4 * (os.cpu_count() or 1))
+        self._cell_side = cell_side
+        self._cache_cells = cache_cells
+        self._validate = validate
+        self._nodes: dict[str, Node] = {}
+        self._marches: dict[str, March] = {}
+
+    def render(
+        self, camera: Camera, progress: Callable[[float], bool] | None = None
+    ) -> Image:
+        """Draw mode `classic`.
+
+        progress: called with the share done; when it returns False the picture is
+        given up with `RenderStoppedError`. The depth is where opacity passes one half.
+        """
+        gather = self._trace("classic", camera, progress)
+        rgba = gather.value
+        rgba[..., 3] = 1 - rgba[..., 3]
+        return Image(rgba, gather.depth)
+
+    def gbuffer(
+        self, camera: Camera, progress: Callable[[float], bool] | None = None
+    ) -> GBuffer:
+        """Find the air surface behind each pixel (mode `scope`)."""
+        gather = self._trace("scope", camera, progress)
+        return scope_gbuffer(gather, self._marches["scope"])
+
+    def _trace(
+        self,
+        mode: str,
+        camera: Camera,
+        progress: Callable[[float], bool] | None,
+    ) -> Gather:
+        began = time.perf_counter()
+        with ThreadPoolExecutor(self._threads) as pool:
+            node = self._node(mode)
+            node.use(pool.map if self._threads > 1 else map)
+            gather = Gather(camera.width, camera.height)
+            before = node.tally()
+            rays = FrameRays.of(camera)
+            march = self._marches[mode]
+            regions = deal_regions(camera.width, camera.height, 0, 1)
+            node.begin(node.frame + 1, (march.start(r, rays) for r in regions))
+            pixels = gather.missing
+            while not node.is_finished:
+                for message in node.advance(PACKETS_A_SLICE):
+                    gather.add_payload(message.payload)
+                if progress and not progress(1 - gather.missing / pixels):
+                    node.leave()
+                    raise RenderStoppedError("the picture was given up")
+        after = node.tally()
+        counters = {key: after[key] - before[key] for key in after}
+        counters["cells_occupied"] = node.cache.occupied
+        counters["cells"] = node.cache.grid.cells
+        self.report = RenderReport(time.perf_counter() - began, counters)
+        return gather
+
+    def _node(self, mode: str) -> Node:
+        if mode not in self._nodes:
+            march, node = make_node(
+                self.scene,
+                mode,
+                self.quality,
+                cell_side=self._cell_side,
+                cache_cells=self._cache_cells,
+                validate=self._validate,
+            )
+            self._nodes[mode] = node
+            self._marches[mode] = march
+        return self._nodes[mode]
+
+
+def make_node(
+    scene: Scene,
+    mode: str,
+    quality: Quality,
+    *,
+    rank: int = 0,
+    ranks: int = 1,
+    cell_side: int = 8,
+    cache_cells: int | None = None,
+    validate: bool = False,
+) -> tuple[March, Node]:
+    """Prepare one rank for a scene in mode `classic` or `scope`."""
+    surface = scene.surface
+    if mode == "scope" and surface is None:
+        raise ValueError("the scene has no air surface; mode scope needs one")
+    volume = scene.volume if surface is None or mode == "classic" else surface.distance
+    grid = CellGrid(volume.shape, cell_side)
+    ranges = grid.value_ranges(volume.values)
+    march: March
+    if mode == "classic":
+        span = float(ranges[:, 0].min()), float(ranges[:, 1].max())
+        march = ClassicMarch(scene, quality, span)
+    elif mode == "scope":
+        march = ScopeMarch(scene, quality)
+    else:
+        raise ValueError(f"mode must be classic or scope, got {mode!r}")
+    cache = CellCache(
+        grid,
+        volume.spacing_mm,
+        ranges,
+        march.clear,
+        capacity=cache_cells,
+        skip_empty=quality.skip_empty,
+    )
+    mine = None
+    if ranks > 1:
+        seen = cache.view.cell_leap == 0
+        mine = np.flatnonzero(seen & (homes(grid.cells, ranks) == rank))
+    directory = Directory(rank, ranks, grid, CellShare(grid, volume.values, mine))
+    return march, Node(march, grid, directory, cache, validate=validate)
+
+
+def scope_gbuffer(gather: Gather, march: March) -> GBuffer:
+    """Turn gathered rays of mode `scope` into a G-buffer, normals to the world."""
+    normal = gather.value[..., :3].astype(np.float64) @ march.volume.direction.T
+    coverage = np.ascontiguousarray(gather.value[..., 3])
+    material = np.zeros(coverage.shape, np.uint8)
+    return GBuffer(gather.depth, normal.astype(np.float32), coverage, material)
