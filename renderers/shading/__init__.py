@@ -1,0 +1,29 @@
+"""The one look: shared shading and camera of mode `scope`.
+
+Both renderers deliver a G-buffer; everything that makes it look like the inside of a
+nose happens here, so that their pictures can differ in geometry only.
+"""
+
+from renderers.shading.camera_pass import CameraPass, CameraSettings
+from renderers.shading.exposure import AutoGain, meter
+from renderers.shading.illumination import Detail, ScopeLight, Tier
+from renderers.shading.scope_picture import (
+    downsample_gbuffer,
+    downsample_radiance,
+    scope_picture,
+)
+from renderers.shading.shader import ScopeShader
+
+__all__ = [
+    "AutoGain",
+    "CameraPass",
+    "CameraSettings",
+    "Detail",
+    "ScopeLight",
+    "ScopeShader",
+    "Tier",
+    "downsample_gbuffer",
+    "downsample_radiance",
+    "meter",
+    "scope_picture",
+]

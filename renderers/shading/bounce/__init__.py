@@ -1,0 +1,1 @@
+"""Light that reaches a pixel after one bounce off another wall."""

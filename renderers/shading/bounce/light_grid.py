@@ -1,0 +1,94 @@
+"""Bounce light on a coarse grid of pixels.
+
+Most of the light that comes back to a pixel has landed outside the picture, so
+screen-space tricks fail; a few dozen points on the lit walls, without visibility
+tests, come within 3 % of a path tracer in a nose (with visibility no closer, at 50
+times the cost). Measured against 200 paths a pixel, albedo .3.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.scene import Camera, GBuffer, Volume
+from renderers.shading.bounce.kernels import gather_lights, trace_lights
+from renderers.shading.illumination import ScopeLight
+
+STRIDE = 8
+"""Pixels between grid points; the lift back is bilateral, so edges stay sharp."""
+
+CONE_HALF_ANGLE = math.radians(100.0)
+"""The spot law has fallen to 4 % there."""
+
+LONGEST_MM = 60.0
+_STEP_LIMIT = 96
+_GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
+
+
+@dataclass(frozen=True, slots=True)
+class VirtualLights:
+    """Hold points on the lit walls.
+
+    table: ``(7, n)`` float32 columns of position (mm from the eye, world axes),
+    normal towards air, and flux per unit source intensity, before any albedo.
+    """
+
+    table: NDArray[np.float32]
+
+    @classmethod
+    def trace(
+        cls, distance: Volume, camera: Camera, light: ScopeLight, count: int
+    ) -> "VirtualLights":
+        """Cast `count` rays on a Fibonacci spiral from the eye to the walls.
+
+        A light's flux needs no distance: the solid angle takes it all.
+        """
+        if count < 1:
+            raise ValueError(f"at least one virtual light is needed, got {count}")
+        span = 1 - math.cos(CONE_HALF_ANGLE)
+        cosine = 1 - (np.arange(count) + 0.5) / count * span
+        sine = np.sqrt(1 - cosine**2)
+        turn = np.arange(count) * _GOLDEN_ANGLE
+        local = np.stack([sine * np.cos(turn), sine * np.sin(turn), cosine], axis=-1)
+        flux = light.power * np.exp(-light.spread * (1 - cosine))
+        flux *= 2 * math.pi * span / count
+        voxel_from_world = distance.voxel_from_world
+        eye = voxel_from_world[:3, :3] @ camera.eye_mm + voxel_from_world[:3, 3]
+        table = np.zeros((7, count), np.float32)
+        arrived = trace_lights(
+            distance.values,
+            voxel_from_world[:3, :3].astype(np.float32),
+            eye.astype(np.float32),
+            (local @ camera.frame[1:]).astype(np.float32),
+            flux.astype(np.float32),
+            np.float32(LONGEST_MM),
+            _STEP_LIMIT,
+            table,
+        )
+        return cls(np.ascontiguousarray(table[:, :arrived]))
+
+    def gather(self, gbuffer: GBuffer, camera: Camera) -> NDArray[np.float32]:
+        """Give the grid ``(5, h // 8 + 2, w // 8 + 2)`` float32.
+
+        Planes: irradiance for albedo 1 after one bounce, normal x, y, z, depth (0
+        where nothing is seen). Grid point (j, i) lies on pixel (8 j, 8 i), or on the
+        last row or column beyond the edge.
+        """
+        height, width = gbuffer.size
+        grid = np.zeros((5, height // STRIDE + 2, width // STRIDE + 2), np.float32)
+        gather_lights(
+            gbuffer.depth_mm,
+            gbuffer.normal,
+            gbuffer.coverage,
+            camera.lens_table(),
+            camera.frame[1:].astype(np.float32),
+            self.table,
+            self.table.shape[1],
+            STRIDE,
+            grid,
+            0,
+            grid.shape[1],
+        )
+        return grid

@@ -1,0 +1,1 @@
+"""From radiance to the picture on the monitor."""

@@ -1,0 +1,283 @@
+"""Compiled: optics, tone and noise of the camera, row by row.
+
+Colour planes stay interleaved; a row is then 3 w floats, and a blur along it steps by
+three. Finishing works on blocks of 64 pixels in one scratch array with constant
+offsets, which lets the compiler use vector code (see the surface block).
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+f32 = np.float32
+i32 = np.int32
+Floats = NDArray[np.float32]
+
+N = 64
+R, G, B = 0, N, 2 * N
+SLOTS = 3 * N
+
+# columns of the tone parameters
+(
+    FOCUS, DEFOCUS, SOFT, SOFTER, STRAY, CONTRAST, PIVOT_LOG2, SATURATION, KNEE,
+    KEEP_HUE, NOISE2, NOISE_FLOOR,
+) = range(12)  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def exp2(x: np.float32) -> np.float32:
+    """Give 2**x to 2e-7 relative, for x in -126..127, without a call."""
+    y = min(max(x, f32(-126)), f32(127)) + f32(127)
+    k = i32(y)
+    r = y - f32(k)
+    p = f32(1.8775767e-3)
+    p = p * r + f32(8.9893397e-3)
+    p = p * r + f32(5.5826318e-2)
+    p = p * r + f32(2.4015361e-1)
+    p = p * r + f32(6.9315308e-1)
+    p = p * r + f32(0.99999994)
+    return p * i32(k << i32(23)).view(np.float32)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def log2(x: np.float32) -> np.float32:
+    """Give log2(x) to 1e-6 for positive normal x; about -127 for zero.
+
+    The mantissa is brought to sqrt(1/2)..sqrt(2); with s = (m - 1) / (m + 1), log m
+    is the odd series 2 (s + s^3/3 + s^5/5 + s^7/7).
+    """
+    bits = f32(x).view(np.int32)
+    shifted = i32(bits - i32(0x3F3504F3))
+    e = i32(shifted >> i32(23))
+    m = i32(bits - i32(e << i32(23))).view(np.float32)
+    s = (m - f32(1)) / (m + f32(1))
+    s2 = s * s
+    p = f32(0.41219858) * s2 + f32(0.57707802)
+    p = p * s2 + f32(0.96179669)
+    p = p * s2 + f32(2.8853901)
+    return f32(e) + s * p
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def expose_rows(
+    radiance: Floats,
+    gain: np.float32,
+    red_column: NDArray[np.int32],
+    red_part: Floats,
+    blue_column: NDArray[np.int32],
+    blue_part: Floats,
+    red_row: NDArray[np.int32],
+    red_row_part: Floats,
+    blue_row: NDArray[np.int32],
+    blue_row_part: Floats,
+    exposed: Floats,
+    first: int,
+    last: int,
+) -> None:
+    """Apply gain, and lateral colour: red a little larger, blue a little smaller.
+
+    A channel's pixel x is read between source columns ``column[x]`` and the next, at
+    ``part[x]``; rows alike.
+    """
+    width = radiance.shape[1]
+    for y in range(first, last):
+        upper = radiance[red_row[y]]
+        lower = radiance[red_row[y] + 1]
+        q = gain * red_row_part[y]
+        p = gain - q
+        for x in range(width):
+            c = red_column[x]
+            f = red_part[x]
+            a = p * upper[c, 0] + q * lower[c, 0]
+            b = p * upper[c + 1, 0] + q * lower[c + 1, 0]
+            exposed[y, x, 0] = a + f * (b - a)
+            exposed[y, x, 1] = gain * radiance[y, x, 1]
+        upper = radiance[blue_row[y]]
+        lower = radiance[blue_row[y] + 1]
+        q = gain * blue_row_part[y]
+        p = gain - q
+        for x in range(width):
+            c = blue_column[x]
+            f = blue_part[x]
+            a = p * upper[c, 2] + q * lower[c, 2]
+            b = p * upper[c + 1, 2] + q * lower[c + 1, 2]
+            exposed[y, x, 2] = a + f * (b - a)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def blur_along(
+    source: Floats, taps: Floats, spacing: int, blurred: Floats, first: int, last: int
+) -> None:
+    """Blur rows ``first..last`` along x with symmetric `taps` every `spacing` px."""
+    width = source.shape[1]
+    reach = (taps.shape[0] - 1) * spacing
+    line = np.empty(3 * (width + 2 * reach), np.float32)
+    for y in range(first, last):
+        for c in range(3):
+            left = source[y, 0, c]
+            right = source[y, width - 1, c]
+            for x in range(reach):
+                line[3 * x + c] = left
+                line[3 * (reach + width + x) + c] = right
+        row = source[y].reshape(-1)
+        into = blurred[y].reshape(-1)
+        for x in range(3 * width):
+            line[3 * reach + x] = row[x]
+        for x in range(3 * width):
+            into[x] = taps[0] * line[3 * reach + x]
+        for k in range(1, taps.shape[0]):
+            a = 3 * (reach - k * spacing)
+            b = 3 * (reach + k * spacing)
+            weight = taps[k]
+            for x in range(3 * width):
+                into[x] += weight * (line[a + x] + line[b + x])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def blur_across(
+    source: Floats, taps: Floats, spacing: int, blurred: Floats, first: int, last: int
+) -> None:
+    """Blur rows ``first..last`` along y with symmetric `taps` every `spacing` px."""
+    height = source.shape[0]
+    length = 3 * source.shape[1]
+    for y in range(first, last):
+        into = blurred[y].reshape(-1)
+        row = source[y].reshape(-1)
+        for x in range(length):
+            into[x] = taps[0] * row[x]
+        for k in range(1, taps.shape[0]):
+            above = source[max(y - k * spacing, 0)].reshape(-1)
+            below = source[min(y + k * spacing, height - 1)].reshape(-1)
+            weight = taps[k]
+            for x in range(length):
+                into[x] += weight * (above[x] + below[x])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def glare_rows(exposed: Floats, glare: Floats, first: int, last: int) -> None:
+    """Average what exceeds white over 4 x 4 pixels, at most 3: rows of `glare`."""
+    height, width = exposed.shape[:2]
+    for row in range(first, last):
+        for column in range(glare.shape[1]):
+            r = f32(0)
+            g = f32(0)
+            b = f32(0)
+            for y in range(4 * row, min(4 * row + 4, height)):
+                for x in range(4 * column, min(4 * column + 4, width)):
+                    r += min(max(exposed[y, x, 0] - f32(1), f32(0)), f32(3))
+                    g += min(max(exposed[y, x, 1] - f32(1), f32(0)), f32(3))
+                    b += min(max(exposed[y, x, 2] - f32(1), f32(0)), f32(3))
+            glare[row, column, 0] = r * f32(1 / 16)
+            glare[row, column, 1] = g * f32(1 / 16)
+            glare[row, column, 2] = b * f32(1 / 16)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def add_bloom(bloom: Floats, exposed: Floats, first: int, last: int) -> None:
+    """Add the quarter-size `bloom`, interpolated, to rows ``first..last``."""
+    rows, columns = bloom.shape[:2]
+    width = exposed.shape[1]
+    for y in range(first, last):
+        at = min(max((f32(y) - f32(1.5)) * f32(0.25), f32(0)), f32(rows) - f32(1))
+        j = min(i32(at), i32(rows - 2))
+        q = at - f32(j)
+        upper = bloom[j]
+        lower = bloom[j + 1]
+        most = f32(0)
+        for x in range(columns):
+            for c in range(3):
+                most = max(most, max(upper[x, c], lower[x, c]))
+        if most <= f32(1e-5):
+            continue
+        for x in range(width):
+            at = min(max((f32(x) - f32(1.5)) * f32(0.25), f32(0)), f32(columns - 1))
+            i = min(i32(at), i32(columns - 2))
+            p = at - f32(i)
+            for c in range(3):
+                a = upper[i, c] + p * (upper[i + 1, c] - upper[i, c])
+                b = lower[i, c] + p * (lower[i + 1, c] - lower[i, c])
+                exposed[y, x, c] += a + q * (b - a)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def develop_rows(
+    sharp: Floats,
+    soft: Floats,
+    softer: Floats,
+    depth: Floats,
+    vignette: Floats,
+    stop: Floats,
+    grain: Floats,
+    grain_row: int,
+    grain_column: int,
+    tone: Floats,
+    picture: NDArray[np.uint8],
+    first: int,
+    last: int,
+) -> None:
+    """Blend focus by depth; vignette, tone, grain, stop; encode as sRGB."""
+    width = sharp.shape[1]
+    side = grain.shape[0]
+    w = np.zeros(SLOTS, np.float32)
+    knee = tone[KNEE]
+    above = f32(1) - knee
+    steep = f32(-1.4426950408889634) / above
+    spread = f32(1) / (tone[SOFTER] - tone[SOFT])
+    for y in range(first, last):
+        grain_y = (y + grain_row) % side
+        for x0 in range(0, width, N):
+            count = min(N, width - x0)
+            for i in range(count):
+                x = x0 + i
+                out_of = abs(tone[FOCUS] - f32(6) / max(depth[y, x], f32(0.05)))
+                radius = tone[DEFOCUS] * max(out_of - f32(0.12), f32(0))
+                near = max(f32(1) - radius / tone[SOFT], f32(0))
+                far = min(max((radius - tone[SOFT]) * spread, f32(0)), f32(1))
+                middle = f32(1) - near - far
+                dim = vignette[y, x]
+                for c in range(3):
+                    v = near * sharp[y, x, c] + middle * soft[y, x, c]
+                    v += far * softer[y, x, c]
+                    w[c * N + i] = v * dim + tone[STRAY]
+            for i in range(3 * N):
+                # contrast about middle grey
+                lit = exp2(tone[CONTRAST] * log2(w[i]) + tone[PIVOT_LOG2])
+                w[i] = lit if w[i] > f32(1e-30) else f32(0)
+            for i in range(N):
+                r = w[R + i]
+                g = w[G + i]
+                b = w[B + i]
+                grey = f32(0.2126) * r + f32(0.7152) * g + f32(0.0722) * b
+                r = max(grey + tone[SATURATION] * (r - grey), f32(0))
+                g = max(grey + tone[SATURATION] * (g - grey), f32(0))
+                b = max(grey + tone[SATURATION] * (b - grey), f32(0))
+                # shoulder: part keeps the hue of the largest channel, part lets a
+                # glint go white
+                top = max(r, max(g, b))
+                bent = knee + above * (f32(1) - exp2(steep * max(top - knee, f32(0))))
+                bent = bent if top > knee else top
+                hue = tone[KEEP_HUE] * bent / max(top, f32(1e-6))
+                free = f32(1) - tone[KEEP_HUE]
+                q = knee + above * (f32(1) - exp2(steep * max(r - knee, f32(0))))
+                w[R + i] = hue * r + free * (q if r > knee else r)
+                q = knee + above * (f32(1) - exp2(steep * max(g - knee, f32(0))))
+                w[G + i] = hue * g + free * (q if g > knee else g)
+                q = knee + above * (f32(1) - exp2(steep * max(b - knee, f32(0))))
+                w[B + i] = hue * b + free * (q if b > knee else b)
+            for c in range(3):
+                for i in range(count):
+                    v = w[c * N + i]
+                    g = grain[grain_y, (x0 + i + grain_column) % side, c]
+                    v += g * math.sqrt(tone[NOISE2] * (tone[NOISE_FLOOR] + v))
+                    w[c * N + i] = v * stop[y, x0 + i]
+            for i in range(3 * N):
+                v = min(max(w[i], f32(0)), f32(1))
+                high = f32(1.055) * exp2(f32(1 / 2.4) * log2(v)) - f32(0.055)
+                v = high if v > f32(0.0031308) else f32(12.92) * v
+                w[i] = f32(255) * v + f32(0.5)
+            for i in range(count):
+                picture[y, x0 + i, 0] = np.uint8(i32(w[R + i]))
+                picture[y, x0 + i, 1] = np.uint8(i32(w[G + i]))
+                picture[y, x0 + i, 2] = np.uint8(i32(w[B + i]))

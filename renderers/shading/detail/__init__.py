@@ -1,0 +1,1 @@
+"""Noise octaves and vessels on the surface."""

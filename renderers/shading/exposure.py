@@ -1,0 +1,85 @@
+"""How bright the camera makes the picture."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+TARGET = 0.17
+"""Mean of the clipped luminance, weighted towards the centre, that a camera seeks."""
+HIGHLIGHT = 1.15
+"""What the 88th percentile of the largest channel may reach."""
+HIGHLIGHT_PERCENTILE = 88.0
+
+LARGEST_GAIN = 1e5
+"""Above it even a wall 10 cm away would be white; a black picture gets this."""
+_SAMPLES = 128
+"""Samples along the shorter side: the meter needs no more than 16,000 pixels."""
+_ROUNDS = 12
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
+
+
+def meter(radiance: NDArray[np.float32]) -> float:
+    """Give the gain that exposes a picture ``(h, w, 3)`` of linear radiance well.
+
+    The gain g makes the mean of min(g Y, 1), weighted by exp(-(r / .5)^2) inside
+    r < .95 of the round field, reach `TARGET`, unless the highlights would then
+    exceed `HIGHLIGHT`. Reads every few pixels only.
+    """
+    height, width = radiance.shape[:2]
+    stride = max(1, min(height, width) // _SAMPLES)
+    sample = radiance[stride // 2 :: stride, stride // 2 :: stride]
+    half = min(height, width) / 2
+    y = (np.arange(height)[stride // 2 :: stride] + 0.5 - height / 2) / half
+    x = (np.arange(width)[stride // 2 :: stride] + 0.5 - width / 2) / half
+    r2 = y[:, None] ** 2 + x**2
+    inside = r2 < 0.95**2
+    weight = np.exp(-r2[inside] / 0.25).astype(np.float32)
+    weight /= weight.sum()
+    colour = sample[inside]
+    luminance = colour @ _LUMINANCE
+    mean = float(weight @ luminance)
+    brightest = float(np.percentile(colour.max(axis=-1), HIGHLIGHT_PERCENTILE))
+    if mean <= TARGET / LARGEST_GAIN:
+        return LARGEST_GAIN
+    gain = TARGET / mean
+    for _ in range(_ROUNDS):
+        gain *= TARGET / float(weight @ np.minimum(gain * luminance, 1))
+        if gain > LARGEST_GAIN:
+            return LARGEST_GAIN
+    return min(gain, HIGHLIGHT / brightest) if brightest > 0 else gain
+
+
+@dataclass(slots=True)
+class AutoGain:
+    """Follow the metered gain as a camera does: exponentially, in stops.
+
+    time_constant_s: time to close all but 1/e of the gap. gain: the present one;
+    None before the first picture, which is exposed at once.
+    """
+
+    time_constant_s: float = 0.2
+    gain: float | None = None
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.time_constant_s) and self.time_constant_s > 0):
+            raise ValueError(
+                f"the time constant must be positive, got {self.time_constant_s} s"
+            )
+
+    def follow(self, target: float, dt_s: float) -> float:
+        """Move towards `target` for `dt_s` seconds; return the new gain.
+
+        Two steps of dt do what one step of 2 dt does.
+        """
+        if not (math.isfinite(target) and target > 0):
+            raise ValueError(f"a gain is positive and finite, got {target}")
+        if not dt_s >= 0:
+            raise ValueError(f"time cannot run backwards, got dt {dt_s} s")
+        if self.gain is None:
+            self.gain = target
+        else:
+            rest = math.exp(-dt_s / self.time_constant_s)
+            self.gain = target * (self.gain / target) ** rest
+        return self.gain

@@ -1,0 +1,118 @@
+"""What shading precomputes from one air surface.
+
+Everything here depends on the anatomy and a seed only, never on the view. After
+cutting, rebuild it (a fraction of a second).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.scene import AirSurface, Volume
+from renderers.shading.bands import RowBands
+from renderers.shading.detail.kernels import bake_mottle
+from renderers.shading.illumination import Detail
+from renderers.shading.materials import material_table
+from renderers.shading.noise import noise_tile, tile_from_mm
+from renderers.shading.tissue_colour import SKIN_COLOR, colour_table
+
+_MOTTLE_VOXELS = 5.7
+"""Tile voxels per dominant wavelength of a tile of shortest wavelength 4."""
+_VESSEL_VOXELS = 11.4
+"""The same for shortest wavelength 8: zero curves need the finer sampling."""
+
+_BAKING_REACH_VOXELS = 3.0
+"""Trilinear taps on the surface reach sqrt(3) voxels; the rest is for renderers whose
+surface lies a little off the zero set."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """Hold the tables, tiles and tint a shader reads.
+
+    distance: the air surface's own distance volume.
+    tint: flat uint16 of the volume's size, blood code + 256 * skin code.
+    colours: ``(256, 5)``, see `colour_table`. skin: ``(3,)`` linear albedo.
+    materials: see `material_table`.
+    tile, vessel_tile: flat float32 noise tiles.
+    to_tile: ``(5, 3, 3)`` millimetres to tile voxels: mottle of 6.5, 1.6 and .55 mm,
+    vessels of 8 and 2.8 mm. vessel_offset_mm: ``(2, 3)`` shifts that keep vessels
+    from following the mottle.
+    """
+
+    distance: Volume
+    tint: NDArray[np.uint16]
+    colours: NDArray[np.float32]
+    skin: NDArray[np.float32]
+    materials: NDArray[np.float32]
+    tile: NDArray[np.float32]
+    vessel_tile: NDArray[np.float32]
+    to_tile: NDArray[np.float32]
+    vessel_offset_mm: NDArray[np.float32]
+
+    @classmethod
+    def of(
+        cls, surface: AirSurface, detail: Detail, seed: int, bands: RowBands
+    ) -> "Look":
+        """Precompute for `surface`; BAKED detail stores its mottle in the tint."""
+        tile = noise_tile(4.0, seed).reshape(-1)
+        to_tile = np.stack(
+            [
+                tile_from_mm(6.5, _MOTTLE_VOXELS, 0),
+                tile_from_mm(1.6, _MOTTLE_VOXELS, 1),
+                tile_from_mm(0.55, _MOTTLE_VOXELS, 2),
+                tile_from_mm(8.0, _VESSEL_VOXELS, 1),
+                tile_from_mm(2.8, _VESSEL_VOXELS, 2),
+            ]
+        )
+        blood: NDArray[np.uint8] = surface.blood.values
+        if detail is Detail.BAKED:
+            blood = _mottled(surface, tile, to_tile, bands)
+        tint = surface.skin.values.astype(np.uint16)
+        tint <<= 8
+        tint |= blood
+        look = cls(
+            surface.distance,
+            tint.reshape(-1),
+            colour_table(),
+            np.array(SKIN_COLOR, np.float32),
+            material_table(),
+            tile,
+            noise_tile(8.0, seed + 1).reshape(-1),
+            to_tile,
+            np.array([[31, -17, 11], [-7, 41, 23]], np.float32),
+        )
+        for array in (look.tint, look.skin, look.to_tile, look.vessel_offset_mm):
+            array.flags.writeable = False
+        return look
+
+
+def _mottled(
+    surface: AirSurface,
+    tile: NDArray[np.float32],
+    to_tile: NDArray[np.float32],
+    bands: RowBands,
+) -> NDArray[np.uint8]:
+    """Give the blood codes ``(nz, ny, nx)`` with both long octaves multiplied in."""
+    volume = surface.distance
+    mm_from_voxel = volume.world_from_voxel[:3].copy()
+    mm_from_voxel[:, 3] -= volume.center_mm
+    mottled = np.empty(volume.shape, np.uint8)
+
+    def slices(first: int, last: int) -> None:
+        bake_mottle(
+            surface.blood.values,
+            volume.values,
+            mm_from_voxel.astype(np.float32),
+            tile,
+            to_tile[0],
+            to_tile[1],
+            np.float32(_BAKING_REACH_VOXELS * volume.spacing_mm.max()),
+            mottled,
+            first,
+            last,
+        )
+
+    bands.run(volume.shape[0], slices)
+    return mottled

@@ -1,0 +1,68 @@
+"""How each G-buffer material answers light, as one table for the kernel."""
+
+from dataclasses import astuple, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.scene import Material
+from renderers.shading.tissue_colour import BONE, FRESH_BLOOD, POLYP, TissueOptics
+
+WATER_F0 = 0.021
+"""Normal reflectance of the watery film on mucosa (n = 1.34)."""
+FILM_ALPHA = 0.045
+"""GGX width of that film at rest: two fibre crescents stay two glints at 10 mm."""
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """Describe one material.
+
+    tissue: share of the colour and scattering that comes from the blood volume.
+    red, green, blue: linear albedo added to that share.
+    f0, alpha: Fresnel reflectance at normal incidence, GGX width.
+    relief: factor on bump slopes (0 for machined things).
+    red_mm, green_mm: diffusion lengths added to the tissue's share.
+    """
+
+    tissue: float
+    red: float
+    green: float
+    blue: float
+    f0: float
+    alpha: float
+    relief: float
+    red_mm: float
+    green_mm: float
+
+
+def _of_optics(optics: TissueOptics, relief: float, alpha: float) -> Surface:
+    red, green, blue = (float(c) for c in optics.color())
+    return Surface(
+        0.0, red, green, blue, WATER_F0, alpha, relief, *optics.diffusion_lengths_mm()
+    )
+
+
+SURFACES: dict[Material, Surface] = {
+    Material.TISSUE: Surface(1, 0, 0, 0, WATER_F0, FILM_ALPHA, 1, 0, 0),
+    Material.METAL: Surface(0, 0.02, 0.02, 0.02, 0.55, 0.2, 0, 0, 0),
+    Material.DARK_PLASTIC: Surface(0, 0.02, 0.02, 0.022, 0.04, 0.25, 0, 0, 0),
+    # a pool is flat, and as wet as it gets
+    Material.BLOOD: _of_optics(FRESH_BLOOD, 0.3, FILM_ALPHA),
+    # clear mucus: a thick smooth film over the tissue with a little white scatter
+    Material.MUCUS: Surface(
+        0.92, 0.05, 0.05, 0.05, WATER_F0, FILM_ALPHA / 2, 0.5, 0, 0
+    ),
+    Material.POLYP: _of_optics(POLYP, 0.6, FILM_ALPHA),
+    Material.BONE: _of_optics(BONE, 1.0, 0.25),
+}
+
+# columns of the kernel's table, in the order of Surface's fields
+TISSUE_SHARE, RED, GREEN, BLUE, F0, ALPHA, RELIEF, RED_MM, GREEN_MM = range(9)
+
+
+def material_table() -> NDArray[np.float32]:
+    """Give ``(materials, 9)`` float32 rows in the order of `Material`."""
+    table = np.array([astuple(SURFACES[m]) for m in Material], dtype=np.float32)
+    table.flags.writeable = False
+    return table

@@ -1,0 +1,1 @@
+"""Direct light on what the G-buffer shows."""

@@ -1,0 +1,1 @@
+"""What the surface is made of at each pixel."""
