@@ -5,6 +5,7 @@ at even times whatever a USB adapter does to the arrival of bytes.
 """
 
 import atexit
+import os
 import sys
 import threading
 import time
@@ -65,38 +66,37 @@ class SerialPort:
             self._serial.timeout = max(timeout_s, 0.0)
             return bytes(self._serial.read(count))
         except _PORT_ERRORS as error:
-            raise self._gone(error) from error
+            raise self._gone() from error
 
     def write(self, data: bytes) -> None:
         """Hand all of ``data`` to the line."""
         try:
             self._serial.write(data)
         except _PORT_ERRORS as error:
-            raise self._gone(error) from error
+            raise self._gone() from error
 
     def reset_input(self) -> int:
         """Drop what has arrived unread; return how many bytes that was."""
         try:
             return len(self._serial.read(self._serial.in_waiting))
         except _PORT_ERRORS as error:
-            raise self._gone(error) from error
+            raise self._gone() from error
 
     def set_rate(self, baud: int) -> None:
         """Change the bit rate of both directions."""
         try:
             self._serial.baudrate = baud
         except _PORT_ERRORS as error:
-            raise self._gone(error) from error
+            raise self._gone() from error
 
     def close(self) -> None:
         """Release the port; harmless when repeated."""
         self._serial.close()
 
-    def _gone(self, error: Exception) -> DeviceError:
+    def _gone(self) -> DeviceError:
         return DeviceError(
             DeviceReason.DISCONNECTED,
-            f"The device on {self._name} went away ({_cause(error)}); plug it in "
-            "again and restart the session.",
+            f"The device on {self._name} went away; plug it in again and start anew.",
         )
 
 
@@ -310,5 +310,5 @@ class MicroScribe:
 
 
 def _cause(error: Exception) -> str:
-    text = getattr(error, "strerror", None) or str(error)
-    return str(text).splitlines()[0] if str(text) else type(error).__name__
+    number = getattr(error, "errno", None)
+    return os.strerror(number) if number else str(error)

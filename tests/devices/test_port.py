@@ -1,0 +1,44 @@
+import threading
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from devices.port import DeviceError, DeviceReason, memory_port_pair
+
+
+@given(st.lists(st.binary(max_size=20), max_size=10))
+def test_one_end_reads_what_the_other_wrote(chunks: list[bytes]) -> None:
+    near, far = memory_port_pair()
+    for chunk in chunks:
+        near.write(chunk)
+    total = b"".join(chunks)
+    assert far.read(len(total) + 1, 0.0) == total
+    assert near.read(1, 0.0) == b""
+
+
+def test_reading_waits_for_the_far_end() -> None:
+    near, far = memory_port_pair()
+    writer = threading.Timer(0.02, far.write, (b"ab",))
+    writer.start()
+    assert near.read(2, 5.0) == b"ab"
+    writer.join()
+
+
+def test_what_was_written_before_closing_is_still_read() -> None:
+    near, far = memory_port_pair("line")
+    far.write(b"x")
+    far.close()
+    assert near.read(5, 0.0) == b"x"
+    with pytest.raises(DeviceError, match="line") as caught:
+        near.read(1, 0.0)
+    assert caught.value.reason is DeviceReason.DISCONNECTED
+    with pytest.raises(DeviceError):
+        near.write(b"y")
+
+
+def test_reset_input_drops_and_counts() -> None:
+    near, far = memory_port_pair()
+    far.write(b"abc")
+    assert near.reset_input() == 3
+    assert near.read(1, 0.0) == b""
