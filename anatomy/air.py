@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy import kernels
+from anatomy.bricks import kernels
+from anatomy.coverage import blur_mm
 from anatomy.frame import lps_from_ras
 from anatomy.lattice import Lattice
 from anatomy.model import BAND_MM, Model
@@ -100,6 +101,7 @@ def evaluate_lattice(
             lattice.ras_start,
             lattice.spacing_mm,
             np.float32(BAND_MM),
+            np.float32(1 / blur_mm(model.parameters.edge_blur_mm, lattice.spacing_mm)),
             model.tables,
             work,
             fresh,

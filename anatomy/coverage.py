@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy.kernels import OUTSIDE_ROW, PHARYNX_ROW, Grids
+from anatomy.bricks.kernels import OUTSIDE_ROW, PHARYNX_ROW, Grids
 from anatomy.layers import kernels
 from anatomy.model import BAND_MM, Model
 from anatomy.nose import Row
@@ -25,8 +25,7 @@ _BONY = (
     Label.TURBINATE_BONE,
     Label.TEETH,
 )
-_SHELL_FREE = (Label.SKIN, Label.SEPTAL_CARTILAGE)
-_NONE = -1.0
+_SHELL_FREE = (Label.SKIN, Label.SEPTAL_CARTILAGE, Label.MUCOSA, Label.SEPTAL_BONE)
 
 # mucosa mm, bone mm, air label, mucosa label, bone label
 _STRUCTURES: dict[int, tuple[float, float, int, int, int]] = {
@@ -89,8 +88,8 @@ def paint(
     for row, layers in _STRUCTURES.items():
         structure_layers[row] = layers
     shell = np.zeros(256, dtype=np.uint8)
-    shell[list(_SHELL_FREE)] = 1
     shell[list(_BONY)] = 2
+    shell[list(_SHELL_FREE)] |= 1
     tissue_hu = np.array([TISSUES[n].hu for n in ("air", "mucosa", "thin bone")])
     hu = np.empty(distance.shape, dtype=np.int16)
     labels = np.empty(distance.shape, dtype=np.uint8)
@@ -111,6 +110,7 @@ def paint(
             grids.ground,
             part_layers,
             structure_layers,
+            PHARYNX_ROW,
             shell,
             tissue_hu,
             hu,

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy import kernels, sinuses
+from anatomy import sinuses
+from anatomy.bricks import kernels
 from anatomy.honeycomb import Mark
 from anatomy.noise import LIMITS_MM, noise_tables
 from anatomy.nose import Row, nasal_air
@@ -106,7 +107,7 @@ def build_model(parameters: PhantomParameters) -> Model:
         tint=_tint_table(),
         solids=np.array(
             [
-                [row, s.half_thickness_mm, s.hu, s.label, 1 / parameters.edge_blur_mm]
+                [row, s.half_thickness_mm, s.hu, s.label, s.level_mm]
                 for row, s in zip(rows, painted, strict=True)
             ],
             dtype=np.float32,

@@ -157,7 +157,7 @@ def turbinates(parameters: PhantomParameters) -> Turbinates:
 
 def septum_face() -> Field:
     """Give the lateral position of the septum's mucosa."""
-    face = height_table([0, 4, 12, 20, 30, 45], [2.2, 1.3, 1.4, 1.5, 1.7, 1.0], 1.5)
+    face = height_table([0, 4, 12, 20, 30, 45], [2.0, 1.3, 1.4, 1.5, 1.7, 1.0], 1.5)
     thin_rear = depth_table([41, 49], [0.0, -0.45], 2.0)
     swell_body = depth_table([-2, 10, 22], [0.0, 0.45, 0.0], 4.0) * height_table(
         [18, 26, 34], [0.0, 1.0, 0.0], 3.0
@@ -175,7 +175,7 @@ def cavity(parameters: PhantomParameters) -> Field:
         depth_table([-14, -6, 0, 6, 14, 60], [3.8, 4.6, 5.4, 9.6, 14, 14], 1.0),
     )
     # The floor rises towards both walls as a shallow gutter.
-    floor = depth_table([-12, -4, 2, 10, 55], [0.0, 0.4, 0.8, 0.6, 1.0]) + Table(
+    floor = depth_table([-12, -4, 2, 10, 55], [-0.4, -0.6, -0.4, 0.4, 1.0]) + Table(
         U, (-4, 0, 3, 6, 9, 12, 14), (5.5, 2.0, 0.5, 0.0, 0.5, 2.0, 3.5), 1.5
     )
     cribriform = ethmoid_roof(parameters) - parameters.keros_mm
@@ -195,8 +195,9 @@ def cavity(parameters: PhantomParameters) -> Field:
 def vestibule() -> Field:
     """Build the nostril and vestibule, held open as by a nasal speculum.
 
-    Two chains: the way up to the olfactory cleft and the valve, and the flat way
-    along the floor that a lifted nasal tip opens for straight instruments.
+    Four chains: the anatomical way up to the valve and to the olfactory cleft, and
+    the two straighter ways that a speculum and a lifted nasal tip open for rigid
+    instruments: inwards to the sphenoid, and flat along the floor to the pharynx.
     """
     upward = Chain(
         ((6.4, 10.5, -9), (5.9, 9, -3), (5.6, 6.5, 4.5), (5.8, 1, 10), (6, -6, 12)),
@@ -206,10 +207,14 @@ def vestibule() -> Field:
         ((6.6, 15.0, -9), (6.2, 13, -2), (5.8, 8, 4), (5.4, 1, 7), (5.4, -6, 10)),
         (3.6, 3.4, 3.0, 2.5, 2.6),
     )
+    flat = Chain(
+        ((6.0, 17.5, -0.5), (5.7, 9.0, 1.8), (5.2, 1.0, 3.7), (5.2, -7.0, 5.5)),
+        (3.0, 2.9, 2.7, 2.9),
+    )
     cleft = Chain(
         ((5.4, 9, 6), (5.2, 6, 11), (5.0, 3, 16), (5.0, -5, 20)), (2.4, 2.3, 2.0, 2.2)
     )
-    return smooth_max(0.8, smooth_min(2.5, upward, inward, cleft), 1.3 - u)
+    return smooth_max(0.8, smooth_min(2.5, upward, inward, flat, cleft), 1.3 - u)
 
 
 def nasopharynx() -> Field:
@@ -253,9 +258,9 @@ def outside() -> Field:
     )
     brow = height_table([28, 38, 50, 60, 70], [0, 2.0, 4.0, 7.0, 7.5], 3.0)
     ridge = height_table(
-        [-2, 6, 11, 18, 31, 42, 50, 58], [13, 15.5, 14.5, 10.5, 4.5, 0.5, 0, 0], 2.0
+        [-2, 6, 11, 18, 31, 42, 50, 58], [16, 18, 16.5, 11, 4.5, 0.5, 0, 0], 2.0
     )
-    width = height_table([0, 10, 20, 40], [0.068, 0.08, 0.1, 0.13], 3.0)
+    width = height_table([0, 10, 20, 40], [0.058, 0.07, 0.1, 0.13], 3.0)
     t = half * width
     profile = smooth_max(0.6, 1.0 - t * t, 0.0)
     face = (cheek + brow + ridge * profile - y) * 0.6

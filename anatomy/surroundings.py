@@ -10,9 +10,12 @@ from dataclasses import dataclass
 from anatomy.nose import Row, ethmoid_roof, outside
 from anatomy.parameters import PhantomParameters
 from anatomy.shapes import (
+    Affine,
     Chain,
     Ellipsoid,
     Field,
+    Table,
+    U,
     depth_table,
     height_table,
     smooth_max,
@@ -30,13 +33,14 @@ class Solid:
     """Paint a tissue where a field is negative, or a sheet about its zero.
 
     row: an existing row of marks to use in place of `field`.
-    half_thickness_mm: 0 for a solid; else `field` is the distance to a mid-surface.
+    half_thickness_mm: 0 for a solid; else a sheet where the field is `level_mm`.
     """
 
     field: Field | Row
     tissue: str
     label: Label
     half_thickness_mm: float = 0.0
+    level_mm: float = 0.0
 
     @property
     def hu(self) -> float:
@@ -50,95 +54,97 @@ def solids(parameters: PhantomParameters) -> list[Solid]:
     lamina = lamina_papyracea()
     skin = outside()
 
-    # Behind the forehead and above the skull base; the roof of the orbit is domed.
-    base = smooth_max(3.0, roof, height_table([0, 1], [0, 0]) + 0.0)
-    above = smooth_max(4.0, roof + 1.8 - z + u * 0.05, y + 3.0)
-    brain = smooth_max(3.0, above, 58.0 - 0.35 * y - z - 30.0)
-    skull = smooth_max(3.0, roof - 0.2 - z, -5.0 - skin * 1.5)
-    forehead = smooth_max(2.0, 50.0 - z, smooth_max(2.0, -skin - 30.0, skin * 0 - 1.0))
-
-    maxilla = smooth_max(2.0, smooth_max(2.0, u - 27.0, z - 0.5), -50.0 - y)
-    maxilla = smooth_max(2.0, maxilla, y + 1.0 + u * u * 0.022)
-    palate = smooth_max(1.0, maxilla, -6.5 - z)
-    alveolus = smooth_max(2.0, maxilla, smooth_min(2.0, 17.0 + 0.0 * u - u, -12.0 - y))
-    zygoma = Chain(((31, -14, 14), (38, -14, 21), (41, -18, 30)), (5.0, 6.0, 4.5))
+    # The skull base is lowest in the midline and rises over the orbits.
+    base = roof + Table(U, (9, 20, 32, 44), (0, 4.0, 7.0, 6.0), 4.0) * depth_table(
+        [-5, 10, 35, 55], [0.3, 1.0, 0.8, 0.0], 4.0
+    )
+    vault = smooth_max(3.0, base - 0.2 - z, 6.0 - skin * 1.6)
+    brain = smooth_max(5.0, base + 2.0 - z, 15.0 - skin * 1.6)
+    arch = Table(U, (0, 8, 14, 20), (-3.5, -4.2, -6.5, -9.0), 3.0)
+    maxilla = smooth_max(3.0, smooth_max(3.0, u - 27.0, z - 0.5), -49.0 - y)
+    maxilla = smooth_max(3.0, maxilla, y + Table(U, (0, 10, 20, 28), (2, 5, 12, 24)))
+    palate = smooth_max(1.5, maxilla, arch - z)
+    alveolus = smooth_max(3.0, maxilla, smooth_min(3.0, 17.0 - u, -11.0 - y))
+    roots = [
+        Chain(((a, b, -9), (0.94 * a + 0.5, b - 1.5, -22)), (1.6, 2.6))
+        for a, b in ((4, -5), (9.5, -7), (15, -12), (19, -19), (22, -27), (23, -37))
+    ]
+    teeth = smooth_min(0.0, *roots)
+    zygoma = Chain(((31, -15, 12), (38, -16, 21), (41, -20, 30)), (4.5, 5.5, 4.0))
     process = Chain(
         ((10.5, -5, 8), (10.5, -5.5, 20), (9.5, -4.5, 32), (6.5, -2.5, 46)),
-        (1.6, 1.8, 2.2, 3.6),
+        (1.5, 1.7, 2.0, 3.0),
     )
-    nasal_bone = Chain(((1, 9.5, 24), (1, 3.0, 36), (1, -2.5, 49)), (1.2, 1.6, 3.5))
+    nasal_bone = Chain(((1.0, 8.0, 25), (1.0, 2.2, 37), (1.0, -2.5, 49)), (0.9, 1.3, 3))
     body = smooth_max(
-        4.0,
-        smooth_max(4.0, abs(z - 33.0) - 16.0, u - 21.0),
-        smooth_max(4.0, y + 55.5, -95.0 - y),
+        6.0,
+        smooth_max(6.0, abs(z - 33.0) - 16.0, u - 21.0),
+        smooth_max(4.0, y + 56.0, -95.0 - y),
     )
     clivus = Chain(((0, -80, 30), (0, -83, 5), (0, -86, -15)), (12.0, 8.0, 7.0))
-    pterygoid = Chain(((13, -55.5, 22), (13.5, -57, 5), (14, -58, -6)), (1.8, 1.6, 1.4))
+    pterygoid = Chain(((14.5, -55, 22), (15, -57, 5), (15.5, -58, -6)), (1.6, 1.3, 1.1))
 
     cone = Chain(((31, -12, 38), (16.5, -51, 42)), (17.0, 2.5))
-    orbit = smooth_max(2.0, cone, smooth_max(2.0, lamina + 0.3 - u, -8.0 - skin))
+    orbit = smooth_max(2.0, cone, smooth_max(2.0, lamina + 0.3 - u, 3.0 - skin * 1.6))
     globe = Ellipsoid((31, -10, 38), (12, 12, 12))
+    lens = Ellipsoid((31, 0.5, 38), (4.5, 2.0, 4.5))
     nerve = Chain(
         ((29, -22, 38), (17, -47, 42), (14, -60, 44), (5, -74, 48)), (2.2,) * 4
     )
-    medial_rectus = Chain(
-        ((20.5, -12, 38), (19, -28, 39), (16.5, -47, 41.5)), (1.6, 2.4, 1.0)
-    )
-    inferior_rectus = Chain(
-        ((30, -12, 25.5), (26, -28, 28), (17.5, -47, 40)), (1.4, 2.2, 1.0)
-    )
-    superior_rectus = Chain(
-        ((30, -12, 50.5), (26, -28, 49), (17.5, -47, 43.5)), (1.4, 2.2, 1.0)
-    )
-    lateral_rectus = Chain(
-        ((43, -14, 38), (35, -30, 39), (18, -47, 41.5)), (1.4, 2.2, 1.0)
-    )
     muscles = smooth_min(
-        0.0, medial_rectus, inferior_rectus, superior_rectus, lateral_rectus
+        0.0,
+        Chain(((20.5, -12, 38), (19, -28, 39), (16.5, -47, 41.5)), (1.2, 2.2, 1.0)),
+        Chain(((30, -12, 25.5), (26, -28, 28), (17.5, -47, 40)), (1.2, 2.2, 1.0)),
+        Chain(((30, -12, 50.5), (26, -28, 49), (17.5, -47, 43.5)), (1.2, 2.2, 1.0)),
+        Chain(((43, -14, 38), (35, -30, 39), (18, -47, 41.5)), (1.2, 2.2, 1.0)),
     )
     carotid = Chain(
         ((19.5, -84, 20), (19, -79, 29), (17.5, -76, 36), (15, -68, 44)), (2.5,) * 4
     )
     duct = Chain(((12, -6, 34), (12.5, -12, 7)), (1.6, 1.4))
 
-    septum = smooth_max(0.5, u - 1.0, smooth_max(2.0, z - roof, -57.0 - y))
-    cartilage = smooth_max(1.0, septum, 10.0 - 0.9 * z - y - 14.0)
-    cartilage = smooth_max(1.0, septum, height_table([0, 12, 30], [-3, -16, -2]) - y)
-    pyramid = smooth_max(
-        2.0,
-        smooth_max(
-            2.0, height_table([-12, 8, 20, 30, 40], [2, 0, 1, 9, 12]) - y, u - 16.0
-        ),
-        z - 32.0,
-    )
-    inferior_bone = depth_table([8, 14, 44, 48], [3.0, 1.5, 1.5, 3.0])
+    slab = smooth_max(0.5, u - 2.2, smooth_max(2.0, z - roof, -57.0 - y))
+    plate = smooth_max(0.0, u, smooth_max(1.0, z - roof, -56.0 - y))
+    front = height_table([-4, 0, 12, 30, 40], [4, -3, -17, -3, 0], 2.0)
+    plate = smooth_max(0.0, plate, y - front)
+    cartilage = smooth_max(0.0, u, smooth_max(1.0, front - y, z - 30.0))
+    pyramid_rear = height_table([-12, 8, 20, 30, 40], [2, 0, 1, 9, 12], 2.0)
+    pyramid = smooth_max(2.0, smooth_max(2.0, pyramid_rear - y, u - 16.0), z - 32.0)
+    lean = height_table([20, 26, 30, 38, 45], [6.5, 5.8, 5.3, 4.7, 4.2], 3.0)
+    lamella = smooth_max(0.0, abs(u - lean), smooth_max(1.0, 22.0 - z, z - roof + 5.0))
+    lamella = smooth_max(0.0, lamella, abs(y + 34.0) - 17.5)
     return [
-        Solid(u * 0.0 - 50.0, "muscle", Label.MUSCLE),
-        Solid(-7.0 - skin, "fat", Label.FAT),
-        Solid(-2.2 - skin, "skin", Label.SKIN),
-        Solid(skull, "cancellous bone", Label.THICK_BONE),
+        Solid(Affine(-50.0), "muscle", Label.MUSCLE),
+        Solid(skin - 6.0, "fat", Label.FAT),
+        Solid(skin - 1.5, "skin", Label.SKIN),
+        Solid(vault, "cancellous bone", Label.THICK_BONE),
         Solid(brain, "brain", Label.BRAIN),
         Solid(body, "cancellous bone", Label.THICK_BONE),
         Solid(clivus, "cancellous bone", Label.THICK_BONE),
         Solid(pterygoid, "bone", Label.THICK_BONE),
         Solid(palate, "bone", Label.THICK_BONE),
         Solid(alveolus, "cancellous bone", Label.THICK_BONE),
+        Solid(teeth, "tooth", Label.TEETH),
         Solid(zygoma, "cancellous bone", Label.THICK_BONE),
         Solid(process, "bone", Label.THICK_BONE),
         Solid(orbit, "fat", Label.FAT),
         Solid(globe, "vitreous", Label.GLOBE),
+        Solid(lens, "lens", Label.LENS),
         Solid(muscles, "muscle", Label.EXTRAOCULAR_MUSCLE),
         Solid(nerve, "optic nerve", Label.OPTIC_NERVE),
         Solid(carotid, "blood", Label.INTERNAL_CAROTID),
         Solid(duct, "muscle", Label.NASOLACRIMAL_DUCT),
         Solid(pyramid, "skin", Label.SKIN),
         Solid(nasal_bone, "bone", Label.THICK_BONE),
-        Solid(septum, "bone", Label.SEPTAL_BONE),
-        Solid(cartilage, "cartilage", Label.SEPTAL_CARTILAGE),
+        Solid(slab, "mucosa", Label.MUCOSA),
+        Solid(cartilage, "cartilage", Label.SEPTAL_CARTILAGE, 0.9),
+        Solid(plate, "bone", Label.SEPTAL_BONE, 0.45),
         Solid(Row.TORUS, "torus", Label.MUCOSA),
         Solid(Row.INFERIOR, "inferior turbinate", Label.INFERIOR_TURBINATE),
+        Solid(Row.INFERIOR, "thin bone", Label.TURBINATE_BONE, 0.25, -1.7),
         Solid(Row.MIDDLE, "middle turbinate", Label.MIDDLE_TURBINATE),
         Solid(Row.SUPERIOR, "superior turbinate", Label.SUPERIOR_TURBINATE),
+        Solid(lamella, "thin bone", Label.TURBINATE_BONE, 0.2),
     ]
 
 

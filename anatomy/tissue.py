@@ -100,6 +100,7 @@ TISSUES: dict[str, Tissue] = {
     "muscle": Tissue(50.0, 0.05),
     "skin": Tissue(30.0, 0.05),
     "brain": Tissue(35.0, 0.04),
+    "lens": Tissue(120.0, 0.0),
     "vitreous": Tissue(8.0, 0.0),
     "optic nerve": Tissue(35.0, 0.02),
     "blood": Tissue(50.0, 1.0),

@@ -47,7 +47,8 @@ def paint_layers(
     ground: Any,
     part_layers: Any,
     structure_layers: Any,
-    shell_free: Any,
+    first_open: int,
+    ground_kind: Any,
     tissue_hu: Any,
     hu: Any,
     labels: Any,
@@ -56,8 +57,9 @@ def paint_layers(
     """Paint slices `first` to `last` of HU, labels and bone cover.
 
     part_layers, structure_layers: rows of mucosa mm, bone mm, air label, mucosa
-    label, bone label; a structure's row wins over the part's where it has one.
-    shell_free: 1 for ground labels that carry no bone shell, 2 for bone.
+    label, bone label; a structure's row wins over the part's where it has
+    one, but structures before `first_open` are solids and do not name the air.
+    ground_kind: bit 0 for grounds that carry no bone shell, bit 1 for bone.
     tissue_hu: air, mucosa, bone.
     """
     w = np.empty(4)
@@ -69,17 +71,22 @@ def paint_layers(
                 if p == 255:
                     hu[z, y, x] = ground_hu[z, y, x]
                     labels[z, y, x] = g
-                    cover[z, y, x] = 255 if shell_free[g] == 2 else 0
+                    cover[z, y, x] = 255 if ground_kind[g] & 2 else 0
                     continue
                 row = structure_layers[s] if s != 255 else part_layers[p]
                 mucosa, bone = row[0], row[1]
-                if shell_free[g] == 1:
+                if ground_kind[g] & 1:
                     bone = 0.0
                 other = gap[z, y, x]
                 total = 1e3
                 if other < band:
                     total = max(a + other, 0.1)
-                layer_weights(a, total, mucosa, bone, blur, w)
+                reach = 5.0 * blur
+                if a < -reach and other > reach:
+                    # Deep air, the most frequent case: no need for six error functions.
+                    w[0], w[1], w[2], w[3] = 1.0, 0.0, 0.0, 0.0
+                else:
+                    layer_weights(a, total, mucosa, bone, blur, w)
                 value = (
                     w[0] * tissue_hu[0]
                     + w[1] * tissue_hu[1]
@@ -87,9 +94,11 @@ def paint_layers(
                     + w[3] * ground_hu[z, y, x]
                 )
                 hu[z, y, x] = np.int16(math.floor(value + 0.5))
-                solid = w[2] + (w[3] if shell_free[g] == 2 else 0.0)
+                solid = w[2] + (w[3] if ground_kind[g] & 2 else 0.0)
                 cover[z, y, x] = np.uint8(255.0 * min(max(solid, 0.0), 1.0) + 0.5)
                 if a < 0:
+                    if s == 255 or s < first_open:
+                        row = part_layers[p]
                     labels[z, y, x] = np.uint8(row[2])
                 elif w[3] >= w[1] and w[3] >= w[2]:
                     labels[z, y, x] = g
