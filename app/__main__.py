@@ -2,7 +2,7 @@
 
 import sys
 
-from app.environment import prepare_environment
+OVERVIEW = ([], ["--help"], ["-h"], ["help"])
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -12,17 +12,29 @@ def main(arguments: list[str] | None = None) -> int:
     world is at fault; 2 for a command line that is not understood; 130 after Ctrl-C.
     Anything else is a defect of ours and shows its traceback.
     """
+    words = sys.argv[1:] if arguments is None else arguments
+    if words in OVERVIEW:
+        from app.overview import overview
+
+        print(overview(), end="")
+        return 0
+    from app.environment import prepare_environment
+
     prepare_environment()
     from app.commands import app
-    from app.faults import EXPECTED, sentence
 
     try:
-        outcome = app(arguments, exit_on_error=True, result_action="return_value")
+        outcome = app(words, result_action="return_value")
     except KeyboardInterrupt:
         print("Interrupted.", file=sys.stderr)
         return 130
-    except EXPECTED as error:
-        print(f"paravol: {sentence(error)}", file=sys.stderr)
+    except Exception as error:
+        from app.faults import sentence
+
+        told = sentence(error)
+        if told is None:
+            raise
+        print(f"paravol: {told}", file=sys.stderr)
         return 1
     return outcome if isinstance(outcome, int) else 0
 

@@ -1,18 +1,21 @@
-"""Which errors are the world's and how they are told to a person."""
+"""Which errors are the world's, and how they are told to a person."""
 
 import msgspec
 
-EXPECTED: tuple[type[Exception], ...] = (ValueError, OSError)
-"""Families whose text is written for a person. Errors of the device and of the
-snapshot service derive from `RuntimeError` families of their own and are added where
-they are known, because importing them here would cost every command their modules."""
+from devices import DeviceError
 
 
-def sentence(error: Exception) -> str:
-    """Put an expected error into one clear sentence."""
+def sentence(error: Exception) -> str | None:
+    """Put an expected error into one clear sentence; None for a defect of ours."""
     if isinstance(error, msgspec.ValidationError):
         return f"The input is not valid: {error}."
     if isinstance(error, OSError) and error.strerror:
-        where = f" {error.filename}" if error.filename else ""
-        return f"{error.strerror}:{where}."
-    return str(error) or type(error).__name__
+        where = f": {error.filename}" if error.filename else ""
+        return f"{error.strerror}{where}."
+    if isinstance(error, ValueError | TimeoutError | DeviceError | ServiceError):
+        return str(error)
+    return None
+
+
+class ServiceError(RuntimeError):
+    """The snapshot service failed; the text says it in one sentence."""

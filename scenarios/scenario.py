@@ -7,6 +7,8 @@ one is refused instead of ignored.
 from pathlib import Path
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
 from scenarios.endoscope import Endoscope
 
@@ -47,11 +49,21 @@ class Moment(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     time_s: float
 
 
+class Fiducial(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Place a divot of the mock head that is touched to register the arm.
+
+    position_mm: patient LPS.
+    """
+
+    name: str
+    position_mm: tuple[float, float, float]
+
+
 class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Describe one exercise.
 
     path: file name of the recorded probe path, beside the scenario file.
-    fiducials: landmark names that are touched with the stylus to register the arm.
+    fiducials: touched with the stylus, in this order, to register the arm.
     targets: landmark names the tip should come near.
     """
 
@@ -60,9 +72,13 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     path: str
     head: Head = Head()
     scope: Scope = Scope()
-    fiducials: tuple[str, ...] = ()
+    fiducials: tuple[Fiducial, ...] = ()
     targets: tuple[str, ...] = ()
     moments: tuple[Moment, ...] = ()
+
+    def fiducial_positions(self) -> dict[str, NDArray[np.float64]]:
+        """Give the fiducials' positions ``(3,)`` by name, in order."""
+        return {f.name: np.array(f.position_mm) for f in self.fiducials}
 
 
 def load_scenario(name: str) -> tuple[Scenario, Path]:

@@ -8,7 +8,12 @@ GOOD = """
 name = "own"
 title = "One's own"
 path = "own.path.json"
-fiducials = ["a", "b", "c", "d"]
+fiducials = [
+  {name = "a", position_mm = [0, 0, 0]},
+  {name = "b", position_mm = [9, 0, 0]},
+  {name = "c", position_mm = [0, 9, 0]},
+  {name = "d", position_mm = [0, 0, 9]},
+]
 
 [scope]
 diameter_mm = 4.0
@@ -28,6 +33,7 @@ def test_a_file_of_ones_own_loads(tmp_path: Path) -> None:
     assert scenario.scope.endoscope().angle_deg == 30.0
     assert scenario.moments[0].time_s == 2.5
     assert scenario.head.seed == 1
+    assert scenario.fiducial_positions()["b"].tolist() == [9, 0, 0]
 
 
 @pytest.mark.parametrize(
@@ -36,7 +42,7 @@ def test_a_file_of_ones_own_loads(tmp_path: Path) -> None:
         (('name = "own"', 'nmae = "own"'), "nmae"),
         (("angle_deg = 30.0", "angle_deg = 130.0"), "angle"),
         (("angle_deg = 30.0", 'angle_deg = "thirty"'), "angle_deg"),
-        (('["a", "b", "c", "d"]', '["a", "b"]'), "at least 4"),
+        (('  {name = "d", position_mm = [0, 0, 9]},\n', ""), "at least 4"),
         (('"own.path.json"', '"../../etc/passwd"'), "beside it"),
         (("[scope]", "[scope"), "not valid"),
     ],

@@ -1,0 +1,31 @@
+"""The list of commands, printed at once.
+
+``paravol --help`` is what a person types first. Loading the command-line library for
+it takes a quarter of a second, parsing the source of the commands five milliseconds.
+"""
+
+import ast
+from pathlib import Path
+
+_HEAD = """Usage: paravol COMMAND [OPTIONS]
+
+Endoscopic sinus surgery trainer: fly, replay, snapshot, measure.
+
+Commands:
+"""
+
+_FOOT = """
+paravol COMMAND --help explains a command; paravol --version names the version.
+Start with: paravol demo
+"""
+
+
+def overview() -> str:
+    """Give the help text: every command with the first line of its docstring."""
+    source = Path(__file__).with_name("commands.py").read_text(encoding="utf-8")
+    rows = []
+    for node in ast.parse(source).body:
+        if isinstance(node, ast.FunctionDef) and node.decorator_list:
+            first = (ast.get_docstring(node) or "").partition("\n")[0]
+            rows.append(f"  {node.name:<10} {first}")
+    return _HEAD + "\n".join(sorted(rows)) + "\n" + _FOOT

@@ -1,0 +1,36 @@
+"""`paravol replay`: run, check, tell."""
+
+from dataclasses import asdict
+from pathlib import Path
+
+from app.terminal import Stages, print_json, print_table
+
+
+def run_replay(
+    folder: Path, *, check: bool, video: Path | None, threads: int, as_json: bool
+) -> int:
+    """Replay a session; with `check`, 1 unless everything came out the same."""
+    from app.replay import replay_session
+
+    with Stages() as stages:
+        report = replay_session(folder, threads=threads, progress=stages, video=video)
+    if as_json:
+        print_json({**asdict(report), "is_exact": report.is_exact})
+    else:
+        score = report.score
+        same = {True: "the same", False: "DIFFERENT", None: "not recorded"}
+        print_table(
+            f"Replay of {folder}",
+            [
+                ("recording", "complete" if report.complete else "ends in the middle"),
+                ("samples", str(report.samples)),
+                ("frames", str(report.frames)),
+                ("frames that differ", str(len(report.differing_frames))),
+                ("score", same[report.same_score]),
+                ("path length", f"{score.path_length_mm:.1f} mm"),
+                ("smallest clearance", f"{score.min_clearance_mm:.2f} mm"),
+                ("contacts", str(score.contacts)),
+                *([("film", str(video))] if video else []),
+            ],
+        )
+    return 1 if check and not report.is_exact else 0

@@ -1,0 +1,72 @@
+"""The channel beside the arm: it completes a pose with roll and the second tool."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from devices import Pose, ProbePath, RecordedChannel
+from scenarios import Sample
+
+PATH_PEDAL = 2
+"""Button bit that is down while a recorded path is being flown."""
+
+AWAY_MM = np.array([0.0, -400.0, -400.0])
+"""Where a second tool waits that nobody holds: far in front of the face."""
+
+
+@dataclass(slots=True)
+class PathChannel:
+    """Follow a recorded path's second channel, from the moment the path begins."""
+
+    path: ProbePath
+    _channel: RecordedChannel | None = None
+    _began_s: float | None = None
+
+    def complete(self, pose: Pose) -> Sample:
+        """Join a pose with the channel; before the path begins its time is -1."""
+        if self._channel is None:
+            self._channel = RecordedChannel(self.path)
+        if self._began_s is None:
+            if not pose.buttons & PATH_PEDAL:
+                return _sample(pose, -1.0, self._channel, 0.0)
+            self._began_s = pose.time_s
+        time_s = pose.time_s - self._began_s
+        return _sample(pose, time_s, self._channel, time_s)
+
+
+@dataclass(slots=True)
+class HandChannel:
+    """Serve a free hand: roll set by the keyboard, no second tool.
+
+    roll_deg may be changed at any time.
+    """
+
+    roll_deg: float = 0.0
+    _began_s: float | None = None
+
+    def complete(self, pose: Pose) -> Sample:
+        """Join a pose with the present roll; time counts from the first pose."""
+        if self._began_s is None:
+            self._began_s = pose.time_s
+        return Sample(
+            pose.time_s - self._began_s,
+            pose.device_from_tip,
+            self.roll_deg,
+            AWAY_MM,
+            np.array([0.0, 1.0, 0.0]),
+            pose.buttons,
+        )
+
+
+def _sample(
+    pose: Pose, time_s: float, channel: RecordedChannel, at_s: float
+) -> Sample:
+    tip, axis = channel.instrument(at_s)
+    return Sample(
+        time_s,
+        pose.device_from_tip,
+        channel.roll_deg(at_s),
+        tip,
+        axis,
+        pose.buttons,
+    )
