@@ -31,7 +31,7 @@ check: $(READY)  ## lint, format check, strict types, import floors
 	$(RUN) ruff check
 	$(RUN) ruff format --check
 	$(RUN) mypy
-	.venv/bin/lint-imports
+	.venv/bin/lint-imports --no-logo
 
 bench: $(READY)  ## measure run time against error
 	$(RUN) app bench

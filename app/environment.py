@@ -1,17 +1,21 @@
 """The process's environment variables that must be set before numba is imported.
 
 numba decides by the time stamp of a single source file whether its compiled copy on
-disk is current. It does not see a change in a function that the file imports from
-another kernel file, and it would write its copies beside the sources. Here all
-compiled code goes to a folder of the user's cache named after the contents of every
-kernel file, so that any change compiles afresh and none is missed.
+disk is current. It does not see a change in a function or constant that the file
+imports, and it would write its copies beside the sources. Here all compiled code goes
+to a folder of the user's cache named after the contents of every kernel file and of
+what these import, so that any change compiles afresh and none is missed.
 """
 
 import hashlib
 import os
+import re
 from pathlib import Path
 
 _PACKAGES = ("anatomy", "app", "benchmarks", "devices", "renderers", "scenarios")
+_IMPORT = re.compile(
+    rf"^(?:from|import) +((?:{'|'.join(_PACKAGES)})(?:\.\w+)+)", re.MULTILINE
+)
 
 
 def prepare_environment() -> Path:
@@ -41,13 +45,30 @@ def prepare_environment() -> Path:
 def kernel_hash(root: Path, numba_version: str) -> str:
     """Hash the paths and contents of all kernel files below the packages of `root`.
 
-    Sixteen hexadecimal digits. A kernel file is any `kernels.py`.
+    Kernel files are every `kernels.py` and the modules these import from us, since
+    compiled code has their constants built in. Sixteen hexadecimal digits.
     """
+    # Plain strings: this runs at every start, and Path objects cost it 10 ms.
+    waiting = [
+        os.path.join(folder, "kernels.py")
+        for package in _PACKAGES
+        for folder, _, files in os.walk(root / package)
+        if "kernels.py" in files
+    ]
+    sources: dict[str, str] = {}
+    while waiting:
+        path = waiting.pop()
+        name = os.path.relpath(path, root)
+        if name not in sources and os.path.isfile(path):
+            with open(path, encoding="utf-8") as file:
+                text = sources[name] = file.read()
+            waiting += [
+                os.path.join(root, *module.split(".")) + ".py"
+                for module in _IMPORT.findall(text)
+            ]
     digest = hashlib.sha256(numba_version.encode())
-    for package in _PACKAGES:
-        for path in sorted((root / package).rglob("kernels.py")):
-            digest.update(b"\0" + path.relative_to(root).as_posix().encode() + b"\0")
-            digest.update(path.read_bytes())
+    for name in sorted(sources):
+        digest.update(f"\0{name}\0{sources[name]}".encode())
     return digest.hexdigest()[:16]
 
 

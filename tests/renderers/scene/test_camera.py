@@ -1,0 +1,234 @@
+"""Laws of the camera: what `project` and `rays` say must be one and the same lens."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from renderers.scene import Camera, Projection
+from renderers.scene.camera import STOP_MARGIN_PX
+
+ALL = list(Projection)
+LENSES = [Projection.EQUIDISTANT, Projection.PERSPECTIVE]
+
+
+def posed(
+    projection: Projection,
+    seed: int = 7,
+    size: tuple[int, int] = (24, 18),
+    extent: float = 0.7,
+) -> Camera:
+    rotation = Rotation.random(random_state=seed).as_matrix()
+    eye = np.random.default_rng(seed).uniform(-50, 50, 3)
+    frame = np.vstack([eye, rotation])
+    return Camera(frame, extent, *size, projection)
+
+
+def pixel_centers(camera: Camera) -> NDArray[np.float64]:
+    column, row = np.meshgrid(
+        np.arange(camera.width) + 0.5, np.arange(camera.height) + 0.5
+    )
+    return np.stack([column, row], axis=-1)
+
+
+@pytest.mark.parametrize("projection", ALL)
+@given(
+    seed=st.integers(0, 10**6),
+    width=st.integers(4, 40),
+    height=st.integers(4, 40),
+    extent=st.floats(0.05, 1.4),
+    distance=st.floats(0.1, 500),
+)
+def test_a_point_on_a_ray_projects_to_the_rays_pixel(
+    projection: Projection,
+    seed: int,
+    width: int,
+    height: int,
+    extent: float,
+    distance: float,
+) -> None:
+    camera = posed(projection, seed, (width, height), extent)
+    origins, directions = camera.rays()
+    seen = np.linalg.norm(directions, axis=-1) > 0.5
+    pixel, along = camera.project(origins + distance * directions)
+    # The lens table is float32: 1e-7 of a direction is up to 1e-4 of a pixel here.
+    np.testing.assert_allclose(
+        pixel[seen], pixel_centers(camera)[seen], atol=2e-4, rtol=0
+    )
+    np.testing.assert_allclose(along[seen], distance, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("projection", ALL)
+def test_directions_are_unit_or_zero(projection: Projection) -> None:
+    camera = posed(projection)
+    length = np.linalg.norm(camera.rays()[1], axis=-1)
+    assert np.all((np.abs(length - 1) < 1e-12) | (length == 0))
+    if projection is not Projection.EQUIDISTANT:
+        assert np.all(length > 0)
+
+
+@given(extent=st.floats(0.1, math.pi / 2), size=st.integers(8, 60))
+def test_equidistant_angle_is_proportional_to_radius(extent: float, size: int) -> None:
+    camera = posed(Projection.EQUIDISTANT, 3, (size + 5, size), extent)
+    _, directions = camera.rays()
+    offset = pixel_centers(camera) - np.array([camera.width, camera.height]) / 2
+    radius_px = np.hypot(offset[..., 0], offset[..., 1])
+    seen = np.linalg.norm(directions, axis=-1) > 0.5
+    sine = np.linalg.norm(np.cross(directions, camera.frame[3]), axis=-1)
+    angle = np.arctan2(sine, directions @ camera.frame[3])
+    np.testing.assert_allclose(
+        angle[seen], radius_px[seen] * camera.radians_per_pixel, atol=5e-7
+    )
+    stop = size / 2 + STOP_MARGIN_PX
+    assert np.all(seen[radius_px < stop - 1e-9])
+    assert not np.any(seen[radius_px > stop + 1e-9])
+
+
+def test_perspective_keeps_straight_lines_straight() -> None:
+    camera = posed(Projection.PERSPECTIVE, size=(40, 30))
+    a, b = camera.frame[0] + 30 * camera.frame[3] + np.array([[3, 4, 1], [-5, 2, 6.0]])
+    pixel, _ = camera.project(a + np.linspace(0, 1, 9)[:, None] * (b - a))
+    along, away = pixel[-1] - pixel[0], pixel - pixel[0]
+    cross = along[0] * away[:, 1] - along[1] * away[:, 0]
+    assert np.abs(cross).max() < 1e-9
+
+
+def test_orthographic_size_does_not_depend_on_distance() -> None:
+    camera = posed(Projection.ORTHOGRAPHIC, extent=9.0)
+    near = camera.frame[0] + camera.frame[1:3].T @ np.array([2.0, 1.0])
+    pixel, along = camera.project(
+        near + np.array([[0.0], [1.0], [70.0]]) * camera.frame[3]
+    )
+    np.testing.assert_allclose(pixel, np.broadcast_to(pixel[0], (3, 2)), atol=1e-12)
+    np.testing.assert_allclose(along, [0, 1, 70], atol=1e-12)
+    # 9 mm fall on the 9 pixels of half the shorter side
+    np.testing.assert_allclose(pixel[0], [12 + 2, 9 - 1])
+
+
+@pytest.mark.parametrize("projection", ALL)
+@given(seed=st.integers(0, 10**6))
+def test_turning_camera_and_world_together_changes_nothing(
+    projection: Projection, seed: int
+) -> None:
+    camera = posed(projection)
+    rotation = Rotation.random(random_state=seed).as_matrix()
+    shift = np.random.default_rng(seed).uniform(-100, 100, 3)
+    frame = camera.frame @ rotation.T
+    frame[0] += shift
+    moved = Camera(frame, camera.extent, camera.width, camera.height, projection)
+    points = camera.frame[0] + np.random.default_rng(seed).uniform(-20, 20, (30, 3))
+    before, after = camera.project(points), moved.project(points @ rotation.T + shift)
+    np.testing.assert_allclose(after[0], before[0], atol=1e-6, rtol=1e-9)
+    np.testing.assert_allclose(after[1], before[1], atol=1e-9)
+
+
+@pytest.mark.parametrize("projection", ALL)
+def test_looking_at_centres_the_target_with_up_upwards(projection: Projection) -> None:
+    camera = Camera.looking_at(
+        (10, -40, 5), (12, 30, 9), size=(64, 48), projection=projection
+    )
+    target = np.array([12.0, 30.0, 9.0])
+    higher, left = target + np.array([0, 0, 1]), target + np.array([1, 0, 0])
+    pixel, distance = camera.project([target, higher, left])
+    np.testing.assert_allclose(pixel[0], [32, 24], atol=1e-9)
+    assert pixel[1, 1] < 24
+    assert abs(pixel[1, 0] - 32) < 1e-9
+    # Facing the back of the head (+y), the patient's left (+x) is on the right.
+    assert pixel[2, 0] > 32
+    np.testing.assert_allclose(distance[0], math.dist(camera.eye_mm, target))
+
+
+@pytest.mark.parametrize("projection", LENSES)
+def test_size_changes_sampling_not_the_view(projection: Projection) -> None:
+    small = posed(projection, size=(15, 15))
+    large = small.with_size(45, 45)
+    # Pixel centres of the small picture are those of every third pixel of the large.
+    seen = np.linalg.norm(small.rays()[1], axis=-1) > 0.5
+    seen &= np.linalg.norm(large.rays()[1][1::3, 1::3], axis=-1) > 0.5
+    np.testing.assert_allclose(
+        large.rays()[1][1::3, 1::3][seen], small.rays()[1][seen], atol=3e-7
+    )
+    assert seen.sum() > 100
+
+
+@pytest.mark.parametrize(
+    "projection",
+    [
+        Projection.EQUIDISTANT,
+        Projection.ORTHOGRAPHIC,
+        pytest.param(
+            Projection.PERSPECTIVE,
+            marks=pytest.mark.xfail(reason="extent is not tan(extent)"),
+        ),
+    ],
+)
+def test_one_pixel_at_the_centre_subtends_radians_per_pixel(
+    projection: Projection,
+) -> None:
+    camera = posed(projection, size=(400, 400))
+    origins, directions = camera.rays()
+    if projection is Projection.ORTHOGRAPHIC:
+        size = math.dist(origins[200, 200], origins[200, 199])
+    else:
+        size = math.asin(
+            float(np.linalg.norm(np.cross(directions[200, 200], directions[200, 199])))
+        )
+    assert size == pytest.approx(camera.radians_per_pixel, rel=1e-4)
+
+
+def test_pinhole_sees_nothing_behind_itself() -> None:
+    camera = posed(Projection.PERSPECTIVE)
+    behind = camera.frame[0] - 5 * camera.frame[3] + 0.3 * camera.frame[1]
+    pixel, _ = camera.project(behind)
+    assert np.all(np.isnan(pixel))
+
+
+@given(angle=st.floats(0, 2 * math.pi), distance=st.floats(0.1, 100))
+def test_equidistant_puts_what_is_behind_outside_the_stop(
+    angle: float, distance: float
+) -> None:
+    camera = posed(Projection.EQUIDISTANT)
+    sideways = math.cos(angle) * camera.frame[1] + math.sin(angle) * camera.frame[2]
+    behind = camera.frame[0] + distance * (0.01 * sideways - camera.frame[3])
+    pixel, _ = camera.project(behind)
+    radius = math.dist(pixel, (camera.width / 2, camera.height / 2))
+    expected = (math.pi - math.atan(0.01)) / camera.radians_per_pixel
+    assert radius == pytest.approx(expected, rel=1e-9)
+
+
+def test_the_lens_table_is_shared_and_read_only() -> None:
+    camera = posed(Projection.EQUIDISTANT)
+    assert camera.lens_table() is posed(Projection.EQUIDISTANT, seed=9).lens_table()
+    assert not camera.lens_table().flags.writeable
+    assert not camera.frame.flags.writeable
+
+
+@pytest.mark.parametrize(
+    ("frame", "extent", "size"),
+    [
+        (np.ones((4, 3)), 0.7, (4, 4)),
+        (np.eye(4), 0.7, (4, 4)),
+        (np.vstack([[np.nan, 0, 0], np.eye(3)]), 0.7, (4, 4)),
+        (np.vstack([[0, 0, 0], np.eye(3)]), 0.0, (4, 4)),
+        (np.vstack([[0, 0, 0], np.eye(3)]), 2.0, (4, 4)),
+        (np.vstack([[0, 0, 0], np.eye(3)]), math.nan, (4, 4)),
+        (np.vstack([[0, 0, 0], np.eye(3)]), 0.7, (0, 4)),
+    ],
+)
+def test_bad_cameras_are_refused(
+    frame: NDArray[np.float64], extent: float, size: tuple[int, int]
+) -> None:
+    with pytest.raises(ValueError, match=r"camera|picture size"):
+        Camera(frame, extent, *size)
+
+
+@pytest.mark.parametrize("target", [(1, 2, 3), (1, 2, 9)])
+def test_aiming_needs_a_direction_off_the_vertical(
+    target: tuple[float, float, float],
+) -> None:
+    with pytest.raises(ValueError, match="cannot aim"):
+        Camera.looking_at((1, 2, 3), target)

@@ -1,0 +1,153 @@
+"""Laws of the grid in the patient's frame."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from renderers.scene import AIR_HU, Volume
+
+SEEDS = st.integers(0, 10**6)
+
+
+def placed(
+    values: NDArray[Any], seed: int, mirrored: bool = False, background: float = AIR_HU
+) -> Volume:
+    """Put values on a rotated (or mirrored), shifted, anisotropic grid."""
+    rng = np.random.default_rng(seed)
+    direction = Rotation.random(random_state=seed).as_matrix()
+    if mirrored:
+        direction[:, 1] *= -1
+    return Volume(
+        values, rng.uniform(0.2, 3, 3), rng.uniform(-200, 200, 3), direction, background
+    )
+
+
+def world(volume: Volume, voxel: NDArray[np.float64]) -> NDArray[np.float64]:
+    matrix = volume.world_from_voxel
+    return voxel @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+@given(seed=SEEDS, mirrored=st.booleans())
+def test_world_and_voxel_transforms_are_inverse(seed: int, mirrored: bool) -> None:
+    volume = placed(np.zeros((4, 5, 6)), seed, mirrored)
+    product = volume.voxel_from_world @ volume.world_from_voxel
+    np.testing.assert_allclose(product, np.eye(4), atol=1e-10)
+    columns = volume.world_from_voxel[:3, :3]
+    np.testing.assert_allclose(np.linalg.norm(columns, axis=0), volume.spacing_mm)
+
+
+@given(seed=SEEDS, mirrored=st.booleans())
+def test_trilinear_functions_are_reproduced_exactly(seed: int, mirrored: bool) -> None:
+    rng = np.random.default_rng(seed)
+    c = rng.uniform(-1, 1, (2, 2, 2))
+
+    def f(x: Any, y: Any, z: Any) -> Any:
+        # every monomial x^a y^b z^c with exponents 0 or 1, so that a swapped axis shows
+        return sum(
+            c[i, j, k] * x**i * y**j * z**k
+            for i in (0, 1)
+            for j in (0, 1)
+            for k in (0, 1)
+        )
+
+    z, y, x = np.meshgrid(np.arange(4), np.arange(5), np.arange(6), indexing="ij")
+    volume = placed(f(x, y, z), seed, mirrored)
+    voxel = rng.uniform(0.001, [4.999, 3.999, 2.999], (50, 3))
+    np.testing.assert_allclose(
+        volume.sample(world(volume, voxel)), f(*voxel.T), atol=1e-9
+    )
+
+
+def test_voxel_centres_give_the_voxels_and_the_box_ends_there() -> None:
+    values = np.random.default_rng(1).integers(-1000, 3000, (3, 4, 5)).astype(np.int16)
+    volume = Volume(values, np.array([0.5, 0.25, 2]), np.array([8.0, -16, 32]))
+    k, j, i = np.meshgrid(np.arange(3), np.arange(4), np.arange(5), indexing="ij")
+    centers = world(volume, np.stack([i, j, k], axis=-1).astype(float))
+    assert np.array_equal(volume.sample(centers), values)
+    for axis in range(3):
+        for end, step in ((0, -1e-3), (values.shape[2 - axis] - 1, 1e-3)):
+            voxel = np.ones(3)
+            voxel[axis] = end + step
+            assert volume.sample(world(volume, voxel)) == AIR_HU
+
+
+def test_outside_is_background_even_far_away() -> None:
+    volume = placed(np.zeros((3, 3, 3)), seed=5, background=-3.5)
+    far = np.array([[1e6, 0, 0], [0, -1e300, 0], [np.nan, 0, 0], [np.inf, 0, 0]])
+    with np.errstate(invalid="ignore", over="ignore"):
+        assert np.all(volume.sample(far) == -3.5)
+
+
+@given(seed=SEEDS)
+def test_samples_stay_within_the_value_range(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    volume = placed(rng.normal(size=(4, 3, 5)).astype(np.float32), seed)
+    voxel = rng.uniform(0.001, [3.999, 1.999, 2.999], (50, 3))
+    low, high = volume.value_range
+    sampled = volume.sample(world(volume, voxel))
+    assert np.all((sampled >= low - 1e-6) & (sampled <= high + 1e-6))
+
+
+def test_center_is_the_mean_of_all_voxel_positions() -> None:
+    volume = placed(np.zeros((3, 4, 5)), seed=11)
+    k, j, i = np.meshgrid(np.arange(3), np.arange(4), np.arange(5), indexing="ij")
+    centers = world(volume, np.stack([i, j, k], axis=-1).astype(float))
+    np.testing.assert_allclose(volume.center_mm, centers.mean(axis=(0, 1, 2)))
+
+
+def test_values_are_read_only_shared_and_the_callers_array_stays_free() -> None:
+    values = np.zeros((2, 3, 4), dtype=np.uint8)
+    volume = Volume(values, np.ones(3), np.zeros(3))
+    assert np.shares_memory(volume.values, values)
+    assert not volume.values.flags.writeable
+    values[0, 0, 0] = 7
+    with pytest.raises(ValueError, match="read-only"):
+        volume.values[0, 0, 0] = 1
+    assert volume.shape == (2, 3, 4)
+
+
+def test_fortran_order_is_made_x_fastest() -> None:
+    values = np.asfortranarray(np.arange(24.0).reshape(2, 3, 4))
+    volume = Volume(values, np.ones(3), np.zeros(3))
+    assert volume.values.flags.c_contiguous
+    assert np.array_equal(volume.values, values)
+
+
+def test_with_values_keeps_the_grid_only() -> None:
+    volume = placed(np.zeros((3, 4, 5)), seed=2)
+    other = volume.with_values(np.ones((3, 4, 5), np.uint8), background=0)
+    assert np.array_equal(other.world_from_voxel, volume.world_from_voxel)
+    assert other.values.dtype == np.uint8
+    assert other.background == 0
+    with pytest.raises(ValueError, match="do not fit"):
+        volume.with_values(np.ones((3, 4, 4)), background=0)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"values": np.zeros((3, 3))}, "three axes"),
+        ({"values": np.zeros((3, 3, 1))}, "at least 2"),
+        ({"values": np.zeros((2, 2, 2), complex)}, "real numbers"),
+        ({"values": np.zeros((2, 2, 2), bool)}, "real numbers"),
+        ({"spacing_mm": np.array([1, 0, 1])}, "spacing"),
+        ({"spacing_mm": np.array([1, np.nan, 1])}, "spacing"),
+        ({"spacing_mm": np.ones(2)}, "spacing"),
+        ({"origin_mm": np.array([0, np.inf, 0])}, "origin"),
+        ({"direction": np.ones((3, 3))}, "orthonormal"),
+        ({"direction": np.full((3, 3), np.nan)}, "orthonormal"),
+    ],
+)
+def test_bad_grids_are_refused(change: dict[str, Any], message: str) -> None:
+    good = {
+        "values": np.zeros((2, 2, 2)),
+        "spacing_mm": np.ones(3),
+        "origin_mm": np.zeros(3),
+    }
+    with pytest.raises(ValueError, match=message):
+        Volume(**(good | change))

@@ -1,0 +1,231 @@
+"""The house rules that neither the linter nor the import contracts can state."""
+
+import ast
+import re
+import tokenize
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("anatomy", "app", "benchmarks", "devices", "renderers", "scenarios")
+SOURCES = sorted(p for name in PACKAGES for p in (ROOT / name).rglob("*.py"))
+TESTS = sorted((ROOT / "tests").rglob("*.py"))
+FACES = [p for p in SOURCES if p.name == "__init__.py"]
+KERNELS = [p for p in SOURCES if p.name == "kernels.py"]
+
+MAX_LINES = 350
+"""Beyond this a file holds more than one noun."""
+
+
+@cache
+def parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"), str(path))
+
+
+def at(path: Path, line: int | ast.AST) -> str:
+    number = line if isinstance(line, int) else getattr(line, "lineno", 1)
+    return f"{path.relative_to(ROOT)}:{number}"
+
+
+def imported(tree: ast.AST) -> Iterator[tuple[ast.stmt, str]]:
+    """Yield every import, wherever it stands, with the full name of its module."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield node, alias.name
+        elif isinstance(node, ast.ImportFrom):
+            yield node, "." * node.level + (node.module or "")
+
+
+def names_of_face(path: Path) -> tuple[list[str], list[str], list[str]]:
+    """Give what a face imports, what it lists, and statements not to be there."""
+    names: list[str] = []
+    listed: list[str] = []
+    others: list[str] = []
+    for node in parsed(path).body:
+        match node:
+            case ast.Expr(value=ast.Constant(value=str())):
+                pass
+            case ast.ImportFrom():
+                names += [alias.asname or alias.name for alias in node.names]
+            case ast.Assign(targets=[ast.Name(id="__all__")]):
+                listed = ast.literal_eval(node.value)
+            case _:
+                others.append(at(path, node))
+    return names, listed, others
+
+
+def test_there_is_something_to_check() -> None:
+    assert len(FACES) >= len(PACKAGES)
+    assert len(SOURCES) > 2 * len(FACES)
+    assert KERNELS
+
+
+def test_a_face_is_a_docstring_imports_and_the_full_sorted_list() -> None:
+    wrong = []
+    for path in FACES:
+        names, listed, others = names_of_face(path)
+        wrong += others
+        if set(names) != set(listed) or len(set(listed)) != len(listed):
+            wrong.append(f"{at(path, 1)} imports {names} and lists {listed}")
+        # The linter's order: constants, then classes, then the rest.
+        order = [(n.upper() != n, n[0].islower(), n) for n in listed]
+        if order != sorted(order) or any(n.startswith("_") for n in listed):
+            wrong.append(f"{at(path, 1)} lists {listed}")
+        if ast.get_docstring(parsed(path)) is None:
+            wrong.append(f"{at(path, 1)} does not say what the package is for")
+    assert not wrong
+
+
+def test_a_face_imports_from_its_own_package_only() -> None:
+    wrong = []
+    for path in FACES:
+        package = ".".join(path.parent.relative_to(ROOT).parts)
+        wrong += [
+            f"{at(path, node)} {name}"
+            for node, name in imported(parsed(path))
+            if not name.startswith(package + ".")
+        ]
+    assert not wrong
+
+
+@pytest.mark.parametrize("files", [SOURCES, TESTS], ids=["sources", "tests"])
+def test_no_file_is_longer_than_a_reader_can_hold(files: list[Path]) -> None:
+    lengths = {at(p, 1): len(p.read_text("utf-8").splitlines()) for p in files}
+    assert not {name: n for name, n in lengths.items() if n > MAX_LINES}
+
+
+def test_only_kernel_files_are_compiled() -> None:
+    assert not [
+        at(path, node)
+        for path in SOURCES
+        if path not in KERNELS
+        for node, name in imported(parsed(path))
+        if name.partition(".")[0] in ("numba", "llvmlite")
+    ]
+
+
+def test_kernels_import_no_policy() -> None:
+    """Arrays in, arrays out: no files, no logging, none of our own objects.
+
+    From us a kernel takes other kernels and modules that only lay out its arguments,
+    by their full names: the compiled code's cache is named by exactly these files.
+    """
+    plain = {"numba", "numpy", "math", "typing", "enum"}
+    wrong = []
+    for path in KERNELS:
+        for node, name in imported(parsed(path)):
+            if name.partition(".")[0] in plain or name.endswith(".kernels"):
+                continue
+            layout = ROOT / f"{name.replace('.', '/')}.py"
+            if not layout.is_file() or not plain >= {
+                inner.partition(".")[0] for _, inner in imported(parsed(layout))
+            }:
+                wrong.append(f"{at(path, node)} {name}")
+    assert not wrong
+
+
+def test_kernels_have_no_default_values() -> None:
+    assert not [
+        f"{at(path, node)} {node.name}"
+        for path in KERNELS
+        for node in ast.walk(parsed(path))
+        if isinstance(node, ast.FunctionDef)
+        and (node.args.defaults or any(node.args.kw_defaults))
+    ]
+
+
+def test_compiled_code_keeps_the_bits_and_the_threads_to_itself() -> None:
+    """No full fast-math and no thread pool of numba's own."""
+    safe = {"contract", "reassoc", "arcp", "nsz"}
+    wrong = []
+    for path in KERNELS:
+        for node in ast.walk(parsed(path)):
+            if not isinstance(node, ast.keyword):
+                continue
+            if node.arg == "parallel":
+                wrong.append(at(path, node))
+            if node.arg == "fastmath" and not (
+                isinstance(node.value, ast.Set) and ast.literal_eval(node.value) <= safe
+            ):
+                wrong.append(at(path, node))
+    assert not wrong
+
+
+def test_nothing_read_can_become_code() -> None:
+    wrong = []
+    for path in SOURCES:
+        tree = parsed(path)
+        wrong += [
+            at(path, node)
+            for node, name in imported(tree)
+            if name.partition(".")[0] in ("pickle", "marshal", "shelve", "dill")
+        ]
+        for node in ast.walk(tree):
+            match node:
+                case ast.Call(func=ast.Name(id="eval" | "exec")):
+                    wrong.append(at(path, node))
+                case ast.keyword(arg="allow_pickle", value=ast.Constant(value=True)):
+                    wrong.append(at(path, node))
+                case ast.keyword(arg="shell", value=ast.Constant(value=True)):
+                    wrong.append(at(path, node))
+    assert not wrong
+
+
+def test_checks_are_silenced_one_by_one_and_by_name() -> None:
+    silenced = re.compile(r"#\s*(type:\s*ignore|noqa)(?P<code>[\[:]\s*\w)?")
+    wrong = []
+    for path in SOURCES + TESTS:
+        with tokenize.open(path) as file:
+            for token in tokenize.generate_tokens(file.readline):
+                if token.type == tokenize.COMMENT:
+                    found = silenced.search(token.string)
+                    if found and not found["code"]:
+                        wrong.append(at(path, token.start[0]))
+    assert not wrong
+
+
+def test_imports_are_absolute_and_of_today() -> None:
+    assert not [
+        at(path, node)
+        for path in SOURCES + TESTS
+        for node, name in imported(parsed(path))
+        if name.startswith(".") or name == "__future__"
+    ]
+
+
+def test_files_are_named_after_what_they_hold() -> None:
+    vague = {"utils", "util", "helpers", "helper", "common", "misc", "manager"}
+    assert not [
+        at(path, 1)
+        for path in SOURCES + TESTS
+        if vague & {path.stem.removeprefix("test_"), *path.parts[len(ROOT.parts) : -1]}
+    ]
+
+
+def test_every_source_says_what_it_is() -> None:
+    assert not [at(p, 1) for p in SOURCES if ast.get_docstring(parsed(p)) is None]
+
+
+def test_tests_are_no_packages() -> None:
+    """A tests/renderers/__init__.py would hide the real `renderers`."""
+    assert not [at(path, 1) for path in TESTS if path.name == "__init__.py"]
+
+
+def test_tests_mirror_the_tree() -> None:
+    """tests/a/test_b.py tests a/b.py; the folders below test the whole instead."""
+    whole = {"accuracy", "mpi", "stress"}
+    wrong = []
+    for path in TESTS:
+        place = path.relative_to(ROOT / "tests")
+        if len(place.parts) == 1 or place.parts[0] in whole:
+            continue
+        if place.name.startswith("test_"):
+            name = place.stem.removeprefix("test_")
+            tested = ROOT / place.parent / f"{name}.py"
+            if not tested.exists() and not (ROOT / place.parent / name).is_dir():
+                wrong.append(at(path, 1))
+    assert not wrong
