@@ -22,7 +22,11 @@ LARGEST_TILT_DEG = 10.0
 # From the shoulder; the stretched arm ends at 656 mm and knows no direction there.
 LARGEST_REACH_MM = 600.0
 
-CHECKED_SAMPLES = 60
+# Sine of the wrist's angle. Where stylus and forearm are in line joint 3 has to turn
+# for ever smaller motions of the tip, and linkages of real arms bend most.
+SMALLEST_WRIST = 0.3
+
+CHECKED_SAMPLES = 120
 ATTEMPTS = 50
 
 
@@ -45,7 +49,7 @@ def place_arm(
     pointing = np.concatenate((np.repeat(axes[:1], len(fiducials_mm), axis=0), axes))
     for _ in range(ATTEMPTS):
         place = _draw(rng, tips.mean(axis=0))
-        if _reaches(profile, place, targets, pointing):
+        if _reaches(profile, place, targets, pointing, len(fiducials_mm) + 1):
             return place
     raise ValueError(
         f"no place for the arm from which path {path.name!r} can be reached was found "
@@ -81,6 +85,7 @@ def _reaches(
     place: NDArray[np.float64],
     targets: NDArray[np.float64],
     pointing: NDArray[np.float64],
+    stops: int,
 ) -> bool:
     geometry = profile.geometry
     tips = targets @ place[:3, :3].T + place[:3, 3]
@@ -93,9 +98,12 @@ def _reaches(
     angles = np.array(profile.home_counts) * (2.0 * np.pi / turn)
     angles[5] = 0.0
     try:
-        angles = inverse.solve_afresh(tips[0], axes[0], angles)
-        for tip, axis in zip(tips[1:], axes[1:], strict=True):
-            angles = inverse.solve(tip, axis, angles)
+        for i, (tip, axis) in enumerate(zip(tips, axes, strict=True)):
+            # As the script does: anew for each stop, then along the path.
+            solve = inverse.solve_afresh if i < stops else inverse.solve
+            angles = solve(tip, axis, angles)
+            if abs(math.sin(angles[4])) < SMALLEST_WRIST:
+                return False
     except UnreachableError:
         return False
     return True

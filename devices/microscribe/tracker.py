@@ -113,6 +113,9 @@ class SampleTracker:
 
     def _plausible(self, moved: NDArray[np.int64], ticks: int) -> bool:
         turn = np.array(self.encoders.turn)
+        # Where whole turns fit into the field, the winding bits change no angle.
+        window = np.where(FIELD % turn == 0, turn, FIELD)
+        moved = (moved + window // 2) % window - window // 2
         allowed = turn * (LARGEST_RATE_DEG_S / 360.0) * (ticks / TICKS_PER_S)
         fits = np.abs(moved) <= allowed + ALLOWED_COUNTS
         return bool((fits | (turn == 1)).all())

@@ -1,0 +1,97 @@
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from devices.microscribe.emulator_client import MicroScribeEmulator
+from devices.port import DeviceError
+from devices.pose import read_only_rigid
+from devices.probe_path import ProbePath
+from devices.recording import save_probe_path
+
+pytestmark = pytest.mark.skipif(
+    sys.platform == "win32", reason="pseudo-terminals need POSIX"
+)
+
+ARGUMENTS = [sys.executable, "-W", "error", "-m", "devices.microscribe.emulator"]
+
+
+@pytest.fixture
+def path_file(tmp_path: Path, short_path: ProbePath) -> Path:
+    file = tmp_path / "p.path.json"
+    save_probe_path(short_path, file)
+    return file
+
+
+def _gone(process: int) -> bool:
+    for _ in range(300):
+        try:
+            os.kill(process, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.01)
+    return False
+
+
+def test_the_child_tells_its_port_and_stops(path_file: Path) -> None:
+    with MicroScribeEmulator(path_file, profile="nominal") as emulator:
+        assert Path(emulator.port_name).exists()
+        states = [emulator.running]
+        read_only_rigid(emulator.device_from_world, "device_from_world")
+    states.append(emulator.running)
+    assert states == [True, False]
+    emulator.stop()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"path": "nowhere.path.json"}, "cannot be read"),
+        ({"faults": ["nonsense@1"]}, "fault"),
+        ({"fiducials_mm": np.array([[5000.0, 0.0, 0.0]])}, "no place for the arm"),
+    ],
+)
+def test_a_child_that_cannot_start_says_why(
+    path_file: Path, change: dict[str, object], message: str
+) -> None:
+    options: dict[str, object] = {"path": path_file, **change}
+    with pytest.raises(DeviceError, match=message):
+        MicroScribeEmulator(**options)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_signals_end_it_well(path_file: Path, number: int) -> None:
+    with subprocess.Popen(
+        [*ARGUMENTS, f"--path={path_file}"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    ) as child:
+        assert child.stdout is not None
+        assert child.stderr is not None
+        assert child.stdout.readline().startswith(b'{"port"')
+        child.send_signal(number)
+        assert child.wait(5.0) == 0
+        assert child.stderr.read() == b""
+
+
+@pytest.mark.parametrize("watch", [[], ["--watch-stdin"]], ids=["parent", "stdin"])
+def test_it_does_not_outlive_a_killed_parent(path_file: Path, watch: list[str]) -> None:
+    command = [*ARGUMENTS, f"--path={path_file}", *watch]
+    parent_code = (
+        "import subprocess, sys, time\n"
+        f"c = subprocess.Popen({command!r}, stdin=subprocess.PIPE,"
+        " stdout=subprocess.PIPE)\n"
+        "c.stdout.readline(); print(c.pid, flush=True); time.sleep(60)\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", parent_code], stdout=subprocess.PIPE
+    ) as parent:
+        assert parent.stdout is not None
+        child = int(parent.stdout.readline())
+        parent.kill()
+    assert _gone(child)
