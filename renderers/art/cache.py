@@ -62,6 +62,7 @@ class CellCache:
         self._free: list[int] = []
         self._cell_of_slot = np.zeros(0, np.int64)
         self._slot_of_cell: dict[int, int] = {}
+        self._pending = 0
         self.evictions = 0
         self.fetches = 0
         self.view = CellView(
@@ -82,7 +83,7 @@ class CellCache:
     @property
     def pending(self) -> int:
         """Count the reserved cells that have not arrived."""
-        return int(np.count_nonzero(self._state == CellState.PENDING))
+        return self._pending
 
     @property
     def bytes(self) -> int:
@@ -100,6 +101,7 @@ class CellCache:
         self._slot_of_cell[cell] = slot
         self._cell_of_slot[slot] = cell
         self._state[cell] = CellState.PENDING
+        self._pending += 1
         self.view.stamp[slot] = _FRESH
         return True
 
@@ -120,6 +122,7 @@ class CellCache:
             ),
         )
         self._state[cell] = CellState.VALID
+        self._pending -= 1
         self.view.slots[cell] = slot
         self.fetches += 1
 
@@ -127,6 +130,7 @@ class CellCache:
         """Let cells go that nobody will use: their rays were dropped."""
         for cell in np.flatnonzero(self._state == CellState.PENDING):
             self._release(int(cell))
+        self._pending = 0
         self.view.stamp[self.view.stamp == _FRESH] = 0
 
     def check(self) -> None:
@@ -134,6 +138,7 @@ class CellCache:
         held = np.flatnonzero(self._state)
         assert len(held) == len(self._slot_of_cell) <= self.capacity
         assert len(self._free) + len(held) == len(self._cell_of_slot) <= self.capacity
+        assert self._pending == np.count_nonzero(self._state == CellState.PENDING)
         for cell in held:
             slot = self._slot_of_cell[int(cell)]
             assert self._cell_of_slot[slot] == cell

@@ -57,7 +57,6 @@ class Node:
         self._run: Run = map
         self._stack = RayStack()
         self._wanted: dict[int, None] = {}
-        self._held: list[Message] = []
         self._clock = 0
         self._story: deque[str] = deque(maxlen=_STORY)
 
@@ -71,6 +70,11 @@ class Node:
         """Tell whether `advance` could do anything."""
         return self._stack.active > 0
 
+    @property
+    def is_waiting(self) -> bool:
+        """Tell whether another rank owes this one a cell."""
+        return self.cache.pending > 0
+
     def use(self, run: Run) -> None:
         """Run packets with `map` or with an executor's, which may use threads."""
         self._run = run
@@ -83,15 +87,13 @@ class Node:
         tally["requests"] = self.requests
         return tally
 
-    def begin(self, frame: int, packets: Iterable[RayPacket]) -> list[Message]:
-        """Start a frame; answer what other ranks already asked for it."""
+    def begin(self, frame: int, packets: Iterable[RayPacket]) -> None:
+        """Start a frame. Cells kept from the frame before stay."""
         if frame <= self.frame:
             raise ProtocolError(f"frame {frame} cannot follow frame {self.frame}")
         self.frame = frame
         for packet in packets:
             self._stack.push(packet)
-        held, self._held = self._held, []
-        return [reply for message in held for reply in self.handle(message)]
 
     def leave(self) -> None:
         """Drop what is left of the frame."""
@@ -100,16 +102,11 @@ class Node:
         self.cache.forget_waiting()
 
     def handle(self, message: Message) -> list[Message]:
-        """Take one message; return what is to be sent because of it.
-
-        Messages of a frame that this rank has not begun are kept until it does: no
-        order is promised between ranks. Those of a frame that ended are dropped.
-        """
-        if message.frame > self.frame:
-            self._held.append(message)
-            return []
-        if message.frame < self.frame:
-            return []
+        """Take one message of this frame; return what is to be sent because of it."""
+        if message.frame != self.frame:
+            raise ProtocolError(
+                f"a message of frame {message.frame} came in frame {self.frame}"
+            )
         self._story.append(
             f"{message.kind.name} of cell {message.cell} from {message.source} "
             f"to {message.target}"
@@ -136,7 +133,7 @@ class Node:
             missing = packet.missing_cells()
             if missing:
                 self._stack.park(packet, missing)
-                self._wanted.update(dict.fromkeys(missing))
+                self._want(missing)
             else:
                 messages.append(self._finished(packet))
         messages += self._fetch()
@@ -149,14 +146,24 @@ class Node:
         self.cache.check()
         self._stack.check()
         waited = self._stack.waited_for()
-        assert set(self._wanted) <= waited
+        # A packet woken by one cell still stands before its others.
+        assert set(self._wanted) <= waited or self._stack.active
         for cell in waited:
             pending = self.cache.state(cell) is CellState.PENDING
             assert pending or cell in self._wanted, f"nobody asked for cell {cell}"
+        for cell in self._wanted:
+            assert self.cache.state(cell) is CellState.INVALID
         assert self.cache.pending <= MOST_PENDING
 
     def _march_packet(self, packet: RayPacket) -> NDArray[np.int64]:
         return self._march.run(packet, self.cache.view, self._shift, self._clock)
+
+    def _want(self, cells: list[int]) -> None:
+        # Never a cell that is on its way: it would be fetched again when nobody needs
+        # it, and a cell that no ray uses is never evicted.
+        for cell in cells:
+            if self.cache.state(cell) is CellState.INVALID:
+                self._wanted[cell] = None
 
     def _finished(self, packet: RayPacket) -> Message:
         payload = region_payload(packet.region, packet.value, packet.depth)
@@ -166,20 +173,18 @@ class Node:
         """Ask for wanted cells while there is room; take the local ones at once."""
         messages: list[Message] = []
         for cell in list(self._wanted):
-            if self.cache.state(cell) is CellState.INVALID:
-                if self.cache.pending >= MOST_PENDING or not self.cache.reserve(cell):
-                    break
-                home = self.directory.home(cell)
-                if home == self.rank:
-                    self.cache.store(cell, self.directory.share.block(cell))
-                else:
-                    self.requests += 1
-                    messages.append(
-                        Message(MessageKind.REQUEST, self.rank, home, self.frame, cell)
-                    )
+            if self.cache.pending >= MOST_PENDING or not self.cache.reserve(cell):
+                break
             del self._wanted[cell]
-            if self.cache.state(cell) is CellState.VALID:
+            home = self.directory.home(cell)
+            if home == self.rank:
+                self.cache.store(cell, self.directory.share.block(cell))
                 self._stack.wake(cell)
+            else:
+                self.requests += 1
+                messages.append(
+                    Message(MessageKind.REQUEST, self.rank, home, self.frame, cell)
+                )
         return messages
 
     def _arrive(self, message: Message) -> list[Message]:

@@ -1,0 +1,142 @@
+"""One rank's part in frame after frame: its node, driven over a transport.
+
+Rank 0 also gathers the picture. A frame is complete when every rank has said DONE, for
+a rank that is done has no unfinished ray and waits for no cell: then no message of the
+frame is on its way except the control of the frame itself. END lets the ranks go.
+"""
+
+from collections import deque
+from collections.abc import Iterable
+
+from renderers.art.messages import Message, MessageKind, ProtocolError
+from renderers.art.node import Node
+from renderers.art.rays import RayPacket
+from renderers.art.regions import Gather
+from renderers.art.transport import Transport, TransportError
+
+PACKETS_A_STEP = 1
+"""Packets run between two polls: about 1,000 rays, some .5 ms; a poll costs .5 us."""
+
+
+class Rank:
+    """Drive nodes over a transport.
+
+    Messages of a frame that this rank has not begun are kept until it does: no order
+    is promised between ranks, so another rank may ask for a cell before rank 0's word
+    to begin has come. Those of a frame that ended are dropped.
+    """
+
+    def __init__(self, transport: Transport) -> None:
+        self.transport = transport
+        self.frame = 0
+        self.orders: deque[Message] = deque()
+        self._node: Node | None = None
+        self._gather: Gather | None = None
+        self._early: list[Message] = []
+        self._done_ranks: set[int] = set()
+        self._said_done = False
+
+    @property
+    def is_drawing(self) -> bool:
+        """Tell whether a frame is going on here."""
+        return self._node is not None
+
+    def begin(
+        self,
+        frame: int,
+        node: Node,
+        packets: Iterable[RayPacket],
+        gather: Gather | None = None,
+    ) -> None:
+        """Start a frame; rank 0 brings the picture to gather."""
+        if (gather is not None) != (self.transport.rank == 0):
+            raise ValueError("rank 0, and only rank 0, gathers the picture")
+        node.begin(frame, packets)
+        self.frame, self._node, self._gather = frame, node, gather
+        self._done_ranks.clear()
+        self._said_done = False
+        early, self._early = self._early, []
+        for message in early:
+            self._take(message)
+
+    def step(self) -> bool:
+        """Take what has arrived, then move some rays; tell whether there was work.
+
+        Raise TransportError when another rank cannot take part.
+        """
+        worked = False
+        while (message := self.transport.poll()) is not None:
+            worked = True
+            self._take(message)
+        node = self._node
+        if node is None:
+            return worked
+        if node.is_active:
+            worked = True
+            self._send_all(node.advance(PACKETS_A_STEP))
+        if node.is_finished and not self._said_done:
+            self._said_done = True
+            self._say(MessageKind.DONE, 0)
+        return worked
+
+    def rest(self) -> None:
+        """Give the processor away after a step without work."""
+        self.transport.rest(self._node is not None and self._node.is_waiting)
+
+    def order(self, kind: MessageKind, frame: int, payload: bytes = b"") -> None:
+        """Send every other rank a control message; rank 0 only."""
+        for target in range(1, self.transport.ranks):
+            message = Message(kind, self.transport.rank, target, frame, 0, payload)
+            self.transport.send(message)
+
+    def end(self) -> None:
+        """Leave the frame, finished or not; rank 0 takes the others along."""
+        if self.transport.rank == 0:
+            self.order(MessageKind.END, self.frame)
+        self._leave()
+
+    def fail(self, frame: int, reason: str) -> None:
+        """Tell rank 0 that this rank cannot take part in a frame."""
+        self.frame = frame
+        self._say(MessageKind.FAILED, 0, reason.encode())
+
+    def _leave(self) -> None:
+        if self._node is not None:
+            self._node.leave()
+        self._node = None
+        self._gather = None
+
+    def _say(self, kind: MessageKind, target: int, payload: bytes = b"") -> None:
+        source = self.transport.rank
+        self.transport.send(Message(kind, source, target, self.frame, 0, payload))
+
+    def _send_all(self, messages: Iterable[Message]) -> None:
+        for message in messages:
+            self.transport.send(message)
+
+    def _take(self, message: Message) -> None:
+        kind = message.kind
+        if kind in (MessageKind.BEGIN, MessageKind.STOP):
+            self.orders.append(message)
+        elif message.frame > self.frame:
+            self._early.append(message)
+        elif message.frame < self.frame or self._node is None:
+            return
+        elif kind is MessageKind.END:
+            self._leave()
+        elif kind in (MessageKind.REQUEST, MessageKind.DATA):
+            self._send_all(self._node.handle(message))
+        elif self._gather is None:
+            raise ProtocolError(f"rank {self.transport.rank} was sent {kind.name}")
+        elif kind is MessageKind.REGION:
+            self._gather.add_payload(message.payload)
+        elif kind is MessageKind.FAILED:
+            reason = message.payload.decode(errors="replace")
+            raise TransportError(f"Rank {message.source} cannot take part: {reason}")
+        else:
+            self._done_ranks.add(message.source)
+
+    @property
+    def is_complete(self) -> bool:
+        """Tell whether every rank is done (rank 0 only)."""
+        return len(self._done_ranks) == self.transport.ranks

@@ -1,0 +1,182 @@
+import functools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from renderers.art.march import FrameRays
+from renderers.art.messages import Message, MessageKind
+from renderers.art.node import Node
+from renderers.art.quality import Quality
+from renderers.art.rank import Rank
+from renderers.art.regions import Gather, deal_regions
+from renderers.art.tracer import make_node
+from renderers.art.transport import LoopBack, TransportError
+from renderers.scene import Camera, Scene
+
+QUALITY = Quality(0.5, 1 / 1024)
+
+
+def draw(
+    scene: Scene,
+    mode: str,
+    camera: Camera,
+    ranks: int,
+    *,
+    seed: int = 0,
+    side: int = 8,
+    cells: int | None = None,
+    frames: int = 1,
+) -> tuple[list[NDArray[np.float32]], list[Node]]:
+    """Draw with ranks in one process, each moved in a random order."""
+    joint = LoopBack(ranks, seed)
+    random = np.random.default_rng(seed)
+    parts = [Rank(joint.end(rank)) for rank in range(ranks)]
+    made = [
+        make_node(
+            scene,
+            mode,
+            QUALITY,
+            rank=rank,
+            ranks=ranks,
+            cell_side=side,
+            cache_cells=cells,
+            validate=True,
+        )
+        for rank in range(ranks)
+    ]
+    rays = FrameRays.of(camera)
+    pictures = []
+    for frame in range(1, frames + 1):
+        gather = Gather(camera.width, camera.height)
+        waiting = list(random.permutation(ranks))
+        turns = 0
+        while not (parts[0].is_drawing and parts[0].is_complete):
+            # Ranks begin at different times, some after others have asked for cells.
+            if waiting and random.random() < 0.3:
+                rank = int(waiting.pop())
+                march, node = made[rank]
+                packets = [
+                    march.start(region, rays)
+                    for region in deal_regions(camera.width, camera.height, rank, ranks)
+                ]
+                parts[rank].begin(frame, node, packets, None if rank else gather)
+            parts[int(random.integers(ranks))].step()
+            turns += 1
+            assert turns < 300_000, "the ranks do not finish"
+        parts[0].end()
+        for _ in range(300 * ranks):
+            for part in parts:
+                part.step()
+        assert not any(part.is_drawing for part in parts)
+        assert joint.in_flight == 0
+        assert gather.missing == 0
+        pictures.append(np.dstack([gather.value, gather.depth]))
+    return pictures, [node for _, node in made]
+
+
+@pytest.fixture(scope="module")
+def one(
+    scene: Scene, outside: Camera, inside: Camera
+) -> dict[str, NDArray[np.float32]]:
+    """Draw both modes with a single rank."""
+    return {
+        "classic": draw(scene, "classic", outside, 1)[0][0],
+        "scope": draw(scene, "scope", inside, 1)[0][0],
+    }
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    mode=st.sampled_from(["classic", "scope"]),
+    ranks=st.integers(1, 4),
+    seed=st.integers(0, 2**32 - 1),
+    side=st.sampled_from([8, 16]),
+    cells=st.sampled_from([1, 2, 7, None]),
+)
+def test_any_ranks_delivery_cells_and_cache_give_the_same_bits(
+    scene: Scene,
+    outside: Camera,
+    inside: Camera,
+    one: dict[str, NDArray[np.float32]],
+    mode: str,
+    ranks: int,
+    seed: int,
+    side: int,
+    cells: int | None,
+) -> None:
+    camera = outside if mode == "classic" else inside
+    pictures, _ = draw(scene, mode, camera, ranks, seed=seed, side=side, cells=cells)
+    assert pictures[0].tobytes() == one[mode].tobytes()
+
+
+def test_cells_are_kept_from_frame_to_frame(scene: Scene, outside: Camera) -> None:
+    pictures, nodes = draw(scene, "classic", outside, 2, frames=2)
+    assert pictures[0].tobytes() == pictures[1].tobytes()
+    # Each rank has asked at most once for each cell that is not its own.
+    for node in nodes:
+        assert 0 < node.requests <= node.cache.occupied
+
+
+def test_leaving_early_leaves_nothing_behind(scene: Scene, outside: Camera) -> None:
+    joint = LoopBack(2, seed=3)
+    parts = [Rank(joint.end(rank)) for rank in range(2)]
+    made = [
+        make_node(scene, "classic", QUALITY, rank=r, ranks=2, validate=True)
+        for r in range(2)
+    ]
+    rays = FrameRays.of(outside)
+
+    def begin(frame: int, rank: int, gather: Gather | None) -> None:
+        march, node = made[rank]
+        regions = deal_regions(outside.width, outside.height, rank, 2)
+        parts[rank].begin(frame, node, [march.start(r, rays) for r in regions], gather)
+
+    first = Gather(outside.width, outside.height)
+    begin(1, 0, first)
+    begin(1, 1, None)
+    for _ in range(4):
+        for part in parts:
+            part.step()
+    assert first.missing > 0
+    parts[0].end()
+    while parts[1].is_drawing:
+        parts[1].step()
+    # The second frame must not meet what was on its way in the first.
+    second = Gather(outside.width, outside.height)
+    begin(2, 1, None)
+    begin(2, 0, second)
+    while not parts[0].is_complete:
+        for part in parts:
+            part.step()
+    assert second.missing == 0
+    assert (
+        np.dstack([second.value, second.depth]).tobytes()
+        == draw(scene, "classic", outside, 1)[0][0].tobytes()
+    )
+
+
+def test_a_rank_that_cannot_take_part_is_named(scene: Scene, outside: Camera) -> None:
+    joint = LoopBack(2, delay=0)
+    parts = [Rank(joint.end(rank)) for rank in range(2)]
+    march, node = make_node(scene, "classic", QUALITY, rank=0, ranks=2)
+    regions = deal_regions(outside.width, outside.height, 0, 2)
+    start = functools.partial(march.start, rays=FrameRays.of(outside))
+    parts[0].begin(1, node, map(start, regions), Gather(outside.width, outside.height))
+    parts[1].fail(1, "its disk is full")
+    with pytest.raises(TransportError, match=r"Rank 1 .* its disk is full"):
+        parts[0].step()
+
+
+def test_orders_reach_every_other_rank() -> None:
+    joint = LoopBack(3, delay=0)
+    parts = [Rank(joint.end(rank)) for rank in range(3)]
+    parts[0].order(MessageKind.BEGIN, 1, b"job")
+    for part in parts[1:]:
+        part.step()
+        assert part.orders.popleft() == Message(
+            MessageKind.BEGIN, 0, part.transport.rank, 1, 0, b"job"
+        )
+    assert not parts[0].orders
