@@ -7,7 +7,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
 # Name another interpreter with `make PYTHON=... demo`.
 PYTHON ?=
-CANDIDATES = $(if $(PYTHON),"$(PYTHON)",python3 python3.11 python3.12 python3.13)
+CANDIDATES = $(if $(PYTHON),"$(PYTHON)",python3 python3.11 python3.12 python3.13 python3.14)
 RUN := .venv/bin/python -m
 READY := .venv/.ready
 
