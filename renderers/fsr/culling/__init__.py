@@ -1,0 +1,1 @@
+"""Compiled clipping of sparse rows and their order from the eye."""

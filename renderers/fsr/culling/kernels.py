@@ -1,0 +1,162 @@
+"""Rows clipped against the view, the order of what remains, and its tiles.
+
+Rows are clipped in voxel coordinates, so that planes, sphere and eye are affine in the
+column and one row is one interval.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+F64 = NDArray[np.float64]
+I32 = NDArray[np.int32]
+I64 = NDArray[np.int64]
+U16 = NDArray[np.uint16]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _turn(step: int, n: int, eye: int) -> int:
+    """Give the step-th index of 0..n-1 from far to near, seen from index `eye`."""
+    if step < eye:
+        return step
+    if step < n - 1:
+        return n - 1 - (step - eye)
+    return eye
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def cull_rows(
+    offsets: I64, x: U16, nx: int, ny: int, nz: int, planes: F64, eye_mm: F64,
+    axes_mm: F64, reach_mm: float, eye_index: I64, index: I32, row_of: I32,
+) -> tuple[int, int, int]:  # fmt: skip
+    """List the elements of all rows inside the view, far to near.
+
+    planes: ``(p, 4)`` float64, a point (i, j, k) is inside where
+        ``a i + b j + c k + d >= 0`` for all of them.
+    eye_mm, axes_mm: world position of voxel 0 from the eye, and ``(3, 3)`` world
+        steps of i, j, k in rows; elements farther than `reach_mm` are left out.
+    eye_index: the eye's voxel (i, j, k), clamped into the grid.
+    index, row_of: room for every element and its row ``k * ny + j``.
+    Returns (elements, rows met, rows kept).
+    """
+    n = 0
+    met = 0
+    kept = 0
+    last = float(nx - 1)
+    limited = not math.isinf(reach_mm)
+    a2 = axes_mm[0, 0] ** 2 + axes_mm[0, 1] ** 2 + axes_mm[0, 2] ** 2
+    for step in range(nz):
+        k = _turn(step, nz, eye_index[2])
+        if offsets[k * ny] == offsets[(k + 1) * ny]:
+            continue
+        outside = False
+        for p in range(planes.shape[0]):
+            # the best corner of the slice still misses the plane
+            top = planes[p, 2] * k + planes[p, 3]
+            top += max(planes[p, 0] * last, 0.0) + max(planes[p, 1] * (ny - 1), 0.0)
+            if top < 0:
+                outside = True
+                break
+        if outside:
+            continue
+        for turn in range(ny):
+            j = _turn(turn, ny, eye_index[1])
+            row = k * ny + j
+            first = offsets[row]
+            end = offsets[row + 1]
+            if first == end:
+                continue
+            met += 1
+            low = 0.0
+            high = last
+            if limited:
+                bx = eye_mm[0] + j * axes_mm[1, 0] + k * axes_mm[2, 0]
+                by = eye_mm[1] + j * axes_mm[1, 1] + k * axes_mm[2, 1]
+                bz = eye_mm[2] + j * axes_mm[1, 2] + k * axes_mm[2, 2]
+                b = bx * axes_mm[0, 0] + by * axes_mm[0, 1] + bz * axes_mm[0, 2]
+                c = bx * bx + by * by + bz * bz - reach_mm * reach_mm
+                square = b * b - a2 * c
+                if square < 0:
+                    continue
+                root = math.sqrt(square)
+                low = max(low, (-b - root) / a2)
+                high = min(high, (-b + root) / a2)
+            for p in range(planes.shape[0]):
+                slope = planes[p, 0]
+                rest = planes[p, 1] * j + planes[p, 2] * k + planes[p, 3]
+                if slope > 0:
+                    low = max(low, -rest / slope)
+                elif slope < 0:
+                    high = min(high, -rest / slope)
+                elif rest < 0:
+                    high = -1.0
+            if high < low:
+                continue
+            lo = math.ceil(low - 1e-6)
+            hi = math.floor(high + 1e-6)
+            # binary search for the ends of the clipped interval
+            a = first
+            b_ = end
+            while a < b_:
+                middle = (a + b_) >> 1
+                if x[middle] < lo:
+                    a = middle + 1
+                else:
+                    b_ = middle
+            first = a
+            b_ = end
+            while a < b_:
+                middle = (a + b_) >> 1
+                if x[middle] <= hi:
+                    a = middle + 1
+                else:
+                    b_ = middle
+            end = a
+            if first == end:
+                continue
+            kept += 1
+            s = first
+            while s < end and x[s] < eye_index[0]:
+                index[n] = s
+                row_of[n] = row
+                n += 1
+                s += 1
+            t = end - 1
+            while t >= s:
+                index[n] = t
+                row_of[n] = row
+                n += 1
+                t -= 1
+    return n, met, kept
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bin_boxes(
+    boxes: I32, n: int, width: int, height: int, tile_width: int, tile_height: int,
+    start: I64, items: I32,
+) -> int:  # fmt: skip
+    """Sort boxes into tiles by counting, order kept.
+
+    start: room for tiles + 2. Returns the entries; where they exceed `items`,
+    nothing was written and the caller makes room.
+    """
+    across = (width + tile_width - 1) // tile_width
+    tiles = across * ((height + tile_height - 1) // tile_height)
+    start[: tiles + 2] = 0
+    for s in range(n):
+        for b in range(boxes[s, 2] // tile_height, boxes[s, 3] // tile_height + 1):
+            for a in range(boxes[s, 0] // tile_width, boxes[s, 1] // tile_width + 1):
+                start[b * across + a + 2] += 1
+    for t in range(tiles):
+        start[t + 2] += start[t + 1]
+    if start[tiles + 1] > items.shape[0]:
+        return int(start[tiles + 1])
+    for s in range(n):
+        for b in range(boxes[s, 2] // tile_height, boxes[s, 3] // tile_height + 1):
+            for a in range(boxes[s, 0] // tile_width, boxes[s, 1] // tile_width + 1):
+                t = b * across + a + 1
+                items[start[t]] = s
+                start[t] += 1
+    return int(start[tiles])

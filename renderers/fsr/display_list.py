@@ -1,0 +1,131 @@
+"""What a picture needs of a set, in the order in which to draw it.
+
+Whole rows are clipped against the view, each by two binary searches (``n**2 log n``
+for ``n**3`` voxels). The order comes from the grid at the eye: the slices on either
+side of the eye's own slice are taken far to near, and so are the rows in a slice and
+the elements in a row. No element precedes one that it could hide; nothing is sorted.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.fsr.culling.kernels import cull_rows
+from renderers.fsr.sparse_rows import SparseRows
+from renderers.scene import Camera, Projection
+from renderers.scene.camera import STOP_MARGIN_PX
+
+CONE_SIDES = 8
+"""Planes around the round field: eight waste 5 % of its area, four 27 %."""
+
+STEEPEST_CONE_RAD = math.radians(89.0)
+"""A wider cone is not convex or nearly flat: nothing is culled sideways then."""
+
+
+@dataclass(frozen=True, slots=True)
+class DisplayList:
+    """Name the elements to draw.
+
+    index: ``(n,)`` int32 into the set's arrays, far to near (or near to far when so
+        asked). row: ``(n,)`` int32, each element's row ``k * ny + j``.
+    rows_met, rows_kept: rows with elements in slices that reach the view, and those
+        of them that were not culled whole.
+    """
+
+    index: NDArray[np.int32]
+    row: NDArray[np.int32]
+    rows_met: int
+    rows_kept: int
+
+    def __len__(self) -> int:
+        return len(self.index)
+
+
+def view_planes(camera: Camera, margin_mm: float) -> NDArray[np.float64]:
+    """Bound the view by world planes ``(p, 4)``, positive inside.
+
+    A ball of radius `margin_mm` that touches the view has its centre inside all of
+    them: row 0..2 are the unit normal, 3 the offset.
+    """
+    eye, right, up, forward = camera.frame
+    half = min(camera.width, camera.height) / 2
+    wide, high = camera.width / 2 / half, camera.height / 2 / half
+    normals: list[NDArray[np.float64]] = []
+    offset = 0.0
+    if camera.projection is Projection.EQUIDISTANT:
+        angle = camera.extent * (1 + (STOP_MARGIN_PX + 1) / half)
+        if angle < STEEPEST_CONE_RAD:
+            for side in range(CONE_SIDES):
+                turn = 2 * math.pi * (side + 0.5) / CONE_SIDES
+                outward = math.cos(turn) * right + math.sin(turn) * up
+                normals.append(math.sin(angle) * forward - math.cos(angle) * outward)
+    elif camera.projection is Projection.PERSPECTIVE:
+        slope = math.tan(camera.extent)
+        for axis, reach in ((right, wide), (up, high)):
+            for sign in (-1.0, 1.0):
+                normal = slope * reach * forward + sign * axis
+                normals.append(normal / np.linalg.norm(normal))
+        normals.append(forward)
+    else:
+        offset = camera.extent
+        for axis, reach in ((right, wide), (up, high)):
+            normals += [-axis / reach, axis / reach]
+    planes = np.array([[*n, offset - n @ eye] for n in normals]).reshape(-1, 4)
+    planes /= np.linalg.norm(planes[:, :3], axis=1, keepdims=True)
+    planes[:, 3] += margin_mm
+    return planes
+
+
+def eye_voxel(rows: SparseRows, camera: Camera) -> NDArray[np.int64]:
+    """Find the grid point (i, j, k) nearest to the eye, clamped into the grid.
+
+    An orthographic eye is infinitely far back along the view axis.
+    """
+    voxel_from_world = np.linalg.inv(rows.world_from_voxel)
+    top = np.array(rows.shape[::-1]) - 1
+    if camera.projection is Projection.ORTHOGRAPHIC:
+        along = voxel_from_world[:3, :3] @ camera.frame[3]
+        return np.where(along < 0, top, 0)
+    voxel = voxel_from_world[:3, :3] @ camera.eye_mm + voxel_from_world[:3, 3]
+    return np.clip(np.rint(voxel), 0, top).astype(np.int64)
+
+
+def build_display_list(
+    rows: SparseRows,
+    camera: Camera,
+    margin_mm: float,
+    *,
+    reach_mm: float = math.inf,
+    back_to_front: bool = True,
+) -> DisplayList:
+    """Cull and order a set for one view.
+
+    margin_mm: radius of an element; nothing that reaches into the view is lost.
+    reach_mm: leave out elements whose grid point is farther from the eye.
+    """
+    matrix = rows.world_from_voxel
+    # a plane a.p + d of the world is (a M) v + d of the voxel frame
+    planes = np.ascontiguousarray(view_planes(camera, margin_mm) @ matrix)
+    index = np.empty(len(rows), np.int32)
+    row = np.empty(len(rows), np.int32)
+    nz, ny, nx = rows.shape
+    n, met, kept = cull_rows(
+        rows.offsets,
+        rows.x,
+        nx,
+        ny,
+        nz,
+        planes,
+        matrix[:3, 3] - camera.eye_mm,
+        np.ascontiguousarray(matrix[:3, :3].T),
+        float(reach_mm),
+        eye_voxel(rows, camera),
+        index,
+        row,
+    )
+    index, row = index[:n], row[:n]
+    if not back_to_front:
+        index, row = np.ascontiguousarray(index[::-1]), np.ascontiguousarray(row[::-1])
+    return DisplayList(index, row, met, kept)

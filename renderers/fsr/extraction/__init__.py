@@ -1,0 +1,1 @@
+"""Compiled sweeps over a volume that pick the voxels worth drawing."""

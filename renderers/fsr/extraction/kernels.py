@@ -1,0 +1,298 @@
+"""Sweeps over a volume: 26-neighbour gradients, fuzzy sets, surfels.
+
+Volumes arrive flat, float32, x fastest. `half` holds 1 / (32 * spacing) in x, y, z
+order: a Sobel sum over nine differences of weight 1 2 1 x 1 2 1 spans 16 weights and
+two spacings. Normals point against the gradient: to lower density, towards the air.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+I16 = NDArray[np.int16]
+U16 = NDArray[np.uint16]
+
+UNDEFINED = -32768
+"""Both octahedral components of a voxel whose gradient vanishes."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _sobel(
+    values: F32, nx: int, ny: int, nz: int, i: int, j: int, k: int,
+) -> tuple[Any, Any, Any]:  # fmt: skip
+    """Sum the Sobel differences along x, y, z at one voxel; the edge is repeated."""
+    im = max(i - 1, 0)
+    ip = min(i + 1, nx - 1)
+    jm = max(j - 1, 0) * nx
+    jp = min(j + 1, ny - 1) * nx
+    jc = j * nx
+    km = max(k - 1, 0) * (nx * ny)
+    kp = min(k + 1, nz - 1) * (nx * ny)
+    kc = k * (nx * ny)
+    a = km + jm
+    b = km + jc
+    c = km + jp
+    d = kc + jm
+    e = kc + jc
+    f = kc + jp
+    g = kp + jm
+    h = kp + jc
+    m = kp + jp
+    # nine rows of three: low, middle and high x
+    al, ac, ah = values[a + im], values[a + i], values[a + ip]
+    bl, bc, bh = values[b + im], values[b + i], values[b + ip]
+    cl, cc, ch = values[c + im], values[c + i], values[c + ip]
+    dl, dc, dh = values[d + im], values[d + i], values[d + ip]
+    el, eh = values[e + im], values[e + ip]
+    fl, fc, fh = values[f + im], values[f + i], values[f + ip]
+    gl, gc, gh = values[g + im], values[g + i], values[g + ip]
+    hl, hc, hh = values[h + im], values[h + i], values[h + ip]
+    ml, mc, mh = values[m + im], values[m + i], values[m + ip]
+    two = np.float32(2)
+    x = ((ah - al) + (ch - cl) + (gh - gl) + (mh - ml)) + (
+        two * ((bh - bl) + (dh - dl) + (fh - fl) + (hh - hl)) + two * two * (eh - el)
+    )
+    sa = al + two * ac + ah
+    sc = cl + two * cc + ch
+    sg = gl + two * gc + gh
+    sm = ml + two * mc + mh
+    sb = bl + two * bc + bh
+    sd = dl + two * dc + dh
+    sf = fl + two * fc + fh
+    sh = hl + two * hc + hh
+    y = (sc - sa) + two * (sf - sd) + (sm - sg)
+    z = (sg - sa) + two * (sh - sb) + (sm - sc)
+    return x, y, z
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def gradients(
+    values: F32, nx: int, ny: int, nz: int, half: F32, direction: F32, k0: int, k1: int,
+    out: F32,
+) -> None:  # fmt: skip
+    """Fill world-frame gradients `(nz * ny * nx, 3)` of the slices k0..k1-1."""
+    for k in range(k0, k1):
+        for j in range(ny):
+            for i in range(nx):
+                x, y, z = _sobel(values, nx, ny, nz, i, j, k)
+                x *= half[0]
+                y *= half[1]
+                z *= half[2]
+                n = (k * ny + j) * nx + i
+                for r in range(3):
+                    out[n, r] = (
+                        direction[r, 0] * x + direction[r, 1] * y + direction[r, 2] * z
+                    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def extract_rows(
+    values: F32, nx: int, ny: int, nz: int, half: F32, direction: F32, table: F32,
+    column_top: F32, density_low: np.float32, density_scale: np.float32,
+    gradient_scale: np.float32, threshold: np.float32, row: int, offsets: I64, x: U16, octahedral: I16, value: F32,
+    inclusion: F32,
+) -> int:  # fmt: skip
+    """Append the voxels of rows `row`.. with F(gradient, density) >= threshold.
+
+    table: ``(gradients, densities)``, bilinear, end values held. column_top: per
+    density the table's maximum over gradients, so that most voxels are turned down
+    before any neighbour is read. Returns the first row that found no room left.
+    """
+    tops = table.shape[1] - 1
+    bins = table.shape[0] - 1
+    n = offsets[row]
+    while row < ny * nz:
+        if n + nx > x.shape[0]:
+            return row
+        k = row // ny
+        j = row - k * ny
+        base = row * nx
+        for i in range(nx):
+            density = values[base + i]
+            s: Any = (density - density_low) * density_scale
+            s = min(max(s, np.float32(0)), np.float32(tops))
+            c = min(int(s), tops - 1)
+            if max(column_top[c], column_top[c + 1]) < threshold:
+                continue
+            gx, gy, gz = _sobel(values, nx, ny, nz, i, j, k)
+            gx *= half[0]
+            gy *= half[1]
+            gz *= half[2]
+            length = math.sqrt(gx * gx + gy * gy + gz * gz)
+            g = min(length * gradient_scale, np.float32(bins))
+            b = min(int(g), bins - 1)
+            fs = s - np.float32(c)
+            fg = g - np.float32(b)
+            low = table[b, c] + fs * (table[b, c + 1] - table[b, c])
+            high = table[b + 1, c] + fs * (table[b + 1, c + 1] - table[b + 1, c])
+            t = low + fg * (high - low)
+            if not t >= threshold:
+                continue
+            x[n] = i
+            value[n] = density
+            inclusion[n] = t
+            if length > 0:
+                r = np.float32(-1) / length
+                wx = r * (
+                    direction[0, 0] * gx + direction[0, 1] * gy + direction[0, 2] * gz
+                )
+                wy = r * (
+                    direction[1, 0] * gx + direction[1, 1] * gy + direction[1, 2] * gz
+                )
+                wz = r * (
+                    direction[2, 0] * gx + direction[2, 1] * gy + direction[2, 2] * gz
+                )
+                s1 = np.float32(1) / (abs(wx) + abs(wy) + abs(wz))
+                u = wx * s1
+                v = wy * s1
+                if wz < 0:
+                    fu = (np.float32(1) - abs(v)) * (1 if u >= 0 else -1)
+                    fv = (np.float32(1) - abs(u)) * (1 if v >= 0 else -1)
+                    u = fu
+                    v = fv
+                octahedral[n, 0] = math.floor(u * 32767 + 0.5)
+                octahedral[n, 1] = math.floor(v * 32767 + 0.5)
+            else:
+                octahedral[n, 0] = UNDEFINED
+                octahedral[n, 1] = UNDEFINED
+            n += 1
+        row += 1
+        offsets[row] = n
+    return row
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _trilinear(
+    values: F32, nx: int, ny: int, x: float, y: float, z: float, i: int, j: int, k: int,
+) -> tuple[Any, Any, Any, Any]:  # fmt: skip
+    """Interpolate a cell; give the value and its derivatives along x, y, z."""
+    fx = x - i
+    fy = y - j
+    fz = z - k
+    n = (k * ny + j) * nx + i
+    p = nx * ny
+    v000, v100 = values[n], values[n + 1]
+    v010, v110 = values[n + nx], values[n + nx + 1]
+    v001, v101 = values[n + p], values[n + p + 1]
+    v011, v111 = values[n + p + nx], values[n + p + nx + 1]
+    a = v000 + fx * (v100 - v000)
+    b = v010 + fx * (v110 - v010)
+    c = v001 + fx * (v101 - v001)
+    d = v011 + fx * (v111 - v011)
+    e = a + fy * (b - a)
+    f = c + fy * (d - c)
+    dx0 = (v100 - v000) + fy * ((v110 - v010) - (v100 - v000))
+    dx1 = (v101 - v001) + fy * ((v111 - v011) - (v101 - v001))
+    dy = (b - a) + fz * ((d - c) - (b - a))
+    return e + fz * (f - e), dx0 + fz * (dx1 - dx0), dy, f - e
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def surfel_rows(
+    values: F32, nx: int, ny: int, nz: int, spacing: F64, half: F32,
+    world_from_voxel: F64, refine: int, row: int, offsets: I64, x: U16, position: F32,
+    normal: F32,
+) -> int:  # fmt: skip
+    """Append the surfels of rows `row`.. of a signed distance field.
+
+    The element grid is the voxel grid refined `refine` times per axis. An element
+    belongs to the set when the zero surface passes within half a spacing of it,
+    measured along the normal: one layer of elements, whatever the orientation.
+    It is moved to the zero of the trilinear field by Newton steps along the gradient
+    and takes the interpolated Sobel normal there. Returns the first row without room.
+    """
+    ex = (nx - 1) * refine + 1
+    ey = (ny - 1) * refine + 1
+    ez = (nz - 1) * refine + 1
+    hx = spacing[0] / refine
+    hy = spacing[1] / refine
+    hz = spacing[2] / refine
+    reach = 2.0 * max(spacing[0], spacing[1], spacing[2])
+    n = offsets[row]
+    while row < ey * ez:
+        if n + ex > x.shape[0]:
+            return row
+        ek = row // ey
+        ej = row - ek * ey
+        z = ek / refine
+        y = ej / refine
+        k = min(ek // refine, nz - 2)
+        j = min(ej // refine, ny - 2)
+        base = ((ek // refine) * ny + ej // refine) * nx
+        for ei in range(ex):
+            # a field of distances changes by less than its arguments
+            if abs(values[base + ei // refine]) > reach:
+                continue
+            px = ei / refine
+            py = y
+            pz = z
+            i = min(ei // refine, nx - 2)
+            d, gx, gy, gz = _trilinear(values, nx, ny, px, py, pz, i, j, k)
+            gx /= spacing[0]
+            gy /= spacing[1]
+            gz /= spacing[2]
+            g2 = gx * gx + gy * gy + gz * gz
+            if not g2 > 1e-12:
+                continue
+            slab = (hx * gx) ** 2 + (hy * gy) ** 2 + (hz * gz) ** 2
+            # |d| / |g| <= sqrt(slab) / |g| / 2, both sides multiplied out
+            if 4.0 * d * d > slab:
+                continue
+            a = i
+            b = j
+            c = k
+            for _ in range(3):
+                s = d / g2
+                px -= s * gx / spacing[0]
+                py -= s * gy / spacing[1]
+                pz -= s * gz / spacing[2]
+                a = min(max(math.floor(px), 0), nx - 2)
+                b = min(max(math.floor(py), 0), ny - 2)
+                c = min(max(math.floor(pz), 0), nz - 2)
+                d, gx, gy, gz = _trilinear(values, nx, ny, px, py, pz, a, b, c)
+                gx /= spacing[0]
+                gy /= spacing[1]
+                gz /= spacing[2]
+                g2 = max(gx * gx + gy * gy + gz * gz, 1e-12)
+            gx = 0.0
+            gy = 0.0
+            gz = 0.0
+            for corner in range(8):
+                o = corner & 1
+                p = corner >> 1 & 1
+                q = corner >> 2
+                w = (
+                    (px - a if o else 1 - (px - a))
+                    * (py - b if p else 1 - (py - b))
+                    * (pz - c if q else 1 - (pz - c))
+                )
+                sx, sy, sz = _sobel(values, nx, ny, nz, a + o, b + p, c + q)
+                gx += w * sx * half[0]
+                gy += w * sy * half[1]
+                gz += w * sz * half[2]
+            length = math.sqrt(gx * gx + gy * gy + gz * gz)
+            if not length > 1e-6:
+                continue
+            r = -1.0 / length
+            x[n] = ei
+            for m in range(3):
+                position[n, m] = (
+                    world_from_voxel[m, 0] * px
+                    + world_from_voxel[m, 1] * py
+                    + world_from_voxel[m, 2] * pz
+                )
+                normal[n, m] = r * (
+                    world_from_voxel[m, 0] / spacing[0] * gx
+                    + world_from_voxel[m, 1] / spacing[1] * gy
+                    + world_from_voxel[m, 2] / spacing[2] * gz
+                )
+            n += 1
+        row += 1
+        offsets[row] = n
+    return row

@@ -1,0 +1,177 @@
+"""The fuzzy voxel set of the 1995 splatter (paper, section 2).
+
+A transfer function F(gradient magnitude, density) -> t says how much a voxel
+contributes to the picture; voxels with t at or above a threshold make the set. With F
+the projection onto density this is thresholding. Each voxel keeps its grid position,
+the normal from its twenty-six neighbours, its density and its t.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.fsr.extraction.kernels import extract_rows
+from renderers.fsr.normals import decode_normals, kernel_geometry
+from renderers.fsr.sparse_rows import SparseRows
+from renderers.scene import TransferFunction, Volume
+
+TABLE_DENSITIES = 1024
+TABLE_GRADIENTS = 64
+
+
+@dataclass(frozen=True, slots=True)
+class Inclusion:
+    """Hold F as a table, bilinear between its nodes; end values hold beyond.
+
+    table: ``(g, d)`` float32, rows over gradient magnitudes 0..`gradient_top` (per
+        mm), columns over densities `density_low`..`density_high`.
+    """
+
+    table: NDArray[np.float32]
+    density_low: float
+    density_high: float
+    gradient_top: float
+
+    def __post_init__(self) -> None:
+        table = np.array(self.table, dtype=np.float32)
+        if table.ndim != 2 or min(table.shape) < 2 or not np.all(np.isfinite(table)):
+            raise ValueError(
+                f"an inclusion table needs two finite axes of at least 2, got shape "
+                f"{table.shape}"
+            )
+        if not (self.density_high > self.density_low and self.gradient_top > 0):
+            raise ValueError(
+                f"inclusion ranges must not be empty: densities {self.density_low} to "
+                f"{self.density_high}, gradients to {self.gradient_top}"
+            )
+        table.flags.writeable = False
+        object.__setattr__(self, "table", table)
+
+    @classmethod
+    def from_function(
+        cls,
+        function: Callable[
+            [NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]
+        ],
+        density_range: tuple[float, float],
+        gradient_top: float,
+    ) -> "Inclusion":
+        """Tabulate ``function(gradient_magnitude, density)`` (broadcast arrays)."""
+        gradients = np.linspace(0, gradient_top, TABLE_GRADIENTS)[:, None]
+        densities = np.linspace(*density_range, TABLE_DENSITIES)[None, :]
+        table = np.broadcast_to(
+            function(gradients, densities), (TABLE_GRADIENTS, TABLE_DENSITIES)
+        )
+        return cls(table.astype(np.float32), *density_range, gradient_top)
+
+    @classmethod
+    def density(cls, low: float, high: float) -> "Inclusion":
+        """Project onto density: the threshold is then a density in [low, high]."""
+        return cls(np.array([[low, high]] * 2, np.float32), low, high, 1.0)
+
+    @classmethod
+    def opacity(cls, transfer: TransferFunction, length_mm: float) -> "Inclusion":
+        """Take the opacity over `length_mm` (a voxel): all that is not clear."""
+        return cls._opacity(transfer, length_mm, None)
+
+    @classmethod
+    def boundary(
+        cls, transfer: TransferFunction, length_mm: float, slope: float
+    ) -> "Inclusion":
+        """Weigh opacity by min(gradient / slope, 1): surfaces, not their inside.
+
+        slope: density per mm at which a boundary counts fully.
+        """
+        if not slope > 0:
+            raise ValueError(f"a boundary's slope must be positive, got {slope}")
+        return cls._opacity(transfer, length_mm, slope)
+
+    @classmethod
+    def _opacity(
+        cls, transfer: TransferFunction, length_mm: float, slope: float | None
+    ) -> "Inclusion":
+        def opacity(
+            gradient: NDArray[np.float64], density: NDArray[np.float64]
+        ) -> NDArray[np.float64]:
+            _, kappa = transfer.evaluate(density)
+            result: NDArray[np.float64] = -np.expm1(-kappa * length_mm)
+            return result if slope is None else result * gradient / slope
+
+        nodes = transfer.nodes
+        ends = (float(nodes[0]), float(nodes[-1]))
+        return cls.from_function(opacity, ends, 1.0 if slope is None else slope)
+
+
+@dataclass(frozen=True, slots=True)
+class FuzzySet:
+    """Hold the splats of a volume in slices of sparse rows.
+
+    octahedral: ``(n, 2)`` int16 normals (to lower density); undefined where the
+        gradient vanishes. value: ``(n,)`` float32 densities. inclusion: ``(n,)``
+        float32, each splat's t.
+    """
+
+    rows: SparseRows
+    octahedral: NDArray[np.int16]
+    value: NDArray[np.float32]
+    inclusion: NDArray[np.float32]
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def normals(self) -> NDArray[np.float32]:
+        """Give ``(n, 3)`` unit world normals, zero where undefined."""
+        return decode_normals(self.octahedral)
+
+
+def extract_fuzzy_set(
+    volume: Volume, inclusion: Inclusion, threshold: float
+) -> FuzzySet:
+    """Collect the voxels with F(gradient magnitude, density) >= `threshold`.
+
+    Raises ValueError when the threshold is not finite.
+    """
+    if not np.isfinite(threshold):
+        raise ValueError(f"the inclusion threshold must be finite, got {threshold}")
+    values, _, half = kernel_geometry(volume)
+    nz, ny, nx = volume.shape
+    gradients, densities = inclusion.table.shape
+    span = inclusion.density_high - inclusion.density_low
+    offsets = np.zeros(nz * ny + 1, np.int64)
+    room = max(16 * nx, values.size // 16)
+    x = np.empty(room, np.uint16)
+    octahedral = np.empty((room, 2), np.int16)
+    value = np.empty(room, np.float32)
+    share = np.empty(room, np.float32)
+    row = 0
+    while row < nz * ny:
+        row = extract_rows(
+            values,
+            nx,
+            ny,
+            nz,
+            half,
+            volume.direction.astype(np.float32),
+            inclusion.table,
+            inclusion.table.max(axis=0),
+            np.float32(inclusion.density_low),
+            np.float32((densities - 1) / span),
+            np.float32((gradients - 1) / inclusion.gradient_top),
+            np.float32(threshold),
+            row,
+            offsets,
+            x,
+            octahedral,
+            value,
+            share,
+        )
+        if row < nz * ny:
+            x, octahedral, value, share = (
+                np.concatenate([a, np.empty_like(a)])
+                for a in (x, octahedral, value, share)
+            )
+    n = int(offsets[-1])
+    rows = SparseRows(volume.shape, volume.world_from_voxel, offsets, x[:n].copy())
+    return FuzzySet(rows, octahedral[:n].copy(), value[:n].copy(), share[:n].copy())

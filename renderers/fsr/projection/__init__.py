@@ -1,0 +1,1 @@
+"""Compiled projection of surface elements into the picture."""

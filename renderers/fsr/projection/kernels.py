@@ -1,0 +1,188 @@
+"""Surfels projected: where a tangent disc appears and which pixels it may touch."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Real = float | np.float32
+F32 = NDArray[np.float32]
+I32 = NDArray[np.int32]
+
+NEAR_VARIANCE = np.float32(1e-6)
+"""Inverse row variances below this mark a disc too near to be an ellipse: a box."""
+
+RECORD = 16
+"""Floats of a projected surfel: centre 0-2 and plane 3-5 (camera frame), normal 6-8
+(world), pixel centre 9-10, ellipse 11-13 (row variance, slope, rest of the column
+variance), nearest depth 14, squared radius 15."""
+
+NEAR_ANGLE = 0.35
+"""Angular radius (rad) from which a disc is bounded by a box instead of an ellipse."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _pixel(
+    x: Real, y: Real, z: Real, projection: int, scale: Real, width: int,
+    height: int,
+) -> tuple[Any, Any]:  # fmt: skip
+    """Project a camera-frame point; what lies behind a pinhole goes far outside."""
+    rho = math.sqrt(x * x + y * y)
+    if projection == 0:
+        r = scale * math.atan2(rho, z) / max(rho, 1e-9)
+    else:
+        r = scale / max(z, 1e-3 * rho + 1e-6)
+    return 0.5 * width + r * x, 0.5 * height - r * y
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _rim_box(
+    x: Real, y: Real, z: Real, nx: Real, ny: Real, nz: Real, radius: Real,
+    projection: int, scale: Real, width: int, height: int,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Give centre and half sizes of the pixel box around a disc's rim."""
+    # tangents without a case distinction at the poles (Duff et al., JCGT 2017)
+    sign = 1.0 if nz >= 0 else -1.0
+    a = -1.0 / (sign + nz)
+    b = nx * ny * a
+    ax, ay, az = 1.0 + sign * nx * nx * a, sign * b, -sign * nx
+    bx, by, bz = b, sign + ny * ny * a, -ny
+    reach = radius * 1.02  # a polygon of sixteen around the circle
+    left, right, top, bottom = 1e9, -1e9, 1e9, -1e9
+    for corner in range(16):
+        turn = corner * (math.pi / 8)
+        c = reach * math.cos(turn)
+        s = reach * math.sin(turn)
+        u, v = _pixel(
+            x + c * ax + s * bx,
+            y + c * ay + s * by,
+            z + c * az + s * bz,
+            projection,
+            scale,
+            width,
+            height,
+        )
+        left, right = min(left, u), max(right, u)
+        top, bottom = min(top, v), max(bottom, v)
+    return (
+        0.5 * (left + right),
+        0.5 * (top + bottom),
+        0.5 * (right - left) + 1.0,
+        0.5 * (bottom - top) + 1.0,
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def project_surfels(
+    index: I32, position: F32, normal: F32, frame: F32, projection: int, extent: Real,
+    width: int, height: int, nearest: Real, farthest: Real, radius: Real,
+    facing: Real, records: F32, boxes: I32, n: int,
+) -> int:  # fmt: skip
+    """Write records and pixel boxes (x0, x1, y0, y1) of the surfels that may show.
+
+    nearest, farthest: only surfels at these distances from the eye (mm).
+    facing: least cosine between normal and direction to the eye.
+    n: records present already; returns their number afterwards.
+    """
+    half = 0.5 * min(width, height)
+    scale = half / extent if projection == 0 else half / math.tan(extent)
+    ex, ey, ez = frame[0, 0], frame[0, 1], frame[0, 2]
+    for s in range(index.shape[0]):
+        e = index[s]
+        wx = position[e, 0] - ex
+        wy = position[e, 1] - ey
+        wz = position[e, 2] - ez
+        d2 = wx * wx + wy * wy + wz * wz
+        if not (d2 >= nearest * nearest and d2 < farthest * farthest):
+            continue
+        ax, ay, az = normal[e, 0], normal[e, 1], normal[e, 2]
+        plane = ax * wx + ay * wy + az * wz
+        distance = math.sqrt(d2)
+        if not -plane > facing * distance:
+            continue
+        x = wx * frame[1, 0] + wy * frame[1, 1] + wz * frame[1, 2]
+        y = wx * frame[2, 0] + wy * frame[2, 1] + wz * frame[2, 2]
+        z = wx * frame[3, 0] + wy * frame[3, 1] + wz * frame[3, 2]
+        nx = ax * frame[1, 0] + ay * frame[1, 1] + az * frame[1, 2]
+        ny = ax * frame[2, 0] + ay * frame[2, 1] + az * frame[2, 2]
+        nz = ax * frame[3, 0] + ay * frame[3, 1] + az * frame[3, 2]
+        rho = math.sqrt(x * x + y * y)
+        if rho > 1e-9:
+            cx, cy = x / rho, y / rho
+        else:
+            cx, cy = 1.0, 0.0
+        angle = radius / distance
+        theta = math.atan2(rho, z)
+        if projection == 0:
+            r = scale * theta
+            # radial and tangential pixels per mm at the centre
+            rr, rz = scale * z / d2, -scale * rho / d2
+            tt = r / rho if rho > 1e-6 else scale / distance
+        else:
+            if z < 1e-3 * distance:
+                continue
+            r = scale * rho / z
+            rr, rz, tt = scale / z, -scale * rho / (z * z), scale / z
+        u = 0.5 * width + r * cx
+        v = 0.5 * height - r * cy
+        if angle > NEAR_ANGLE:
+            # too near to be linear: the box around the projected rim
+            u, v, wide, high = _rim_box(
+                x, y, z, nx, ny, nz, radius, projection, scale, width, height
+            )
+            # an ellipse so tall that its rows are all equally wide
+            vy: Any = max(1e4 * high * high, 2.0 / NEAR_VARIANCE)
+            slope, rest = 0.0, wide * wide
+        else:
+            # covariance of a tangent disc: R^2 (J J^T - (J n)(J n)^T)
+            nr = nx * cx + ny * cy
+            nt = ny * cx - nx * cy
+            jr = rr * nr + rz * nz
+            jt = tt * nt
+            srr = rr * rr + rz * rz - jr * jr
+            srt = -jr * jt
+            stt = tt * tt - jt * jt
+            grow = radius * (1.0 + 0.8 * angle)
+            grow *= grow
+            vx = grow * (cx * cx * srr - 2 * cx * cy * srt + cy * cy * stt) + 0.5
+            vy = grow * (cy * cy * srr + 2 * cx * cy * srt + cx * cx * stt) + 0.5
+            vxy = -grow * (cx * cy * (srr - stt) + (cx * cx - cy * cy) * srt)
+            slope = vxy / vy
+            rest = max(vx - vxy * slope, 0.25)
+            wide = math.sqrt(rest + slope * slope * vy)
+            high = math.sqrt(vy)
+        x0 = max(math.ceil(u - wide - 0.5), 0.0)
+        x1 = min(math.floor(u + wide - 0.5), width - 1.0)
+        y0 = max(math.ceil(v - high - 0.5), 0.0)
+        y1 = min(math.floor(v + high - 0.5), height - 1.0)
+        if not (x0 <= x1 and y0 <= y1):
+            continue
+        boxes[n, 0] = int(x0)
+        boxes[n, 1] = int(x1)
+        boxes[n, 2] = int(y0)
+        boxes[n, 3] = int(y1)
+        tangent = math.sqrt(max(d2 - plane * plane, 0.0))
+        near2 = d2 + radius * radius - 2 * radius * tangent
+        if tangent < radius:
+            near2 = plane * plane
+        record = records[n]
+        record[0] = x
+        record[1] = y
+        record[2] = z
+        record[3] = nx / plane
+        record[4] = ny / plane
+        record[5] = nz / plane
+        record[6] = ax
+        record[7] = ay
+        record[8] = az
+        record[9] = u
+        record[10] = v
+        record[11] = 1.0 / vy
+        record[12] = slope
+        record[13] = rest
+        record[14] = math.sqrt(max(near2, 0.0)) * 0.999
+        record[15] = radius * radius
+        n += 1
+    return n
