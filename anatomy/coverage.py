@@ -80,7 +80,7 @@ def paint(
     """
     part_layers = np.array(
         [
-            [p.mucosa_mm, p.bone_mm, p.label, Label.MUCOSA, p.bone_label]
+            [p.wall.mucosa_mm, p.wall.bone_mm, p.label, Label.MUCOSA, p.wall.bone_label]
             for p in model.parts
         ]
     )

@@ -10,4 +10,6 @@ def lps_from_ras(points: NDArray[np.floating]) -> NDArray[np.float64]:
     RAS counts x to the patient's right, y to the front, z up, with the origin at the
     tip of the anterior nasal spine; LPS, the world, x to the left, y to the back.
     """
-    return np.asarray(points, dtype=np.float64) * np.array([-1.0, -1.0, 1.0])
+    flipped: NDArray[np.float64] = np.array(points, dtype=np.float64)
+    flipped[..., :2] *= -1.0
+    return flipped

@@ -38,7 +38,8 @@ class Cells(Field):
             wall = np.minimum(wall, d) - e * e * (0.25 / self.width)
         region, inner = self.region.evaluate(points), self.half_wall - wall
         e = np.maximum(self.width - np.abs(region - inner), 0)
-        return np.maximum(region, inner) + e * e * (0.25 / self.width)
+        value: Array = np.maximum(region, inner) + e * e * (0.25 / self.width)
+        return value
 
     def encode(self, encoder: Encoder) -> None:
         self.region.encode(encoder)

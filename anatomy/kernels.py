@@ -22,12 +22,13 @@ def _smooth_min(a: Any, b: Any, k: Any, share: Any) -> Any:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _chain(c: Any, o: int, count: int, p: Any, n: int, out: Any) -> None:
     out[:n] = np.float32(1e9)
+    pu, py, pz = p[0], p[1], p[2]
     for k in range(count):
         b = o + 9 * k
         ax, ay, az, dx, dy, dz = c[b], c[b + 1], c[b + 2], c[b + 3], c[b + 4], c[b + 5]
         inverse, r, dr = c[b + 6], c[b + 7], c[b + 8]
         for i in range(n):
-            x, y, z = p[0, i] - ax, p[1, i] - ay, p[2, i] - az
+            x, y, z = pu[i] - ax, py[i] - ay, pz[i] - az
             t = min(max((x * dx + y * dy + z * dz) * inverse, F0), F1)
             x, y, z = x - t * dx, y - t * dy, z - t * dz
             out[i] = min(out[i], np.sqrt(x * x + y * y + z * z) - (r + dr * t))
@@ -69,17 +70,19 @@ def run_program(
         if op == 0:  # affine
             top += 1
             c0, cu, cy, cz = c[o], c[o + 1], c[o + 2], c[o + 3]
+            r, pu, py, pz = s[top], p[0], p[1], p[2]
             for i in range(n):
-                s[top, i] = c0 + cu * p[0, i] + cy * p[1, i] + cz * p[2, i]
+                r[i] = c0 + cu * pu[i] + cy * py[i] + cz * pz[i]
         elif op == 1:  # table
             top += 1
-            s[top, :n] = c[o]
+            r, q = s[top], p[selector]
+            r[:n] = c[o]
             w2 = c[o + 1]
             for k in range(count):
                 knot, change = c[o + 2 + 2 * k], c[o + 3 + 2 * k]
                 for i in range(n):
-                    t = p[selector, i] - knot
-                    s[top, i] += change * (t + np.sqrt(t * t + w2))
+                    t = q[i] - knot
+                    r[i] += change * (t + np.sqrt(t * t + w2))
         elif op == 2:  # chain
             top += 1
             _chain(c, o, count, p, n, s[top])
@@ -103,41 +106,48 @@ def run_program(
                 s[top, i] = (np.sqrt(du * du + dz * dz) - F1) * min(a, b)
         elif op == 5:  # smooth minimum
             top -= 1
-            k, share = c[o], c[o + 1]
+            r, q, k, share = s[top], s[top + 1], c[o], c[o + 1]
             for i in range(n):
-                s[top, i] = _smooth_min(s[top, i], s[top + 1, i], k, share)
+                r[i] = _smooth_min(r[i], q[i], k, share)
         elif op == 6:  # smooth maximum
             top -= 1
-            k, share = c[o], c[o + 1]
+            r, q, k, share = s[top], s[top + 1], c[o], c[o + 1]
             for i in range(n):
-                s[top, i] = -_smooth_min(-s[top, i], -s[top + 1, i], k, share)
+                r[i] = -_smooth_min(-r[i], -q[i], k, share)
         elif op == 7:
             top -= 1
+            r, q = s[top], s[top + 1]
             for i in range(n):
-                s[top, i] += s[top + 1, i]
+                r[i] += q[i]
         elif op == 8:
             top -= 1
+            r, q = s[top], s[top + 1]
             for i in range(n):
-                s[top, i] -= s[top + 1, i]
+                r[i] -= q[i]
         elif op == 9:
             top -= 1
+            r, q = s[top], s[top + 1]
             for i in range(n):
-                s[top, i] *= s[top + 1, i]
+                r[i] *= q[i]
         elif op == 10:
+            r = s[top]
             for i in range(n):
-                s[top, i] = abs(s[top, i])
+                r[i] = abs(r[i])
         elif op == 11:
+            r = s[top]
             for i in range(n):
-                s[top, i] = -s[top, i]
+                r[i] = -r[i]
         elif op == 12:  # noise
             top += 1
+            r, q, weight = s[top], noise[selector], c[o]
             for i in range(n):
-                s[top, i] = c[o] * noise[selector, i]
+                r[i] = weight * q[i]
         elif op == 13:  # cells inside the region on the stack
             _cells(c, o, count, p, n, s[top])
         elif op == 14:  # mark
+            r, q = s[top], m[selector]
             for i in range(n):
-                m[selector, i] = min(m[selector, i], s[top, i])
+                q[i] = min(q[i], r[i])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -5,41 +5,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy import sinuses
 from anatomy.bricks import kernels
 from anatomy.honeycomb import Mark
-from anatomy.noise import LIMITS_MM, noise_tables
-from anatomy.nose import Row, nasal_air
+from anatomy.noise import noise_tables
+from anatomy.nose import Row
 from anatomy.parameters import PhantomParameters
+from anatomy.parts import Part, side_parts
 from anatomy.program import Encoder
 from anatomy.shapes import Field, smooth_min
 from anatomy.surroundings import Solid, common_marks, solids
-from anatomy.tissue import TISSUES, Label, Side
+from anatomy.tissue import TISSUES, Side
 
 BAND_MM = 3.0
 """Where the model is evaluated: this far outside the air; deeper, only that it is."""
-
-
-@dataclass(frozen=True, slots=True)
-class Part:
-    """Name one part of the air.
-
-    steepness: bound of the gradient's norm, for leaving out bricks.
-    noise_mm: bound of the part's unevenness.
-    cavity: parts of one cavity have no wall between them; 0 joins cavities.
-    mucosa_mm, bone_mm: layers behind the part's surface.
-    """
-
-    name: str
-    side: Side
-    field: Field
-    label: Label
-    cavity: int
-    mucosa_mm: float
-    bone_mm: float
-    bone_label: Label
-    steepness: float = 1.6
-    noise_mm: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,13 +34,9 @@ class Model:
 
 def build_model(parameters: PhantomParameters) -> Model:
     """Build the head that `parameters` describe."""
-    bodies: list[Part] = []
-    tubes: list[Part] = []
-    for side in (Side.RIGHT, Side.LEFT):
-        for part in _side_parts(parameters, side):
-            (tubes if part.cavity == 0 else bodies).append(part)
-    # Tubes come last: then the opposite face of a wall is known before they join in.
-    parts = (*bodies, *tubes)
+    parts = (*side_parts(parameters, Side.RIGHT), *side_parts(parameters, Side.LEFT))
+    # Ducts come last: then the opposite face of a wall is known before they join in.
+    parts = tuple(sorted(parts, key=lambda part: part.cavity == 0))
     painted = solids(parameters)
     encoder = Encoder()
     for part in parts:
@@ -121,188 +95,6 @@ def build_model(parameters: PhantomParameters) -> Model:
         program.depth,
         Row.FIRST_GROUND + len(marks),
     )
-
-
-def _side_parts(parameters: PhantomParameters, side: Side) -> list[Part]:
-    rng = np.random.default_rng([parameters.seed, int(side)])
-    cells = sinuses.ethmoid(parameters, rng)
-    lining, t = sinuses.lining, parameters.mucosa_mm
-    base = 10 * int(side)
-    fixed = LIMITS_MM[0] * sinuses.SINUS_UNEVENNESS
-    bone = Label.THICK_BONE
-
-    def part(
-        name: str,
-        field: Field | None,
-        label: Label,
-        cavity: int,
-        *layers: float,
-        bone_label: Label = bone,
-        steepness: float = 1.7,
-        noise_mm: float = 0.0,
-    ) -> list[Part]:
-        if field is None:
-            return []
-        number = base + cavity if cavity else 0
-        mucosa, shell = layers
-        return [
-            Part(
-                name,
-                side,
-                field,
-                label,
-                number,
-                mucosa,
-                shell,
-                bone_label,
-                steepness,
-                noise_mm,
-            )
-        ]
-
-    frontal = sinuses.frontal(parameters)
-    has_frontal = frontal is not None
-    septum_bone = parameters.cell_bone_mm
-    return [
-        *part(
-            "nasal",
-            nasal_air(parameters),
-            Label.NASAL_AIR,
-            1,
-            1.0,
-            0.5,
-            bone_label=Label.CRIBRIFORM,
-            steepness=2.2,
-            noise_mm=LIMITS_MM[1] + 0.7,
-        ),
-        *part(
-            "maxillary",
-            lining(sinuses.maxillary(parameters)),
-            Label.MAXILLARY_AIR,
-            2,
-            t,
-            0.7,
-            noise_mm=fixed,
-            steepness=1.8,
-        ),
-        *part(
-            "frontal",
-            lining(frontal) if has_frontal else None,
-            Label.FRONTAL_AIR,
-            3,
-            t,
-            1.5,
-            noise_mm=fixed,
-        ),
-        *part(
-            "sphenoid",
-            lining(sinuses.sphenoid(parameters)),
-            Label.SPHENOID_AIR,
-            4,
-            t,
-            0.8,
-            noise_mm=fixed,
-            bone_label=Label.SPHENOID_WALL,
-        ),
-        *part(
-            "anterior ethmoid",
-            Mark(Row.SINUS, cells.anterior),
-            Label.ANTERIOR_ETHMOID_AIR,
-            5,
-            t,
-            septum_bone,
-            noise_mm=0.2,
-            bone_label=Label.ETHMOID_SEPTUM,
-        ),
-        *part(
-            "posterior ethmoid",
-            Mark(Row.SINUS, cells.posterior),
-            Label.POSTERIOR_ETHMOID_AIR,
-            6,
-            t,
-            septum_bone,
-            noise_mm=0.2,
-            bone_label=Label.ETHMOID_SEPTUM,
-        ),
-        *part(
-            "agger nasi",
-            Mark(Row.SINUS, sinuses.agger_nasi()),
-            Label.VARIANT_CELL_AIR,
-            7,
-            t,
-            septum_bone,
-            bone_label=Label.ETHMOID_SEPTUM,
-        ),
-        *part(
-            "infundibulum",
-            sinuses.infundibulum(),
-            Label.ANTERIOR_ETHMOID_AIR,
-            0,
-            0.5,
-            0.25,
-            bone_label=Label.UNCINATE,
-        ),
-        *part(
-            "maxillary ostium",
-            sinuses.maxillary_ostium(),
-            Label.MAXILLARY_AIR,
-            0,
-            0.5,
-            0.25,
-        ),
-        *part(
-            "hiatus",
-            sinuses.hiatus(),
-            Label.NASAL_AIR,
-            0,
-            0.5,
-            0.25,
-            bone_label=Label.UNCINATE,
-        ),
-        *part(
-            "frontal recess",
-            sinuses.frontal_recess() if has_frontal else None,
-            Label.ANTERIOR_ETHMOID_AIR,
-            0,
-            t,
-            0.3,
-        ),
-        *part(
-            "agger outlet",
-            sinuses.agger_outlet() if has_frontal else None,
-            Label.ANTERIOR_ETHMOID_AIR,
-            0,
-            t,
-            septum_bone,
-        ),
-        *part(
-            "sphenoid ostium",
-            sinuses.sphenoid_ostium(),
-            Label.SPHENOID_AIR,
-            0,
-            t,
-            0.5,
-            bone_label=Label.SPHENOID_WALL,
-        ),
-        *part(
-            "bulla outlet",
-            sinuses.bulla_outlet(),
-            Label.ANTERIOR_ETHMOID_AIR,
-            0,
-            t,
-            septum_bone,
-            bone_label=Label.ETHMOID_SEPTUM,
-        ),
-        *part(
-            "posterior outlet",
-            sinuses.posterior_outlet(),
-            Label.POSTERIOR_ETHMOID_AIR,
-            0,
-            t,
-            septum_bone,
-            bone_label=Label.ETHMOID_SEPTUM,
-        ),
-    ]
 
 
 def _tint_table() -> NDArray[np.float32]:

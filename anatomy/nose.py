@@ -40,7 +40,8 @@ class Row(IntEnum):
     SEPTUM = 8
     SKIN = 9
     REAR = 10
-    FIRST_GROUND = 11
+    FACE = 11
+    FIRST_GROUND = 12
 
 
 def ethmoid_roof(parameters: PhantomParameters) -> Field:

@@ -36,24 +36,28 @@ class Field:
         raise NotImplementedError
 
     def __add__(self, other: "Field | float") -> "Field":
-        return Combine(Op.ADD, self, as_field(other))
+        return _add(self, as_field(other), 1.0)
 
     def __radd__(self, other: float) -> "Field":
-        return Combine(Op.ADD, as_field(other), self)
+        return _add(as_field(other), self, 1.0)
 
     def __sub__(self, other: "Field | float") -> "Field":
-        return Combine(Op.SUBTRACT, self, as_field(other))
+        return _add(self, as_field(other), -1.0)
 
     def __rsub__(self, other: float) -> "Field":
-        return Combine(Op.SUBTRACT, as_field(other), self)
+        return _add(as_field(other), self, -1.0)
 
     def __mul__(self, other: "Field | float") -> "Field":
+        if isinstance(self, Affine) and isinstance(other, (int, float)):
+            return self.scaled(float(other))
         return Combine(Op.MULTIPLY, self, as_field(other))
 
     def __rmul__(self, other: float) -> "Field":
-        return Combine(Op.MULTIPLY, as_field(other), self)
+        return self * other
 
     def __neg__(self) -> "Field":
+        if isinstance(self, Affine):
+            return self.scaled(-1.0)
         return Unary(Op.NEGATE, self)
 
     def __abs__(self) -> "Field":
@@ -69,10 +73,25 @@ class Affine(Field):
 
     def evaluate(self, points: Array) -> Array:
         c, g = self.constant, self.gradient
-        return c + g[0] * points[0] + g[1] * points[1] + g[2] * points[2]
+        value: Array = c + g[0] * points[0] + g[1] * points[1] + g[2] * points[2]
+        return value
 
     def encode(self, encoder: Encoder) -> None:
         encoder.emit(Op.AFFINE, [self.constant, *self.gradient])
+
+    def scaled(self, factor: float) -> "Affine":
+        """Multiply by a number."""
+        u, y, z = self.gradient
+        return Affine(factor * self.constant, (factor * u, factor * y, factor * z))
+
+
+def _add(left: "Field", right: "Field", sign: float) -> "Field":
+    """Add or subtract; two affine fields fold into one instruction."""
+    if isinstance(left, Affine) and isinstance(right, Affine):
+        a, b = left.gradient, right.gradient
+        slope = (a[0] + sign * b[0], a[1] + sign * b[1], a[2] + sign * b[2])
+        return Affine(left.constant + sign * right.constant, slope)
+    return Combine(Op.ADD if sign > 0 else Op.SUBTRACT, left, right)
 
 
 def as_field(value: Field | float) -> Field:
@@ -113,7 +132,7 @@ class Table(Field):
         return np.diff(np.concatenate([[0.0], slopes, [0.0]]))
 
     def evaluate(self, points: Array) -> Array:
-        result = np.full_like(points[0], self.values[0])
+        result: Array = np.full_like(points[0], self.values[0])
         for knot, change in zip(self.knots, self.slope_changes(), strict=True):
             t = points[self.axis] - knot
             result += change * 0.5 * (t + np.sqrt(t * t + self.rounding**2))
@@ -152,7 +171,7 @@ class Chain(Field):
     radii: tuple[float, ...]
 
     def evaluate(self, points: Array) -> Array:
-        best = np.full_like(points[0], np.inf)
+        best: Array = np.full_like(points[0], np.inf)
         for i in range(len(self.points) - 1):
             a, b = np.array(self.points[i]), np.array(self.points[i + 1])
             along = (b - a) / ((b - a) @ (b - a))
@@ -188,7 +207,8 @@ class Ellipsoid(Field):
         p = (points - np.array(self.center)[:, None]) / r
         k0 = np.sqrt(np.sum(p * p, axis=0))
         k1 = np.sqrt(np.sum((p / r) ** 2, axis=0)) + 1e-6
-        return k0 * (k0 - 1) / k1
+        value: Array = k0 * (k0 - 1) / k1
+        return value
 
     def encode(self, encoder: Encoder) -> None:
         encoder.emit(Op.ELLIPSOID, [*self.center, *(1.0 / r for r in self.radii)])
@@ -211,7 +231,8 @@ class FlatTube(Field):
         b = np.maximum(self.half_z.evaluate(points), 0.05)
         du = (points[U] - self.center_u.evaluate(points)) / a
         dz = (points[Z] - self.center_z.evaluate(points)) / b
-        return (np.sqrt(du * du + dz * dz) - 1) * np.minimum(a, b)
+        value: Array = (np.sqrt(du * du + dz * dz) - 1) * np.minimum(a, b)
+        return value
 
     def encode(self, encoder: Encoder) -> None:
         for part in (self.center_u, self.center_z, self.half_u, self.half_z):

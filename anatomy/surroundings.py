@@ -7,6 +7,7 @@ that reads as a head and for a danger that has a place.
 
 from dataclasses import dataclass
 
+from anatomy.honeycomb import Mark
 from anatomy.nose import Row, ethmoid_roof, outside
 from anatomy.parameters import PhantomParameters
 from anatomy.shapes import (
@@ -33,7 +34,7 @@ class Solid:
     """Paint a tissue where a field is negative, or a sheet about its zero.
 
     row: an existing row of marks to use in place of `field`.
-    half_thickness_mm: 0 for a solid; else a sheet where the field is `level_mm`.
+    half_thickness_mm: 0 for the solid below `level_mm`; else a sheet at that level.
     """
 
     field: Field | Row
@@ -115,8 +116,8 @@ def solids(parameters: PhantomParameters) -> list[Solid]:
     lamella = smooth_max(0.0, lamella, abs(y + 34.0) - 17.5)
     return [
         Solid(Affine(-50.0), "muscle", Label.MUSCLE),
-        Solid(skin - 6.0, "fat", Label.FAT),
-        Solid(skin - 1.5, "skin", Label.SKIN),
+        Solid(Mark(Row.FACE, skin), "fat", Label.FAT, 0.0, 6.0),
+        Solid(Row.FACE, "skin", Label.SKIN, 0.0, 1.5),
         Solid(vault, "cancellous bone", Label.THICK_BONE),
         Solid(brain, "brain", Label.BRAIN),
         Solid(body, "cancellous bone", Label.THICK_BONE),

@@ -19,6 +19,8 @@ FAR = np.float32(99)
 SOLID_ROWS, PHARYNX_ROW, OUTSIDE_ROW, SKIN_ROW = 5, 5, 6, 9
 """Rows of marks with a meaning here: the first five are solids inside the cavity, the
 pharynx and the outside are air shared by both sides, skin is where the nose is dry."""
+PART_ROWS = 8
+"""Rows that the parts mark; the later ones belong to the common fields."""
 NASAL = 1
 """The nasal cavities' number, less 10 times the side."""
 SHARED_MM = np.float32(1.5)
@@ -111,9 +113,10 @@ def _describe(t: Tables, m: Any, i: int, inside: bool, sharp: Any) -> Any:
             blood += (F1 - _smoothstep(HALF + HALF * d)) * (t.tint[r, 3] - blood)
     hu, label, best = np.float32(0), 0, F0
     for q in range(t.solids.shape[0]):
-        d, half = m[int(t.solids[q, 0]), i] * sharp, t.solids[q, 1] * sharp
+        d = (m[int(t.solids[q, 0]), i] - t.solids[q, 4]) * sharp
+        half = t.solids[q, 1] * sharp
         if half > F0:
-            d = abs(d - t.solids[q, 4] * sharp)
+            d = abs(d)
         if d > np.float32(4) + half:
             continue
         if half > F0:
@@ -158,7 +161,7 @@ def fill_bricks(
     nz, ny, nx = g.air.shape
     by, bx = (ny + edge - 1) // edge, (nx + edge - 1) // edge
     side_p, noise, p, stack = work[0:3], work[3:5], work[5:8], work[8:]
-    rows, count = fresh.shape[0], t.parts.shape[0]
+    count = t.parts.shape[0]
     for brick in range(first, last):
         z0, y0, x0 = brick // (by * bx), brick // bx % by, brick % bx
         z0, y0, x0 = z0 * edge, y0 * edge, x0 * edge
@@ -201,10 +204,10 @@ def fill_bricks(
             if not flags[k]:
                 continue
             side_points(p, n, np.float32(t.parts[k, 2]), t.septum, side_p)
-            fresh[:, :n] = FAR
+            fresh[:PART_ROWS, :n] = FAR
             begin, end = t.parts[k, 0], t.parts[k, 1]
             run_program(t.code, t.constants, begin, end, side_p, noise, n, stack, fresh)
-            for r in range(rows):
+            for r in range(PART_ROWS):
                 for i in range(n):
                     # Marks count only where their part does, so that leaving the
                     # part out elsewhere changes nothing.
@@ -227,10 +230,15 @@ def fill_bricks(
                             g.air[z, y, x], g.part[z, y, x] = v, k
                         elif v < g.gap[z, y, x] and cavity != 0 and other:
                             g.gap[z, y, x] = v
-        side_points(p, n, F0, t.septum, side_p)
-        run_program(
-            t.code, t.constants, t.common[0], t.common[1], side_p, noise, n, stack, kept
-        )
+        near = False
+        for z in range(z0, z1):
+            for y in range(y0, y1):
+                for x in range(x0, x1):
+                    near = near or g.air[z, y, x] >= -band
+        if near:
+            side_points(p, n, F0, t.septum, side_p)
+            begin, end = t.common[0], t.common[1]
+            run_program(t.code, t.constants, begin, end, side_p, noise, n, stack, kept)
         i = 0
         for z in range(z0, z1):
             for y in range(y0, y1):
@@ -240,7 +248,6 @@ def fill_bricks(
                     shared = min(kept[PHARYNX_ROW, i], kept[OUTSIDE_ROW, i])
                     if shared < a + band:
                         g.gap[z, y, x] = band
-                    blood, hu, label = _describe(t, kept, i, inside, sharp)
                     structure, least = 255, np.float32(0.4)
                     for r in range(SOLID_ROWS):
                         if kept[r, i] < least:
@@ -250,9 +257,15 @@ def fill_bricks(
                         pharynx = kept[PHARYNX_ROW, i] <= shared
                         structure = PHARYNX_ROW if pharynx else OUTSIDE_ROW
                     g.structure[z, y, x] = structure
+                    i += 1
+                    if a < -band:
+                        # No surface near: nothing that follows is ever looked at.
+                        g.blood[z, y, x], g.skin[z, y, x] = 0, 0
+                        g.ground_hu[z, y, x], g.ground[z, y, x] = -1000, 0
+                        continue
+                    blood, hu, label = _describe(t, kept, i - 1, inside, sharp)
                     g.blood[z, y, x] = np.uint8(np.float32(255) * np.sqrt(blood) + HALF)
-                    skin = F1 - _smoothstep(HALF + HALF * kept[SKIN_ROW, i])
+                    skin = F1 - _smoothstep(HALF + HALF * kept[SKIN_ROW, i - 1])
                     g.skin[z, y, x] = np.uint8(np.float32(255) * skin + HALF)
                     g.ground_hu[z, y, x] = np.int16(round(hu))
                     g.ground[z, y, x] = label
-                    i += 1

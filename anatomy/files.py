@@ -1,0 +1,93 @@
+"""Volumes in the files that other programs read and write."""
+
+import importlib
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from renderers.scene.volume import AIR_HU, Volume
+
+_HEADER_TOLERANCE = 1e-3
+"""Largest departure from orthonormal axes that counts as rounding in a header."""
+
+
+def load_volume(path: Path | str, background: float = AIR_HU) -> Volume:
+    """Read a volume that SimpleITK knows (NRRD, NIfTI, MetaImage), in LPS.
+
+    The orientation of the file is kept in `Volume.direction`. Raise ValueError with
+    one sentence naming the file if it is missing, no volume, not 3-D or in colour.
+    """
+    sitk = _simple_itk()
+
+    name = str(path)
+    if not Path(name).is_file():
+        raise ValueError(f"there is no volume file {name}")
+    reader = sitk.ImageFileReader()
+    reader.SetFileName(name)
+    try:
+        image = reader.Execute()
+    except RuntimeError as error:
+        raise ValueError(
+            f"{name} cannot be read as a volume; NRRD, NIfTI and MetaImage files can"
+        ) from error
+    if image.GetDimension() != 3 or image.GetNumberOfComponentsPerPixel() != 1:
+        raise ValueError(
+            f"{name} must hold one 3-D volume of numbers, but has "
+            f"{image.GetDimension()} dimensions and "
+            f"{image.GetNumberOfComponentsPerPixel()} values per voxel"
+        )
+    direction = np.array(image.GetDirection(), dtype=np.float64).reshape(3, 3)
+    left, _, right = np.linalg.svd(direction)
+    rigid = left @ right
+    if np.abs(rigid - direction).max() > _HEADER_TOLERANCE:
+        raise ValueError(f"{name} has axes that are not at right angles: {direction}")
+    try:
+        return Volume(
+            sitk.GetArrayFromImage(image),
+            np.array(image.GetSpacing()),
+            np.array(image.GetOrigin()),
+            rigid,
+            background,
+        )
+    except ValueError as error:
+        raise ValueError(f"{name} is no usable volume: {error}") from error
+
+
+def save_volume(
+    volume: Volume, path: Path | str, metadata: dict[str, str] | None = None
+) -> None:
+    """Write a volume, atomically, in the format that the file's name ends with.
+
+    metadata: extra header fields, which NRRD keeps. Raise ValueError for a name that
+    SimpleITK has no format for, OSError if the folder cannot be written to.
+    """
+    sitk = _simple_itk()
+
+    target = Path(path)
+    image = sitk.GetImageFromArray(volume.values)
+    image.SetSpacing([float(v) for v in volume.spacing_mm])
+    image.SetOrigin([float(v) for v in volume.origin_mm])
+    image.SetDirection([float(v) for v in volume.direction.ravel()])
+    for key, value in (metadata or {}).items():
+        image.SetMetaData(key, value)
+    with tempfile.TemporaryDirectory(dir=target.parent, prefix=".part-") as folder:
+        temporary = Path(folder) / target.name
+        try:
+            sitk.WriteImage(image, str(temporary), useCompression=True)
+        except RuntimeError as error:
+            raise ValueError(
+                f"{target} cannot be written as a volume: {_last_line(error)}"
+            ) from error
+        os.replace(temporary, target)
+
+
+def _simple_itk() -> Any:
+    """Import SimpleITK late: half a second that most commands can save."""
+    return importlib.import_module("SimpleITK")
+
+
+def _last_line(error: Any) -> str:
+    return str(error).strip().splitlines()[-1]
