@@ -38,7 +38,7 @@ POLL_HZ = 100.0
 LARGEST_QUEUE = 1 << 14
 
 # Longer than the search for a lost line takes, which then says so itself.
-SILENCE_S = 10.0
+SILENCE_S = 15.0
 
 
 class SerialPort:
@@ -130,7 +130,7 @@ class MicroScribe:
         self._poses: deque[Pose] = deque()
         self._latest: Pose | None = None
         self._lost = 0
-        self._error: DeviceError | None = None
+        self._error: Exception | None = None
         self._home_wanted = False
         self._port = SerialPort(port) if isinstance(port, str) else port
         self._link = ArmLink(self._port, timing)
@@ -275,7 +275,8 @@ class MicroScribe:
                 # After a stall the missed polls are gone; nobody wants them at once.
                 due = max(due + self._period_s, time.monotonic() - self._period_s)
                 self._stop.wait(max(0.0, due - time.monotonic()))
-        except DeviceError as error:
+        except Exception as error:
+            # Nobody sees what a thread raises; the reader of the poses must.
             self._error = error
         finally:
             self._release()

@@ -44,6 +44,8 @@ class LinkTiming:
     surplus: float = 0.5
     """Sign-on echoes end by then."""
     begin: float = 3.0
+    reply: float = 0.1
+    """At least; a slow line is given three times its wire time."""
     string: float = 0.5
     block: float = 3.0
     settle: float = 0.015
@@ -139,8 +141,7 @@ class ArmLink:
 
     def ping(self) -> bool:
         """Return whether the arm answers the shortest command after a flush."""
-        time.sleep(self._timing.silence)
-        self.session.stray += self.port.reset_input()
+        self._settle()
         return self._poll(_PING_LAYOUT) is not None
 
     def end(self) -> None:
@@ -248,9 +249,11 @@ class ArmLink:
 
     def _poll(self, layout: Layout) -> tuple[Packet, float] | None:
         wire_s = 10.0 * layout.length / max(self.baud, 1)
+        # What is still unread answered an earlier poll.
+        self.session.stray += self.port.reset_input()
         self._send(self.session.poll(layout))
         header_s = now = time.monotonic()
-        until = now + max(0.1, 3.0 * wire_s + 0.02)
+        until = now + max(self._timing.reply, 3.0 * wire_s + 0.02)
         while now < until:
             come = self.session.packet_bytes
             # The header is read alone, so that its arrival can be told.
@@ -262,7 +265,13 @@ class ArmLink:
                 if isinstance(event, Sample):
                     return None if self._followed() else (event.packet, header_s)
         self.session.abandon()
+        # A late answer must not pass for that of the next poll.
+        self._settle()
         return None
+
+    def _settle(self) -> None:
+        time.sleep(self._timing.silence)
+        self.session.stray += self.port.reset_input()
 
     def _followed(self) -> bool:
         """Return whether bytes came after a complete packet."""

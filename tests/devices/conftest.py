@@ -47,7 +47,13 @@ def short_path() -> ProbePath:
 def hasty() -> LinkTiming:
     """Waits short enough for tests and long enough for a busy machine."""
     return LinkTiming(
-        per_rate=0.2, forced_rate=0.2, surplus=0.2, begin=0.6, string=0.2, block=0.2
+        per_rate=0.25,
+        forced_rate=0.3,
+        surplus=0.2,
+        begin=1.0,
+        reply=0.3,
+        string=0.4,
+        block=0.4,
     )
 
 
