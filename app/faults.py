@@ -12,10 +12,10 @@ def sentence(error: Exception) -> str | None:
     if isinstance(error, OSError) and error.strerror:
         where = f": {error.filename}" if error.filename else ""
         return f"{error.strerror}{where}."
-    if isinstance(error, ValueError | TimeoutError | DeviceError | ServiceError):
+    if isinstance(error, ValueError | TimeoutError | DeviceError | ToldError):
         return str(error)
     return None
 
 
-class ServiceError(RuntimeError):
-    """The snapshot service failed; the text says it in one sentence."""
+class ToldError(RuntimeError):
+    """Something outside the program failed; the text says it in one sentence."""

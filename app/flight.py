@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -46,6 +46,15 @@ class Timing:
         """Get the mean number of frames per second of wall time."""
         return len(self.frame_ms) / self.wall_s if self.wall_s > 0 else 0.0
 
+    def figures(self) -> dict[str, Any]:
+        """Give frames, fps and the percentiles of frame time and pose age."""
+        return {
+            "frames": len(self.frame_ms),
+            "fps": self.fps,
+            "frame_ms": self.percentiles(self.frame_ms),
+            "pose_age_ms": self.percentiles(self.pose_age_ms),
+        }
+
     @staticmethod
     def percentiles(values: list[float]) -> dict[str, float]:
         """Give the 50th, 95th and 99th percentile by name; zeros for nothing."""
@@ -61,7 +70,7 @@ def fly(
     recorder: SessionRecorder,
     *,
     until_s: float,
-    on_frame: Callable[[View, Frame, Sample], None],
+    on_frame: Callable[[View, Frame, Sample, int], None],
 ) -> Timing:
     """Fly until a sample's time reaches `until_s`.
 
@@ -101,8 +110,8 @@ def fly(
                 frame.sha256,
             )
         )
+        on_frame(seen, frame, sample, number)
         number += 1
-        on_frame(seen, frame, sample)
 
 
 def _arrived(source: OrderedPoses) -> Iterator[Pose]:

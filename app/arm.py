@@ -1,0 +1,42 @@
+"""The arm on the table: a real one on a serial port, or the emulated one."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from devices.microscribe import MicroScribe, MicroScribeEmulator
+from scenarios import Scenario
+
+
+@contextmanager
+def open_arm(
+    scenario: Scenario,
+    path_file: Path,
+    *,
+    device: str | None,
+    faults: tuple[str, ...] = (),
+    seed: int = 1,
+) -> Iterator[MicroScribe]:
+    """Open the arm at `device`, or start the emulated one and open that.
+
+    The emulated arm runs in a process of its own, touches the scenario's fiducials
+    and then follows the path. DeviceError, in one sentence, when there is no arm.
+    """
+    if device is not None:
+        if faults:
+            raise ValueError(
+                "--fault makes the emulated arm misbehave; leave out --device for it."
+            )
+        with MicroScribe(device) as arm:
+            yield arm
+        return
+    positions = [f.position_mm for f in scenario.fiducials]
+    with (
+        MicroScribeEmulator(
+            path_file, fiducials_mm=np.array(positions), seed=seed, faults=faults
+        ) as emulator,
+        MicroScribe(emulator.port_name) as arm,
+    ):
+        yield arm

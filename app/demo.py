@@ -1,0 +1,195 @@
+"""`paravol demo`: the recorded flight, end to end, without a screen."""
+
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from app.arm import open_arm
+from app.endoscope_view import EndoscopeView, Frame
+from app.faults import ToldError
+from app.flight import Timing, fly
+from app.folder import claimed_folder, remove_old_session
+from app.operating_room import OperatingRoom, prepare_room
+from app.registering import register_by_touch
+from app.replay import ReplayReport, rebuild, replay_session
+from app.second_channel import PathChannel
+from app.session_info import describe_session
+from app.snapshots import Keepsake, TakenSnapshot, take_snapshots
+from app.terminal import Stages, print_json, print_table
+from app.versions import versions
+from devices import DeviceError, ProbePath, load_probe_path
+from scenarios import Sample, Scenario, Score, View, load_scenario
+from scenarios.bundle import EventRecord, SessionInfo, SessionRecorder, write_json
+
+
+@dataclass(frozen=True, slots=True)
+class DemoOptions:
+    """Hold what the command line asked for; see `paravol demo --help`."""
+
+    out: Path
+    scenario: str
+    device: str | None
+    size: int
+    ranks: int
+    threads: int
+    faults: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FlownDemo:
+    """Hold what the flight itself left."""
+
+    info: SessionInfo
+    timing: Timing
+    score: Score
+    splats: int
+    kept: list[Keepsake]
+
+
+class DeviceLostError(ToldError):
+    """The arm failed in flight; the recording up to then is kept."""
+
+    def __init__(self, error: Exception, bundle: Path) -> None:
+        super().__init__(
+            f"{error} What was flown until then is in {bundle} and can be replayed."
+        )
+
+
+def run_demo(options: DemoOptions, *, as_json: bool) -> int:
+    """Run the demonstration; 1 when the replay differs from the flight."""
+    scenario, folder = load_scenario(options.scenario)
+    path_file = folder / scenario.path
+    path = load_probe_path(path_file)
+    with ExitStack() as stack:
+        out = stack.enter_context(claimed_folder(options.out))
+        stages = stack.enter_context(Stages())
+        bundle = out / "flight.paravol"
+        remove_old_session(bundle)
+        room = prepare_room(scenario, stages)
+        flown = _fly(options, scenario, path, path_file, room, bundle, stages)
+        snapshots = take_snapshots(
+            flown.kept,
+            room,
+            ring_radius_mm=scenario.scope.ring_radius_mm,
+            seed=flown.info.seed,
+            folder=out / "snapshots",
+            ranks=options.ranks,
+            progress=stages,
+        )
+        report = replay_session(
+            bundle,
+            threads=options.threads,
+            progress=stages,
+            video=out / "flight.mp4",
+            room=room,
+        )
+    summary = _summary(scenario, flown, snapshots, report)
+    write_json(out / "summary.json", summary)
+    if as_json:
+        print_json(summary)
+    else:
+        print_table(f"{scenario.title}: {out}", _rows(summary))
+    return 0 if report.is_exact else 1
+
+
+def _fly(
+    options: DemoOptions,
+    scenario: Scenario,
+    path: ProbePath,
+    path_file: Path,
+    room: OperatingRoom,
+    bundle: Path,
+    stages: Stages,
+) -> FlownDemo:
+    kept = [Keepsake(moment) for moment in scenario.moments]
+    with ExitStack() as stack:
+        stages("Opening the arm", 0.0)
+        arm = stack.enter_context(
+            open_arm(
+                scenario, path_file, device=options.device, faults=options.faults
+            )
+        )
+        stages("Opening the arm", 1.0)
+        registration = register_by_touch(arm, scenario.fiducial_positions(), stages)
+        info = describe_session(
+            scenario, room, registration, size=options.size, has_instrument=True
+        )
+        session, view = rebuild(info, scenario, room, threads=options.threads)
+        recorder = stack.enter_context(SessionRecorder(bundle, info))
+
+        def on_frame(seen: View, frame: Frame, sample: Sample, number: int) -> None:
+            stages("Flying", sample.time_s / path.duration_s)
+            for keepsake in kept:
+                keepsake.offer(number, seen, frame, sample.time_s)
+
+        try:
+            timing = fly(
+                arm,
+                PathChannel(path),
+                session,
+                view,
+                recorder,
+                until_s=path.duration_s,
+                on_frame=on_frame,
+            )
+        except (DeviceError, TimeoutError) as error:
+            recorder.add(EventRecord(session.score().duration_s, "device", str(error)))
+            raise DeviceLostError(error, bundle) from error
+        score = session.score()
+        recorder.close({"score": asdict(score), "timing": timing.figures()})
+    return FlownDemo(info, timing, score, view.renderer.splat_count, kept)
+
+
+def _summary(
+    scenario: Scenario,
+    flown: FlownDemo,
+    snapshots: list[TakenSnapshot],
+    report: ReplayReport,
+) -> dict[str, Any]:
+    return {
+        "scenario": scenario.name,
+        **flown.timing.figures(),
+        "splats": flown.splats,
+        "registration_rms_mm": flown.info.registration_rms_mm,
+        "snapshots": [asdict(s) for s in snapshots],
+        "path_length_mm": flown.score.path_length_mm,
+        "min_clearance_mm": flown.score.min_clearance_mm,
+        "contacts": flown.score.contacts,
+        "target_distance_mm": flown.score.target_distance_mm,
+        "replay": {
+            "exact": report.is_exact,
+            "frames": report.frames,
+            "differing_frames": len(report.differing_frames),
+            "same_score": report.same_score,
+        },
+        "versions": versions(),
+    }
+
+
+def _rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    def spread(values: dict[str, float]) -> str:
+        return " / ".join(f"{values[p]:.1f}" for p in ("p50", "p95", "p99"))
+
+    replay = summary["replay"]
+    same = "the same" if replay["exact"] else "DIFFERENT"
+    rows = [
+        ("frames", f"{summary['frames']} ({summary['fps']:.1f} per second)"),
+        ("frame time p50 / p95 / p99", f"{spread(summary['frame_ms'])} ms"),
+        ("pose age p50 / p95 / p99", f"{spread(summary['pose_age_ms'])} ms"),
+        ("splats", f"{summary['splats']:,}"),
+        ("registration residual", f"{summary['registration_rms_mm']:.2f} mm rms"),
+        ("path length", f"{summary['path_length_mm']:.0f} mm"),
+        ("smallest clearance", f"{summary['min_clearance_mm']:.2f} mm"),
+        ("contacts", str(summary["contacts"])),
+        ("replay", f"{replay['frames']} frames and the score {same}"),
+    ]
+    rows += [
+        (
+            f"snapshot {s['name']}",
+            f"{s['seconds']:.1f} s, {s['ranks']} ranks; live picture off by "
+            f"{s['rmse']:.1f} codes RMSE, SSIM {s['ssim']:.3f}",
+        )
+        for s in summary["snapshots"]
+    ]
+    return rows
