@@ -96,14 +96,14 @@ def turbinates(parameters: PhantomParameters) -> Turbinates:
     side = u - bow + (1.0 if parameters.uncinectomy else 0.0)
     depths = [14.5, 16.5, 20, 28, 42, 51, 53]
     head = FlatTube(
-        depth_table(depths, [5.8, 5.9, 6.2, 6.6, 6.8, 6.7, 6.7]) + (u - side),
+        depth_table(depths, [5.9, 6.0, 6.4, 6.9, 7.1, 6.9, 6.9]) + (u - side),
         depth_table(depths, [26.5, 25.5, 23.6, 22.2, 21.4, 21.6, 21.8]),
         depth_table(depths, [0.6, 1.6, 2.0 + g, 1.9 + g, 1.6 + 0.8 * g, 1.2, 0.3], 0.4),
         depth_table(depths, [1.4, 3.2, 4.0, 3.4, 3.0, 2.2, 0.5], 0.4),
     )
     head_tube = smooth_max(1.2, head, abs(y + 33.75) - 19.4)
     edge = depth_table([14, 20, 28, 42, 52], [27, 23.6, 22.2, 21.4, 21.6])
-    lean = height_table([20, 26, 30, 38, 45], [6.5, 5.8, 5.3, 4.7, 4.2], 3.0)
+    lean = height_table([20, 26, 30, 38, 45], [6.8, 6.1, 5.6, 4.9, 4.3], 3.0)
     reach = 18 - 0.05 * smooth_max(2.0, z - 36, 0.0)
     lamella = smooth_max(
         0.6, abs(side - lean) - 0.65, smooth_max(1.0, edge - z, abs(y + 34) - reach)
@@ -159,7 +159,7 @@ def turbinates(parameters: PhantomParameters) -> Turbinates:
 def septum_face() -> Field:
     """Give the lateral position of the septum's mucosa."""
     face = height_table([0, 4, 12, 20, 30, 45], [2.0, 1.3, 1.4, 1.5, 1.7, 1.0], 1.5)
-    thin_rear = depth_table([41, 49], [0.0, -0.45], 2.0)
+    thin_rear = depth_table([22, 46], [0.0, -0.5], 3.0)
     swell_body = depth_table([-2, 10, 22], [0.0, 0.45, 0.0], 4.0) * height_table(
         [18, 26, 34], [0.0, 1.0, 0.0], 3.0
     )

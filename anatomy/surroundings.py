@@ -111,7 +111,7 @@ def solids(parameters: PhantomParameters) -> list[Solid]:
     cartilage = smooth_max(0.0, u, smooth_max(1.0, front - y, z - 30.0))
     pyramid_rear = height_table([-12, 8, 20, 30, 40], [2, 0, 1, 9, 12], 2.0)
     pyramid = smooth_max(2.0, smooth_max(2.0, pyramid_rear - y, u - 16.0), z - 32.0)
-    lean = height_table([20, 26, 30, 38, 45], [6.5, 5.8, 5.3, 4.7, 4.2], 3.0)
+    lean = height_table([20, 26, 30, 38, 45], [6.8, 6.1, 5.6, 4.9, 4.3], 3.0)
     lamella = smooth_max(0.0, abs(u - lean), smooth_max(1.0, 22.0 - z, z - roof + 5.0))
     lamella = smooth_max(0.0, lamella, abs(y + 34.0) - 17.5)
     return [
