@@ -114,7 +114,7 @@ def test_kernels_import_no_policy() -> None:
     From us a kernel takes other kernels and modules that only lay out its arguments,
     by their full names: the compiled code's cache is named by exactly these files.
     """
-    plain = {"numba", "numpy", "math", "typing", "enum"}
+    plain = {"numba", "llvmlite", "numpy", "math", "typing", "collections", "enum"}
     wrong = []
     for path in KERNELS:
         for node, name in imported(parsed(path)):
