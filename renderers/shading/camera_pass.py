@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from renderers.scene import Camera, GBuffer, Projection
 from renderers.shading.bands import RowBands
 from renderers.shading.camera.kernels import (
+    N as BLOCK,
+)
+from renderers.shading.camera.kernels import (
     add_bloom,
     blur_across,
     blur_along,
@@ -356,7 +359,7 @@ def _field_tables(
 
 @lru_cache(maxsize=2)
 def _grain_tile(seed: int) -> NDArray[np.float32]:
-    """Give periodic grain ``(256, 256, 3)``, unit sd, partly correlated over .7 px."""
+    """Give periodic grain ``(256, 256 + 64, 3)``, unit sd, correlated over .7 px."""
     white = np.random.default_rng(seed).standard_normal((_GRAIN_SIDE, _GRAIN_SIDE, 3))
     k = np.fft.fftfreq(_GRAIN_SIDE)
     blur = np.exp(-2 * (math.pi * 0.7) ** 2 * (k[:, None] ** 2 + k**2))
@@ -365,7 +368,9 @@ def _grain_tile(seed: int) -> NDArray[np.float32]:
     ).real
     grain = 0.75 * white + smooth
     grain /= grain.std()
-    result = grain.astype(np.float32)
+    # a block of the kernel may start in the last column
+    wrapped = np.concatenate([grain, grain[:, :BLOCK]], axis=1)
+    result = np.ascontiguousarray(wrapped, dtype=np.float32)
     result.flags.writeable = False
     return result
 

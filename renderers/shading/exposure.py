@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +11,12 @@ TARGET = 0.17
 """Mean of the clipped luminance, weighted towards the centre, that a camera seeks."""
 HIGHLIGHT = 1.15
 """What the 88th percentile of the largest channel may reach."""
-HIGHLIGHT_PERCENTILE = 88.0
+HIGHLIGHT_SHARE = 0.88
 
 LARGEST_GAIN = 1e5
 """Above it even a wall 10 cm away would be white; a black picture gets this."""
-_SAMPLES = 128
-"""Samples along the shorter side: the meter needs no more than 16,000 pixels."""
+_SAMPLES = 96
+"""Samples along the shorter side: the meter needs no more than 9,000 pixels."""
 _ROUNDS = 12
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
@@ -28,19 +29,13 @@ def meter(radiance: NDArray[np.float32]) -> float:
     exceed `HIGHLIGHT`. Reads every few pixels only.
     """
     height, width = radiance.shape[:2]
-    stride = max(1, min(height, width) // _SAMPLES)
+    stride, inside, weight = _field(height, width)
     sample = radiance[stride // 2 :: stride, stride // 2 :: stride]
-    half = min(height, width) / 2
-    y = (np.arange(height)[stride // 2 :: stride] + 0.5 - height / 2) / half
-    x = (np.arange(width)[stride // 2 :: stride] + 0.5 - width / 2) / half
-    r2 = y[:, None] ** 2 + x**2
-    inside = r2 < 0.95**2
-    weight = np.exp(-r2[inside] / 0.25).astype(np.float32)
-    weight /= weight.sum()
     colour = sample[inside]
     luminance = colour @ _LUMINANCE
     mean = float(weight @ luminance)
-    brightest = float(np.percentile(colour.max(axis=-1), HIGHLIGHT_PERCENTILE))
+    place = round(HIGHLIGHT_SHARE * (len(colour) - 1))
+    brightest = float(np.partition(colour.max(axis=-1), place)[place])
     if mean <= TARGET / LARGEST_GAIN:
         return LARGEST_GAIN
     gain = TARGET / mean
@@ -49,6 +44,21 @@ def meter(radiance: NDArray[np.float32]) -> float:
         if gain > LARGEST_GAIN:
             return LARGEST_GAIN
     return min(gain, HIGHLIGHT / brightest) if brightest > 0 else gain
+
+
+@lru_cache(maxsize=4)
+def _field(
+    height: int, width: int
+) -> tuple[int, NDArray[np.bool_], NDArray[np.float32]]:
+    """Give the sampling stride, the mask of samples in the field, their weights."""
+    stride = max(1, min(height, width) // _SAMPLES)
+    half = min(height, width) / 2
+    y = (np.arange(height)[stride // 2 :: stride] + 0.5 - height / 2) / half
+    x = (np.arange(width)[stride // 2 :: stride] + 0.5 - width / 2) / half
+    r2 = y[:, None] ** 2 + x**2
+    inside: NDArray[np.bool_] = r2 < 0.95**2
+    weight = np.exp(-r2[inside] / 0.25)
+    return stride, inside, (weight / weight.sum()).astype(np.float32)
 
 
 @dataclass(slots=True)

@@ -33,7 +33,7 @@ class Look:
 
     distance: the air surface's own distance volume.
     tint: flat uint16 of the volume's size, blood code + 256 * skin code.
-    colours: ``(256, 5)``, see `colour_table`. skin: ``(3,)`` linear albedo.
+    colours: `colour_table` as flat rows of eight floats. skin: ``(3,)`` linear albedo.
     materials: see `material_table`.
     tile, vessel_tile: flat float32 noise tiles.
     to_tile: ``(5, 3, 3)`` millimetres to tile voxels: mottle of 6.5, 1.6 and .55 mm,
@@ -75,7 +75,7 @@ class Look:
         look = cls(
             surface.distance,
             tint.reshape(-1),
-            colour_table(),
+            _rows_of_eight(colour_table()),
             np.array(SKIN_COLOR, np.float32),
             material_table(),
             tile,
@@ -83,7 +83,13 @@ class Look:
             to_tile,
             np.array([[31, -17, 11], [-7, 41, 23]], np.float32),
         )
-        for array in (look.tint, look.skin, look.to_tile, look.vessel_offset_mm):
+        for array in (
+            look.tint,
+            look.colours,
+            look.skin,
+            look.to_tile,
+            look.vessel_offset_mm,
+        ):
             array.flags.writeable = False
         return look
 
@@ -106,8 +112,7 @@ def _mottled(
             volume.values,
             mm_from_voxel.astype(np.float32),
             tile,
-            to_tile[0],
-            to_tile[1],
+            to_tile,
             np.float32(_BAKING_REACH_VOXELS * volume.spacing_mm.max()),
             mottled,
             first,
@@ -116,3 +121,10 @@ def _mottled(
 
     bands.run(volume.shape[0], slices)
     return mottled
+
+
+def _rows_of_eight(table: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Pad rows to eight floats, so that four of them are one aligned load."""
+    padded = np.zeros((len(table), 8), np.float32)
+    padded[:, : table.shape[1]] = table
+    return padded.reshape(-1)

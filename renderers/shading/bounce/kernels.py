@@ -9,6 +9,22 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.shading.surface.block import (
+    BOUNCE,
+    C_E,
+    C_T,
+    C_X,
+    C_Y,
+    C_Z,
+    CELL,
+    NX,
+    NY,
+    NZ,
+    WEIGHT,
+    N,
+    T,
+)
+
 f32 = np.float32
 i32 = np.int32
 
@@ -188,3 +204,45 @@ def gather_lights(
                 grid[1, gy, start + i] = w[nx + i]
                 grid[2, gy, start + i] = w[ny + i]
                 grid[3, gy, start + i] = w[nz + i]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def lift(w: NDArray[np.float32], grid: NDArray[np.float32], y: int, x0: int) -> None:
+    """Bring the bounce light to full size: bilinear, but not across edges.
+
+    Each of the four corners is first spread over its cell; the arithmetic then runs
+    over the whole block. A loop over one cell alone would be unrolled into scalars.
+    """
+    gj = y // CELL
+    lower = f32(y - gj * CELL) * f32(1 / CELL)
+    most = grid.shape[2] - 1
+    for corner in range(4):
+        cj = gj + (corner >> 1)
+        for cell in range(N // CELL):
+            ci = min(x0 // CELL + cell + (corner & 1), most)
+            e = grid[0, cj, ci]
+            nx = grid[1, cj, ci]
+            ny = grid[2, cj, ci]
+            nz = grid[3, cj, ci]
+            t = grid[4, cj, ci]
+            for i in range(cell * CELL, cell * CELL + CELL):
+                w[C_E + i] = e
+                w[C_X + i] = nx
+                w[C_Y + i] = ny
+                w[C_Z + i] = nz
+                w[C_T + i] = t
+        row = lower if corner >> 1 else f32(1) - lower
+        slope = f32(1 / CELL) if corner & 1 else f32(-1 / CELL)
+        base = f32(0) if corner & 1 else f32(1)
+        for i in range(N):
+            t = w[C_T + i]
+            dt = (t - w[T + i]) / w[T + i]
+            same = w[C_X + i] * w[NX + i] + w[C_Y + i] * w[NY + i]
+            same += w[C_Z + i] * w[NZ + i]
+            same = max(same, f32(0))
+            same *= same
+            q = row * (base + slope * f32(i32(i & 7))) * (same * same + f32(1e-3))
+            q = q / (f32(1) + f32(400) * dt * dt) + f32(1e-5)
+            q = q if t > f32(0) else f32(0)
+            w[WEIGHT + i] += q
+            w[BOUNCE + i] += q * w[C_E + i]

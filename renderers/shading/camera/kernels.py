@@ -17,7 +17,8 @@ Floats = NDArray[np.float32]
 
 N = 64
 R, G, B = 0, N, 2 * N
-SLOTS = 3 * N
+GRAIN, NEAR, MIDDLE, FAR = 3 * N, 6 * N, 7 * N, 8 * N
+SLOTS = 9 * N
 
 # columns of the tone parameters
 (
@@ -82,28 +83,30 @@ def expose_rows(
     ``part[x]``; rows alike.
     """
     width = radiance.shape[1]
+    three = np.uint64(3)
     for y in range(first, last):
-        upper = radiance[red_row[y]]
-        lower = radiance[red_row[y] + 1]
+        into = exposed[y].reshape(-1)
+        level = radiance[y].reshape(-1)
+        for x in range(width):
+            into[3 * x + 1] = gain * level[3 * x + 1]
+        upper = radiance[red_row[y]].reshape(-1)
+        lower = radiance[red_row[y] + 1].reshape(-1)
         q = gain * red_row_part[y]
         p = gain - q
         for x in range(width):
-            c = red_column[x]
-            f = red_part[x]
-            a = p * upper[c, 0] + q * lower[c, 0]
-            b = p * upper[c + 1, 0] + q * lower[c + 1, 0]
-            exposed[y, x, 0] = a + f * (b - a)
-            exposed[y, x, 1] = gain * radiance[y, x, 1]
-        upper = radiance[blue_row[y]]
-        lower = radiance[blue_row[y] + 1]
+            c = three * np.uint64(red_column[x])
+            a = p * upper[c] + q * lower[c]
+            b = p * upper[c + three] + q * lower[c + three]
+            into[3 * x] = a + red_part[x] * (b - a)
+        upper = radiance[blue_row[y]].reshape(-1)[2:]
+        lower = radiance[blue_row[y] + 1].reshape(-1)[2:]
         q = gain * blue_row_part[y]
         p = gain - q
         for x in range(width):
-            c = blue_column[x]
-            f = blue_part[x]
-            a = p * upper[c, 2] + q * lower[c, 2]
-            b = p * upper[c + 1, 2] + q * lower[c + 1, 2]
-            exposed[y, x, 2] = a + f * (b - a)
+            c = three * np.uint64(blue_column[x])
+            a = p * upper[c] + q * lower[c]
+            b = p * upper[c + three] + q * lower[c + three]
+            into[3 * x + 2] = a + blue_part[x] * (b - a)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -123,16 +126,19 @@ def blur_along(
                 line[3 * (reach + width + x) + c] = right
         row = source[y].reshape(-1)
         into = blurred[y].reshape(-1)
+        middle = line[3 * reach :]
+        weight = taps[0]
         for x in range(3 * width):
-            line[3 * reach + x] = row[x]
+            middle[x] = row[x]
         for x in range(3 * width):
-            into[x] = taps[0] * line[3 * reach + x]
+            into[x] = weight * row[x]
         for k in range(1, taps.shape[0]):
-            a = 3 * (reach - k * spacing)
-            b = 3 * (reach + k * spacing)
+            # views, so that the indices of the loop are plainly not negative
+            before = line[3 * (reach - k * spacing) :]
+            after = line[3 * (reach + k * spacing) :]
             weight = taps[k]
             for x in range(3 * width):
-                into[x] += weight * (line[a + x] + line[b + x])
+                into[x] += weight * (before[x] + after[x])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -145,8 +151,9 @@ def blur_across(
     for y in range(first, last):
         into = blurred[y].reshape(-1)
         row = source[y].reshape(-1)
+        weight = taps[0]
         for x in range(length):
-            into[x] = taps[0] * row[x]
+            into[x] = weight * row[x]
         for k in range(1, taps.shape[0]):
             above = source[max(y - k * spacing, 0)].reshape(-1)
             below = source[min(y + k * spacing, height - 1)].reshape(-1)
@@ -179,26 +186,37 @@ def add_bloom(bloom: Floats, exposed: Floats, first: int, last: int) -> None:
     """Add the quarter-size `bloom`, interpolated, to rows ``first..last``."""
     rows, columns = bloom.shape[:2]
     width = exposed.shape[1]
+    line = np.empty(3 * columns, np.float32)
     for y in range(first, last):
         at = min(max((f32(y) - f32(1.5)) * f32(0.25), f32(0)), f32(rows) - f32(1))
         j = min(i32(at), i32(rows - 2))
         q = at - f32(j)
-        upper = bloom[j]
-        lower = bloom[j + 1]
+        upper = bloom[j].reshape(-1)
+        lower = bloom[j + 1].reshape(-1)
         most = f32(0)
-        for x in range(columns):
-            for c in range(3):
-                most = max(most, max(upper[x, c], lower[x, c]))
+        for x in range(3 * columns):
+            line[x] = upper[x] + q * (lower[x] - upper[x])
+            most = max(most, line[x])
         if most <= f32(1e-5):
             continue
-        for x in range(width):
-            at = min(max((f32(x) - f32(1.5)) * f32(0.25), f32(0)), f32(columns - 1))
-            i = min(i32(at), i32(columns - 2))
-            p = at - f32(i)
+        into = exposed[y].reshape(-1)
+        # centres of bloom pixels lie at 4 i + 1.5: before the first, after the last
+        for x in range(min(2, width)):
             for c in range(3):
-                a = upper[i, c] + p * (upper[i + 1, c] - upper[i, c])
-                b = lower[i, c] + p * (lower[i + 1, c] - lower[i, c])
-                exposed[y, x, c] += a + q * (b - a)
+                into[3 * x + c] += line[c]
+        for x in range(4 * columns - 2, width):
+            for c in range(3):
+                into[3 * x + c] += line[3 * columns - 3 + c]
+        for i in range(columns - 1):
+            for c in range(3):
+                value = line[3 * i + c]
+                step = f32(0.25) * (line[3 * i + 3 + c] - value)
+                value += f32(0.5) * step
+                for k in range(4):
+                    x = 4 * i + 2 + k
+                    if x < width:
+                        into[3 * x + c] += value
+                    value += step
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -217,67 +235,108 @@ def develop_rows(
     first: int,
     last: int,
 ) -> None:
-    """Blend focus by depth; vignette, tone, grain, stop; encode as sRGB."""
+    """Blend focus by depth; vignette, tone, grain, stop; encode as sRGB.
+
+    grain: periodic rows, each followed by its first N columns again.
+    """
     width = sharp.shape[1]
     side = grain.shape[0]
     w = np.zeros(SLOTS, np.float32)
+    focus = tone[FOCUS]
+    defocus = tone[DEFOCUS]
+    smallest = tone[SOFT]
+    spread = f32(1) / (tone[SOFTER] - smallest)
+    stray = tone[STRAY]
+    contrast = tone[CONTRAST]
+    pivot = tone[PIVOT_LOG2]
+    saturation = tone[SATURATION]
+    keep = tone[KEEP_HUE]
+    free = f32(1) - keep
+    noise2 = tone[NOISE2]
+    noise_floor = tone[NOISE_FLOOR]
     knee = tone[KNEE]
     above = f32(1) - knee
     steep = f32(-1.4426950408889634) / above
-    spread = f32(1) / (tone[SOFTER] - tone[SOFT])
     for y in range(first, last):
         grain_y = (y + grain_row) % side
         for x0 in range(0, width, N):
             count = min(N, width - x0)
+            # flat, because the compiler must see that the stride is three
+            start = 3 * (y * width + x0)
+            sharp_row = sharp.reshape(-1)[start:]
+            soft_row = soft.reshape(-1)[start:]
+            softer_row = softer.reshape(-1)[start:]
+            picture_row = picture.reshape(-1)[start:]
+            start = 3 * (grain_y * (side + N) + (x0 + grain_column) % side)
+            grain_part = grain.reshape(-1)[start:]
             for i in range(count):
-                x = x0 + i
-                out_of = abs(tone[FOCUS] - f32(6) / max(depth[y, x], f32(0.05)))
-                radius = tone[DEFOCUS] * max(out_of - f32(0.12), f32(0))
-                near = max(f32(1) - radius / tone[SOFT], f32(0))
-                far = min(max((radius - tone[SOFT]) * spread, f32(0)), f32(1))
-                middle = f32(1) - near - far
-                dim = vignette[y, x]
-                for c in range(3):
-                    v = near * sharp[y, x, c] + middle * soft[y, x, c]
-                    v += far * softer[y, x, c]
-                    w[c * N + i] = v * dim + tone[STRAY]
+                w[NEAR + i] = depth[y, x0 + i]
+            for i in range(N):
+                out_of = abs(focus - f32(6) / max(w[NEAR + i], f32(0.05)))
+                radius = defocus * max(out_of - f32(0.12), f32(0))
+                near = max(f32(1) - radius / smallest, f32(0))
+                far = min(max((radius - smallest) * spread, f32(0)), f32(1))
+                w[NEAR + i] = near
+                w[FAR + i] = far
+                w[MIDDLE + i] = f32(1) - near - far
+            for i in range(count):
+                w[R + i] = sharp_row[3 * i] * w[NEAR + i]
+                w[G + i] = sharp_row[3 * i + 1] * w[NEAR + i]
+                w[B + i] = sharp_row[3 * i + 2] * w[NEAR + i]
+            for i in range(count):
+                w[R + i] += soft_row[3 * i] * w[MIDDLE + i]
+                w[G + i] += soft_row[3 * i + 1] * w[MIDDLE + i]
+                w[B + i] += soft_row[3 * i + 2] * w[MIDDLE + i]
+            for i in range(count):
+                w[R + i] += softer_row[3 * i] * w[FAR + i]
+                w[G + i] += softer_row[3 * i + 1] * w[FAR + i]
+                w[B + i] += softer_row[3 * i + 2] * w[FAR + i]
+            for i in range(count):
+                dim = vignette[y, x0 + i]
+                w[R + i] = w[R + i] * dim + stray
+                w[G + i] = w[G + i] * dim + stray
+                w[B + i] = w[B + i] * dim + stray
+            for i in range(count):
+                w[GRAIN + i] = grain_part[3 * i]
+                w[GRAIN + N + i] = grain_part[3 * i + 1]
+                w[GRAIN + 2 * N + i] = grain_part[3 * i + 2]
             for i in range(3 * N):
                 # contrast about middle grey
-                lit = exp2(tone[CONTRAST] * log2(w[i]) + tone[PIVOT_LOG2])
+                lit = exp2(contrast * log2(w[i]) + pivot)
                 w[i] = lit if w[i] > f32(1e-30) else f32(0)
             for i in range(N):
                 r = w[R + i]
                 g = w[G + i]
                 b = w[B + i]
                 grey = f32(0.2126) * r + f32(0.7152) * g + f32(0.0722) * b
-                r = max(grey + tone[SATURATION] * (r - grey), f32(0))
-                g = max(grey + tone[SATURATION] * (g - grey), f32(0))
-                b = max(grey + tone[SATURATION] * (b - grey), f32(0))
+                r = max(grey + saturation * (r - grey), f32(0))
+                g = max(grey + saturation * (g - grey), f32(0))
+                b = max(grey + saturation * (b - grey), f32(0))
                 # shoulder: part keeps the hue of the largest channel, part lets a
                 # glint go white
                 top = max(r, max(g, b))
                 bent = knee + above * (f32(1) - exp2(steep * max(top - knee, f32(0))))
                 bent = bent if top > knee else top
-                hue = tone[KEEP_HUE] * bent / max(top, f32(1e-6))
-                free = f32(1) - tone[KEEP_HUE]
+                hue = keep * bent / max(top, f32(1e-6))
                 q = knee + above * (f32(1) - exp2(steep * max(r - knee, f32(0))))
                 w[R + i] = hue * r + free * (q if r > knee else r)
                 q = knee + above * (f32(1) - exp2(steep * max(g - knee, f32(0))))
                 w[G + i] = hue * g + free * (q if g > knee else g)
                 q = knee + above * (f32(1) - exp2(steep * max(b - knee, f32(0))))
                 w[B + i] = hue * b + free * (q if b > knee else b)
-            for c in range(3):
-                for i in range(count):
-                    v = w[c * N + i]
-                    g = grain[grain_y, (x0 + i + grain_column) % side, c]
-                    v += g * math.sqrt(tone[NOISE2] * (tone[NOISE_FLOOR] + v))
-                    w[c * N + i] = v * stop[y, x0 + i]
+            for i in range(3 * N):
+                w[i] += w[GRAIN + i] * math.sqrt(noise2 * (noise_floor + w[i]))
+            for i in range(count):
+                edge = stop[y, x0 + i]
+                w[R + i] *= edge
+                w[G + i] *= edge
+                w[B + i] *= edge
             for i in range(3 * N):
                 v = min(max(w[i], f32(0)), f32(1))
                 high = f32(1.055) * exp2(f32(1 / 2.4) * log2(v)) - f32(0.055)
                 v = high if v > f32(0.0031308) else f32(12.92) * v
                 w[i] = f32(255) * v + f32(0.5)
             for i in range(count):
-                picture[y, x0 + i, 0] = np.uint8(i32(w[R + i]))
-                picture[y, x0 + i, 1] = np.uint8(i32(w[G + i]))
-                picture[y, x0 + i, 2] = np.uint8(i32(w[B + i]))
+                picture_row[3 * i] = np.uint8(i32(w[R + i]))
+                picture_row[3 * i + 1] = np.uint8(i32(w[G + i]))
+                picture_row[3 * i + 2] = np.uint8(i32(w[B + i]))

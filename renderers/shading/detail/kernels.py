@@ -10,8 +10,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.shading.lanes.kernels import rows8
+
 f32 = np.float32
 i32 = np.int32
+
+ORIGIN = 8192
+"""A multiple of the tile's period beyond any patient: 8192 tile voxels are 79 cm of
+the finest octave."""
 
 MOTTLE_LONG = f32(0.26)
 MOTTLE_MIDDLE = f32(0.11)
@@ -26,10 +32,50 @@ def ramp(low: np.float32, high: np.float32, x: np.float32) -> np.float32:
     return t * t * (f32(3) - f32(2) * t)
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def tap_tile(
+    tile: NDArray[np.float32],
+    u: np.float32,
+    v: np.float32,
+    w: np.float32,
+    smooth: bool,
+) -> tuple[np.float32, np.float32, np.float32, np.float32]:
+    """Tap a tile ``(64**3 * 4,)`` at tile voxels: value, gradient per tile voxel.
+
+    smooth: ease the interpolation; zero curves of a plainly trilinear field are
+    visibly polygons.
+    """
+    # int() cuts towards zero: start far enough on the positive side of the period
+    i = i32(u + f32(ORIGIN))
+    j = i32(v + f32(ORIGIN))
+    k = i32(w + f32(ORIGIN))
+    u -= f32(i - i32(ORIGIN))
+    v -= f32(j - i32(ORIGIN))
+    w -= f32(k - i32(ORIGIN))
+    if smooth:
+        u = u * u * (f32(3) - f32(2) * u)
+        v = v * v * (f32(3) - f32(2) * v)
+        w = w * w * (f32(3) - f32(2) * w)
+    result: tuple[np.float32, np.float32, np.float32, np.float32] = rows8(
+        tile,
+        np.int64(i & 63) << 2,
+        np.int64((i + 1) & 63) << 2,
+        np.int64(j & 63) << 8,
+        np.int64((j + 1) & 63) << 8,
+        np.int64(k & 63) << 14,
+        np.int64((k + 1) & 63) << 14,
+        u,
+        v,
+        w,
+    )
+    return result
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def octave(
     tile: NDArray[np.float32],
     to_tile: NDArray[np.float32],
+    which: int,
     x: np.float32,
     y: np.float32,
     z: np.float32,
@@ -37,52 +83,27 @@ def octave(
 ) -> tuple[np.float32, np.float32, np.float32, np.float32]:
     """Tap a tile ``(64**3 * 4,)`` at a point in mm: value, gradient per mm.
 
-    smooth: ease the interpolation; zero curves of a plainly trilinear field are
-    visibly polygons.
+    to_tile: ``(n, 3, 3)``, of which matrix `which` maps millimetres to tile voxels
+    (a view of it, made for every pixel, would cost more than the tap).
     """
-    u = to_tile[0, 0] * x + to_tile[0, 1] * y + to_tile[0, 2] * z
-    v = to_tile[1, 0] * x + to_tile[1, 1] * y + to_tile[1, 2] * z
-    w = to_tile[2, 0] * x + to_tile[2, 1] * y + to_tile[2, 2] * z
-    fu = f32(math.floor(u))
-    fv = f32(math.floor(v))
-    fw = f32(math.floor(w))
-    i = i32(fu)
-    j = i32(fv)
-    k = i32(fw)
-    u -= fu
-    v -= fv
-    w -= fw
-    if smooth:
-        u = u * u * (f32(3) - f32(2) * u)
-        v = v * v * (f32(3) - f32(2) * v)
-        w = w * w * (f32(3) - f32(2) * w)
-    x0 = np.uint32(i & 63) << np.uint32(2)
-    x1 = np.uint32((i + 1) & 63) << np.uint32(2)
-    y0 = np.uint32(j & 63) << np.uint32(8)
-    y1 = np.uint32((j + 1) & 63) << np.uint32(8)
-    z0 = np.uint32(k & 63) << np.uint32(14)
-    z1 = np.uint32((k + 1) & 63) << np.uint32(14)
-    u1 = f32(1) - u
-    v1 = f32(1) - v
-    w1 = f32(1) - w
-    r0 = f32(0)
-    r1 = f32(0)
-    r2 = f32(0)
-    r3 = f32(0)
-    for corner in range(8):
-        a = (x1 if corner & 1 else x0) + (y1 if corner & 2 else y0)
-        a += z1 if corner & 4 else z0
-        q = (u if corner & 1 else u1) * (v if corner & 2 else v1)
-        q *= w if corner & 4 else w1
-        r0 += q * tile[a]
-        r1 += q * tile[a + np.uint32(1)]
-        r2 += q * tile[a + np.uint32(2)]
-        r3 += q * tile[a + np.uint32(3)]
+    m00 = to_tile[which, 0, 0]
+    m01 = to_tile[which, 0, 1]
+    m02 = to_tile[which, 0, 2]
+    m10 = to_tile[which, 1, 0]
+    m11 = to_tile[which, 1, 1]
+    m12 = to_tile[which, 1, 2]
+    m20 = to_tile[which, 2, 0]
+    m21 = to_tile[which, 2, 1]
+    m22 = to_tile[which, 2, 2]
+    u = m00 * x + m01 * y + m02 * z
+    v = m10 * x + m11 * y + m12 * z
+    w = m20 * x + m21 * y + m22 * z
+    r0, r1, r2, r3 = tap_tile(tile, u, v, w, smooth)
     return (
         r0,
-        to_tile[0, 0] * r1 + to_tile[1, 0] * r2 + to_tile[2, 0] * r3,
-        to_tile[0, 1] * r1 + to_tile[1, 1] * r2 + to_tile[2, 1] * r3,
-        to_tile[0, 2] * r1 + to_tile[1, 2] * r2 + to_tile[2, 2] * r3,
+        m00 * r1 + m10 * r2 + m20 * r3,
+        m01 * r1 + m11 * r2 + m21 * r3,
+        m02 * r1 + m12 * r2 + m22 * r3,
     )
 
 
@@ -111,13 +132,55 @@ def vessel(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def with_vessels(
+    blood: np.float32,
+    skin: np.float32,
+    x: np.float32,
+    y: np.float32,
+    z: np.float32,
+    nx: np.float32,
+    ny: np.float32,
+    nz: np.float32,
+    m1: np.float32,
+    m2: np.float32,
+    m3: np.float32,
+    foot: np.float32,
+    tile: NDArray[np.float32],
+    to_tile: NDArray[np.float32],
+    offsets: NDArray[np.float32],
+) -> np.float32:
+    """Add the blood of two sizes of vessel, warped by the mottle's octaves."""
+    bend = f32(0.22) * m2
+    q, gx, gy, gz = octave(
+        tile, to_tile, 3,
+        x + offsets[0, 0] + bend, y + offsets[0, 1], z + offsets[0, 2] + bend, True,
+    )  # fmt: skip
+    d = gx * nx + gy * ny + gz * nz
+    slope = f32(math.sqrt(max(gx * gx + gy * gy + gz * gz - d * d, f32(0))))
+    radius = f32(0.042) * (f32(0.55) + f32(0.45) * m1)
+    edge = f32(0.55) * radius + f32(0.02)
+    cover = f32(0.6) * vessel(q, slope, radius, edge, foot, f32(0.12))
+    bend = f32(0.05) * m3
+    q, gx, gy, gz = octave(
+        tile, to_tile, 4,
+        x + offsets[1, 0], y + offsets[1, 1] + bend, z + offsets[1, 2] + bend, True,
+    )  # fmt: skip
+    d = gx * nx + gy * ny + gz * nz
+    slope = f32(math.sqrt(max(gx * gx + gy * gy + gz * gz - d * d, f32(0))))
+    radius = f32(0.022) * (f32(0.5) + f32(0.6) * m2)
+    edge = f32(0.6) * radius + f32(0.015)
+    fine = f32(0.45) * vessel(q, slope, radius, edge, foot, f32(0.35))
+    cover = max(cover, fine)
+    return blood + cover * (f32(1) - skin) * (f32(0.10) + f32(1.6) * blood)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def bake_mottle(
     blood: NDArray[np.uint8],
     distance: NDArray[np.float32],
     mm_from_voxel: NDArray[np.float32],
     tile: NDArray[np.float32],
-    long_to_tile: NDArray[np.float32],
-    middle_to_tile: NDArray[np.float32],
+    to_tile: NDArray[np.float32],
     reach_mm: np.float32,
     mottled: NDArray[np.uint8],
     first: int,
@@ -140,8 +203,8 @@ def bake_mottle(
                     x = m[0, 0] * u + m[0, 1] * v + m[0, 2] * w + m[0, 3]
                     y = m[1, 0] * u + m[1, 1] * v + m[1, 2] * w + m[1, 3]
                     z = m[2, 0] * u + m[2, 1] * v + m[2, 2] * w + m[2, 3]
-                    a = octave(tile, long_to_tile, x, y, z, False)[0]
-                    b = octave(tile, middle_to_tile, x, y, z, False)[0]
+                    a = octave(tile, to_tile, 0, x, y, z, False)[0]
+                    b = octave(tile, to_tile, 1, x, y, z, False)[0]
                     # codes are sqrt(B): half the exponent
                     grown = f32(code) * f32(
                         math.exp(f32(0.5) * (MOTTLE_LONG * a + MOTTLE_MIDDLE * b))

@@ -13,11 +13,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.shading.bounce.kernels import lift
 from renderers.shading.surface.block import (
     A2,
     BLUE,
     BOUNCE,
-    CELL,
     COVER,
     DX,
     DY,
@@ -52,7 +52,7 @@ from renderers.shading.surface.block import (
     N,
     T,
 )
-from renderers.shading.tissue.kernels import paint
+from renderers.shading.tissue.kernels import paint, set_materials
 
 f32 = np.float32
 i32 = np.int32
@@ -90,54 +90,62 @@ def fetch(
     x0: int,
 ) -> int:
     """Place a block: rays, points, voxels, footprints; return how many it shows."""
+    for i in range(count):
+        w[T + i] = depth[y, x0 + i]
+    for i in range(count):
+        w[COVER + i] = coverage[y, x0 + i]
+    for i in range(count, N):
+        w[COVER + i] = f32(0)
     seen = 0
     for i in range(N):
-        x = x0 + min(i, count - 1)
-        t = depth[y, x]
-        c = coverage[y, x]
-        if i < count and c > f32(0) and t < f32(1e6):
-            seen += 1
-            w[T + i] = max(t, f32(1e-3))
-            w[COVER + i] = c
-        else:
-            w[T + i] = f32(1)
-            w[COVER + i] = f32(0)
-        w[DX + i] = lens[y, x, 0]
-        w[DY + i] = lens[y, x, 1]
-        w[DZ + i] = lens[y, x, 2]
-        w[NX + i] = normal[y, x, 0]
-        w[NY + i] = normal[y, x, 1]
-        w[NZ + i] = normal[y, x, 2]
+        shown = w[COVER + i] > f32(0) and w[T + i] < f32(1e6)
+        w[COVER + i] = w[COVER + i] if shown else f32(0)
+        w[T + i] = max(w[T + i], f32(1e-3)) if shown else f32(1)
+        seen += 1 if shown else 0
     if seen == 0:
         return 0
+    # flat, because the compiler must see that the stride is three
+    start = 3 * (y * depth.shape[1] + x0)
+    rays = lens.reshape(-1)[start:]
+    normals = normal.reshape(-1)[start:]
+    for i in range(count):
+        w[DX + i] = rays[3 * i]
+        w[DY + i] = rays[3 * i + 1]
+        w[DZ + i] = rays[3 * i + 2]
+    for i in range(count):
+        w[NX + i] = normals[3 * i]
+        w[NY + i] = normals[3 * i + 1]
+        w[NZ + i] = normals[3 * i + 2]
+    # into locals: the compiler cannot know that writing the block leaves them alone
+    rx, ry, rz = axes[0, 0], axes[0, 1], axes[0, 2]
+    ux, uy, uz = axes[1, 0], axes[1, 1], axes[1, 2]
+    fx, fy, fz = axes[2, 0], axes[2, 1], axes[2, 2]
+    ex, ey, ez = eye[0], eye[1], eye[2]
+    m00, m01, m02 = to_voxel[0, 0], to_voxel[0, 1], to_voxel[0, 2]
+    m10, m11, m12 = to_voxel[1, 0], to_voxel[1, 1], to_voxel[1, 2]
+    m20, m21, m22 = to_voxel[2, 0], to_voxel[2, 1], to_voxel[2, 2]
     for i in range(N):
         a = w[DX + i]
         b = w[DY + i]
         c = w[DZ + i]
-        dx = a * axes[0, 0] + b * axes[1, 0] + c * axes[2, 0]
-        dy = a * axes[0, 1] + b * axes[1, 1] + c * axes[2, 1]
-        dz = a * axes[0, 2] + b * axes[1, 2] + c * axes[2, 2]
         t = w[T + i]
+        dx = a * rx + b * ux + c * fx
+        dy = a * ry + b * uy + c * fy
+        dz = a * rz + b * uz + c * fz
         facing = -(w[NX + i] * dx + w[NY + i] * dy + w[NZ + i] * dz)
+        w[FOOT + i] = t * pixel / max(facing, f32(0.12))
         w[DX + i] = dx
         w[DY + i] = dy
         w[DZ + i] = dz
-        x = t * dx
-        y_ = t * dy
-        z = t * dz
-        w[PX + i] = x
-        w[PY + i] = y_
-        w[PZ + i] = z
-        w[UX + i] = eye[0] + (
-            to_voxel[0, 0] * x + to_voxel[0, 1] * y_ + to_voxel[0, 2] * z
-        )
-        w[UY + i] = eye[1] + (
-            to_voxel[1, 0] * x + to_voxel[1, 1] * y_ + to_voxel[1, 2] * z
-        )
-        w[UZ + i] = eye[2] + (
-            to_voxel[2, 0] * x + to_voxel[2, 1] * y_ + to_voxel[2, 2] * z
-        )
-        w[FOOT + i] = t * pixel / max(facing, f32(0.12))
+        dx *= t
+        dy *= t
+        dz *= t
+        w[PX + i] = dx
+        w[PY + i] = dy
+        w[PZ + i] = dz
+        w[UX + i] = ex + (m00 * dx + m01 * dy + m02 * dz)
+        w[UY + i] = ey + (m10 * dx + m11 * dy + m12 * dz)
+        w[UZ + i] = ez + (m20 * dx + m21 * dy + m22 * dz)
         w[E_RED + i] = f32(0)
         w[E_GREEN + i] = f32(0)
         w[SPARK + i] = f32(0)
@@ -212,40 +220,6 @@ def light(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lift(w: Floats, grid: Floats, y: int, x0: int) -> None:
-    """Bring the bounce light to full size: bilinear, but not across edges."""
-    gj = y // CELL
-    fv = f32(y - gj * CELL) * f32(1 / CELL)
-    for cell in range(N // CELL):
-        gi = x0 // CELL + cell
-        if gi + 1 >= grid.shape[2]:
-            break
-        at = cell * CELL
-        for corner in range(4):
-            ci = gi + (corner & 1)
-            cj = gj + (corner >> 1)
-            t = grid[4, cj, ci]
-            known = f32(0) if t <= f32(0) else f32(1)
-            e = grid[0, cj, ci]
-            nx = grid[1, cj, ci]
-            ny = grid[2, cj, ci]
-            nz = grid[3, cj, ci]
-            row = fv if corner >> 1 else f32(1) - fv
-            slope = f32(1 / CELL) if corner & 1 else f32(-1 / CELL)
-            base = f32(0) if corner & 1 else f32(1)
-            for i in range(CELL):
-                p = at + i
-                dt = (t - w[T + p]) / w[T + p]
-                same = nx * w[NX + p] + ny * w[NY + p] + nz * w[NZ + p]
-                same = max(same, f32(0))
-                same *= same
-                q = row * (base + slope * f32(i)) * (same * same + f32(1e-3))
-                q = known * (q / (f32(1) + f32(400) * dt * dt) + f32(1e-5))
-                w[WEIGHT + p] += q
-                w[BOUNCE + p] += q * e
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def shade_rows(
     depth: Floats,
     normal: Floats,
@@ -291,20 +265,19 @@ def shade_rows(
     for y in range(first, last):
         for x0 in range(0, width, N):
             count = min(N, width - x0)
+            into = radiance.reshape(-1)[3 * (y * width + x0) :]
             seen = fetch(
                 w, count, depth, normal, coverage, lens, axes, to_voxel, eye_voxel,
                 pixel, y, x0,
             )  # fmt: skip
             if seen == 0:
-                for i in range(count):
-                    radiance[y, x0 + i, 0] = f32(0)
-                    radiance[y, x0 + i, 1] = f32(0)
-                    radiance[y, x0 + i, 2] = f32(0)
+                for i in range(3 * count):
+                    into[i] = f32(0)
                 continue
+            set_materials(w, material, y, x0, count, materials)
             paint(
-                w, material, y, x0, count, tint, shape, blood_bias, colours,
-                skin_colour, materials, full, tile, vessel_tile, to_tile, offsets,
-                eye_mm,
+                w, count, tint, shape, blood_bias, colours, skin_colour, full, tile,
+                vessel_tile, to_tile, offsets, eye_mm,
             )  # fmt: skip
             for s in range(count_sources):
                 light(
@@ -315,9 +288,9 @@ def shade_rows(
                 lift(w, grid, y, x0)
             finish(w, bounce)
             for i in range(count):
-                radiance[y, x0 + i, 0] = w[E_RED + i]
-                radiance[y, x0 + i, 1] = w[E_GREEN + i]
-                radiance[y, x0 + i, 2] = w[BOUNCE + i]
+                into[3 * i] = w[E_RED + i]
+                into[3 * i + 1] = w[E_GREEN + i]
+                into[3 * i + 2] = w[BOUNCE + i]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

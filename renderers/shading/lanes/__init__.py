@@ -1,0 +1,1 @@
+"""Taps whose four channels are worked on at once."""

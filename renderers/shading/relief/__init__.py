@@ -1,0 +1,1 @@
+"""How bumps and ripples bend the normals."""
