@@ -95,3 +95,7 @@ class MpiTransport:
             self._sending = [s for s in self._sending if not s[0].Test()]
             os.sched_yield()
         self._comm.Free()
+
+    def abort(self) -> None:
+        """End all ranks at once."""
+        self._comm.Abort(1)

@@ -5,14 +5,16 @@ a rank that is done has no unfinished ray and waits for no cell: then no message
 frame is on its way except the control of the frame itself. END lets the ranks go.
 """
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterable
+
+import msgspec
 
 from renderers.art.messages import Message, MessageKind, ProtocolError
 from renderers.art.node import Node
 from renderers.art.rays import RayPacket
 from renderers.art.regions import Gather
-from renderers.art.transport import Transport, TransportError
+from renderers.art.transport import RankRefusedError, Transport
 
 PACKETS_A_STEP = 1
 """Packets run between two polls: about 1,000 rays, some .5 ms; a poll costs .5 us."""
@@ -33,6 +35,9 @@ class Rank:
         self._node: Node | None = None
         self._gather: Gather | None = None
         self._early: list[Message] = []
+        self._before: dict[str, int] = {}
+        self.cost: Counter[str] = Counter()
+        """What the frame has cost all ranks that are done (rank 0 only)."""
         self._done_ranks: set[int] = set()
         self._said_done = False
 
@@ -53,6 +58,8 @@ class Rank:
             raise ValueError("rank 0, and only rank 0, gathers the picture")
         node.begin(frame, packets)
         self.frame, self._node, self._gather = frame, node, gather
+        self._before = node.tally()
+        self.cost.clear()
         self._done_ranks.clear()
         self._said_done = False
         early, self._early = self._early, []
@@ -62,7 +69,7 @@ class Rank:
     def step(self) -> bool:
         """Take what has arrived, then move some rays; tell whether there was work.
 
-        Raise TransportError when another rank cannot take part.
+        Raise RankRefusedError when another rank cannot take part.
         """
         worked = False
         while (message := self.transport.poll()) is not None:
@@ -76,7 +83,9 @@ class Rank:
             self._send_all(node.advance(PACKETS_A_STEP))
         if node.is_finished and not self._said_done:
             self._said_done = True
-            self._say(MessageKind.DONE, 0)
+            after = node.tally()
+            cost = {name: after[name] - self._before[name] for name in after}
+            self._say(MessageKind.DONE, 0, msgspec.json.encode(cost))
         return worked
 
     def rest(self) -> None:
@@ -132,8 +141,9 @@ class Rank:
             self._gather.add_payload(message.payload)
         elif kind is MessageKind.FAILED:
             reason = message.payload.decode(errors="replace")
-            raise TransportError(f"Rank {message.source} cannot take part: {reason}")
+            raise RankRefusedError(f"Rank {message.source} cannot take part: {reason}")
         else:
+            self.cost.update(msgspec.json.decode(message.payload, type=dict[str, int]))
             self._done_ranks.add(message.source)
 
     @property

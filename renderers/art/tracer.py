@@ -82,10 +82,7 @@ class ActiveRayTracer:
         progress: called with the share done; when it returns False the picture is
         given up with `RenderStoppedError`. The depth is where opacity passes one half.
         """
-        gather = self._trace("classic", camera, progress)
-        rgba = gather.value
-        rgba[..., 3] = 1 - rgba[..., 3]
-        return Image(rgba, gather.depth)
+        return classic_image(self._trace("classic", camera, progress))
 
     def gbuffer(
         self, camera: Camera, progress: Callable[[float], bool] | None = None
@@ -179,6 +176,13 @@ def make_node(
         mine = np.flatnonzero(seen & (homes(grid.cells, ranks) == rank))
     directory = Directory(rank, ranks, grid, CellShare(grid, volume.values, mine))
     return march, Node(march, grid, directory, cache, validate=validate)
+
+
+def classic_image(gather: Gather) -> Image:
+    """Turn gathered rays of mode `classic` into an image."""
+    rgba = gather.value.copy()
+    rgba[..., 3] = 1 - rgba[..., 3]
+    return Image(rgba, gather.depth)
 
 
 def scope_gbuffer(gather: Gather, march: March) -> GBuffer:

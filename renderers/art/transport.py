@@ -16,6 +16,10 @@ class TransportError(RuntimeError):
     """The ranks cannot reach each other, or one of them gave up."""
 
 
+class RankRefusedError(TransportError):
+    """A rank cannot take part in this frame; the next frame may succeed."""
+
+
 class Transport(Protocol):
     """Promise what a rank needs. Messages to oneself come back like any other."""
 

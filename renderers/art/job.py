@@ -1,0 +1,227 @@
+"""What a snapshot request may say, and what its result says.
+
+Strict: an unknown key, a number that is not finite or out of range, or a wrong type is
+refused with the field's name. A request names data by digest only, never by path.
+"""
+
+from typing import Annotated, Literal, TypeAlias
+
+import msgspec
+import numpy as np
+from msgspec import Meta, Struct
+
+from renderers.art.quality import Quality
+from renderers.scene import Camera, Light, PhongMaterial, Projection, TransferFunction
+
+LARGEST_REQUEST = 256 * 1024
+"""Bytes of a request, at most; arrays travel beside it."""
+
+# Patterns are searched, not matched, and `$` accepts a final newline: hence the length.
+Digest: TypeAlias = Annotated[
+    str, Meta(pattern="^[0-9a-f]{64}$", min_length=64, max_length=64)
+]
+JobId: TypeAlias = Annotated[
+    str, Meta(pattern="^[0-9a-f]{32}$", min_length=32, max_length=32)
+]
+Coordinate: TypeAlias = Annotated[float, Meta(ge=-1e7, le=1e7)]
+Cosine: TypeAlias = Annotated[float, Meta(ge=-1.001, le=1.001)]
+Positive: TypeAlias = Annotated[float, Meta(gt=0, le=1e6)]
+Share: TypeAlias = Annotated[float, Meta(ge=0, le=1)]
+Amount: TypeAlias = Annotated[float, Meta(ge=0, le=1e6)]
+Pixels: TypeAlias = Annotated[int, Meta(ge=8, le=8192)]
+Point: TypeAlias = tuple[Coordinate, Coordinate, Coordinate]
+Axis: TypeAlias = tuple[Cosine, Cosine, Cosine]
+Row: TypeAlias = tuple[Cosine, Cosine, Cosine, Coordinate]
+
+
+class _Strict(Struct, forbid_unknown_fields=True, frozen=True):
+    pass
+
+
+class GridSpec(_Strict, frozen=True):
+    """Place an array in the patient's frame; see `renderers.scene.Volume`."""
+
+    spacing_mm: tuple[Positive, Positive, Positive]
+    origin_mm: Point
+    direction: tuple[Axis, Axis, Axis]
+    """Rows of the 3 x 3 matrix."""
+
+
+class CameraSpec(_Strict, frozen=True):
+    """Place an eye and its lens; see `renderers.scene.Camera`."""
+
+    eye_mm: Point
+    axes: tuple[Axis, Axis, Axis]
+    """Unit right, up and forward."""
+    extent: Positive
+    projection: Literal["equidistant", "perspective", "orthographic"] = "equidistant"
+
+
+class ImageSpec(_Strict, frozen=True):
+    """Size a picture. samples: per pixel; 4 are 2 x 2."""
+
+    width: Pixels
+    height: Pixels
+    samples: Literal[1, 4] = 1
+
+
+class InstrumentSpec(_Strict, frozen=True):
+    """Place a mesh. vertices: ``(n, 3)`` float64 mm. faces: ``(m, 3)`` int32."""
+
+    vertices: Digest
+    faces: Digest
+    material: Literal["METAL", "DARK_PLASTIC"]
+    world_from_mesh: tuple[Row, Row, Row]
+
+
+class ScopeWork(_Strict, frozen=True, tag="scope", tag_field="mode"):
+    """Draw what the endoscope sees.
+
+    distance, blood, skin: arrays of one grid; see `renderers.scene.AirSurface`.
+    gain: of the camera, frozen; None meters the picture.
+    """
+
+    distance: Digest
+    blood: Digest
+    skin: Digest
+    grid: GridSpec
+    ring_radius_mm: Annotated[float, Meta(gt=0, le=20)] = 1.45
+    light_power: Amount = 1.0
+    seed: Annotated[int, Meta(ge=0, lt=2**31)] = 7
+    blood_bias: Annotated[float, Meta(ge=0, le=10)] = 1.0
+    gain: Annotated[float, Meta(gt=0, le=1e9)] | None = None
+    frame_number: Annotated[int, Meta(ge=0, lt=2**31)] = 0
+    instruments: Annotated[tuple[InstrumentSpec, ...], Meta(max_length=16)] = ()
+
+
+class LightSpec(_Strict, frozen=True):
+    """Place a light; see `renderers.scene.Light`."""
+
+    vector: Point
+    color: tuple[Amount, Amount, Amount]
+    is_local: bool = False
+
+
+class NodeSpec(_Strict, frozen=True):
+    """Set one node of a transfer function."""
+
+    density: Coordinate
+    color: tuple[Amount, Amount, Amount]
+    kappa_per_mm: Amount
+
+
+class ClassicWork(_Strict, frozen=True, tag="classic", tag_field="mode"):
+    """Draw a volume through a transfer function."""
+
+    volume: Digest
+    grid: GridSpec
+    nodes: Annotated[tuple[NodeSpec, ...], Meta(min_length=2, max_length=512)]
+    lights: Annotated[tuple[LightSpec, ...], Meta(max_length=16)] = ()
+    ambient: Share = 0.25
+    diffuse: Amount = 0.9
+    specular: Amount = 0.0
+    shininess: Annotated[float, Meta(ge=1, le=1000)] = 16.0
+    background: tuple[Share, Share, Share] = (0.0, 0.0, 0.0)
+
+
+class SnapshotRequest(_Strict, frozen=True):
+    """Ask for one picture.
+
+    priority: 0 is drawn first. step_voxels, cutoff: replace those of `quality`.
+    max_seconds: the job fails when it takes longer.
+    """
+
+    schema: Literal["paravol.snapshot.request/1"]
+    id: JobId
+    camera: CameraSpec
+    image: ImageSpec
+    work: ScopeWork | ClassicWork
+    quality: Literal["preview", "snapshot", "final", "reference"] = "snapshot"
+    step_voxels: Annotated[float, Meta(ge=1 / 256, le=4)] | None = None
+    cutoff: Annotated[float, Meta(ge=0, lt=0.5)] | None = None
+    priority: Annotated[int, Meta(ge=0, le=9)] = 5
+    client: Annotated[str, Meta(max_length=200)] = ""
+    max_seconds: Annotated[float, Meta(gt=0, le=86_400)] = 600.0
+
+    def to_camera(self) -> Camera:
+        """Build the camera of one sample a pixel."""
+        camera = self.camera
+        return Camera(
+            np.array([camera.eye_mm, *camera.axes]),
+            camera.extent,
+            self.image.width,
+            self.image.height,
+            Projection[camera.projection.upper()],
+        )
+
+    def to_quality(self) -> Quality:
+        """Build the quality with its replacements."""
+        named = Quality.named(self.quality)
+        step, cutoff = self.step_voxels, self.cutoff
+        return Quality(
+            named.step_voxels if step is None else step,
+            named.cutoff if cutoff is None else cutoff,
+            named.renormalise,
+        )
+
+
+class SnapshotResult(_Strict, frozen=True):
+    """Say what was drawn, and what it cost.
+
+    seconds: `load`, `trace`, `shade`, `total`. digests: of the files, by name.
+    """
+
+    schema: Literal["paravol.snapshot.result/1"]
+    id: JobId
+    mode: Literal["scope", "classic"]
+    width: int
+    height: int
+    ranks: int
+    attempt: int
+    gain: float | None
+    seconds: dict[str, float]
+    counters: dict[str, int]
+    digests: dict[str, Digest]
+
+
+def decode_request(record: bytes) -> SnapshotRequest:
+    """Read a request; raise ValueError that names the field which is wrong."""
+    if len(record) > LARGEST_REQUEST:
+        raise ValueError(
+            f"a request has at most {LARGEST_REQUEST} bytes, got {len(record)}"
+        )
+    try:
+        request = msgspec.json.decode(record, type=SnapshotRequest)
+    except msgspec.DecodeError as error:
+        raise ValueError(str(error)) from error
+    try:
+        request.to_camera()
+    except ValueError as error:
+        raise ValueError(f"{error} - at `$.camera`") from error
+    if request.camera.projection != "equidistant" and isinstance(
+        request.work, ScopeWork
+    ):
+        raise ValueError("mode scope needs an equidistant lens - at `$.camera`")
+    return request
+
+
+def to_transfer_function(work: ClassicWork) -> TransferFunction:
+    """Build a request's transfer function."""
+    return TransferFunction(
+        np.array([node.density for node in work.nodes]),
+        np.array([node.color for node in work.nodes]),
+        np.array([node.kappa_per_mm for node in work.nodes]),
+    )
+
+
+def to_lights(work: ClassicWork) -> tuple[Light, ...]:
+    """Build a request's lights."""
+    return tuple(
+        Light(np.array(light.vector), np.array(light.color), light.is_local)
+        for light in work.lights
+    )
+
+
+def to_material(work: ClassicWork) -> PhongMaterial:
+    """Build a request's material."""
+    return PhongMaterial(work.ambient, work.diffuse, work.specular, work.shininess)

@@ -1,0 +1,101 @@
+"""The scene a request names, loaded from the spool's data."""
+
+import math
+
+import msgspec
+import numpy as np
+
+from renderers.art.data_store import DataStore
+from renderers.art.job import (
+    ClassicWork,
+    GridSpec,
+    InstrumentSpec,
+    ScopeWork,
+    SnapshotRequest,
+    to_lights,
+    to_material,
+    to_transfer_function,
+)
+from renderers.scene import (
+    AIR_HU,
+    AirSurface,
+    Camera,
+    GBuffer,
+    Material,
+    Mesh,
+    Scene,
+    TransferFunction,
+    Volume,
+)
+
+LARGEST_VOLUME = 8 << 30
+LARGEST_MESH = 256 << 20
+"""Bytes of data accepted, so that a slip of the pen cannot fill the memory."""
+
+_VOLUME_TYPES = ("int16", "uint16", "uint8", "float32")
+
+
+def load_volume(
+    data: DataStore, digest: str, grid: GridSpec, *dtypes: str, background: float
+) -> Volume:
+    """Map a volume; raise ValueError when it is not what the request says."""
+    values = data.get(digest, dtypes or _VOLUME_TYPES, LARGEST_VOLUME)
+    return Volume(
+        values,
+        np.array(grid.spacing_mm),
+        np.array(grid.origin_mm),
+        np.array(grid.direction),
+        background,
+    )
+
+
+def load_scene(data: DataStore, request: SnapshotRequest) -> Scene:
+    """Load what a request needs to be traced and shaded."""
+    work = request.work
+    if isinstance(work, ClassicWork):
+        return Scene(
+            load_volume(data, work.volume, work.grid, background=AIR_HU),
+            to_transfer_function(work),
+            to_lights(work),
+            to_material(work),
+        )
+    distance = load_volume(data, work.distance, work.grid, "float32", background=1.0)
+    blood = load_volume(data, work.blood, work.grid, "uint8", background=0.0)
+    skin = load_volume(data, work.skin, work.grid, "uint8", background=0.0)
+    # Mode scope classifies nothing; the distance stands in for a density.
+    nothing = TransferFunction(np.array([0.0, 1.0]), np.zeros((2, 3)), np.zeros(2))
+    return Scene(distance, nothing, surface=AirSurface(distance, blood, skin))
+
+
+def scene_key(request: SnapshotRequest) -> bytes:
+    """Describe what a prepared ray tracer depends on; equal keys may share one."""
+    work = request.work
+    if isinstance(work, ScopeWork):
+        part: object = (work.distance, work.blood, work.skin, work.grid)
+    else:
+        part = work
+    return msgspec.json.encode(
+        (part, request.quality, request.step_voxels, request.cutoff)
+    )
+
+
+def instruments_gbuffer(
+    data: DataStore, instruments: tuple[InstrumentSpec, ...], camera: Camera
+) -> GBuffer:
+    """Hit a request's instruments with the camera's rays."""
+    result = GBuffer.empty(camera.height, camera.width)
+    for spec in instruments:
+        pose = np.eye(4)
+        pose[:3] = spec.world_from_mesh
+        rotation = pose[:3, :3]
+        if not np.allclose(rotation.T @ rotation, np.eye(3), atol=1e-5) or (
+            math.copysign(1, np.linalg.det(rotation)) < 0
+        ):
+            raise ValueError(f"an instrument's pose must be rigid, got {pose}")
+        mesh = Mesh(
+            np.asarray(data.get(spec.vertices, ("float64",), LARGEST_MESH)),
+            np.asarray(data.get(spec.faces, ("int32",), LARGEST_MESH)),
+            Material[spec.material],
+        )
+        result = result.nearest(mesh.gbuffer(camera, pose))
+    return result

@@ -1,0 +1,193 @@
+"""Those who trace a snapshot together: threads of one process, or ranks."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import msgspec
+
+from renderers.art.data_store import DataStore
+from renderers.art.job import ScopeWork, SnapshotRequest, decode_request
+from renderers.art.march import FrameRays, March
+from renderers.art.messages import MessageKind
+from renderers.art.node import Node
+from renderers.art.rank import Rank
+from renderers.art.rays import RayPacket
+from renderers.art.regions import Gather, deal_regions
+from renderers.art.stage import load_scene, scene_key
+from renderers.art.tracer import (
+    ActiveRayTracer,
+    RenderStoppedError,
+    classic_image,
+    make_node,
+    scope_gbuffer,
+)
+from renderers.scene import Camera, GBuffer, Image, Scene
+
+Progress = Callable[[float], bool]
+"""Told the share done; answers whether to go on."""
+
+_LOOK_S = 0.02
+"""Time between two looks at the progress, which may read the disk."""
+
+
+@dataclass(frozen=True, slots=True)
+class Traced:
+    """Hold what tracing found: a G-buffer in mode scope, an image in mode classic."""
+
+    found: GBuffer | Image
+    counters: dict[str, int]
+
+
+class Team(Protocol):
+    """Promise what a worker needs."""
+
+    ranks: int
+
+    def trace(
+        self, request: SnapshotRequest, scene: Scene, progress: Progress
+    ) -> Traced:
+        """Trace a request; raise RenderStoppedError when `progress` says so."""
+        ...
+
+    def dismiss(self) -> None:
+        """Let everybody go."""
+        ...
+
+
+def traced_camera(request: SnapshotRequest) -> Camera:
+    """Get the camera that is traced: 2 x 2 rays a pixel for 4 samples."""
+    camera = request.to_camera()
+    factor = 2 if request.image.samples == 4 else 1
+    return camera.with_size(camera.width * factor, camera.height * factor)
+
+
+class SerialTeam:
+    """Trace with the threads of this process."""
+
+    ranks = 1
+
+    def __init__(self, threads: int = 2) -> None:
+        self._threads = threads
+        self._kept: tuple[bytes, ActiveRayTracer] | None = None
+
+    def trace(
+        self, request: SnapshotRequest, scene: Scene, progress: Progress
+    ) -> Traced:
+        """Trace a request. The tracer is kept for the next one of the same scene."""
+        key = scene_key(request)
+        if self._kept is None or self._kept[0] != key:
+            tracer = ActiveRayTracer(scene, request.to_quality(), threads=self._threads)
+            self._kept = key, tracer
+        tracer = self._kept[1]
+        camera = traced_camera(request)
+        found: GBuffer | Image
+        if isinstance(request.work, ScopeWork):
+            found = tracer.gbuffer(camera, progress)
+        else:
+            found = tracer.render(camera, progress)
+        assert tracer.report is not None
+        return Traced(found, tracer.report.counters)
+
+    def dismiss(self) -> None:
+        """Forget the last scene."""
+        self._kept = None
+
+
+class _Prepared:
+    """Keep one rank's node for the next request of the same scene."""
+
+    def __init__(self, rank: int, ranks: int, cache_cells: int | None) -> None:
+        self._place = rank, ranks
+        self._cache_cells = cache_cells
+        self._kept: tuple[bytes, March, Node] | None = None
+
+    def node(self, request: SnapshotRequest, scene: Scene) -> tuple[March, Node]:
+        key = scene_key(request)
+        if self._kept is None or self._kept[0] != key:
+            rank, ranks = self._place
+            march, node = make_node(
+                scene,
+                "scope" if isinstance(request.work, ScopeWork) else "classic",
+                request.to_quality(),
+                rank=rank,
+                ranks=ranks,
+                cache_cells=self._cache_cells,
+            )
+            self._kept = key, march, node
+        return self._kept[1:]
+
+
+class RankTeam:
+    """Trace with all ranks of a transport; lives on rank 0."""
+
+    def __init__(self, rank: Rank, cache_cells: int | None = None) -> None:
+        self.ranks = rank.transport.ranks
+        self._rank = rank
+        self._prepared = _Prepared(0, self.ranks, cache_cells)
+
+    def trace(
+        self, request: SnapshotRequest, scene: Scene, progress: Progress
+    ) -> Traced:
+        """Trace a request; other ranks load what they need themselves."""
+        rank = self._rank
+        frame = rank.frame + 1
+        rank.order(MessageKind.BEGIN, frame, msgspec.json.encode(request))
+        camera = traced_camera(request)
+        gather = Gather(camera.width, camera.height)
+        pixels = gather.missing
+        try:
+            march, node = self._prepared.node(request, scene)
+            rank.begin(frame, node, _packets(march, camera, 0, self.ranks), gather)
+            looked = time.monotonic()
+            while not rank.is_complete:
+                if not rank.step():
+                    rank.rest()
+                if time.monotonic() - looked > _LOOK_S:
+                    looked = time.monotonic()
+                    if not progress(1 - gather.missing / pixels):
+                        raise RenderStoppedError("the picture was given up")
+        finally:
+            # Frame numbers are never used again, also when this one never began.
+            rank.frame = frame
+            rank.end()
+        found: GBuffer | Image
+        if isinstance(request.work, ScopeWork):
+            found = scope_gbuffer(gather, march)
+        else:
+            found = classic_image(gather)
+        return Traced(found, dict(rank.cost))
+
+    def dismiss(self) -> None:
+        """Send the other ranks home."""
+        self._rank.order(MessageKind.STOP, self._rank.frame + 1)
+
+
+def follow(rank: Rank, data: DataStore, cache_cells: int | None = None) -> None:
+    """Take part in what rank 0 orders until it says STOP; the loop of other ranks."""
+    transport = rank.transport
+    prepared = _Prepared(transport.rank, transport.ranks, cache_cells)
+    while True:
+        if not rank.step():
+            rank.rest()
+        if not rank.orders or rank.is_drawing:
+            continue
+        order = rank.orders.popleft()
+        if order.kind is MessageKind.STOP:
+            return
+        try:
+            request = decode_request(order.payload)
+            march, node = prepared.node(request, load_scene(data, request))
+        except (ValueError, OSError) as error:
+            rank.fail(order.frame, str(error))
+            continue
+        camera = traced_camera(request)
+        packets = _packets(march, camera, transport.rank, transport.ranks)
+        rank.begin(order.frame, node, packets)
+
+
+def _packets(march: March, camera: Camera, rank: int, ranks: int) -> list[RayPacket]:
+    rays = FrameRays.of(camera)
+    regions = deal_regions(camera.width, camera.height, rank, ranks)
+    return [march.start(region, rays) for region in regions]
