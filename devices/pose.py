@@ -33,9 +33,7 @@ def read_only_rigid(matrix: NDArray[np.float64], name: str) -> NDArray[np.float6
         raise ValueError(f"{name} must be finite, got {copy.tolist()}")
     rotation = copy[:3, :3]
     drift = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
-    # For an orthonormal matrix the triple product is the determinant, cheaper.
-    handed = float(np.dot(np.cross(rotation[0], rotation[1]), rotation[2]))
-    if drift > RIGID_TOLERANCE or handed < 0.0:
+    if drift > RIGID_TOLERANCE or np.linalg.det(rotation) < 0.0:
         raise ValueError(f"{name} must be a rotation, off by {drift:.3g}")
     if copy[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
         raise ValueError(f"{name} must end in 0 0 0 1, got {copy[3].tolist()}")

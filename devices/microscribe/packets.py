@@ -140,8 +140,13 @@ class PacketReader:
     layout: Layout
     confirmed_only: bool = False
     counters: PacketCounters = field(default_factory=PacketCounters)
+    _header: int = field(init=False)
+    _length: int = field(init=False)
     _partial: bytearray | None = None
     _complete: bytes | None = None
+
+    def __post_init__(self) -> None:
+        self._header, self._length = self.layout.header, self.layout.length
 
     @property
     def partial_bytes(self) -> int:
@@ -156,7 +161,7 @@ class PacketReader:
         return found
 
     def _take(self, byte: int, found: list[Packet]) -> None:
-        if byte == self.layout.header:
+        if byte == self._header:
             if self._partial is not None:
                 self.counters.framing += 1
             if self._complete is not None and self.confirmed_only:
@@ -173,7 +178,7 @@ class PacketReader:
             self._partial = None
         else:
             self._partial.append(byte)
-        if self._partial is not None and len(self._partial) == self.layout.length:
+        if self._partial is not None and len(self._partial) == self._length:
             self._complete, self._partial = bytes(self._partial), None
             self.counters.packets += 1
             if not self.confirmed_only:

@@ -54,6 +54,14 @@ class SampleTracker:
         default_factory=lambda: np.zeros(JOINTS, dtype=np.int64)
     )
     _refusals: int = 0
+    _turn: NDArray[np.int64] = field(init=False)
+    _window: NDArray[np.int64] = field(init=False)
+    """Steps are told apart modulo this many counts."""
+
+    def __post_init__(self) -> None:
+        self._turn = np.array(self.encoders.turn, dtype=np.int64)
+        # Where whole turns fit into the field, the winding bits change no angle.
+        self._window = np.where(FIELD % self._turn == 0, self._turn, FIELD)
 
     def accept(self, packet: Packet, host_time_s: float) -> Pose | None:
         """Return the pose of a packet with timer and six counts, or None if refused.
@@ -112,10 +120,8 @@ class SampleTracker:
         return part + wraps * self.timer_turn
 
     def _plausible(self, moved: NDArray[np.int64], ticks: int) -> bool:
-        turn = np.array(self.encoders.turn)
-        # Where whole turns fit into the field, the winding bits change no angle.
-        window = np.where(FIELD % turn == 0, turn, FIELD)
-        moved = (moved + window // 2) % window - window // 2
-        allowed = turn * (LARGEST_RATE_DEG_S / 360.0) * (ticks / TICKS_PER_S)
+        half = self._window // 2
+        moved = (moved + half) % self._window - half
+        allowed = self._turn * (LARGEST_RATE_DEG_S / 360.0) * (ticks / TICKS_PER_S)
         fits = np.abs(moved) <= allowed + ALLOWED_COUNTS
-        return bool((fits | (turn == 1)).all())
+        return bool((fits | (self._turn == 1)).all())

@@ -25,9 +25,8 @@ class _Arm:
 def _every_command() -> list[Command]:
     streams = [
         commands.stream(Layout(code), ticks)
-        for code in sorted(POLLS)
-        if code & 3 != 2
-        for ticks in (0, 9, 0xC3C7, 0xFFFF)
+        for code in (0x00, 0x03, 0x23, 0x2F)
+        for ticks in (0, 0xC3C7, 0xD0D1)
     ]
     return [*sorted(every_fixed_command(), key=lambda c: c.data), *streams]
 

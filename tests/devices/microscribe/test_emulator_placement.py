@@ -12,7 +12,7 @@ from devices.probe_path import ProbePath
 
 
 @settings(
-    max_examples=8,
+    max_examples=5,
     deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
