@@ -31,10 +31,6 @@ i32 = np.int32
 WIDTH = 16
 """Grid points gathered together; constant, so that the loop becomes vector code."""
 
-SOFTENING = f32(1.0)
-"""mm^2 added to the squared distance: a point light stands for a lit patch, and must
-not glare when the patch is touched."""
-
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def tap(
@@ -76,7 +72,7 @@ def trace_lights(
 ) -> int:
     """March every direction from the eye to the wall; return how many arrived.
 
-    voxel_from_mm: ``(3, 3)``. directions: ``(n, 3)`` unit, world. lights: ``(7, n)``
+    voxel_from_mm: ``(3, 3)``. directions: ``(n, 3)`` unit, world. lights: ``(8, n)``
     filled from the left with position, normal towards air, and the ray's flux.
     """
     m = voxel_from_mm
@@ -190,11 +186,12 @@ def gather_lights(
                 my = lights[4, q]
                 mz = lights[5, q]
                 power = lights[6, q]
+                softening = lights[7, q]
                 for i in range(WIDTH):
                     dx = lx - w[px + i]
                     dy = ly - w[py + i]
                     dz = lz - w[pz + i]
-                    d2 = dx * dx + dy * dy + dz * dz + SOFTENING
+                    d2 = dx * dx + dy * dy + dz * dz + softening
                     receive = w[nx + i] * dx + w[ny + i] * dy + w[nz + i] * dz
                     emit = mx * dx + my * dy + mz * dz
                     share = max(receive, f32(0)) * max(-emit, f32(0))

@@ -23,6 +23,11 @@ CONE_HALF_ANGLE = math.radians(100.0)
 """The spot law has fallen to 4 % there."""
 
 LONGEST_MM = 60.0
+"""Beyond it walls return nothing one could see."""
+
+SMALLEST_SOFTENING_MM2 = 1.0
+"""A light must not glare when its patch is touched."""
+
 _STEP_LIMIT = 96
 _GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 
@@ -31,8 +36,9 @@ _GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 class VirtualLights:
     """Hold points on the lit walls.
 
-    table: ``(7, n)`` float32 columns of position (mm from the eye, world axes),
-    normal towards air, and flux per unit source intensity, before any albedo.
+    table: ``(8, n)`` float32 columns of position (mm from the eye, world axes),
+    normal towards air, flux per unit source intensity before any albedo, and the
+    softening in mm^2 that is added to squared distances from it.
     """
 
     table: NDArray[np.float32]
@@ -56,7 +62,7 @@ class VirtualLights:
         flux *= 2 * math.pi * span / count
         voxel_from_world = distance.voxel_from_world
         eye = voxel_from_world[:3, :3] @ camera.eye_mm + voxel_from_world[:3, 3]
-        table = np.zeros((7, count), np.float32)
+        table = np.zeros((8, count), np.float32)
         arrived = trace_lights(
             distance.values,
             voxel_from_world[:3, :3].astype(np.float32),
@@ -67,7 +73,13 @@ class VirtualLights:
             _STEP_LIMIT,
             table,
         )
-        return cls(np.ascontiguousarray(table[:, :arrived]))
+        table = np.ascontiguousarray(table[:, :arrived])
+        # A light stands for the patch its ray's solid angle cuts from the wall. Where
+        # that is wide, far away and with few rays, a mere point would leave a glowing
+        # dot in every corner near it.
+        patch = 2 * math.pi * span / count * (table[:3] ** 2).sum(axis=0)
+        table[7] = np.maximum(SMALLEST_SOFTENING_MM2, patch / (4 * math.pi))
+        return cls(table)
 
     def gather(self, gbuffer: GBuffer, camera: Camera) -> NDArray[np.float32]:
         """Give the grid ``(5, h // 8 + 2, w // 8 + 2)`` float32.

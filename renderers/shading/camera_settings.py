@@ -1,0 +1,95 @@
+"""What the scope's camera does to light, as numbers."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+_NOTCH_DEPTH = 0.045
+"""The orientation mark at the top of the stop, in field radii."""
+_NOTCH_DARK = 0.05
+_STOP_EDGE_PX = 3.0
+
+
+@dataclass(frozen=True, slots=True)
+class CameraSettings:
+    """Set what the camera does to light; widths in pixels of a 480 px picture.
+
+    focus_mm, defocus_px: blur radius ``defocus_px * max(|6/t - 6/focus_mm| - .12, 0)``.
+    soft_px, softer_px: the Gaussians that radius is blended from.
+    glare_px, glare, halo_px, halo: bloom of the part above white.
+    lateral: relative size difference of red (+) and blue (-) against green.
+    vignette: power of cos(.9 theta). stray: light scattered in the lens.
+    contrast: exponent about middle grey. saturation; knee: where the shoulder starts;
+    keep_hue: share of the shoulder that acts on the largest channel alone.
+    noise: sd of the grain at white. stop: draw the round field stop and its notch.
+    """
+
+    focus_mm: float = 12.0
+    defocus_px: float = 1.3
+    soft_px: float = 0.8
+    softer_px: float = 1.8
+    glare: float = 0.20
+    halo_px: float = 8.0
+    halo: float = 0.10
+    lateral: float = 0.0012
+    vignette: float = 1.5
+    stray: float = 0.003
+    contrast: float = 1.12
+    saturation: float = 1.15
+    knee: float = 0.55
+    keep_hue: float = 0.40
+    noise: float = 0.006
+    noise_floor: float = 0.15
+    stop: bool = True
+
+    def __post_init__(self) -> None:
+        if not self.focus_mm > 0:
+            raise ValueError(f"focus must be a distance > 0 mm, got {self.focus_mm}")
+        if not 0 < self.soft_px < self.softer_px:
+            raise ValueError(
+                f"blur widths must grow, got {self.soft_px} and {self.softer_px} px"
+            )
+        if not 0 <= self.knee <= 1:
+            raise ValueError(f"the shoulder's knee lies within 0..1, got {self.knee}")
+
+    @classmethod
+    def plain(cls) -> "CameraSettings":
+        """Give a camera that only exposes and encodes."""
+        return cls(
+            defocus_px=0,
+            glare=0,
+            halo=0,
+            lateral=0,
+            vignette=0,
+            stray=0,
+            contrast=1,
+            saturation=1,
+            knee=1,
+            keep_hue=0,
+            noise=0,
+            stop=False,
+        )
+
+
+@lru_cache(maxsize=4)
+def field_tables(
+    settings: CameraSettings, extent: float, width: int, height: int
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Give the vignette factor and the stop's factor of every pixel, ``(h, w)``."""
+    half = min(width, height) / 2
+    x = (np.arange(width) + 0.5 - width / 2) / half
+    y = -(np.arange(height) + 0.5 - height / 2)[:, None] / half
+    r = np.hypot(x, y)
+    theta = np.minimum(r, 1.02) * extent
+    vignette = np.cos(0.9 * theta) ** settings.vignette
+    stop = np.ones_like(r)
+    if settings.stop:
+        stop = np.clip((1 - r) * half / _STOP_EDGE_PX, 0, 1)
+        notch = (np.abs(x) < (r - (1 - _NOTCH_DEPTH)) * 0.9) & (y > 0)
+        stop[notch] *= _NOTCH_DARK
+    tables = vignette.astype(np.float32), stop.astype(np.float32)
+    for table in tables:
+        table.flags.writeable = False
+    return tables
