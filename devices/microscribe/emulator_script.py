@@ -132,7 +132,8 @@ class ArmScript:
             self._path_began_s = now_s
         t_s = now_s - self._path_began_s
         sample = self._path.sample(t_s)
-        self._angles = self._inverse.solve(
+        # After a pause of the polls the arm may be far from where it was last seen.
+        self._angles = self._inverse.solve_afresh(
             self._into_device(sample.tip_mm),
             self._into_device(sample.axis, turn_only=True),
             self._angles,

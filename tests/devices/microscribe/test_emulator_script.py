@@ -76,6 +76,11 @@ def test_path_time_is_zero_at_the_very_packet_that_shows_the_pedal(
     counts, buttons = script.latch(1000.0)
     assert buttons & PATH_PEDAL
     np.testing.assert_allclose(_tip(counts, place), short_path.tip_mm[0], atol=0.35)
+    # A pause of the polls leaps to where the path is by then.
+    counts, buttons = script.latch(1000.9)
+    assert buttons & PATH_PEDAL
+    exact = short_path.sample(0.9).tip_mm
+    np.testing.assert_allclose(_tip(counts, place), exact, atol=0.35)
 
 
 def test_homing_elsewhere_loads_the_rest_counts(short_path: ProbePath) -> None:
