@@ -4,7 +4,8 @@ Both renderers deliver a G-buffer; everything that makes it look like the inside
 nose happens here, so that their pictures can differ in geometry only.
 """
 
-from renderers.shading.camera_pass import CameraPass, CameraSettings
+from renderers.shading.camera_pass import CameraPass
+from renderers.shading.camera_settings import CameraSettings
 from renderers.shading.exposure import AutoGain, meter
 from renderers.shading.illumination import Detail, ScopeLight, Tier
 from renderers.shading.scope_picture import (
