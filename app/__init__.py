@@ -1,0 +1,1 @@
+"""Windows and commands: the only place that joins everything. Has no names."""

@@ -6,19 +6,21 @@ from pathlib import Path
 from typing import Any
 
 from app.arm import open_arm
-from app.endoscope_view import EndoscopeView, Frame
+from app.endoscope_view import Frame
 from app.faults import ToldError
 from app.flight import Timing, fly
 from app.folder import claimed_folder, remove_old_session
 from app.operating_room import OperatingRoom, prepare_room
 from app.registering import register_by_touch
-from app.replay import ReplayReport, rebuild, replay_session
+from app.replay import ReplayReport, replay_session
 from app.second_channel import PathChannel
-from app.session_info import describe_session
+from app.session_info import LIVE_TIER, SEED, describe_session
+from app.session_setup import build_session, build_view, path_view
 from app.snapshots import Keepsake, TakenSnapshot, take_snapshots
 from app.terminal import Stages, print_json, print_table
 from app.versions import versions
 from devices import DeviceError, ProbePath, load_probe_path
+from renderers.scene import Mesh
 from scenarios import Sample, Scenario, Score, View, load_scenario
 from scenarios.bundle import EventRecord, SessionInfo, SessionRecorder, write_json
 
@@ -44,6 +46,7 @@ class FlownDemo:
     timing: Timing
     score: Score
     splats: int
+    instrument: Mesh | None
     kept: list[Keepsake]
 
 
@@ -73,6 +76,7 @@ def run_demo(options: DemoOptions, *, as_json: bool) -> int:
             room,
             ring_radius_mm=scenario.scope.ring_radius_mm,
             seed=flown.info.seed,
+            instrument=flown.instrument,
             folder=out / "snapshots",
             ranks=options.ranks,
             progress=stages,
@@ -104,18 +108,27 @@ def _fly(
 ) -> FlownDemo:
     kept = [Keepsake(moment) for moment in scenario.moments]
     with ExitStack() as stack:
+        view = build_view(
+            scenario,
+            room,
+            tier=LIVE_TIER,
+            seed=SEED,
+            has_instrument=True,
+            threads=options.threads,
+        )
+        size = (options.size, options.size)
+        middle_s = path.duration_s / 2
+        view.warm_up(path_view(scenario, room, path, middle_s, size), stages)
         stages("Opening the arm", 0.0)
         arm = stack.enter_context(
-            open_arm(
-                scenario, path_file, device=options.device, faults=options.faults
-            )
+            open_arm(scenario, path_file, device=options.device, faults=options.faults)
         )
         stages("Opening the arm", 1.0)
         registration = register_by_touch(arm, scenario.fiducial_positions(), stages)
         info = describe_session(
             scenario, room, registration, size=options.size, has_instrument=True
         )
-        session, view = rebuild(info, scenario, room, threads=options.threads)
+        session = build_session(scenario, room, registration.world_from_device, size)
         recorder = stack.enter_context(SessionRecorder(bundle, info))
 
         def on_frame(seen: View, frame: Frame, sample: Sample, number: int) -> None:
@@ -138,7 +151,8 @@ def _fly(
             raise DeviceLostError(error, bundle) from error
         score = session.score()
         recorder.close({"score": asdict(score), "timing": timing.figures()})
-    return FlownDemo(info, timing, score, view.renderer.splat_count, kept)
+    splats = view.renderer.splat_count
+    return FlownDemo(info, timing, score, splats, view.instrument, kept)
 
 
 def _summary(

@@ -6,10 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from app.operating_room import OperatingRoom
+from app.operating_room import OperatingRoom, Progress
 from renderers.fsr import FuzzySetRenderer
 from renderers.scene import GBuffer, Mesh
-from renderers.shading import AutoGain, CameraPass, ScopeLight, ScopeShader, Tier
+from renderers.shading import (
+    AutoGain,
+    CameraPass,
+    ScopeLight,
+    ScopeShader,
+    Tier,
+    meter,
+)
 from scenarios import View
 
 
@@ -28,7 +35,7 @@ class Frame:
     @property
     def sha256(self) -> str:
         """Get the hash of the picture's bytes."""
-        return hashlib.sha256(np.ascontiguousarray(self.pixels)).hexdigest()
+        return hashlib.sha256(self.pixels.tobytes()).hexdigest()
 
 
 class EndoscopeView:
@@ -52,16 +59,33 @@ class EndoscopeView:
         self._shader = ScopeShader(room.surface, tier, seed=seed, threads=threads)
         self._camera_pass = CameraPass(threads=threads)
         self._light = ScopeLight(ring_radius_mm)
-        self._instrument = instrument
+        self.instrument = instrument
         self._auto_gain = AutoGain()
+
+    def warm_up(self, view: View, progress: Progress) -> None:
+        """Compile every kernel and fill every table by drawing `view` once.
+
+        Without it the first frame of a session would take a minute on a machine that
+        has never run the program. Leaves no trace in later pictures.
+        """
+        stage = "Preparing the renderers"
+        progress(stage, 0.0)
+        buffer = self.gbuffer(view)
+        progress(stage, 0.5)
+        radiance = self._shader.shade(buffer, view.camera, self._light)
+        progress(stage, 0.8)
+        self._camera_pass.finish(
+            radiance, buffer, view.camera, gain=meter(radiance), frame_number=0
+        )
+        progress(stage, 1.0)
 
     def gbuffer(self, view: View) -> GBuffer:
         """Find what each pixel shows, the instrument in front of or behind tissue."""
         tissue = self.renderer.gbuffer(view.camera)
-        if self._instrument is None:
+        if self.instrument is None:
             return tissue
         return tissue.nearest(
-            self._instrument.gbuffer(view.camera, view.world_from_instrument)
+            self.instrument.gbuffer(view.camera, view.world_from_instrument)
         )
 
     def draw(
@@ -76,8 +100,7 @@ class EndoscopeView:
         buffer = self.gbuffer(view)
         radiance = self._shader.shade(buffer, view.camera, self._light)
         if gain is None:
-            wanted = self._camera_pass.metered_gain(radiance, buffer, view.camera)
-            gain = self._auto_gain.follow(wanted, elapsed_s)
+            gain = self._auto_gain.follow(meter(radiance), elapsed_s)
         pixels, gain = self._camera_pass.finish(
             radiance, buffer, view.camera, gain=gain, frame_number=number
         )

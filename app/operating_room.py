@@ -51,7 +51,7 @@ def prepare_room(scenario: Scenario, progress: Progress) -> OperatingRoom:
     phantom = sinus_phantom(
         PhantomParameters(seed=head.seed),
         spacing_mm=head.spacing_mm,
-        progress=lambda share: progress("Building the head", share),
+        progress=lambda stage, share: progress(f"Head: {stage}", share),
     )
     surface = AirSurface(phantom.distance, phantom.blood, phantom.skin)
     scene = Scene(phantom.ct, classic_transfer_function(), surface=surface)

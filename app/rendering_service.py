@@ -29,7 +29,8 @@ def worker_command(spool: Path, *, ranks: int, once: bool) -> list[str]:
     """
     if ranks < 1:
         raise ValueError(f"--ranks must be at least 1, got {ranks}")
-    tail = ["renderers.art", "--spool", str(spool), *(["--once"] if once else [])]
+    tail = ["renderers.art", "--spool", str(spool), "--parent", str(os.getpid())]
+    tail += ["--once"] if once else []
     if ranks == 1:
         return [sys.executable, "-m", *tail, "--backend", "serial"]
     launcher = mpiexec()

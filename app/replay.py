@@ -7,12 +7,11 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from app.endoscope_view import EndoscopeView
 from app.operating_room import OperatingRoom, Progress, prepare_room
+from app.session_setup import build_session, build_view
 from app.video import VideoWriter
-from renderers.shading import Tier
-from scenarios import Scenario, Score, Session
-from scenarios.bundle import FrameRecord, SampleRecord, SessionInfo, read_session
+from scenarios import Scenario, Score
+from scenarios.bundle import FrameRecord, SampleRecord, read_session
 
 VIDEO_FPS = 30.0
 
@@ -47,32 +46,6 @@ class ReplayReport:
         )
 
 
-def rebuild(
-    info: SessionInfo, scenario: Scenario, room: OperatingRoom, *, threads: int
-) -> tuple[Session, EndoscopeView]:
-    """Set up the session and the view that a recording describes."""
-    # Imported here: building meshes loads a large library.
-    from scenarios.instruments import suction_tube
-
-    endoscope = scenario.scope.endoscope()
-    session = Session(
-        endoscope,
-        np.array(info.world_from_device).reshape(4, 4),
-        room.surface.distance,
-        room.positions(scenario.targets),
-        info.picture_size,
-    )
-    view = EndoscopeView(
-        room,
-        ring_radius_mm=endoscope.ring_radius_mm,
-        instrument=suction_tube() if info.has_instrument else None,
-        tier=Tier[info.tier],
-        seed=info.seed,
-        threads=threads,
-    )
-    return session, view
-
-
 def replay_session(
     folder: Path,
     *,
@@ -97,7 +70,20 @@ def replay_session(
             "version of the program builds it differently, so the pictures cannot "
             "match."
         )
-    session, view = rebuild(info, scenario, room, threads=threads)
+    session = build_session(
+        scenario,
+        room,
+        np.array(info.world_from_device).reshape(4, 4),
+        info.picture_size,
+    )
+    view = build_view(
+        scenario,
+        room,
+        tier=info.tier,
+        seed=info.seed,
+        has_instrument=info.has_instrument,
+        threads=threads,
+    )
     samples = frames = 0
     pictures: list[int] = []
     clearances: list[int] = []

@@ -58,9 +58,7 @@ class HandChannel:
         )
 
 
-def _sample(
-    pose: Pose, time_s: float, channel: RecordedChannel, at_s: float
-) -> Sample:
+def _sample(pose: Pose, time_s: float, channel: RecordedChannel, at_s: float) -> Sample:
     tip, axis = channel.instrument(at_s)
     return Sample(
         time_s,

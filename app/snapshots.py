@@ -1,19 +1,14 @@
 """High-quality pictures of chosen moments, and how far the live ones were off."""
 
-import uuid
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from app.comparison import difference, save_comparison
 from app.endoscope_view import Frame
 from app.operating_room import OperatingRoom, Progress
 from app.rendering_service import running_worker
-from renderers.art import SnapshotClient, SnapshotRequest
-from renderers.scene import Mesh
+from renderers.art.client import SnapshotClient
+from renderers.scene import Mesh, save_png
 from scenarios import Moment, View
 
 
@@ -25,21 +20,21 @@ class Keepsake:
     view: View | None = None
     frame: Frame | None = None
     number: int = 0
-    off_s: float = float("inf")
+    _off_s: float = float("inf")
 
     def offer(self, number: int, view: View, frame: Frame, time_s: float) -> None:
         """Take the frame if it is nearer than the one that is kept."""
         off = abs(time_s - self.moment.time_s)
-        if off < self.off_s:
+        if off < self._off_s:
             self.view, self.frame = view, frame
-            self.number, self.off_s = number, off
+            self.number, self._off_s = number, off
 
 
 @dataclass(frozen=True, slots=True)
 class TakenSnapshot:
     """Report one snapshot and the live picture's distance from it.
 
-    seconds: of the worker, from claim to result. rmse: 8-bit codes.
+    seconds: of the worker, from claim to result. rmse, p99: 8-bit codes.
     """
 
     name: str
@@ -49,3 +44,73 @@ class TakenSnapshot:
     rmse: float
     ssim: float
     p99: float
+
+
+def take_snapshots(
+    kept: list[Keepsake],
+    room: OperatingRoom,
+    *,
+    ring_radius_mm: float,
+    seed: int,
+    instrument: Mesh | None,
+    folder: Path,
+    ranks: int,
+    progress: Progress,
+) -> list[TakenSnapshot]:
+    """Have every kept view drawn by the ray tracer, with the live frame's gain.
+
+    Writes ``NAME.png`` (the snapshot), ``NAME-live.png`` and ``NAME-error.png`` (both
+    and their difference). The spool lies beside them, in ``spool``, and keeps the
+    requests and the float results.
+    """
+    stage = "Snapshots"
+    progress(stage, 0.0)
+    spool = folder / "spool"
+    client = SnapshotClient(spool, name="paravol demo")
+    wanted = [(k, k.view, k.frame) for k in kept if k.view and k.frame]
+    jobs = []
+    for keepsake, view, frame in wanted:
+        tools = (
+            () if instrument is None else ((instrument, view.world_from_instrument),)
+        )
+        request = client.request_scope(
+            room.surface,
+            view.camera,
+            ring_radius_mm=ring_radius_mm,
+            seed=seed,
+            gain=frame.gain,
+            frame_number=keepsake.number,
+            instruments=tools,
+        )
+        jobs.append((client.submit(request), keepsake, frame))
+    taken = []
+    with running_worker(spool, ranks=ranks) as worker:
+        for index, (job, keepsake, frame) in enumerate(jobs):
+
+            def show(share: float, done: int = index) -> None:
+                progress(stage, (done + share) / len(jobs))
+
+            snapshot = client.wait(job, show, watch=worker.ensure_alive)
+            pixels = snapshot.pixels()
+            found = difference(frame.pixels, pixels)
+            name = keepsake.moment.name
+            file = folder / f"{name.replace(' ', '-')}.png"
+            text = {"Title": name, "Software": "PARAVOL", "Job": job}
+            save_png(file, pixels, text)
+            save_png(file.with_stem(f"{file.stem}-live"), frame.pixels, text)
+            error = file.with_stem(f"{file.stem}-error")
+            save_comparison(error, frame.pixels, pixels, found, title=name, text=text)
+            result = snapshot.result
+            taken.append(
+                TakenSnapshot(
+                    name,
+                    file.name,
+                    result.seconds["total"],
+                    result.ranks,
+                    found.rmse,
+                    found.ssim,
+                    found.p99,
+                )
+            )
+    progress(stage, 1.0)
+    return taken

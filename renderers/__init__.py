@@ -1,0 +1,1 @@
+"""Two renderers, what they share and the reference they are judged by."""

@@ -71,7 +71,13 @@ class Session:
         self._scorer = Scorer(targets)
 
     def step(self, sample: Sample) -> View:
-        """Take in one sample and give its view."""
+        """Take in one sample, score it and give its view."""
+        view = self.view(sample)
+        self._scorer.add(sample.time_s, view.world_from_tip[:3, 3], view.clearance_mm)
+        return view
+
+    def view(self, sample: Sample) -> View:
+        """Give the view of a sample without scoring it."""
         world_from_tip = self.world_from_device @ sample.device_from_tip
         gap = shaft_clearance(
             self._distance,
@@ -79,7 +85,6 @@ class Session:
             self.endoscope.diameter_mm / 2,
             SHAFT_CHECKED_MM,
         ).gap_mm
-        self._scorer.add(sample.time_s, world_from_tip[:3, 3], gap)
         return View(
             self.endoscope.camera(world_from_tip, sample.roll_deg, self.size),
             world_from_tip,

@@ -10,7 +10,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.art.data_store import DataStore
 from renderers.art.job import (
+    REQUEST_SCHEMA,
     CameraSpec,
     ClassicWork,
     GridSpec,
@@ -23,7 +25,7 @@ from renderers.art.job import (
     SnapshotResult,
 )
 from renderers.art.spool import LEASE_S, JobState, Spool
-from renderers.scene import AirSurface, Camera, Mesh, Scene, Volume
+from renderers.scene import AirSurface, Camera, Material, Mesh, Scene, Volume
 
 POLL_S = 0.05
 
@@ -86,6 +88,11 @@ class SnapshotClient:
         self._lease_s = lease_s
         self._digests: dict[int, tuple[NDArray[Any], str]] = {}
 
+    @property
+    def data(self) -> DataStore:
+        """Get where the arrays that requests name are kept."""
+        return self.spool.data
+
     def request_scope(
         self,
         surface: AirSurface,
@@ -120,7 +127,7 @@ class SnapshotClient:
                 InstrumentSpec(
                     self.put(mesh.vertices),
                     self.put(mesh.faces),
-                    "DARK_PLASTIC" if mesh.material == 2 else "METAL",
+                    _material(mesh),
                     _rows(pose[:3]),
                 )
                 for mesh, pose in instruments
@@ -187,10 +194,12 @@ class SnapshotClient:
         job_id: str,
         progress: Callable[[float], None] | None = None,
         timeout_s: float | None = None,
+        watch: Callable[[], None] | None = None,
     ) -> Snapshot:
         """Wait until a job has ended; return its picture.
 
-        progress: told the share done. Raise SnapshotError (or its kinds) when no
+        progress: told the share done. watch: called at every look; whoever started
+        the worker raises here when it has died. Raise SnapshotError (or its kinds) when no
         picture comes, WorkerLostError when the worker fell silent; another worker may
         still take the job over, and `wait` may be called again.
         """
@@ -217,6 +226,8 @@ class SnapshotClient:
                     f"The worker drawing snapshot {job_id} has given no sign of life "
                     f"for {self._lease_s:g} s; start another worker to take it over."
                 )
+            if watch:
+                watch()
             if timeout_s is not None and time.monotonic() - began > timeout_s:
                 raise SnapshotError(
                     f"Snapshot {job_id} is still {status.state.value} after "
@@ -235,7 +246,7 @@ class SnapshotClient:
     ) -> SnapshotRequest:
         projection: Any = camera.projection.name.lower()
         return SnapshotRequest(
-            schema="paravol.snapshot.request/1",
+            schema=REQUEST_SCHEMA,
             id=uuid.uuid4().hex,
             camera=CameraSpec(
                 _three(camera.eye_mm),
@@ -254,6 +265,12 @@ class SnapshotClient:
             client=self._name,
             max_seconds=max_seconds,
         )
+
+
+def _material(mesh: Mesh) -> Any:
+    if mesh.material is Material.TISSUE:
+        raise ValueError("an instrument cannot be made of TISSUE")
+    return mesh.material.name
 
 
 def _three(vector: NDArray[np.float64]) -> tuple[float, float, float]:

@@ -131,7 +131,9 @@ class Camera:
     @property
     def radians_per_pixel(self) -> float:
         """Get the angle of one pixel at the centre (mm per pixel, orthographic)."""
-        return 2 * self.extent / min(self.width, self.height)
+        pinhole = self.projection is Projection.PERSPECTIVE
+        half = math.tan(self.extent) if pinhole else self.extent
+        return 2 * half / min(self.width, self.height)
 
     def lens_table(self) -> NDArray[np.float32]:
         """Give camera-frame ray directions ``(height, width, 3)``, read-only.

@@ -69,6 +69,8 @@ def save_png(
     try:
         with os.fdopen(handle, "wb") as file:
             PngImage.fromarray(pixels).save(file, format="PNG", pnginfo=info)
+        # mkstemp makes files that only their owner may read
+        os.chmod(name, 0o644)
         os.replace(name, path)
     except BaseException:
         os.unlink(name)

@@ -4,6 +4,7 @@ The mesh is hit by the camera's own rays, so that its depth can be compared with
 tissue's pixel by pixel, under any lens.
 """
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,9 +15,13 @@ from renderers.scene.camera import Camera, Projection
 from renderers.scene.gbuffer import GBuffer, Material
 
 _MARGIN_PX = 2
-"""Border added to the mesh's bounding box in the picture. Under a curved lens an edge
-may bulge beyond its end points by a fraction of a pixel for instrument-sized
-triangles."""
+"""Border added to the mesh's bounding box in the picture."""
+
+_BULGE = 0.25
+"""Under the equidistant lens the picture of a straight edge is an arc. Its curvature is
+(t - sin t cos t) / t**2 <= 0.64 per radian at the angle t <= pi/2 from the axis, its
+length at most pi/2 times the angle L it subtends, its height over the chord therefore
+at most 0.64 (pi L / 2)**2 / 8 = 0.2 L**2."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,8 +107,17 @@ class Mesh:
         if np.any(local_z <= 0) or not np.all(np.isfinite(pixel)):
             # The mesh reaches behind the eye: no projection bounds it.
             return slice(0, camera.height), slice(0, camera.width)
-        low = np.floor(pixel.min(axis=0)).astype(int) - _MARGIN_PX
-        high = np.ceil(pixel.max(axis=0)).astype(int) + _MARGIN_PX
+        margin = _MARGIN_PX
+        if camera.projection is Projection.EQUIDISTANT:
+            rays = world - camera.frame[0]
+            rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+            corners = rays[self.faces]
+            edges = corners - np.roll(corners, 1, axis=1)
+            chord = float(np.linalg.norm(edges, axis=2).max())
+            angle = 2 * math.asin(min(1.0, chord / 2))
+            margin += math.ceil(_BULGE * angle**2 / camera.radians_per_pixel)
+        low = np.floor(pixel.min(axis=0)).astype(int) - margin
+        high = np.ceil(pixel.max(axis=0)).astype(int) + margin
         size = np.array([camera.width, camera.height])
         low, high = np.maximum(low, 0), np.minimum(high, size)
         if np.any(low >= high):

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from scenarios import Scorer
 
 
-@given(st.integers(2, 200), st.floats(1.0, 20.0))
+@given(st.integers(2, 120), st.floats(12.0, 20.0))
 def test_length_of_a_circle(count: int, radius: float) -> None:
     scorer = Scorer({"center": np.zeros(3)})
     for i in range(count + 1):
@@ -18,6 +18,20 @@ def test_length_of_a_circle(count: int, radius: float) -> None:
     )
     assert score.target_distance_mm["center"] == pytest.approx(radius)
     assert score.duration_s == pytest.approx(count * 0.01)
+
+
+@given(st.floats(0.001, 0.2), st.integers(0, 99))
+def test_jitter_adds_little_to_the_length(sigma: float, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    scorer = Scorer({})
+    for i in range(1001):
+        tip = np.array([i * 0.1, 0.0, 0.0]) + random.normal(0, sigma / 3**0.5, 3)
+        scorer.add(i * 0.01, tip, 1.0)
+    # 100 mm of true way; each of at most 200 counted steps is too long by the
+    # jitter across it, sigma^2 / step
+    assert scorer.score().path_length_mm == pytest.approx(
+        100.0, abs=1.0 + 2 * 200 * sigma**2 / 0.5
+    )
 
 
 @given(st.lists(st.floats(-2, 2), min_size=1, max_size=60))

@@ -160,10 +160,7 @@ def test_size_changes_sampling_not_the_view(projection: Projection) -> None:
     [
         Projection.EQUIDISTANT,
         Projection.ORTHOGRAPHIC,
-        pytest.param(
-            Projection.PERSPECTIVE,
-            marks=pytest.mark.xfail(reason="extent is not tan(extent)"),
-        ),
+        Projection.PERSPECTIVE,
     ],
 )
 def test_one_pixel_at_the_centre_subtends_radians_per_pixel(

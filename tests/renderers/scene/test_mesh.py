@@ -199,7 +199,6 @@ def test_a_box_around_the_mesh_hides_none_of_it(projection: Projection) -> None:
         )
 
 
-@pytest.mark.xfail(reason="the box is that of the vertices, not of the edges")
 def test_a_long_rod_is_the_same_in_two_triangles_as_in_many() -> None:
     """Under a curved lens a long edge bulges out of the box of its end points."""
     camera = camera_of(Projection.EQUIDISTANT, 128)

@@ -1,0 +1,69 @@
+"""The parts of a session, built from its description or from its scenario."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.endoscope_view import EndoscopeView
+from app.operating_room import OperatingRoom
+from devices import ProbePath
+from renderers.shading import Tier
+from scenarios import Sample, Scenario, Session, View, tip_frame
+
+
+def build_session(
+    scenario: Scenario,
+    room: OperatingRoom,
+    world_from_device: NDArray[np.float64],
+    size: tuple[int, int],
+) -> Session:
+    """Start a session of the scenario under a registration, 4x4."""
+    return Session(
+        scenario.scope.endoscope(),
+        world_from_device,
+        room.surface.distance,
+        room.positions(scenario.targets),
+        size,
+    )
+
+
+def build_view(
+    scenario: Scenario,
+    room: OperatingRoom,
+    *,
+    tier: str,
+    seed: int,
+    has_instrument: bool,
+    threads: int,
+) -> EndoscopeView:
+    """Set up the picture."""
+    # Imported here: building meshes loads a large library.
+    from scenarios.instruments import suction_tube
+
+    return EndoscopeView(
+        room,
+        ring_radius_mm=scenario.scope.ring_radius_mm,
+        instrument=suction_tube() if has_instrument else None,
+        tier=Tier[tier],
+        seed=seed,
+        threads=threads,
+    )
+
+
+def path_view(
+    scenario: Scenario,
+    room: OperatingRoom,
+    path: ProbePath,
+    time_s: float,
+    size: tuple[int, int],
+) -> View:
+    """Give the view a scope on the path would have, without any arm."""
+    at = path.sample(time_s)
+    sample = Sample(
+        time_s,
+        tip_frame(at.tip_mm, at.axis),
+        at.roll_deg,
+        at.instrument_tip_mm,
+        at.instrument_axis,
+        at.buttons,
+    )
+    return build_session(scenario, room, np.eye(4), size).view(sample)
