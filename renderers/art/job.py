@@ -16,6 +16,9 @@ from renderers.scene import Camera, Light, PhongMaterial, Projection, TransferFu
 LARGEST_REQUEST = 256 * 1024
 """Bytes of a request, at most; arrays travel beside it."""
 
+REQUEST_SCHEMA: Literal["paravol.snapshot.request/1"] = "paravol.snapshot.request/1"
+RESULT_SCHEMA: Literal["paravol.snapshot.result/1"] = "paravol.snapshot.result/1"
+
 # Patterns are searched, not matched, and `$` accepts a final newline: hence the length.
 Digest: TypeAlias = Annotated[
     str, Meta(pattern="^[0-9a-f]{64}$", min_length=64, max_length=64)
@@ -70,7 +73,7 @@ class InstrumentSpec(_Strict, frozen=True):
 
     vertices: Digest
     faces: Digest
-    material: Literal["METAL", "DARK_PLASTIC"]
+    material: Literal["METAL", "DARK_PLASTIC", "BLOOD", "MUCUS", "POLYP", "BONE"]
     world_from_mesh: tuple[Row, Row, Row]
 
 

@@ -12,6 +12,7 @@ import msgspec
 from renderers.art.delivery import Finisher, write_picture
 from renderers.art.files import write_whole
 from renderers.art.job import (
+    RESULT_SCHEMA,
     SnapshotRequest,
     SnapshotResult,
     decode_request,
@@ -203,7 +204,7 @@ class _Worker:
         folder = self._spool.job_folder(request.id)
         digests = write_picture(folder, request, picture)
         result = SnapshotResult(
-            schema="paravol.snapshot.result/1",
+            schema=RESULT_SCHEMA,
             id=request.id,
             mode="classic" if picture.gain is None else "scope",
             width=request.image.width,
