@@ -55,14 +55,11 @@ SILL_MM = np.array([1.2, 2.0, 7.0])
 """From the entry's landmark to the point over the nasal sill through which a straight
 scope reaches everything behind the valve."""
 
-# time and place of the suction tip ahead of the scope: along its axis, to the
-# picture's right, upwards
-SUCTION: tuple[tuple[float, float, float, float], ...] = (
-    (6.0, -20.0, 0.5, -3.5),
-    (8.0, 6.0, 1.0, -2.8),
-    (10.5, 9.0, 1.0, -2.6),
-    (12.0, -20.0, 0.5, -3.5),
-)
+# time and how far the suction's tip is ahead of the scope's, mm
+SUCTION_AHEAD = ((0.0, -70.0), (5.5, -70.0), (8.0, 7.0), (10.3, 9.0), (12.5, -70.0))
+SUCTION_BELOW_MM = 2.6
+SUCTION_RIGHT_MM = -1.5
+"""Where the tube lies beside the scope, in the picture's directions."""
 
 
 def main() -> None:
@@ -101,6 +98,11 @@ def main() -> None:
         off = np.linalg.norm(at.tip_mm - places[name])
         gap = gaps[int(time_s * RATE_HZ)]
         print(f"{time_s:5.1f} s  {off:5.1f} mm from {name}, gap {gap:.2f} mm")
+    tube = [
+        shaft_clearance(phantom.distance, tip_frame(p, a), SUCTION_MM / 2, 70.0).gap_mm
+        for p, a in zip(path.instrument_tip_mm, path.instrument_axis, strict=True)
+    ]
+    print(f"suction tube: smallest gap {min(tube):.2f} mm")
     if min(gaps) <= 0:
         raise SystemExit("the shaft touches tissue; nothing was saved")
     save_probe_path(path, Path(__file__).with_name("first_flight.path.json"))
@@ -130,33 +132,30 @@ def plan_scope(
 def plan_suction(
     distance: Volume, scope: ShaftPlanner, tips: Floats, handles: Floats
 ) -> tuple[Floats, Floats]:
-    """Plan the suction tube beside the scope, parked outside the nose at the ends."""
+    """Plan the suction tube: beside the scope, drawn back when it is not needed."""
     planner = ShaftPlanner(
         distance,
         duration_s=DURATION_S,
         radius_mm=SUCTION_MM / 2,
-        margin_mm=0.25,
+        margin_mm=0.5,
         reach_mm=75.0,
     )
     basis = scope.basis(scope.moments)
     keepout = Keepout(
         basis @ tips, basis @ handles, (SCOPE.diameter_mm + SUCTION_MM) / 2 + 0.3
     )
+    times, ahead = np.array(SUCTION_AHEAD).T
     waypoints = []
-    for time_s, ahead, right, up in SUCTION:
+    for time_s in np.arange(0.0, DURATION_S + 0.25, 0.5):
         row = scope.basis(np.array([time_s]))
         tip, axis = (row @ tips)[0], unit(row @ tips - row @ handles)[0]
-        camera = SCOPE.camera(tip_frame(tip, axis), 0.0, (8, 8)).frame
-        goal = tip + ahead * axis + right * camera[1] + up * camera[2]
-        handle = goal - HANDLE_MM * axis + 14.0 * (up * camera[2] + right * camera[1])
-        waypoints.append(Waypoint(time_s, goal, handle, 0.5))
-    parked = np.array([0.0, -60.0, -70.0])
-    away = parked + HANDLE_MM * np.array([0.0, -0.75, -0.66])
-    waypoints += [
-        Waypoint(time_s, parked, away, 0.5)
-        for time_s in (0.0, 3.0, 4.0, 14.5, 18.0, DURATION_S)
-    ]
-    return planner.plan(sorted(waypoints, key=lambda w: w.time_s), keepout)
+        _, right, up, _ = SCOPE.camera(tip_frame(tip, axis), 0.0, (8, 8)).frame
+        beside = SUCTION_RIGHT_MM * right - SUCTION_BELOW_MM * up
+        goal = tip + np.interp(time_s, times, ahead) * axis + beside
+        # the hands hold the two tools apart: the tube comes from below
+        handle = goal - HANDLE_MM * axis + 5.0 * beside
+        waypoints.append(Waypoint(time_s, goal, handle, 1.0))
+    return planner.plan(waypoints, keepout)
 
 
 def tremor(times: Floats, random: np.random.Generator) -> Floats:
