@@ -29,6 +29,7 @@ class SplatRasterizer:
 
     def __init__(self, fuzzy_set: FuzzySet, scene: Scene) -> None:
         self._set = fuzzy_set
+        self._rows = fuzzy_set.rows.row_count
         low, high = scene.volume.value_range
         high = max(high, low + 1.0)
         self._table = scene.transfer_function.table(low, high, TABLE_ROWS)
@@ -77,8 +78,8 @@ class SplatRasterizer:
         self.counters = {
             "listed": len(shown),
             "visible": visible,
-            "rows": shown.rows_met,
-            "culled rows": shown.rows_met - shown.rows_kept,
+            "rows": self._rows,
+            "culled rows": self._rows - shown.rows_kept,
             "fragments": fragments,
         }
         return Image(rgba.reshape(camera.height, camera.width, 4))

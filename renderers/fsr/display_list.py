@@ -30,17 +30,36 @@ class DisplayList:
 
     index: ``(n,)`` int32 into the set's arrays, far to near (or near to far when so
         asked). row: ``(n,)`` int32, each element's row ``k * ny + j``.
-    rows_met, rows_kept: rows with elements in slices that reach the view, and those
-        of them that were not culled whole.
+    rows_kept: rows that were not culled whole.
     """
 
     index: NDArray[np.int32]
     row: NDArray[np.int32]
-    rows_met: int
     rows_kept: int
 
     def __len__(self) -> int:
         return len(self.index)
+
+
+@dataclass(frozen=True, slots=True)
+class RowMask:
+    """Restrict a display list to blocks of ``2**shift`` voxels a side.
+
+    flags: uint8 per block, x fastest; wanted where `bit` is set. row_flags: the same
+    per row of blocks, set where any of its blocks is. grid: blocks along y and x.
+    """
+
+    flags: NDArray[np.uint8]
+    row_flags: NDArray[np.uint8]
+    grid: tuple[int, int]
+    shift: int
+    bit: int
+
+
+def _everything() -> RowMask:
+    # one block holds any grid: rows have at most 65536 voxels
+    one = np.ones(1, np.uint8)
+    return RowMask(one, one, (1, 1), 17, 1)
 
 
 def view_planes(camera: Camera, margin_mm: float) -> NDArray[np.float64]:
@@ -99,11 +118,13 @@ def build_display_list(
     *,
     reach_mm: float = math.inf,
     back_to_front: bool = True,
+    mask: RowMask | None = None,
 ) -> DisplayList:
     """Cull and order a set for one view.
 
     margin_mm: radius of an element; nothing that reaches into the view is lost.
     reach_mm: leave out elements whose grid point is farther from the eye.
+    mask: leave out whole blocks.
     """
     matrix = rows.world_from_voxel
     # a plane a.p + d of the world is (a M) v + d of the voxel frame
@@ -111,7 +132,8 @@ def build_display_list(
     index = np.empty(len(rows), np.int32)
     row = np.empty(len(rows), np.int32)
     nz, ny, nx = rows.shape
-    n, met, kept = cull_rows(
+    mask = mask or _everything()
+    n, kept = cull_rows(
         rows.offsets,
         rows.x,
         nx,
@@ -122,10 +144,16 @@ def build_display_list(
         np.ascontiguousarray(matrix[:3, :3].T),
         float(reach_mm),
         eye_voxel(rows, camera),
+        mask.flags,
+        mask.row_flags,
+        mask.grid[1],
+        mask.grid[0],
+        mask.shift,
+        mask.bit,
         index,
         row,
     )
     index, row = index[:n], row[:n]
     if not back_to_front:
         index, row = np.ascontiguousarray(index[::-1]), np.ascontiguousarray(row[::-1])
-    return DisplayList(index, row, met, kept)
+    return DisplayList(index, row, kept)

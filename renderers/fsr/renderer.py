@@ -6,7 +6,6 @@ from functools import cached_property
 from renderers.fsr.classic import SplatRasterizer
 from renderers.fsr.fuzzy_set import FuzzySet, Inclusion, extract_fuzzy_set
 from renderers.fsr.scope import SurfelRasterizer
-from renderers.fsr.surfels import extract_surfels
 from renderers.scene import Camera, GBuffer, Image, Scene
 
 BOUNDARY_THRESHOLD = 0.1
@@ -97,10 +96,7 @@ class FuzzySetRenderer:
             raise ValueError(
                 "this scene has no air surface; give it one or draw mode classic"
             )
-        distance = self.scene.surface.distance
-        return SurfelRasterizer(
-            extract_surfels(distance), extract_surfels(distance, refine=2)
-        )
+        return SurfelRasterizer(self.scene.surface.distance)
 
 
 def default_inclusion(scene: Scene) -> Inclusion:

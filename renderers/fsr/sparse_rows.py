@@ -41,6 +41,11 @@ class SparseRows:
     def __len__(self) -> int:
         return len(self.x)
 
+    @property
+    def row_count(self) -> int:
+        """Get the number of rows that hold any element."""
+        return int(np.count_nonzero(np.diff(self.offsets)))
+
     def voxels(self) -> NDArray[np.int64]:
         """Give ``(n, 3)`` grid coordinates (i, j, k) of all elements."""
         rows = np.repeat(np.arange(len(self.offsets) - 1), np.diff(self.offsets))

@@ -14,6 +14,7 @@ F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
 I64 = NDArray[np.int64]
 U16 = NDArray[np.uint16]
+U8 = NDArray[np.uint8]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -29,8 +30,9 @@ def _turn(step: int, n: int, eye: int) -> int:
 @njit(cache=True, nogil=True, error_model="numpy")
 def cull_rows(
     offsets: I64, x: U16, nx: int, ny: int, nz: int, planes: F64, eye_mm: F64,
-    axes_mm: F64, reach_mm: float, eye_index: I64, index: I32, row_of: I32,
-) -> tuple[int, int, int]:  # fmt: skip
+    axes_mm: F64, reach_mm: float, eye_index: I64, flags: U8, row_flags: U8,
+    blocks_x: int, blocks_y: int, shift: int, bit: int, index: I32, row_of: I32,
+) -> tuple[int, int]:  # fmt: skip
     """List the elements of all rows inside the view, far to near.
 
     planes: ``(p, 4)`` float64, a point (i, j, k) is inside where
@@ -38,11 +40,12 @@ def cull_rows(
     eye_mm, axes_mm: world position of voxel 0 from the eye, and ``(3, 3)`` world
         steps of i, j, k in rows; elements farther than `reach_mm` are left out.
     eye_index: the eye's voxel (i, j, k), clamped into the grid.
+    flags, row_flags: per block of ``2**shift`` voxels a side, and per row of blocks,
+        whether `bit` is set; only elements of blocks with it are listed.
     index, row_of: room for every element and its row ``k * ny + j``.
-    Returns (elements, rows met, rows kept).
+    Returns (elements, rows kept).
     """
     n = 0
-    met = 0
     kept = 0
     last = float(nx - 1)
     limited = not math.isinf(reach_mm)
@@ -51,7 +54,14 @@ def cull_rows(
         k = _turn(step, nz, eye_index[2])
         if offsets[k * ny] == offsets[(k + 1) * ny]:
             continue
-        outside = False
+        base = (k >> shift) * blocks_y
+        outside = True
+        for b in range(base, base + blocks_y):
+            if row_flags[b] & bit:
+                outside = False
+                break
+        if outside:
+            continue
         for p in range(planes.shape[0]):
             # the best corner of the slice still misses the plane
             top = planes[p, 2] * k + planes[p, 3]
@@ -63,26 +73,29 @@ def cull_rows(
             continue
         for turn in range(ny):
             j = _turn(turn, ny, eye_index[1])
+            block = base + (j >> shift)
+            if not row_flags[block] & bit:
+                continue
+            block *= blocks_x
             row = k * ny + j
             first = offsets[row]
             end = offsets[row + 1]
             if first == end:
                 continue
-            met += 1
             low = 0.0
             high = last
             if limited:
                 bx = eye_mm[0] + j * axes_mm[1, 0] + k * axes_mm[2, 0]
                 by = eye_mm[1] + j * axes_mm[1, 1] + k * axes_mm[2, 1]
                 bz = eye_mm[2] + j * axes_mm[1, 2] + k * axes_mm[2, 2]
-                b = bx * axes_mm[0, 0] + by * axes_mm[0, 1] + bz * axes_mm[0, 2]
+                g = bx * axes_mm[0, 0] + by * axes_mm[0, 1] + bz * axes_mm[0, 2]
                 c = bx * bx + by * by + bz * bz - reach_mm * reach_mm
-                square = b * b - a2 * c
+                square = g * g - a2 * c
                 if square < 0:
                     continue
                 root = math.sqrt(square)
-                low = max(low, (-b - root) / a2)
-                high = min(high, (-b + root) / a2)
+                low = max(low, (-g - root) / a2)
+                high = min(high, (-g + root) / a2)
             for p in range(planes.shape[0]):
                 slope = planes[p, 0]
                 rest = planes[p, 1] * j + planes[p, 2] * k + planes[p, 3]
@@ -119,17 +132,19 @@ def cull_rows(
             kept += 1
             s = first
             while s < end and x[s] < eye_index[0]:
-                index[n] = s
-                row_of[n] = row
-                n += 1
+                if flags[block + (x[s] >> shift)] & bit:
+                    index[n] = s
+                    row_of[n] = row
+                    n += 1
                 s += 1
             t = end - 1
             while t >= s:
-                index[n] = t
-                row_of[n] = row
-                n += 1
+                if flags[block + (x[t] >> shift)] & bit:
+                    index[n] = t
+                    row_of[n] = row
+                    n += 1
                 t -= 1
-    return n, met, kept
+    return n, kept
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

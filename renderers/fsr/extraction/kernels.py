@@ -95,8 +95,8 @@ def gradients(
 def extract_rows(
     values: F32, nx: int, ny: int, nz: int, half: F32, direction: F32, table: F32,
     column_top: F32, density_low: np.float32, density_scale: np.float32,
-    gradient_scale: np.float32, threshold: np.float32, row: int, offsets: I64, x: U16, octahedral: I16, value: F32,
-    inclusion: F32,
+    gradient_scale: np.float32, threshold: np.float32, row: int, offsets: I64,
+    x: U16, octahedral: I16, value: F32, inclusion: F32,
 ) -> int:  # fmt: skip
     """Append the voxels of rows `row`.. with F(gradient, density) >= threshold.
 

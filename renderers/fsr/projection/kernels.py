@@ -16,8 +16,11 @@ NEAR_VARIANCE = np.float32(1e-6)
 
 RECORD = 16
 """Floats of a projected surfel: centre 0-2 and plane 3-5 (camera frame), normal 6-8
-(world), pixel centre 9-10, ellipse 11-13 (row variance, slope, rest of the column
-variance), nearest depth 14, squared radius 15."""
+(world), pixel centre 9-10, ellipse 11-13 (inverse row variance, slope, rest of the
+column variance), nearest depth 14, squared radius 15."""
+
+SOFTEN = 0.5
+"""Squared pixels added to an ellipse, which bounds a disc to first order."""
 
 NEAR_ANGLE = 0.35
 """Angular radius (rad) from which a disc is bounded by a box instead of an ellipse."""
@@ -146,11 +149,11 @@ def project_surfels(
             stt = tt * tt - jt * jt
             grow = radius * (1.0 + 0.8 * angle)
             grow *= grow
-            vx = grow * (cx * cx * srr - 2 * cx * cy * srt + cy * cy * stt) + 0.5
-            vy = grow * (cy * cy * srr + 2 * cx * cy * srt + cx * cx * stt) + 0.5
+            vx = grow * (cx * cx * srr - 2 * cx * cy * srt + cy * cy * stt) + SOFTEN
+            vy = grow * (cy * cy * srr + 2 * cx * cy * srt + cx * cx * stt) + SOFTEN
             vxy = -grow * (cx * cy * (srr - stt) + (cx * cx - cy * cy) * srt)
             slope = vxy / vy
-            rest = max(vx - vxy * slope, 0.25)
+            rest = max(vx - vxy * slope, 0.5 * SOFTEN)
             wide = math.sqrt(rest + slope * slope * vy)
             high = math.sqrt(vy)
         x0 = max(math.ceil(u - wide - 0.5), 0.0)
@@ -164,9 +167,9 @@ def project_surfels(
         boxes[n, 2] = int(y0)
         boxes[n, 3] = int(y1)
         tangent = math.sqrt(max(d2 - plane * plane, 0.0))
-        near2 = d2 + radius * radius - 2 * radius * tangent
-        if tangent < radius:
-            near2 = plane * plane
+        # along rays to the disc: nearest in the plane below the eye, if that is in it
+        side = max(tangent - radius, 0.0)
+        near = math.sqrt(side * side + plane * plane)
         record = records[n]
         record[0] = x
         record[1] = y
@@ -182,7 +185,7 @@ def project_surfels(
         record[11] = 1.0 / vy
         record[12] = slope
         record[13] = rest
-        record[14] = math.sqrt(max(near2, 0.0)) * 0.999
+        record[14] = near * 0.999
         record[15] = radius * radius
         n += 1
     return n

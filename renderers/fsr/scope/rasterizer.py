@@ -9,16 +9,20 @@ from numpy.typing import NDArray
 
 from renderers.fsr.culling.kernels import bin_boxes
 from renderers.fsr.display_list import build_display_list
+from renderers.fsr.occlusion import Blocks
 from renderers.fsr.projection.kernels import RECORD, project_surfels
 from renderers.fsr.scope.kernels import (
+    PLANE,
+    STRIP,
+    STRIPS,
     TILE_FLOATS,
     TILE_HEIGHT,
     TILE_WIDTH,
     draw_tile,
     fill_holes,
 )
-from renderers.fsr.surfels import Surfels
-from renderers.scene import Camera, GBuffer, Projection
+from renderers.fsr.surfels import extract_surfels
+from renderers.scene import Camera, GBuffer, Projection, Volume
 
 SIGMA_PER_SPACING = 0.6
 """Wider discs cost detail (SSIM .005 less at .72), narrower ones leave holes."""
@@ -49,20 +53,24 @@ REFRESH = 128
 NEAREST_MM = 1e-3
 
 
-def _planar(table: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Lay a lens table out as ``(height, 3, width)``, for vector loads."""
-    return np.ascontiguousarray(table.transpose(0, 2, 1))
-
-
 class SurfelRasterizer:
-    """Draw G-buffers; keeps its scratch memory between pictures."""
+    """Draw the zero surface of a signed distance field (mm, negative in air).
 
-    def __init__(self, coarse: Surfels, fine: Surfels) -> None:
-        self._coarse = coarse
-        self._fine = fine
+    Keeps its scratch memory between pictures. hide: leave out what walls hide before
+    it is projected; the picture is the same without, and slower.
+    """
+
+    def __init__(self, distance: Volume, *, hide: bool = True) -> None:
+        self._coarse = extract_surfels(distance)
+        self._fine = extract_surfels(distance, refine=2)
+        self._blocks = Blocks(distance, self._coarse.rows, self._fine.rows)
+        self._rows = self._coarse.rows.row_count + self._fine.rows.row_count
+        self._hide = hide
         self._records = np.empty((0, RECORD), np.float32)
         self._boxes = np.empty((0, 4), np.int32)
         self._items = np.empty(0, np.int32)
+        self._table = np.empty((0, 0, 3), np.float32)
+        self._rays = np.empty((0, 0, 0), np.float32)
         self._local = threading.local()
         self.counters: dict[str, int] = {}
 
@@ -81,10 +89,11 @@ class SurfelRasterizer:
                 "a G-buffer of surfels needs an eye point; take an equidistant or "
                 "perspective camera"
             )
-        visible = self._project(camera)
+        visible = self._project(camera, pool)
         tiles, start = self._bin(camera, visible)
         result = GBuffer.empty(camera.height, camera.width)
-        rays = _planar(camera.lens_table())
+        table = camera.lens_table()
+        rays = self._strip_rays(table)
         across = -(-camera.width // TILE_WIDTH)
 
         def draw(tile: int) -> tuple[int, int]:
@@ -93,7 +102,7 @@ class SurfelRasterizer:
                 self._records,
                 self._boxes,
                 self._items[start[tile] : start[tile + 1]],
-                rays,
+                rays[tile],
                 tile % across * TILE_WIDTH,
                 tile // across * TILE_HEIGHT,
                 np.float32(CORE_SIGMAS2 / RADIUS_SIGMAS**2),
@@ -110,7 +119,7 @@ class SurfelRasterizer:
         totals = list(pool.map(draw, range(tiles)))
         room = camera.width * camera.height // 16 + 16
         self.counters["holes filled"] = fill_holes(
-            rays,
+            table,
             result.depth_mm,
             result.normal,
             result.coverage,
@@ -122,7 +131,7 @@ class SurfelRasterizer:
         self.counters["hidden"] = sum(h for _, h in totals)
         return result
 
-    def _project(self, camera: Camera) -> int:
+    def _project(self, camera: Camera, pool: ThreadPoolExecutor) -> int:
         near = NEAR_SPACINGS * self._coarse.spacing_mm
         reach = SIGMA_PER_SPACING * RADIUS_SIGMAS
         # coarse discs begin where they still reach under the last fine ones
@@ -133,22 +142,31 @@ class SurfelRasterizer:
         if len(self._records) < room:
             self._records = np.empty((room, RECORD), np.float32)
             self._boxes = np.empty((room, 4), np.int32)
-        n = met = kept = listed = 0
-        for surfels, low, high in (
-            (self._fine, NEAREST_MM, near),
-            (self._coarse, coarse_from, math.inf),
+        # a grid point is up to half a spacing's diagonal from its surfel
+        slack = self._coarse.spacing_mm
+        blocks = self._blocks.visible(
+            camera,
+            pool,
+            radius_mm=reach * self._coarse.spacing_mm + slack,
+            near_reach_mm=near,
+            far_from_mm=coarse_from,
+            hide=self._hide,
+        )
+        n = kept = listed = 0
+        for surfels, mask, low, high in (
+            (self._fine, blocks.fine, NEAREST_MM, near),
+            (self._coarse, blocks.coarse, coarse_from, math.inf),
         ):
             radius = reach * surfels.spacing_mm
             frame = camera.frame.copy()
             frame[0] -= surfels.rows.world_from_voxel[:3, 3]
-            # a grid point is up to half a spacing's diagonal from its surfel
-            slack = surfels.spacing_mm
             shown = build_display_list(
                 surfels.rows,
                 camera,
                 radius + slack,
                 reach_mm=high + slack,
                 back_to_front=False,
+                mask=mask,
             )
             n = project_surfels(
                 shown.index,
@@ -167,16 +185,35 @@ class SurfelRasterizer:
                 self._boxes,
                 n,
             )
-            met += shown.rows_met
             kept += shown.rows_kept
             listed += len(shown)
         self.counters = {
             "listed": listed,
             "visible": n,
-            "rows": met,
-            "culled rows": met - kept,
+            "rows": self._rows,
+            "culled rows": self._rows - kept,
+            "blocks in view": blocks.in_view,
+            "hidden blocks": blocks.hidden,
         }
         return n
+
+    def _strip_rays(self, table: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Lay rays out as tiles want them: ``(tiles, strips, 3 * PLANE)``.
+
+        Per strip the planes x, y, z of its 4 x 4 squares, zero beyond the picture.
+        """
+        if table is not self._table:
+            height, width = table.shape[:2]
+            down, across = -(-height // TILE_HEIGHT), -(-width // TILE_WIDTH)
+            padded = np.zeros((down * TILE_HEIGHT, across * TILE_WIDTH, 3), np.float32)
+            padded[:height, :width] = table
+            squares = padded.reshape(down, STRIPS, STRIP, across, -1, STRIP, 3)
+            # to tile row, tile column, strip, plane, square, row, column
+            self._rays = np.ascontiguousarray(
+                squares.transpose(0, 3, 1, 6, 4, 2, 5)
+            ).reshape(down * across, STRIPS, 3 * PLANE)
+            self._table = table
+        return self._rays
 
     def _bin(self, camera: Camera, visible: int) -> tuple[int, NDArray[np.int64]]:
         tiles = -(-camera.width // TILE_WIDTH) * -(-camera.height // TILE_HEIGHT)

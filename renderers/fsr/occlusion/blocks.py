@@ -1,0 +1,150 @@
+"""Blocks of the grid, and which of them a view may show.
+
+Behind the wall of a nasal cavity lie sinuses with most of the patient's surface. One
+cone per square of pixels is traced through the distance field to where tissue spans
+it; a block that lies behind the ends of all its cones is left out, with all rows in
+it. The test loses nothing: what it turns down is behind a closed wall.
+"""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.fsr.display_list import RowMask, view_planes
+from renderers.fsr.normals import kernel_geometry
+from renderers.fsr.occlusion.kernels import flag_blocks, trace_cones
+from renderers.fsr.sparse_rows import SparseRows
+from renderers.scene import Camera, Volume
+
+BLOCK_SHIFT = 2
+"""Blocks of 4 voxels a side: with 8, a ball around one spans too many cones."""
+
+SQUARE_PX = 16
+"""Pixels a side of one cone's square."""
+
+MARGIN_VOXELS = 0.25
+"""Tissue that a cone must meet beyond its radius: trilinear distances are this good."""
+
+ROWS_PER_TASK = 4
+
+NEAR, FAR = 2, 1
+
+
+@dataclass(frozen=True, slots=True)
+class Visible:
+    """Say which blocks of the coarse grid may show; masks for both sets' rows."""
+
+    coarse: RowMask
+    fine: RowMask
+    in_view: int
+    hidden: int
+
+
+class Blocks:
+    """Hold the blocks with surfels of one distance field."""
+
+    def __init__(self, distance: Volume, coarse: SparseRows, fine: SparseRows) -> None:
+        self._distance = distance
+        self._values, _, _ = kernel_geometry(distance)
+        nz, ny, nx = distance.shape
+        self._deep, self._high, self._wide = (
+            (n - 1 >> BLOCK_SHIFT) + 1 for n in (nz, ny, nx)
+        )
+        occupied = np.zeros((self._deep, self._high, self._wide), bool)
+        for rows, shift in ((coarse, BLOCK_SHIFT), (fine, BLOCK_SHIFT + 1)):
+            i, j, k = (rows.voxels() >> shift).T
+            occupied[k, j, i] = True
+        self._occupied = np.flatnonzero(occupied).astype(np.int32)
+        self._flags = np.zeros(occupied.size, np.uint8)
+        self._row_flags = np.zeros(self._deep * self._high, np.uint8)
+
+    def visible(
+        self,
+        camera: Camera,
+        pool: ThreadPoolExecutor,
+        *,
+        radius_mm: float,
+        near_reach_mm: float,
+        far_from_mm: float,
+        hide: bool = True,
+    ) -> Visible:
+        """Mark blocks that reach into the view and are not hidden.
+
+        radius_mm: of an element with its disc. near_reach_mm, far_from_mm: fine
+        elements are wanted up to, coarse ones from this distance. hide: without,
+        only the view counts. The masks hold until the next call.
+        """
+        distance = self._distance
+        nz, ny, nx = distance.shape
+        camera_from_voxel, voxel_from_camera = _transforms(camera, distance)
+        shape = (-(-camera.height // SQUARE_PX), -(-camera.width // SQUARE_PX))
+        ends = np.full(shape, np.inf, np.float32)
+        margin = MARGIN_VOXELS * float(distance.spacing_mm.max())
+
+        def trace(first: int) -> None:
+            trace_cones(
+                self._values,
+                nx,
+                ny,
+                nz,
+                voxel_from_camera,
+                int(camera.projection),
+                camera.extent,
+                camera.width,
+                camera.height,
+                SQUARE_PX,
+                margin,
+                first,
+                min(first + ROWS_PER_TASK, shape[0]),
+                ends,
+            )
+
+        if hide:
+            _run(pool, trace, range(0, shape[0], ROWS_PER_TASK))
+        planes = view_planes(camera, 0.0)
+        planes[:, 3] += planes[:, :3] @ camera.eye_mm
+        planes[:, :3] = planes[:, :3] @ camera.frame[1:].T
+        edge = 1 << BLOCK_SHIFT
+        half_diagonal = float(np.linalg.norm(distance.spacing_mm)) * edge / 2
+        in_view, hidden = flag_blocks(
+            self._occupied,
+            self._wide,
+            self._high,
+            edge,
+            camera_from_voxel,
+            half_diagonal + radius_mm,
+            planes,
+            near_reach_mm,
+            far_from_mm,
+            int(camera.projection),
+            camera.extent,
+            camera.width,
+            camera.height,
+            SQUARE_PX,
+            ends,
+            self._flags,
+            self._row_flags,
+        )
+        coarse, fine = (
+            RowMask(self._flags, self._row_flags, (self._high, self._wide), shift, bit)
+            for shift, bit in ((BLOCK_SHIFT, FAR), (BLOCK_SHIFT + 1, NEAR))
+        )
+        return Visible(coarse, fine, in_view, hidden)
+
+
+def _transforms(
+    camera: Camera, distance: Volume
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    camera_from_world = np.eye(4)
+    camera_from_world[:3, :3] = camera.frame[1:]
+    camera_from_world[:3, 3] = -camera.frame[1:] @ camera.eye_mm
+    camera_from_voxel = camera_from_world @ distance.world_from_voxel
+    return camera_from_voxel, np.asarray(np.linalg.inv(camera_from_voxel), np.float64)
+
+
+def _run(pool: ThreadPoolExecutor, work: Callable[[int], None], tasks: range) -> None:
+    for _ in pool.map(work, tasks):
+        pass

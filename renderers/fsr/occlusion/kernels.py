@@ -1,0 +1,197 @@
+"""Cones traced into the walls, and blocks tested against where they end."""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+I32 = NDArray[np.int32]
+U8 = NDArray[np.uint8]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _direction(
+    u: float, v: float, projection: int, extent: float, width: int, height: int
+) -> tuple[float, float, float]:
+    """Give the camera-frame unit ray through a pixel position."""
+    half = 0.5 * min(width, height)
+    x = (u - 0.5 * width) / half
+    y = (0.5 * height - v) / half
+    if projection == 0:
+        r = math.sqrt(x * x + y * y)
+        theta = min(r * extent, math.pi)
+        k = math.sin(theta) / r if r > 1e-9 else extent
+        return k * x, k * y, math.cos(theta)
+    x *= math.tan(extent)
+    y *= math.tan(extent)
+    k = 1.0 / math.sqrt(x * x + y * y + 1.0)
+    return k * x, k * y, k
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _distance(values: F32, nx: int, ny: int, x: float, y: float, z: float) -> float:
+    """Interpolate the signed distance trilinearly inside the grid."""
+    i = int(x)
+    j = int(y)
+    k = int(z)
+    fx = x - i
+    fy = y - j
+    fz = z - k
+    n = (k * ny + j) * nx + i
+    m = n + nx * ny
+    a = values[n] + fx * (values[n + 1] - values[n])
+    b = values[n + nx] + fx * (values[n + nx + 1] - values[n + nx])
+    c = values[m] + fx * (values[m + 1] - values[m])
+    d = values[m + nx] + fx * (values[m + nx + 1] - values[m + nx])
+    low = a + fy * (b - a)
+    return float(low + fz * (c + fy * (d - c) - low))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def trace_cones(
+    values: F32, nx: int, ny: int, nz: int, voxel_from_camera: F64, projection: int,
+    extent: float, width: int, height: int, side: int, margin: float, first: int,
+    end: int, ends: F32,
+) -> None:  # fmt: skip
+    """Fill, per square of `side` pixels, the depth behind which nothing shows.
+
+    A cone around the square's rays ends where a ball of tissue spans it: where the
+    signed distance exceeds the cone's radius by `margin` (mm). The distance changes
+    by less than its argument, so stepping by what is missing passes no such place.
+    Rows `first`..`end` - 1 of squares are done; +inf where the cone leaves the grid.
+    """
+    m = voxel_from_camera
+    for row in range(first, end):
+        for column in range(ends.shape[1]):
+            u0 = column * side
+            v0 = row * side
+            dx, dy, dz = _direction(
+                u0 + 0.5 * side, v0 + 0.5 * side, projection, extent, width, height
+            )
+            cosine = 1.0
+            for corner in range(4):
+                cx, cy, cz = _direction(
+                    u0 + side * (corner & 1),
+                    v0 + side * (corner >> 1),
+                    projection,
+                    extent,
+                    width,
+                    height,
+                )
+                cosine = min(cosine, dx * cx + dy * cy + dz * cz)
+            if projection == 0:
+                # squares wholly outside the round stop show nothing at any depth
+                gap_x = max(abs(u0 + 0.5 * side - 0.5 * width) - 0.5 * side, 0.0)
+                gap_y = max(abs(v0 + 0.5 * side - 0.5 * height) - 0.5 * side, 0.0)
+                stop = 0.5 * min(width, height) + 4.0
+                if gap_x * gap_x + gap_y * gap_y > stop * stop:
+                    ends[row, column] = -1.0
+                    continue
+            slope = math.sqrt(max(1.0 - cosine * cosine, 0.0)) / max(cosine, 0.1)
+            sx = m[0, 0] * dx + m[0, 1] * dy + m[0, 2] * dz
+            sy = m[1, 0] * dx + m[1, 1] * dy + m[1, 2] * dz
+            sz = m[2, 0] * dx + m[2, 1] * dy + m[2, 2] * dz
+            t = 0.0
+            ends[row, column] = np.inf
+            in_air = False
+            for _ in range(512):
+                x = m[0, 3] + t * sx
+                y = m[1, 3] + t * sy
+                z = m[2, 3] + t * sz
+                inside = (x >= 0) & (y >= 0) & (z >= 0)
+                if not (inside & (x < nx - 1) & (y < ny - 1) & (z < nz - 1)):
+                    break
+                d = _distance(values, nx, ny, x, y, z)
+                # an eye in the tissue looks into the first air that it meets
+                in_air = in_air or d < 0
+                if not in_air:
+                    t += max(d, margin)
+                    continue
+                missing = t * slope + margin - d
+                if missing <= 0:
+                    ends[row, column] = t / max(cosine, 0.1)
+                    break
+                t += max(missing, margin)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def flag_blocks(
+    blocks: I32, across: int, along: int, edge: float, camera_from_voxel: F64,
+    radius: float, planes: F64, near_reach: float, far_from: float, projection: int,
+    extent: float, width: int, height: int, side: int, ends: F32, flags: U8,
+    row_flags: U8,
+) -> tuple[int, int]:  # fmt: skip
+    """Mark the blocks that may show: 1 beyond `far_from`, 2 nearer than `near_reach`.
+
+    blocks: indices of those with elements, of a grid `across` x `along` x any.
+    edge: voxels per side. radius: of the ball around a block with its elements' discs
+    (mm). planes: camera frame ``(p, 4)``, positive inside. ends: from `trace_cones`.
+    Returns (blocks in view, of them hidden).
+    """
+    m = camera_from_voxel
+    half = 0.5 * min(width, height)
+    scale = half / extent if projection == 0 else half / math.tan(extent)
+    met = 0
+    hidden = 0
+    flags[:] = 0
+    row_flags[:] = 0
+    for n in range(blocks.shape[0]):
+        b = blocks[n]
+        i = edge * (b % across) + 0.5 * (edge - 1)
+        j = edge * (b // across % along) + 0.5 * (edge - 1)
+        k = edge * (b // (across * along)) + 0.5 * (edge - 1)
+        x = m[0, 0] * i + m[0, 1] * j + m[0, 2] * k + m[0, 3]
+        y = m[1, 0] * i + m[1, 1] * j + m[1, 2] * k + m[1, 3]
+        z = m[2, 0] * i + m[2, 1] * j + m[2, 2] * k + m[2, 3]
+        outside = False
+        for p in range(planes.shape[0]):
+            level = planes[p, 0] * x + planes[p, 1] * y + planes[p, 2] * z
+            if level + planes[p, 3] < -radius:
+                outside = True
+                break
+        if outside:
+            continue
+        met += 1
+        distance = math.sqrt(x * x + y * y + z * z)
+        near = distance - radius
+        rho = math.sqrt(x * x + y * y)
+        theta = math.atan2(rho, z)
+        reach = math.asin(radius / distance) if distance > 1.01 * radius else 1.6
+        if theta + reach < (2.0 if projection == 0 else 1.4):
+            if projection == 0:
+                u = scale * theta
+                spread = scale * reach
+                # a circle of directions widens where the lens does
+                spread *= max((theta + reach) / math.sin(theta + reach), 1.0)
+            else:
+                u = scale * math.tan(theta)
+                spread = scale * math.tan(theta + reach) - u
+                spread = max(spread, u - scale * math.tan(theta - reach))
+            c = x / rho if rho > 1e-9 else 1.0
+            s = y / rho if rho > 1e-9 else 0.0
+            px = 0.5 * width + u * c
+            py = 0.5 * height - u * s
+            a0 = max(math.floor((px - spread) / side), 0)
+            a1 = min(math.floor((px + spread) / side), ends.shape[1] - 1)
+            b0 = max(math.floor((py - spread) / side), 0)
+            b1 = min(math.floor((py + spread) / side), ends.shape[0] - 1)
+            blocked = True
+            for row in range(b0, b1 + 1):
+                for column in range(a0, a1 + 1):
+                    if ends[row, column] >= near:
+                        blocked = False
+                        break
+                if not blocked:
+                    break
+            if blocked:
+                hidden += 1
+                continue
+        flag = (1 if distance + radius >= far_from else 0) | (
+            2 if near <= near_reach else 0
+        )
+        flags[b] = flag
+        row_flags[b // across] |= flag
+    return met, hidden
