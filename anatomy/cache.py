@@ -99,7 +99,7 @@ def _load(
         return None
     volumes: dict[str, Any] = {}
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             for name, dtype, background in _VOLUMES:
                 values: NDArray[Any] = archive[name]
                 if values.dtype != dtype or values.shape != lattice.shape:

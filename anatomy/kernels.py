@@ -90,12 +90,13 @@ def run_program(
             top += 1
             eu, ey, ez = c[o], c[o + 1], c[o + 2]
             iu, iy, iz = c[o + 3], c[o + 4], c[o + 5]
+            tiny, steepest = np.float32(1e-6), max(iu, iy, iz)
             for i in range(n):
                 a, b, d = (p[0, i] - eu) * iu, (p[1, i] - ey) * iy, (p[2, i] - ez) * iz
                 k0 = np.sqrt(a * a + b * b + d * d)
                 a, b, d = a * iu, b * iy, d * iz
-                k1 = np.sqrt(a * a + b * b + d * d) + np.float32(1e-6)
-                s[top, i] = k0 * (k0 - F1) / k1
+                k1 = np.sqrt(a * a + b * b + d * d) + tiny * steepest
+                s[top, i] = (k0 + tiny) * (k0 - F1) / k1
         elif op == 4:  # flat tube from centre u, centre z, half u, half z
             top -= 3
             for i in range(n):

@@ -36,7 +36,7 @@ _PAIRED = {
     "middle turbinate head": (6.3, -16, 24.5, 2.0),
     "middle turbinate axilla": (7.5, -16, 38, 1.5),
     "middle turbinate tail": (6.7, -51, 21.6, 1.2),
-    "middle meatus": (8.0, -27, 20.5, 1.5),
+    "middle meatus": (9.2, -31, 21.5, 1.2),
     "uncinate process": (9.6, -20, 28, 1.5),
     "hiatus semilunaris": (9, -27, 24.3, 1.3),
     "ethmoid bulla": (9.8, -28.2, 27, 3.0),

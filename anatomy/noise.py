@@ -14,7 +14,7 @@ _OCTAVES = (
     (11.0, 0.28, 0, 1e4, 1.0),
     (5.0, 0.13, 0, 1e4, 1.0),
     (2.4, 0.045, 0, 1e4, 1.0),
-    (4.2, 0.55, 1, -65.0, 4.0),
+    (5.0, 0.42, 1, -65.0, 4.0),
 )
 LIMITS_MM = (0.7, 1.2)
 """Bounds of the two rows: walls thinner than twice the first would be pierced."""

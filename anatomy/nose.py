@@ -85,6 +85,7 @@ def turbinates(parameters: PhantomParameters) -> Turbinates:
     )
     inferior_tube = smooth_max(1.0, inferior, abs(y + 27.75) - 23.4)
     root = smooth_max(0.8, 9.2 - u, abs(z - 0.30 * u - 11.7) - 1.1)
+    root = smooth_max(0.8, root, u - 15.0)
     root = smooth_max(1.5, root, abs(y + 27.5) - 21.5)
     inferior_solid = smooth_min(1.5, inferior_tube, root)
 
@@ -110,7 +111,9 @@ def turbinates(parameters: PhantomParameters) -> Turbinates:
     )
     front = height_table([20, 26, 38, 46], [-15, -14.5, -16.5, -20], 2.0)
     lamella = smooth_max(1.5, lamella, y - front)
-    middle = smooth_min(2.6, head_tube, lamella)
+    # The axilla: the head hangs from the lateral wall by a neck.
+    neck = Chain(((6.2, -16.5, 26), (5.9, -15, 31), (5.0, -14, 37)), (1.6, 1.5, 1.6))
+    middle = smooth_min(2.6, smooth_min(3.0, head_tube, neck), lamella)
 
     depths = [38, 41, 46, 51, 53]
     flange = FlatTube(
@@ -141,7 +144,7 @@ def turbinates(parameters: PhantomParameters) -> Turbinates:
     uncinate = smooth_max(2.0, uncinate, y + 11)
     ledge = smooth_max(
         2.0,
-        smooth_max(2.0, 10.2 - u, abs(y + 20) - 9.5),
+        smooth_max(2.0, abs(u - 12.7) - 2.5, abs(y + 20) - 9.5),
         smooth_max(2.0, 16.0 - z, z - depth_table([12, 22, 30], [40, 25, 20], 2.0)),
     )
     if parameters.uncinectomy:
@@ -176,7 +179,7 @@ def cavity(parameters: PhantomParameters) -> Field:
         depth_table([-14, -6, 0, 6, 14, 60], [3.8, 4.6, 5.4, 9.6, 14, 14], 1.0),
     )
     # The floor rises towards both walls as a shallow gutter.
-    floor = depth_table([-12, -4, 2, 10, 55], [-0.4, -0.6, -0.4, 0.4, 1.0]) + Table(
+    floor = depth_table([-12, -4, 2, 10, 55], [-0.8, -1.0, -0.8, 0.2, 1.0]) + Table(
         U, (-4, 0, 3, 6, 9, 12, 14), (5.5, 2.0, 0.5, 0.0, 0.5, 2.0, 3.5), 1.5
     )
     cribriform = ethmoid_roof(parameters) - parameters.keros_mm
@@ -210,7 +213,7 @@ def vestibule() -> Field:
     )
     flat = Chain(
         ((6.0, 17.5, -0.5), (5.7, 9.0, 1.8), (5.2, 1.0, 3.7), (5.2, -7.0, 5.5)),
-        (3.0, 2.9, 2.7, 2.9),
+        (3.6, 3.3, 3.2, 3.1),
     )
     cleft = Chain(
         ((5.4, 9, 6), (5.2, 6, 11), (5.0, 3, 16), (5.0, -5, 20)), (2.4, 2.3, 2.0, 2.2)

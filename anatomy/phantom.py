@@ -17,6 +17,9 @@ from anatomy.slivers import remove_slivers
 from anatomy.tissue import Label, Side
 from renderers.scene.volume import AIR_HU, Volume
 
+_MEDIAL_MM = 8.0
+"""The septum deviates by less than this; beyond it x alone tells the side."""
+
 Progress = Callable[[str, float], None]
 
 
@@ -117,13 +120,14 @@ def _sides(
     labels: NDArray[np.uint8],
     part_side: NDArray[np.int32],
 ) -> NDArray[np.uint8]:
-    """Tell right from left: by the part next to it, elsewhere by the midline."""
+    """Tell right from left: near the midline by the part next to it, else by x."""
     x = lattice.origin_mm[0] + lattice.spacing_mm * np.arange(lattice.count[0])
     by_place = np.where(x > 0, Side.LEFT, Side.RIGHT).astype(np.uint8)
     table = np.zeros(256, dtype=np.uint8)
     table[: len(part_side)] = np.where(part_side > 0, Side.RIGHT, Side.LEFT)
     sides = table[part]
-    sides = np.where(part == 255, by_place[None, None, :], sides)
+    lateral = (np.abs(x) > _MEDIAL_MM)[None, None, :] | (part == 255)
+    sides = np.where(lateral, by_place[None, None, :], sides)
     middle = np.zeros(256, dtype=np.bool_)
     middle[
         [

@@ -196,7 +196,8 @@ class Ellipsoid(Field):
     """Approximate the distance to an ellipsoid by ``k0 (k0 - 1) / k1``.
 
     k0 is the norm of the point scaled by the radii, k1 the norm of its gradient times
-    k0; exact to first order at the surface.
+    k0; exact to first order at the surface, and less the least radius at the centre,
+    where the plain form is 0 / 0.
     """
 
     center: Point
@@ -206,8 +207,8 @@ class Ellipsoid(Field):
         r = np.array(self.radii)[:, None]
         p = (points - np.array(self.center)[:, None]) / r
         k0 = np.sqrt(np.sum(p * p, axis=0))
-        k1 = np.sqrt(np.sum((p / r) ** 2, axis=0)) + 1e-6
-        value: Array = k0 * (k0 - 1) / k1
+        k1 = np.sqrt(np.sum((p / r) ** 2, axis=0)) + 1e-6 / r.min()
+        value: Array = (k0 + 1e-6) * (k0 - 1) / k1
         return value
 
     def encode(self, encoder: Encoder) -> None:

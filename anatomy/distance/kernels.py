@@ -55,6 +55,7 @@ def sweep(d: Any, fixed: Any, h: Any, far: Any, rounds: int) -> None:
     """
     nz, ny, nx = d.shape
     two, three = np.float32(2), np.float32(3)
+    least = h * np.float32(0.577)
     for order in range(8 * rounds):
         for kk in range(nz):
             z = kk if order & 1 else nz - 1 - kk
@@ -73,7 +74,8 @@ def sweep(d: Any, fixed: Any, h: Any, far: Any, rounds: int) -> None:
                         b, c = c, b
                     if a > b:
                         a, b = b, a
-                    if a + h >= d[z, y, x]:
+                    # No solution is less than a + h / sqrt(3).
+                    if a + least >= d[z, y, x]:
                         continue
                     t = a + h
                     if t > b:

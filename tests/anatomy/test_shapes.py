@@ -67,7 +67,8 @@ def run(field: Field, points: Array) -> Array:
         stack,
         marks,
     )
-    return stack[0].astype(np.float64)
+    value: Array = stack[0].astype(np.float64)
+    return value
 
 
 @pytest.mark.parametrize("name", FIELDS)
@@ -116,6 +117,13 @@ def test_the_distance_to_a_capsule_is_exact() -> None:
     chain = Chain(((0, 0, 0), (0, 10, 0)), (1, 1))
     points = np.array([[3.0, 0, 0], [5.0, 13.0, -4.0], [4.0, 0, 0]])
     assert chain.evaluate(points) == pytest.approx([4.0, 2.0, 3.0])
+
+
+def test_the_centre_of_an_ellipsoid_is_inside() -> None:
+    body = Ellipsoid((1, 2, 3), (2, 5, 4))
+    center = np.array([[1.0], [2.0], [3.0]])
+    assert body.evaluate(center)[0] == pytest.approx(-2.0)
+    assert run(body, center)[0] == pytest.approx(-2.0)
 
 
 def test_affine_arithmetic_folds_into_one_instruction() -> None:

@@ -1,0 +1,72 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from anatomy.case import read_case, write_case
+from anatomy.parameters import PhantomParameters
+from anatomy.phantom import Phantom, build_phantom
+from anatomy.tissue import Label
+
+
+@pytest.fixture(scope="module")
+def head() -> Phantom:
+    """A head that is not its own mirror image."""
+    box = ((-20.0, 16.0), (-10.0, 40.0), (-4.0, 40.0))
+    parameters = PhantomParameters(septal_deviation_mm=5.0, seed=3)
+    return build_phantom(parameters, 1.0, field_mm=box)
+
+
+def test_an_asymmetric_head_survives_writing_and_reading(
+    head: Phantom, tmp_path: Path
+) -> None:
+    assert not np.array_equal(head.ct.values, head.ct.values[:, :, ::-1])
+    write_case(head, tmp_path / "case")
+    case = read_case(tmp_path / "case")
+    for mine, theirs in ((head.ct, case.ct), (head.labels, case.labels)):
+        assert np.array_equal(mine.values, theirs.values)
+        assert mine.values.dtype == theirs.values.dtype
+        assert theirs.world_from_voxel == pytest.approx(mine.world_from_voxel)
+    assert case.record.parameters == head.parameters
+    assert case.landmarks.keys() == head.landmarks.keys()
+    for key, landmark in case.landmarks.items():
+        assert np.array_equal(landmark.position_mm, head.landmarks[key].position_mm)
+        assert landmark.radius_mm == head.landmarks[key].radius_mm
+    tip = case.landmarks["inferior turbinate head, left"].position_mm
+    assert tip[0] > 0
+    i, j, k = np.round((tip - case.ct.origin_mm) / 1.0).astype(int)
+    assert case.labels.values[k, j, i] == Label.INFERIOR_TURBINATE
+    names = {p.name for p in (tmp_path / "case").iterdir()}
+    assert names == {"ct.nrrd", "labels.seg.nrrd", "landmarks.mrk.json", "case.json"}
+
+
+def test_segments_carry_their_names(head: Phantom, tmp_path: Path) -> None:
+    write_case(head, tmp_path)
+    header = (tmp_path / "labels.seg.nrrd").read_bytes().split(b"\n\n")[0].decode()
+    assert "Segment0_ID:=" in header
+    assert "_Name:=inferior turbinate" in header
+    assert f"_LabelValue:={int(Label.INFERIOR_TURBINATE)}" in header
+
+
+@pytest.mark.parametrize(
+    "name", ["ct.nrrd", "labels.seg.nrrd", "landmarks.mrk.json", "case.json"]
+)
+def test_a_missing_or_foreign_file_is_named(
+    head: Phantom, tmp_path: Path, name: str
+) -> None:
+    write_case(head, tmp_path)
+    (tmp_path / name).write_bytes(b"something else")
+    with pytest.raises(ValueError, match=name.replace(".", r"\.")):
+        read_case(tmp_path)
+    (tmp_path / name).unlink()
+    with pytest.raises(ValueError, match=name.replace(".", r"\.")):
+        read_case(tmp_path)
+
+
+def test_an_exchanged_volume_is_noticed(head: Phantom, tmp_path: Path) -> None:
+    write_case(head, tmp_path)
+    (tmp_path / "labels.seg.nrrd").replace(tmp_path / "ct.nrrd")
+    write_case(head, tmp_path / "other")
+    (tmp_path / "other" / "labels.seg.nrrd").replace(tmp_path / "labels.seg.nrrd")
+    with pytest.raises(ValueError, match="holds a ct volume that is not the one"):
+        read_case(tmp_path)
