@@ -2,7 +2,7 @@
 
 import sys
 
-OVERVIEW = ([], ["--help"], ["-h"], ["help"])
+OVERVIEW: tuple[list[str], ...] = ([], ["--help"], ["-h"], ["help"])
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -1,0 +1,235 @@
+"""Which OpenGL this machine offers, asked in a child process.
+
+Where the graphics libraries are missing, creating a window does not raise an error: it
+ends the process, by a segmentation fault in VTK or an abort in Qt. Only a child can
+find out safely. It reports each step on its standard output before it dares it.
+"""
+
+import ctypes
+import importlib
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+
+PATIENCE_S = 60.0
+"""A cold disk needs several seconds to load the libraries for the first time."""
+
+SOFTWARE_RENDERERS = ("llvmpipe", "softpipe", "swrast", "swiftshader", "software")
+
+OFFSCREEN_LIBRARIES = {"libEGL.so.1": "libegl1"}
+"""Shared library to Debian package: what VTK opens to draw without a display."""
+
+WINDOW_LIBRARIES = {
+    "libEGL.so.1": "libegl1",
+    "libGL.so.1": "libgl1",
+    "libdbus-1.so.3": "libdbus-1-3",
+    "libfontconfig.so.1": "libfontconfig1",
+    "libglib-2.0.so.0": "libglib2.0-0",
+    "libxkbcommon.so.0": "libxkbcommon0",
+    "libxkbcommon-x11.so.0": "libxkbcommon-x11-0",
+    "libX11-xcb.so.1": "libx11-xcb1",
+    "libxcb-cursor.so.0": "libxcb-cursor0",
+    "libxcb-icccm.so.4": "libxcb-icccm4",
+    "libxcb-keysyms.so.1": "libxcb-keysyms1",
+    "libxcb-randr.so.0": "libxcb-randr0",
+    "libxcb-shape.so.0": "libxcb-shape0",
+    "libxcb-xkb.so.1": "libxcb-xkb1",
+}
+"""Shared library to Debian package: what Qt and its X11 plug-in are linked to."""
+
+DRIVER_PACKAGE = "libgl1-mesa-dri"
+"""Draws in software where there is no graphics card."""
+
+
+@dataclass(frozen=True, slots=True)
+class OpenGL:
+    """Report what a trial found.
+
+    vendor, renderer, version: as the driver names itself, empty without one.
+    problem: why it cannot be used, one sentence; empty when it can.
+    packages: Debian packages that are missing.
+    """
+
+    vendor: str = ""
+    renderer: str = ""
+    version: str = ""
+    problem: str = ""
+    packages: tuple[str, ...] = ()
+
+    @property
+    def works(self) -> bool:
+        """Tell whether a picture can be drawn."""
+        return not self.problem
+
+    @property
+    def is_software(self) -> bool:
+        """Tell whether the processor does the graphics card's work."""
+        name = self.renderer.lower()
+        return any(part in name for part in SOFTWARE_RENDERERS)
+
+
+def probe_offscreen() -> OpenGL:
+    """Try VTK's off-screen OpenGL; takes about two seconds."""
+    found, died = _ask_child("offscreen")
+    if died is None:
+        return _described(found)
+    packages = tuple(found.get("missing", ())) or (DRIVER_PACKAGE,)
+    return OpenGL(
+        problem=f"OpenGL cannot be used ({died}); on Debian, "
+        f"apt install {' '.join(packages)} brings it.",
+        packages=packages,
+    )
+
+
+def probe_window() -> OpenGL:
+    """Try a Qt window's OpenGL on the present display; takes about a second."""
+    if any(importlib.util.find_spec(n) is None for n in ("PySide6", "pyvistaqt")):
+        return OpenGL(
+            problem="The window needs PySide6 and pyvistaqt; install the extra "
+            "'desktop' (pip install 'paravol-ess[desktop]')."
+        )
+    found, died = _ask_child("window")
+    if died is None:
+        return _described(found)
+    reasons = []
+    display = display_name()
+    packages = tuple(found.get("missing", ()))
+    if display is None:
+        reasons.append(
+            "there is no display (neither DISPLAY nor WAYLAND_DISPLAY is set; "
+            "`paravol demo` needs none)"
+        )
+    if packages:
+        reasons.append(
+            "libraries are missing, which on Debian come with apt install "
+            f"{' '.join(packages)}"
+        )
+    if not reasons and found.get("step") == "display":
+        reasons.append(f"the display {display} cannot be reached")
+    if not reasons:
+        packages = (DRIVER_PACKAGE,)
+        reasons.append(
+            f"OpenGL does not start on the display {display} ({died}); on Debian, "
+            f"apt install {DRIVER_PACKAGE} brings a driver"
+        )
+    return OpenGL(
+        problem=f"The window cannot open: {'; and '.join(reasons)}.", packages=packages
+    )
+
+
+def display_name() -> str | None:
+    """Give the display a window would open on; None without one."""
+    if not sys.platform.startswith("linux"):
+        return "of this desktop"
+    for name in ("WAYLAND_DISPLAY", "DISPLAY"):
+        if os.environ.get(name):
+            return os.environ[name]
+    # Qt draws on these platforms without any display.
+    if os.environ.get("QT_QPA_PLATFORM", "").partition(":")[0] == "offscreen":
+        return "offscreen"
+    return None
+
+
+def _described(found: dict[str, str]) -> OpenGL:
+    return OpenGL(found["vendor"], found["renderer"], found["version"])
+
+
+def _ask_child(kind: str) -> tuple[dict[str, str], str | None]:
+    """Run this file in a child; give what it reported and how it failed, if so."""
+    try:
+        child = subprocess.run(
+            [sys.executable, "-m", "app.opengl", kind],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=PATIENCE_S,
+        )
+    except subprocess.TimeoutExpired:
+        return {}, f"a trial did not end within {PATIENCE_S:g} seconds"
+    found: dict[str, str] = {}
+    for line in child.stdout.splitlines():
+        # Drivers print here as well.
+        if line.startswith("{"):
+            found.update(json.loads(line))
+    if child.returncode == 0 and "version" in found:
+        return found, None
+    if child.returncode < 0:
+        return found, f"a trial ended with signal {-child.returncode}"
+    return found, found.get("error", f"a trial ended with status {child.returncode}")
+
+
+def _report(**found: object) -> None:
+    print(json.dumps(found), flush=True)
+
+
+def _missing(libraries: dict[str, str]) -> list[str]:
+    packages = []
+    for library, package in libraries.items():
+        try:
+            ctypes.CDLL(library)
+        except OSError:
+            packages.append(package)
+    return packages
+
+
+def _try_offscreen() -> None:
+    from vtkmodules.vtkRenderingCore import vtkRenderWindow
+
+    # Loading it is what gives VTK its OpenGL classes.
+    importlib.import_module("vtkmodules.vtkRenderingOpenGL2")
+    window = vtkRenderWindow()
+    window.SetOffScreenRendering(True)
+    window.SetSize(16, 16)
+    window.Render()
+    described = dict(
+        line.split(" string:", 1)
+        for line in window.ReportCapabilities().splitlines()
+        if " string:" in line
+    )
+    _report(
+        vendor=described["OpenGL vendor"].strip(),
+        renderer=described["OpenGL renderer"].strip(),
+        version=described["OpenGL version"].strip(),
+    )
+
+
+def _try_window() -> None:
+    from PySide6.QtGui import QGuiApplication, QOffscreenSurface, QOpenGLContext
+
+    if display_name() is None:
+        raise RuntimeError("there is no display")
+    _report(step="display")
+    application = QGuiApplication(["paravol"])
+    _report(step="context")
+    surface = QOffscreenSurface()
+    surface.create()
+    context = QOpenGLContext()
+    if not (context.create() and context.makeCurrent(surface)):
+        raise RuntimeError("no OpenGL context could be made")
+    functions = context.functions()
+    names = {"vendor": 0x1F00, "renderer": 0x1F01, "version": 0x1F02}
+    _report(**{name: str(functions.glGetString(n)) for name, n in names.items()})
+    context.doneCurrent()
+    application.quit()
+
+
+def _try(kind: str) -> int:
+    libraries = WINDOW_LIBRARIES if kind == "window" else OFFSCREEN_LIBRARIES
+    if sys.platform.startswith("linux"):
+        _report(missing=_missing(libraries))
+    try:
+        if kind == "window":
+            _try_window()
+        else:
+            _try_offscreen()
+    except (ImportError, RuntimeError) as error:
+        _report(error=str(error))
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(_try(sys.argv[1]))

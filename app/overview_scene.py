@@ -1,0 +1,208 @@
+"""The overview beside the endoscope's picture: translucent head, tools, landmarks."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter, map_coordinates
+
+from renderers.scene import AirSurface, Mesh
+from scenarios import Endoscope, View
+
+COARSENESS = 3
+"""Every third voxel: 1.5 mm is a few pixels here, and a ninth of the triangles."""
+
+MUCOSA = (232, 118, 106, 0.34)
+FACE = (214, 196, 182, 0.14)
+"""Red, green, blue, opacity. The face is only a hint of where one is."""
+
+BACKGROUND = "#0d1117"
+STEEL = "#d5dde5"
+SUCTION = "#7fb4ff"
+LIGHT = "#ffe28a"
+TARGET = "#ffd166"
+TOUCHED = "#4cc9a0"
+WANTED = "#ff5d73"
+PAPER = "#c9d1d9"
+
+CONE_MM = 14.0
+"""Length of the cone that shows where the scope looks."""
+
+_FAR_MM = 6.0
+
+
+@dataclass(frozen=True, slots=True)
+class HeadModel:
+    """Hold the head as triangles; may be built in any thread.
+
+    mesh: point array ``rgba`` tells mucosa from face.
+    targets: positions ``(3,)`` by name.
+    """
+
+    mesh: pv.PolyData
+    targets: dict[str, NDArray[np.float64]]
+
+
+def head_model(
+    surface: AirSurface, targets: Mapping[str, NDArray[np.float64]]
+) -> HeadModel:
+    """Contour the air surface coarsely; tell the cavity's wall from the face.
+
+    The face is what borders on air that lies open to the front. The phantom carries
+    dry skin as well, but only round the nostrils.
+    """
+    volume = surface.distance
+    values = volume.values[::COARSENESS, ::COARSENESS, ::COARSENESS]
+    grid = pv.ImageData(
+        dimensions=values.shape[::-1],
+        spacing=volume.spacing_mm * COARSENESS,
+        origin=volume.origin_mm,
+    )
+    grid.point_data["distance"] = values.ravel()
+    mesh = grid.contour([0.0], scalars="distance").smooth_taubin(
+        n_iter=10, pass_band=0.1
+    )
+    # y runs to the back: open air is air with nothing but air before it.
+    open_air = np.logical_and.accumulate(values < 0.0, axis=1)
+    outside = gaussian_filter(open_air.astype(np.float32), 1.2)
+    at = (mesh.points - volume.origin_mm) / (volume.spacing_mm * COARSENESS)
+    share = np.clip(4.0 * map_coordinates(outside, at.T[::-1], order=1), 0.0, 1.0)
+    tint = np.array(MUCOSA) + share[:, None] * (np.array(FACE) - np.array(MUCOSA))
+    tint[:, 3] *= 255.0
+    mesh.point_data["rgba"] = tint.astype(np.uint8)
+    return HeadModel(mesh, dict(targets))
+
+
+class OverviewScene:
+    """Keep the actors of the overview on a plotter, and move them."""
+
+    def __init__(
+        self, plotter: pv.Plotter, endoscope: Endoscope, instrument: Mesh | None
+    ) -> None:
+        """Put the tools in; they stay hidden until `follow` tells where they are."""
+        self._plotter = plotter
+        plotter.set_background(BACKGROUND)
+        length = endoscope.shaft_length_mm
+        shaft = pv.Cylinder(
+            center=(0.0, 0.0, length / 2),
+            direction=(0.0, 0.0, 1.0),
+            radius=endoscope.diameter_mm / 2,
+            height=length,
+            resolution=20,
+        )
+        half = np.radians(endoscope.field_of_view_deg / 2)
+        cone = pv.Cone(
+            center=(0.0, 0.0, CONE_MM / 2),
+            direction=(0.0, 0.0, -1.0),
+            height=CONE_MM,
+            radius=CONE_MM * np.tan(half),
+            capping=False,
+            resolution=28,
+        )
+        tip = pv.Sphere(radius=endoscope.diameter_mm * 0.75)
+        self._scope = [
+            plotter.add_mesh(shaft, color=STEEL, specular=0.5, name="shaft"),
+            plotter.add_mesh(tip, color=LIGHT, lighting=False, name="tip"),
+        ]
+        self._cone = plotter.add_mesh(
+            cone, color=LIGHT, opacity=0.25, lighting=False, name="view"
+        )
+        self._instrument = None
+        if instrument is not None:
+            tube = pv.PolyData.from_regular_faces(
+                np.asarray(instrument.vertices, dtype=np.float32), instrument.faces
+            )
+            self._instrument = plotter.add_mesh(
+                tube, color=SUCTION, specular=0.5, name="suction"
+            )
+        for actor in self._moving():
+            actor.visibility = False
+
+    def show_head(self, head: HeadModel) -> None:
+        """Show the head and its landmarks, and turn the camera to them."""
+        plotter = self._plotter
+        plotter.add_mesh(
+            head.mesh, scalars="rgba", rgb=True, name="head", pickable=False
+        )
+        low, high = np.array(head.mesh.bounds).reshape(3, 2).T
+        middle = (low + high) / 2
+        if head.targets:
+            self._label(
+                {name.partition(",")[0]: p for name, p in head.targets.items()},
+                TARGET,
+                name="targets",
+                points=True,
+            )
+        sides = {
+            "R": np.array([low[0] - 4.0, middle[1], middle[2]]),
+            "L": np.array([high[0] + 4.0, middle[1], middle[2]]),
+        }
+        self._label(sides, PAPER, name="sides", points=False)
+        plotter.camera.focal_point = middle + np.array([0.0, -6.0, -4.0])
+        plotter.camera.position = middle + np.array([-250.0, -150.0, 70.0])
+        plotter.camera.up = (0.0, 0.0, 1.0)
+        plotter.camera.view_angle = 26.0
+        plotter.renderer.ResetCameraClippingRange()
+
+    def show_fiducials(
+        self, fiducials: Mapping[str, NDArray[np.float64]], touched: int
+    ) -> None:
+        """Mark the divots of the mock head: done, next, still to come."""
+        for number, (name, position) in enumerate(fiducials.items()):
+            colour = TOUCHED if number < touched else PAPER
+            self._plotter.add_mesh(
+                pv.Sphere(radius=2.4 if number == touched else 1.6, center=position),
+                color=WANTED if number == touched else colour,
+                lighting=False,
+                name=f"fiducial {name}",
+                reset_camera=False,
+            )
+
+    def hide_fiducials(self, fiducials: Mapping[str, NDArray[np.float64]]) -> None:
+        """Take the divots away."""
+        for name in fiducials:
+            self._plotter.remove_actor(f"fiducial {name}", render=False)
+
+    def follow(self, view: View) -> None:
+        """Move the tools to where a view has them."""
+        for actor in self._scope:
+            actor.user_matrix = view.world_from_tip
+        eye, right, up, forward = view.camera.frame
+        looking = np.eye(4)
+        looking[:3] = np.stack([right, up, forward, eye], axis=1)
+        self._cone.user_matrix = looking
+        if self._instrument is not None:
+            self._instrument.user_matrix = view.world_from_instrument
+        for actor in self._moving():
+            actor.visibility = True
+        self._plotter.renderer.ResetCameraClippingRange()
+
+    def _moving(self) -> list[pv.Actor]:
+        instrument = [] if self._instrument is None else [self._instrument]
+        return [*self._scope, self._cone, *instrument]
+
+    def _label(
+        self,
+        places: Mapping[str, NDArray[np.float64]],
+        colour: str,
+        *,
+        name: str,
+        points: bool,
+    ) -> None:
+        self._plotter.add_point_labels(
+            np.stack(list(places.values())),
+            list(places),
+            text_color=colour,
+            point_color=colour,
+            point_size=8.0,
+            render_points_as_spheres=True,
+            show_points=points,
+            font_size=12,
+            bold=False,
+            shape=None,
+            always_visible=True,
+            name=name,
+            reset_camera=False,
+        )

@@ -1,0 +1,136 @@
+"""`paravol train`: the trainee's window, from the check of the display to its end."""
+
+import math
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType, TracebackType
+
+from app.faults import ToldError
+from app.opengl import probe_window
+
+SIZES = (64, 2048)
+"""Smallest and largest picture, pixels."""
+
+CLOSE_PATIENCE_S = 5.0
+"""The flight looks ten times a second whether the window is closed."""
+
+
+def run_train(
+    *,
+    scenario: str,
+    device: str | None,
+    size: int,
+    threads: int,
+    record: Path | None,
+    seconds: float | None,
+    screenshot: Path | None,
+) -> int:
+    """Open the window and fly until it is closed.
+
+    seconds: close by itself that long after the first picture.
+    Raises ValueError for bad input, ToldError where no window can open, the device's
+    error when the arm fails, KeyboardInterrupt after Ctrl-C.
+    """
+    from devices import load_probe_path
+    from scenarios import load_scenario
+
+    _check(size, record, seconds, screenshot)
+    exercise, folder = load_scenario(scenario)
+    path_file = folder / exercise.path
+    path = load_probe_path(path_file)
+    graphics = probe_window()
+    if not graphics.works:
+        raise ToldError(graphics.problem)
+
+    # Only here: where libraries are missing, loading Qt fails.
+    from PySide6.QtWidgets import QApplication
+
+    from app.window import TraineeWindow
+    from app.window_flight import FlightOrder, WindowFlight
+    from scenarios.instruments import suction_tube
+
+    application = QApplication(["paravol"])
+    order = FlightOrder(exercise, path, path_file, device, size, threads, record)
+    flight = WindowFlight(order)
+    instrument = suction_tube() if device is None else None
+    window = TraineeWindow(
+        order, flight, instrument, seconds=seconds, screenshot=screenshot
+    )
+    interrupted = False
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        nonlocal interrupted
+        interrupted = True
+        window.close()
+
+    with _errors_of_slots(window.close) as errors, _on_interrupt(interrupt):
+        window.show()
+        flight.start()
+        application.exec()
+    flight.stop(CLOSE_PATIENCE_S)
+    window.release()
+    errors += [flight.error] if flight.error is not None else []
+    if errors:
+        raise errors[0]
+    if interrupted:
+        raise KeyboardInterrupt
+    return 0
+
+
+def _check(
+    size: int, record: Path | None, seconds: float | None, screenshot: Path | None
+) -> None:
+    """Refuse bad options before anything slow begins."""
+    low, high = SIZES
+    if not low <= size <= high:
+        raise ValueError(f"--size must lie between {low} and {high}, got {size}.")
+    if seconds is not None and not (math.isfinite(seconds) and seconds > 0):
+        raise ValueError(f"--seconds must be a positive time, got {seconds:g}.")
+    if screenshot is not None:
+        if screenshot.suffix.lower() != ".png":
+            raise ValueError(f"--screenshot must name a .png file, got {screenshot}.")
+        if not screenshot.absolute().parent.is_dir():
+            raise ValueError(f"There is no folder {screenshot.absolute().parent}.")
+    if record is not None and record.exists():
+        if not record.is_dir() or any(record.iterdir()):
+            raise ValueError(
+                f"{record} is there already; choose another name for --record or "
+                "remove it."
+            )
+
+
+@contextmanager
+def _errors_of_slots(close: Callable[[], object]) -> Iterator[list[BaseException]]:
+    """Gather what is raised below Qt, which would only print it and go on."""
+    errors: list[BaseException] = []
+
+    def hook(
+        kind: type[BaseException], error: BaseException, trace: TracebackType | None
+    ) -> None:
+        errors.append(error)
+        close()
+
+    before, sys.excepthook = sys.excepthook, hook
+    try:
+        yield errors
+    finally:
+        sys.excepthook = before
+
+
+@contextmanager
+def _on_interrupt(
+    handler: Callable[[int, FrameType | None], None],
+) -> Iterator[None]:
+    """Call `handler` on Ctrl-C.
+
+    Python gets to it as soon as Qt calls Python next: the window's timer does, ten
+    times a second.
+    """
+    before = signal.signal(signal.SIGINT, handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

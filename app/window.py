@@ -1,0 +1,276 @@
+"""The trainee's window: the endoscope's picture large, the overview at its side."""
+
+import os
+import time
+from pathlib import Path
+
+from PySide6.QtCore import Qt, QTimer, Slot
+from PySide6.QtGui import QCloseEvent, QKeyEvent
+from PySide6.QtWidgets import (
+    QApplication,
+    QHBoxLayout,
+    QLabel,
+    QMainWindow,
+    QVBoxLayout,
+    QWidget,
+)
+from pyvistaqt import QtInteractor
+
+from app.overview_scene import HeadModel, OverviewScene
+from app.window_flight import FlightOrder, Instant, WindowFlight
+from app.window_gauges import Gauges
+from app.window_picture import PictureView
+from app.window_readings import Readings
+from app.window_style import STYLE_SHEET
+from renderers.scene import Mesh
+from scenarios import Score
+
+OVERVIEW_MS = 100
+"""Shortest time between two pictures of the overview."""
+
+OVERVIEW_SHARE = 0.15
+"""Of one core, at most, for the overview where OpenGL is software."""
+
+ROLL_STEP_DEG = 5.0
+NOTICE_S = 4.0
+
+KEYS = "← →  turn the light post    Space  keep a moment    F  full screen    Q  quit"
+
+
+class TraineeWindow(QMainWindow):
+    """Show a flight. Lives in the thread that made it, as all of Qt's widgets do."""
+
+    def __init__(
+        self,
+        order: FlightOrder,
+        flight: WindowFlight,
+        instrument: Mesh | None,
+        *,
+        seconds: float | None = None,
+        screenshot: Path | None = None,
+    ) -> None:
+        """Lay out the window and listen to the flight.
+
+        instrument: the tool beside the scope, for the overview.
+        seconds: close by itself that long after the first picture.
+        screenshot: PNG file for a picture of the window when it closes.
+        """
+        super().__init__()
+        self._order = order
+        self._flight = flight
+        self._instant: Instant | None = None
+        self._registration_mm: float | None = None
+        self._notice_until_s = 0.0
+        self._seconds = seconds
+        self._screenshot = screenshot
+        self.setWindowTitle(f"PARAVOL: {order.scenario.title}")
+        self.setStyleSheet(STYLE_SHEET)
+        self.picture = PictureView()
+        self._gauges = Gauges()
+        self.overview = QtInteractor(self, auto_update=False, multi_samples=4)
+        self._scene = OverviewScene(
+            self.overview, order.scenario.scope.endoscope(), instrument
+        )
+        self._lay_out()
+        self._overview_due_s = 0.0
+        self._timer = QTimer(self)
+        self._timer.timeout.connect(self._refresh)
+        self._timer.start(OVERVIEW_MS)
+        flight.staged.connect(self._on_stage)
+        flight.head_ready.connect(self._on_head)
+        flight.touching.connect(self._on_touching)
+        flight.registered.connect(self._on_registered)
+        flight.arrived.connect(self._on_frame)
+        flight.moment_kept.connect(self._on_moment)
+        flight.landed.connect(self._on_landed)
+        flight.finished.connect(self._on_finished)
+        self._on_stage("Starting", 0.0)
+
+    def _lay_out(self) -> None:
+        scope = self._order.scenario.scope
+        side = QWidget()
+        side.setObjectName("side")
+        column = QVBoxLayout(side)
+        column.setContentsMargins(18, 14, 18, 12)
+        title = QLabel(self._order.scenario.title)
+        title.setObjectName("title")
+        title.setWordWrap(True)
+        arm = "emulated arm" if self._order.device is None else self._order.device
+        about = QLabel(f"{scope.angle_deg:g}° scope, {scope.diameter_mm:g} mm · {arm}")
+        keys = QLabel(KEYS)
+        keys.setObjectName("keys")
+        keys.setWordWrap(True)
+        column.addWidget(title)
+        column.addWidget(about)
+        column.addWidget(self.overview, 1)
+        column.addWidget(keys)
+        middle = QWidget()
+        row = QHBoxLayout(middle)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(0)
+        row.addWidget(self.picture, 5)
+        row.addWidget(side, 3)
+        whole = QWidget()
+        rows = QVBoxLayout(whole)
+        rows.setContentsMargins(0, 0, 0, 0)
+        rows.setSpacing(0)
+        rows.addWidget(middle, 1)
+        rows.addWidget(self._gauges)
+        self.setCentralWidget(whole)
+        self.resize(1280, 860)
+        # Keys are for the window, not for the overview's own viewer commands.
+        self.overview.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802 (Qt's name)
+        """Obey a key."""
+        match event.key():
+            case Qt.Key.Key_Q | Qt.Key.Key_Escape:
+                self.close()
+            case Qt.Key.Key_F:
+                if self.isFullScreen():
+                    self.showNormal()
+                else:
+                    self.showFullScreen()
+            case Qt.Key.Key_Left | Qt.Key.Key_Down:
+                self._flight.roll.turn_deg -= ROLL_STEP_DEG
+            case Qt.Key.Key_Right | Qt.Key.Key_Up:
+                self._flight.roll.turn_deg += ROLL_STEP_DEG
+            case Qt.Key.Key_Space:
+                self._keep_moment()
+            case _:
+                super().keyPressEvent(event)
+
+    def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802 (Qt's name)
+        """Take the screenshot and end the program's event loop."""
+        self._timer.stop()
+        screenshot, self._screenshot = self._screenshot, None
+        if screenshot is not None:
+            self._save(screenshot)
+        super().closeEvent(event)
+        QApplication.quit()
+
+    def release(self) -> None:
+        """Free the overview's graphics memory while its context is alive."""
+        self.overview.close()
+
+    def _save(self, path: Path) -> None:
+        partial = path.with_name(f".{path.stem}.{os.getpid()}.partial.png")
+        if not self.grab().save(str(partial)):
+            raise ValueError(f"The screenshot {path} cannot be written.")
+        os.replace(partial, path)
+
+    def _keep_moment(self) -> None:
+        if self._order.record is None:
+            self._notify(
+                "Moments are kept in a recording",
+                "Start with --record NAME.paravol to keep them for snapshots.",
+            )
+        elif self._instant is not None:
+            self._flight.keep_moment()
+
+    def _notify(self, message: str, detail: str) -> None:
+        self.picture.say(message, detail)
+        self._notice_until_s = time.monotonic() + NOTICE_S
+
+    @Slot(str, float)
+    def _on_stage(self, stage: str, share: float) -> None:
+        self.picture.say(stage, "This is quick once it was done before.", share)
+
+    @Slot(object)
+    def _on_head(self, head: HeadModel) -> None:
+        self._scene.show_head(head)
+        self._draw_overview()
+
+    @Slot(int)
+    def _on_touching(self, touched: int) -> None:
+        fiducials = self._order.scenario.fiducials
+        positions = self._order.scenario.fiducial_positions()
+        if touched < len(fiducials):
+            how = (
+                "The emulated arm does it by itself."
+                if self._order.device is None
+                else "Hold the stylus on it and press the right pedal."
+            )
+            name = fiducials[touched].name
+            self.picture.say(
+                f"Touch the {name} ({touched + 1} of {len(fiducials)})",
+                how,
+                touched / len(fiducials),
+            )
+        self._scene.show_fiducials(positions, touched)
+        self._draw_overview()
+
+    @Slot(float)
+    def _on_registered(self, residual_mm: float) -> None:
+        self._registration_mm = residual_mm
+        self._scene.hide_fiducials(self._order.scenario.fiducial_positions())
+        self._notify(
+            "Registered", f"The touched points fit to {residual_mm:.2f} mm rms."
+        )
+        self.picture.mark_recording(self._order.record is not None)
+
+    @Slot()
+    def _on_frame(self) -> None:
+        instant = self._flight.take()
+        if instant is None:
+            return
+        if self._instant is None and self._seconds is not None:
+            QTimer.singleShot(round(self._seconds * 1e3), self.close)
+        self._instant = instant
+        readings = self._readings()
+        self.picture.warn("contact" if readings.is_contact else "")
+        self.picture.show_picture(instant.pixels)
+
+    @Slot(float)
+    def _on_moment(self, time_s: float) -> None:
+        self._notify(
+            f"Kept the moment at {time_s:.1f} s",
+            f"paravol snapshot {self._order.record} --time {time_s:.2f}",
+        )
+
+    @Slot(object)
+    def _on_landed(self, score: Score) -> None:
+        self._notice_until_s = float("inf")
+        contacts = "no contact" if not score.contacts else f"contacts: {score.contacts}"
+        self.picture.mark_recording(False)
+        self.picture.say(
+            "The path is flown",
+            f"{score.duration_s:.1f} s, {score.path_length_mm:.0f} mm, smallest "
+            f"clearance {score.min_clearance_mm:.2f} mm, {contacts}",
+        )
+
+    @Slot()
+    def _on_finished(self) -> None:
+        if self._flight.error is not None:
+            self.close()
+
+    def _readings(self) -> Readings:
+        instant = self._instant
+        if instant is None:
+            return Readings(registration_mm=self._registration_mm)
+        return Readings(
+            instant.fps,
+            instant.pose_age_ms,
+            instant.view.clearance_mm,
+            instant.time_s,
+            self._registration_mm,
+        )
+
+    @Slot()
+    def _refresh(self) -> None:
+        now = time.monotonic()
+        if self._instant is not None:
+            self._gauges.show_readings(self._readings())
+            if now >= self._notice_until_s:
+                self.picture.say("")
+            if now >= self._overview_due_s:
+                self._scene.follow(self._instant.view)
+                self._draw_overview()
+
+    def _draw_overview(self) -> None:
+        """Draw now, and not again before the budget allows."""
+        begun = time.thread_time()
+        self.overview.repaint()
+        spent_s = time.thread_time() - begun
+        self._overview_due_s = time.monotonic() + spent_s / OVERVIEW_SHARE

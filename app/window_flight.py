@@ -1,0 +1,293 @@
+"""A flight that a window watches: it runs in a thread of its own.
+
+Everything slow happens here (head, renderers, arm, registration, frames), so that the
+window answers at any time. What happens is told by signals, which Qt delivers in the
+window's thread; of the frames only the newest is kept for it.
+"""
+
+import tempfile
+import threading
+import time
+from collections import deque
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Signal
+
+from app.arm import open_arm
+from app.endoscope_view import EndoscopeView, Frame
+from app.faults import ToldError
+from app.flight import Aim, OrderedPoses, fly
+from app.operating_room import OperatingRoom, prepare_room
+from app.overview_scene import head_model
+from app.registering import register_by_touch
+from app.second_channel import HandChannel, PathChannel
+from app.session_info import LIVE_TIER, SEED, describe_session
+from app.session_setup import build_session, build_view, path_view
+from devices import DeviceError, Pose, ProbePath
+from scenarios import Sample, Scenario, Session, View
+from scenarios.bundle import EventRecord, SessionInfo, SessionRecorder
+
+SLICE_S = 0.1
+"""How long a wait for a pose may keep the window from closing."""
+
+RATE_OVER_S = 1.0
+"""The frame rate is that of the last second."""
+
+
+@dataclass(frozen=True, slots=True)
+class FlightOrder:
+    """Say what is to be flown.
+
+    device: serial port of a real arm, None for the emulated one.
+    record: folder of the recording, None for none.
+    """
+
+    scenario: Scenario
+    path: ProbePath
+    path_file: Path
+    device: str | None
+    size: int
+    threads: int
+    record: Path | None
+
+
+@dataclass(frozen=True, slots=True)
+class Instant:
+    """Hold what the window shows of one frame; pixels as in `Frame`."""
+
+    pixels: NDArray[np.uint8]
+    view: View
+    time_s: float
+    pose_age_ms: float
+    fps: float
+
+
+class ClosedError(Exception):
+    """The window was closed; the flight ends."""
+
+
+class WatchedSource:
+    """Pass an arm's poses on until the window closes; know the newest one's age."""
+
+    def __init__(self, arm: OrderedPoses, closed: threading.Event) -> None:
+        self._arm = arm
+        self._closed = closed
+        self._newest: Pose | None = None
+
+    def read(self, timeout_s: float) -> Pose:
+        """Return the next pose; ClosedError once the window is closed."""
+        until = time.monotonic() + timeout_s
+        while True:
+            if self._closed.is_set():
+                raise ClosedError
+            left = until - time.monotonic()
+            try:
+                self._newest = self._arm.read(max(min(left, SLICE_S), 0.0))
+            except TimeoutError:
+                if left <= SLICE_S:
+                    raise
+                continue
+            return self._newest
+
+    def age_ms(self) -> float:
+        """Tell how long ago the newest pose was measured."""
+        if self._newest is None:
+            return float("inf")
+        return (time.monotonic() - self._newest.host_time_s) * 1e3
+
+
+@dataclass(slots=True)
+class KeyboardRoll:
+    """Turn the light post by hand, on top of what a channel says.
+
+    turn_deg may be changed at any time, from any thread.
+    """
+
+    aim: Aim
+    turn_deg: float = 0.0
+
+    def complete(self, pose: Pose) -> Sample:
+        """Join a pose with the channel and the hand's turn."""
+        sample = self.aim.complete(pose)
+        return replace(sample, roll_deg=sample.roll_deg + self.turn_deg)
+
+
+class WindowFlight(QObject):
+    """Run one flight in a thread; tell a window about it."""
+
+    staged = Signal(str, float)
+    """A preparation and its done share, 0 to 1."""
+    head_ready = Signal(object)
+    """A `HeadModel`."""
+    touching = Signal(int)
+    """Number of fiducials touched so far; the next one is wanted."""
+    registered = Signal(float)
+    """Residual in mm rms: the flight begins."""
+    arrived = Signal()
+    """There is a new frame: `take` it."""
+    moment_kept = Signal(float)
+    """A snapshot of this time of the session was asked for."""
+    landed = Signal(object)
+    """The path's end was reached; the `Score`."""
+    finished = Signal()
+    """The thread is about to end; see `error`."""
+
+    def __init__(self, order: FlightOrder) -> None:
+        super().__init__()
+        self.error: Exception | None = None
+        self._order = order
+        channel = PathChannel(order.path) if order.device is None else HandChannel()
+        self.roll = KeyboardRoll(channel)
+        self._closed = threading.Event()
+        self._moment_wanted = threading.Event()
+        self._lock = threading.Lock()
+        self._newest: Instant | None = None
+        # A daemon: a kernel that is just being compiled must not keep the program.
+        self._thread = threading.Thread(target=self._run, name="flight", daemon=True)
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    def stop(self, patience_s: float) -> bool:
+        """End the flight; tell whether its thread ended in time."""
+        self._closed.set()
+        self._thread.join(patience_s)
+        return not self._thread.is_alive()
+
+    def take(self) -> Instant | None:
+        """Take the newest frame; None when it was taken before."""
+        with self._lock:
+            newest, self._newest = self._newest, None
+        return newest
+
+    def keep_moment(self) -> None:
+        """Ask for a snapshot of the next frame's moment."""
+        self._moment_wanted.set()
+
+    def _run(self) -> None:
+        try:
+            self._fly()
+        except ClosedError:
+            pass
+        except Exception as error:
+            # Nobody sees what a thread raises; whoever started the flight does.
+            self.error = error
+        self.finished.emit()
+
+    def _stage(self, stage: str, share: float) -> None:
+        if self._closed.is_set():
+            raise ClosedError
+        self.staged.emit(stage, share)
+
+    def _touch(self, stage: str, share: float) -> None:
+        self.touching.emit(round(share * len(self._order.scenario.fiducials)))
+
+    def _fly(self) -> None:
+        order, scenario = self._order, self._order.scenario
+        room = prepare_room(scenario, self._stage)
+        targets = room.positions(scenario.targets)
+        self.head_ready.emit(head_model(room.surface, targets))
+        size = (order.size, order.size)
+        has_instrument = order.device is None
+        view = build_view(
+            scenario,
+            room,
+            tier=LIVE_TIER,
+            seed=SEED,
+            has_instrument=has_instrument,
+            threads=order.threads,
+        )
+        middle_s = order.path.duration_s / 2
+        view.warm_up(path_view(scenario, room, order.path, middle_s, size), self._stage)
+        self._stage("Opening the arm", 0.0)
+        with ExitStack() as stack:
+            arm = stack.enter_context(
+                open_arm(scenario, order.path_file, device=order.device)
+            )
+            self._stage("Opening the arm", 1.0)
+            source = WatchedSource(arm, self._closed)
+            registration = register_by_touch(
+                source, scenario.fiducial_positions(), self._touch
+            )
+            info = describe_session(
+                scenario,
+                room,
+                registration,
+                size=order.size,
+                has_instrument=has_instrument,
+            )
+            session = build_session(
+                scenario, room, registration.world_from_device, size
+            )
+            self.registered.emit(registration.residual_rms_mm)
+            recorder = self._recorder(stack, info)
+            self._follow(source, session, view, recorder)
+
+    def _follow(
+        self,
+        source: WatchedSource,
+        session: Session,
+        view: EndoscopeView,
+        recorder: SessionRecorder,
+    ) -> None:
+        """Fly until the path ends, the window closes or the arm is lost."""
+        order = self._order
+        shown: deque[float] = deque()
+
+        def on_frame(seen: View, frame: Frame, sample: Sample, number: int) -> None:
+            now = time.monotonic()
+            shown.append(now)
+            while shown[0] < now - RATE_OVER_S:
+                shown.popleft()
+            rate = (len(shown) - 1) / max(now - shown[0], 1e-3)
+            if self._moment_wanted.is_set():
+                self._moment_wanted.clear()
+                recorder.add(EventRecord(sample.time_s, "snapshot", f"frame {number}"))
+                self.moment_kept.emit(sample.time_s)
+            self._post(
+                Instant(frame.pixels, seen, sample.time_s, source.age_ms(), rate)
+            )
+
+        figures = {}
+        try:
+            timing = fly(
+                source,
+                self.roll,
+                session,
+                view,
+                recorder,
+                until_s=np.inf if order.device else order.path.duration_s,
+                on_frame=on_frame,
+            )
+            figures = {"timing": timing.figures()}
+            self.landed.emit(session.score())
+        except ClosedError:
+            pass
+        except (DeviceError, TimeoutError) as error:
+            recorder.add(EventRecord(session.score().duration_s, "device", str(error)))
+            if order.record is None:
+                raise
+            raise ToldError(
+                f"{error} What was flown until then is in {order.record} and can be "
+                "replayed."
+            ) from error
+        recorder.close({"score": asdict(session.score()), **figures})
+
+    def _recorder(self, stack: ExitStack, info: SessionInfo) -> SessionRecorder:
+        folder = self._order.record
+        if folder is None:
+            scratch = tempfile.TemporaryDirectory(prefix="paravol-train-")
+            folder = Path(stack.enter_context(scratch))
+        return stack.enter_context(SessionRecorder(folder, info))
+
+    def _post(self, instant: Instant) -> None:
+        with self._lock:
+            was_taken = self._newest is None
+            self._newest = instant
+        if was_taken:
+            self.arrived.emit()

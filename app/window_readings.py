@@ -1,0 +1,62 @@
+"""What the trainee's window says in words and figures. Knows no window."""
+
+import math
+from dataclasses import dataclass
+
+NEAR_MM = 0.5
+"""Clearance below which the scope is about to touch: a hand's tremor is a fifth."""
+
+
+@dataclass(frozen=True, slots=True)
+class Readings:
+    """Gather the figures of one moment; those that are not known yet are None.
+
+    clearance_mm: gap between the scope's shaft and tissue, negative inside it.
+    pose_age_ms: from the arm's measurement to the finished picture.
+    registration_mm: residual of the touched fiducials, rms.
+    """
+
+    fps: float | None = None
+    pose_age_ms: float | None = None
+    clearance_mm: float | None = None
+    time_s: float | None = None
+    registration_mm: float | None = None
+
+    @property
+    def is_contact(self) -> bool:
+        """Tell whether the scope is in tissue."""
+        return self.clearance_mm is not None and self.clearance_mm < 0.0
+
+    @property
+    def is_alarming(self) -> bool:
+        """Tell whether the scope touches or is about to."""
+        return self.clearance_mm is not None and self.clearance_mm < NEAR_MM
+
+    def texts(self) -> dict[str, str]:
+        """Give caption and text of every gauge, in order."""
+        return {
+            "Frame rate": _figure(self.fps, "{:.0f} fps"),
+            "Pose age": _figure(self.pose_age_ms, "{:.0f} ms"),
+            "Clearance": self._clearance(),
+            "Time": _clock(self.time_s),
+            "Registration": _figure(self.registration_mm, "{:.2f} mm"),
+        }
+
+    def _clearance(self) -> str:
+        if self.clearance_mm is None or self.clearance_mm > 99.0:
+            # Outside the head; how far is of no interest.
+            return "free" if self.clearance_mm is not None else "–"
+        if self.is_contact:
+            return f"contact {-self.clearance_mm:.1f} mm"
+        return f"{self.clearance_mm:.1f} mm"
+
+
+def _figure(value: float | None, form: str) -> str:
+    return "–" if value is None else form.format(value)
+
+
+def _clock(time_s: float | None) -> str:
+    if time_s is None:
+        return "–"
+    minutes, seconds = divmod(math.floor(time_s * 10) / 10, 60.0)
+    return f"{minutes:.0f}:{seconds:04.1f}"

@@ -1,0 +1,124 @@
+"""The command line: help, and one sentence for every mistake."""
+
+import fcntl
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+from app.__main__ import main
+from app.commands import app
+from app.overview import overview
+
+
+def told(capsys: pytest.CaptureFixture[str]) -> str:
+    """Give the one sentence on standard error; fail when there is more."""
+    lines = [
+        line
+        for line in capsys.readouterr().err.strip().splitlines()
+        if not line.endswith("...")
+    ]
+    assert len(lines) == 1, lines
+    assert lines[0].startswith("paravol: ")
+    assert "Traceback" not in lines[0]
+    return lines[0]
+
+
+def test_overview_lists_every_command_with_its_first_line() -> None:
+    names = {name for name in app if not name.startswith("-")}
+    listed = dict(re.findall(r"^  (\w+) +(\S.*)$", overview(), re.MULTILINE))
+    assert set(listed) == names
+    assert len(names) >= 9
+    for name, line in listed.items():
+        assert (app[name].help or "").startswith(line.rstrip("."))
+
+
+@pytest.mark.parametrize("words", [[], ["--help"], ["-h"]])
+def test_help_ends_well(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(words) == 0
+    assert "paravol demo" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (["demo", "--scenario", "nose-job"], "no scenario named 'nose-job'"),
+        (["demo", "--scenario", "none.toml"], "cannot be read"),
+        (["replay", "nowhere.paravol"], "is not a session"),
+        (["snapshot"], "either a session folder or --volume"),
+        (["snapshot", "--volume", "scan.nrrd"], "--eye"),
+        (["demo", "--threads", "-1"], "--threads must not be negative"),
+        (["phantom", "--out", "x", "--spacing", "0"], "spacing"),
+    ],
+)
+def test_mistakes_are_one_sentence(
+    words: list[str],
+    complaint: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(words) == 1
+    assert complaint in told(capsys)
+
+
+@pytest.mark.parametrize("content", [b"", b"NRRD0004\ntype: nonsense\n", b"\x00" * 99])
+def test_unreadable_volume(
+    content: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scan = tmp_path / "scan.nrrd"
+    scan.write_bytes(content)
+    words = ["snapshot", "--volume", str(scan), "--out", str(tmp_path / "a.png")]
+    words += ["--eye", "0", "-200", "0", "--target", "0", "0", "0"]
+    assert main(words) == 1
+    assert "scan.nrrd" in told(capsys)
+    assert not (tmp_path / "a.png").exists()
+
+
+def test_no_such_port(
+    short_scenario: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["demo", "--device", "/dev/ttyNOTHING", "--out", str(tmp_path / "out")]
+    words += ["--size", "32", "--scenario", str(short_scenario)]
+    assert main(words) == 1
+    assert "/dev/ttyNOTHING" in told(capsys)
+
+
+def test_a_folder_in_use_is_not_shared(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    handle = os.open(tmp_path / ".lock", os.O_CREAT | os.O_RDWR)
+    fcntl.flock(handle, fcntl.LOCK_EX)
+    assert main(["demo", "--out", str(tmp_path)]) == 1
+    assert "Another command is writing" in told(capsys)
+    os.close(handle)
+
+
+def test_a_stranger_in_the_session_folder_is_not_deleted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    precious = tmp_path / "flight.paravol" / "thesis.txt"
+    precious.parent.mkdir()
+    precious.write_text("years of work")
+    assert main(["demo", "--out", str(tmp_path)]) == 1
+    assert "thesis.txt" in told(capsys)
+    assert precious.read_text() == "years of work"
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_a_folder_that_cannot_be_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tmp_path.chmod(0o500)
+    assert main(["demo", "--out", str(tmp_path / "out")]) == 1
+    assert "cannot be written" in told(capsys)
+
+
+def test_a_file_in_the_folder_s_place(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "out").write_text("a file")
+    assert main(["demo", "--out", str(tmp_path / "out" / "demo")]) == 1
+    assert "cannot be written" in told(capsys)
