@@ -30,9 +30,10 @@ SLOTS = 9 * N
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def exp2(x: np.float32) -> np.float32:
     """Give 2**x to 2e-7 relative, for x in -126..127, without a call."""
-    y = min(max(x, f32(-126)), f32(127)) + f32(127)
-    k = i32(y)
-    r = y - f32(k)
+    y = min(max(x, f32(-126)), f32(127))
+    # the shift may round k up or down, but what is left of y is exact
+    k = i32(y + f32(127))
+    r = y - f32(k - i32(127))
     p = f32(1.8775767e-3)
     p = p * r + f32(8.9893397e-3)
     p = p * r + f32(5.5826318e-2)

@@ -61,10 +61,11 @@ Floats = NDArray[np.float32]
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def exp_negative(x: np.float32) -> np.float32:
-    """Give exp(x) for x <= 0 to 2e-7, without a call, so that loops vectorise."""
-    y = max(x * f32(1.4426950408889634), f32(-126.0)) + f32(127)
-    k = i32(y)
-    r = y - f32(k)
+    """Give exp(x) for x <= 0, to 1e-6 for x > -6; no call, so that loops vectorise."""
+    y = max(x * f32(1.4426950408889634), f32(-126.0))
+    # the shift may round k up or down, but what is left of y is exact
+    k = i32(y + f32(127))
+    r = y - f32(k - i32(127))
     p = f32(1.8775767e-3)
     p = p * r + f32(8.9893397e-3)
     p = p * r + f32(5.5826318e-2)

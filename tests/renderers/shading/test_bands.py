@@ -1,0 +1,38 @@
+import threading
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from renderers.shading.bands import RowBands
+
+
+@given(rows=st.integers(0, 70), threads=st.integers(1, 4), bands=st.integers(1, 5))
+def test_every_row_is_covered_once(rows: int, threads: int, bands: int) -> None:
+    counts = [0] * rows
+    guard = threading.Lock()
+
+    def kernel(first: int, last: int) -> None:
+        with guard:
+            for row in range(first, last):
+                counts[row] += 1
+
+    shared = RowBands(threads, bands)
+    shared.run(rows, kernel)
+    shared.close()
+    assert counts == [1] * rows
+
+
+def test_an_error_in_a_band_reaches_the_caller() -> None:
+    def kernel(first: int, last: int) -> None:
+        raise ArithmeticError(f"rows {first} to {last}")
+
+    bands = RowBands(2)
+    with pytest.raises(ArithmeticError, match="rows"):
+        bands.run(8, kernel)
+    bands.close()
+
+
+def test_no_threads_are_refused() -> None:
+    with pytest.raises(ValueError, match="positive"):
+        RowBands(0)

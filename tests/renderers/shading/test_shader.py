@@ -1,0 +1,162 @@
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from renderers.scene import AirSurface, Camera, GBuffer, Material, Projection
+from renderers.shading import ScopeLight, ScopeShader, Tier
+
+LIGHT = ScopeLight()
+ONE_SHOT = [Tier.LIVE, Tier.FULL]
+
+
+@pytest.fixture(scope="module")
+def shaders(surface: AirSurface) -> dict[Tier, ScopeShader]:
+    return {tier: ScopeShader(surface, tier, threads=1) for tier in ONE_SHOT}
+
+
+@pytest.mark.parametrize("tier", ONE_SHOT)
+def test_threads_do_not_change_a_bit(
+    surface: AirSurface,
+    camera: Camera,
+    gbuffer: GBuffer,
+    shaders: dict[Tier, ScopeShader],
+    tier: Tier,
+) -> None:
+    alone = shaders[tier].shade(gbuffer, camera, LIGHT)
+    for threads in (2, 3):
+        shader = ScopeShader(surface, tier, threads=threads)
+        assert_array_equal(shader.shade(gbuffer, camera, LIGHT), alone)
+        shader.close()
+
+
+@pytest.mark.parametrize("tier", ONE_SHOT)
+def test_the_gbuffer_is_only_read(
+    camera: Camera, gbuffer: GBuffer, shaders: dict[Tier, ScopeShader], tier: Tier
+) -> None:
+    before = {f.name: getattr(gbuffer, f.name).copy() for f in fields(gbuffer)}
+    shaders[tier].shade(gbuffer, camera, LIGHT)
+    for name, array in before.items():
+        assert_array_equal(getattr(gbuffer, name), array)
+
+
+@pytest.mark.parametrize("tier", ONE_SHOT)
+def test_twice_the_light_is_twice_the_radiance(
+    camera: Camera, gbuffer: GBuffer, shaders: dict[Tier, ScopeShader], tier: Tier
+) -> None:
+    once = shaders[tier].shade(gbuffer, camera, LIGHT)
+    twice = shaders[tier].shade(gbuffer, camera, ScopeLight(power=2.0))
+    assert_array_equal(twice, 2 * once)
+
+
+@pytest.mark.parametrize("tier", ONE_SHOT)
+def test_nothing_seen_is_black(
+    camera: Camera, shaders: dict[Tier, ScopeShader], tier: Tier
+) -> None:
+    empty = GBuffer.empty(camera.height, camera.width)
+    assert not shaders[tier].shade(empty, camera, LIGHT).any()
+
+
+@pytest.mark.parametrize("tier", ONE_SHOT)
+def test_black_exactly_where_nothing_is_covered(
+    camera: Camera, gbuffer: GBuffer, shaders: dict[Tier, ScopeShader], tier: Tier
+) -> None:
+    radiance = shaders[tier].shade(gbuffer, camera, LIGHT)
+    assert np.all(radiance[gbuffer.coverage == 0] == 0)
+    assert np.all(radiance[gbuffer.coverage > 0] > 0)
+
+
+@pytest.mark.parametrize("tier", ONE_SHOT)
+def test_extreme_geometry_stays_finite(
+    camera: Camera, shaders: dict[Tier, ScopeShader], tier: Tier
+) -> None:
+    _, rays = camera.rays()
+    buffer = GBuffer.empty(camera.height, camera.width)
+    seen = np.linalg.norm(rays, axis=-1) > 0.5
+    seen[:, ::7] = False
+    buffer.depth_mm[seen] = np.geomspace(1e-6, 500, int(seen.sum()))
+    grazing = np.cross(rays, camera.frame[2])
+    grazing /= np.maximum(np.linalg.norm(grazing, axis=-1, keepdims=True), 1e-9)
+    buffer.normal[seen] = grazing[seen]
+    buffer.normal[::3] = -rays[::3]
+    buffer.normal[1::3] = rays[1::3]  # turned away: must not happen, must not break
+    buffer.coverage[seen] = 1
+    buffer.material[:] = np.arange(camera.width) % len(Material)
+    radiance = shaders[tier].shade(buffer, camera, LIGHT)
+    assert np.all(np.isfinite(radiance))
+    assert np.all(radiance >= 0)
+    assert not radiance[~seen].any()
+
+
+def test_coverage_multiplies(
+    camera: Camera, tissue_gbuffer: GBuffer, shaders: dict[Tier, ScopeShader]
+) -> None:
+    full = shaders[Tier.LIVE].shade(tissue_gbuffer, camera, LIGHT)
+    half = GBuffer(
+        tissue_gbuffer.depth_mm,
+        tissue_gbuffer.normal,
+        tissue_gbuffer.coverage * np.float32(0.5),
+        tissue_gbuffer.material,
+    )
+    assert_array_equal(shaders[Tier.LIVE].shade(half, camera, LIGHT), full / 2)
+
+
+def test_a_grid_turned_against_the_world_shades_alike(
+    surface: AirSurface,
+    turned_surface: AirSurface,
+    camera: Camera,
+    tissue_gbuffer: GBuffer,
+) -> None:
+    a, b = (
+        ScopeShader(s, Tier.FULL, threads=1).shade(tissue_gbuffer, camera, LIGHT)
+        for s in (surface, turned_surface)
+    )
+    # the same blood on another lattice: interpolation and 8-bit codes differ a little
+    np.testing.assert_allclose(b, a, rtol=0.15, atol=2e-3 * float(a.max()))
+    assert float(np.abs(b - a).mean()) < 0.01 * float(a.mean())
+
+
+def test_more_blood_is_redder_and_darker(
+    surface: AirSurface, camera: Camera, tissue_gbuffer: GBuffer
+) -> None:
+    pale, normal, inflamed = (
+        ScopeShader(surface, blood_bias=bias, threads=1)
+        .shade(tissue_gbuffer, camera, LIGHT)
+        .mean(axis=(0, 1))
+        for bias in (0.4, 1.0, 1.9)
+    )
+    assert pale[0] / pale[1] < normal[0] / normal[1] < inflamed[0] / inflamed[1]
+    assert np.all(pale > normal)
+    assert np.all(normal > inflamed)
+
+
+def test_the_seed_moves_the_detail_only(
+    surface: AirSurface, camera: Camera, tissue_gbuffer: GBuffer
+) -> None:
+    a, b = (
+        ScopeShader(surface, Tier.FULL, seed, threads=1).shade(
+            tissue_gbuffer, camera, LIGHT
+        )
+        for seed in (1, 2)
+    )
+    assert not np.array_equal(a, b)
+    np.testing.assert_allclose(a.mean(axis=(0, 1)), b.mean(axis=(0, 1)), rtol=0.15)
+
+
+def test_what_does_not_fit_is_refused(
+    surface: AirSurface,
+    camera: Camera,
+    gbuffer: GBuffer,
+    shaders: dict[Tier, ScopeShader],
+) -> None:
+    shader = shaders[Tier.LIVE]
+    with pytest.raises(ValueError, match="does not fit a camera"):
+        shader.shade(GBuffer.empty(8, 8), camera, LIGHT)
+    flat = Camera(
+        camera.frame, 10.0, camera.width, camera.height, Projection.ORTHOGRAPHIC
+    )
+    with pytest.raises(ValueError, match="orthographic"):
+        shader.shade(gbuffer, flat, LIGHT)
+    with pytest.raises(ValueError, match=r"blood bias.*-1"):
+        ScopeShader(surface, blood_bias=-1)
