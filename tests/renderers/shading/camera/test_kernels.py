@@ -61,8 +61,8 @@ def test_exposure_interpolates_red_and_blue_and_multiplies(
     height, width = planes.shape[:2]
     columns = [rng.integers(0, width - 1, width).astype(np.int32) for _ in range(2)]
     rows = [rng.integers(0, height - 1, height).astype(np.int32) for _ in range(2)]
-    across = [rng.random(width, np.float32) for _ in range(2)]
-    down = [rng.random(height, np.float32) for _ in range(2)]
+    across = [rng.random((width,), np.float32) for _ in range(2)]
+    down = [rng.random((height,), np.float32) for _ in range(2)]
     got = np.empty_like(planes)
     expose_rows(
         planes,
