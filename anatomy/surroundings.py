@@ -104,8 +104,9 @@ def solids(parameters: PhantomParameters) -> list[Solid]:
     )
     duct = Chain(((12, -6, 34), (12.5, -12, 7)), (1.6, 1.4))
 
-    slab = smooth_max(0.5, u - 2.2, smooth_max(2.0, z - roof, -57.0 - y))
-    plate = smooth_max(0.0, u, smooth_max(1.0, z - roof, -56.0 - y))
+    crest = -1.5 - z
+    slab = smooth_max(0.5, u - 2.2, crest, smooth_max(2.0, z - roof, -57.0 - y))
+    plate = smooth_max(0.0, u, crest, smooth_max(1.0, z - roof, -56.0 - y))
     front = height_table([-4, 0, 12, 30, 40], [4, -3, -17, -3, 0], 2.0)
     plate = smooth_max(0.0, plate, y - front)
     cartilage = smooth_max(0.0, u, smooth_max(1.0, front - y, z - 30.0))
