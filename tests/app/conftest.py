@@ -10,6 +10,19 @@ FIRST_S, LAST_S = 8.0, 10.0
 
 
 @pytest.fixture(scope="session")
+def coarse_scenario(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The whole bundled flight through a coarse head."""
+    folder = tmp_path_factory.mktemp("coarse")
+    _, bundled = load_scenario("first_flight")
+    path = (bundled / "first_flight.path.json").read_bytes()
+    (folder / "first_flight.path.json").write_bytes(path)
+    text = (bundled / "first_flight.toml").read_text()
+    coarse = text.replace("spacing_mm = 0.5", "spacing_mm = 1.0")
+    (folder / "coarse.toml").write_text(coarse)
+    return folder / "coarse.toml"
+
+
+@pytest.fixture(scope="session")
 def short_scenario(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two seconds of the bundled flight through a coarse head."""
     folder = tmp_path_factory.mktemp("scenario")

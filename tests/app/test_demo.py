@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from PIL import Image
 
 from app.__main__ import main
@@ -32,6 +33,11 @@ def summary_of(out: Path) -> dict[str, Any]:
     return result
 
 
+def pixels(file: Path) -> NDArray[np.uint8]:
+    with Image.open(file) as image:
+        return np.asarray(image)
+
+
 def test_summary_holds_what_was_measured(flown: Path) -> None:
     summary = summary_of(flown)
     info, records, complete = read_session(flown / "flight.paravol")
@@ -45,8 +51,9 @@ def test_summary_holds_what_was_measured(flown: Path) -> None:
         "differing_frames": 0,
         "same_score": True,
     }
-    # the arm is polled at 100 Hz and every pose is kept
-    assert len(samples) > 150
+    # the arm is polled at 100 Hz for 2 s and every pose is kept; a busy machine polls
+    # more slowly
+    assert 100 < len(samples) <= 205
     assert summary["registration_rms_mm"] == info.registration_rms_mm < 0.3
     for key in ("frame_ms", "pose_age_ms"):
         spread = summary[key]
@@ -80,15 +87,15 @@ def test_snapshot_is_the_live_view(flown: Path) -> None:
     assert taken[0]["seconds"] > 0
     assert taken[0]["ssim"] > 0.8
     folder = flown / "snapshots"
-    snapshot = Image.open(folder / taken[0]["file"])
-    assert snapshot.size == (SIZE, SIZE)
-    live = np.asarray(Image.open(folder / "middle-turbinate-live.png"))
-    difference = np.asarray(snapshot).astype(float) - live
+    snapshot = pixels(folder / taken[0]["file"])
+    assert snapshot.shape == (SIZE, SIZE, 3)
+    live = pixels(folder / "middle-turbinate-live.png")
+    difference = snapshot.astype(float) - live
     rms = float(np.sqrt(np.mean(np.square(difference))))
     assert taken[0]["rmse"] == pytest.approx(rms)
-    red, green, _ = np.asarray(snapshot).reshape(-1, 3).mean(axis=0)
+    red, green, _ = snapshot.reshape(-1, 3).mean(axis=0)
     assert red > 1.2 * green  # mucosa, not a grey or black picture
-    assert Image.open(folder / "middle-turbinate-error.png").width == 3 * SIZE
+    assert pixels(folder / "middle-turbinate-error.png").shape[1] == 3 * SIZE
 
 
 def test_film_lasts_as_long_as_the_flight(flown: Path) -> None:
@@ -120,13 +127,13 @@ def test_replay_checks_every_frame(
 
 
 def test_unplugging_in_flight_keeps_the_recording(
-    short_scenario: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    coarse_scenario: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    # eight seconds after the first poll: the fiducials take seven
+    # ten seconds after the first poll: the fiducials take about seven
     status = main(
         [
-            *f"demo --size {SIZE} --ranks 1 --fault unplug@8.0".split(),
-            *("--scenario", str(short_scenario), "--out", str(tmp_path)),
+            *f"demo --size {SIZE} --ranks 1 --fault unplug@10".split(),
+            *("--scenario", str(coarse_scenario), "--out", str(tmp_path)),
         ]
     )
     told = capsys.readouterr().err.strip().splitlines()[-1]
