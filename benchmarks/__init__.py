@@ -1,1 +1,1 @@
-"""Run time against error, measured beside peers in the same run."""
+"""Run time against error, peers measured in the same run on the same scene."""

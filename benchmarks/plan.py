@@ -1,0 +1,72 @@
+"""What is to be measured: tasks in suites, before anything runs."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from benchmarks.schema import Clock, Setting, row_key
+from benchmarks.timing import Timing
+from renderers.scene import ImageError
+
+
+class UnavailableError(RuntimeError):
+    """Something the measurement needs is not on this machine; the text names it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """Report one measurement; error and unit are None where there is no picture."""
+
+    timing: Timing
+    error: ImageError | None = None
+    error_unit: str | None = None
+    counters: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """Name one measurement and know how to make it.
+
+    measure may raise `UnavailableError`. baseline: an earlier task's mode in the same
+    case. cost_s: rough seconds on a slow core, so that a run with a time limit does
+    not begin what it cannot end.
+    """
+
+    suite: str
+    case: str
+    mode: str
+    measure: Callable[[], Measured]
+    settings: dict[str, Setting]
+    baseline: str | None = None
+    clock: Clock = "cpu"
+    cost_s: float = 5.0
+
+    @property
+    def key(self) -> tuple[str, str, str, str]:
+        """Get the key its row will have."""
+        return row_key(self.suite, self.case, self.mode, self.settings)
+
+
+class Plan(Protocol):
+    """Promise what the runner needs of a suite that is about to run."""
+
+    def tasks(self) -> list[Task]:
+        """List the tasks, baselines before those that name them."""
+        ...
+
+    def close(self) -> None:
+        """End child processes and threads."""
+        ...
+
+
+Suite = Callable[[bool], Plan]
+"""Makes a plan; the argument is True for the quick sizes. Nothing is computed yet."""
+
+SUITES: dict[str, Suite] = {}
+
+
+def register(name: str, suite: Suite) -> None:
+    """Add a suite to those that `paravol bench` runs."""
+    if name in SUITES:
+        raise ValueError(f"two benchmark suites are called {name!r}")
+    SUITES[name] = suite
