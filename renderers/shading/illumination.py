@@ -65,7 +65,7 @@ class Detail(Enum):
     """Say how fine surface detail is made."""
 
     BAKED = 1
-    """Mottle stored in the blood volume; one octave of ripples."""
+    """Mottle stored in the blood volume; one octave of ripples; large vessels."""
     FULL = 2
     """Three octaves of mottle and bumps at every pixel, and vessels."""
 

@@ -164,6 +164,62 @@ def tap_octave(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def draw_large_vessels(
+    w: Floats,
+    count: int,
+    tile: Floats,
+    to_tile: Floats,
+    offsets: Floats,
+    eye_mm: Floats,
+) -> None:
+    """Add the large vessels to a block's blood codes, at one width.
+
+    They run where the full detail's run: same curve, same warp by the middle octave.
+    Uses the long octave's slots.
+    """
+    m00, m01, m02 = to_tile[3, 0, 0], to_tile[3, 0, 1], to_tile[3, 0, 2]
+    m10, m11, m12 = to_tile[3, 1, 0], to_tile[3, 1, 1], to_tile[3, 1, 2]
+    m20, m21, m22 = to_tile[3, 2, 0], to_tile[3, 2, 1], to_tile[3, 2, 2]
+    ex, ey, ez = eye_mm[0], eye_mm[1], eye_mm[2]
+    ox, oy, oz = offsets[0, 0], offsets[0, 1], offsets[0, 2]
+    for i in range(N):
+        bend = f32(0.22) * w[MIDDLE + i]
+        x = ex + w[PX + i] + ox + bend
+        y = ey + w[PY + i] + oy
+        z = ez + w[PZ + i] + oz + bend
+        w[LONG + N + i] = m00 * x + m01 * y + m02 * z
+        w[LONG + 2 * N + i] = m10 * x + m11 * y + m12 * z
+        w[LONG + 3 * N + i] = m20 * x + m21 * y + m22 * z
+    for i in range(count):
+        value, gx, gy, gz = tap_tile(
+            tile, w[LONG + N + i], w[LONG + 2 * N + i], w[LONG + 3 * N + i], True
+        )
+        w[LONG + i] = value
+        w[LONG + N + i] = gx
+        w[LONG + 2 * N + i] = gy
+        w[LONG + 3 * N + i] = gz
+    radius = f32(0.75 * 0.042)
+    edge = f32(0.55) * radius + f32(0.02)
+    for i in range(N):
+        a = w[LONG + N + i]
+        b = w[LONG + 2 * N + i]
+        c = w[LONG + 3 * N + i]
+        gx = m00 * a + m10 * b + m20 * c
+        gy = m01 * a + m11 * b + m21 * c
+        gz = m02 * a + m12 * b + m22 * c
+        d = gx * w[NX + i] + gy * w[NY + i] + gz * w[NZ + i]
+        slope = math.sqrt(max(gx * gx + gy * gy + gz * gz - d * d, f32(1e-12)))
+        thin = f32(0.7) * w[FOOT + i]
+        soft = max(edge, thin)
+        cover = f32(1) - ramp(radius - soft, radius + soft, abs(w[LONG + i]) / slope)
+        cover *= f32(0.6) * min(f32(1), radius / thin)
+        cover = cover if slope > f32(0.12) else f32(0)
+        blood = w[CODE + i] * w[CODE + i] * f32(1 / 65025)
+        blood += cover * (f32(1) - w[SKIN + i]) * (f32(0.10) + f32(1.6) * blood)
+        w[CODE + i] = math.sqrt(min(blood, f32(1))) * f32(255)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def paint(
     w: Floats,
     count: int,
@@ -199,6 +255,7 @@ def paint(
             w[CODE + i] = mottled_code(w, i, vessel_tile, to_tile, offsets, eye_mm)
         bump(w, f32(1), f32(1))
     else:
+        draw_large_vessels(w, count, vessel_tile, to_tile, offsets, eye_mm)
         for i in range(N):
             w[LONG + N + i] = f32(0)
             w[LONG + 2 * N + i] = f32(0)

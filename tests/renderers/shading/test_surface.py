@@ -116,6 +116,8 @@ class Twin:
             soft = edge * radius + (0.02, 0.015)[o]
             found = vessel(value, slope, radius, soft, foot, flat)
             cover = np.maximum(cover, strength * found)
+            if self.tier is Tier.LIVE:
+                break  # large vessels only
         result: Array = blood + cover * (1 - self.skin) * (0.10 + 1.6 * blood)
         return result
 
@@ -134,6 +136,8 @@ class Twin:
             self.code = 255 * np.sqrt(np.minimum(blood, 1))
         else:
             w3 = np.zeros_like(w3)
+            blood = self.vessels((m1 + 0.2) / 0.45, m2, m3, (self.code / 255) ** 2)
+            self.code = 255 * np.sqrt(np.minimum(blood, 1))
         relief = self.material[:, 6]
 
         def bent(long: float, middle: float, short: float) -> Array:
