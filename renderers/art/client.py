@@ -199,9 +199,9 @@ class SnapshotClient:
         """Wait until a job has ended; return its picture.
 
         progress: told the share done. watch: called at every look; whoever started
-        the worker raises here when it has died. Raise SnapshotError (or its kinds) when no
-        picture comes, WorkerLostError when the worker fell silent; another worker may
-        still take the job over, and `wait` may be called again.
+        the worker raises here when it has died. Raise SnapshotError (or its kinds) when
+        no picture comes, WorkerLostError when the worker fell silent; another worker
+        may still take the job over, and `wait` may be called again.
         """
         began = time.monotonic()
         shown = -1.0

@@ -11,15 +11,21 @@ from numpy.typing import NDArray
 from renderers.art.cells import CellGrid, CellShare
 from renderers.art.messages import Message, MessageKind, ProtocolError
 
+_GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+
 
 def homes(cells: int, ranks: int) -> NDArray[np.int64]:
     """Get each cell's home rank, ``(cells,)``.
 
-    A multiplicative hash (Knuth, golden ratio): the same on every rank without a
-    word exchanged, and without the stripes of ``cell % ranks``.
+    Cell numbers mixed by SplitMix64 (Steele et al., OOPSLA 2014): the same on every
+    rank without a word exchanged. A single multiplication will not do: it gave cells 16
+    apart, neighbours in many volumes, the same home in 98 % of cases.
     """
-    mixed = np.arange(cells, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
-    return ((mixed >> np.uint64(33)) % np.uint64(ranks)).astype(np.int64)
+    mixed = (np.arange(cells, dtype=np.uint64) + np.uint64(1)) * _GOLDEN
+    mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    mixed ^= mixed >> np.uint64(31)
+    return ((mixed >> np.uint64(32)) % np.uint64(ranks)).astype(np.int64)
 
 
 class Directory:

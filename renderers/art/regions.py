@@ -1,5 +1,6 @@
 """Parts of the screen: who draws which, and how they become one picture again."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,7 +46,11 @@ def deal_regions(width: int, height: int, rank: int, ranks: int) -> list[Region]
     Row by row would put whole columns of regions on one rank when the row length
     divides by the number of ranks; each row is therefore shifted by about .618 of it.
     """
-    shift = max(1, round(0.618 * ranks)) | 1
+    # Without a common divisor, so that the shifted rows run through all ranks.
+    shift = min(
+        (s for s in range(ranks + 1) if math.gcd(s, ranks) == 1),
+        key=lambda s: abs(s - 0.618 * ranks),
+    )
     return [
         Region(x, y, min(x + REGION_PX, width), min(y + REGION_PX, height))
         for ty, y in enumerate(range(0, height, REGION_PX))

@@ -1,0 +1,97 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from renderers.art.cells import CellGrid, CellShare
+
+shapes = st.tuples(*[st.integers(2, 40)] * 3)
+sides = st.sampled_from([8, 16, 32])
+
+
+def random_values(shape: tuple[int, int, int]) -> np.ndarray:
+    return np.random.default_rng(sum(shape)).integers(-1000, 3000, shape, np.int16)
+
+
+@given(shape=shapes, side=sides)
+def test_every_cube_belongs_to_one_cell(shape: tuple[int, int, int], side: int) -> None:
+    grid = CellGrid(shape, side)
+    owners = np.zeros([n - 1 for n in shape], int)
+    for cell in range(grid.cells):
+        z, y, x = grid.start(cell)
+        owners[z : z + side, y : y + side, x : x + side] += 1
+    assert np.all(owners == 1)
+
+
+@given(shape=shapes, side=sides)
+def test_ranges_bound_the_voxels_of_the_cells_cubes(
+    shape: tuple[int, int, int], side: int
+) -> None:
+    values = random_values(shape)
+    grid = CellGrid(shape, side)
+    ranges = grid.value_ranges(values)
+    for cell in range(grid.cells):
+        z, y, x = grid.start(cell)
+        part = values[z : z + side + 1, y : y + side + 1, x : x + side + 1]
+        assert ranges[cell].tolist() == [part.min(), part.max()]
+
+
+@given(shape=shapes, side=sides, data=st.data())
+def test_a_block_holds_the_cell_and_its_ghosts(
+    shape: tuple[int, int, int], side: int, data: st.DataObject
+) -> None:
+    values = random_values(shape)
+    grid = CellGrid(shape, side)
+    cell = data.draw(st.integers(0, grid.cells - 1))
+    start = grid.start(cell)
+    padded = np.pad(values, ((1, side + 2),) * 3, mode="edge")
+    inner = tuple(slice(s, s + side + 3) for s in start)
+    block = grid.block(values, cell)
+    assert np.array_equal(block, padded[inner])
+    assert block.flags.c_contiguous
+    assert block.dtype == values.dtype
+
+
+def test_distances_are_chebyshevs() -> None:
+    grid = CellGrid((60, 45, 70))
+    counts = grid.counts
+    rng = np.random.default_rng(2)
+    full = rng.choice(grid.cells, 5, replace=False)
+    ranges = np.zeros((grid.cells, 2), np.float32)
+    ranges[full] = [0, 1]
+    clear = np.array([[-1, 0.5]], np.float32)
+    distance = grid.distances(ranges, clear)
+    where = np.array(np.unravel_index(np.arange(grid.cells), counts)).T
+    gap = np.abs(where[:, None] - where[full]).max(axis=-1).min(axis=-1)
+    assert np.array_equal(distance, gap)
+
+
+def test_nothing_to_be_seen_is_as_far_as_can_be() -> None:
+    grid = CellGrid((20, 20, 20))
+    everywhere = np.array([[-np.inf, np.inf]], np.float32)
+    ranges = np.zeros((grid.cells, 2), np.float32)
+    assert np.all(grid.distances(ranges, everywhere) == 255)
+
+
+def test_a_share_of_copies_holds_the_same_bytes() -> None:
+    values = random_values((20, 18, 33))
+    grid = CellGrid((20, 18, 33))
+    whole = CellShare(grid, values, None)
+    some = CellShare(grid, values, np.array([1, 7]))
+    for cell in (1, 7):
+        assert np.array_equal(whole.block(cell), some.block(cell))
+        sent = whole.decode(whole.block(cell).tobytes())
+        assert np.array_equal(sent, whole.block(cell))
+    with pytest.raises(KeyError):
+        some.block(2)
+
+
+def test_mistakes_are_named() -> None:
+    with pytest.raises(ValueError, match="cell side must be one of"):
+        CellGrid((9, 9, 9), 12)
+    with pytest.raises(ValueError, match="at least 2 voxels"):
+        CellGrid((9, 1, 9))
+    with pytest.raises(ValueError, match="there is no cell 8"):
+        CellGrid((9, 9, 9)).start(8)
+    with pytest.raises(ValueError, match="do not fit the grid"):
+        CellShare(CellGrid((9, 9, 9)), np.zeros((9, 9, 8)), None)

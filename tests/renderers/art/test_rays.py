@@ -1,0 +1,63 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from renderers.art.rays import RayPacket, RayStack
+from renderers.art.regions import Region
+
+
+def packet(waiting: list[int]) -> RayPacket:
+    n = len(waiting)
+    made = RayPacket.start(
+        Region(0, 0, n, 1),
+        np.zeros((n, 8), np.float32),
+        np.ones(n, np.int32),
+        (0, 0, 0, 1),
+    )
+    made.waiting[:] = waiting
+    return made
+
+
+def test_missing_cells_are_listed_once() -> None:
+    assert packet([5, -1, 3, 5, 3]).missing_cells() == [3, 5]
+    assert packet([-1, -1]).missing_cells() == []
+
+
+@settings(max_examples=15)
+@given(
+    st.lists(st.sets(st.integers(0, 6), min_size=1), min_size=1, max_size=12), st.data()
+)
+def test_a_packet_wakes_once_by_any_of_its_cells(
+    needs: list[set[int]], data: st.DataObject
+) -> None:
+    stack = RayStack()
+    waiting = []
+    for cells in needs:
+        made = packet([0])
+        stack.park(made, sorted(cells))
+        waiting.append((made, cells))
+    while waiting:
+        stack.check()
+        assert stack.waited_for() == set().union(*(cells for _, cells in waiting))
+        assert len(stack) == len(waiting)
+        cell = data.draw(st.integers(0, 6))
+        woken = {id(made) for made, cells in waiting if cell in cells}
+        assert stack.wake(cell) == len(woken) == stack.active
+        assert {id(made) for made in stack.pop(100)} == woken
+        waiting = [(m, c) for m, c in waiting if id(m) not in woken]
+    assert not stack
+
+
+def test_first_come_first_served() -> None:
+    stack = RayStack()
+    packets = [packet([-1]) for _ in range(5)]
+    for made in packets:
+        stack.push(made)
+    assert stack.pop(2) == packets[:2]
+    assert stack.pop(9) == packets[2:]
+
+
+def test_nothing_cannot_be_waited_for() -> None:
+    with pytest.raises(ValueError, match="wait for nothing"):
+        RayStack().park(packet([-1]), [])
