@@ -1,0 +1,241 @@
+import math
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from renderers.fsr import FuzzySet, Inclusion, extract_fuzzy_set
+from renderers.fsr.classic import SplatRasterizer
+from renderers.fsr.footprint import gaussian_footprint, peak_table
+from renderers.fsr.kernels import RECORD, draw_band
+from renderers.scene import (
+    Camera,
+    Light,
+    PhongMaterial,
+    Projection,
+    Scene,
+    TransferFunction,
+    Volume,
+)
+
+
+def transfer(kappa: float) -> TransferFunction:
+    return TransferFunction(
+        np.array([0.0, 50.0, 200.0]),
+        np.tile([0.8, 0.6, 0.4], (3, 1)),
+        np.array([0.0, kappa, kappa]),
+    )
+
+
+def unlit(volume: Volume, kappa: float) -> tuple[FuzzySet, Scene]:
+    scene = Scene(
+        volume,
+        transfer(kappa),
+        lights=(),
+        material=PhongMaterial(ambient=1.0, diffuse=0.0),
+    )
+    inclusion = Inclusion.opacity(scene.transfer_function, 1.0)
+    return extract_fuzzy_set(volume, inclusion, 1e-4), scene
+
+
+def slab(layers: int = 6, spacing: tuple[float, float, float] = (1, 1, 1)) -> Volume:
+    values = np.full((layers, 40, 40), 100, np.float32)
+    return Volume(values, np.array(spacing, float), np.zeros(3), background=0.0)
+
+
+def above(volume: Volume, half_mm: float = 8.0, size: int = 120) -> Camera:
+    x, y, _ = volume.center_mm
+    return Camera.looking_at(
+        (x, y, 80.0),
+        (x, y, 0.0),
+        up=(0, 1, 0),
+        extent=half_mm,
+        size=(size, size),
+        projection=Projection.ORTHOGRAPHIC,
+    )
+
+
+def blob(seed: int = 0) -> tuple[FuzzySet, Scene]:
+    """Splats of many densities and normals."""
+    rng = np.random.default_rng(seed)
+    volume = Volume(
+        rng.uniform(0, 120, (9, 10, 11)).astype(np.float32), np.ones(3), np.zeros(3)
+    )
+    scene = Scene(volume, transfer(0.8))
+    return extract_fuzzy_set(volume, Inclusion.density(0, 120), 60.0), scene
+
+
+@pytest.mark.parametrize("kappa", [0.02, 0.2, 1.0])
+@pytest.mark.parametrize("spacing", [(1, 1, 1), (1, 1, 2.5), (1.4, 1, 1)])
+def test_a_uniform_slab_has_the_right_mean_opacity_and_little_ripple(
+    pool: ThreadPoolExecutor, kappa: float, spacing: tuple[float, float, float]
+) -> None:
+    volume = slab(spacing=spacing)
+    image = SplatRasterizer(*unlit(volume, kappa)).draw(above(volume), pool)
+    truth = -math.expm1(-kappa * 6 * spacing[2])
+    alpha = image.rgba[..., 3]
+    assert alpha.mean() == pytest.approx(truth, rel=0.02)
+    assert np.ptp(alpha) * 255 <= 6
+    # unlit, so the colour is the classified one
+    np.testing.assert_allclose(
+        image.rgba[..., :3], alpha[..., None] * [0.8, 0.6, 0.4], atol=1e-5
+    )
+
+
+@pytest.mark.parametrize("kappa", [0.05, 0.5])
+def test_point_splats_have_the_right_mean(
+    pool: ThreadPoolExecutor, kappa: float
+) -> None:
+    volume = slab()
+    drawer = SplatRasterizer(*unlit(volume, kappa))
+    image = drawer.draw(above(volume, 7.3), pool, points=True)
+    assert image.rgba[..., 3].mean() == pytest.approx(-math.expm1(-kappa * 6), rel=0.05)
+
+
+def test_a_thick_wall_is_opaque(pool: ThreadPoolExecutor) -> None:
+    volume = slab()
+    image = SplatRasterizer(*unlit(volume, 5.0)).draw(above(volume), pool)
+    assert image.rgba[..., 3].min() >= 0.99
+    assert np.ptp(image.rgba[..., 3]) * 255 < 1
+
+
+def test_small_splats_keep_their_optical_depth(pool: ThreadPoolExecutor) -> None:
+    """One voxel seen at any size has the same integral of optical depth."""
+    values = np.zeros((5, 5, 5), np.float32)
+    values[2, 2, 2] = 100
+    volume = Volume(values, np.ones(3), np.zeros(3))
+    drawer = SplatRasterizer(*unlit(volume, 1e-3))
+    for size in (4, 16, 160):
+        alpha = drawer.draw(above(volume, 8.0, size), pool).rgba[..., 3]
+        total = -np.log1p(-alpha).sum() * (16 / size) ** 2
+        assert total == pytest.approx(1e-3, rel=0.06)
+
+
+def test_an_empty_set_gives_a_transparent_picture(pool: ThreadPoolExecutor) -> None:
+    volume = slab()
+    scene = Scene(volume, transfer(1.0))
+    empty = extract_fuzzy_set(volume, Inclusion.density(0, 200), 150.0)
+    drawer = SplatRasterizer(empty, scene)
+    assert not drawer.draw(above(volume), pool).rgba.any()
+    assert drawer.counters["visible"] == 0
+
+
+def test_bits_do_not_depend_on_the_number_of_threads(
+    pool: ThreadPoolExecutor, three: ThreadPoolExecutor
+) -> None:
+    drawer = SplatRasterizer(*blob())
+    for projection, extent in zip(Projection, (0.7, 0.7, 6.0), strict=True):
+        camera = Camera.looking_at(
+            (5, -9, 6), (5, 5, 4), extent=extent, size=(90, 70), projection=projection
+        )
+        for points in (False, True):
+            one = drawer.draw(camera, pool, points=points)
+            many = drawer.draw(camera, three, points=points)
+            assert one.rgba.tobytes() == many.rgba.tobytes()
+
+
+def sorted_picture(
+    fuzzy: FuzzySet, scene: Scene, camera: Camera
+) -> NDArray[np.float64]:
+    """Composite in float64 in the order of distance along the view axis."""
+    center = fuzzy.rows.centers_mm()
+    pixel, depth = camera.project(center)
+    color, kappa = scene.transfer_function.evaluate(fuzzy.value.astype(np.float64))
+    light = np.full((len(center), 3), scene.material.ambient)
+    for source in scene.lights:
+        facing = np.maximum(fuzzy.normals() @ source.vector, 0)
+        light += scene.material.diffuse * facing[:, None] * source.color
+    color = color * light
+    scale = min(camera.width, camera.height) / 2 / camera.extent
+    variance = (0.6 * scale) ** 2 + 0.3
+    share = (0.6 * scale) ** 2 / variance
+    peak = np.interp(
+        -np.expm1(-kappa * share), np.linspace(0, 1, 1024), peak_table(1024)
+    )
+    v, u = np.indices((camera.height, camera.width)) + 0.5
+    image = np.zeros((camera.height, camera.width, 4))
+    for s in np.argsort(-depth, kind="stable"):
+        r2 = ((u - pixel[s, 0]) ** 2 + (v - pixel[s, 1]) ** 2) / variance
+        a = (peak[s] * gaussian_footprint(r2))[..., None]
+        image += a * (np.append(color[s], 1.0) - image)
+    return image
+
+
+def test_grid_order_gives_the_picture_of_sorting_by_depth(
+    pool: ThreadPoolExecutor,
+) -> None:
+    """Along an axis the orders differ only among the splats of one slice."""
+    fuzzy, scene = blob(3)
+    camera = Camera.looking_at(
+        (5, 5, -30),
+        (5, 5, 5),
+        up=(0, 1, 0),
+        extent=7.0,
+        size=(48, 40),
+        projection=Projection.ORTHOGRAPHIC,
+    )
+    image = SplatRasterizer(fuzzy, scene).draw(camera, pool)
+    difference = np.abs(image.rgba - sorted_picture(fuzzy, scene, camera))
+    assert difference.max() < 0.03
+    assert difference.mean() < 1e-3
+
+
+def test_an_eye_among_the_splats_sees_a_finite_picture(
+    pool: ThreadPoolExecutor,
+) -> None:
+    drawer = SplatRasterizer(*blob())
+    for projection in (Projection.EQUIDISTANT, Projection.PERSPECTIVE):
+        camera = Camera.looking_at(
+            (5.1, 5.0, 4.0), (6, 9, 5), size=(64, 64), projection=projection
+        )
+        rgba = drawer.draw(camera, pool).rgba
+        assert np.all(np.isfinite(rgba))
+        assert rgba[..., 3].max() <= 1 + 1e-6
+        assert rgba[..., 3].min() >= 0
+
+
+def test_a_local_light_far_away_equals_an_infinite_one(
+    pool: ThreadPoolExecutor,
+) -> None:
+    fuzzy, scene = blob()
+    direction = np.array([0.48, 0.6, 0.64])
+    color = np.array([0.9, 0.7, 0.5])
+    camera = Camera.looking_at((5, -12, 9), (5, 5, 4), size=(48, 48))
+    pictures = [
+        SplatRasterizer(
+            fuzzy, Scene(scene.volume, scene.transfer_function, (light,))
+        ).draw(camera, pool)
+        for light in (
+            Light(direction, color),
+            Light(1e6 * direction, color, is_local=True),
+        )
+    ]
+    np.testing.assert_allclose(pictures[0].rgba, pictures[1].rgba, atol=1e-4)
+
+
+@pytest.mark.parametrize("points", [False, True])
+def test_compositing_equals_the_plain_twin(points: bool) -> None:
+    rng = np.random.default_rng(7)
+    n, height, width = 30, 21, 26
+    records = np.zeros((n, RECORD), np.float32)
+    records[:, 0:2] = rng.uniform(0, 24, (n, 2))
+    records[:, 2], records[:, 4] = rng.uniform(0.1, 0.6, (2, n))
+    records[:, 3] = rng.uniform(-0.05, 0.05, n)
+    records[:, 5:9] = rng.uniform(0, 1, (n, 4))
+    boxes = np.tile(np.array([3, 22, 2, 19], np.int32), (n, 1))
+    image = np.zeros((height, width * 4), np.float32)
+    items = np.arange(n, dtype=np.int32)
+    weights = np.empty(width, np.float32)
+    for first, end in ((0, 8), (8, height)):
+        draw_band(records, boxes, items, points, first, end, weights, image)
+    twin = np.zeros((height, width, 4))
+    v, u = np.indices((height, width)) + 0.5
+    box = (u > 3) & (u < 23) & (v > 2) & (v < 20)
+    for r in records.astype(np.float64):
+        dx, dy = u - r[0], v - r[1]
+        r2 = r[2] * dx * dx + 2 * r[3] * dx * dy + r[4] * dy * dy
+        weight = np.ones_like(r2) if points else gaussian_footprint(r2)
+        a = (r[8] * weight * box)[..., None]
+        twin += a * (np.append(r[5:8], 1.0) - twin)
+    np.testing.assert_allclose(image.reshape(height, width, 4), twin, atol=3e-5)

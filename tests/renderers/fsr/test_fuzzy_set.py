@@ -1,0 +1,118 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from renderers.fsr import FuzzySet, Inclusion, extract_fuzzy_set
+from renderers.fsr.normals import gradient_volume
+from renderers.scene import TransferFunction, Volume
+
+
+def noise(seed: int, shape: tuple[int, int, int] = (6, 7, 9)) -> Volume:
+    values = np.random.default_rng(seed).uniform(0, 100, shape).astype(np.float32)
+    return Volume(values, np.array([0.5, 0.8, 1.3]), np.array([1.0, 2.0, 3.0]))
+
+
+def twin(
+    volume: Volume, inclusion: Inclusion
+) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+    """Evaluate F at all voxels with numpy, and give the gradients."""
+    table = inclusion.table.astype(np.float64)
+    gradient = gradient_volume(volume)
+    magnitude = np.linalg.norm(gradient.astype(np.float64), axis=-1)
+    rows, columns = table.shape
+    span = inclusion.density_high - inclusion.density_low
+    s = (volume.values - inclusion.density_low) / span * (columns - 1)
+    s = np.clip(s, 0, columns - 1)
+    g = np.minimum(magnitude / inclusion.gradient_top * (rows - 1), rows - 1)
+    c = np.minimum(s.astype(int), columns - 2)
+    b = np.minimum(g.astype(int), rows - 2)
+    fs, fg = s - c, g - b
+    low = table[b, c] * (1 - fs) + table[b, c + 1] * fs
+    high = table[b + 1, c] * (1 - fs) + table[b + 1, c + 1] * fs
+    return low * (1 - fg) + high * fg, gradient
+
+
+def members(fuzzy: FuzzySet) -> NDArray[np.bool_]:
+    mask = np.zeros(fuzzy.rows.shape, bool)
+    i, j, k = fuzzy.rows.voxels().T
+    mask[k, j, i] = True
+    return mask
+
+
+@given(seed=st.integers(0, 10**6), share=st.floats(0.05, 0.95))
+def test_extraction_equals_the_plain_twin(seed: int, share: float) -> None:
+    rng = np.random.default_rng(seed)
+    volume = noise(seed)
+    inclusion = Inclusion(
+        rng.uniform(0, 1, (5, 8)).astype(np.float32), 10.0, 90.0, 40.0
+    )
+    t, gradient = twin(volume, inclusion)
+    # halfway between two voxels' values, so that rounding cannot decide
+    levels = np.sort(t.ravel())
+    n = int(share * (len(levels) - 1))
+    threshold = 0.5 * (levels[n] + levels[n + 1])
+    fuzzy = extract_fuzzy_set(volume, inclusion, threshold)
+    doubtful = np.abs(t - threshold) < 1e-5
+    assert np.array_equal(members(fuzzy) | doubtful, (t >= threshold) | doubtful)
+    i, j, k = fuzzy.rows.voxels().T
+    np.testing.assert_array_equal(fuzzy.value, volume.values[k, j, i])
+    np.testing.assert_allclose(fuzzy.inclusion, t[k, j, i], atol=1e-5)
+    g = gradient[k, j, i].astype(np.float64)
+    cosine = -(fuzzy.normals() * g).sum(-1) / np.linalg.norm(g, axis=-1)
+    np.testing.assert_allclose(cosine, 1, atol=1e-6)
+
+
+@given(seed=st.integers(0, 10**6), threshold=st.floats(0, 100))
+def test_projection_onto_density_is_thresholding(seed: int, threshold: float) -> None:
+    volume = noise(seed)
+    fuzzy = extract_fuzzy_set(volume, Inclusion.density(0.0, 100.0), threshold)
+    doubtful = np.abs(volume.values - threshold) < 1e-3
+    wanted = volume.values >= threshold
+    assert np.array_equal(members(fuzzy) | doubtful, wanted | doubtful)
+
+
+def test_rows_are_sorted_and_complete() -> None:
+    fuzzy = extract_fuzzy_set(noise(5), Inclusion.density(0, 100), 30.0)
+    rows = fuzzy.rows
+    assert rows.offsets[0] == 0
+    assert rows.offsets[-1] == len(fuzzy)
+    for first, end in zip(rows.offsets[:-1], rows.offsets[1:], strict=True):
+        assert np.all(np.diff(rows.x[first:end].astype(int)) > 0)
+
+
+def test_a_set_larger_than_the_first_room_is_complete() -> None:
+    volume = noise(6, (12, 40, 40))
+    fuzzy = extract_fuzzy_set(volume, Inclusion.density(0, 100), -1.0)
+    assert len(fuzzy) == volume.values.size
+
+
+def test_integer_volumes_and_vanishing_gradients_are_taken() -> None:
+    volume = Volume(np.full((4, 4, 4), 7, np.int16), np.ones(3), np.zeros(3))
+    fuzzy = extract_fuzzy_set(volume, Inclusion.density(0, 10), 5.0)
+    assert len(fuzzy) == 64
+    assert not fuzzy.normals().any()
+
+
+def test_boundary_inclusion_leaves_the_inside_out() -> None:
+    k, j, i = np.indices((24, 24, 24)) - 11.5
+    r = np.sqrt(i * i + j * j + k * k)
+    volume = Volume((r < 9).astype(np.float32), np.ones(3), np.zeros(3))
+    transfer = TransferFunction(
+        np.array([0.0, 1.0]), np.ones((2, 3)), np.array([0.0, 4.0])
+    )
+    shell = extract_fuzzy_set(volume, Inclusion.boundary(transfer, 1.0, 0.3), 0.5)
+    solid = extract_fuzzy_set(volume, Inclusion.opacity(transfer, 1.0), 0.5)
+    assert members(solid).sum() == (r < 9).sum()
+    assert not members(shell)[r < 6].any()
+    assert members(shell)[(r > 8) & (r < 9)].all()
+
+
+def test_caller_mistakes_are_named() -> None:
+    with pytest.raises(ValueError, match="finite"):
+        extract_fuzzy_set(noise(1), Inclusion.density(0, 1), float("nan"))
+    with pytest.raises(ValueError, match="empty"):
+        Inclusion.density(5.0, 5.0)
+    with pytest.raises(ValueError, match="at least 2"):
+        Inclusion(np.zeros((1, 4), np.float32), 0.0, 1.0, 1.0)

@@ -1,0 +1,83 @@
+import numpy as np
+import pytest
+
+from renderers.fsr import FuzzySetRenderer, Inclusion
+from renderers.scene import (
+    AirSurface,
+    Camera,
+    Renderer,
+    Scene,
+    TransferFunction,
+    Volume,
+)
+
+TRANSFER = TransferFunction(
+    np.array([-1000.0, -700.0, -300.0, 400.0]),
+    np.tile([1.0, 0.5, 0.4], (4, 1)),
+    np.array([0.0, 0.0, 3.0, 3.0]),
+)
+
+
+def scene_of(distance: Volume, *, with_surface: bool = True) -> Scene:
+    """Give tissue of 40 HU around the air, blurred over one voxel."""
+    hu = 1040 * np.clip(0.5 + distance.values / 1.0, 0, 1) - 1000
+    tint = distance.with_values(np.zeros(distance.shape, np.uint8), 0.0)
+    return Scene(
+        distance.with_values(hu.astype(np.int16), -1000.0),
+        TRANSFER,
+        surface=AirSurface(distance, tint, tint) if with_surface else None,
+    )
+
+
+def test_it_is_a_renderer_in_both_modes(hollow: Volume) -> None:
+    renderer = FuzzySetRenderer(scene_of(hollow), threads=2)
+    as_renderer: Renderer = renderer
+    assert renderer.splat_count == 0
+    camera = Camera.looking_at((0.5, -2, 0), (0, 4, 0), size=(80, 60))
+    g = as_renderer.gbuffer(camera)
+    assert g.size == (60, 80)
+    seen = np.any(camera.lens_table() != 0, axis=-1)
+    assert np.array_equal(g.coverage > 0, seen)
+    assert renderer.splat_count > 0
+    counters = renderer.counters
+    assert counters["splats"] == renderer.splat_count
+    assert 0 < counters["visible"] <= counters["listed"] <= counters["splats"]
+    assert counters["fragments"] > 0
+    assert 0 < counters["culled rows"] < counters["rows"]
+    image = as_renderer.render(camera)
+    assert image.size == (60, 80)
+    # a disc of the field's radius; the picture's edge is not stopped in `classic`
+    assert image.rgba[30, 40, 3] > 0.9
+    assert renderer.counters["splats"] == len(renderer.fuzzy_set)
+    renderer.close()
+
+
+def test_the_default_set_is_the_wall_not_the_tissue_behind_it(hollow: Volume) -> None:
+    fuzzy = FuzzySetRenderer(scene_of(hollow)).fuzzy_set
+    radius = np.linalg.norm(fuzzy.rows.centers_mm(), axis=1)
+    assert np.all(np.abs(radius - 6) < 1.6)
+    inward = -(fuzzy.normals() * fuzzy.rows.centers_mm()).sum(1) / radius
+    # at the rim of the soft edge the gradient is small and less sure
+    assert inward.mean() > 0.99
+    assert inward.min() > 0.85
+
+
+def test_another_inclusion_and_points_are_taken(hollow: Volume) -> None:
+    scene = scene_of(hollow)
+    renderer = FuzzySetRenderer(
+        scene, inclusion=Inclusion.density(-1000, 400), threshold=-100.0, points=True
+    )
+    assert len(renderer.fuzzy_set) == np.sum(scene.volume.values >= -100)
+    camera = Camera.looking_at((0.5, -2, 0), (0, 4, 0), size=(40, 40))
+    assert renderer.render(camera).rgba[20, 20, 3] > 0.9
+
+
+def test_without_an_air_surface_there_is_no_scope_mode(hollow: Volume) -> None:
+    renderer = FuzzySetRenderer(scene_of(hollow, with_surface=False))
+    with pytest.raises(ValueError, match="no air surface"):
+        renderer.gbuffer(Camera.looking_at((0, 0, 0), (0, 1, 0)))
+
+
+def test_threads_must_be_positive(hollow: Volume) -> None:
+    with pytest.raises(ValueError, match="at least one thread"):
+        FuzzySetRenderer(scene_of(hollow), threads=0)
