@@ -57,7 +57,9 @@ class VolumeJobs:
     ) -> dict[str, Any]:
         """Ask for one view at one step."""
         scene, volume = self._scene, self._scene.volume
+        ahead = float((volume.center_mm - camera.eye_mm) @ camera.frame[3])
         return view_job(camera, scene, budget_s) | {
+            "centre_behind": ahead < 1.0,
             "values": self._values,
             "table": self._table,
             "spacing_mm": volume.spacing_mm.tolist(),

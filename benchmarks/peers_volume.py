@@ -27,7 +27,6 @@ class FixedPointPeer:
         self._mapper.SetAutoAdjustSampleDistances(False)
         self._mapper.SetLockSampleDistanceToInputSpacing(False)
         self._mapper.SetImageSampleDistance(1.0)
-        self._mapper.SetIntermixIntersectingGeometry(False)
         self._mapper.SetBlendModeToComposite()
         self._property = vtkVolumeProperty()
         self._property.SetInterpolationTypeToLinear()
@@ -43,6 +42,10 @@ class FixedPointPeer:
         self._classify(job)
         self._light(job)
         self._mapper.SetSampleDistance(float(job["step_mm"]))
+        # Without it the finished picture is placed at the depth of the volume's
+        # centre, and lost when that is behind the eye; with it VTK reads the depth
+        # buffer first, which costs a little.
+        self._mapper.SetIntermixIntersectingGeometry(bool(job["centre_behind"]))
         self._window.look(job)
         return self._window.answer(folder, job)
 

@@ -33,8 +33,6 @@ class PeerWindow:
         # through near ones.
         self.renderer.SetUseOIT(False)
         self.renderer.SetAutomaticLightCreation(False)
-        # VTK's culler drops a volume around the eye whose centre lies behind it.
-        self.renderer.GetCullers().RemoveAllItems()
         self.window = vtkRenderWindow()
         self.window.SetOffScreenRendering(True)
         self.window.SetMultiSamples(0)

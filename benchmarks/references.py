@@ -15,13 +15,15 @@ changes no channel by more than 1e-6 and saves nine tenths of the time."""
 
 REFERENCE_NAME = "ART, step 1/32 voxel, cut-off 1e-6"
 
+SURFACE_QUALITY = Quality(1 / 8, 0.0)
+"""Enough for a surface: its depth is refined between two samples."""
+
+SURFACE_NAME = "ART surface, step 1/8 voxel"
+
 
 @dataclass(slots=True)
 class References:
-    """Make reference pictures of one view and keep them.
-
-    scenes: by quantity, such as ``"unshaded"``; built when first asked for.
-    """
+    """Make reference pictures and surfaces by their views' names, and keep them."""
 
     _pictures: dict[tuple[str, str], NDArray[np.float32]] = field(default_factory=dict)
     _buffers: dict[str, GBuffer] = field(default_factory=dict)
@@ -39,7 +41,7 @@ class References:
     def gbuffer(self, view: str, scene: Callable[[], Scene], camera: Camera) -> GBuffer:
         """Give the air surface behind each pixel."""
         if view not in self._buffers:
-            tracer = ActiveRayTracer(scene(), REFERENCE_QUALITY, threads=2)
+            tracer = ActiveRayTracer(scene(), SURFACE_QUALITY, threads=2)
             self._buffers[view] = tracer.gbuffer(camera)
         return self._buffers[view]
 
@@ -63,17 +65,21 @@ def depth_error(found: GBuffer, reference: GBuffer) -> ImageError:
 def surface_counters(found: GBuffer, reference: GBuffer) -> dict[str, float]:
     """Say how normals and coverage of two G-buffers differ.
 
-    normal_deg_mean, normal_deg_p99: angle between normals. missing, extra: shares of
-    the picture where only the reference, or only `found`, met a surface.
+    normal_deg_mean, normal_deg_p99: angle between normals. near: share of the common
+    pixels with depths that differ by less than .1 mm; the rest is mostly silhouettes.
+    missing, extra: shares of the picture where only the reference, or only `found`,
+    met a surface.
     """
     hit, wanted = np.isfinite(found.depth_mm), np.isfinite(reference.depth_mm)
     a = found.normal[hit & wanted].astype(np.float64)
     b = reference.normal[hit & wanted].astype(np.float64)
+    depth = found.depth_mm[hit & wanted] - reference.depth_mm[hit & wanted]
     sine = np.linalg.norm(np.cross(a, b), axis=-1)
     angle = np.degrees(np.arctan2(sine, np.sum(a * b, axis=-1)))
     return {
         "normal_deg_mean": float(angle.mean()),
         "normal_deg_p99": float(np.percentile(angle, 99)),
+        "near": float(np.mean(np.abs(depth) < 0.1)),
         "missing": float(np.mean(wanted & ~hit)),
         "extra": float(np.mean(hit & ~wanted)),
     }

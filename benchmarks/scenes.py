@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy import classic_transfer_function, sinus_phantom
+from anatomy import bone_transfer_function, classic_transfer_function, sinus_phantom
 from anatomy.distance.redistance import FARTHEST_MM, redistance
 from benchmarks.machine import ROOT
 from benchmarks.plan import UnavailableError
@@ -66,14 +66,25 @@ class Subject:
     scene: Scene
     views: dict[str, ViewPoint]
 
-    @property
-    def unshaded(self) -> Scene:
-        """Get the scene without lights, in the transfer function's own colours."""
+    def in_mode(self, quantity: str) -> Scene:
+        """Get the scene as one of `CLASSIC_QUANTITIES` shows it."""
+        if quantity == "shaded":
+            return self.scene
         plain = PhongMaterial(ambient=1.0, diffuse=0.0, specular=0.0)
-        return replace(self.scene, lights=(), material=plain)
+        transfer = {
+            "wall": self.scene.transfer_function,
+            "see-through": bone_transfer_function(),
+        }[quantity]
+        return replace(
+            self.scene, lights=(), material=plain, transfer_function=transfer
+        )
 
 
 VIEWS = ("inside", "outside")
+
+CLASSIC_QUANTITIES = ("wall", "see-through", "shaded")
+"""Pictures of mode `classic`: opaque tissue without lights, bone through faint tissue
+without lights, opaque tissue under four lights."""
 
 
 class SubjectSource:
@@ -169,9 +180,11 @@ def data_folder() -> Path:
 
 
 def _outside(volume: Volume) -> ViewPoint:
-    """Look at the whole volume from the front, a little from the left and above."""
+    """Look at the whole volume from the front."""
     size_mm = float(np.linalg.norm(np.array(volume.shape[::-1]) * volume.spacing_mm))
-    direction = np.array([0.45, -1.0, 0.3])
+    # Nearly straight, so that the grid's own sides, where it cuts through the head,
+    # are hidden: they are no tissue boundaries.
+    direction = np.array([0.06, -1.0, 0.04])
     direction /= np.linalg.norm(direction)
     distance = 0.52 * size_mm / math.tan(OUTSIDE_EXTENT)
     centre = volume.center_mm

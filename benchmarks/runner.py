@@ -1,0 +1,179 @@
+"""Run suites, keep what is finished, compare with baselines measured alongside."""
+
+import time
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+
+from app.terminal import Stages, print_json
+from app.versions import versions
+from benchmarks import suite_art, suite_fsr, suite_startup
+from benchmarks.chart import draw_charts
+from benchmarks.machine import commit, is_same_machine, machine
+from benchmarks.plan import SUITES, Measured, Suite, Task, UnavailableError
+from benchmarks.report import print_results
+from benchmarks.schema import (
+    Results,
+    Row,
+    Skipped,
+    Times,
+    load_results,
+    ratio_of,
+    save_results,
+    seconds_by,
+)
+
+BUILT_IN = (suite_art, suite_fsr, suite_startup)
+"""Importing a suite's module registers it."""
+
+QUICK_LIMIT_S = 170.0
+"""A quick run begins nothing that would probably end later than this."""
+
+RESULTS_FILE = "results.json"
+
+
+def run_bench(
+    *, suites: tuple[str, ...], quick: bool, out: Path, fresh: bool, as_json: bool
+) -> int:
+    """Measure, going on from what an interrupted run left in `out`.
+
+    suites: names; empty for all. Rows of the same sources, machine and settings are
+    kept. Ctrl-C leaves the rows finished so far. Raises ValueError for an unknown
+    suite or a file in the way.
+    """
+    unknown = [name for name in suites if name not in SUITES]
+    if unknown:
+        raise ValueError(
+            f"there is no benchmark suite {unknown[0]!r}; there are {', '.join(SUITES)}"
+        )
+    chosen = {name: SUITES[name] for name in suites or SUITES}
+    path = out / RESULTS_FILE
+    results = Results() if fresh else load_results(path)
+    with Stages(quiet=as_json) as stages:
+        runner = Runner(results, path, stages, limit_s=QUICK_LIMIT_S if quick else None)
+        try:
+            for name, suite in chosen.items():
+                runner.run_suite(name, suite, quick)
+        except KeyboardInterrupt:
+            stages.say(
+                f"Interrupted; {path} has {len(results.rows)} rows to go on from."
+            )
+            raise
+    charts = draw_charts(results.rows, out)
+    if as_json:
+        print_json(results)
+    else:
+        print_results(results, path, charts)
+    return 0
+
+
+class Runner:
+    """Go through tasks and write the results file after each."""
+
+    def __init__(
+        self,
+        results: Results,
+        path: Path,
+        stages: Stages,
+        *,
+        limit_s: float | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """Drop rows that other sources or another machine made.
+
+        limit_s: begin no task that would end later, counted from now.
+        """
+        here, sources = machine(), commit()
+        results.rows[:] = [
+            row
+            for row in results.rows
+            if row.commit == sources and is_same_machine(row.machine, here)
+        ]
+        self._results = results
+        self._path = path
+        self._stages = stages
+        self._clock = clock
+        self._end = None if limit_s is None else clock() + limit_s
+        self._measured: dict[tuple[str, str, str], Row] = {}
+
+    def run_suite(self, name: str, suite: Suite, quick: bool) -> None:
+        """Measure what is not there yet."""
+        skipped = self._results.skipped
+        skipped[:] = [skip for skip in skipped if skip.suite != name]
+        with closing(suite(quick)) as plan:
+            tasks = plan.tasks()
+            finished = {row.key for row in self._results.rows}
+            for done, task in enumerate(tasks):
+                self._stages(f"Suite {name}", done / len(tasks))
+                if task.key not in finished:
+                    self._measure(task, tasks)
+        self._stages(f"Suite {name}", 1.0)
+
+    def _measure(self, task: Task, tasks: list[Task]) -> None:
+        if self._key(task) in self._measured:
+            return
+        baseline = None
+        if task.baseline is not None:
+            first = _baseline(task, tasks)
+            # A kept baseline may be of a busier hour: a ratio is made of two
+            # measurements of one run.
+            self._measure(first, tasks)
+            baseline = self._measured.get(self._key(first))
+        if self._end is not None and self._clock() + task.cost_s > self._end:
+            self._skip(task, "no time was left; run it again to go on")
+            return
+        try:
+            made = task.measure()
+        except UnavailableError as error:
+            self._skip(task, str(error))
+            return
+        row = make_row(task, made, baseline)
+        self._measured[self._key(task)] = row
+        self._results.put(row)
+        save_results(self._results, self._path)
+
+    def _skip(self, task: Task, reason: str) -> None:
+        skip = Skipped(suite=task.suite, case=task.case, mode=task.mode, reason=reason)
+        if skip not in self._results.skipped:
+            self._results.skipped.append(skip)
+            save_results(self._results, self._path)
+
+    @staticmethod
+    def _key(task: Task) -> tuple[str, str, str]:
+        return task.suite, task.case, task.mode
+
+
+def make_row(task: Task, made: Measured, baseline: Row | None) -> Row:
+    """Put a measurement into a row; without a baseline there is no ratio."""
+    timing, error = made.timing, made.error
+    own_s = timing.cpu_s if task.clock == "cpu" else timing.min_s
+    baseline_s = None if baseline is None else seconds_by(task.clock, baseline)
+    return Row(
+        suite=task.suite,
+        case=task.case,
+        mode=task.mode,
+        baseline=task.baseline,
+        time_s=Times(min=timing.min_s, median=timing.median_s),
+        cpu_s=timing.cpu_s,
+        repeats=timing.repeats,
+        clock=task.clock,
+        baseline_s=baseline_s,
+        ratio=None if baseline_s is None else ratio_of(baseline_s, own_s),
+        error_unit=made.error_unit,
+        rmse=None if error is None else error.rmse,
+        p999=None if error is None else error.p999,
+        max=None if error is None else error.max,
+        bias=None if error is None else error.bias,
+        counters=made.counters,
+        settings=task.settings,
+        machine=machine(),
+        versions=versions(),
+        commit=commit(),
+    )
+
+
+def _baseline(task: Task, tasks: list[Task]) -> Task:
+    for other in tasks:
+        if (other.case, other.mode) == (task.case, task.baseline):
+            return other
+    raise ValueError(f"{task.case}: {task.mode} has no baseline {task.baseline!r}")

@@ -1,0 +1,242 @@
+"""The Active Ray Tracer: run time against error, beside VTK's best CPU ray caster."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.peer_jobs import VolumeJobs
+from benchmarks.peer_process import PeerProcess
+from benchmarks.plan import Measured, Task, register
+from benchmarks.references import (
+    REFERENCE_NAME,
+    SURFACE_NAME,
+    References,
+    depth_error,
+    rgb_over_black,
+    surface_counters,
+)
+from benchmarks.scenes import CLASSIC_QUANTITIES, VIEWS, SubjectSource, subjects
+from benchmarks.schema import Setting
+from benchmarks.timing import measure
+from renderers.art import ActiveRayTracer, Quality
+from renderers.reference import render_reference
+from renderers.scene import Projection, image_error
+
+QUALITIES = ("preview", "snapshot", "final")
+PEER = "VTK fixed-point"
+PEER_REFERENCE_STEP = 1 / 16
+"""What the peer's shaded pictures are compared with: itself at this step. Its shading
+inside a cavity follows one view direction for the whole picture, so that its distance
+from our picture would say nothing about its steps."""
+
+SURFACE_SIZE = 512
+CHECK_SIZE = 24
+CHECK_STEP = 1 / 8
+"""The float64 reference takes the same samples: what differs is rounding."""
+
+
+class ArtPlan:
+    """List and make the measurements of suite `art`."""
+
+    def __init__(self, quick: bool) -> None:
+        self._size = 256 if quick else 512
+        self._budget_s = 0.3 if quick else 3.0
+        self._subjects = subjects(quick)
+        self._references = {source.name: References() for source in self._subjects}
+        self._peer = PeerProcess("benchmarks.peers_volume")
+        self._jobs: dict[tuple[str, str], VolumeJobs] = {}
+        self._finest: dict[tuple[str, str], NDArray[np.float32]] = {}
+
+    def tasks(self) -> list[Task]:
+        """List the tasks, each view's peer before our own."""
+        found = []
+        for source in self._subjects:
+            for view in VIEWS:
+                for quantity in CLASSIC_QUANTITIES:
+                    for quality in QUALITIES:
+                        found += self._classic(source, view, quantity, quality)
+                found += [self._surface(source, view, name) for name in QUALITIES]
+            found += self._check(source)
+        return found
+
+    def close(self) -> None:
+        """End the peer."""
+        self._peer.close()
+
+    def _classic(
+        self, source: SubjectSource, view: str, quantity: str, name: str
+    ) -> list[Task]:
+        quality = Quality.named(name)
+        step = quality.step_voxels
+        case = f"{source.name}/{view}/{quantity}"
+        peer_mode = f"{PEER}, step {step:g}"
+        shared: dict[str, Setting] = {
+            "size": self._size,
+            "step_voxels": step,
+            "threads": 1,
+            "lens": "perspective",
+        }
+        own_reference = (
+            f"itself at step {PEER_REFERENCE_STEP:g} voxel"
+            if quantity == "shaded"
+            else REFERENCE_NAME
+        )
+
+        def peer() -> Measured:
+            return self._draw_peer(source, view, quantity, step)
+
+        def own() -> Measured:
+            subject = source.subject
+            camera = subject.views[view].camera(self._size, Projection.PERSPECTIVE)
+            scene = subject.in_mode(quantity)
+            tracer = ActiveRayTracer(scene, quality, threads=1)
+            timing, image = measure(
+                lambda: tracer.render(camera), budget_s=self._budget_s
+            )
+            reference = self._references[source.name].picture(
+                view, quantity, lambda: scene, camera
+            )
+            assert tracer.report is not None
+            return Measured(
+                timing,
+                image_error(rgb_over_black(image.rgba), reference),
+                "linear",
+                {key: float(n) for key, n in tracer.report.counters.items()},
+            )
+
+        return [
+            Task(
+                "art",
+                case,
+                peer_mode,
+                peer,
+                shared
+                | {"series": PEER, "reference": own_reference, "bits_read_back": 8},
+            ),
+            Task(
+                "art",
+                case,
+                f"ART {name}, step {step:g}",
+                own,
+                shared
+                | {
+                    "series": "ART",
+                    "reference": REFERENCE_NAME,
+                    "cutoff": quality.cutoff,
+                },
+                baseline=peer_mode,
+            ),
+        ]
+
+    def _draw_peer(
+        self, source: SubjectSource, view: str, quantity: str, step: float
+    ) -> Measured:
+        subject = source.subject
+        camera = subject.views[view].camera(self._size, Projection.PERSPECTIVE)
+        scene = subject.in_mode(quantity)
+        key = source.name, quantity
+        if key not in self._jobs:
+            self._jobs[key] = VolumeJobs(self._peer, scene)
+        shaded = quantity == "shaded"
+
+        def draw(step_voxels: float, budget_s: float) -> Measured:
+            job = self._jobs[key].job(
+                camera, step_voxels, shaded=shaded, budget_s=budget_s
+            )
+            answer = self._peer.ask(job)
+            picture = self._peer.picture(answer)
+            if not shaded:
+                reference = self._references[source.name].picture(
+                    view, quantity, lambda: scene, camera
+                )
+            elif (source.name, view) in self._finest:
+                reference = self._finest[source.name, view]
+            else:
+                reference = self._finest[source.name, view] = picture
+            return Measured(answer.timing, image_error(picture, reference), "linear")
+
+        if shaded and (source.name, view) not in self._finest:
+            draw(PEER_REFERENCE_STEP, 0.0)
+        return draw(step, self._budget_s)
+
+    def _surface(self, source: SubjectSource, view: str, name: str) -> Task:
+        quality = Quality.named(name)
+
+        def own() -> Measured:
+            subject = source.subject
+            camera = subject.views[view].camera(SURFACE_SIZE, Projection.EQUIDISTANT)
+            tracer = ActiveRayTracer(subject.scene, quality, threads=1)
+            timing, found = measure(
+                lambda: tracer.gbuffer(camera), budget_s=self._budget_s
+            )
+            reference = self._references[source.name].gbuffer(
+                view, lambda: subject.scene, camera
+            )
+            return Measured(
+                timing,
+                depth_error(found, reference),
+                "mm",
+                surface_counters(found, reference),
+            )
+
+        return Task(
+            "art",
+            f"{source.name}/{view}/surface",
+            f"ART {name}, step {quality.step_voxels:g}",
+            own,
+            {
+                "size": SURFACE_SIZE,
+                "step_voxels": quality.step_voxels,
+                "threads": 1,
+                "lens": "equidistant",
+                "series": "ART",
+                "reference": SURFACE_NAME,
+            },
+        )
+
+    def _check(self, source: SubjectSource) -> list[Task]:
+        """Compare with the independent float64 ray caster, on a small picture."""
+        case = f"{source.name}/inside/float64 check"
+        plain, art = "float64 ray caster", "ART, same samples"
+        pictures: dict[str, NDArray[np.float64]] = {}
+        settings: dict[str, Setting] = {
+            "size": CHECK_SIZE,
+            "step_voxels": CHECK_STEP,
+            "threads": 1,
+            "lens": "perspective",
+        }
+
+        def slow() -> Measured:
+            subject = source.subject
+            camera = subject.views["inside"].camera(CHECK_SIZE, Projection.PERSPECTIVE)
+            step_mm = CHECK_STEP * float(subject.scene.volume.spacing_mm.min())
+            timing, pictures[plain] = measure(
+                lambda: render_reference(subject.scene, camera, step_mm),
+                least=1,
+                most=1,
+                warm_up=False,
+            )
+            return Measured(timing)
+
+        def fast() -> Measured:
+            subject = source.subject
+            camera = subject.views["inside"].camera(CHECK_SIZE, Projection.PERSPECTIVE)
+            tracer = ActiveRayTracer(subject.scene, Quality(CHECK_STEP, 0.0), threads=1)
+            timing, image = measure(lambda: tracer.render(camera), budget_s=0.2)
+            return Measured(
+                timing, image_error(image.rgba, pictures[plain]), "linear RGBA"
+            )
+
+        return [
+            Task("art", case, plain, slow, settings),
+            Task(
+                "art",
+                case,
+                art,
+                fast,
+                settings | {"reference": plain},
+                baseline=plain,
+            ),
+        ]
+
+
+register("art", ArtPlan)
