@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
+from pyvista.plotting.plotter import BasePlotter
 from scipy.ndimage import gaussian_filter, map_coordinates
 
 from renderers.scene import AirSurface, Mesh
@@ -79,11 +80,11 @@ class OverviewScene:
     """Keep the actors of the overview on a plotter, and move them."""
 
     def __init__(
-        self, plotter: pv.Plotter, endoscope: Endoscope, instrument: Mesh | None
+        self, plotter: BasePlotter, endoscope: Endoscope, instrument: Mesh | None
     ) -> None:
         """Put the tools in; they stay hidden until `follow` tells where they are."""
         self._plotter = plotter
-        plotter.set_background(BACKGROUND)
+        plotter.renderer.set_background(BACKGROUND)
         length = endoscope.shaft_length_mm
         shaft = pv.Cylinder(
             center=(0.0, 0.0, length / 2),
@@ -112,7 +113,7 @@ class OverviewScene:
         self._instrument = None
         if instrument is not None:
             tube = pv.PolyData.from_regular_faces(
-                np.asarray(instrument.vertices, dtype=np.float32), instrument.faces
+                instrument.vertices, instrument.faces.astype(int)
             )
             self._instrument = plotter.add_mesh(
                 tube, color=SUCTION, specular=0.5, name="suction"
@@ -163,7 +164,7 @@ class OverviewScene:
     def hide_fiducials(self, fiducials: Mapping[str, NDArray[np.float64]]) -> None:
         """Take the divots away."""
         for name in fiducials:
-            self._plotter.remove_actor(f"fiducial {name}", render=False)
+            self._plotter.renderer.remove_actor(f"fiducial {name}", render=False)
 
     def follow(self, view: View) -> None:
         """Move the tools to where a view has them."""

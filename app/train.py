@@ -94,12 +94,15 @@ def _check(
             raise ValueError(f"--screenshot must name a .png file, got {screenshot}.")
         if not screenshot.absolute().parent.is_dir():
             raise ValueError(f"There is no folder {screenshot.absolute().parent}.")
-    if record is not None and record.exists():
-        if not record.is_dir() or any(record.iterdir()):
-            raise ValueError(
-                f"{record} is there already; choose another name for --record or "
-                "remove it."
-            )
+    # Asked now: nobody wants to hear it after having registered the arm.
+    if (
+        record is not None
+        and record.exists()
+        and (not record.is_dir() or any(record.iterdir()))
+    ):
+        raise ValueError(
+            f"{record} is there already; choose another name for --record or remove it."
+        )
 
 
 @contextmanager

@@ -73,6 +73,7 @@ class TraineeWindow(QMainWindow):
         )
         self._lay_out()
         self._overview_due_s = 0.0
+        self._is_overview_stale = True
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._refresh)
         self._timer.start(OVERVIEW_MS)
@@ -180,7 +181,7 @@ class TraineeWindow(QMainWindow):
     @Slot(object)
     def _on_head(self, head: HeadModel) -> None:
         self._scene.show_head(head)
-        self._draw_overview()
+        self._is_overview_stale = True
 
     @Slot(int)
     def _on_touching(self, touched: int) -> None:
@@ -199,12 +200,13 @@ class TraineeWindow(QMainWindow):
                 touched / len(fiducials),
             )
         self._scene.show_fiducials(positions, touched)
-        self._draw_overview()
+        self._is_overview_stale = True
 
     @Slot(float)
     def _on_registered(self, residual_mm: float) -> None:
         self._registration_mm = residual_mm
         self._scene.hide_fiducials(self._order.scenario.fiducial_positions())
+        self._is_overview_stale = True
         self._notify(
             "Registered", f"The touched points fit to {residual_mm:.2f} mm rms."
         )
@@ -218,6 +220,7 @@ class TraineeWindow(QMainWindow):
         if self._instant is None and self._seconds is not None:
             QTimer.singleShot(round(self._seconds * 1e3), self.close)
         self._instant = instant
+        self._is_overview_stale = True
         readings = self._readings()
         self.picture.warn("contact" if readings.is_contact else "")
         self.picture.show_picture(instant.pixels)
@@ -259,18 +262,21 @@ class TraineeWindow(QMainWindow):
 
     @Slot()
     def _refresh(self) -> None:
+        """Bring up to date what need not change with every frame."""
         now = time.monotonic()
-        if self._instant is not None:
-            self._gauges.show_readings(self._readings())
-            if now >= self._notice_until_s:
-                self.picture.say("")
-            if now >= self._overview_due_s:
-                self._scene.follow(self._instant.view)
-                self._draw_overview()
+        self._gauges.show_readings(self._readings())
+        if self._notice_until_s and now >= self._notice_until_s:
+            self._notice_until_s = 0.0
+            self.picture.say("")
+        if self._is_overview_stale and now >= self._overview_due_s:
+            self._draw_overview()
 
     def _draw_overview(self) -> None:
-        """Draw now, and not again before the budget allows."""
-        begun = time.thread_time()
+        """Draw, and not again before the budget allows."""
+        self._is_overview_stale = False
+        begun = time.monotonic()
+        if self._instant is not None:
+            self._scene.follow(self._instant.view)
         self.overview.repaint()
-        spent_s = time.thread_time() - begun
-        self._overview_due_s = time.monotonic() + spent_s / OVERVIEW_SHARE
+        ended = time.monotonic()
+        self._overview_due_s = ended + (ended - begun) / OVERVIEW_SHARE

@@ -21,7 +21,7 @@ from app.arm import open_arm
 from app.endoscope_view import EndoscopeView, Frame
 from app.faults import ToldError
 from app.flight import Aim, OrderedPoses, fly
-from app.operating_room import OperatingRoom, prepare_room
+from app.operating_room import prepare_room
 from app.overview_scene import head_model
 from app.registering import register_by_touch
 from app.second_channel import HandChannel, PathChannel
@@ -146,6 +146,8 @@ class WindowFlight(QObject):
         self._moment_wanted = threading.Event()
         self._lock = threading.Lock()
         self._newest: Instant | None = None
+        self._touched = -1
+        self._told = ("", 0.0)
         # A daemon: a kernel that is just being compiled must not keep the program.
         self._thread = threading.Thread(target=self._run, name="flight", daemon=True)
 
@@ -182,10 +184,18 @@ class WindowFlight(QObject):
     def _stage(self, stage: str, share: float) -> None:
         if self._closed.is_set():
             raise ClosedError
-        self.staged.emit(stage, share)
+        # Some stages report every step of thousands.
+        told = stage, round(share, 2)
+        if told != self._told:
+            self._told = told
+            self.staged.emit(*told)
 
     def _touch(self, stage: str, share: float) -> None:
-        self.touching.emit(round(share * len(self._order.scenario.fiducials)))
+        touched = round(share * len(self._order.scenario.fiducials))
+        # Progress is told with every pose, a hundred times a second.
+        if touched != self._touched:
+            self._touched = touched
+            self.touching.emit(touched)
 
     def _fly(self) -> None:
         order, scenario = self._order, self._order.scenario

@@ -2,7 +2,7 @@
 
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
-from app.window_readings import Readings
+from app.window_readings import UNKNOWN, Readings
 
 
 class Gauges(QWidget):
@@ -17,7 +17,7 @@ class Gauges(QWidget):
         for caption in Readings().texts():
             column = QVBoxLayout()
             column.setSpacing(0)
-            above, figure = QLabel(caption), QLabel("–")
+            above, figure = QLabel(caption), QLabel(UNKNOWN)
             above.setObjectName("caption")
             figure.setObjectName("figure")
             column.addWidget(above)

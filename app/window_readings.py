@@ -6,6 +6,11 @@ from dataclasses import dataclass
 NEAR_MM = 0.5
 """Clearance below which the scope is about to touch: a hand's tremor is a fifth."""
 
+FREE_MM = 50.0
+"""Clearance of a scope that is outside the head: how far out is of no interest."""
+
+UNKNOWN = "--"
+
 
 @dataclass(frozen=True, slots=True)
 class Readings:
@@ -43,20 +48,21 @@ class Readings:
         }
 
     def _clearance(self) -> str:
-        if self.clearance_mm is None or self.clearance_mm > 99.0:
-            # Outside the head; how far is of no interest.
-            return "free" if self.clearance_mm is not None else "–"
+        if self.clearance_mm is None:
+            return UNKNOWN
+        if self.clearance_mm > FREE_MM:
+            return "free"
         if self.is_contact:
             return f"contact {-self.clearance_mm:.1f} mm"
         return f"{self.clearance_mm:.1f} mm"
 
 
 def _figure(value: float | None, form: str) -> str:
-    return "–" if value is None else form.format(value)
+    return UNKNOWN if value is None else form.format(value)
 
 
 def _clock(time_s: float | None) -> str:
     if time_s is None:
-        return "–"
+        return UNKNOWN
     minutes, seconds = divmod(math.floor(time_s * 10) / 10, 60.0)
     return f"{minutes:.0f}:{seconds:04.1f}"
