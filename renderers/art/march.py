@@ -151,7 +151,7 @@ class ClassicMarch(_Marching):
         """Take the volume's smallest and largest value, which the caller knows."""
         super().__init__(scene.volume, quality)
         self.clear = clear_intervals(scene.transfer_function)
-        self._table = classification(scene.transfer_function)
+        self.table = classification(scene.transfer_function)
         volume = scene.volume
         material = scene.material
         self._material = np.array(
@@ -186,7 +186,7 @@ class ClassicMarch(_Marching):
             view,
             shift,
             clock,
-            self._table,
+            self.table,
             self._lights,
             self._material,
             self._spacing,

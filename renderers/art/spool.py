@@ -19,7 +19,8 @@ counter last changed; clocks of two machines are never compared.
 import os
 import stat
 import time
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
@@ -64,19 +65,25 @@ class JobStatus(Struct, frozen=True, forbid_unknown_fields=True):
     message: str = ""
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class _Sign:
     """Remember when a job's heartbeat was last seen to change."""
 
     heartbeat: tuple[int, int]
-    seen_s: float = field(default_factory=time.monotonic)
+    seen_s: float
 
 
 class Spool:
     """Open a spool folder, making it when it is not there."""
 
-    def __init__(self, folder: Path) -> None:
-        """Raise SpoolError in one sentence when the folder cannot be used."""
+    def __init__(
+        self, folder: Path, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        """Raise SpoolError in one sentence when the folder cannot be used.
+
+        clock: seconds, to judge the silence of workers by.
+        """
+        self._clock = clock
         self.folder = folder
         self._queue, self._jobs = folder / "queue", folder / "jobs"
         try:
@@ -178,9 +185,9 @@ class Spool:
         heartbeat = status.attempt, status.heartbeat
         sign = self._signs.get(job_id)
         if sign is None or sign.heartbeat != heartbeat:
-            self._signs[job_id] = _Sign(heartbeat)
+            self._signs[job_id] = _Sign(heartbeat, self._clock())
             return False
-        return time.monotonic() - sign.seen_s > lease_s
+        return self._clock() - sign.seen_s > lease_s
 
     def status(self, job_id: str) -> JobStatus:
         """Read a job's status; QUEUED when nobody has taken it."""

@@ -1,0 +1,134 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from renderers.art.cells import CellGrid
+from renderers.art.preparation import build_brick, chebyshev, set_up_rays
+from renderers.reference import box_interval, sobel_gradient
+from renderers.scene import Volume
+
+SPACING = np.array([0.4, 0.6, 0.9])
+
+
+@settings(max_examples=10)
+@given(
+    shape=st.tuples(*[st.integers(2, 21)] * 3),
+    seed=st.integers(0, 99),
+    threshold=st.floats(-2, 2),
+)
+def test_a_brick_holds_values_sobel_gradients_and_safe_leaps(
+    shape: tuple[int, int, int], seed: int, threshold: float
+) -> None:
+    values = np.random.default_rng(seed).normal(size=shape).astype(np.float32)
+    volume = Volume(values, SPACING, np.zeros(3))
+    gradient = sobel_gradient(volume)
+    grid = CellGrid(shape)
+    clear = np.array([[-np.inf, threshold]], np.float32)
+    for cell in range(grid.cells):
+        z, y, x = grid.start(cell)
+        samples = np.zeros(9**3 * 4, np.float32)
+        leap = np.zeros((10, 10, 10), np.uint8)
+        build_brick(
+            grid.block(values, cell),
+            np.array([x, y, z], np.int32),
+            np.array(shape[::-1], np.int32),
+            (1 / SPACING).astype(np.float32),
+            clear,
+            samples,
+            leap,
+        )
+        brick = samples.reshape(9, 9, 9, 4)
+        inside = tuple(
+            slice(s, min(s + 9, n)) for s, n in zip((z, y, x), shape, strict=True)
+        )
+        n0, n1, n2 = (s.stop - s.start for s in inside)
+        assert np.array_equal(brick[:n0, :n1, :n2, 0], values[inside])
+        assert brick[:n0, :n1, :n2, 1:] == pytest.approx(gradient[inside], abs=2e-5)
+        # Cubes that can be seen are exactly those with a corner above the threshold.
+        corner = values[inside]
+        high = np.maximum.reduce(
+            [
+                corner[a : n0 - 1 + a, b : n1 - 1 + b, c : n2 - 1 + c]
+                for a in (0, 1)
+                for b in (0, 1)
+                for c in (0, 1)
+            ]
+        )
+        seen = leap[1:n0, 1:n1, 1:n2] == 0
+        sure = np.abs(high - threshold) > 1e-4
+        assert np.array_equal(seen[sure], (high > threshold)[sure])
+        # Outside the cell nothing is known.
+        assert not leap[0].any()
+        assert not leap[:, :, 9].any()
+
+
+@given(st.integers(0, 2**20 - 1), st.sampled_from([(5, 4, 6), (1, 9, 2), (3, 3, 3)]))
+def test_chebyshev_distances(bits: int, shape: tuple[int, int, int]) -> None:
+    rng = np.random.default_rng(bits)
+    occupied = rng.random(shape) < 0.1
+    distance = np.where(occupied, 0, 255).astype(np.uint8)
+    chebyshev(distance)
+    full = np.argwhere(occupied)
+    for index in np.ndindex(shape):
+        near = np.abs(full - index).max(axis=1).min() if len(full) else 255
+        assert distance[index] == near
+
+
+@settings(max_examples=60)
+@given(
+    eye=st.tuples(*[st.floats(-30, 30)] * 3),
+    angle=st.floats(0, 2 * math.pi),
+    rise=st.floats(-1, 1),
+    step=st.floats(0.01, 5),
+    at_ends=st.booleans(),
+)
+def test_segments_tile_the_interval_exactly(
+    eye: tuple[float, float, float],
+    angle: float,
+    rise: float,
+    step: float,
+    at_ends: bool,
+) -> None:
+    rng = np.random.default_rng(0)
+    volume = Volume(
+        np.zeros((11, 12, 13), np.int16),
+        SPACING,
+        np.array([-3.0, -3, -5]),
+        np.linalg.qr(rng.normal(size=(3, 3)))[0],
+    )
+    flat = math.sqrt(1 - rise**2)
+    direction = np.array([[flat * math.cos(angle), flat * math.sin(angle), rise]])
+    origin = np.array([eye])
+    geometry, count = np.zeros((1, 8), np.float32), np.zeros(1, np.int32)
+    top = np.array([12.0, 11, 10])
+    set_up_rays(
+        origin, direction, volume.voxel_from_world, top, step, at_ends, geometry, count
+    )
+    near, far = box_interval(volume, origin, direction)
+    length = float(far[0] - near[0])
+    if length <= 1e-9:
+        assert count[0] <= 2
+        return
+    n = int(count[0]) - at_ends
+    h = float(geometry[0, 6])
+    assert n == max(1, math.ceil(length / step)) or abs(length / step % 1) < 1e-9
+    assert n * h == pytest.approx(length, rel=1e-6)
+    assert h <= step * (1 + 1e-6)
+    first = near[0] + (0 if at_ends else 0.5) * h
+    assert geometry[0, 7] == pytest.approx(first, rel=1e-6, abs=1e-6)
+    for i in (0, count[0] - 1):
+        voxel = geometry[0, :3] + np.float32(i) * geometry[0, 3:6]
+        assert np.all(voxel > -1e-4)
+        assert np.all(voxel < top + 1e-4)
+
+
+def test_rays_that_see_nothing_have_no_samples() -> None:
+    origins = np.array([[0.0, 0, 0], [5, 5, -9], [5, 5, -9], [-1, 5, 5]])
+    directions = np.array([[0.0, 0, 0], [0, 0, -1], [1, 0, 0], [0, 1, 0]])
+    geometry, count = np.zeros((4, 8), np.float32), np.full(4, 7, np.int32)
+    top = np.full(3, 10.0)
+    set_up_rays(origins, directions, np.eye(4), top, 1.0, False, geometry, count)
+    assert count.tolist() == [0, 0, 0, 0]

@@ -1,0 +1,203 @@
+"""The compiled march against the same steps in plain Python, sample by sample."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from renderers.art.kernels import BISECTIONS, leap_out, per_voxel
+from renderers.art.march import (
+    ClassicMarch,
+    FrameRays,
+    ScopeMarch,
+    clear_intervals,
+)
+from renderers.art.quality import Quality
+from renderers.art.rays import RayPacket
+from renderers.art.regions import Region
+from renderers.art.tracer import make_node
+from renderers.reference import sobel_gradient
+from renderers.scene import Camera, Scene, TransferFunction, Volume
+
+WHOLE = Region(0, 0, 8, 7)
+F = np.float32
+
+
+def fields(volume: Volume) -> NDArray[np.float32]:
+    """Stack the value and the gradient along the array's axes, (nz, ny, nx, 4)."""
+    gradient = sobel_gradient(volume) @ volume.direction
+    values = volume.values.astype(np.float64)[..., None]
+    return np.concatenate([values, gradient], axis=-1).astype(np.float32)
+
+
+def at(field: NDArray[np.float32], point: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Interpolate along x, then y, then z, in float32 as the kernel does."""
+    top = np.array(field.shape[2::-1]) - 2
+    i, j, k = np.clip(point.astype(int), 0, top)
+    fx, fy, fz = point - np.array([i, j, k], np.float32)
+    cube = field[k : k + 2, j : j + 2, i : i + 2]
+    lines = cube[:, :, 0] + fx * (cube[:, :, 1] - cube[:, :, 0])
+    faces = lines[:, 0] + fy * (lines[:, 1] - lines[:, 0])
+    result: NDArray[np.float32] = faces[0] + fz * (faces[1] - faces[0])
+    return result
+
+
+def trace(scene: Scene, mode: str, camera: Camera) -> tuple[RayPacket, RayPacket]:
+    """Give rays before and after the compiled march."""
+    march, node = make_node(scene, mode, Quality(0.5, 1 / 255, skip_empty=False))
+    rays = FrameRays.of(camera)
+    before, packet = march.start(WHOLE, rays), march.start(WHOLE, rays)
+    node.begin(1, [packet])
+    while not node.is_finished:
+        node.advance(1)
+    return before, packet
+
+
+def test_classic_against_plain_python(scene: Scene, outside: Camera) -> None:
+    before, packet = trace(scene, "classic", outside.with_size(8, 7))
+    field = fields(scene.volume)
+    spacing = scene.volume.spacing_mm
+    material = scene.material
+    axes = scene.volume.direction
+    for ray in range(WHOLE.pixels):
+        geometry = before.geometry[ray]
+        color, clear = np.zeros(3), 1.0
+        for i in range(before.count[ray]):
+            point = geometry[:3] + F(i) * geometry[3:6]
+            v, *g = at(field, point).astype(float)
+            radiance, kappa = scene.transfer_function.evaluate(np.array([v]))
+            if kappa[0] == 0:
+                continue
+            view = geometry[3:6] * spacing / geometry[6]
+            normal = -np.array(g) / np.linalg.norm(g)
+            diffuse, glint = np.full(3, material.ambient), np.zeros(3)
+            for light in scene.lights:
+                to = axes.T @ light.vector
+                if light.is_local:
+                    to = axes.T @ (light.vector - scene.volume.origin_mm)
+                    to = to - point * spacing
+                    to /= np.linalg.norm(to)
+                half = (to - view) / np.linalg.norm(to - view)
+                diffuse += material.diffuse * max(normal @ to, 0) * light.color
+                power = max(normal @ half, 0) ** material.shininess
+                glint += material.specular * power * light.color
+            weight = clear * -math.expm1(-kappa[0] * geometry[6])
+            color += weight * (radiance[0] * diffuse + glint)
+            clear -= weight
+            if clear < 1 / 255:
+                break
+        assert packet.value[ray] == pytest.approx([*color, clear], abs=2e-5)
+
+
+def test_scope_against_plain_python(scene: Scene, inside: Camera) -> None:
+    before, packet = trace(scene, "scope", inside.with_size(8, 7))
+    assert scene.surface is not None
+    field = fields(scene.surface.distance)
+    hits = 0
+    for ray in range(WHOLE.pixels):
+        geometry = before.geometry[ray]
+
+        def value(i: float, g: NDArray[np.float32] = geometry) -> NDArray[np.float32]:
+            return at(field, g[:3] + F(i) * g[3:6])
+
+        found = next((i for i in range(before.count[ray]) if value(i)[0] >= 0), None)
+        if found is None:
+            assert packet.depth[ray] == np.inf
+            assert not packet.value[ray].any()
+            continue
+        hits += 1
+        low, high = found - 1.0, float(found)
+        for _ in range(BISECTIONS):
+            middle = (low + high) / 2
+            low, high = (low, middle) if value(middle)[0] >= 0 else (middle, high)
+        g = value(high)[1:].astype(float)
+        depth = geometry[7] + F(high) * geometry[6]
+        assert packet.depth[ray] == pytest.approx(depth, rel=1e-6)
+        assert packet.value[ray] == pytest.approx(
+            [*(-g / np.linalg.norm(g)), 1], abs=1e-5
+        )
+    assert hits > 20
+
+
+@settings(max_examples=200)
+@given(
+    x=st.floats(0, 0.999),
+    s=st.one_of(st.floats(-2, 2), st.sampled_from([0.0, -0.0, 1e-12, -1e-12, 1e-30])),
+    block=st.integers(0, 1000),
+    side=st.sampled_from([1, 8]),
+    distance=st.integers(1, 255),
+    left=st.integers(1, 4000),
+)
+def test_a_leap_stays_in_empty_space_and_moves_on(
+    x: float, s: float, block: int, side: int, distance: int, left: int
+) -> None:
+    first = np.float32(block * side)
+    start, step = np.float32(first + x * side), np.float32(s)
+    middle = np.float32(block * side + 0.5 * side)
+    jump = leap_out(
+        start, middle, middle,
+        per_voxel(step), per_voxel(ZERO), per_voxel(ZERO),
+        block * side, block * side, block * side, side, distance, left,
+    )  # fmt: skip
+    assert 1 <= jump <= left
+    last = start + np.float32(jump - 1) * step
+    assert block * side - (distance - 1) * side <= last or jump == 1
+    assert last < (block + distance) * side or jump == 1
+    if jump < left:
+        # Short by at most the precaution, two samples, and what x * 1e-9 rounds to.
+        short = last + np.float32(2) * step + np.sign(step) * np.float32(2.1e-3)
+        low, high = (block - distance + 1) * side, (block + distance) * side
+        assert not low + 1e-3 < short < high - 1e-3 or abs(step) < 1e-8
+
+
+ZERO = np.float32(0)
+
+
+@given(
+    kappa=st.lists(st.sampled_from([0.0, 0.5]), min_size=2, max_size=7),
+    low=st.floats(-20, 90),
+    width=st.floats(0, 40),
+)
+def test_clear_intervals_agree_with_the_transfer_function(
+    kappa: list[float], low: float, width: float
+) -> None:
+    n = len(kappa)
+    transfer = TransferFunction(
+        np.arange(0.0, 10.0 * n, 10.0), np.zeros((n, 3)), np.array(kappa)
+    )
+    high = low + width
+    inside = any(a <= low and high <= b for a, b in clear_intervals(transfer))
+    assert inside == transfer.is_clear(low, high)
+
+
+def test_classification_holds_the_users_own_nodes(scene: Scene) -> None:
+    """A jump of .01 HU stays where it is, wherever the bins begin."""
+    march = ClassicMarch(scene, Quality(0.5, 0.0), (-1000.0, 1000.0))
+    table = march.table
+    for density in (-400.0, -150.0, 99.99, 100.0, 100.005, 100.01, 299.0, 300.0, 1e4):
+        k = table.bins[
+            int(np.clip((F(density) - table.low) * table.scale, 0, len(table.bins) - 1))
+        ]
+        while F(density) >= table.nodes[k + 1]:
+            k += 1
+        dv = max(F(density) - table.nodes[k], F(0))
+        color, kappa = scene.transfer_function.evaluate(np.array([F(density)]))
+        found = table.base[k] + dv * table.slope[k]
+        assert found == pytest.approx([*color[0], kappa[0]], abs=5e-5)
+
+
+def test_the_scope_needs_a_surface(scene: Scene) -> None:
+    bare = Scene(scene.volume, scene.transfer_function)
+    with pytest.raises(ValueError, match="no air surface"):
+        ScopeMarch(bare, Quality(0.5, 0.0))
+
+
+def test_too_many_samples_are_refused(scene: Scene) -> None:
+    long = Volume(
+        np.zeros((2, 2, 40_000), np.int16), np.array([1.0, 1, 1]), np.zeros(3)
+    )
+    with pytest.raises(ValueError, match="choose a larger one"):
+        ClassicMarch(Scene(long, scene.transfer_function), Quality(1 / 256, 0), (0, 1))

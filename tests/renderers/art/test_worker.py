@@ -1,0 +1,280 @@
+import hashlib
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from renderers.art import ActiveRayTracer
+from renderers.art.client import (
+    SnapshotCancelledError,
+    SnapshotClient,
+    SnapshotError,
+    WorkerLostError,
+)
+from renderers.art.job import ScopeWork, SnapshotRequest
+from renderers.art.rank import Rank
+from renderers.art.spool import JobState, Spool
+from renderers.art.team import RankTeam, SerialTeam, Traced, follow
+from renderers.art.transport import LoopBack, LoopBackEnd
+from renderers.art.worker import MOST_ATTEMPTS, run_worker
+from renderers.scene import Camera, Image, Material, Mesh, Scene
+
+Go = Callable[[float], bool]
+
+
+@pytest.fixture
+def client(tmp_path: Path) -> SnapshotClient:
+    return SnapshotClient(tmp_path / "spool", name="test", lease_s=0.4)
+
+
+def test_classic_is_what_the_tracer_draws(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    shares: list[float] = []
+    job = client.submit(client.request_classic(scene, outside, background=(1, 1, 1)))
+    assert run_worker(client.spool.folder, once=True) == 1
+    snapshot = client.wait(job, shares.append)
+    expected = ActiveRayTracer(scene).render(outside)
+    assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
+    assert snapshot.depth_mm().tobytes() == expected.depth_mm.tobytes()  # type: ignore[union-attr]
+    assert np.array_equal(snapshot.pixels(), expected.to_srgb8((1, 1, 1)))
+    assert shares[-1] == 1
+    result = snapshot.result
+    assert (result.ranks, result.attempt, result.mode) == (1, 1, "classic")
+    assert result.counters["contributing"] > 0
+    for name, digest in result.digests.items():
+        found = hashlib.sha256((snapshot.folder / name).read_bytes()).hexdigest()
+        assert found == digest
+
+
+def test_the_scope_sees_tissue_and_an_instrument(
+    client: SnapshotClient, scene: Scene, inside: Camera
+) -> None:
+    assert scene.surface is not None
+    camera = inside.with_size(48, 40)
+    corners = np.array([[-0.5, -0.5, 1], [0.5, -0.5, 1], [0, 0.5, 1.0]])
+    blade = Mesh(corners, np.array([[0, 1, 2]]), Material.METAL)
+    pose = np.eye(4)
+    # Right, up, forward are left-handed: the blade is turned over instead.
+    pose[:3, :3] = camera.frame[1:].T * [-1, 1, 1]
+    pose[:3, 3] = camera.eye_mm
+    bare = client.request_scope(scene.surface, camera)
+    held = client.request_scope(
+        scene.surface, camera, gain=0.5, instruments=[(blade, pose)]
+    )
+    for request in (bare, held):
+        client.submit(request)
+    assert run_worker(client.spool.folder, once=True) == 2
+    first, second = client.wait(bare.id), client.wait(held.id)
+    assert first.pixels().shape == (40, 48, 3)
+    assert first.result.gain is not None
+    assert second.result.gain == 0.5
+    nearer = second.depth_mm() < first.depth_mm()
+    assert 20 < np.count_nonzero(nearer) < 1000
+    assert np.all(second.depth_mm()[nearer] < 1.5)
+    assert not np.array_equal(first.radiance(), second.radiance())
+
+
+def test_a_finished_id_is_answered_again(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    request = client.request_classic(scene, outside)
+    client.submit(request)
+    run_worker(client.spool.folder, once=True)
+    before = client.wait(request.id).result
+    client.submit(request)
+    assert run_worker(client.spool.folder, once=True) == 0
+    assert client.wait(request.id).result == before
+
+
+def test_a_wrong_request_is_rejected_and_the_next_is_served(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    good = client.request_classic(scene, outside)
+    missing = msgspec.structs.replace(
+        client.request_classic(scene, outside),
+        work=msgspec.structs.replace(good.work, volume="0" * 64),
+        priority=1,
+    )
+    queue = client.spool.folder / "queue"
+    (queue / f"0-{1:032x}.json").write_bytes(b'{"pickle": "no"}')
+    wrong = msgspec.json.encode(good).replace(b'"quality":"snapshot"', b'"quality":7')
+    (queue / f"0-{2:032x}.json").write_bytes(wrong)
+    client.submit(missing)
+    client.submit(good)
+    assert run_worker(client.spool.folder, once=True) == 4
+    for job, reason in (
+        (f"{1:032x}", "unknown field `pickle`"),
+        (f"{2:032x}", r"\$\.quality"),
+        (missing.id, "there is no data 0000"),
+    ):
+        with pytest.raises(SnapshotError, match=f"was rejected: .*{reason}"):
+            client.wait(job)
+    assert client.wait(good.id).picture.exists()
+
+
+def test_a_job_cancelled_in_the_queue_is_never_drawn(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    job = client.submit(client.request_classic(scene, outside))
+    client.cancel(job)
+    run_worker(client.spool.folder, once=True)
+    with pytest.raises(SnapshotCancelledError):
+        client.wait(job)
+    assert not (client.spool.job_folder(job) / "result.json").exists()
+
+
+class InterruptedTeam(SerialTeam):
+    """Do something in the middle of a picture."""
+
+    def __init__(self, deed: Callable[[SnapshotRequest], None]) -> None:
+        super().__init__()
+        self._deed = deed
+
+    def trace(self, request: SnapshotRequest, scene: Scene, progress: Go) -> Traced:
+        def go_on(share: float) -> bool:
+            if share > 0:
+                self._deed(request)
+            return progress(share)
+
+        return super().trace(request, scene, go_on)
+
+
+def test_a_job_cancelled_while_drawn_ends_early(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    job = client.submit(client.request_classic(scene, outside))
+    team = InterruptedTeam(lambda request: client.cancel(request.id))
+    assert run_worker(client.spool.folder, once=True, team=team) == 1
+    with pytest.raises(SnapshotCancelledError):
+        client.wait(job)
+
+
+def test_a_job_may_not_take_longer_than_it_said(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    job = client.submit(client.request_classic(scene, outside, max_seconds=1e-9))
+    run_worker(client.spool.folder, once=True)
+    with pytest.raises(SnapshotError, match=r"failed: .*longer than max_seconds"):
+        client.wait(job)
+
+
+def test_a_stopped_worker_leaves_its_job_to_the_next(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    job = client.submit(client.request_classic(scene, outside))
+    asked: list[str] = []
+    team = InterruptedTeam(lambda request: asked.append(request.id))
+    folder = client.spool.folder
+    assert run_worker(folder, team=team, stopped=lambda: bool(asked)) == 0
+    assert client.spool.status(job).state is JobState.RUNNING
+    with pytest.raises(WorkerLostError, match=r"no sign of life for 0\.4 s"):
+        client.wait(job)
+    done = threading.Event()
+    worker = threading.Thread(
+        target=run_worker,
+        args=(folder,),
+        kwargs={"lease_s": 0.3, "stopped": done.is_set},
+    )
+    worker.start()
+    try:
+        # The second worker also starts its clock when it first looks.
+        while client.spool.status(job).attempt < 2:
+            done.wait(0.02)
+        snapshot = client.wait(job, timeout_s=60)
+    finally:
+        done.set()
+        worker.join()
+    assert snapshot.result.attempt == 2
+    expected = ActiveRayTracer(scene).render(outside)
+    assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
+
+
+def test_a_job_that_kills_its_workers_is_given_up(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    job = client.submit(client.request_classic(scene, outside))
+    assert client.spool.claim() is not None
+    for attempt in range(2, MOST_ATTEMPTS + 1):
+        assert client.spool.begin_attempt(job, attempt)
+    looks = iter(range(40))
+    run_worker(
+        client.spool.folder, lease_s=0.05, stopped=lambda: next(looks, None) is None
+    )
+    with pytest.raises(SnapshotError, match="3 workers died"):
+        client.wait(job)
+
+
+def test_a_fault_of_ours_is_told_to_the_client_and_raised(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    class Broken(SerialTeam):
+        def trace(self, request: SnapshotRequest, scene: Scene, progress: Go) -> Traced:
+            raise ZeroDivisionError("by nothing")
+
+    job = client.submit(client.request_classic(scene, outside))
+    with pytest.raises(ZeroDivisionError):
+        run_worker(client.spool.folder, once=True, team=Broken())
+    with pytest.raises(SnapshotError, match="the worker broke: ZeroDivisionError"):
+        client.wait(job)
+
+
+def test_nobody_serves(client: SnapshotClient, scene: Scene, outside: Camera) -> None:
+    job = client.submit(client.request_classic(scene, outside))
+    with pytest.raises(SnapshotError, match=r"still queued after 0\.1 s; is a worker"):
+        client.wait(job, timeout_s=0.1)
+
+
+class ThreadedEnd(LoopBackEnd):
+    """Let ranks of one loop-back run in threads of their own."""
+
+    lock = threading.Lock()
+
+    def send(self, message):  # type: ignore[no-untyped-def]
+        with self.lock:
+            super().send(message)
+
+    def poll(self):  # type: ignore[no-untyped-def]
+        with self.lock:
+            return super().poll()
+
+    def rest(self, waiting: bool) -> None:
+        threading.Event().wait(1e-4)
+
+
+def test_a_team_of_ranks_delivers_the_same_bytes(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    joint = LoopBack(3, delay=0)
+    ranks = [Rank(ThreadedEnd(joint, rank)) for rank in range(3)]
+    data = Spool(client.spool.folder).data
+    others = [
+        threading.Thread(target=follow, args=(rank, data, 5)) for rank in ranks[1:]
+    ]
+    for other in others:
+        other.start()
+    good = client.request_classic(scene, outside)
+    assert not isinstance(good.work, ScopeWork)
+    cancelled = client.request_classic(scene, outside)
+    client.cancel(cancelled.id)
+    again = client.request_classic(scene, outside, samples=4)
+    for request in (good, cancelled, again):
+        client.submit(request)
+    served = run_worker(client.spool.folder, once=True, team=RankTeam(ranks[0], 5))
+    for other in others:
+        other.join(10)
+        assert not other.is_alive()
+    assert served == 3
+    expected = ActiveRayTracer(scene).render(outside)
+    snapshot = client.wait(good.id)
+    assert snapshot.result.ranks == 3
+    assert snapshot.result.counters["requests"] > 0
+    assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
+    fine = ActiveRayTracer(scene).render(outside.with_size(100, 86))
+    assert client.wait(again.id).radiance() == pytest.approx(
+        fine.rgba.reshape(43, 2, 50, 2, 4).mean(axis=(1, 3)), abs=1e-6
+    )
+    assert isinstance(fine, Image)
