@@ -1,3 +1,5 @@
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -40,7 +42,7 @@ def test_contacts_are_the_runs_of_negative_gaps(gaps: list[float]) -> None:
     for i, gap in enumerate(gaps):
         scorer.add(float(i), np.zeros(3), gap)
     touching = [False, *(g < 0 for g in gaps)]
-    runs = sum(b and not a for a, b in zip(touching[:-1], touching[1:], strict=True))
+    runs = sum(b and not a for a, b in itertools.pairwise(touching))
     score = scorer.score()
     assert score.contacts == runs
     assert score.min_clearance_mm == min(gaps)
