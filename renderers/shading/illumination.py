@@ -64,16 +64,16 @@ class ScopeLight:
 class Detail(Enum):
     """Say how fine surface detail is made."""
 
-    BAKED = 1
-    """Mottle stored in the blood volume; one octave of ripples; large vessels."""
+    LEAN = 1
+    """Two octaves of mottle and ripples; large vessels."""
     FULL = 2
-    """Three octaves of mottle and bumps at every pixel, and vessels."""
+    """Three octaves, and both sizes of vessel."""
 
 
 class Tier(Enum):
     """Choose quality against time."""
 
-    LIVE = (2, 64, Detail.BAKED, 1)
+    LIVE = (2, 64, Detail.LEAN, 1)
     FULL = (6, 128, Detail.FULL, 1)
     SNAPSHOT = (6, 256, Detail.FULL, 2)
 

@@ -10,9 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.scene import AirSurface, Volume
-from renderers.shading.bands import RowBands
-from renderers.shading.detail.kernels import bake_mottle
-from renderers.shading.illumination import Detail
 from renderers.shading.materials import material_table
 from renderers.shading.noise import noise_tile, tile_from_mm
 from renderers.shading.tissue_colour import SKIN_COLOR, colour_table
@@ -21,10 +18,6 @@ _MOTTLE_VOXELS = 5.7
 """Tile voxels per dominant wavelength of a tile of shortest wavelength 4."""
 _VESSEL_VOXELS = 11.4
 """The same for shortest wavelength 8: zero curves need the finer sampling."""
-
-_BAKING_REACH_VOXELS = 3.0
-"""Trilinear taps on the surface reach sqrt(3) voxels; the rest is for renderers whose
-surface lies a little off the zero set."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,10 +45,8 @@ class Look:
     vessel_offset_mm: NDArray[np.float32]
 
     @classmethod
-    def of(
-        cls, surface: AirSurface, detail: Detail, seed: int, bands: RowBands
-    ) -> "Look":
-        """Precompute for `surface`; BAKED detail stores its mottle in the tint."""
+    def of(cls, surface: AirSurface, seed: int) -> "Look":
+        """Precompute for `surface`; `seed` decides mottle, ripples and vessels."""
         tile = noise_tile(4.0, seed).reshape(-1)
         to_tile = np.stack(
             [
@@ -66,12 +57,9 @@ class Look:
                 tile_from_mm(2.8, _VESSEL_VOXELS, 2),
             ]
         )
-        blood: NDArray[np.uint8] = surface.blood.values
-        if detail is Detail.BAKED:
-            blood = _mottled(surface, tile, to_tile, bands)
         tint = surface.skin.values.astype(np.uint16)
         tint <<= 8
-        tint |= blood
+        tint |= surface.blood.values
         look = cls(
             surface.distance,
             tint.reshape(-1),
@@ -92,35 +80,6 @@ class Look:
         ):
             array.flags.writeable = False
         return look
-
-
-def _mottled(
-    surface: AirSurface,
-    tile: NDArray[np.float32],
-    to_tile: NDArray[np.float32],
-    bands: RowBands,
-) -> NDArray[np.uint8]:
-    """Give the blood codes ``(nz, ny, nx)`` with both long octaves multiplied in."""
-    volume = surface.distance
-    mm_from_voxel = volume.world_from_voxel[:3].copy()
-    mm_from_voxel[:, 3] -= volume.center_mm
-    mottled = np.empty(volume.shape, np.uint8)
-
-    def slices(first: int, last: int) -> None:
-        bake_mottle(
-            surface.blood.values,
-            volume.values,
-            mm_from_voxel.astype(np.float32),
-            tile,
-            to_tile,
-            np.float32(_BAKING_REACH_VOXELS * volume.spacing_mm.max()),
-            mottled,
-            first,
-            last,
-        )
-
-    bands.run(volume.shape[0], slices)
-    return mottled
 
 
 def _rows_of_eight(table: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -39,7 +39,7 @@ class ScopeShader:
         self.tier = tier
         self.blood_bias = blood_bias
         self._bands = RowBands(threads)
-        self._look = Look.of(surface, tier.detail, seed, self._bands)
+        self._look = Look.of(surface, seed)
 
     def shade(
         self, gbuffer: GBuffer, camera: Camera, light: ScopeLight

@@ -1,4 +1,4 @@
-"""Compiled: taps into noise tiles, vessels, and mottle baked into a blood volume.
+"""Compiled: taps into noise tiles, and vessels.
 
 Coordinates are millimetres relative to the volume's centre, world axes, so that
 float32 keeps a micrometre everywhere.
@@ -23,6 +23,22 @@ MOTTLE_LONG = f32(0.26)
 MOTTLE_MIDDLE = f32(0.11)
 MOTTLE_SHORT = f32(0.07)
 """Standard deviations of log blood content on the three octaves."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def exp_negative(x: np.float32) -> np.float32:
+    """Give exp(x) for x <= 0, to 1e-6 for x > -6; no call, so that loops vectorise."""
+    y = max(x * f32(1.4426950408889634), f32(-126.0))
+    # the shift may round k up or down, but what is left of y is exact
+    k = i32(y + f32(127))
+    r = y - f32(k - i32(127))
+    p = f32(1.8775767e-3)
+    p = p * r + f32(8.9893397e-3)
+    p = p * r + f32(5.5826318e-2)
+    p = p * r + f32(2.4015361e-1)
+    p = p * r + f32(6.9315308e-1)
+    p = p * r + f32(0.99999994)
+    return p * i32(k << i32(23)).view(np.float32)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -172,43 +188,3 @@ def with_vessels(
     fine = f32(0.45) * vessel(q, slope, radius, edge, foot, f32(0.35))
     cover = max(cover, fine)
     return blood + cover * (f32(1) - skin) * (f32(0.10) + f32(1.6) * blood)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def bake_mottle(
-    blood: NDArray[np.uint8],
-    distance: NDArray[np.float32],
-    mm_from_voxel: NDArray[np.float32],
-    tile: NDArray[np.float32],
-    to_tile: NDArray[np.float32],
-    reach_mm: np.float32,
-    mottled: NDArray[np.uint8],
-    first: int,
-    last: int,
-) -> None:
-    """Multiply the blood fraction of slices ``first..last`` by its long octaves.
-
-    mm_from_voxel: ``(3, 4)`` map from voxel (i, j, k) to mm from the volume's centre.
-    Voxels farther than `reach_mm` from the surface are copied: nothing sees them.
-    """
-    m = mm_from_voxel
-    for k in range(first, last):
-        for j in range(blood.shape[1]):
-            for i in range(blood.shape[2]):
-                code = blood[k, j, i]
-                if abs(distance[k, j, i]) < reach_mm:
-                    u = f32(i)
-                    v = f32(j)
-                    w = f32(k)
-                    x = m[0, 0] * u + m[0, 1] * v + m[0, 2] * w + m[0, 3]
-                    y = m[1, 0] * u + m[1, 1] * v + m[1, 2] * w + m[1, 3]
-                    z = m[2, 0] * u + m[2, 1] * v + m[2, 2] * w + m[2, 3]
-                    a = octave(tile, to_tile, 0, x, y, z, False)[0]
-                    b = octave(tile, to_tile, 1, x, y, z, False)[0]
-                    # codes are sqrt(B): half the exponent
-                    grown = f32(code) * f32(
-                        math.exp(f32(0.5) * (MOTTLE_LONG * a + MOTTLE_MIDDLE * b))
-                    )
-                    mottled[k, j, i] = np.uint8(min(grown + f32(0.5), f32(255)))
-                else:
-                    mottled[k, j, i] = code

@@ -1,7 +1,7 @@
 """Compiled: interpolation of four channels at once, as one LLVM vector.
 
-The compiler does not find this vector by itself in scalar code (measured: 41 ns a tap
-of a noise tile written out in scalars, 11 ns as below, same machine and load). No
+The compiler does not find this vector by itself in scalar code (measured on a busy
+machine: 41 ns a tap of a noise tile written out in scalars, 17 ns as below). No
 contraction, no reassociation: the bits are those of the scalar formula
 ``a + t * (b - a)`` along x, then y, then z.
 """

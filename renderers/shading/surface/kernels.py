@@ -14,6 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.shading.bounce.kernels import lift
+from renderers.shading.detail.kernels import exp_negative
 from renderers.shading.surface.block import (
     A2,
     BLUE,
@@ -57,22 +58,6 @@ from renderers.shading.tissue.kernels import paint, set_materials
 f32 = np.float32
 i32 = np.int32
 Floats = NDArray[np.float32]
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def exp_negative(x: np.float32) -> np.float32:
-    """Give exp(x) for x <= 0, to 1e-6 for x > -6; no call, so that loops vectorise."""
-    y = max(x * f32(1.4426950408889634), f32(-126.0))
-    # the shift may round k up or down, but what is left of y is exact
-    k = i32(y + f32(127))
-    r = y - f32(k - i32(127))
-    p = f32(1.8775767e-3)
-    p = p * r + f32(8.9893397e-3)
-    p = p * r + f32(5.5826318e-2)
-    p = p * r + f32(2.4015361e-1)
-    p = p * r + f32(6.9315308e-1)
-    p = p * r + f32(0.99999994)
-    return p * i32(k << i32(23)).view(np.float32)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

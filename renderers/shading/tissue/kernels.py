@@ -13,6 +13,7 @@ from renderers.shading.detail.kernels import (
     MOTTLE_LONG,
     MOTTLE_MIDDLE,
     MOTTLE_SHORT,
+    exp_negative,
     ramp,
     tap_tile,
     with_vessels,
@@ -55,6 +56,8 @@ from renderers.shading.surface.block import (
 f32 = np.float32
 i32 = np.int32
 Floats = NDArray[np.float32]
+
+E_TO_4 = math.exp(4)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -164,7 +167,7 @@ def tap_octave(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def draw_large_vessels(
+def mottle_and_large_vessels(
     w: Floats,
     count: int,
     tile: Floats,
@@ -172,10 +175,10 @@ def draw_large_vessels(
     offsets: Floats,
     eye_mm: Floats,
 ) -> None:
-    """Add the large vessels to a block's blood codes, at one width.
+    """Mottle a block's blood codes by two octaves; add the large vessels.
 
-    They run where the full detail's run: same curve, same warp by the middle octave.
-    Uses the long octave's slots.
+    What full detail does, without its finest octave and vessels, and as vector code.
+    Uses the short octave's slots.
     """
     m00, m01, m02 = to_tile[3, 0, 0], to_tile[3, 0, 1], to_tile[3, 0, 2]
     m10, m11, m12 = to_tile[3, 1, 0], to_tile[3, 1, 1], to_tile[3, 1, 2]
@@ -187,34 +190,39 @@ def draw_large_vessels(
         x = ex + w[PX + i] + ox + bend
         y = ey + w[PY + i] + oy
         z = ez + w[PZ + i] + oz + bend
-        w[LONG + N + i] = m00 * x + m01 * y + m02 * z
-        w[LONG + 2 * N + i] = m10 * x + m11 * y + m12 * z
-        w[LONG + 3 * N + i] = m20 * x + m21 * y + m22 * z
+        w[SHORT + N + i] = m00 * x + m01 * y + m02 * z
+        w[SHORT + 2 * N + i] = m10 * x + m11 * y + m12 * z
+        w[SHORT + 3 * N + i] = m20 * x + m21 * y + m22 * z
     for i in range(count):
         value, gx, gy, gz = tap_tile(
-            tile, w[LONG + N + i], w[LONG + 2 * N + i], w[LONG + 3 * N + i], True
+            tile, w[SHORT + N + i], w[SHORT + 2 * N + i], w[SHORT + 3 * N + i], True
         )
-        w[LONG + i] = value
-        w[LONG + N + i] = gx
-        w[LONG + 2 * N + i] = gy
-        w[LONG + 3 * N + i] = gz
-    radius = f32(0.75 * 0.042)
-    edge = f32(0.55) * radius + f32(0.02)
+        w[SHORT + i] = value
+        w[SHORT + N + i] = gx
+        w[SHORT + 2 * N + i] = gy
+        w[SHORT + 3 * N + i] = gz
     for i in range(N):
-        a = w[LONG + N + i]
-        b = w[LONG + 2 * N + i]
-        c = w[LONG + 3 * N + i]
+        a = w[SHORT + N + i]
+        b = w[SHORT + 2 * N + i]
+        c = w[SHORT + 3 * N + i]
         gx = m00 * a + m10 * b + m20 * c
         gy = m01 * a + m11 * b + m21 * c
         gz = m02 * a + m12 * b + m22 * c
         d = gx * w[NX + i] + gy * w[NY + i] + gz * w[NZ + i]
         slope = math.sqrt(max(gx * gx + gy * gy + gz * gz - d * d, f32(1e-12)))
+        radius = f32(0.042) * (f32(0.55) + f32(0.45) * w[LONG + i])
+        edge = f32(0.55) * radius + f32(0.02)
         thin = f32(0.7) * w[FOOT + i]
         soft = max(edge, thin)
-        cover = f32(1) - ramp(radius - soft, radius + soft, abs(w[LONG + i]) / slope)
+        cover = f32(1) - ramp(radius - soft, radius + soft, abs(w[SHORT + i]) / slope)
         cover *= f32(0.6) * min(f32(1), radius / thin)
         cover = cover if slope > f32(0.12) else f32(0)
+        cover = cover if radius > f32(0) else f32(0)
+        w2 = f32(1) - ramp(f32(0.25), f32(0.5), w[FOOT + i] * f32(1 / 1.6))
+        mottle = MOTTLE_LONG * w[LONG + i] + MOTTLE_MIDDLE * w2 * w[MIDDLE + i]
         blood = w[CODE + i] * w[CODE + i] * f32(1 / 65025)
+        # no tile reaches 7 standard deviations: shift by 4 to stay below zero
+        blood *= f32(E_TO_4) * exp_negative(mottle - f32(4))
         blood += cover * (f32(1) - w[SKIN + i]) * (f32(0.10) + f32(1.6) * blood)
         w[CODE + i] = math.sqrt(min(blood, f32(1))) * f32(255)
 
@@ -247,19 +255,16 @@ def paint(
     for i in range(N):
         w[CODE + i] *= bias_root
         w[SKIN + i] *= w[SHARE + i] * f32(1 / 255)
+    tap_octave(w, count, tile, to_tile, 0, eye_mm, LONG)
     tap_octave(w, count, tile, to_tile, 1, eye_mm, MIDDLE)
     if full:
-        tap_octave(w, count, tile, to_tile, 0, eye_mm, LONG)
         tap_octave(w, count, tile, to_tile, 2, eye_mm, SHORT)
         for i in range(count):
             w[CODE + i] = mottled_code(w, i, vessel_tile, to_tile, offsets, eye_mm)
         bump(w, f32(1), f32(1))
     else:
-        draw_large_vessels(w, count, vessel_tile, to_tile, offsets, eye_mm)
+        mottle_and_large_vessels(w, count, vessel_tile, to_tile, offsets, eye_mm)
         for i in range(N):
-            w[LONG + N + i] = f32(0)
-            w[LONG + 2 * N + i] = f32(0)
-            w[LONG + 3 * N + i] = f32(0)
             w[SHORT + N + i] = f32(0)
             w[SHORT + 2 * N + i] = f32(0)
             w[SHORT + 3 * N + i] = f32(0)

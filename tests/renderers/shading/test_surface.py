@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from renderers.scene import AirSurface, Camera, GBuffer
 from renderers.shading import ScopeLight, ScopeShader, Tier
-from renderers.shading.bands import RowBands
 from renderers.shading.bounce.light_grid import VirtualLights
 from renderers.shading.look import Look
 from renderers.shading.noise import TILE_SIZE
@@ -68,7 +67,7 @@ class Twin:
     def __init__(
         self, surface: AirSurface, buffer: GBuffer, camera: Camera, tier: Tier
     ) -> None:
-        self.look = Look.of(surface, tier.detail, SEED, RowBands(1))
+        self.look = Look.of(surface, SEED)
         self.tier = tier
         self.camera = camera
         self.light = ScopeLight()
@@ -125,18 +124,18 @@ class Twin:
         """Find albedo, lengths, the three normals and the film's roughness."""
         full = self.tier is not Tier.LIVE
         w2, w3 = (1 - smoothstep(0.25, 0.5, self.foot / k) for k in (1.6, 0.55))
-        m2, g2 = self.octave(1)
-        m1 = m3 = np.zeros_like(m2)
-        g1 = g3 = np.zeros_like(g2)
+        (m1, g1), (m2, g2) = self.octave(0), self.octave(1)
+        m3, g3 = np.zeros_like(m2), np.zeros_like(g2)
         if full:
-            (m1, g1), (m3, g3) = self.octave(0), self.octave(2)
+            m3, g3 = self.octave(2)
             blood = (self.code / 255) ** 2
             blood = blood * np.exp(0.26 * m1 + 0.11 * w2 * m2 + 0.07 * w3 * m3)
             blood = self.vessels(m1, m2, m3, blood)
             self.code = 255 * np.sqrt(np.minimum(blood, 1))
         else:
             w3 = np.zeros_like(w3)
-            blood = self.vessels((m1 + 0.2) / 0.45, m2, m3, (self.code / 255) ** 2)
+            blood = (self.code / 255) ** 2 * np.exp(0.26 * m1 + 0.11 * w2 * m2)
+            blood = self.vessels(m1, m2, m3, blood)
             self.code = 255 * np.sqrt(np.minimum(blood, 1))
         relief = self.material[:, 6]
 

@@ -2,13 +2,11 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from renderers.shading.surface import block as b
-from renderers.shading.surface.kernels import exp_negative, finish, light
+from renderers.shading.surface.kernels import finish, light
 
 f32 = np.float32
 N = b.N
@@ -92,13 +90,6 @@ def light_twin(
     smith = nl * np.sqrt(nv**2 * (1 - a2) + a2) + nv * np.sqrt(nl**2 * (1 - a2) + a2)
     spark = intensity * nl * lobe * fresnel * 0.5 / (smith + 1e-4)
     return np.stack([red, green, spark * (1 - 0.7 * part(w, b.SKIN))])
-
-
-@given(x=st.floats(-87, 0, width=32))
-def test_exp_is_exp(x: float) -> None:
-    assert exp_negative(f32(x)) == pytest.approx(
-        math.exp(x), rel=1e-6 * (1 - x / 10), abs=1e-37
-    )
 
 
 def test_light_falls_with_the_square_of_the_distance() -> None:
