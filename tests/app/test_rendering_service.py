@@ -1,0 +1,100 @@
+"""The snapshot worker as a child: killed, refused, ended."""
+
+import os
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.__main__ import main
+from app.faults import ToldError
+from app.rendering_service import running_worker, worker_command
+from renderers.art.client import SnapshotClient
+from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
+
+
+def scene() -> Scene:
+    values = np.zeros((12, 12, 12), np.float32)
+    values[3:9, 3:9, 3:9] = 1.0
+    transfer = TransferFunction(
+        np.array([0.0, 1.0]), np.ones((2, 3)), np.array([0.0, 1.0])
+    )
+    return Scene(Volume(values, np.ones(3), np.zeros(3), background=0.0), transfer)
+
+
+def ask(client: SnapshotClient) -> str:
+    camera = Camera.looking_at(
+        (5.5, -20, 5.5),
+        (5.5, 5.5, 5.5),
+        extent=0.4,
+        size=(16, 16),
+        projection=Projection.PERSPECTIVE,
+    )
+    return client.submit(client.request_classic(scene(), camera))
+
+
+def processes_of(group: int) -> list[int]:
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                fields = (entry / "stat").read_text().rpartition(")")[2].split()
+            except OSError:
+                continue
+            if int(fields[2]) == group and fields[0] != "Z":
+                found.append(int(entry.name))
+    return found
+
+
+def test_a_worker_draws_and_leaves_nothing_behind(tmp_path: Path) -> None:
+    client = SnapshotClient(tmp_path / "spool dir")
+    job = ask(client)
+    with running_worker(tmp_path / "spool dir", ranks=1) as worker:
+        group = worker.pid
+        snapshot = client.wait(job, timeout_s=200, watch=worker.ensure_alive)
+        assert snapshot.pixels().max() > 100
+    assert processes_of(group) == []
+
+
+def test_a_killed_worker_is_one_sentence(tmp_path: Path) -> None:
+    client = SnapshotClient(tmp_path)
+    job = ask(client)
+    with running_worker(tmp_path, ranks=1) as worker:
+        os.kill(worker.pid, signal.SIGKILL)
+        with pytest.raises(ToldError, match="worker ended"):
+            client.wait(job, timeout_s=60, watch=worker.ensure_alive)
+    # the request is still there for the next worker
+    with running_worker(tmp_path, ranks=1) as worker:
+        snapshot = client.wait(job, timeout_s=200, watch=worker.ensure_alive)
+        assert snapshot.result.width == 16
+
+
+@pytest.mark.mpi
+def test_ranks_end_with_their_worker(tmp_path: Path) -> None:
+    client = SnapshotClient(tmp_path)
+    job = ask(client)
+    with running_worker(tmp_path, ranks=2) as worker:
+        group = worker.pid
+        snapshot = client.wait(job, timeout_s=200, watch=worker.ensure_alive)
+        assert snapshot.result.ranks == 2
+    deadline = time.monotonic() + 10
+    while processes_of(group) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert processes_of(group) == []
+
+
+def test_a_spool_that_cannot_be_used(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("not a folder")
+    assert main(["worker", "--spool", str(tmp_path / "file"), "--once"]) == 1
+    lines = capfd.readouterr().err.strip().splitlines()
+    assert len(lines) == 1
+    assert "file" in lines[0]
+
+
+def test_no_ranks_is_a_mistake(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="at least 1"):
+        worker_command(tmp_path, ranks=0, once=True)

@@ -1,0 +1,50 @@
+from pathlib import Path
+
+import imageio_ffmpeg
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.video import VideoWriter
+
+
+def picture(level: int) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
+    return np.full((32, 48, 3), level, np.uint8)
+
+
+def test_uneven_frames_keep_their_times(tmp_path: Path) -> None:
+    file = tmp_path / "film.mp4"
+    times = [0.0, 0.11, 0.12, 0.5, 0.98]
+    with VideoWriter(file, (48, 32), 30.0) as film:
+        for i, time_s in enumerate(times):
+            film.show_until(picture(40 * i), time_s)
+    count, _ = imageio_ffmpeg.count_frames_and_secs(file)
+    assert count == int(0.98 * 30) + 1
+    reader = imageio_ffmpeg.read_frames(file)
+    size = next(reader)["size"]
+    assert size == (48, 32)
+    levels = [np.frombuffer(f, np.uint8).mean() for f in reader]
+    # the frame of .5 s fills the film from just after .12 s on
+    assert levels[10] == pytest.approx(120, abs=4)
+
+
+def fail_in_the_middle(file: Path) -> None:
+    with VideoWriter(file, (48, 32), 30.0) as film:
+        film.add(picture(9))
+        raise RuntimeError("stop")
+
+
+def test_a_failed_film_leaves_nothing(tmp_path: Path) -> None:
+    with pytest.raises(RuntimeError, match="stop"):
+        fail_in_the_middle(tmp_path / "film.mp4")
+    assert list(tmp_path.iterdir()) == []
+
+
+@settings(max_examples=10)
+@given(st.integers(1, 99), st.integers(1, 99))
+def test_odd_sizes_are_refused(width: int, height: int) -> None:
+    if width % 2 == 0 and height % 2 == 0:
+        return
+    with pytest.raises(ValueError, match="even"):
+        VideoWriter(Path("never.mp4"), (width, height), 30.0)
