@@ -1,7 +1,6 @@
 """A fuzzy set drawn the 1995 way: shaded splats composited far to near."""
 
 import threading
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +10,14 @@ from renderers.fsr.display_list import DisplayList, build_display_list
 from renderers.fsr.footprint import CUT_SIGMAS, SIGMA_PER_SPACING, peak_table
 from renderers.fsr.fuzzy_set import FuzzySet
 from renderers.fsr.kernels import RECORD, draw_band, project_splats
+from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, Image, Scene
 
-BAND_HEIGHT = 16
+BAND_SHIFT = 4
+BAND_HEIGHT = 1 << BAND_SHIFT
 """Rows of a band: 512 pixels of it (128 kB) stay in the second-level cache."""
+
+WHOLE_ROW_SHIFT = 30
 
 TABLE_ROWS = 4096
 PEAK_ROWS = 1024
@@ -48,17 +51,15 @@ class SplatRasterizer:
         self._local = threading.local()
         self.counters: dict[str, int] = {}
 
-    def draw(
-        self, camera: Camera, pool: ThreadPoolExecutor, *, points: bool = False
-    ) -> Image:
-        """Composite one view; the bits do not depend on the pool's size.
+    def draw(self, camera: Camera, team: ThreadTeam, *, points: bool = False) -> Image:
+        """Composite one view; the bits do not depend on the team's size.
 
         points: squares of constant opacity, faster and with visible artefacts.
         """
         shown = build_display_list(self._set.rows, camera, float(self._margin))
         visible = self._project(camera, shown, points)
         bands = -(-camera.height // BAND_HEIGHT)
-        start = self._bin(camera, visible, bands)
+        start = self._bin(visible, bands)
         rgba = np.zeros((camera.height, camera.width * 4), np.float32)
 
         def draw(band: int) -> int:
@@ -74,7 +75,7 @@ class SplatRasterizer:
             )
             return fragments
 
-        fragments = sum(pool.map(draw, range(bands)))
+        fragments = sum(team.map(draw, range(bands)))
         self.counters = {
             "listed": len(shown),
             "visible": visible,
@@ -122,16 +123,16 @@ class SplatRasterizer:
         )
         return visible
 
-    def _bin(self, camera: Camera, visible: int, bands: int) -> NDArray[np.int64]:
+    def _bin(self, visible: int, bands: int) -> NDArray[np.int64]:
         start = np.zeros(bands + 2, np.int64)
         while True:
             entries = bin_boxes(
                 self._boxes,
                 visible,
-                camera.width,
-                camera.height,
-                camera.width,
-                BAND_HEIGHT,
+                1,
+                bands,
+                WHOLE_ROW_SHIFT,
+                BAND_SHIFT,
                 start,
                 self._items,
             )

@@ -1,11 +1,11 @@
 """The Fuzzy-Set Renderer: a scene and a camera become a picture, without a window."""
 
-from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 
 from renderers.fsr.classic import SplatRasterizer
 from renderers.fsr.fuzzy_set import FuzzySet, Inclusion, extract_fuzzy_set
 from renderers.fsr.scope import SurfelRasterizer
+from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, GBuffer, Image, Scene
 
 BOUNDARY_THRESHOLD = 0.1
@@ -37,13 +37,11 @@ class FuzzySetRenderer:
         threads: int = 2,
         points: bool = False,
     ) -> None:
-        if threads < 1:
-            raise ValueError(f"rendering needs at least one thread, got {threads}")
         self.scene = scene
         self.points = points
         self._inclusion = inclusion or default_inclusion(scene)
         self._threshold = threshold
-        self._pool = ThreadPoolExecutor(threads, thread_name_prefix="fsr")
+        self._team = ThreadTeam(threads)
         self._counters: dict[str, int] = {}
 
     @cached_property
@@ -68,7 +66,7 @@ class FuzzySetRenderer:
 
     def render(self, camera: Camera) -> Image:
         """Draw mode `classic`: premultiplied linear RGBA."""
-        image = self._classic.draw(camera, self._pool, points=self.points)
+        image = self._classic.draw(camera, self._team, points=self.points)
         self._counters = {"splats": len(self.fuzzy_set), **self._classic.counters}
         return image
 
@@ -78,13 +76,13 @@ class FuzzySetRenderer:
         Raises ValueError when the scene has no air surface or the camera is
         orthographic.
         """
-        result = self._scope.draw(camera, self._pool)
+        result = self._scope.draw(camera, self._team)
         self._counters = {"splats": self._scope.splat_count, **self._scope.counters}
         return result
 
     def close(self) -> None:
         """End the rendering threads; the renderer draws nothing afterwards."""
-        self._pool.shutdown()
+        self._team.close()
 
     @cached_property
     def _classic(self) -> SplatRasterizer:

@@ -6,8 +6,7 @@ it; a block that lies behind the ends of all its cones is left out, with all row
 it. The test loses nothing: what it turns down is behind a closed wall.
 """
 
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +16,7 @@ from renderers.fsr.display_list import RowMask, view_planes
 from renderers.fsr.normals import kernel_geometry
 from renderers.fsr.occlusion.kernels import flag_blocks, trace_cones
 from renderers.fsr.sparse_rows import SparseRows
+from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, Volume
 
 BLOCK_SHIFT = 2
@@ -29,6 +29,7 @@ MARGIN_VOXELS = 0.25
 """Tissue that a cone must meet beyond its radius: trilinear distances are this good."""
 
 ROWS_PER_TASK = 4
+BLOCKS_PER_PART = 4096
 
 NEAR, FAR = 2, 1
 
@@ -58,13 +59,20 @@ class Blocks:
             i, j, k = (rows.voxels() >> shift).T
             occupied[k, j, i] = True
         self._occupied = np.flatnonzero(occupied).astype(np.int32)
+        # parts end between rows of blocks: two threads never share a row's flag
+        ends = np.flatnonzero(np.diff(self._occupied // self._wide)) + 1
+        wanted = np.arange(BLOCKS_PER_PART, len(self._occupied), BLOCKS_PER_PART)
+        after = np.searchsorted(ends, wanted)
+        cuts = ends[after[after < len(ends)]]
+        bounds = [0, *np.unique(cuts).tolist(), len(self._occupied)]
+        self._parts = list(itertools.pairwise(bounds))
         self._flags = np.zeros(occupied.size, np.uint8)
         self._row_flags = np.zeros(self._deep * self._high, np.uint8)
 
     def visible(
         self,
         camera: Camera,
-        pool: ThreadPoolExecutor,
+        team: ThreadTeam,
         *,
         radius_mm: float,
         near_reach_mm: float,
@@ -103,31 +111,42 @@ class Blocks:
             )
 
         if hide:
-            _run(pool, trace, range(0, shape[0], ROWS_PER_TASK))
+            team.map(trace, range(0, shape[0], ROWS_PER_TASK))
         planes = view_planes(camera, 0.0)
         planes[:, 3] += planes[:, :3] @ camera.eye_mm
         planes[:, :3] = planes[:, :3] @ camera.frame[1:].T
         edge = 1 << BLOCK_SHIFT
         half_diagonal = float(np.linalg.norm(distance.spacing_mm)) * edge / 2
-        in_view, hidden = flag_blocks(
-            self._occupied,
-            self._wide,
-            self._high,
-            edge,
-            camera_from_voxel,
-            half_diagonal + radius_mm,
-            planes,
-            near_reach_mm,
-            far_from_mm,
-            int(camera.projection),
-            camera.extent,
-            camera.width,
-            camera.height,
-            SQUARE_PX,
-            ends,
-            self._flags,
-            self._row_flags,
-        )
+        self._flags[:] = 0
+        self._row_flags[:] = 0
+
+        def flag(part: tuple[int, int]) -> tuple[int, int]:
+            met, hidden = flag_blocks(
+                self._occupied,
+                part[0],
+                part[1],
+                self._wide,
+                self._high,
+                edge,
+                camera_from_voxel,
+                half_diagonal + radius_mm,
+                planes,
+                near_reach_mm,
+                far_from_mm,
+                int(camera.projection),
+                camera.extent,
+                camera.width,
+                camera.height,
+                SQUARE_PX,
+                ends,
+                self._flags,
+                self._row_flags,
+            )
+            return met, hidden
+
+        counts = team.map(flag, self._parts)
+        in_view = sum(met for met, _ in counts)
+        hidden = sum(count for _, count in counts)
         coarse, fine = (
             RowMask(self._flags, self._row_flags, (self._high, self._wide), shift, bit)
             for shift, bit in ((BLOCK_SHIFT, FAR), (BLOCK_SHIFT + 1, NEAR))
@@ -143,8 +162,3 @@ def _transforms(
     camera_from_world[:3, 3] = -camera.frame[1:] @ camera.eye_mm
     camera_from_voxel = camera_from_world @ distance.world_from_voxel
     return camera_from_voxel, np.asarray(np.linalg.inv(camera_from_voxel), np.float64)
-
-
-def _run(pool: ThreadPoolExecutor, work: Callable[[int], None], tasks: range) -> None:
-    for _ in pool.map(work, tasks):
-        pass

@@ -119,16 +119,16 @@ def trace_cones(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def flag_blocks(
-    blocks: I32, across: int, along: int, edge: float, camera_from_voxel: F64,
-    radius: float, planes: F64, near_reach: float, far_from: float, projection: int,
-    extent: float, width: int, height: int, side: int, ends: F32, flags: U8,
-    row_flags: U8,
+    blocks: I32, first: int, end: int, across: int, along: int, edge: float,
+    camera_from_voxel: F64, radius: float, planes: F64, near_reach: float,
+    far_from: float, projection: int, extent: float, width: int, height: int,
+    side: int, ends: F32, flags: U8, row_flags: U8,
 ) -> tuple[int, int]:  # fmt: skip
     """Mark the blocks that may show: 1 beyond `far_from`, 2 nearer than `near_reach`.
 
-    blocks: indices of those with elements, of a grid `across` x `along` x any.
-    edge: voxels per side. radius: of the ball around a block with its elements' discs
-    (mm). planes: camera frame ``(p, 4)``, positive inside. ends: from `trace_cones`.
+    blocks: indices of those with elements, `first`..`end` - 1 to be done, of a grid
+    `across` x `along` x any. edge: voxels per side. radius: of the ball around a
+    block with its elements' discs (mm). planes: camera frame ``(p, 4)``, positive inside. ends: from `trace_cones`.
     Returns (blocks in view, of them hidden).
     """
     m = camera_from_voxel
@@ -136,9 +136,7 @@ def flag_blocks(
     scale = half / extent if projection == 0 else half / math.tan(extent)
     met = 0
     hidden = 0
-    flags[:] = 0
-    row_flags[:] = 0
-    for n in range(blocks.shape[0]):
+    for n in range(first, end):
         b = blocks[n]
         i = edge * (b % across) + 0.5 * (edge - 1)
         j = edge * (b // across % along) + 0.5 * (edge - 1)

@@ -14,6 +14,8 @@ I32 = NDArray[np.int32]
 NEAR_VARIANCE = np.float32(1e-6)
 """Inverse row variances below this mark a disc too near to be an ellipse: a box."""
 
+NOWHERE = 1 << 24
+
 RECORD = 16
 """Floats of a projected surfel: centre 0-2 and plane 3-5 (camera frame), normal 6-8
 (world), pixel centre 9-10, ellipse 11-13 (inverse row variance, slope, rest of the
@@ -87,8 +89,10 @@ def project_surfels(
 
     nearest, farthest: only surfels at these distances from the eye (mm).
     facing: least cosine between normal and direction to the eye.
-    n: records present already; returns their number afterwards.
+    n: first record to write; boxes that are not needed of the ``len(index)`` from
+        there on are made empty. Returns the number of surfels that may show.
     """
+    begin = n
     half = 0.5 * min(width, height)
     scale = half / extent if projection == 0 else half / math.tan(extent)
     ex, ey, ez = frame[0, 0], frame[0, 1], frame[0, 2]
@@ -188,4 +192,7 @@ def project_surfels(
         record[14] = near * 0.999
         record[15] = radius * radius
         n += 1
-    return n
+    for s in range(n, begin + index.shape[0]):
+        boxes[s, 2] = NOWHERE
+        boxes[s, 3] = -NOWHERE
+    return n - begin

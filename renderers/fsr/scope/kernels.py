@@ -22,8 +22,10 @@ Real = float | np.float32
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 
-TILE_WIDTH = 256
-TILE_HEIGHT = 32
+TILE_SHIFT_X = 8
+TILE_SHIFT_Y = 5
+TILE_WIDTH = 1 << TILE_SHIFT_X
+TILE_HEIGHT = 1 << TILE_SHIFT_Y
 STRIP = 4
 """Rows of a strip: a disc 12 pixels wide takes four runs of 48 floats instead of
 fourteen of 16, and starting a run costs as much as 16 floats."""

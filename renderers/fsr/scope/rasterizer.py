@@ -2,7 +2,7 @@
 
 import math
 import threading
-from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +17,14 @@ from renderers.fsr.scope.kernels import (
     STRIPS,
     TILE_FLOATS,
     TILE_HEIGHT,
+    TILE_SHIFT_X,
+    TILE_SHIFT_Y,
     TILE_WIDTH,
     draw_tile,
     fill_holes,
 )
-from renderers.fsr.surfels import extract_surfels
+from renderers.fsr.surfels import Surfels, extract_surfels
+from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, GBuffer, Projection, Volume
 
 SIGMA_PER_SPACING = 0.6
@@ -49,6 +52,9 @@ HOLE_NEIGHBOURS = 5
 
 REFRESH = 128
 """Surfels of a tile between two looks at its farthest depths."""
+
+PART = 4096
+"""Surfels projected at a time by one thread."""
 
 NEAREST_MM = 1e-3
 
@@ -79,8 +85,8 @@ class SurfelRasterizer:
         """Get the number of surfels in both sets."""
         return len(self._coarse) + len(self._fine)
 
-    def draw(self, camera: Camera, pool: ThreadPoolExecutor) -> GBuffer:
-        """Find the air surface; the bits do not depend on the pool's size.
+    def draw(self, camera: Camera, team: ThreadTeam) -> GBuffer:
+        """Find the air surface; the bits do not depend on the team's size.
 
         Raises ValueError for an orthographic camera, whose rays do not meet.
         """
@@ -89,8 +95,8 @@ class SurfelRasterizer:
                 "a G-buffer of surfels needs an eye point; take an equidistant or "
                 "perspective camera"
             )
-        visible = self._project(camera, pool)
-        tiles, start = self._bin(camera, visible)
+        listed = self._project(camera, team)
+        tiles, start = self._bin(camera, listed)
         result = GBuffer.empty(camera.height, camera.width)
         table = camera.lens_table()
         rays = self._strip_rays(table)
@@ -116,7 +122,7 @@ class SurfelRasterizer:
             )
             return fragments, hidden
 
-        totals = list(pool.map(draw, range(tiles)))
+        totals = team.map(draw, range(tiles))
         room = camera.width * camera.height // 16 + 16
         self.counters["holes filled"] = fill_holes(
             table,
@@ -131,7 +137,7 @@ class SurfelRasterizer:
         self.counters["hidden"] = sum(h for _, h in totals)
         return result
 
-    def _project(self, camera: Camera, pool: ThreadPoolExecutor) -> int:
+    def _project(self, camera: Camera, team: ThreadTeam) -> int:
         near = NEAR_SPACINGS * self._coarse.spacing_mm
         reach = SIGMA_PER_SPACING * RADIUS_SIGMAS
         # coarse discs begin where they still reach under the last fine ones
@@ -146,13 +152,13 @@ class SurfelRasterizer:
         slack = self._coarse.spacing_mm
         blocks = self._blocks.visible(
             camera,
-            pool,
+            team,
             radius_mm=reach * self._coarse.spacing_mm + slack,
             near_reach_mm=near,
             far_from_mm=coarse_from,
             hide=self._hide,
         )
-        n = kept = listed = 0
+        visible = kept = listed = 0
         for surfels, mask, low, high in (
             (self._fine, blocks.fine, NEAREST_MM, near),
             (self._coarse, blocks.coarse, coarse_from, math.inf),
@@ -168,34 +174,58 @@ class SurfelRasterizer:
                 back_to_front=False,
                 mask=mask,
             )
-            n = project_surfels(
+            project = partial(
+                self._project_part,
+                camera,
+                surfels,
                 shown.index,
-                surfels.position,
-                surfels.normal,
                 frame.astype(np.float32),
-                int(camera.projection),
-                np.float32(camera.extent),
-                camera.width,
-                camera.height,
-                np.float32(low),
-                np.float32(high),
-                np.float32(radius),
-                np.float32(FACING),
-                self._records,
-                self._boxes,
-                n,
+                (low, high, radius),
+                listed,
             )
+            visible += sum(team.map(project, range(0, len(shown), PART)))
             kept += shown.rows_kept
             listed += len(shown)
         self.counters = {
             "listed": listed,
-            "visible": n,
+            "visible": visible,
             "rows": self._rows,
             "culled rows": self._rows - kept,
             "blocks in view": blocks.in_view,
             "hidden blocks": blocks.hidden,
         }
-        return n
+        return listed
+
+    def _project_part(
+        self,
+        camera: Camera,
+        surfels: Surfels,
+        index: NDArray[np.int32],
+        frame: NDArray[np.float32],
+        limits: tuple[float, float, float],
+        base: int,
+        first: int,
+    ) -> int:
+        nearest, farthest, radius = limits
+        return int(
+            project_surfels(
+                index[first : first + PART],
+                surfels.position,
+                surfels.normal,
+                frame,
+                int(camera.projection),
+                np.float32(camera.extent),
+                camera.width,
+                camera.height,
+                np.float32(nearest),
+                np.float32(farthest),
+                np.float32(radius),
+                np.float32(FACING),
+                self._records,
+                self._boxes,
+                base + first,
+            )
+        )
 
     def _strip_rays(self, table: NDArray[np.float32]) -> NDArray[np.float32]:
         """Lay rays out as tiles want them: ``(tiles, strips, 3 * PLANE)``.
@@ -215,17 +245,19 @@ class SurfelRasterizer:
             self._table = table
         return self._rays
 
-    def _bin(self, camera: Camera, visible: int) -> tuple[int, NDArray[np.int64]]:
-        tiles = -(-camera.width // TILE_WIDTH) * -(-camera.height // TILE_HEIGHT)
+    def _bin(self, camera: Camera, listed: int) -> tuple[int, NDArray[np.int64]]:
+        across = -(-camera.width // TILE_WIDTH)
+        down = -(-camera.height // TILE_HEIGHT)
+        tiles = across * down
         start = np.zeros(tiles + 2, np.int64)
         while True:
             entries = bin_boxes(
                 self._boxes,
-                visible,
-                camera.width,
-                camera.height,
-                TILE_WIDTH,
-                TILE_HEIGHT,
+                listed,
+                across,
+                down,
+                TILE_SHIFT_X,
+                TILE_SHIFT_Y,
                 start,
                 self._items,
             )

@@ -1,24 +1,20 @@
 """Threads and fields that several FSR tests share."""
 
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import pytest
 
+from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Volume
 
 
 @pytest.fixture(scope="session")
-def pool() -> Iterator[ThreadPoolExecutor]:
-    with ThreadPoolExecutor(1) as one:
-        yield one
+def team() -> ThreadTeam:
+    return ThreadTeam(1)
 
 
 @pytest.fixture(scope="session")
-def three() -> Iterator[ThreadPoolExecutor]:
-    with ThreadPoolExecutor(3) as many:
-        yield many
+def three() -> ThreadTeam:
+    return ThreadTeam(3)
 
 
 @pytest.fixture(scope="session")

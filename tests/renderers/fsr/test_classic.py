@@ -1,5 +1,4 @@
 import math
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -9,6 +8,7 @@ from renderers.fsr import FuzzySet, Inclusion, extract_fuzzy_set
 from renderers.fsr.classic import SplatRasterizer
 from renderers.fsr.footprint import gaussian_footprint, peak_table
 from renderers.fsr.kernels import RECORD, draw_band
+from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import (
     Camera,
     Light,
@@ -69,10 +69,10 @@ def blob(seed: int = 0) -> tuple[FuzzySet, Scene]:
 @pytest.mark.parametrize("kappa", [0.02, 0.2, 1.0])
 @pytest.mark.parametrize("spacing", [(1, 1, 1), (1, 1, 2.5), (1.4, 1, 1)])
 def test_a_uniform_slab_has_the_right_mean_opacity_and_little_ripple(
-    pool: ThreadPoolExecutor, kappa: float, spacing: tuple[float, float, float]
+    team: ThreadTeam, kappa: float, spacing: tuple[float, float, float]
 ) -> None:
     volume = slab(spacing=spacing)
-    image = SplatRasterizer(*unlit(volume, kappa)).draw(above(volume), pool)
+    image = SplatRasterizer(*unlit(volume, kappa)).draw(above(volume), team)
     truth = -math.expm1(-kappa * 6 * spacing[2])
     alpha = image.rgba[..., 3]
     assert alpha.mean() == pytest.approx(truth, rel=0.02)
@@ -84,45 +84,43 @@ def test_a_uniform_slab_has_the_right_mean_opacity_and_little_ripple(
 
 
 @pytest.mark.parametrize("kappa", [0.05, 0.5])
-def test_point_splats_have_the_right_mean(
-    pool: ThreadPoolExecutor, kappa: float
-) -> None:
+def test_point_splats_have_the_right_mean(team: ThreadTeam, kappa: float) -> None:
     volume = slab()
     drawer = SplatRasterizer(*unlit(volume, kappa))
-    image = drawer.draw(above(volume, 7.3), pool, points=True)
+    image = drawer.draw(above(volume, 7.3), team, points=True)
     assert image.rgba[..., 3].mean() == pytest.approx(-math.expm1(-kappa * 6), rel=0.05)
 
 
-def test_a_thick_wall_is_opaque(pool: ThreadPoolExecutor) -> None:
+def test_a_thick_wall_is_opaque(team: ThreadTeam) -> None:
     volume = slab()
-    image = SplatRasterizer(*unlit(volume, 5.0)).draw(above(volume), pool)
+    image = SplatRasterizer(*unlit(volume, 5.0)).draw(above(volume), team)
     assert image.rgba[..., 3].min() >= 0.99
     assert np.ptp(image.rgba[..., 3]) * 255 < 1
 
 
-def test_small_splats_keep_their_optical_depth(pool: ThreadPoolExecutor) -> None:
+def test_small_splats_keep_their_optical_depth(team: ThreadTeam) -> None:
     """One voxel seen at any size has the same integral of optical depth."""
     values = np.zeros((5, 5, 5), np.float32)
     values[2, 2, 2] = 100
     volume = Volume(values, np.ones(3), np.zeros(3))
     drawer = SplatRasterizer(*unlit(volume, 1e-3))
     for size in (4, 16, 160):
-        alpha = drawer.draw(above(volume, 8.0, size), pool).rgba[..., 3]
+        alpha = drawer.draw(above(volume, 8.0, size), team).rgba[..., 3]
         total = -np.log1p(-alpha).sum() * (16 / size) ** 2
         assert total == pytest.approx(1e-3, rel=0.06)
 
 
-def test_an_empty_set_gives_a_transparent_picture(pool: ThreadPoolExecutor) -> None:
+def test_an_empty_set_gives_a_transparent_picture(team: ThreadTeam) -> None:
     volume = slab()
     scene = Scene(volume, transfer(1.0))
     empty = extract_fuzzy_set(volume, Inclusion.density(0, 200), 150.0)
     drawer = SplatRasterizer(empty, scene)
-    assert not drawer.draw(above(volume), pool).rgba.any()
+    assert not drawer.draw(above(volume), team).rgba.any()
     assert drawer.counters["visible"] == 0
 
 
 def test_bits_do_not_depend_on_the_number_of_threads(
-    pool: ThreadPoolExecutor, three: ThreadPoolExecutor
+    team: ThreadTeam, three: ThreadTeam
 ) -> None:
     drawer = SplatRasterizer(*blob())
     for projection, extent in zip(Projection, (0.7, 0.7, 6.0), strict=True):
@@ -130,7 +128,7 @@ def test_bits_do_not_depend_on_the_number_of_threads(
             (5, -9, 6), (5, 5, 4), extent=extent, size=(90, 70), projection=projection
         )
         for points in (False, True):
-            one = drawer.draw(camera, pool, points=points)
+            one = drawer.draw(camera, team, points=points)
             many = drawer.draw(camera, three, points=points)
             assert one.rgba.tobytes() == many.rgba.tobytes()
 
@@ -163,7 +161,7 @@ def sorted_picture(
 
 
 def test_grid_order_gives_the_picture_of_sorting_by_depth(
-    pool: ThreadPoolExecutor,
+    team: ThreadTeam,
 ) -> None:
     """Along an axis the orders differ only among the splats of one slice."""
     fuzzy, scene = blob(3)
@@ -175,28 +173,28 @@ def test_grid_order_gives_the_picture_of_sorting_by_depth(
         size=(48, 40),
         projection=Projection.ORTHOGRAPHIC,
     )
-    image = SplatRasterizer(fuzzy, scene).draw(camera, pool)
+    image = SplatRasterizer(fuzzy, scene).draw(camera, team)
     difference = np.abs(image.rgba - sorted_picture(fuzzy, scene, camera))
     assert difference.max() < 0.03
     assert difference.mean() < 1e-3
 
 
 def test_an_eye_among_the_splats_sees_a_finite_picture(
-    pool: ThreadPoolExecutor,
+    team: ThreadTeam,
 ) -> None:
     drawer = SplatRasterizer(*blob())
     for projection in (Projection.EQUIDISTANT, Projection.PERSPECTIVE):
         camera = Camera.looking_at(
             (5.1, 5.0, 4.0), (6, 9, 5), size=(64, 64), projection=projection
         )
-        rgba = drawer.draw(camera, pool).rgba
+        rgba = drawer.draw(camera, team).rgba
         assert np.all(np.isfinite(rgba))
         assert rgba[..., 3].max() <= 1 + 1e-6
         assert rgba[..., 3].min() >= 0
 
 
 def test_a_local_light_far_away_equals_an_infinite_one(
-    pool: ThreadPoolExecutor,
+    team: ThreadTeam,
 ) -> None:
     fuzzy, scene = blob()
     direction = np.array([0.48, 0.6, 0.64])
@@ -205,7 +203,7 @@ def test_a_local_light_far_away_equals_an_infinite_one(
     pictures = [
         SplatRasterizer(
             fuzzy, Scene(scene.volume, scene.transfer_function, (light,))
-        ).draw(camera, pool)
+        ).draw(camera, team)
         for light in (
             Light(direction, color),
             Light(1e6 * direction, color, is_local=True),

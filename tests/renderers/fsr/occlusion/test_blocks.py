@@ -1,11 +1,10 @@
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from renderers.fsr.occlusion.kernels import trace_cones
+from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, Projection, Volume
 
 
@@ -16,7 +15,7 @@ from renderers.scene import Camera, Projection, Volume
 )
 def test_every_ray_of_a_square_meets_tissue_before_the_square_ends(
     cavities: Volume,
-    pool: ThreadPoolExecutor,
+    team: ThreadTeam,
     projection: Projection,
     x: float,
     y: float,

@@ -112,3 +112,5 @@ def test_discs_that_face_away_are_left_out() -> None:
             0,
         )
         assert n == wanted
+        # an empty box is in no tile
+        assert (boxes[0, 3] >= 0) == bool(wanted)

@@ -1,5 +1,4 @@
 import math
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -8,6 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from renderers.fsr.scope import SurfelRasterizer
+from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, GBuffer, Projection, Volume
 
 EYES = st.tuples(*[st.floats(-2.5, 2.5) for _ in range(3)])
@@ -64,12 +64,12 @@ def inside(hollow: Volume) -> SurfelRasterizer:
 @given(eye=EYES)
 def test_a_sphere_seen_from_inside(
     inside: SurfelRasterizer,
-    pool: ThreadPoolExecutor,
+    team: ThreadTeam,
     projection: Projection,
     eye: tuple[float, float, float],
 ) -> None:
     camera = view(eye, (0.0, 4.0, 0.5), projection=projection)
-    g = inside.draw(camera, pool)
+    g = inside.draw(camera, team)
     seen = sampled(camera)
     assert np.all(g.coverage[seen] == 1), "no holes"
     assert np.all(g.coverage[~seen] == 0)
@@ -93,7 +93,7 @@ def test_a_sphere_seen_from_inside(
     projection=st.sampled_from([Projection.EQUIDISTANT, Projection.PERSPECTIVE]),
 )
 def test_depth_is_exact_on_a_plane(
-    pool: ThreadPoolExecutor, tilt: float, distance: float, projection: Projection
+    team: ThreadTeam, tilt: float, distance: float, projection: Projection
 ) -> None:
     """Also where fine elements (nearer than 8 mm) hand over to coarse ones."""
     k = np.indices((11, 49, 49))[0] * 0.5
@@ -109,7 +109,7 @@ def test_depth_is_exact_on_a_plane(
         size=(64, 48),
         projection=projection,
     )
-    g = SurfelRasterizer(volume).draw(camera, pool)
+    g = SurfelRasterizer(volume).draw(camera, team)
     origin, ray = camera.rays()
     with np.errstate(divide="ignore", invalid="ignore"):
         depth = -distance / ray[..., 2]
@@ -121,26 +121,26 @@ def test_depth_is_exact_on_a_plane(
 
 
 def test_bits_do_not_depend_on_the_number_of_threads(
-    inside: SurfelRasterizer, pool: ThreadPoolExecutor, three: ThreadPoolExecutor
+    inside: SurfelRasterizer, team: ThreadTeam, three: ThreadTeam
 ) -> None:
     camera = view((1.0, -2.0, 0.5), (0.0, 4.0, 0.0), (300, 130))
-    assert same(inside.draw(camera, pool), inside.draw(camera, three))
+    assert same(inside.draw(camera, team), inside.draw(camera, three))
 
 
 def test_a_picture_repeats_after_another_one(
-    inside: SurfelRasterizer, pool: ThreadPoolExecutor
+    inside: SurfelRasterizer, team: ThreadTeam
 ) -> None:
     camera = view((1.0, -2.0, 0.5), (0.0, 4.0, 0.0))
-    first = inside.draw(camera, pool)
-    inside.draw(view((0.0, 0.0, 1.0), (0.0, -4.0, 0.0), (50, 70)), pool)
-    assert same(first, inside.draw(camera, pool))
+    first = inside.draw(camera, team)
+    inside.draw(view((0.0, 0.0, 1.0), (0.0, -4.0, 0.0), (50, 70)), team)
+    assert same(first, inside.draw(camera, team))
 
 
 def test_a_hole_stays_open_and_depth_agrees_with_ray_casting(
-    cavities: Volume, pool: ThreadPoolExecutor
+    cavities: Volume, team: ThreadTeam
 ) -> None:
     camera = view((-4.5, 0.3, 0.2), (5.0, 0.0, 0.0), (80, 80))
-    g = SurfelRasterizer(cavities).draw(camera, pool)
+    g = SurfelRasterizer(cavities).draw(camera, team)
     depth = trace(cavities, camera)
     seen = sampled(camera)
     assert np.all(g.coverage[seen] == 1)
@@ -153,14 +153,14 @@ def test_a_hole_stays_open_and_depth_agrees_with_ray_casting(
 
 
 def test_leaving_hidden_blocks_out_changes_no_bit(
-    cavities: Volume, pool: ThreadPoolExecutor
+    cavities: Volume, team: ThreadTeam
 ) -> None:
     bare = SurfelRasterizer(cavities, hide=False)
     hiding = SurfelRasterizer(cavities)
     hidden = 0
     for target in ((-5.0, 5.0, 0.0), (5.0, 0.0, 0.0), (5.0, 6.0, 2.0)):
         camera = view((-6.5, -0.4, 0.3), target)
-        assert same(bare.draw(camera, pool), hiding.draw(camera, pool))
+        assert same(bare.draw(camera, team), hiding.draw(camera, team))
         hidden += hiding.counters["hidden blocks"]
         assert hiding.counters["listed"] <= bare.counters["listed"]
     assert hidden > 0
@@ -168,10 +168,10 @@ def test_leaving_hidden_blocks_out_changes_no_bit(
 
 @pytest.mark.parametrize("gap", [0.3, 0.05])
 def test_a_camera_at_the_wall_sees_a_finite_picture(
-    inside: SurfelRasterizer, pool: ThreadPoolExecutor, gap: float
+    inside: SurfelRasterizer, team: ThreadTeam, gap: float
 ) -> None:
     camera = view((6.0 - gap, 0.0, 0.0), (8.0, 0.0, 0.0))
-    g = inside.draw(camera, pool)
+    g = inside.draw(camera, team)
     seen = sampled(camera)
     assert np.mean(g.coverage[seen]) > 0.98
     shown = g.coverage > 0
@@ -181,14 +181,14 @@ def test_a_camera_at_the_wall_sees_a_finite_picture(
 
 
 def test_an_eye_in_tissue_looking_away_from_air_sees_nothing(
-    inside: SurfelRasterizer, pool: ThreadPoolExecutor
+    inside: SurfelRasterizer, team: ThreadTeam
 ) -> None:
-    g = inside.draw(view((6.8, 0.0, 0.0), (9.0, 0.0, 0.0)), pool)
+    g = inside.draw(view((6.8, 0.0, 0.0), (9.0, 0.0, 0.0)), team)
     assert not g.coverage.any()
     assert np.all(np.isinf(g.depth_mm))
 
 
-def test_anisotropic_spacing(pool: ThreadPoolExecutor) -> None:
+def test_anisotropic_spacing(team: ThreadTeam) -> None:
     h = np.array([0.4, 0.5, 0.8])
     shape = tuple(int(16 / s) + 1 for s in h[::-1])
     k, j, i = np.indices(shape)
@@ -197,15 +197,15 @@ def test_anisotropic_spacing(pool: ThreadPoolExecutor) -> None:
         (np.linalg.norm(p, axis=-1) - 6).astype(np.float32), h, np.full(3, -8.0)
     )
     camera = view((0.5, -1.0, 0.3), (0.0, 4.0, 1.0))
-    g = SurfelRasterizer(volume).draw(camera, pool)
+    g = SurfelRasterizer(volume).draw(camera, team)
     seen = sampled(camera)
     assert np.all(g.coverage[seen] == 1)
     assert np.abs(g.depth_mm - sphere_depth(camera, 6.0))[seen].mean() < 0.05
 
 
 def test_orthographic_cameras_are_turned_down(
-    inside: SurfelRasterizer, pool: ThreadPoolExecutor
+    inside: SurfelRasterizer, team: ThreadTeam
 ) -> None:
     camera = view((0, 0, 0), (0, 1, 0), projection=Projection.ORTHOGRAPHIC)
     with pytest.raises(ValueError, match="eye point"):
-        inside.draw(camera, pool)
+        inside.draw(camera, team)
