@@ -9,21 +9,17 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from renderers.art.kernels import BISECTIONS, leap_out, per_voxel
-from renderers.art.march import (
-    ClassicMarch,
-    FrameRays,
-    ScopeMarch,
-    clear_intervals,
-)
+from renderers.art.march import FrameRays
 from renderers.art.quality import Quality
 from renderers.art.rays import RayPacket
 from renderers.art.regions import Region
 from renderers.art.tracer import make_node
 from renderers.reference import sobel_gradient
-from renderers.scene import Camera, Scene, TransferFunction, Volume
+from renderers.scene import Camera, Scene, Volume
 
 WHOLE = Region(0, 0, 8, 7)
 F = np.float32
+ZERO = np.float32(0)
 
 
 def fields(volume: Volume) -> NDArray[np.float32]:
@@ -151,53 +147,3 @@ def test_a_leap_stays_in_empty_space_and_moves_on(
         short = last + np.float32(2) * step + np.sign(step) * np.float32(2.1e-3)
         low, high = (block - distance + 1) * side, (block + distance) * side
         assert not low + 1e-3 < short < high - 1e-3 or abs(step) < 1e-8
-
-
-ZERO = np.float32(0)
-
-
-@given(
-    kappa=st.lists(st.sampled_from([0.0, 0.5]), min_size=2, max_size=7),
-    low=st.floats(-20, 90),
-    width=st.floats(0, 40),
-)
-def test_clear_intervals_agree_with_the_transfer_function(
-    kappa: list[float], low: float, width: float
-) -> None:
-    n = len(kappa)
-    transfer = TransferFunction(
-        np.arange(0.0, 10.0 * n, 10.0), np.zeros((n, 3)), np.array(kappa)
-    )
-    high = low + width
-    inside = any(a <= low and high <= b for a, b in clear_intervals(transfer))
-    assert inside == transfer.is_clear(low, high)
-
-
-def test_classification_holds_the_users_own_nodes(scene: Scene) -> None:
-    """A jump of .01 HU stays where it is, wherever the bins begin."""
-    march = ClassicMarch(scene, Quality(0.5, 0.0), (-1000.0, 1000.0))
-    table = march.table
-    for density in (-400.0, -150.0, 99.99, 100.0, 100.005, 100.01, 299.0, 300.0, 1e4):
-        k = table.bins[
-            int(np.clip((F(density) - table.low) * table.scale, 0, len(table.bins) - 1))
-        ]
-        while F(density) >= table.nodes[k + 1]:
-            k += 1
-        dv = max(F(density) - table.nodes[k], F(0))
-        color, kappa = scene.transfer_function.evaluate(np.array([F(density)]))
-        found = table.base[k] + dv * table.slope[k]
-        assert found == pytest.approx([*color[0], kappa[0]], abs=5e-5)
-
-
-def test_the_scope_needs_a_surface(scene: Scene) -> None:
-    bare = Scene(scene.volume, scene.transfer_function)
-    with pytest.raises(ValueError, match="no air surface"):
-        ScopeMarch(bare, Quality(0.5, 0.0))
-
-
-def test_too_many_samples_are_refused(scene: Scene) -> None:
-    long = Volume(
-        np.zeros((2, 2, 40_000), np.int16), np.array([1.0, 1, 1]), np.zeros(3)
-    )
-    with pytest.raises(ValueError, match="choose a larger one"):
-        ClassicMarch(Scene(long, scene.transfer_function), Quality(1 / 256, 0), (0, 1))

@@ -1,0 +1,173 @@
+"""Ranks as processes, joined by a real message-passing library."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from renderers.art import ActiveRayTracer
+from renderers.art.client import SnapshotClient
+from renderers.scene import (
+    Camera,
+    Projection,
+    Scene,
+    TransferFunction,
+    Volume,
+)
+
+pytest.importorskip("mpi4py")
+MPIEXEC = Path(sys.executable).with_name("mpiexec")
+pytestmark = [
+    pytest.mark.mpi,
+    pytest.mark.skipif(not MPIEXEC.exists(), reason="there is no mpiexec"),
+]
+
+
+@contextmanager
+def ranks(number: int, spool: Path, *options: str) -> Iterator["subprocess.Popen[str]"]:
+    command = [str(MPIEXEC), "-n", str(number), sys.executable, "-m", "mpi4py"]
+    command += ["-m", "renderers.art", "--spool", str(spool), *options]
+    child = subprocess.Popen(
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+    )
+    try:
+        yield child
+    finally:
+        if child.poll() is None:
+            os.killpg(child.pid, signal.SIGKILL)
+        child.communicate()
+
+
+def processes_of(spool: Path) -> list[int]:
+    """List living processes whose command line names a spool."""
+    found = []
+    for entry in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (entry / "cmdline").read_bytes().split(b"\0")
+            state = (entry / "stat").read_text().rpartition(")")[2].split()[0]
+        except OSError:
+            continue
+        if str(spool).encode() in words and state != "Z":
+            found.append(int(entry.name))
+    return found
+
+
+def wait_until_gone(spool: Path, seconds: float = 30) -> None:
+    deadline = time.monotonic() + seconds
+    while processes_of(spool):
+        assert time.monotonic() < deadline, "processes were left behind"
+        time.sleep(0.1)
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    """Get noise seen through thin and thick extinction."""
+    values = np.random.default_rng(4).integers(-300, 300, (30, 34, 38), np.int16)
+    volume = Volume(values, np.array([0.5, 0.5, 0.8]), np.array([-9.0, -8, -12]))
+    transfer = TransferFunction(
+        np.array([0.0, 100, 300]),
+        np.array([[1.0, 0.5, 0.2], [0.2, 0.9, 0.4], [1, 1, 1]]),
+        np.array([0.0, 0.02, 0.5]),
+    )
+    return Scene(volume, transfer)
+
+
+@pytest.fixture(scope="module")
+def camera() -> Camera:
+    """Get a view from outside."""
+    return Camera.looking_at(
+        [30, -20, 10],
+        [0, 0, 0],
+        extent=0.5,
+        size=(90, 70),
+        projection=Projection.PERSPECTIVE,
+    )
+
+
+@pytest.mark.parametrize("number", [2, pytest.param(3, marks=pytest.mark.slow)])
+def test_ranks_draw_the_same_bits_as_one_process(
+    tmp_path: Path, scene: Scene, camera: Camera, number: int
+) -> None:
+    client = SnapshotClient(tmp_path / "spool")
+    jobs = [
+        client.submit(client.request_classic(scene, camera, quality=quality))
+        for quality in ("snapshot", "preview")
+    ]
+    with ranks(number, client.spool.folder, "--once", "--cache-cells", "9") as child:
+        snapshots = [client.wait(job, timeout_s=120) for job in jobs]
+        said, _ = child.communicate(timeout=30)
+        assert (said, child.returncode) == ("", 0)
+    for quality, snapshot in zip(("snapshot", "preview"), snapshots, strict=True):
+        expected = ActiveRayTracer(scene, quality, threads=1).render(camera)
+        assert snapshot.result.ranks == number
+        assert snapshot.result.counters["requests"] > 0
+        assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
+    wait_until_gone(client.spool.folder)
+
+
+def test_ranks_say_in_one_sentence_why_they_cannot_serve(tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.touch()
+    with ranks(2, file) as child:
+        said, _ = child.communicate(timeout=60)
+    assert child.returncode == 1
+    assert said.splitlines()[0] == f"Spool {file} cannot be used: File exists."
+    assert "Traceback" not in said
+    wait_until_gone(file)
+
+
+@pytest.mark.parametrize(
+    "number", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.slow)]
+)
+def test_ranks_end_on_a_signal_and_leave_no_process(
+    tmp_path: Path, number: signal.Signals
+) -> None:
+    spool = tmp_path / "spool"
+    with ranks(2, spool) as child:
+        while not (spool / "data").exists():
+            assert child.poll() is None
+            time.sleep(0.05)
+        child.send_signal(number)
+        said, _ = child.communicate(timeout=30)
+        assert "Traceback" not in said
+    wait_until_gone(spool)
+
+
+@pytest.mark.slow
+def test_ranks_end_with_their_parent(tmp_path: Path) -> None:
+    parent = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    spool = tmp_path / "spool"
+    with ranks(2, spool, "--parent", str(parent.pid)) as child:
+        while not (spool / "data").exists():
+            assert child.poll() is None
+            time.sleep(0.05)
+        parent.kill()
+        parent.wait()
+        said, _ = child.communicate(timeout=30)
+        assert (said, child.returncode) == ("", 0)
+    assert parent.stdin is not None
+    parent.stdin.close()
+    wait_until_gone(spool)
+
+
+def test_ranks_end_when_their_launcher_is_killed(tmp_path: Path) -> None:
+    spool = tmp_path / "spool"
+    with ranks(2, spool) as child:
+        while not (spool / "data").exists():
+            assert child.poll() is None
+            time.sleep(0.05)
+        child.kill()
+        child.wait()
+        wait_until_gone(spool)
