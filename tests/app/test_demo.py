@@ -14,6 +14,11 @@ from scenarios.bundle import EventRecord, FrameRecord, SampleRecord, read_sessio
 
 SIZE = 96
 
+# The reading half of imageio-ffmpeg 0.8 leaves its pipes to the garbage collector.
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::pytest.PytestUnraisableExceptionWarning"
+)
+
 
 @pytest.fixture(scope="module")
 def flown(short_scenario: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:

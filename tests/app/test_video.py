@@ -8,6 +8,11 @@ from hypothesis import strategies as st
 
 from app.video import VideoWriter
 
+# The reading half of imageio-ffmpeg 0.8 leaves its pipes to the garbage collector.
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::pytest.PytestUnraisableExceptionWarning"
+)
+
 
 def picture(level: int) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
     return np.full((32, 48, 3), level, np.uint8)
