@@ -14,6 +14,7 @@ COLORS = {
     "ART": "#b3321f",
     "ART live, 1 thread": "#b3321f",
     "VTK fixed-point": "#4d4d4d",
+    "VTK fixed-point, against itself": "#4d4d4d",
     "VTK splats, depth-sorted": "#9a9a9a",
     "FSR gaussian": "#1f6fb3",
     "FSR points": "#7fb2dc",
@@ -77,6 +78,8 @@ def _figure(scene: str, rows: list[Row]) -> Any:
 
 
 def _draw_panel(axes: Any, title: str, series: dict[str, list[Row]]) -> None:
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
     for name, points in series.items():
         # The same measurement may stand in two suites, as one's baseline.
         unique = {p.mode: p for p in points}.values()
@@ -103,6 +106,10 @@ def _draw_panel(axes: Any, title: str, series: dict[str, list[Row]]) -> None:
     sizes = {p.settings["size"] for points in series.values() for p in points}
     unit = next(p.error_unit for points in series.values() for p in points)
     axes.set(xscale="log", yscale="log")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(NullFormatter())
     axes.set_title(f"{title}, {'/'.join(map(str, sizes))} px", fontsize=9)
     axes.set_xlabel("CPU ms a picture; figures: step in voxels", fontsize=8)
     axes.set_ylabel(f"RMSE, {unit}", fontsize=8)

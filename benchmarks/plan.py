@@ -39,7 +39,7 @@ class Task:
     settings: dict[str, Setting]
     baseline: str | None = None
     clock: Clock = "cpu"
-    cost_s: float = 5.0
+    cost_s: float = 6.0
 
     @property
     def key(self) -> tuple[str, str, str, str]:

@@ -1,5 +1,6 @@
 """The results as one table on the terminal."""
 
+import sys
 from pathlib import Path
 
 from rich.console import Console
@@ -7,18 +8,9 @@ from rich.table import Table
 
 from benchmarks.schema import Results, Row
 
-COLUMNS = (
-    "suite",
-    "case",
-    "mode",
-    "min ms",
-    "median ms",
-    "CPU ms",
-    "ratio",
-    "RMSE",
-    "p99.9",
-    "in",
-)
+COLUMNS = ("mode", "min ms", "median ms", "CPU ms", "ratio", "RMSE", "p99.9", "in")
+LOG_WIDTH = 140
+"""Columns of a table that goes to a file, where nobody has told a width."""
 
 
 def table_cells(row: Row) -> tuple[str, ...]:
@@ -28,13 +20,11 @@ def table_cells(row: Row) -> tuple[str, ...]:
     """
     mark = "~" if row.is_noisy else ""
     return (
-        row.suite,
-        row.case,
-        row.mode,
+        f"  {row.mode}",
         f"{1e3 * row.time_s.min:.1f}",
         f"{mark}{1e3 * row.time_s.median:.1f}",
         f"{1e3 * row.cpu_s:.1f}",
-        "" if row.ratio is None else f"{row.ratio:.2f} ({row.clock})",
+        "" if row.ratio is None else f"{row.ratio:.2f} {row.clock}",
         "" if row.rmse is None else f"{row.rmse:.2e}",
         "" if row.p999 is None else f"{row.p999:.2e}",
         row.error_unit or "",
@@ -42,16 +32,22 @@ def table_cells(row: Row) -> tuple[str, ...]:
 
 
 def results_table(results: Results) -> Table:
-    """Lay out all rows."""
+    """Lay out all rows, one section for each case."""
     table = Table(
-        *COLUMNS,
-        title="Run time against error; ratio is the baseline's time over one's own",
+        title="Run time against error; ratio: the baseline's time over one's own",
         title_justify="left",
     )
+    for column in COLUMNS:
+        table.add_column(
+            column,
+            justify="left" if column in ("mode", "in") else "right",
+            no_wrap=True,
+        )
     previous = None
     for row in results.rows:
-        if previous not in (None, (row.suite, row.case)):
+        if previous != (row.suite, row.case):
             table.add_section()
+            table.add_row(f"{row.suite}: {row.case}", style="bold")
         previous = row.suite, row.case
         table.add_row(*table_cells(row))
     return table
@@ -59,13 +55,15 @@ def results_table(results: Results) -> Table:
 
 def print_results(results: Results, path: Path, charts: list[Path]) -> None:
     """Print the table, what was skipped and why, and where everything is."""
-    console = Console()
+    console = Console(width=None if sys.stdout.isatty() else LOG_WIDTH)
     console.print(results_table(results), highlight=False)
     reasons: dict[tuple[str, str], int] = {}
     for skip in results.skipped:
         key = skip.suite, skip.reason
         reasons[key] = reasons.get(key, 0) + 1
-    for (suite, reason), count in reasons.items():
-        console.print(f"{suite}: {count} skipped: {reason}", highlight=False)
-    for file in (path, *charts):
-        console.print(str(file), highlight=False)
+    lines = [
+        f"{suite}: {count} skipped: {reason}"
+        for (suite, reason), count in reasons.items()
+    ]
+    for line in (*lines, str(path), *map(str, charts)):
+        console.print(line, highlight=False, soft_wrap=True)

@@ -28,7 +28,7 @@ PEER = "VTK splats, depth-sorted"
 ART_SURFACE = "ART snapshot, step 0.5"
 SCOPE_SIZE = 512
 FULL_SIZE = 512
-QUICK_SIZE = 256
+QUICK_SIZE = 192
 
 
 class FsrPlan:
@@ -36,7 +36,7 @@ class FsrPlan:
 
     def __init__(self, quick: bool) -> None:
         self._size = QUICK_SIZE if quick else FULL_SIZE
-        self._budget_s = 0.4 if quick else 3.0
+        self._budget_s = 0.3 if quick else 3.0
         self._subjects = subjects(quick)
         self._references = {source.name: References() for source in self._subjects}
         self._peer = PeerProcess("benchmarks.peers_splats")

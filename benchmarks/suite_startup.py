@@ -70,7 +70,7 @@ class StartupPlan:
     """List and make the measurements of suite `startup`."""
 
     def __init__(self, quick: bool) -> None:
-        self._repeats = 3 if quick else 10
+        self._repeats = 2 if quick else 10
 
     def tasks(self) -> list[Task]:
         """List the tasks, the long ones last."""
