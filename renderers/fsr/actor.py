@@ -19,7 +19,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkRenderer
 # the OpenGL factories register themselves on import, without opening anything
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLPointGaussianMapper
 
-from renderers.fsr.display_list import build_display_list
+from renderers.fsr.display_list import build_display_list, sorted_by_distance
 from renderers.fsr.footprint import CUT_SIGMAS, SIGMA_PER_SPACING, peak_table
 from renderers.fsr.fuzzy_set import FuzzySet
 from renderers.scene import Camera, Scene, srgb_from_linear
@@ -93,7 +93,8 @@ class SplatActor(vtkActor):
 
     def update(self, camera: Camera) -> None:
         """Cull and order for a view; positions and colours stay as they are."""
-        index = build_display_list(self._rows, camera, self._margin).index
+        shown = build_display_list(self._rows, camera, self._margin)
+        index = sorted_by_distance(shown, self._rows, camera).index
         points = vtkPoints()
         points.SetData(_copied(self._position[index]))
         colors = _copied(self._rgba[index])

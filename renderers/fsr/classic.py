@@ -6,7 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.culling.kernels import bin_boxes
-from renderers.fsr.display_list import DisplayList, build_display_list
+from renderers.fsr.display_list import (
+    DisplayList,
+    build_display_list,
+    sorted_by_distance,
+)
 from renderers.fsr.footprint import CUT_SIGMAS, SIGMA_PER_SPACING, peak_table
 from renderers.fsr.fuzzy_set import FuzzySet
 from renderers.fsr.kernels import RECORD, draw_band, project_splats
@@ -56,7 +60,9 @@ class SplatRasterizer:
 
         points: squares of constant opacity, faster and with visible artefacts.
         """
-        shown = build_display_list(self._set.rows, camera, float(self._margin))
+        rows = self._set.rows
+        shown = build_display_list(rows, camera, float(self._margin))
+        shown = sorted_by_distance(shown, rows, camera)
         visible = self._project(camera, shown, points)
         bands = -(-camera.height // BAND_HEIGHT)
         start = self._bin(visible, bands)

@@ -157,3 +157,32 @@ def build_display_list(
     if not back_to_front:
         index, row = np.ascontiguousarray(index[::-1]), np.ascontiguousarray(row[::-1])
     return DisplayList(index, row, kept)
+
+
+def sorted_by_distance(
+    shown: DisplayList, rows: SparseRows, camera: Camera
+) -> DisplayList:
+    """Order a far-to-near list by distance from the eye, ties as they are.
+
+    In a perspective view the elements of the eye's own slice are drawn last by the
+    grid's order, far ones too, and their wide footprints shine through nearer walls
+    beside them in streaks. Distance has no such plane, and does not change when the
+    eye only turns. An orthographic list is returned as it is: there the grid's order
+    has no fault.
+    """
+    if camera.projection is Projection.ORTHOGRAPHIC or len(shown) == 0:
+        return shown
+    matrix = rows.world_from_voxel
+    k, j = np.divmod(shown.row, rows.shape[1])
+    start = (matrix[:3, 3] - camera.eye_mm).astype(np.float32)
+    axes = matrix[:3, :3].astype(np.float32)
+    offset = start + np.multiply.outer(
+        rows.x[shown.index].astype(np.float32), axes[:, 0]
+    )
+    offset += np.multiply.outer(j.astype(np.float32), axes[:, 1])
+    offset += np.multiply.outer(k.astype(np.float32), axes[:, 2])
+    distance = np.sqrt(np.einsum("ij,ij->i", offset, offset))
+    # sixteen bits sort in linear time; a step is 2 microns at 130 mm
+    key = (distance * (65535 / max(float(distance.max()), 1e-9))).astype(np.uint16)
+    order = np.argsort(np.uint16(65535) - key, kind="stable")
+    return DisplayList(shown.index[order], shown.row[order], shown.rows_kept)

@@ -128,7 +128,8 @@ def flag_blocks(
 
     blocks: indices of those with elements, `first`..`end` - 1 to be done, of a grid
     `across` x `along` x any. edge: voxels per side. radius: of the ball around a
-    block with its elements' discs (mm). planes: camera frame ``(p, 4)``, positive inside. ends: from `trace_cones`.
+    block with its elements' discs (mm). planes: camera frame ``(p, 4)``, positive
+    inside. ends: from `trace_cones`.
     Returns (blocks in view, of them hidden).
     """
     m = camera_from_voxel

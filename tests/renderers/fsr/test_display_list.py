@@ -6,7 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from renderers.fsr.display_list import build_display_list, view_planes
+from renderers.fsr.display_list import (
+    build_display_list,
+    sorted_by_distance,
+    view_planes,
+)
 from renderers.fsr.sparse_rows import SparseRows
 from renderers.scene import Camera, Projection
 
@@ -146,3 +150,21 @@ def test_a_margin_moves_every_plane_by_its_length(projection: Projection) -> Non
     planes = view_planes(camera, 0.0)
     np.testing.assert_allclose(np.linalg.norm(planes[:, :3], axis=1), 1)
     np.testing.assert_allclose(view_planes(camera, 2.5)[:, 3] - planes[:, 3], 2.5)
+
+
+@given(seed=st.integers(0, 10**6), eye=POINTS, projection=PROJECTIONS)
+def test_sorting_by_distance_keeps_the_elements_and_orders_them(
+    seed: int, eye: tuple[float, float, float], projection: Projection
+) -> None:
+    rows = random_rows(seed)
+    camera = aimed(eye, projection)
+    shown = build_display_list(rows, camera, 1.0)
+    ordered = sorted_by_distance(shown, rows, camera)
+    if projection is Projection.ORTHOGRAPHIC:
+        assert ordered is shown
+        return
+    assert sorted(ordered.index) == sorted(shown.index)
+    where = np.searchsorted(rows.offsets, ordered.index, side="right") - 1
+    np.testing.assert_array_equal(ordered.row, where)
+    distance = np.linalg.norm(rows.centers_mm()[ordered.index] - camera.eye_mm, axis=1)
+    assert np.all(np.diff(distance) < 2e-3)
