@@ -1,4 +1,9 @@
-"""The overview beside the endoscope's picture: translucent head, tools, landmarks."""
+"""The overview beside the endoscope's picture: translucent head, tools, landmarks.
+
+The head is many translucent layers: without a graphics card one picture of it takes a
+tenth of a second, which the endoscope's picture needs. It changes only when it is
+turned, so it is drawn once and then serves as the background of the tools.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,6 +13,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 from pyvista.plotting.plotter import BasePlotter
 from scipy.ndimage import gaussian_filter, map_coordinates
+from vtkmodules.vtkRenderingCore import vtkTexture
 
 from renderers.scene import AirSurface, Mesh
 from scenarios import Endoscope, View
@@ -16,7 +22,7 @@ COARSENESS = 3
 """Every third voxel: 1.5 mm is a few pixels here, and a ninth of the triangles."""
 
 MUCOSA = (232, 118, 106, 0.34)
-FACE = (214, 196, 182, 0.14)
+FACE = (226, 206, 190, 0.22)
 """Red, green, blue, opacity. The face is only a hint of where one is."""
 
 BACKGROUND = "#0d1117"
@@ -118,15 +124,18 @@ class OverviewScene:
             self._instrument = plotter.add_mesh(
                 tube, color=SUCTION, specular=0.5, name="suction"
             )
+        self._still: list[pv.Prop3D] = []
+        self._frozen: tuple[object, ...] | None = None
         for actor in self._moving():
             actor.visibility = False
 
     def show_head(self, head: HeadModel) -> None:
         """Show the head and its landmarks, and turn the camera to them."""
         plotter = self._plotter
-        plotter.add_mesh(
+        shown = plotter.add_mesh(
             head.mesh, scalars="rgba", rgb=True, name="head", pickable=False
         )
+        self._still.append(shown)
         low, high = np.array(head.mesh.bounds).reshape(3, 2).T
         middle = (low + high) / 2
         if head.targets:
@@ -135,16 +144,20 @@ class OverviewScene:
                 TARGET,
                 name="targets",
                 points=True,
+                font_size=12,
             )
         sides = {
             "R": np.array([low[0] - 4.0, middle[1], middle[2]]),
             "L": np.array([high[0] + 4.0, middle[1], middle[2]]),
         }
-        self._label(sides, PAPER, name="sides", points=False)
-        plotter.camera.focal_point = middle + np.array([0.0, -6.0, -4.0])
+        self._label(sides, PAPER, name="sides", points=False, font_size=20)
+        plotter.camera.focal_point = middle
         plotter.camera.position = middle + np.array([-250.0, -150.0, 70.0])
         plotter.camera.up = (0.0, 0.0, 1.0)
         plotter.camera.view_angle = 26.0
+        plotter.renderer.ResetCamera(head.mesh.bounds)
+        # The camera fits the sphere round the box; the head fills less.
+        plotter.camera.Zoom(1.25)
         plotter.renderer.ResetCameraClippingRange()
 
     def show_fiducials(
@@ -180,6 +193,48 @@ class OverviewScene:
             actor.visibility = True
         self._plotter.renderer.ResetCameraClippingRange()
 
+    def freeze(self) -> None:
+        """Make what stands still the background, unless it is already."""
+        camera = self._plotter.camera
+        seen = (
+            camera.position,
+            camera.focal_point,
+            camera.up,
+            camera.view_angle,
+            *self._plotter.window_size,
+        )
+        if seen == self._frozen or not self._still:
+            return
+        visible = [
+            actor
+            for actor in self._plotter.renderer.actors.values()
+            if actor not in self._still and actor.GetVisibility()
+        ]
+        self.thaw()
+        for actor in visible:
+            actor.SetVisibility(False)
+        picture = np.asarray(self._plotter.screenshot(None, return_img=True))
+        for actor in visible:
+            actor.SetVisibility(True)
+        for actor in self._still:
+            actor.SetVisibility(False)
+        height, width = picture.shape[:2]
+        image = pv.ImageData(dimensions=(width, height, 1))
+        # VTK counts rows from the bottom.
+        image.point_data["rgb"] = picture[::-1].reshape(-1, 3)
+        texture = vtkTexture()
+        texture.SetInputData(image)
+        self._plotter.renderer.SetBackgroundTexture(texture)
+        self._plotter.renderer.SetTexturedBackground(True)
+        self._frozen = seen
+
+    def thaw(self) -> None:
+        """Draw everything anew every time, while the head is being turned."""
+        self._plotter.renderer.SetTexturedBackground(False)
+        for actor in self._still:
+            actor.SetVisibility(True)
+        self._frozen = None
+
     def _moving(self) -> list[pv.Actor]:
         instrument = [] if self._instrument is None else [self._instrument]
         return [*self._scope, self._cone, *instrument]
@@ -191,8 +246,9 @@ class OverviewScene:
         *,
         name: str,
         points: bool,
+        font_size: int,
     ) -> None:
-        self._plotter.add_point_labels(
+        labels = self._plotter.add_point_labels(
             np.stack(list(places.values())),
             list(places),
             text_color=colour,
@@ -200,10 +256,11 @@ class OverviewScene:
             point_size=8.0,
             render_points_as_spheres=True,
             show_points=points,
-            font_size=12,
+            font_size=font_size,
             bold=False,
             shape=None,
             always_visible=True,
             name=name,
             reset_camera=False,
         )
+        self._still.append(labels)

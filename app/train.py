@@ -14,6 +14,9 @@ from app.opengl import probe_window
 SIZES = (64, 2048)
 """Smallest and largest picture, pixels."""
 
+EDGE_SAMPLES = 8
+"""For smooth edges, where a graphics card draws them."""
+
 CLOSE_PATIENCE_S = 5.0
 """The flight looks ten times a second whether the window is closed."""
 
@@ -57,7 +60,12 @@ def run_train(
     flight = WindowFlight(order)
     instrument = suction_tube() if device is None else None
     window = TraineeWindow(
-        order, flight, instrument, seconds=seconds, screenshot=screenshot
+        order,
+        flight,
+        instrument,
+        edge_samples=0 if graphics.is_software else EDGE_SAMPLES,
+        seconds=seconds,
+        screenshot=screenshot,
     )
     interrupted = False
 

@@ -5,9 +5,10 @@ import time
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer, Slot
-from PySide6.QtGui import QCloseEvent, QKeyEvent
+from PySide6.QtGui import QCloseEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QApplication,
+    QGridLayout,
     QHBoxLayout,
     QLabel,
     QMainWindow,
@@ -34,7 +35,12 @@ OVERVIEW_SHARE = 0.15
 ROLL_STEP_DEG = 5.0
 NOTICE_S = 4.0
 
-KEYS = "← →  turn the light post    Space  keep a moment    F  full screen    Q  quit"
+KEYS = {
+    "← →": "turn the light post",
+    "Space": "keep this moment",
+    "F": "full screen",
+    "Q": "quit",
+}
 
 
 class TraineeWindow(QMainWindow):
@@ -46,12 +52,14 @@ class TraineeWindow(QMainWindow):
         flight: WindowFlight,
         instrument: Mesh | None,
         *,
+        edge_samples: int,
         seconds: float | None = None,
         screenshot: Path | None = None,
     ) -> None:
         """Lay out the window and listen to the flight.
 
         instrument: the tool beside the scope, for the overview.
+        edge_samples: samples a pixel for smooth edges in the overview.
         seconds: close by itself that long after the first picture.
         screenshot: PNG file for a picture of the window when it closes.
         """
@@ -67,13 +75,19 @@ class TraineeWindow(QMainWindow):
         self.setStyleSheet(STYLE_SHEET)
         self.picture = PictureView()
         self._gauges = Gauges()
-        self.overview = QtInteractor(self, auto_update=False, multi_samples=4)
+        self.overview = QtInteractor(
+            self, auto_update=False, multi_samples=edge_samples
+        )
         self._scene = OverviewScene(
             self.overview, order.scenario.scope.endoscope(), instrument
         )
         self._lay_out()
         self._overview_due_s = 0.0
         self._is_overview_stale = True
+        self._is_turning = False
+        turning = self.overview.iren.interactor.GetInteractorStyle()
+        turning.AddObserver("StartInteractionEvent", self._on_turn)
+        turning.AddObserver("EndInteractionEvent", self._on_turned)
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._refresh)
         self._timer.start(OVERVIEW_MS)
@@ -98,9 +112,15 @@ class TraineeWindow(QMainWindow):
         title.setWordWrap(True)
         arm = "emulated arm" if self._order.device is None else self._order.device
         about = QLabel(f"{scope.angle_deg:g}° scope, {scope.diameter_mm:g} mm · {arm}")
-        keys = QLabel(KEYS)
-        keys.setObjectName("keys")
-        keys.setWordWrap(True)
+        keys = QWidget()
+        table = QGridLayout(keys)
+        table.setContentsMargins(0, 0, 0, 0)
+        table.setColumnStretch(1, 1)
+        for number, (key, does) in enumerate(KEYS.items()):
+            name = QLabel(key)
+            name.setObjectName("key")
+            table.addWidget(name, number, 0)
+            table.addWidget(QLabel(does), number, 1)
         column.addWidget(title)
         column.addWidget(about)
         column.addWidget(self.overview, 1)
@@ -142,6 +162,11 @@ class TraineeWindow(QMainWindow):
             case _:
                 super().keyPressEvent(event)
 
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 (Qt's name)
+        """Have the overview drawn for its new size."""
+        super().resizeEvent(event)
+        self._is_overview_stale = True
+
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802 (Qt's name)
         """Take the screenshot and end the program's event loop."""
         self._timer.stop()
@@ -173,6 +198,14 @@ class TraineeWindow(QMainWindow):
     def _notify(self, message: str, detail: str) -> None:
         self.picture.say(message, detail)
         self._notice_until_s = time.monotonic() + NOTICE_S
+
+    def _on_turn(self, style: object, event: str) -> None:
+        self._is_turning = True
+        self._scene.thaw()
+
+    def _on_turned(self, style: object, event: str) -> None:
+        self._is_turning = False
+        self._is_overview_stale = True
 
     @Slot(str, float)
     def _on_stage(self, stage: str, share: float) -> None:
@@ -277,6 +310,8 @@ class TraineeWindow(QMainWindow):
         begun = time.monotonic()
         if self._instant is not None:
             self._scene.follow(self._instant.view)
+        if not self._is_turning:
+            self._scene.freeze()
         self.overview.repaint()
         ended = time.monotonic()
         self._overview_due_s = ended + (ended - begun) / OVERVIEW_SHARE

@@ -16,5 +16,5 @@ QLabel#title {{ color: {INK}; font-size: 15pt; font-weight: 600; }}
 QLabel#caption {{ color: {QUIET}; font-size: 9pt; }}
 QLabel#figure {{ color: {INK}; font-size: 17pt; font-weight: 600; }}
 QLabel#figure[alarming="true"] {{ color: {ALARM}; }}
-QLabel#keys {{ font-size: 10pt; }}
+QLabel#key {{ color: {INK}; padding-right: 10px; }}
 """
