@@ -1,8 +1,8 @@
 """A team of threads that share out the parts of one picture.
 
 The calling thread works too, and each thread takes part after part from one shared
-counter: a hand-over costs a microsecond, where a future for every part costs a
-hundred, five milliseconds a picture.
+counter. A picture has about fifty parts; a future for each of them cost it several
+milliseconds of processor time.
 """
 
 import itertools

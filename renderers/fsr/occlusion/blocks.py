@@ -3,7 +3,7 @@
 Behind the wall of a nasal cavity lie sinuses with most of the patient's surface. One
 cone per square of pixels is traced through the distance field to where tissue spans
 it; a block that lies behind the ends of all its cones is left out, with all rows in
-it. The test loses nothing: what it turns down is behind a closed wall.
+it: there is closed tissue in front of it.
 """
 
 import itertools
