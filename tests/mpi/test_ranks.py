@@ -128,9 +128,8 @@ def test_ranks_say_in_one_sentence_why_they_cannot_serve(tmp_path: Path) -> None
     wait_until_gone(file)
 
 
-@pytest.mark.parametrize(
-    "number", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_ranks_end_on_a_signal_and_leave_no_process(
     tmp_path: Path, number: signal.Signals
 ) -> None:
