@@ -9,7 +9,7 @@ from typing import Any
 from benchmarks.schema import Row
 
 QUANTITIES = ("wall", "see-through", "shaded", "surface", "picture")
-PANEL_INCHES = (3.6, 3.1)
+PANEL_INCHES = (3.8, 3.6)
 COLORS = {
     "ART": "#b3321f",
     "ART live, 1 thread": "#b3321f",
@@ -116,7 +116,13 @@ def _draw_panel(axes: Any, title: str, series: dict[str, list[Row]]) -> None:
     axes.tick_params(labelsize=7, which="both")
     axes.grid(visible=True, which="both", linewidth=0.3, color="#dddddd")
     axes.margins(0.2)
-    axes.legend(fontsize=7, framealpha=0.8)
+    axes.legend(
+        fontsize=7,
+        frameon=False,
+        ncols=2,
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.2),
+    )
 
 
 def _save(figure: Any, stem: Path) -> list[Path]:

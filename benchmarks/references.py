@@ -23,16 +23,18 @@ SURFACE_NAME = "ART surface, step 1/8 voxel"
 
 @dataclass(slots=True)
 class References:
-    """Make reference pictures and surfaces by their views' names, and keep them."""
+    """Make reference pictures and surfaces, by view and size, and keep them."""
 
-    _pictures: dict[tuple[str, str], NDArray[np.float32]] = field(default_factory=dict)
-    _buffers: dict[str, GBuffer] = field(default_factory=dict)
+    _pictures: dict[tuple[str, str, int], NDArray[np.float32]] = field(
+        default_factory=dict
+    )
+    _buffers: dict[tuple[str, int], GBuffer] = field(default_factory=dict)
 
     def picture(
         self, view: str, quantity: str, scene: Callable[[], Scene], camera: Camera
     ) -> NDArray[np.float32]:
         """Give linear RGB over black, ``(h, w, 3)``."""
-        key = view, quantity
+        key = view, quantity, camera.width
         if key not in self._pictures:
             tracer = ActiveRayTracer(scene(), REFERENCE_QUALITY, threads=2)
             self._pictures[key] = rgb_over_black(tracer.render(camera).rgba)
@@ -40,10 +42,11 @@ class References:
 
     def gbuffer(self, view: str, scene: Callable[[], Scene], camera: Camera) -> GBuffer:
         """Give the air surface behind each pixel."""
-        if view not in self._buffers:
+        key = view, camera.width
+        if key not in self._buffers:
             tracer = ActiveRayTracer(scene(), SURFACE_QUALITY, threads=2)
-            self._buffers[view] = tracer.gbuffer(camera)
-        return self._buffers[view]
+            self._buffers[key] = tracer.gbuffer(camera)
+        return self._buffers[key]
 
 
 def rgb_over_black(rgba: NDArray[np.float32]) -> NDArray[np.float32]:

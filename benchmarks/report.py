@@ -24,7 +24,7 @@ def table_cells(row: Row) -> tuple[str, ...]:
         f"{1e3 * row.time_s.min:.1f}",
         f"{mark}{1e3 * row.time_s.median:.1f}",
         f"{1e3 * row.cpu_s:.1f}",
-        "" if row.ratio is None else f"{row.ratio:.2f} {row.clock}",
+        "" if row.ratio is None else f"{row.ratio:.3g} {row.clock}",
         "" if row.rmse is None else f"{row.rmse:.2e}",
         "" if row.p999 is None else f"{row.p999:.2e}",
         row.error_unit or "",

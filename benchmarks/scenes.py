@@ -8,7 +8,7 @@ import math
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,7 @@ from anatomy import bone_transfer_function, classic_transfer_function, sinus_pha
 from anatomy.distance.redistance import FARTHEST_MM, redistance
 from benchmarks.machine import ROOT
 from benchmarks.plan import UnavailableError
+from benchmarks.references import References
 from renderers.scene import AirSurface, Camera, PhongMaterial, Projection, Scene, Volume
 
 DATA_VARIABLE = "PARAVOL_DATA"
@@ -88,11 +89,15 @@ without lights, opaque tissue under four lights."""
 
 
 class SubjectSource:
-    """Know a subject by name; build it when it is first looked at."""
+    """Know a subject by name; build it when it is first looked at.
+
+    references: the pictures its own are compared with.
+    """
 
     def __init__(self, name: str, build: Callable[[], Subject]) -> None:
         """Take a function that may raise `UnavailableError`."""
         self.name = name
+        self.references = References()
         self._build = build
 
     @cached_property
@@ -101,13 +106,17 @@ class SubjectSource:
         return self._build()
 
 
-def subjects(quick: bool) -> list[SubjectSource]:
-    """List the heads: the phantom at 1 mm (quick) or 0.5 mm, and the scan."""
+@cache
+def subjects(quick: bool) -> tuple[SubjectSource, ...]:
+    """List the heads: the phantom at 1 mm (quick) or 0.5 mm, and the scan.
+
+    All suites of a run share them, and the reference pictures made of them.
+    """
     spacing_mm = 1.0 if quick else 0.5
-    return [
+    return (
         SubjectSource("phantom", lambda: phantom_subject(spacing_mm)),
         SubjectSource("head_ct", head_ct_subject),
-    ]
+    )
 
 
 def phantom_subject(spacing_mm: float) -> Subject:

@@ -9,7 +9,6 @@ from benchmarks.plan import Measured, Task, register
 from benchmarks.references import (
     REFERENCE_NAME,
     SURFACE_NAME,
-    References,
     depth_error,
     rgb_over_black,
     surface_counters,
@@ -28,6 +27,7 @@ PEER_REFERENCE_STEP = 1 / 16
 inside a cavity follows one view direction for the whole picture, so that its distance
 from our picture would say nothing about its steps."""
 
+SURFACE_SIZE = 512
 CHECK_SIZE = 24
 CHECK_STEP = 1 / 8
 """The float64 reference takes the same samples: what differs is rounding."""
@@ -39,10 +39,9 @@ class ArtPlan:
     def __init__(self, quick: bool) -> None:
         self._quick = quick
         self._size = 192 if quick else 512
-        self._surface_size = 256 if quick else 512
+        self._surface_size = SURFACE_SIZE
         self._budget_s = 0.3 if quick else 3.0
         self._subjects = subjects(quick)
-        self._references = {source.name: References() for source in self._subjects}
         self._peer = PeerProcess("benchmarks.peers_volume")
         self._jobs: dict[tuple[str, str], VolumeJobs] = {}
         self._finest: dict[tuple[str, str], NDArray[np.float32]] = {}
@@ -93,9 +92,7 @@ class ArtPlan:
             timing, image = measure(
                 lambda: tracer.render(camera), budget_s=self._budget_s
             )
-            reference = self._references[source.name].picture(
-                view, quantity, lambda: scene, camera
-            )
+            reference = source.references.picture(view, quantity, lambda: scene, camera)
             assert tracer.report is not None
             return Measured(
                 timing,
@@ -150,7 +147,7 @@ class ArtPlan:
             answer = self._peer.ask(job)
             picture = self._peer.picture(answer)
             if not shaded:
-                reference = self._references[source.name].picture(
+                reference = source.references.picture(
                     view, quantity, lambda: scene, camera
                 )
             elif (source.name, view) in self._finest:
@@ -175,9 +172,7 @@ class ArtPlan:
             timing, found = measure(
                 lambda: tracer.gbuffer(camera), budget_s=self._budget_s
             )
-            reference = self._references[source.name].gbuffer(
-                view, lambda: subject.scene, camera
-            )
+            reference = source.references.gbuffer(view, lambda: subject.scene, camera)
             return Measured(
                 timing,
                 depth_error(found, reference),

@@ -11,7 +11,6 @@ from benchmarks.plan import Measured, Task, register
 from benchmarks.references import (
     REFERENCE_NAME,
     SURFACE_NAME,
-    References,
     depth_error,
     rgb_over_black,
     surface_counters,
@@ -38,7 +37,6 @@ class FsrPlan:
         self._size = QUICK_SIZE if quick else FULL_SIZE
         self._budget_s = 0.3 if quick else 3.0
         self._subjects = subjects(quick)
-        self._references = {source.name: References() for source in self._subjects}
         self._peer = PeerProcess("benchmarks.peers_splats")
         self._renderers: dict[tuple[str, int], FuzzySetRenderer] = {}
         self._studios: dict[tuple[str, int], ScopeStudio] = {}
@@ -80,7 +78,7 @@ class FsrPlan:
 
         def compare(picture: NDArray[np.float32], made: Measured) -> Measured:
             camera = self._pinhole(source, view)
-            reference = self._references[source.name].picture(
+            reference = source.references.picture(
                 view, "shaded", lambda: source.subject.scene, camera
             )
             return Measured(
@@ -153,7 +151,7 @@ class FsrPlan:
             camera = self._scope(source, view)
             draw = gbuffer()
             timing, found = measure(lambda: draw(camera), budget_s=self._budget_s)
-            reference = self._references[source.name].gbuffer(
+            reference = source.references.gbuffer(
                 view, lambda: source.subject.scene, camera
             )
             return Measured(
@@ -198,7 +196,7 @@ class FsrPlan:
             scene = source.subject.scene
             studio = self._studio(source, threads)
             reference, gain = studio.finish(
-                self._references[source.name].gbuffer("inside", lambda: scene, camera),
+                source.references.gbuffer("inside", lambda: scene, camera),
                 camera,
                 None,
             )

@@ -1,9 +1,13 @@
 """Rows to write, compare and draw."""
 
+import numpy as np
 import pytest
 
+from anatomy import classic_transfer_function
 from benchmarks.machine import Machine
+from benchmarks.scenes import Subject, SubjectSource, ViewPoint
 from benchmarks.schema import Row, Times
+from renderers.scene import AirSurface, Scene, Volume
 
 HERE = Machine(cpu="a", cores=2, memory_gib=8.0, system="Linux", load=0.5)
 
@@ -32,3 +36,32 @@ def row() -> Row:
         versions={"python": "3.11"},
         commit="abc",
     )
+
+
+def hollow_ball() -> Subject:
+    """Give a thick shell of tissue, seen from its cavity and from outside."""
+    axis = np.arange(33.0) - 16
+    z, y, x = np.meshgrid(axis, axis, axis, indexing="ij")
+    radius = np.sqrt(x**2 + y**2 + z**2)
+    distance = (2.5 - np.abs(radius - 10.5)).astype(np.float32)
+    origin, ones = np.full(3, -16.0), np.ones(3)
+    hu = np.clip(500 * distance - 500, -1000, 800).astype(np.int16)
+    grid = Volume(distance, ones, origin, background=-1.0)
+    surface = AirSurface(
+        grid,
+        grid.with_values(np.full(grid.shape, 54, np.uint8), 0.0),
+        grid.with_values(np.zeros(grid.shape, np.uint8), 0.0),
+    )
+    scene = Scene(
+        Volume(hu, ones, origin), classic_transfer_function(), surface=surface
+    )
+    views = {
+        "inside": ViewPoint("inside", np.zeros(3), np.array([0.2, -5.0, 1.0]), 0.7),
+        "outside": ViewPoint("outside", np.array([3.0, -60.0, 4.0]), np.zeros(3), 0.3),
+    }
+    return Subject(scene, views)
+
+
+@pytest.fixture
+def ball() -> SubjectSource:
+    return SubjectSource("ball", hollow_ball)

@@ -1,0 +1,64 @@
+"""Suite `art` from end to end on a small ball."""
+
+from contextlib import closing
+
+import pytest
+
+from benchmarks.plan import Measured, UnavailableError
+from benchmarks.scenes import SubjectSource
+from benchmarks.suite_art import PEER, ArtPlan
+
+
+def plan_for(ball: SubjectSource, monkeypatch: pytest.MonkeyPatch) -> ArtPlan:
+    monkeypatch.setattr("benchmarks.suite_art.subjects", lambda quick: (ball,))
+    plan = ArtPlan(quick=True)
+    plan._size = plan._surface_size = 48
+    plan._budget_s = 0.0
+    return plan
+
+
+def test_baselines_come_first_and_names_are_unique(
+    ball: SubjectSource, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tasks = plan_for(ball, monkeypatch).tasks()
+    seen: set[tuple[str, str]] = set()
+    for task in tasks:
+        assert task.baseline is None or (task.case, task.baseline) in seen
+        seen.add((task.case, task.mode))
+    assert len(seen) == len({task.key for task in tasks}) == len(tasks)
+
+
+@pytest.mark.slow
+def test_finer_steps_are_nearer_to_the_reference(
+    ball: SubjectSource, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found: dict[tuple[str, str], Measured] = {}
+    without_peer = 0
+    with closing(plan_for(ball, monkeypatch)) as plan:
+        for task in plan.tasks():
+            try:
+                found[task.case, task.mode] = task.measure()
+            except UnavailableError:
+                assert PEER in task.mode
+                without_peer += 1
+    for view in ("inside", "outside"):
+        for quantity in ("see-through", "shaded", "surface"):
+            errors = [
+                made.error.rmse
+                for (case, mode), made in found.items()
+                if case == f"ball/{view}/{quantity}"
+                and mode.startswith("ART")
+                and made.error is not None
+            ]
+            assert len(errors) == 3
+            assert errors[2] < errors[0]
+            if quantity != "surface":
+                assert errors[2] < min(errors[0] / 2, 0.02)
+    check = found["ball/inside/float64 check", "ART, same samples"]
+    assert check.error is not None
+    assert check.error.max < 1e-4
+    if not without_peer:
+        peer = found["ball/outside/see-through", f"{PEER}, step 0.25"]
+        assert peer.error is not None
+        # eight bits and silhouettes, not another camera or another transfer function
+        assert peer.error.rmse < 0.05
