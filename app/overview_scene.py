@@ -157,7 +157,7 @@ class OverviewScene:
         plotter.camera.view_angle = 26.0
         plotter.renderer.ResetCamera(head.mesh.bounds)
         # The camera fits the sphere round the box; the head fills less.
-        plotter.camera.Zoom(1.25)
+        plotter.camera.Zoom(1.55)
         plotter.renderer.ResetCameraClippingRange()
 
     def show_fiducials(

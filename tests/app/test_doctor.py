@@ -1,0 +1,68 @@
+"""`paravol doctor`: it tells what is there, and fails only for what is required."""
+
+import json
+import platform
+
+import numpy as np
+import pytest
+
+from app import doctor
+from app.doctor import Finding, examine, run_doctor
+from app.opengl import OpenGL
+
+OPENGL = OpenGL("Maker", "Some GPU", "4.6")
+
+
+def test_the_report_names_this_machine(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_doctor(as_json=True) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["missing"] == []
+    told = {finding["name"]: finding["value"] for finding in report["findings"]}
+    assert platform.python_version() in told["Python"]
+    assert told["numpy"] == np.__version__
+    assert {
+        "processor",
+        "memory",
+        "compiled kernels",
+        "phantoms",
+        "OpenGL off screen",
+        "display",
+        "window",
+        "MPI",
+        "ffmpeg",
+        "endoscope picture",
+    } <= set(told)
+    assert "ersion" in told["ffmpeg"]
+
+
+@pytest.mark.parametrize("as_json", [True, False])
+def test_something_required_that_is_missing_fails(
+    as_json: bool,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    findings = [
+        Finding("scipy", "not installed", True, "pip install paravol-ess brings it."),
+        Finding("MPI", "no mpiexec", remedy="Snapshots use one rank."),
+    ]
+    monkeypatch.setattr(doctor, "examine", lambda: findings)
+    assert run_doctor(as_json=as_json) == 1
+    said = capsys.readouterr().out
+    assert "scipy" in said
+    if as_json:
+        assert json.loads(said)["missing"] == ["scipy"]
+    else:
+        assert "Required and missing: scipy." in said
+
+
+def test_an_absent_package_is_required_unless_it_is_an_extra(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    absent = {"numba": "not installed", "mpi4py": "not installed", "vtk": "9.4"}
+    monkeypatch.setattr(doctor, "versions", lambda: absent)
+    monkeypatch.setattr(doctor, "probe_offscreen", lambda: OPENGL)
+    monkeypatch.setattr(doctor, "probe_window", lambda: OPENGL)
+    found = {finding.name: finding for finding in examine()}
+    assert [name for name, f in found.items() if f.is_missing] == ["numba"]
+    assert "mpi" in found["mpi4py"].remedy
+    assert found["vtk"].remedy == ""

@@ -1,0 +1,51 @@
+"""The overview's head: its triangles lie on the surface; the face is told apart."""
+
+import numpy as np
+import pytest
+
+from app.overview_scene import COARSENESS, FACE, MUCOSA, head_model
+from renderers.scene import AirSurface, Volume
+
+SPACING_MM = 0.5
+CAVITY_MM, RADIUS_MM = np.array([10.0, 20.0, 10.0]), 5.0
+FACE_Y_MM = 6.0
+
+
+@pytest.fixture(scope="module")
+def surface() -> AirSurface:
+    """A closed round cavity behind a flat face; the front is where y is small."""
+    z, y, x = np.meshgrid(*(np.arange(61) * SPACING_MM,) * 3, indexing="ij")
+    at = np.stack([x, y, z], axis=-1)
+    ball = np.linalg.norm(at - CAVITY_MM, axis=-1) - RADIUS_MM
+    distance = np.minimum(ball, y - FACE_Y_MM).astype(np.float32)
+    nothing = np.zeros(distance.shape, np.uint8)
+    spacing, origin = np.full(3, SPACING_MM), np.zeros(3)
+    return AirSurface(
+        Volume(distance, spacing, origin),
+        Volume(nothing, spacing, origin),
+        Volume(nothing, spacing, origin),
+    )
+
+
+def test_points_lie_on_the_air_surface(surface: AirSurface) -> None:
+    mesh = head_model(surface, {}).mesh
+    off = np.abs(surface.distance.sample(np.asarray(mesh.points, dtype=np.float64)))
+    inside = np.asarray(mesh.points).max(axis=1) < 29.0
+    # Smoothing flattens a coarse ball by a part of one coarse voxel.
+    assert off[inside].max() < COARSENESS * SPACING_MM / 2
+    assert mesh.n_cells > 500
+
+
+def test_the_face_is_tinted_otherwise_than_the_cavity(surface: AirSurface) -> None:
+    mesh = head_model(surface, {}).mesh
+    points, rgba = np.asarray(mesh.points), np.asarray(mesh.point_data["rgba"])
+    in_cavity = points[:, 1] > (FACE_Y_MM + CAVITY_MM[1] - RADIUS_MM) / 2
+    opacity = rgba[:, 3] / 255
+    assert np.allclose(opacity[in_cavity], MUCOSA[3], atol=0.01)
+    assert np.allclose(opacity[~in_cavity], FACE[3], atol=0.01)
+    assert in_cavity.any()
+    assert not in_cavity.all()
+
+
+def test_landmarks_are_kept(surface: AirSurface) -> None:
+    assert head_model(surface, {"ostium": CAVITY_MM}).targets == {"ostium": CAVITY_MM}
