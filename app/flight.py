@@ -107,7 +107,7 @@ def fly(
                 recorder.samples - 1,
                 frame.gain,
                 seen.clearance_mm,
-                frame.sha256,
+                frame.blake2b,
             )
         )
         on_frame(seen, frame, sample, number)

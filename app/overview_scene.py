@@ -37,7 +37,8 @@ PAPER = "#c9d1d9"
 CONE_MM = 14.0
 """Length of the cone that shows where the scope looks."""
 
-_FAR_MM = 6.0
+HIGHEST_DEG = 85.0
+VIEW_ANGLES_DEG = (4.0, 60.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,6 +193,21 @@ class OverviewScene:
         for actor in self._moving():
             actor.visibility = True
         self._plotter.renderer.ResetCameraClippingRange()
+
+    def turn(self, azimuth_deg: float, elevation_deg: float) -> None:
+        """Move the camera round the head; it never goes over the vertex."""
+        camera = self._plotter.camera
+        camera.Azimuth(azimuth_deg)
+        direction = np.subtract(camera.position, camera.focal_point)
+        height = np.degrees(np.arcsin(direction[2] / np.linalg.norm(direction)))
+        wanted = np.clip(height + elevation_deg, -HIGHEST_DEG, HIGHEST_DEG)
+        camera.Elevation(wanted - height)
+
+    def zoom(self, factor: float) -> None:
+        """Narrow the view by a factor above 1, widen it by one below."""
+        camera = self._plotter.camera
+        low, high = VIEW_ANGLES_DEG
+        camera.view_angle = min(max(camera.view_angle / factor, low), high)
 
     def freeze(self) -> None:
         """Make what stands still the background, unless it is already."""

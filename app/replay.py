@@ -104,7 +104,7 @@ def replay_session(
                     seen, number=record.number, elapsed_s=0.0, gain=record.gain
                 )
                 frames += 1
-                if frame.sha256 != record.sha256:
+                if frame.blake2b != record.blake2b:
                     pictures.append(record.number)
                 if seen.clearance_mm != record.clearance_mm:
                     clearances.append(record.number)

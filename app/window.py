@@ -5,7 +5,7 @@ import time
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer, Slot
-from PySide6.QtGui import QCloseEvent, QKeyEvent, QResizeEvent
+from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QApplication,
     QGridLayout,
@@ -15,11 +15,11 @@ from PySide6.QtWidgets import (
     QVBoxLayout,
     QWidget,
 )
-from pyvistaqt import QtInteractor
 
-from app.overview_scene import HeadModel, OverviewScene
+from app.overview_scene import HeadModel
 from app.window_flight import FlightOrder, Instant, WindowFlight
 from app.window_gauges import Gauges
+from app.window_overview import OverviewView
 from app.window_picture import PictureView
 from app.window_readings import Readings
 from app.window_style import STYLE_SHEET
@@ -30,7 +30,7 @@ OVERVIEW_MS = 100
 """Shortest time between two pictures of the overview."""
 
 OVERVIEW_SHARE = 0.15
-"""Of one core, at most, for the overview where OpenGL is software."""
+"""Largest part of the window's time for the overview, where OpenGL is software."""
 
 ROLL_STEP_DEG = 5.0
 NOTICE_S = 4.0
@@ -75,19 +75,13 @@ class TraineeWindow(QMainWindow):
         self.setStyleSheet(STYLE_SHEET)
         self.picture = PictureView()
         self._gauges = Gauges()
-        self.overview = QtInteractor(
-            self, auto_update=False, multi_samples=edge_samples
+        self._overview = OverviewView(
+            order.scenario.scope.endoscope(), instrument, edge_samples
         )
-        self._scene = OverviewScene(
-            self.overview, order.scenario.scope.endoscope(), instrument
-        )
+        self._overview.changed.connect(self._on_overview_changed)
         self._lay_out()
         self._overview_due_s = 0.0
         self._is_overview_stale = True
-        self._is_turning = False
-        turning = self.overview.iren.interactor.GetInteractorStyle()
-        turning.AddObserver("StartInteractionEvent", self._on_turn)
-        turning.AddObserver("EndInteractionEvent", self._on_turned)
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._refresh)
         self._timer.start(OVERVIEW_MS)
@@ -123,7 +117,7 @@ class TraineeWindow(QMainWindow):
             table.addWidget(QLabel(does), number, 1)
         column.addWidget(title)
         column.addWidget(about)
-        column.addWidget(self.overview, 1)
+        column.addWidget(self._overview, 1)
         column.addWidget(keys)
         middle = QWidget()
         row = QHBoxLayout(middle)
@@ -139,9 +133,6 @@ class TraineeWindow(QMainWindow):
         rows.addWidget(self._gauges)
         self.setCentralWidget(whole)
         self.resize(1280, 860)
-        # Keys are for the window, not for the overview's own viewer commands.
-        self.overview.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802 (Qt's name)
         """Obey a key."""
@@ -162,11 +153,6 @@ class TraineeWindow(QMainWindow):
             case _:
                 super().keyPressEvent(event)
 
-    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 (Qt's name)
-        """Have the overview drawn for its new size."""
-        super().resizeEvent(event)
-        self._is_overview_stale = True
-
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802 (Qt's name)
         """Take the screenshot and end the program's event loop."""
         self._timer.stop()
@@ -177,8 +163,8 @@ class TraineeWindow(QMainWindow):
         QApplication.quit()
 
     def release(self) -> None:
-        """Free the overview's graphics memory while its context is alive."""
-        self.overview.close()
+        """Free the overview's graphics memory."""
+        self._overview.release()
 
     def _save(self, path: Path) -> None:
         partial = path.with_name(f".{path.stem}.{os.getpid()}.partial.png")
@@ -199,12 +185,8 @@ class TraineeWindow(QMainWindow):
         self.picture.say(message, detail)
         self._notice_until_s = time.monotonic() + NOTICE_S
 
-    def _on_turn(self, style: object, event: str) -> None:
-        self._is_turning = True
-        self._scene.thaw()
-
-    def _on_turned(self, style: object, event: str) -> None:
-        self._is_turning = False
+    @Slot()
+    def _on_overview_changed(self) -> None:
         self._is_overview_stale = True
 
     @Slot(str, float)
@@ -213,7 +195,7 @@ class TraineeWindow(QMainWindow):
 
     @Slot(object)
     def _on_head(self, head: HeadModel) -> None:
-        self._scene.show_head(head)
+        self._overview.scene.show_head(head)
         self._is_overview_stale = True
 
     @Slot(int)
@@ -232,13 +214,13 @@ class TraineeWindow(QMainWindow):
                 how,
                 touched / len(fiducials),
             )
-        self._scene.show_fiducials(positions, touched)
+        self._overview.scene.show_fiducials(positions, touched)
         self._is_overview_stale = True
 
     @Slot(float)
     def _on_registered(self, residual_mm: float) -> None:
         self._registration_mm = residual_mm
-        self._scene.hide_fiducials(self._order.scenario.fiducial_positions())
+        self._overview.scene.hide_fiducials(self._order.scenario.fiducial_positions())
         self._is_overview_stale = True
         self._notify(
             "Registered", f"The touched points fit to {residual_mm:.2f} mm rms."
@@ -309,9 +291,7 @@ class TraineeWindow(QMainWindow):
         self._is_overview_stale = False
         begun = time.monotonic()
         if self._instant is not None:
-            self._scene.follow(self._instant.view)
-        if not self._is_turning:
-            self._scene.freeze()
-        self.overview.repaint()
+            self._overview.scene.follow(self._instant.view)
+        self._overview.draw()
         ended = time.monotonic()
         self._overview_due_s = ended + (ended - begun) / OVERVIEW_SHARE

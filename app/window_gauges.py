@@ -1,5 +1,6 @@
 """The row of figures under the picture."""
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from app.window_readings import UNKNOWN, Readings
@@ -11,6 +12,7 @@ class Gauges(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("gauges")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         row = QHBoxLayout(self)
         row.setContentsMargins(24, 8, 24, 10)
         self._figures: dict[str, QLabel] = {}

@@ -100,14 +100,14 @@ class FrameRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     sample: index of the sample it shows, counted from 0 in this stream.
     gain: the camera's gain; stored because it depends on all frames before.
-    sha256: hash of the picture's bytes.
+    blake2b: hash of the picture's bytes, 16 bytes long.
     """
 
     number: int
     sample: int
     gain: float
     clearance_mm: float
-    sha256: str
+    blake2b: str
 
 
 class EventRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

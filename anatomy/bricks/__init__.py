@@ -1,0 +1,1 @@
+"""The kernel that evaluates the model over the bricks of a grid."""

@@ -1,0 +1,1 @@
+"""From the sign of the air function to a true signed distance."""

@@ -1,0 +1,1 @@
+"""The kernel that paints tissues by their share of each voxel."""

@@ -4,24 +4,28 @@ The mesh is hit by the camera's own rays, so that its depth can be compared with
 tissue's pixel by pixel, under any lens.
 """
 
-import math
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.scene.camera import Camera, Projection
+from renderers.scene.camera import STOP_MARGIN_PX, Camera, Projection
 from renderers.scene.gbuffer import GBuffer, Material
 
-_MARGIN_PX = 2
-"""Border added to the mesh's bounding box in the picture."""
+_MARGIN_PX = 1.5
+"""Border added round what the mesh covers, for rounding to whole pixels."""
 
-_BULGE = 0.25
-"""Under the equidistant lens the picture of a straight edge is an arc. Its curvature is
-(t - sin t cos t) / t**2 <= 0.64 per radian at the angle t <= pi/2 from the axis, its
-length at most pi/2 times the angle L it subtends, its height over the chord therefore
-at most 0.64 (pi L / 2)**2 / 8 = 0.2 L**2."""
+_SAMPLE_MM = 0.7
+"""Longest edge between neighbouring samples of the surface of an instrument. Finer
+ones bound it more tightly in the picture and cost more to project."""
+
+_SAMPLES = 10_000
+"""Samples wanted at most; the edge grows with the mesh's area to keep it so."""
+
+_OUTERMOST = 2.6
+"""Angle from the view axis, radians, beyond which the bound of `_cover` says nothing:
+theta / sin(theta) is 5 there and infinite straight behind the eye."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +40,7 @@ class Mesh:
     faces: NDArray[np.int32]
     material: Material = Material.METAL
     _tree: list[Any] = field(default_factory=list, repr=False, compare=False)
+    _samples: list[Any] = field(default_factory=list, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         vertices = np.array(self.vertices, dtype=np.float64)
@@ -59,70 +64,126 @@ class Mesh:
     def gbuffer(self, camera: Camera, world_from_mesh: NDArray[np.float64]) -> GBuffer:
         """Hit the mesh, placed by a rigid 4x4 transform, with the camera's rays.
 
-        Rays are cast inside the projected bounding box only. Normals face the eye.
+        Normals face the eye.
         """
-        buffer = GBuffer.empty(camera.height, camera.width)
+        return self.draw(
+            GBuffer.empty(camera.height, camera.width), camera, world_from_mesh
+        )
+
+    def draw(
+        self, buffer: GBuffer, camera: Camera, world_from_mesh: NDArray[np.float64]
+    ) -> GBuffer:
+        """Draw the mesh into a copy of `buffer`, where it is nearer.
+
+        Rays are cast only through the parts of the picture that the mesh can cover.
+        """
+        if buffer.size != (camera.height, camera.width):
+            raise ValueError(
+                f"a G-buffer of {buffer.size} does not fit a picture of "
+                f"{(camera.height, camera.width)}"
+            )
         rotation = world_from_mesh[:3, :3]
-        world = self.vertices @ rotation.T + world_from_mesh[:3, 3]
-        box = self._box(camera, world)
-        if box is None:
-            return buffer
-        rows, columns = box
-        table = camera.lens_table()[rows, columns].astype(np.float64)
         # Hit in the mesh's frame: the acceleration tree is then built once.
         mesh_from_camera = camera.frame[1:] @ rotation
         eye = (camera.frame[0] - world_from_mesh[:3, 3]) @ rotation
+        rows, columns = np.nonzero(self._cover(camera, eye, mesh_from_camera))
+        table = camera.lens_table()[rows, columns]
+        lit = table.any(axis=1)
+        rows, columns, table = rows[lit], columns[lit], table[lit]
+        if not len(rows):
+            return buffer
+        # Rounded to float32 last: the ray library takes no more.
+        matrix, start = mesh_from_camera.astype(np.float32), eye.astype(np.float32)
         if camera.projection is Projection.ORTHOGRAPHIC:
-            origins = eye + table[..., :2] @ mesh_from_camera[:2]
-            directions = np.broadcast_to(mesh_from_camera[2], origins.shape)
+            origins = start + table[:, :2] @ matrix[:2]
+            directions = np.tile(matrix[2], (len(table), 1))
         else:
-            directions = table @ mesh_from_camera
-            origins = np.broadcast_to(eye, directions.shape)
-        seen = np.linalg.norm(directions, axis=-1) > 0.5
-        hit = self._intersector().run(
-            np.ascontiguousarray(origins[seen], dtype=np.float32),
-            np.ascontiguousarray(directions[seen], dtype=np.float32),
-            output=True,
+            directions = table @ matrix
+            origins = np.tile(start, (len(table), 1))
+        hit = self._intersector().run(origins, directions, output=True)
+        before = buffer.depth_mm[rows, columns]
+        nearer = (hit["geomID"] != -1) & (hit["tfar"] < before)
+        rows, columns = rows[nearer], columns[nearer]
+        normal = hit["Ng"][nearer].astype(np.float64)
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+        away = np.einsum("ij,ij->i", normal, directions[nearer]) > 0
+        normal[away] *= -1
+        result = GBuffer(
+            buffer.depth_mm.copy(),
+            buffer.normal.copy(),
+            buffer.coverage.copy(),
+            buffer.material.copy(),
         )
-        face = hit["geomID"] != -1
-        normal = hit["Ng"].astype(np.float64) @ rotation.T
-        length = np.linalg.norm(normal, axis=-1, keepdims=True)
-        normal = np.divide(normal, length, where=length > 0, out=np.zeros_like(normal))
-        view = directions[seen] @ rotation.T
-        normal *= np.where(np.sum(normal * view, axis=-1) > 0, -1.0, 1.0)[:, None]
-        for target, value in (
-            (buffer.depth_mm, np.where(face, hit["tfar"], np.inf)),
-            (buffer.coverage, face),
-            (buffer.material, np.where(face, self.material, 0)),
-            (buffer.normal, np.where(face[:, None], normal, 0)),
-        ):
-            target[rows, columns][seen] = value
-        return buffer
+        result.depth_mm[rows, columns] = hit["tfar"][nearer]
+        result.normal[rows, columns] = normal @ rotation.T
+        result.coverage[rows, columns] = 1
+        result.material[rows, columns] = self.material
+        return result
 
-    def _box(
-        self, camera: Camera, world: NDArray[np.float64]
-    ) -> tuple[slice, slice] | None:
-        pixel, _ = camera.project(world)
-        local_z = (world - camera.frame[0]) @ camera.frame[3]
-        if np.any(local_z <= 0) or not np.all(np.isfinite(pixel)):
-            # The mesh reaches behind the eye: no projection bounds it.
-            return slice(0, camera.height), slice(0, camera.width)
-        margin = _MARGIN_PX
-        if camera.projection is Projection.EQUIDISTANT:
-            rays = world - camera.frame[0]
-            rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-            corners = rays[self.faces]
-            edges = corners - np.roll(corners, 1, axis=1)
-            chord = float(np.linalg.norm(edges, axis=2).max())
-            angle = 2 * math.asin(min(1.0, chord / 2))
-            margin += math.ceil(_BULGE * angle**2 / camera.radians_per_pixel)
-        low = np.floor(pixel.min(axis=0)).astype(int) - margin
-        high = np.ceil(pixel.max(axis=0)).astype(int) + margin
-        size = np.array([camera.width, camera.height])
-        low, high = np.maximum(low, 0), np.minimum(high, size)
-        if np.any(low >= high):
-            return None
-        return slice(low[1], high[1]), slice(low[0], high[0])
+    def _cover(
+        self,
+        camera: Camera,
+        eye: NDArray[np.float64],
+        mesh_from_camera: NDArray[np.float64],
+    ) -> NDArray[np.bool_]:
+        """Mark the pixels ``(h, w)`` that the mesh can cover, and some more.
+
+        Every point of the surface lies within one edge length of a sample, so its
+        direction is within ``asin(edge / distance)`` of the sample's. On the
+        equidistant picture an angle grows by ``theta / sin(theta)`` at most.
+        """
+        everything = np.ones((camera.height, camera.width), np.bool_)
+        if camera.projection is not Projection.EQUIDISTANT:
+            return everything
+        samples, edge = self._surface_samples()
+        local = (samples - eye) @ mesh_from_camera.T
+        far = np.linalg.norm(local, axis=1)
+        theta = np.arctan2(np.hypot(local[:, 0], local[:, 1]), local[:, 2])
+        slip = np.arcsin(edge / np.maximum(far, edge))
+        half = min(camera.width, camera.height) / 2
+        widest = camera.extent * (1 + STOP_MARGIN_PX / half)
+        seen = theta - slip < widest
+        local, theta, slip = local[seen], theta[seen], slip[seen]
+        outermost = np.minimum(theta + slip, _OUTERMOST)
+        if np.any(theta + slip > _OUTERMOST):
+            return everything
+        pixels_per_radian = half / camera.extent
+        grown = slip * outermost / np.maximum(np.sin(outermost), 1e-9)
+        reach = grown * pixels_per_radian + _MARGIN_PX
+        turn = np.arctan2(local[:, 1], local[:, 0])
+        radius = theta * pixels_per_radian
+        column = camera.width / 2 + radius * np.cos(turn)
+        row = camera.height / 2 - radius * np.sin(turn)
+        return _union_of_boxes(
+            (column - reach, column + reach), (row - reach, row + reach), camera
+        )
+
+    def _surface_samples(self) -> tuple[NDArray[np.float64], float]:
+        """Give points ``(k, 3)`` of the surface and the longest edge between them."""
+        if len(self._samples) == 0:
+            corners = self.vertices[self.faces]
+            sides = corners[:, 1:] - corners[:, :1]
+            area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2
+            edge = max(_SAMPLE_MM, float(np.sqrt(2 * area / _SAMPLES)))
+            while True:
+                edges = np.roll(corners, -1, axis=1) - corners
+                length = np.linalg.norm(edges, axis=2)
+                longest = length.argmax(axis=1)
+                index = np.arange(len(corners))
+                split = length[index, longest] > edge
+                if not split.any():
+                    break
+                # Halve the longest edge of every triangle that has one too long.
+                a = corners[index, longest]
+                b = corners[index, (longest + 1) % 3]
+                c = corners[index, (longest + 2) % 3]
+                middle = (a + b) / 2
+                first = np.stack([a, middle, c], axis=1)[split]
+                second = np.stack([middle, b, c], axis=1)[split]
+                corners = np.concatenate([corners[~split], first, second])
+            self._samples.append((np.unique(corners.reshape(-1, 3), axis=0), edge))
+        samples: tuple[NDArray[np.float64], float] = self._samples[0]
+        return samples
 
     def _intersector(self) -> Any:
         if not self._tree:
@@ -136,3 +197,24 @@ class Mesh:
             TriangleMesh(scene, np.ascontiguousarray(triangles))
             self._tree.append(scene)
         return self._tree[0]
+
+
+def _union_of_boxes(
+    columns: tuple[NDArray[np.float64], NDArray[np.float64]],
+    rows: tuple[NDArray[np.float64], NDArray[np.float64]],
+    camera: Camera,
+) -> NDArray[np.bool_]:
+    """Mark every pixel whose centre lies in one of the boxes, ``(h, w)``."""
+    left, right = (np.clip(np.rint(c), 0, camera.width).astype(int) for c in columns)
+    top, bottom = (np.clip(np.rint(r), 0, camera.height).astype(int) for r in rows)
+    # Each box adds one to its pixels: corners into a table, two running sums.
+    table = np.zeros((camera.height + 1, camera.width + 1), np.int32)
+    for row, column, sign in (
+        (top, left, 1),
+        (top, right, -1),
+        (bottom, left, -1),
+        (bottom, right, 1),
+    ):
+        np.add.at(table, (row, column), sign)
+    covered: NDArray[np.bool_] = table.cumsum(axis=0).cumsum(axis=1)[:-1, :-1] > 0
+    return covered

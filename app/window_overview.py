@@ -1,0 +1,115 @@
+"""The overview in the window: drawn by VTK off screen, shown as a picture.
+
+One OpenGL widget would make Qt put the whole window together by OpenGL. Without a
+graphics card that cost 34 ms of processor time for each picture of the endoscope
+(measured, 1280 x 860 window); a window of plain pictures needs no OpenGL at all.
+"""
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, Qt, Signal
+from PySide6.QtGui import (
+    QColor,
+    QImage,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QWidget
+
+from app.overview_scene import BACKGROUND, OverviewScene
+from renderers.scene import Mesh
+from scenarios import Endoscope
+
+TURN_DEG = 0.4
+"""For each pixel that the mouse is dragged."""
+
+ZOOM = 1.1
+"""For each notch of the wheel."""
+
+_NOTCH = 120.0
+
+
+class OverviewView(QWidget):
+    """Show the overview; drag turns it, the wheel zooms."""
+
+    changed = Signal()
+    """Its size or its camera: it should be drawn again."""
+
+    def __init__(
+        self, endoscope: Endoscope, instrument: Mesh | None, edge_samples: int
+    ) -> None:
+        """Make the scene.
+
+        edge_samples: samples a pixel for smooth edges; 0 for none.
+        """
+        super().__init__()
+        self.setMinimumSize(200, 200)
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        self._plotter = pv.Plotter(off_screen=True)
+        if edge_samples:
+            self._plotter.enable_anti_aliasing("msaa", multi_samples=edge_samples)
+        else:
+            self._plotter.disable_anti_aliasing()
+        self.scene = OverviewScene(self._plotter, endoscope, instrument)
+        self._pixels: NDArray[np.uint8] | None = None
+        self._image = QImage()
+        self._dragged_from: QPointF | None = None
+
+    def draw(self) -> None:
+        """Draw the scene as it is now."""
+        scale = self.devicePixelRatioF()
+        size = [round(self.width() * scale), round(self.height() * scale)]
+        if list(self._plotter.window_size) != size:
+            self._plotter.window_size = size
+        self.scene.freeze()
+        pixels = np.asarray(self._plotter.screenshot(None, return_img=True))
+        # The image borrows the array's memory.
+        self._pixels = np.ascontiguousarray(pixels)
+        height, width = pixels.shape[:2]
+        self._image = QImage(
+            self._pixels.data, width, height, 3 * width, QImage.Format.Format_RGB888
+        )
+        self.update()
+
+    def release(self) -> None:
+        """Free the graphics memory."""
+        self._plotter.close()
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 (Qt's name)
+        """Paint the newest picture."""
+        painter = QPainter(self)
+        if self._pixels is None:
+            painter.fillRect(self.rect(), QColor(BACKGROUND))
+        else:
+            painter.drawImage(self.rect(), self._image)
+        painter.end()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 (Qt's name)
+        """Ask to be drawn in the new size."""
+        self.changed.emit()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802 (Qt's name)
+        """Begin to turn the head."""
+        self._dragged_from = event.position()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802 (Qt's name)
+        """Turn the head about its middle, the patient's up staying up."""
+        if self._dragged_from is None:
+            return
+        moved = event.position() - self._dragged_from
+        self._dragged_from = event.position()
+        self.scene.turn(-TURN_DEG * moved.x(), TURN_DEG * moved.y())
+        self.changed.emit()
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802 (Qt's name)
+        """Let go of the head."""
+        self._dragged_from = None
+
+    def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802 (Qt's name)
+        """Zoom."""
+        self.scene.zoom(ZOOM ** (event.angleDelta().y() / _NOTCH))
+        self.changed.emit()
