@@ -16,12 +16,13 @@ from renderers.scene.gbuffer import GBuffer, Material
 _MARGIN_PX = 1.5
 """Border added round what the mesh covers, for rounding to whole pixels."""
 
-_SAMPLE_MM = 0.7
-"""Longest edge between neighbouring samples of the surface of an instrument. Finer
-ones bound it more tightly in the picture and cost more to project."""
+_CELL_MM = 0.5
+"""Edge of the cells whose triangles share a bounding sphere. Smaller ones bound an
+instrument more tightly in the picture and cost more to project; a suction tube has
+about a thousand spheres."""
 
-_SAMPLES = 10_000
-"""Samples wanted at most; the edge grows with the mesh's area to keep it so."""
+_CELLS_ACROSS = 100
+"""Cells that a large mesh may have along the root of its area."""
 
 _OUTERMOST = 2.6
 """Angle from the view axis, radians, beyond which the bound of `_cover` says nothing:
@@ -40,7 +41,7 @@ class Mesh:
     faces: NDArray[np.int32]
     material: Material = Material.METAL
     _tree: list[Any] = field(default_factory=list, repr=False, compare=False)
-    _samples: list[Any] = field(default_factory=list, repr=False, compare=False)
+    _spheres: list[Any] = field(default_factory=list, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         vertices = np.array(self.vertices, dtype=np.float64)
@@ -86,12 +87,13 @@ class Mesh:
         # Hit in the mesh's frame: the acceleration tree is then built once.
         mesh_from_camera = camera.frame[1:] @ rotation
         eye = (camera.frame[0] - world_from_mesh[:3, 3]) @ rotation
-        rows, columns = np.nonzero(self._cover(camera, eye, mesh_from_camera))
-        table = camera.lens_table()[rows, columns]
-        lit = table.any(axis=1)
-        rows, columns, table = rows[lit], columns[lit], table[lit]
-        if not len(rows):
+        lens = camera.lens_table().reshape(-1, 3)
+        covered = self._cover(camera, eye, mesh_from_camera).ravel()
+        # The rays of the table are zero exactly where the lens sees nothing.
+        pixels = np.flatnonzero(covered & (lens[:, 2] != 0))
+        if not len(pixels):
             return buffer
+        table = lens.take(pixels, axis=0)
         # Rounded to float32 last: the ray library takes no more.
         matrix, start = mesh_from_camera.astype(np.float32), eye.astype(np.float32)
         if camera.projection is Projection.ORTHOGRAPHIC:
@@ -101,12 +103,12 @@ class Mesh:
             directions = table @ matrix
             origins = np.tile(start, (len(table), 1))
         hit = self._intersector().run(origins, directions, output=True)
-        before = buffer.depth_mm[rows, columns]
-        nearer = (hit["geomID"] != -1) & (hit["tfar"] < before)
-        rows, columns = rows[nearer], columns[nearer]
-        normal = hit["Ng"][nearer].astype(np.float64)
+        before = buffer.depth_mm.take(pixels)
+        nearer = np.flatnonzero((hit["geomID"] != -1) & (hit["tfar"] < before))
+        pixels = pixels[nearer]
+        normal = hit["Ng"].take(nearer, axis=0).astype(np.float64)
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
-        away = np.einsum("ij,ij->i", normal, directions[nearer]) > 0
+        away = np.einsum("ij,ij->i", normal, directions.take(nearer, axis=0)) > 0
         normal[away] *= -1
         result = GBuffer(
             buffer.depth_mm.copy(),
@@ -114,10 +116,10 @@ class Mesh:
             buffer.coverage.copy(),
             buffer.material.copy(),
         )
-        result.depth_mm[rows, columns] = hit["tfar"][nearer]
-        result.normal[rows, columns] = normal @ rotation.T
-        result.coverage[rows, columns] = 1
-        result.material[rows, columns] = self.material
+        result.depth_mm.reshape(-1)[pixels] = hit["tfar"].take(nearer)
+        result.normal.reshape(-1, 3)[pixels] = normal @ rotation.T
+        result.coverage.reshape(-1)[pixels] = 1
+        result.material.reshape(-1)[pixels] = self.material
         return result
 
     def _cover(
@@ -128,18 +130,18 @@ class Mesh:
     ) -> NDArray[np.bool_]:
         """Mark the pixels ``(h, w)`` that the mesh can cover, and some more.
 
-        Every point of the surface lies within one edge length of a sample, so its
-        direction is within ``asin(edge / distance)`` of the sample's. On the
-        equidistant picture an angle grows by ``theta / sin(theta)`` at most.
+        The surface lies in small spheres; a sphere's directions are within
+        ``asin(radius / distance)`` of its centre's. On the equidistant picture an
+        angle grows by ``theta / sin(theta)`` at most.
         """
         everything = np.ones((camera.height, camera.width), np.bool_)
         if camera.projection is not Projection.EQUIDISTANT:
             return everything
-        samples, edge = self._surface_samples()
-        local = (samples - eye) @ mesh_from_camera.T
+        spheres = self._bounding_spheres()
+        local = (spheres[:, :3] - eye) @ mesh_from_camera.T
         far = np.linalg.norm(local, axis=1)
         theta = np.arctan2(np.hypot(local[:, 0], local[:, 1]), local[:, 2])
-        slip = np.arcsin(edge / np.maximum(far, edge))
+        slip = np.arcsin(spheres[:, 3] / np.maximum(far, spheres[:, 3]))
         half = min(camera.width, camera.height) / 2
         widest = camera.extent * (1 + STOP_MARGIN_PX / half)
         seen = theta - slip < widest
@@ -158,32 +160,24 @@ class Mesh:
             (column - reach, column + reach), (row - reach, row + reach), camera
         )
 
-    def _surface_samples(self) -> tuple[NDArray[np.float64], float]:
-        """Give points ``(k, 3)`` of the surface and the longest edge between them."""
-        if len(self._samples) == 0:
+    def _bounding_spheres(self) -> NDArray[np.float64]:
+        """Give spheres ``(k, 4)``, centre and radius, that hold the whole surface."""
+        if len(self._spheres) == 0:
             corners = self.vertices[self.faces]
             sides = corners[:, 1:] - corners[:, :1]
             area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2
-            edge = max(_SAMPLE_MM, float(np.sqrt(2 * area / _SAMPLES)))
-            while True:
-                edges = np.roll(corners, -1, axis=1) - corners
-                length = np.linalg.norm(edges, axis=2)
-                longest = length.argmax(axis=1)
-                index = np.arange(len(corners))
-                split = length[index, longest] > edge
-                if not split.any():
-                    break
-                # Halve the longest edge of every triangle that has one too long.
-                a = corners[index, longest]
-                b = corners[index, (longest + 1) % 3]
-                c = corners[index, (longest + 2) % 3]
-                middle = (a + b) / 2
-                first = np.stack([a, middle, c], axis=1)[split]
-                second = np.stack([middle, b, c], axis=1)[split]
-                corners = np.concatenate([corners[~split], first, second])
-            self._samples.append((np.unique(corners.reshape(-1, 3), axis=0), edge))
-        samples: tuple[NDArray[np.float64], float] = self._samples[0]
-        return samples
+            cell = max(_CELL_MM, float(np.sqrt(area)) / _CELLS_ACROSS)
+            corners = _split_longer_than(corners, cell)
+            places = np.floor(corners.mean(axis=1) / cell).astype(np.int64)
+            _, group = np.unique(places, axis=0, return_inverse=True)
+            count = int(group.max()) + 1
+            low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+            np.minimum.at(low, group, corners.min(axis=1))
+            np.maximum.at(high, group, corners.max(axis=1))
+            radius = np.linalg.norm(high - low, axis=1, keepdims=True) / 2
+            self._spheres.append(np.concatenate([(low + high) / 2, radius], axis=1))
+        spheres: NDArray[np.float64] = self._spheres[0]
+        return spheres
 
     def _intersector(self) -> Any:
         if not self._tree:
@@ -197,6 +191,25 @@ class Mesh:
             TriangleMesh(scene, np.ascontiguousarray(triangles))
             self._tree.append(scene)
         return self._tree[0]
+
+
+def _split_longer_than(
+    corners: NDArray[np.float64], longest_mm: float
+) -> NDArray[np.float64]:
+    """Halve the longest edges of triangles ``(n, 3, 3)`` until none is too long."""
+    while True:
+        edges = np.roll(corners, -1, axis=1) - corners
+        length = np.linalg.norm(edges, axis=2)
+        which = length.argmax(axis=1)
+        index = np.arange(len(corners))
+        split = length[index, which] > longest_mm
+        if not split.any():
+            return corners
+        a, b, c = (corners[index, (which + k) % 3] for k in range(3))
+        middle = (a + b) / 2
+        first = np.stack([a, middle, c], axis=1)[split]
+        second = np.stack([middle, b, c], axis=1)[split]
+        corners = np.concatenate([corners[~split], first, second])
 
 
 def _union_of_boxes(
