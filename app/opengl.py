@@ -85,11 +85,11 @@ def probe_offscreen() -> OpenGL:
 
 
 def probe_window() -> OpenGL:
-    """Try a Qt window's OpenGL on the present display; takes about a second."""
-    if any(importlib.util.find_spec(n) is None for n in ("PySide6", "pyvistaqt")):
+    """Try what the window needs: Qt on the present display, VTK beside it."""
+    if importlib.util.find_spec("PySide6") is None:
         return OpenGL(
-            problem="The window needs PySide6 and pyvistaqt; install the extra "
-            "'desktop' (pip install 'paravol-ess[desktop]')."
+            problem="The window needs PySide6; install the extra 'desktop' "
+            "(pip install 'paravol-ess[desktop]')."
         )
     found, died = _ask_child("window")
     if died is None:
@@ -197,22 +197,14 @@ def _try_offscreen() -> None:
 
 
 def _try_window() -> None:
-    from PySide6.QtGui import QGuiApplication, QOffscreenSurface, QOpenGLContext
+    from PySide6.QtGui import QGuiApplication
 
     if display_name() is None:
         raise RuntimeError("there is no display")
     _report(step="display")
     application = QGuiApplication(["paravol"])
     _report(step="context")
-    surface = QOffscreenSurface()
-    surface.create()
-    context = QOpenGLContext()
-    if not (context.create() and context.makeCurrent(surface)):
-        raise RuntimeError("no OpenGL context could be made")
-    functions = context.functions()
-    names = {"vendor": 0x1F00, "renderer": 0x1F01, "version": 0x1F02}
-    _report(**{name: str(functions.glGetString(n)) for name, n in names.items()})
-    context.doneCurrent()
+    _try_offscreen()
     application.quit()
 
 

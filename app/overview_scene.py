@@ -159,7 +159,8 @@ class OverviewScene:
         plotter.renderer.ResetCamera(head.mesh.bounds)
         # The camera fits the sphere round the box; the head fills less.
         plotter.camera.Zoom(1.55)
-        plotter.renderer.ResetCameraClippingRange()
+        # Otherwise the first picture would place it anew.
+        plotter.renderer.camera_set = True
 
     def show_fiducials(
         self, fiducials: Mapping[str, NDArray[np.float64]], touched: int
@@ -192,7 +193,6 @@ class OverviewScene:
             self._instrument.user_matrix = view.world_from_instrument
         for actor in self._moving():
             actor.visibility = True
-        self._plotter.renderer.ResetCameraClippingRange()
 
     def turn(self, azimuth_deg: float, elevation_deg: float) -> None:
         """Move the camera round the head; it never goes over the vertex."""
@@ -209,7 +209,18 @@ class OverviewScene:
         low, high = VIEW_ANGLES_DEG
         camera.view_angle = min(max(camera.view_angle / factor, low), high)
 
-    def freeze(self) -> None:
+    def picture(self) -> NDArray[np.uint8]:
+        """Draw the scene as it is now, ``(h, w, 3)`` sRGB."""
+        self._freeze()
+        return self._picture()
+
+    def _picture(self) -> NDArray[np.uint8]:
+        self._plotter.renderer.ResetCameraClippingRange()
+        # A screenshot alone would show again what was drawn last.
+        self._plotter.render()
+        return np.asarray(self._plotter.screenshot(None, return_img=True))
+
+    def _freeze(self) -> None:
         """Make what stands still the background, unless it is already."""
         camera = self._plotter.camera
         seen = (
@@ -226,10 +237,10 @@ class OverviewScene:
             for actor in self._plotter.renderer.actors.values()
             if actor not in self._still and actor.GetVisibility()
         ]
-        self.thaw()
+        self._thaw()
         for actor in visible:
             actor.SetVisibility(False)
-        picture = np.asarray(self._plotter.screenshot(None, return_img=True))
+        picture = self._picture()
         for actor in visible:
             actor.SetVisibility(True)
         for actor in self._still:
@@ -244,12 +255,11 @@ class OverviewScene:
         self._plotter.renderer.SetTexturedBackground(True)
         self._frozen = seen
 
-    def thaw(self) -> None:
-        """Draw everything anew every time, while the head is being turned."""
+    def _thaw(self) -> None:
+        """Draw what stands still by itself again."""
         self._plotter.renderer.SetTexturedBackground(False)
         for actor in self._still:
             actor.SetVisibility(True)
-        self._frozen = None
 
     def _moving(self) -> list[pv.Actor]:
         instrument = [] if self._instrument is None else [self._instrument]

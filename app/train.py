@@ -60,7 +60,6 @@ def run_train(
     flight = WindowFlight(order)
     instrument = suction_tube() if device is None else None
     window = TraineeWindow(
-        order,
         flight,
         instrument,
         edge_samples=0 if graphics.is_software else EDGE_SAMPLES,

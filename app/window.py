@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.overview_scene import HeadModel
-from app.window_flight import FlightOrder, Instant, WindowFlight
+from app.window_flight import Instant, WindowFlight
 from app.window_gauges import Gauges
 from app.window_overview import OverviewView
 from app.window_picture import PictureView
@@ -48,7 +48,6 @@ class TraineeWindow(QMainWindow):
 
     def __init__(
         self,
-        order: FlightOrder,
         flight: WindowFlight,
         instrument: Mesh | None,
         *,
@@ -64,7 +63,7 @@ class TraineeWindow(QMainWindow):
         screenshot: PNG file for a picture of the window when it closes.
         """
         super().__init__()
-        self._order = order
+        self._order = order = flight.order
         self._flight = flight
         self._instant: Instant | None = None
         self._registration_mm: float | None = None

@@ -139,7 +139,7 @@ class WindowFlight(QObject):
     def __init__(self, order: FlightOrder) -> None:
         super().__init__()
         self.error: Exception | None = None
-        self._order = order
+        self.order = order
         channel = PathChannel(order.path) if order.device is None else HandChannel()
         self.roll = KeyboardRoll(channel)
         self._closed = threading.Event()
@@ -191,14 +191,14 @@ class WindowFlight(QObject):
             self.staged.emit(*told)
 
     def _touch(self, stage: str, share: float) -> None:
-        touched = round(share * len(self._order.scenario.fiducials))
+        touched = round(share * len(self.order.scenario.fiducials))
         # Progress is told with every pose, a hundred times a second.
         if touched != self._touched:
             self._touched = touched
             self.touching.emit(touched)
 
     def _fly(self) -> None:
-        order, scenario = self._order, self._order.scenario
+        order, scenario = self.order, self.order.scenario
         room = prepare_room(scenario, self._stage)
         targets = room.positions(scenario.targets)
         self.head_ready.emit(head_model(room.surface, targets))
@@ -246,7 +246,7 @@ class WindowFlight(QObject):
         recorder: SessionRecorder,
     ) -> None:
         """Fly until the path ends, the window closes or the arm is lost."""
-        order = self._order
+        order = self.order
         shown: deque[float] = deque()
 
         def on_frame(seen: View, frame: Frame, sample: Sample, number: int) -> None:
@@ -289,7 +289,7 @@ class WindowFlight(QObject):
         recorder.close({"score": asdict(session.score()), **figures})
 
     def _recorder(self, stack: ExitStack, info: SessionInfo) -> SessionRecorder:
-        folder = self._order.record
+        folder = self.order.record
         if folder is None:
             scratch = tempfile.TemporaryDirectory(prefix="paravol-train-")
             folder = Path(stack.enter_context(scratch))

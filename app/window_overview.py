@@ -7,7 +7,6 @@ graphics card that cost 34 ms of processor time for each picture of the endoscop
 
 import numpy as np
 import pyvista as pv
-from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, Qt, Signal
 from PySide6.QtGui import (
     QColor,
@@ -55,7 +54,6 @@ class OverviewView(QWidget):
         else:
             self._plotter.disable_anti_aliasing()
         self.scene = OverviewScene(self._plotter, endoscope, instrument)
-        self._pixels: NDArray[np.uint8] | None = None
         self._image = QImage()
         self._dragged_from: QPointF | None = None
 
@@ -65,14 +63,16 @@ class OverviewView(QWidget):
         size = [round(self.width() * scale), round(self.height() * scale)]
         if list(self._plotter.window_size) != size:
             self._plotter.window_size = size
-        self.scene.freeze()
-        pixels = np.asarray(self._plotter.screenshot(None, return_img=True))
-        # The image borrows the array's memory.
-        self._pixels = np.ascontiguousarray(pixels)
+        pixels = self.scene.picture()
         height, width = pixels.shape[:2]
-        self._image = QImage(
-            self._pixels.data, width, height, 3 * width, QImage.Format.Format_RGB888
+        borrowed = QImage(
+            np.ascontiguousarray(pixels).data,
+            width,
+            height,
+            3 * width,
+            QImage.Format.Format_RGB888,
         )
+        self._image = borrowed.copy()
         self.update()
 
     def release(self) -> None:
@@ -82,7 +82,7 @@ class OverviewView(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 (Qt's name)
         """Paint the newest picture."""
         painter = QPainter(self)
-        if self._pixels is None:
+        if self._image.isNull():
             painter.fillRect(self.rect(), QColor(BACKGROUND))
         else:
             painter.drawImage(self.rect(), self._image)

@@ -20,7 +20,6 @@ class PictureView(QWidget):
         self.setMinimumSize(QSize(320, 320))
         # Everything is painted here, every time: nothing to erase before.
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
-        self._pixels: NDArray[np.uint8] | None = None
         self._image = QImage()
         self._message = ""
         self._detail = ""
@@ -30,12 +29,16 @@ class PictureView(QWidget):
 
     def show_picture(self, pixels: NDArray[np.uint8]) -> None:
         """Show a ``(h, w, 3)`` uint8 sRGB picture."""
-        # The image borrows the array's memory.
-        self._pixels = np.ascontiguousarray(pixels)
         height, width = pixels.shape[:2]
-        self._image = QImage(
-            self._pixels.data, width, height, 3 * width, QImage.Format.Format_RGB888
+        borrowed = QImage(
+            np.ascontiguousarray(pixels).data,
+            width,
+            height,
+            3 * width,
+            QImage.Format.Format_RGB888,
         )
+        # Qt scales this format in two thirds of the time; and it owns its memory.
+        self._image = borrowed.convertToFormat(QImage.Format.Format_RGB32)
         self.update()
 
     def say(self, message: str, detail: str = "", share: float | None = None) -> None:
@@ -61,7 +64,7 @@ class PictureView(QWidget):
         square = QRectF(
             (self.width() - side) / 2, (self.height() - side) / 2, side, side
         )
-        if self._pixels is not None:
+        if not self._image.isNull():
             painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
             painter.drawImage(square, self._image)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
