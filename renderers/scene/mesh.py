@@ -21,7 +21,7 @@ _CELL_MM = 0.5
 instrument more tightly in the picture and cost more to project; a suction tube has
 about a thousand spheres."""
 
-_CELLS_ACROSS = 100
+_CELLS_ACROSS = 80
 """Cells that a large mesh may have along the root of its area."""
 
 _OUTERMOST = 2.6
@@ -146,6 +146,8 @@ class Mesh:
         widest = camera.extent * (1 + STOP_MARGIN_PX / half)
         seen = theta - slip < widest
         local, theta, slip = local[seen], theta[seen], slip[seen]
+        if not seen.any():
+            return ~everything
         outermost = np.minimum(theta + slip, _OUTERMOST)
         if np.any(theta + slip > _OUTERMOST):
             return everything
@@ -169,11 +171,13 @@ class Mesh:
             cell = max(_CELL_MM, float(np.sqrt(area)) / _CELLS_ACROSS)
             corners = _split_longer_than(corners, cell)
             places = np.floor(corners.mean(axis=1) / cell).astype(np.int64)
-            _, group = np.unique(places, axis=0, return_inverse=True)
-            count = int(group.max()) + 1
-            low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-            np.minimum.at(low, group, corners.min(axis=1))
-            np.maximum.at(high, group, corners.max(axis=1))
+            places -= places.min(axis=0)
+            across = places.max(axis=0) + 1
+            key = (places[:, 2] * across[1] + places[:, 1]) * across[0] + places[:, 0]
+            order = np.argsort(key, kind="stable")
+            first = np.flatnonzero(np.diff(key[order], prepend=-1))
+            low = np.minimum.reduceat(corners.min(axis=1)[order], first, axis=0)
+            high = np.maximum.reduceat(corners.max(axis=1)[order], first, axis=0)
             radius = np.linalg.norm(high - low, axis=1, keepdims=True) / 2
             self._spheres.append(np.concatenate([(low + high) / 2, radius], axis=1))
         spheres: NDArray[np.float64] = self._spheres[0]
@@ -197,19 +201,21 @@ def _split_longer_than(
     corners: NDArray[np.float64], longest_mm: float
 ) -> NDArray[np.float64]:
     """Halve the longest edges of triangles ``(n, 3, 3)`` until none is too long."""
-    while True:
+    done = []
+    while len(corners):
         edges = np.roll(corners, -1, axis=1) - corners
-        length = np.linalg.norm(edges, axis=2)
-        which = length.argmax(axis=1)
+        square = np.einsum("nij,nij->ni", edges, edges)
+        which = square.argmax(axis=1)
+        split = square.max(axis=1) > longest_mm**2
+        done.append(corners[~split])
+        corners, which = corners[split], which[split]
         index = np.arange(len(corners))
-        split = length[index, which] > longest_mm
-        if not split.any():
-            return corners
         a, b, c = (corners[index, (which + k) % 3] for k in range(3))
         middle = (a + b) / 2
-        first = np.stack([a, middle, c], axis=1)[split]
-        second = np.stack([middle, b, c], axis=1)[split]
-        corners = np.concatenate([corners[~split], first, second])
+        corners = np.concatenate(
+            [np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)]
+        )
+    return np.concatenate(done)
 
 
 def _union_of_boxes(
