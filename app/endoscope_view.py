@@ -26,19 +26,14 @@ class Frame:
 
     pixels: ``(h, w, 3)`` uint8 sRGB.
     gain: the camera gain it was made with.
+    blake2b: hash of the picture's bytes, 32 hexadecimal digits. BLAKE2b takes a third
+        of SHA-256's time, which is felt thirty times a second.
     """
 
     pixels: NDArray[np.uint8]
     gbuffer: GBuffer
     gain: float
-
-    @property
-    def blake2b(self) -> str:
-        """Get the hash of the picture's bytes: 32 hexadecimal digits.
-
-        BLAKE2b takes a third of SHA-256's time, which is felt sixty times a second.
-        """
-        return hashlib.blake2b(self.pixels.tobytes(), digest_size=16).hexdigest()
+    blake2b: str
 
 
 class EndoscopeView:
@@ -92,17 +87,32 @@ class EndoscopeView:
     def draw(
         self, view: View, *, number: int, elapsed_s: float, gain: float | None = None
     ) -> Frame:
-        """Draw one frame.
+        """Draw one frame: `gbuffer`, then `develop`."""
+        return self.develop(
+            view, self.gbuffer(view), number=number, elapsed_s=elapsed_s, gain=gain
+        )
+
+    def develop(
+        self,
+        view: View,
+        buffer: GBuffer,
+        *,
+        number: int,
+        elapsed_s: float,
+        gain: float | None = None,
+    ) -> Frame:
+        """Light what was found and take the picture.
 
         number: seeds the sensor noise.
         elapsed_s: time since the last frame; the automatic gain follows with it.
         gain: a fixed gain instead, for replays.
+        May run while another thread finds the next frame's G-buffer.
         """
-        buffer = self.gbuffer(view)
         radiance = self._shader.shade(buffer, view.camera, self._light)
         if gain is None:
             gain = self._auto_gain.follow(meter(radiance), elapsed_s)
         pixels, gain = self._camera_pass.finish(
             radiance, buffer, view.camera, gain=gain, frame_number=number
         )
-        return Frame(pixels, buffer, gain)
+        digest = hashlib.blake2b(pixels.tobytes(), digest_size=16).hexdigest()
+        return Frame(pixels, buffer, gain, digest)

@@ -10,7 +10,7 @@ import numpy as np
 from app.operating_room import OperatingRoom, Progress, prepare_room
 from app.session_setup import build_session, build_view
 from app.video import VideoWriter
-from scenarios import Scenario, Score
+from scenarios import Scenario, Score, View
 from scenarios.bundle import FrameRecord, SampleRecord, read_session
 
 VIDEO_FPS = 30.0
@@ -84,22 +84,23 @@ def replay_session(
         has_instrument=info.has_instrument,
         threads=threads,
     )
-    samples = frames = 0
+    frames = 0
     pictures: list[int] = []
     clearances: list[int] = []
-    seen = None
+    views: list[View] = []
+    times: list[float] = []
     with ExitStack() as stack:
         film = None
         if video is not None:
             film = VideoWriter(video, info.picture_size, VIDEO_FPS)
             stack.enter_context(film)
-        time_s = 0.0
         for index, record in enumerate(records):
             if isinstance(record, SampleRecord):
-                seen = session.step(record.sample())
-                time_s = record.time_s
-                samples += 1
-            elif isinstance(record, FrameRecord) and seen is not None:
+                views.append(session.step(record.sample()))
+                times.append(record.time_s)
+            elif isinstance(record, FrameRecord) and record.sample < len(views):
+                # A frame is recorded when it is finished; newer samples have come in.
+                seen = views[record.sample]
                 frame = view.draw(
                     seen, number=record.number, elapsed_s=0.0, gain=record.gain
                 )
@@ -109,12 +110,12 @@ def replay_session(
                 if seen.clearance_mm != record.clearance_mm:
                     clearances.append(record.number)
                 if film is not None:
-                    film.show_until(frame.pixels, time_s)
+                    film.show_until(frame.pixels, times[record.sample])
             progress("Replaying", (index + 1) / len(records))
     score = session.score()
     return ReplayReport(
         complete=complete,
-        samples=samples,
+        samples=len(views),
         frames=frames,
         differing_frames=pictures,
         differing_clearances=clearances,
