@@ -93,7 +93,7 @@ def tip_frame(
     z = z / np.linalg.norm(z)
     right, _ = _upright(-z)
     frame = np.eye(4)
-    frame[:3, 0], frame[:3, 1], frame[:3, 2] = right, np.cross(z, right), z
+    frame[:3, 0], frame[:3, 1], frame[:3, 2] = right, _cross(z, right), z
     frame[:3, 3] = tip_mm
     return frame
 
@@ -103,6 +103,13 @@ def _upright(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Give unit right and up of a picture looking along `axis`, nearest to upright."""
     reference = SUPERIOR if abs(axis @ SUPERIOR) < _PARALLEL else ANTERIOR
-    right = np.cross(axis, reference)
-    right /= np.linalg.norm(right)
-    return right, np.cross(right, axis)
+    right = _cross(axis, reference)
+    right /= math.sqrt(right @ right)
+    return right, _cross(right, axis)
+
+
+def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Give the cross product ``(3,)``; numpy's own takes 70 microseconds a call."""
+    ax, ay, az = a.tolist()
+    bx, by, bz = b.tolist()
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
