@@ -1,5 +1,6 @@
 """The live loop: poses in, frames out, everything recorded."""
 
+import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -17,6 +18,10 @@ PATIENCE_S = 2.0
 """How long the loop waits for a pose before it says that the device is silent. The
 driver itself notices a lost line within about a second."""
 
+
+SWITCH_S = 0.0005
+"""How long a thread may keep the interpreter while others wait for it. Python's 5 ms
+make a rendering thread that comes back from a kernel wait for the arm's thread."""
 
 OnFrame = Callable[[View, Frame, Sample, int], None]
 """Called with each finished frame, its view, its sample and its number."""
@@ -83,6 +88,7 @@ def fly(
     device pass through; what was recorded before is on disk.
     """
     timing = Timing()
+    sys.setswitchinterval(SWITCH_S)
     with ThreadPoolExecutor(1, thread_name_prefix="develop") as developer:
         line = _DevelopmentLine(view, recorder, developer, timing, on_frame)
         started = time.perf_counter()
