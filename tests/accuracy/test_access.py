@@ -4,10 +4,19 @@ import numpy as np
 import pytest
 
 from anatomy.frame import lps_from_ras
-from anatomy.phantom import Phantom
+from anatomy.parameters import PhantomParameters
+from anatomy.phantom import Phantom, build_phantom
 from anatomy.tissue import Side
 
 MARGIN_MM = 0.15
+
+
+@pytest.fixture(scope="module")
+def nose() -> Phantom:
+    """The default head's nasal cavity alone, at the default spacing."""
+    box = ((-13.0, 13.0), (-23.0, 62.0), (-12.0, 40.0))
+    return build_phantom(PhantomParameters(), 0.5, field_mm=box)
+
 
 # tip as (u, y, z), slope towards the nostril in degrees, shaft radius
 WAYS = {
