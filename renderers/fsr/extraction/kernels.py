@@ -193,6 +193,11 @@ def _trilinear(
     return e + fz * (f - e), dx0 + fz * (dx1 - dx0), dy, f - e
 
 
+THIN_SLOPE_2 = 0.8
+"""Squared slope of a distance field below which its argument lies near the middle of a
+thin wall; elsewhere a swept field has .85 to 1.12, squared .72 to 1.25."""
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def surfel_rows(
     values: F32, nx: int, ny: int, nz: int, spacing: F64, half: F32,
@@ -241,8 +246,12 @@ def surfel_rows(
             if not g2 > 1e-12:
                 continue
             slab = (hx * gx) ** 2 + (hy * gy) ** 2 + (hz * gz) ** 2
-            # |d| / |g| <= sqrt(slab) / |g| / 2, both sides multiplied out
-            if 4.0 * d * d > slab:
+            # |d| <= sqrt(slab) / |g| / 2: the direction is taken from the slope, the
+            # distance from the field. In a thin wall the slope flattens towards the
+            # middle; dividing by it would leave out the surface of the wall. There
+            # the direction is uncertain too, so the layer is taken thicker.
+            layer = 2.0 * slab if g2 < THIN_SLOPE_2 else slab
+            if 4.0 * d * d * g2 > layer:
                 continue
             a = i
             b = j
