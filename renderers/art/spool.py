@@ -136,8 +136,10 @@ class Spool:
             try:
                 os.link(entry, request)
             except FileExistsError:
-                # Taken already, or published twice; the job answers for both.
-                entry.unlink(missing_ok=True)
+                # Taken already, or published twice; the job answers for both. While
+                # the one who takes it has not begun, the entry is still counted.
+                if self._attempts(job_id):
+                    entry.unlink(missing_ok=True)
                 continue
             except FileNotFoundError:
                 continue
@@ -159,6 +161,9 @@ class Spool:
             attempt = max(status.attempt, self._attempts(job_id)) + 1
             if self.begin_attempt(job_id, attempt):
                 self._signs.pop(job_id, None)
+                # one that died while claiming left its entry in the queue
+                for entry in self._queue.glob(f"[0-9]-{job_id}.json"):
+                    entry.unlink(missing_ok=True)
                 return job_id, _read_request(request), attempt
         return None
 

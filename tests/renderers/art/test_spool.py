@@ -85,6 +85,26 @@ def test_of_two_claimers_one_wins(spool: Spool) -> None:
     ]
 
 
+def test_a_claimer_leaves_what_another_is_claiming(
+    spool: Spool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The second comes between the first one's link and its look at the count."""
+    spool.publish(make(1))
+    other = Spool(spool.folder)
+    link = os.link
+
+    def link_then_let_the_other_try(source: Path, target: Path) -> None:
+        link(source, target)
+        monkeypatch.setattr(os, "link", link)
+        assert other.claim() is None
+
+    monkeypatch.setattr(os, "link", link_then_let_the_other_try)
+    claimed = spool.claim()
+    assert claimed is not None
+    assert claimed[0] == f"{1:032x}"
+    assert other.claim() is None
+
+
 def test_publishing_again_changes_nothing(spool: Spool) -> None:
     request = make(1)
     spool.publish(request)
@@ -126,10 +146,10 @@ def test_a_claimer_that_died_before_its_first_word_is_replaced(
     folder.mkdir()
     os.link(entry, folder / "request.json")
     assert spool.claim() is None
-    assert not list((spool.folder / "queue").iterdir())
     assert spool.take_over(15) is None
     now[0] += 16
     taken = spool.take_over(15)
+    assert not list((spool.folder / "queue").iterdir())
     assert taken is not None
     assert taken[2] == 1
 
