@@ -12,6 +12,8 @@ app = App(
     name="paravol",
     help="Endoscopic sinus surgery trainer: fly, replay, snapshot, measure.",
     help_epilogue="Start with: paravol demo",
+    # Ctrl-C is told by main(), which also sets the exit status.
+    suppress_keyboard_interrupt=False,
 )
 
 Threads = Annotated[

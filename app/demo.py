@@ -7,7 +7,7 @@ from typing import Any
 
 from app.arm import open_arm
 from app.endoscope_view import Frame
-from app.faults import ToldError
+from app.faults import DeviceLostError
 from app.flight import Timing, fly
 from app.folder import claimed_folder, remove_old_session
 from app.operating_room import OperatingRoom, prepare_room
@@ -48,15 +48,6 @@ class FlownDemo:
     splats: int
     instrument: Mesh | None
     kept: list[Keepsake]
-
-
-class DeviceLostError(ToldError):
-    """The arm failed in flight; the recording up to then is kept."""
-
-    def __init__(self, error: Exception, bundle: Path) -> None:
-        super().__init__(
-            f"{error} What was flown until then is in {bundle} and can be replayed."
-        )
 
 
 def run_demo(options: DemoOptions, *, as_json: bool) -> int:

@@ -1,5 +1,7 @@
 """Which errors are the world's, and how they are told to a person."""
 
+from pathlib import Path
+
 import msgspec
 
 from devices import DeviceError
@@ -23,3 +25,12 @@ def sentence(error: Exception) -> str | None:
 
 class ToldError(RuntimeError):
     """Something outside the program failed; the text says it in one sentence."""
+
+
+class DeviceLostError(ToldError):
+    """The arm failed in flight; the recording up to then is kept."""
+
+    def __init__(self, error: Exception, bundle: Path) -> None:
+        super().__init__(
+            f"{error} What was flown until then is in {bundle} and can be replayed."
+        )

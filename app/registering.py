@@ -24,10 +24,13 @@ def register_by_touch(
     touches = TouchCollector()
     wanted = len(fiducials)
     quiet_since: float | None = None
+    progress("Touching the fiducials", 0.0)
     while len(touches.points_mm) < wanted:
-        progress("Touching the fiducials", len(touches.points_mm) / wanted)
         pose = source.read(PATIENCE_S)
-        if quiet_since is None or touches.feed(pose) is not None:
+        if touches.feed(pose) is not None:
+            progress("Touching the fiducials", len(touches.points_mm) / wanted)
+            quiet_since = pose.time_s
+        elif quiet_since is None:
             quiet_since = pose.time_s
         if pose.time_s - quiet_since > PATIENCE_S:
             name = list(fiducials)[len(touches.points_mm)]
@@ -35,7 +38,6 @@ def register_by_touch(
                 f"Nobody touched the fiducial {name!r} for {PATIENCE_S:g} seconds; "
                 "hold the stylus on it and press the right pedal."
             )
-    progress("Touching the fiducials", 1.0)
     return register(
         np.stack(touches.points_mm),
         np.stack(list(fiducials.values())),

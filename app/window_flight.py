@@ -19,7 +19,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.arm import open_arm
 from app.endoscope_view import EndoscopeView, Frame
-from app.faults import ToldError
+from app.faults import DeviceLostError
 from app.flight import Aim, OrderedPoses, fly
 from app.operating_room import prepare_room
 from app.overview_scene import head_model
@@ -282,10 +282,7 @@ class WindowFlight(QObject):
             recorder.add(EventRecord(session.score().duration_s, "device", str(error)))
             if order.record is None:
                 raise
-            raise ToldError(
-                f"{error} What was flown until then is in {order.record} and can be "
-                "replayed."
-            ) from error
+            raise DeviceLostError(error, order.record) from error
         recorder.close({"score": asdict(session.score()), **figures})
 
     def _recorder(self, stack: ExitStack, info: SessionInfo) -> SessionRecorder:
