@@ -24,6 +24,9 @@ about a thousand spheres."""
 _CELLS_ACROSS = 80
 """Cells that a large mesh may have along the root of its area."""
 
+_CREASE_COSINE = 0.7
+"""Faces that meet at less than 45 degrees are parts of one round surface."""
+
 _OUTERMOST = 2.6
 """Angle from the view axis, radians, beyond which the bound of `_cover` says nothing:
 theta / sin(theta) is 5 there and infinite straight behind the eye."""
@@ -42,6 +45,7 @@ class Mesh:
     material: Material = Material.METAL
     _tree: list[Any] = field(default_factory=list, repr=False, compare=False)
     _spheres: list[Any] = field(default_factory=list, repr=False, compare=False)
+    _normals: list[Any] = field(default_factory=list, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         vertices = np.array(self.vertices, dtype=np.float64)
@@ -106,10 +110,14 @@ class Mesh:
         before = buffer.depth_mm.take(pixels)
         nearer = np.flatnonzero((hit["geomID"] != -1) & (hit["tfar"] < before))
         pixels = pixels[nearer]
-        normal = hit["Ng"].take(nearer, axis=0).astype(np.float64)
+        normal = self._smooth_normals(hit, nearer)
+        rays = directions.take(nearer, axis=0).astype(np.float64)
+        flat = hit["Ng"].take(nearer, axis=0)
+        normal[np.einsum("ij,ij->i", flat, rays) > 0] *= -1
+        # At a silhouette the interpolated normal may look past the horizon.
+        over = np.maximum(np.einsum("ij,ij->i", normal, rays) + 1e-3, 0)
+        normal -= over[:, None] * rays
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
-        away = np.einsum("ij,ij->i", normal, directions.take(nearer, axis=0)) > 0
-        normal[away] *= -1
         result = GBuffer(
             buffer.depth_mm.copy(),
             buffer.normal.copy(),
@@ -120,6 +128,19 @@ class Mesh:
         result.normal.reshape(-1, 3)[pixels] = normal @ rotation.T
         result.coverage.reshape(-1)[pixels] = 1
         result.material.reshape(-1)[pixels] = self.material
+        return result
+
+    def _smooth_normals(
+        self, hit: dict[str, NDArray[Any]], which: NDArray[np.intp]
+    ) -> NDArray[np.float64]:
+        """Interpolate the corners' normals at hits ``(k, 3)``; round things look so."""
+        if len(self._normals) == 0:
+            self._normals.append(_corner_normals(self.vertices[self.faces]))
+        corners = self._normals[0][hit["primID"].take(which)]
+        u, v = hit["u"].take(which)[:, None], hit["v"].take(which)[:, None]
+        normal = (1 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2]
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        result: NDArray[np.float64] = normal / np.maximum(length, 1e-30)
         return result
 
     def _cover(
@@ -195,6 +216,27 @@ class Mesh:
             TriangleMesh(scene, np.ascontiguousarray(triangles))
             self._tree.append(scene)
         return self._tree[0]
+
+
+def _corner_normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Give a unit normal for each corner ``(n, 3, 3)`` of triangles ``(n, 3, 3)``.
+
+    It is the mean of the faces that share the place and do not meet at a crease.
+    """
+    flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-30)
+    # Corners at one place are joined by position: a mesh may repeat its vertices.
+    _, place = np.unique(corners.reshape(-1, 3).round(6), axis=0, return_inverse=True)
+    owner = np.arange(len(place)) // 3
+    order = np.argsort(place, kind="stable")
+    groups = np.split(order, np.flatnonzero(np.diff(place[order])) + 1)
+    result = np.empty((len(place), 3))
+    for group in groups:
+        faces = flat[owner[group]]
+        smooth = faces @ faces.T > _CREASE_COSINE
+        result[group] = smooth @ faces
+    result /= np.maximum(np.linalg.norm(result, axis=1, keepdims=True), 1e-30)
+    return result.reshape(-1, 3, 3)
 
 
 def _split_longer_than(

@@ -250,3 +250,30 @@ def test_bad_meshes_are_refused(
 ) -> None:
     with pytest.raises(ValueError, match=message):
         Mesh(vertices, np.array(faces, dtype=np.int32))
+
+
+def test_round_parts_are_smooth_and_edges_are_sharp() -> None:
+    """A coarse cylinder's side has a round surface's normals, its end a flat one."""
+    import trimesh
+
+    body = trimesh.creation.cylinder(radius=3.0, height=20.0, sections=24)
+    mesh = Mesh(np.asarray(body.vertices), np.asarray(body.faces, dtype=np.int32))
+    camera = Camera.looking_at(
+        (0.0, -14.0, 14.0), (0.0, 0.0, 10.0), extent=0.4, size=(128, 128)
+    )
+    buffer = mesh.gbuffer(camera, np.eye(4))
+    hit = np.isfinite(buffer.depth_mm)
+    origins, directions = camera.rays()
+    point = origins[hit] + buffer.depth_mm[hit, None] * directions[hit]
+    normal = buffer.normal[hit]
+    end = (point[:, 2] > 10 - 1e-3) & (np.hypot(point[:, 0], point[:, 1]) < 2.9)
+    assert end.sum() > 100
+    np.testing.assert_allclose(
+        normal[end], np.tile([0, 0, 1], (end.sum(), 1)), atol=1e-5
+    )
+    side = point[:, 2] < 9
+    outwards = point[side] * [1, 1, 0]
+    outwards /= np.linalg.norm(outwards, axis=1, keepdims=True)
+    angle = np.degrees(np.arccos(np.clip((normal[side] * outwards).sum(1), -1, 1)))
+    # flat facets of 15 degrees would be off by up to 7.5
+    assert np.percentile(angle, 95) < 1.0
