@@ -221,10 +221,17 @@ class Mesh:
 def _corner_normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """Give a unit normal for each corner ``(n, 3, 3)`` of triangles ``(n, 3, 3)``.
 
-    It is the mean of the faces that share the place and do not meet at a crease.
+    It is the mean of the faces that share the place and do not meet at a crease, each
+    weighted by its angle there: how a flat part is cut into triangles does not matter.
     """
     flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-30)
+    ahead = np.roll(corners, -1, axis=1) - corners
+    back = np.roll(corners, 1, axis=1) - corners
+    angle = np.arctan2(
+        np.linalg.norm(np.cross(ahead, back), axis=2),
+        np.einsum("nij,nij->ni", ahead, back),
+    ).ravel()
     # Corners at one place are joined by position: a mesh may repeat its vertices.
     _, place = np.unique(corners.reshape(-1, 3).round(6), axis=0, return_inverse=True)
     owner = np.arange(len(place)) // 3
@@ -234,7 +241,7 @@ def _corner_normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     for group in groups:
         faces = flat[owner[group]]
         smooth = faces @ faces.T > _CREASE_COSINE
-        result[group] = smooth @ faces
+        result[group] = smooth @ (faces * angle[group, None])
     result /= np.maximum(np.linalg.norm(result, axis=1, keepdims=True), 1e-30)
     return result.reshape(-1, 3, 3)
 
