@@ -10,6 +10,7 @@ arguments differ by its width or more, so parts out of reach can be left out wit
 trace; blends by exponentials never can.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,16 +25,16 @@ U, Y, Z = 0, 1, 2
 """The axes of one side, as `Table` names them."""
 
 
-class Field:
+class Field(ABC):
     """Stand for one expression; build it from shapes and operators."""
 
+    @abstractmethod
     def evaluate(self, points: Array) -> Array:
         """Give the values ``(n,)`` at ``(3, n)`` points, in the points' precision."""
-        raise NotImplementedError
 
+    @abstractmethod
     def encode(self, encoder: Encoder) -> None:
         """Append the instructions that push this field's value."""
-        raise NotImplementedError
 
     def __add__(self, other: "Field | float") -> "Field":
         return _add(self, as_field(other), 1.0)

@@ -133,7 +133,7 @@ class TraineeWindow(QMainWindow):
         self.setCentralWidget(whole)
         self.resize(1280, 860)
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802 (Qt's name)
+    def keyPressEvent(self, event: QKeyEvent) -> None:
         """Obey a key."""
         match event.key():
             case Qt.Key.Key_Q | Qt.Key.Key_Escape:
@@ -152,7 +152,7 @@ class TraineeWindow(QMainWindow):
             case _:
                 super().keyPressEvent(event)
 
-    def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802 (Qt's name)
+    def closeEvent(self, event: QCloseEvent) -> None:
         """Take the screenshot and end the program's event loop."""
         self._timer.stop()
         screenshot, self._screenshot = self._screenshot, None

@@ -79,7 +79,7 @@ class OverviewView(QWidget):
         """Free the graphics memory."""
         self._plotter.close()
 
-    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 (Qt's name)
+    def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the newest picture."""
         painter = QPainter(self)
         if self._image.isNull():
@@ -88,15 +88,15 @@ class OverviewView(QWidget):
             painter.drawImage(self.rect(), self._image)
         painter.end()
 
-    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 (Qt's name)
+    def resizeEvent(self, event: QResizeEvent) -> None:
         """Ask to be drawn in the new size."""
         self.changed.emit()
 
-    def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802 (Qt's name)
+    def mousePressEvent(self, event: QMouseEvent) -> None:
         """Begin to turn the head."""
         self._dragged_from = event.position()
 
-    def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802 (Qt's name)
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Turn the head about its middle, the patient's up staying up."""
         if self._dragged_from is None:
             return
@@ -105,11 +105,11 @@ class OverviewView(QWidget):
         self.scene.turn(-TURN_DEG * moved.x(), TURN_DEG * moved.y())
         self.changed.emit()
 
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802 (Qt's name)
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Let go of the head."""
         self._dragged_from = None
 
-    def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802 (Qt's name)
+    def wheelEvent(self, event: QWheelEvent) -> None:
         """Zoom."""
         self.scene.zoom(ZOOM ** (event.angleDelta().y() / _NOTCH))
         self.changed.emit()

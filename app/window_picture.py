@@ -56,7 +56,7 @@ class PictureView(QWidget):
         self._is_recording = is_recording
         self.update()
 
-    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 (Qt's name)
+    def paintEvent(self, event: QPaintEvent) -> None:
         """Paint picture, ring and message."""
         painter = QPainter(self)
         painter.fillRect(self.rect(), Qt.GlobalColor.black)
