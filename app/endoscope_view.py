@@ -106,7 +106,6 @@ class EndoscopeView:
         number: seeds the sensor noise.
         elapsed_s: time since the last frame; the automatic gain follows with it.
         gain: a fixed gain instead, for replays.
-        May run while another thread finds the next frame's G-buffer.
         """
         radiance = self._shader.shade(buffer, view.camera, self._light)
         if gain is None:

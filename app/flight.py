@@ -1,9 +1,7 @@
 """The live loop: poses in, frames out, everything recorded."""
 
-import sys
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -18,10 +16,6 @@ PATIENCE_S = 2.0
 """How long the loop waits for a pose before it says that the device is silent. The
 driver itself notices a lost line within about a second."""
 
-
-SWITCH_S = 0.0005
-"""How long a thread may keep the interpreter while others wait for it. Python's 5 ms
-make a rendering thread that comes back from a kernel wait for the arm's thread."""
 
 OnFrame = Callable[[View, Frame, Sample, int], None]
 """Called with each finished frame, its view, its sample and its number."""
@@ -88,98 +82,34 @@ def fly(
     device pass through; what was recorded before is on disk.
     """
     timing = Timing()
-    sys.setswitchinterval(SWITCH_S)
-    with ThreadPoolExecutor(1, thread_name_prefix="develop") as developer:
-        line = _DevelopmentLine(view, recorder, developer, timing, on_frame)
-        started = time.perf_counter()
-        while True:
-            newest: _Shot | None = None
-            for pose in _arrived(source):
-                sample = aim.complete(pose)
-                if sample.time_s >= until_s:
-                    line.finish()
-                    timing.wall_s = time.perf_counter() - started
-                    return timing
-                if sample.time_s < 0.0:
-                    started = time.perf_counter()
-                    continue
-                seen = session.step(sample)
-                recorder.add(SampleRecord.of(sample))
-                newest = _Shot(pose, sample, seen, recorder.samples - 1)
-            if newest is not None:
-                line.take(newest)
-
-
-@dataclass(frozen=True, slots=True)
-class _Shot:
-    """The newest sample when a frame was begun; `index` counts samples from 0."""
-
-    pose: Pose
-    sample: Sample
-    view: View
-    index: int
-
-
-class _DevelopmentLine:
-    """Two stages at work on two frames: one finds its geometry, one is lit.
-
-    Each stage alone leaves a core idle in its serial parts; together they do not. The
-    1995 system pipelined culling and rendering for the same reason.
-    """
-
-    def __init__(
-        self,
-        view: EndoscopeView,
-        recorder: SessionRecorder,
-        developer: ThreadPoolExecutor,
-        timing: Timing,
-        on_frame: OnFrame,
-    ) -> None:
-        self._view = view
-        self._recorder = recorder
-        self._developer = developer
-        self._timing = timing
-        self._on_frame = on_frame
-        self._number = 0
-        self._shown = time.perf_counter()
-        self._pending: tuple[_Shot, float, Future[Frame]] | None = None
-
-    def take(self, shot: _Shot) -> None:
-        """Begin a frame; the one before it is delivered meanwhile."""
+    number = 0
+    started = shown = time.perf_counter()
+    while True:
+        newest: tuple[Pose, Sample, View] | None = None
+        for pose in _arrived(source):
+            sample = aim.complete(pose)
+            if sample.time_s >= until_s:
+                timing.wall_s = time.perf_counter() - started
+                return timing
+            if sample.time_s < 0.0:
+                started = shown = time.perf_counter()
+                continue
+            newest = pose, sample, session.step(sample)
+            recorder.add(SampleRecord.of(sample))
+        if newest is None:
+            continue
+        pose, sample, seen = newest
         begun = time.perf_counter()
-        buffer = self._view.gbuffer(shot.view)
-        self.finish()
-        future = self._developer.submit(
-            self._view.develop,
-            shot.view,
-            buffer,
-            number=self._number,
-            elapsed_s=begun - self._shown,
+        frame = view.draw(seen, number=number, elapsed_s=begun - shown)
+        timing.frame_ms.append((time.perf_counter() - begun) * 1e3)
+        timing.pose_age_ms.append((time.monotonic() - pose.host_time_s) * 1e3)
+        shown = begun
+        index = recorder.samples - 1
+        recorder.add(
+            FrameRecord(number, index, frame.gain, seen.clearance_mm, frame.blake2b)
         )
-        self._shown = begun
-        self._pending = shot, begun, future
-
-    def finish(self) -> None:
-        """Deliver the frame that is being lit, if there is one."""
-        if self._pending is None:
-            return
-        shot, begun, future = self._pending
-        self._pending = None
-        frame = future.result()
-        self._timing.frame_ms.append((time.perf_counter() - begun) * 1e3)
-        age_s = time.monotonic() - shot.pose.host_time_s
-        self._timing.pose_age_ms.append(age_s * 1e3)
-        self._recorder.add(
-            FrameRecord(
-                self._number,
-                shot.index,
-                frame.gain,
-                shot.view.clearance_mm,
-                frame.blake2b,
-            )
-        )
-        self._on_frame(shot.view, frame, shot.sample, self._number)
-        self._number += 1
+        on_frame(seen, frame, sample, number)
+        number += 1
 
 
 def _arrived(source: OrderedPoses) -> Iterator[Pose]:
