@@ -1,0 +1,75 @@
+"""Vectors for compiled kernels: packets of pixels, rays or splats as plain Python.
+
+A vector has a fixed number of lanes of ``f32 f64 i32 i64`` or of a mask; operators
+and the functions here work lane by lane, numbers are spread over the lanes. No fused
+or reordered arithmetic: the same bits for any width and on any processor. Import this
+in files of kernels only, and use those through `renderers.simd_guard`.
+"""
+
+from renderers.simd.cells import cell4
+from renderers.simd.functions import (
+    absolute,
+    all_,
+    any_,
+    as_f32,
+    as_i32,
+    bits,
+    count,
+    f32,
+    f64,
+    floor,
+    full,
+    i32,
+    i64,
+    lanes,
+    maximum,
+    minimum,
+    rank,
+    select,
+    sqrt,
+)
+from renderers.simd.memory import (
+    gather,
+    gather_u8,
+    load,
+    load_where,
+    store,
+    store_where,
+)
+from renderers.simd.rows import in_row, put_rows4, row, rows4, store_spread
+from renderers.simd.vector import Vector
+
+__all__ = [
+    "Vector",
+    "absolute",
+    "all_",
+    "any_",
+    "as_f32",
+    "as_i32",
+    "bits",
+    "cell4",
+    "count",
+    "f32",
+    "f64",
+    "floor",
+    "full",
+    "gather",
+    "gather_u8",
+    "i32",
+    "i64",
+    "in_row",
+    "lanes",
+    "load",
+    "load_where",
+    "maximum",
+    "minimum",
+    "put_rows4",
+    "rank",
+    "row",
+    "rows4",
+    "select",
+    "sqrt",
+    "store",
+    "store_spread",
+    "store_where",
+]
