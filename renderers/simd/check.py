@@ -66,7 +66,7 @@ def _vectors(
     store(out, 208, r - s)
     if not any_(mask):
         return -1
-    return bits(mask) * 100 + count(mask)
+    return int(bits(mask) * 100 + count(mask))
 
 
 def agrees_with_scalars() -> bool:

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
@@ -44,7 +45,7 @@ def test_the_check_finds_a_wrong_instruction(monkeypatch: pytest.MonkeyPatch) ->
     """One bit of one lane is enough."""
     right = check._vectors
 
-    def wrong(*args: object) -> int:
+    def wrong(*args: Any) -> int:
         word: int = right(*args)
         return word ^ 1
 
