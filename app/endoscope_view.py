@@ -80,9 +80,9 @@ class EndoscopeView:
     def gbuffer(self, view: View) -> GBuffer:
         """Find what each pixel shows, the instrument in front of or behind tissue."""
         tissue = self.renderer.gbuffer(view.camera)
-        if self.instrument is None:
-            return tissue
-        return self.instrument.draw(tissue, view.camera, view.world_from_instrument)
+        if self.instrument is not None:
+            self.instrument.draw(tissue, view.camera, view.world_from_instrument)
+        return tissue
 
     def draw(
         self, view: View, *, number: int, elapsed_s: float, gain: float | None = None
