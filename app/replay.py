@@ -10,7 +10,7 @@ import numpy as np
 from app.operating_room import OperatingRoom, Progress, prepare_room
 from app.session_setup import build_session, build_view
 from app.video import VideoWriter
-from scenarios import Scenario, Score
+from scenarios import Sample, Scenario, Score
 from scenarios.bundle import FrameRecord, SampleRecord, read_session
 
 VIDEO_FPS = 30.0
