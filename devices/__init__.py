@@ -4,12 +4,8 @@ from devices.port import BytePort, DeviceError, DeviceReason
 from devices.pose import Pose, PoseFlag, PoseSource
 from devices.probe_path import ProbePath, ProbeSample
 from devices.recording import RecordedChannel, load_probe_path, save_probe_path
-from devices.registration import (
-    Registration,
-    RegistrationError,
-    RegistrationReason,
-    register,
-)
+from devices.registration import Registration, register
+from devices.registration_error import RegistrationError, RegistrationReason
 from devices.touch import TouchCollector
 
 __all__ = [
