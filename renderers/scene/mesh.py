@@ -5,6 +5,7 @@ tissue's pixel by pixel, under any lens.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -25,6 +26,15 @@ _GROUP_EDGES = 2.0
 
 _CREASE_COSINE = 0.7
 """Faces that meet at less than 45 degrees are parts of one round surface."""
+
+
+RowRunner = Callable[[int, Callable[[int, int], None]], None]
+"""Calls ``kernel(first, past_last)`` so that each of so many rows is covered once."""
+
+
+def run_at_once(rows: int, kernel: Callable[[int, int], None]) -> None:
+    """Run a kernel over all rows in this thread."""
+    kernel(0, rows)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,12 +124,17 @@ class Mesh:
         return result
 
     def draw(
-        self, buffer: GBuffer, camera: Camera, world_from_mesh: NDArray[np.float64]
+        self,
+        buffer: GBuffer,
+        camera: Camera,
+        world_from_mesh: NDArray[np.float64],
+        run: RowRunner = run_at_once,
     ) -> None:
         """Draw the mesh into `buffer` where it is nearer than what is there.
 
-        Rays are followed only through the parts of the picture that a triangle can
-        cover: what is not in view costs next to nothing.
+        run: shares the rows out; the bits do not depend on how. Rays are followed only
+        through the parts of the picture that a triangle can cover: what is not in view
+        costs next to nothing.
         """
         # Imported here: pictures without instruments need not load the compiler.
         from renderers.scene.facets.kernels import draw_facets, resolve_facets
@@ -132,48 +147,54 @@ class Mesh:
         if not self._facets:
             self._facets.append(_Facets.of(self.vertices[self.faces]))
         facets = self._facets[0]
-        axes = camera.frame[1:]
+        axes = np.ascontiguousarray(camera.frame[1:])
         turn = axes @ world_from_mesh[:3, :3]
         shift = axes @ (world_from_mesh[:3, 3] - camera.frame[0])
         half = min(camera.width, camera.height) / 2
         pinhole = camera.projection is Projection.PERSPECTIVE
         unit = math.tan(camera.extent) if pinhole else camera.extent
         # the corners of a pinhole's picture are further out than its sides
-        widest = camera.extent * (1 + STOP_MARGIN_PX / half)
+        widest = math.pi / 2 if pinhole else unit * (1 + STOP_MARGIN_PX / half)
         owner = np.full(buffer.size, -1, np.int32)
         lens = camera.lens_table()
         projection = int(camera.projection)
-        top, bottom, left, right = draw_facets(
-            facets.corners,
-            facets.pieces,
-            facets.parent,
-            facets.spheres,
-            facets.first,
-            turn,
-            shift,
-            projection,
-            widest if not pinhole else math.pi / 2,
-            half / unit,
-            lens,
-            buffer.depth_mm,
-            owner,
-        )
-        resolve_facets(
-            facets.corners,
-            facets.normals,
-            turn,
-            shift,
-            projection,
-            np.ascontiguousarray(axes),
-            lens,
-            owner,
-            int(self.material),
-            buffer.normal,
-            buffer.coverage,
-            buffer.material,
-            (top, bottom),
-            (left, right),
-        )
+
+        def rows(first: int, last: int) -> None:
+            top, bottom, left, right = draw_facets(
+                facets.corners,
+                facets.pieces,
+                facets.parent,
+                facets.spheres,
+                facets.first,
+                turn,
+                shift,
+                projection,
+                widest,
+                half / unit,
+                lens,
+                buffer.depth_mm,
+                owner,
+                first,
+                last,
+            )
+            resolve_facets(
+                facets.corners,
+                facets.normals,
+                turn,
+                shift,
+                projection,
+                axes,
+                lens,
+                owner,
+                int(self.material),
+                buffer.normal,
+                buffer.coverage,
+                buffer.material,
+                (top, bottom),
+                (left, right),
+            )
+
+        run(camera.height, rows)
 
 
 def _corner_normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:

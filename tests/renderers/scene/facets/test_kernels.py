@@ -1,6 +1,7 @@
 """Triangles along a lens's rays: against a ray library, and inside their bounds."""
 
-import math
+import itertools
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,12 +13,6 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from renderers.scene import Camera, GBuffer, Material, Mesh, Projection
-from renderers.scene.facets.kernels import (
-    BOXED,
-    UNSEEN,
-    bound_equidistant,
-    bound_plane,
-)
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -84,71 +79,6 @@ def test_a_ray_library_finds_the_same_depths(projection: Projection, seed: int) 
     assert np.count_nonzero(error > 2e-4) <= 4
 
 
-@given(seed=SEEDS)
-def test_a_triangles_picture_stays_within_its_bound(seed: int) -> None:
-    """Points of the triangle project into the box, and near the flat picture."""
-    rng = np.random.default_rng(seed)
-    size = 10 ** rng.uniform(-2, 1.5)
-    corners = rng.uniform(-12, 12, 3) + size * rng.normal(size=(3, 3))
-    box, at = np.empty(4), np.empty(6)
-    widest = rng.uniform(0.3, 1.4)
-    bulge = bound_equidistant(corners.ravel(), widest, box, at)
-    shares = rng.dirichlet([0.7] * 3, 300)
-    shares = np.vstack([shares, np.eye(3)])
-    edge = rng.uniform(size=(60, 1))
-    for i in range(3):
-        shares = np.vstack(
-            [shares, edge * np.eye(3)[i] + (1 - edge) * np.eye(3)[i - 1]]
-        )
-    points = shares @ corners
-    sine = np.hypot(points[:, 0], points[:, 1])
-    theta = np.arctan2(sine, points[:, 2])
-    if bulge == UNSEEN:
-        assert theta.min() > widest
-        return
-    picture = theta[:, None] * points[:, :2] / np.maximum(sine, 1e-300)[:, None]
-    inside = theta <= widest
-    x, y = picture[inside].T if inside.any() else np.zeros((2, 0))
-    assert np.all((x >= box[0] - 1e-9) & (x <= box[1] + 1e-9))
-    assert np.all((y >= box[2] - 1e-9) & (y <= box[3] + 1e-9))
-    if bulge == BOXED:
-        return
-    flat = at.reshape(3, 2)
-    for p in picture[inside]:
-        assert distance_to_triangle(p, flat) <= bulge + 1e-9
-
-
-def distance_to_triangle(p: NDArray[np.float64], flat: NDArray[np.float64]) -> float:
-    """Give 0 inside."""
-    turns = []
-    nearest = math.inf
-    for i in range(3):
-        a, b = flat[i], flat[(i + 1) % 3]
-        side, to = b - a, p - a
-        turns.append(side[0] * to[1] - side[1] * to[0])
-        share = np.clip(to @ side / max(side @ side, 1e-300), 0, 1)
-        nearest = min(nearest, float(np.linalg.norm(to - share * side)))
-    if min(turns) >= 0 or max(turns) <= 0:
-        return 0.0
-    return nearest
-
-
-@given(seed=SEEDS)
-def test_a_pinholes_triangle_stays_within_its_corners(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    corners = rng.uniform(-5, 5, (3, 3)) + rng.uniform(-8, 8) * np.eye(3)[2]
-    box, at = np.empty(4), np.empty(6)
-    bulge = bound_plane(corners.ravel(), int(Projection.PERSPECTIVE), box, at)
-    points = rng.dirichlet([1] * 3, 200) @ corners
-    front = points[points[:, 2] > 1e-6]
-    if bulge == UNSEEN:
-        assert not len(front)
-        return
-    x, y = front[:, 0] / front[:, 2], front[:, 1] / front[:, 2]
-    assert np.all((x >= box[0] - 1e-9) & (x <= box[1] + 1e-9))
-    assert np.all((y >= box[2] - 1e-9) & (y <= box[3] + 1e-9))
-
-
 def test_drawing_into_a_picture_keeps_what_is_nearer() -> None:
     camera = Camera.looking_at((0, -20, 0), (0, 0, 0), extent=0.5, size=(64, 64))
     solid = trimesh.creation.icosphere(subdivisions=3, radius=4.0)
@@ -169,3 +99,26 @@ def test_drawing_into_a_picture_keeps_what_is_nearer() -> None:
     assert np.all(wall.normal[~drawn] == [0, 0, 1])
     assert np.array_equal(wall.coverage, np.where(drawn, 1, np.float32(0.5)))
     assert np.array_equal(wall.material, drawn * np.uint8(Material.METAL))
+
+
+@given(seed=SEEDS)
+@settings(max_examples=15)
+def test_rows_may_be_dealt_out_in_any_way(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    solid = knot()
+    mesh = Mesh(np.asarray(solid.vertices), np.asarray(solid.faces, dtype=np.int32))
+    camera = Camera.looking_at((0, -20, 0), (0, 0, 0), extent=0.6, size=(50, 61))
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.random(random_state=seed).as_matrix()
+    cuts = [0, *sorted(rng.integers(0, 62, 4)), 61]
+
+    def bands(rows: int, kernel: Callable[[int, int], None]) -> None:
+        assert rows == 61
+        for first, last in itertools.pairwise(cuts):
+            kernel(first, last)
+
+    whole = mesh.gbuffer(camera, pose)
+    cut = GBuffer.empty(61, 50)
+    mesh.draw(cut, camera, pose, bands)
+    for name in ("depth_mm", "normal", "coverage", "material"):
+        assert np.array_equal(getattr(whole, name), getattr(cut, name))
