@@ -6,11 +6,11 @@ No terminal, no thread, no sleeping: reading with a timeout moves the clock. ::
     line = MemoryLine(arm)                  # line.clock is a DrivenClock at 0 s
     port = line.open_serial(timeout=0.1)    # what a pyserial client expects ...
     port.write(b"\\xc5IMMC")
-    assert port.read(4) == b"IMMC"          # line.clock() is now about 1.9 ms
+    assert port.read(4) == b"IMMC"          # line.clock.now() is now about 1.9 ms
     line.clock.sleep(18.3)                  # the timer wraps meanwhile
     byte_port = line.open_port()            # ... or a BytePort for our own driver
 
-``arm`` is scripted by its methods: ``arm.unplug(line.clock())``. With ``SystemClock``
+``arm`` is scripted by its methods: ``arm.unplug(line.clock.now())``. With ``SystemClock``
 the same line runs in real time; then, and only then, several threads may use it.
 """
 
@@ -18,22 +18,10 @@ import errno
 import threading
 import time
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Self
 
 from devices.microscribe.emulator_arm import EmulatedArm
 from devices.port import DeviceError, DeviceReason
-
-
-class Clock(Protocol):
-    """Seconds that only grow."""
-
-    def __call__(self) -> float:
-        """Return the time now."""
-        ...
-
-    def sleep(self, seconds: float) -> None:
-        """Let time pass."""
-        ...
 
 
 class DrivenClock:
@@ -42,7 +30,7 @@ class DrivenClock:
     def __init__(self, now_s: float = 0.0) -> None:
         self._now_s = now_s
 
-    def __call__(self) -> float:
+    def now(self) -> float:
         """Return the time now."""
         return self._now_s
 
@@ -60,7 +48,7 @@ class DrivenClock:
 class SystemClock:
     """The machine's own monotonic clock."""
 
-    def __call__(self) -> float:
+    def now(self) -> float:
         """Return the time now."""
         return time.monotonic()
 
@@ -109,7 +97,7 @@ class MemoryLine:
                 )
             self.clock.sleep_until(time_s)
         else:
-            wait_s = None if time_s is None else max(0.0, time_s - self.clock())
+            wait_s = None if time_s is None else max(0.0, time_s - self.clock.now())
             self.changed.wait(wait_s)
 
 
@@ -148,14 +136,14 @@ class MemorySerial:
         """Return up to ``size`` bytes, fewer when the timeout ends first."""
         line = self._line
         with line.changed:
-            begun = line.clock()
+            begun = line.clock.now()
             until = None if self.timeout is None else begun + self.timeout
             while True:
                 self._collect()
                 if len(self._arrived) >= size:
                     break
                 self._check()
-                if until is not None and line.clock() >= until:
+                if until is not None and line.clock.now() >= until:
                     break
                 soon = [t for t in (until, line.arm.next_s()) if t is not None]
                 line.rest_until(min(soon, default=None))
@@ -168,7 +156,7 @@ class MemorySerial:
         with self._line.changed:
             self._check()
             self._collect()
-            self._line.arm.hear(bytes(data), self._line.clock(), self.baudrate)
+            self._line.arm.hear(bytes(data), self._line.clock.now(), self.baudrate)
             self._line.changed.notify_all()
         return len(data)
 
@@ -203,7 +191,7 @@ class MemorySerial:
     def _collect(self) -> None:
         arm = self._line.arm
         if self.is_open and self._generation == arm.generation:
-            self._arrived += arm.speak(self._line.clock(), self.baudrate)
+            self._arrived += arm.speak(self._line.clock.now(), self.baudrate)
 
     def _check(self) -> None:
         arm = self._line.arm
@@ -223,6 +211,14 @@ class EmulatedPort:
         """Get the name under which a person knows the port."""
         return self._serial.name
 
+    @property
+    def waiting(self) -> int:
+        """Get how many bytes have arrived unread."""
+        try:
+            return self._serial.in_waiting
+        except OSError as error:
+            raise self._gone() from error
+
     def read(self, count: int, timeout_s: float) -> bytes:
         """Return up to ``count`` bytes, fewer when the timeout ends first."""
         self._serial.timeout = max(0.0, timeout_s)
@@ -230,6 +226,16 @@ class EmulatedPort:
             return self._serial.read(count)
         except OSError as error:
             raise self._gone() from error
+
+    def read_burst(self, count: int, timeout_s: float, quiet_s: float) -> bytes:
+        """Read as ``read`` does, but end when the line falls quiet after a byte."""
+        data = self.read(1, timeout_s)
+        while data and len(data) < count:
+            more = self.read(1, min(quiet_s, timeout_s))
+            if not more:
+                break
+            data += more
+        return data
 
     def write(self, data: bytes) -> None:
         """Hand all of ``data`` to the line."""
