@@ -12,6 +12,8 @@ import argparse
 import json
 import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
@@ -44,23 +46,28 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         with open_emulator(_wanted(options), announce) as emulator:
             opened.append(emulator)
-            stop_on_signals(emulator)
             watched = sys.stdin.fileno() if options.watch_stdin else None
-            emulator.server.run(watched, dies_with_parent=True)
+            with stop_on_signals(emulator):
+                emulator.server.run(watched, dies_with_parent=True)
     except (ValueError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
     return 0
 
 
-def stop_on_signals(emulator: OpenEmulator) -> None:
+@contextmanager
+def stop_on_signals(emulator: OpenEmulator) -> Iterator[None]:
     """Let Ctrl-C and SIGTERM end the service instead of tearing it down."""
 
     def stop(number: int, frame: FrameType | None) -> None:
         emulator.server.stop()
 
-    signal.signal(signal.SIGTERM, stop)
-    signal.signal(signal.SIGINT, stop)
+    before = {n: signal.signal(n, stop) for n in (signal.SIGTERM, signal.SIGINT)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _wanted(options: argparse.Namespace) -> EmulatorOptions:

@@ -10,8 +10,9 @@ No terminal, no thread, no sleeping: reading with a timeout moves the clock. ::
     line.clock.sleep(18.3)                  # the timer wraps meanwhile
     byte_port = line.open_port()            # ... or a BytePort for our own driver
 
-``arm`` is scripted by its methods: ``arm.unplug(line.clock.now())``. With ``SystemClock``
-the same line runs in real time; then, and only then, several threads may use it.
+``arm`` is scripted by its methods, such as ``arm.unplug(line.clock.now())``. With
+``SystemClock`` the same line runs in real time; then, and only then, several threads
+may use it.
 """
 
 import errno

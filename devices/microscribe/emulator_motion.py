@@ -50,13 +50,13 @@ class StillMotion:
 
 
 class AnglesMotion:
-    """An arm whose joints follow a function; at rest until the first packet."""
+    """An arm whose joints follow a function, from its zero at the first packet on."""
 
     def __init__(self, profile: ArmProfile, angles_at: AnglesAt) -> None:
         self._registers = AngleRegisters(profile)
         self._angles_at = angles_at
         self._began_s: float | None = None
-        self._angles: Sequence[float] = self._registers.home_angles
+        self._angles = self._checked(angles_at(0.0))
 
     def begin(self, now_s: float) -> None:
         """Start the motion's own clock; harmless when repeated."""
@@ -66,17 +66,20 @@ class AnglesMotion:
     def latch(self, now_s: float) -> tuple[tuple[int, ...], int]:
         """Return six counts of 14 bits, then the index bit of a roll encoder."""
         if self._began_s is not None:
-            angles = [float(a) for a in self._angles_at(now_s - self._began_s)]
-            if len(angles) == JOINTS - 1:
-                angles.append(self._registers.home_angles[-1])
-            if len(angles) != JOINTS or not all(map(math.isfinite, angles)):
-                raise ValueError(f"five or six finite angles are needed, got {angles}")
-            self._angles = angles
+            self._angles = self._checked(self._angles_at(now_s - self._began_s))
         return self._registers.read(self._angles)
 
     def home(self) -> None:
         """Load the rest pose's counts, wherever the arm stands."""
         self._registers.home(self._angles)
+
+    def _checked(self, angles: Sequence[float] | NDArray[np.float64]) -> list[float]:
+        plain = [float(angle) for angle in angles]
+        if len(plain) == JOINTS - 1:
+            plain.append(self._registers.home_angles[-1])
+        if len(plain) != JOINTS or not all(map(math.isfinite, plain)):
+            raise ValueError(f"five or six finite angles are needed, got {plain}")
+        return plain
 
 
 def follow_tip(profile: ArmProfile, tip_at: TipAt) -> AnglesMotion:

@@ -58,6 +58,7 @@ class OpenEmulator:
     server: EmulatorServer
     device_from_world: NDArray[np.float64] | None
     """Where the arm stands, (4, 4); None when it follows no path."""
+    accepts_memory_writes: bool
 
 
 @contextmanager
@@ -97,7 +98,7 @@ def open_emulator(
             idle=None if log is None else log.flush,
         )
         stack.callback(server.close)
-        yield OpenEmulator(server, place)
+        yield OpenEmulator(server, place, options.accepts_memory_writes)
 
 
 def _open_port(options: EmulatorOptions) -> ServerPort:
