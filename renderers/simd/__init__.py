@@ -19,9 +19,11 @@ from renderers.simd.functions import (
     f64,
     floor,
     full,
+    greatest,
     i32,
     i64,
     lanes,
+    least,
     maximum,
     minimum,
     rank,
@@ -34,9 +36,18 @@ from renderers.simd.memory import (
     load,
     load_where,
     store,
+    store_packed,
     store_where,
 )
-from renderers.simd.rows import in_row, put_rows4, row, rows4, store_spread
+from renderers.simd.rows import (
+    in_row,
+    put_rows4,
+    row,
+    rows4,
+    store_groups,
+    store_spread,
+    store_triples,
+)
 from renderers.simd.vector import Vector
 
 __all__ = [
@@ -55,10 +66,12 @@ __all__ = [
     "full",
     "gather",
     "gather_u8",
+    "greatest",
     "i32",
     "i64",
     "in_row",
     "lanes",
+    "least",
     "load",
     "load_where",
     "maximum",
@@ -70,6 +83,9 @@ __all__ = [
     "select",
     "sqrt",
     "store",
+    "store_groups",
+    "store_packed",
     "store_spread",
+    "store_triples",
     "store_where",
 ]

@@ -14,6 +14,7 @@ from numba.core.typing.templates import signature
 import renderers.simd.operators  # noqa: F401
 from renderers.simd.vector import (
     ELEMENTS,
+    I32,
     I64,
     NUMBERS,
     REALS,
@@ -93,6 +94,20 @@ def _reduce(stem: str) -> Emit:
     return emit
 
 
+def _halve(sign: str) -> Emit:
+    """Compare the halves of a vector with each other until one lane is left."""
+    pick = _pick(sign)
+
+    def emit(builder: Any, vector: Vector, x: Any) -> Any:
+        while (half := x.type.count // 2) > 0:
+            low = shuffle(builder, x, x, range(half))
+            high = shuffle(builder, x, x, range(half, 2 * half))
+            x = pick(builder, vector, low, high)
+        return builder.extract_element(x, ir.Constant(I32, 0))
+
+    return emit
+
+
 def _bits(builder: Any, vector: Vector, x: Any) -> Any:
     number = builder.bitcast(x, ir.IntType(vector.count))
     return number if vector.count == 64 else builder.zext(number, I64)
@@ -145,6 +160,8 @@ floor = _function("floor", 1, _llvm("floor"), REALS)
 # The second operand where one is NaN, as x86 has it.
 minimum = _function("minimum", 2, _pick("<"))
 maximum = _function("maximum", 2, _pick(">"))
+least = _function("least", 1, _halve("<"), NUMBERS, lambda v: SCALARS[v.element])
+greatest = _function("greatest", 1, _halve(">"), NUMBERS, lambda v: SCALARS[v.element])
 any_ = _function("any_", 1, _reduce("or"), ("bool",), lambda _: types.boolean)
 all_ = _function("all_", 1, _reduce("and"), ("bool",), lambda _: types.boolean)
 bits = _function("bits", 1, _bits, ("bool",), lambda _: types.int64)

@@ -159,6 +159,29 @@ def store_where(typingctx: Any, array: Any, index: Any, x: Any, mask: Any) -> An
     return signature(types.void, array, types.intp, x, mask), generate
 
 
+@vector_function
+def store_packed(typingctx: Any, array: Any, index: Any, x: Any, mask: Any) -> Any:
+    """Store the lanes whose mask is set side by side, from the index-th element on.
+
+    Elements of 4 or 8 bytes; ``count(mask)`` are written.
+    """
+    if not isinstance(x, Vector) or mask != x.like("bool"):
+        return None
+    if not _is_plain(array, x.element):
+        return None
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        base = data(context, builder, sig.args[0], args[0])
+        kind = x.llvm
+        at = builder.gep(base, [args[1]], source_etype=kind.element)
+        at = builder.bitcast(at, ir.PointerType())
+        name = f"llvm.masked.compressstore.{mangled(kind)}"
+        call_llvm(builder, name, ir.VoidType(), [args[2], at, args[3]])
+        return context.get_dummy_value()
+
+    return signature(types.void, array, types.intp, x, mask), generate
+
+
 def _gather(
     builder: Any, base: Any, index: Any, mask: Any, step: Any, vector: Vector
 ) -> Any:

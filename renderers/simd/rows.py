@@ -188,3 +188,69 @@ def store_spread(typingctx: Any, array: Any, index: Any, x: Any) -> Any:
         return context.get_dummy_value()
 
     return signature(types.void, array, types.intp, x), generate
+
+
+def _is_groups(array: Any, *vectors: Any) -> bool:
+    found = stored(array)
+    return (
+        found is not None
+        and array.dtype == types.float32
+        and all(isinstance(v, Vector) and v.element == "f32" for v in vectors)
+        and all(v == vectors[0] and v.count % 4 == 0 for v in vectors)
+    )
+
+
+@vector_function
+def store_groups(typingctx: Any, array: Any, index: Any, step: Any, x: Any) -> Any:
+    """Store every group of four float32 lanes as a run, `step` elements apart.
+
+    Sixteen lanes are a square of 4 x 4 pixels where `step` is a row of the picture.
+    """
+    if not _is_groups(array, x):
+        return None
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        base = data(context, builder, sig.args[0], args[0])
+        place = args[1]
+        for first in range(0, x.count, 4):
+            run = shuffle(builder, args[3], args[3], range(first, first + 4))
+            at = builder.gep(base, [place], source_etype=ELEMENTS["f32"])
+            builder.store(run, builder.bitcast(at, _ROW.as_pointer())).align = 4
+            place = builder.add(place, args[2])
+        return context.get_dummy_value()
+
+    return signature(types.void, array, types.intp, types.intp, x), generate
+
+
+@vector_function
+def store_triples(
+    typingctx: Any, array: Any, index: Any, step: Any, x: Any, y: Any, z: Any
+) -> Any:
+    """Store (x, y, z, x, y, z ...) of every group of four lanes, `step` floats apart.
+
+    As `store_groups` for pictures of three float32 channels.
+    """
+    if not _is_groups(array, x, y, z):
+        return None
+    run = ir.VectorType(ELEMENTS["f32"], 12)
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        base = data(context, builder, sig.args[0], args[0])
+        n, place = x.count, args[1]
+        none = ir.Constant(x.llvm, ir.Undefined)
+        xy = concatenate(builder, [args[3], args[4]])
+        z_ = concatenate(builder, [args[5], none])
+        for first in range(0, n, 4):
+            lanes = [
+                channel * n + lane
+                for lane in range(first, first + 4)
+                for channel in range(3)
+            ]
+            triples = shuffle(builder, xy, z_, lanes)
+            at = builder.gep(base, [place], source_etype=ELEMENTS["f32"])
+            builder.store(triples, builder.bitcast(at, run.as_pointer())).align = 4
+            place = builder.add(place, args[2])
+        return context.get_dummy_value()
+
+    sig = signature(types.void, array, types.intp, types.intp, x, x, x)
+    return sig, generate

@@ -18,9 +18,11 @@ from renderers.simd import (
     f64,
     floor,
     full,
+    greatest,
     i32,
     i64,
     lanes,
+    least,
     load,
     maximum,
     minimum,
@@ -187,3 +189,23 @@ def test_masks_are_selected_from() -> None:
     x, out = np.arange(8, dtype=np.int32), np.zeros(8, np.int32)
     _chosen_masks(x, out)
     np.testing.assert_array_equal(out, [1, 0, 0, 0, 0, 1, 1, 1])
+
+
+def extremes(width: int) -> Any:
+    @njit
+    def run(x: Any, out: Any) -> None:
+        out[0] = least(load(x, 0, width))
+        out[1] = greatest(load(x, 0, width))
+
+    return run
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("dtype", [np.float32, np.int32])
+def test_extremes_of_all_lanes(width: int, dtype: Any) -> None:
+    run, rng = extremes(width), np.random.default_rng(width)
+    for _ in range(4):
+        x = rng.integers(-1000, 1000, width).astype(dtype)
+        out = np.zeros(2, dtype)
+        run(x, out)
+        assert list(out) == [x.min(), x.max()]

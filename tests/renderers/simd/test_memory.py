@@ -15,6 +15,7 @@ from renderers.simd import (
     load,
     load_where,
     store,
+    store_packed,
     store_where,
 )
 
@@ -117,3 +118,21 @@ def test_bytes_are_gathered() -> None:
 def test_arrays_with_gaps_are_turned_down() -> None:
     with pytest.raises(TypingError):
         copier(4)(np.zeros((8, 8), np.float32)[:, :4], np.zeros(16, np.float32))
+
+
+@njit
+def _packed(x: Any, out: Any, limit: Any) -> None:
+    v = load(x, 0, 16)
+    store_packed(out, 2, v, v > limit)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64, np.int32, np.int64])
+@pytest.mark.parametrize("limit", [-20, 0, 3, 20])
+def test_chosen_lanes_are_packed_and_nothing_else_is_touched(
+    dtype: Any, limit: int
+) -> None:
+    x = np.random.default_rng(1).integers(-10, 10, 16).astype(dtype)
+    chosen = x[x > limit]
+    out = np.full(3 + len(chosen), 77, dtype)
+    _packed(x, out, dtype(limit))
+    np.testing.assert_array_equal(out, [77, 77, *chosen, 77])

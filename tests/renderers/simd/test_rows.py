@@ -6,7 +6,17 @@ import numpy as np
 import pytest
 from numba import njit
 
-from renderers.simd import in_row, load, put_rows4, row, rows4, store, store_spread
+from renderers.simd import (
+    in_row,
+    load,
+    put_rows4,
+    row,
+    rows4,
+    store,
+    store_groups,
+    store_spread,
+    store_triples,
+)
 
 WIDTHS = (4, 8, 16, 32)
 
@@ -72,3 +82,28 @@ def test_rows_of_scalars_and_spread_lanes() -> None:
     np.testing.assert_array_equal(out[:8], np.repeat([3, 7], 4))
     np.testing.assert_array_equal(out[8:16], np.tile([1, 2, 3, 4], 2))
     np.testing.assert_array_equal(out[16:], np.repeat(x, 4))
+
+
+def squares(width: int) -> Any:
+    @njit
+    def run(x: Any, single: Any, triple: Any) -> None:
+        a = load(x, 0, width)
+        b = load(x, width, width)
+        c = load(x, 2 * width, width)
+        store_groups(single, 3, 11, a)
+        store_triples(triple, 9, 33, a, b, c)
+
+    return run
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_groups_of_four_go_to_rows_of_a_picture(width: int) -> None:
+    x = np.arange(1, 3 * width + 1, dtype=np.float32)
+    single, triple = np.zeros((9, 11), np.float32), np.zeros((9, 11, 3), np.float32)
+    squares(width)(x, single, triple)
+    wanted, colours = np.zeros_like(single), np.zeros_like(triple)
+    high = width // 4
+    wanted[:high, 3:7] = x[:width].reshape(high, 4)
+    colours[:high, 3:7] = x.reshape(3, high, 4).transpose(1, 2, 0)
+    np.testing.assert_array_equal(single, wanted)
+    np.testing.assert_array_equal(triple, colours)
