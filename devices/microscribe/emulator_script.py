@@ -28,6 +28,7 @@ PRESS_FROM_S, PRESS_TO_S = 0.1, 0.5
 # Physiological tremor: 8-12 Hz, here 0.1 mm rms of each held point.
 TREMOR_MM = 0.1
 TREMOR_HZ = (8.3, 9.7, 11.4)
+SLOPE_STEP_MM = 0.1
 
 # A calm hand; a third of what the driver takes for possible.
 TRAVEL_DEG_S = 240.0
@@ -50,6 +51,8 @@ class _Leg:
     end: NDArray[np.float64]
     point_mm: NDArray[np.float64] | None
     """(3,) device frame; None on the leg that leads to the path."""
+    angles_per_mm: NDArray[np.float64]
+    """(6, 3) what a small step of the tip asks of the joints at the end."""
 
     @property
     def end_s(self) -> float:
@@ -151,9 +154,7 @@ class ArmScript:
         waves = np.sin(2.0 * np.pi * np.outer(TREMOR_HZ, [held_s] * 3) + self._phases)
         # Three sines of this amplitude on three axes have an rms length of TREMOR_MM.
         shake = TREMOR_MM * np.sqrt(2.0 / 9.0) * waves.sum(axis=0)
-        self._angles = self._inverse.solve(
-            leg.point_mm + shake, self._approach, leg.end
-        ).tolist()
+        self._angles = (leg.end + leg.angles_per_mm @ shake).tolist()
         return MARK_PEDAL if PRESS_FROM_S <= held_s < PRESS_TO_S else 0
 
     def _follow(self, now_s: float) -> int:
@@ -210,9 +211,29 @@ class ArmScript:
             turn = float(np.degrees(np.abs(end - at).max()))
             travel = max(SHORTEST_TRAVEL_S, MINIMUM_JERK_PEAK * turn / TRAVEL_DEG_S)
             held = None if point is first else point
-            legs.append(_Leg(clock, travel, at, end, held))
+            legs.append(_Leg(clock, travel, at, end, held, self._slope(point, end)))
             clock, at = legs[-1].end_s, end
         return legs
+
+    def _slope(
+        self, point_mm: NDArray[np.float64], angles: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the change of the angles per mm of tip, (6, 3).
+
+        A tremor is so small that what is left out is below 0.001 mm, and solving for
+        each packet would take most of the emulator's time.
+        """
+        steps = SLOPE_STEP_MM * np.eye(3)
+        sides = [
+            [
+                self._inverse.solve(point_mm + sign * step, self._approach, angles)
+                for sign in (1.0, -1.0)
+            ]
+            for step in steps
+        ]
+        return np.array([ahead - behind for ahead, behind in sides]).T / (
+            2.0 * SLOPE_STEP_MM
+        )
 
     def _into_device(
         self, vector: NDArray[np.float64], turn_only: bool = False
