@@ -60,7 +60,7 @@ class _Script:
 
     def travel(self, tip: NDArray[np.float64], axis: NDArray[np.float64]) -> None:
         """Lift off, go over, come down; minimum jerk."""
-        u = np.linspace(0.0, 1.0, round(TRAVEL_S / STEP_S))[1:-1, None]
+        u = np.linspace(0.0, 1.0, round(TRAVEL_S / STEP_S))[1:, None]
         blend = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
         over = self.tips[-1] + blend * (tip - self.tips[-1])
         lifted = over + LIFT_MM * 4.0 * blend * (1.0 - blend) * AWAY
