@@ -29,6 +29,7 @@ BEGIN_WAIT_S = 5.0
 ARGUMENT_WAIT_S = 1.0
 
 FASTEST_RATE = 115200
+ROUNDING_TICKS = 1e-6
 BITS_PER_BYTE = 10.0
 
 _ATTENTION = b"IMMC"
@@ -282,7 +283,8 @@ class FarEnd:
     def _packet(self, command: int, reading: Reading, now_s: float) -> Answer | None:
         if not self.homed:
             return None
-        ticks = int((now_s - self.timer_zero_s) * TICKS_PER_S)
+        # Even periods of a report are even in the timer, too, whatever sums round to.
+        ticks = int((now_s - self.timer_zero_s) * TICKS_PER_S + ROUNDING_TICKS)
         timer = ticks % (self._profile.maxima.timer + 1)
         codes = self._profile.encoder_codes
         return Answer(
