@@ -85,6 +85,11 @@ class ArmLink:
         """Ask for everything that turns counts into poses, in the usual order."""
         texts = [self._ask_text(Query(code)) for code in range(0xC8, 0xCF)]
         about = ArmIdentity(*texts)
+        if not (about.serial and about.product_name and about.model and about.firmware):
+            raise DeviceError(
+                DeviceReason.BAD_REPLY,
+                f"The arm on {self.port.name} leaves out who it is: {about}.",
+            )
         maxima = Maxima.decode(self._ask(Query.MAXIMA, self._timing.block))
         if about.parameter_format != identity.FORMAT:
             raise DeviceError(

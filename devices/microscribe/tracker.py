@@ -52,7 +52,12 @@ class SampleTracker:
     """Poses delivered with PoseFlag.JUMP."""
     alignment: ClockAlignment = field(default_factory=ClockAlignment)
     watch: EncoderWatch = field(init=False)
-    _ticks: int | None = None
+    _timer: int | None = None
+    """The last sample's own timer, None before the first."""
+    _ticks: int = 0
+    """The same continued over wraps and restarts; never falls."""
+    _goes_on: bool = False
+    """Whether the next sample's counts continue the last one's."""
     _host_time_s: float = 0.0
     _counts: tuple[int, ...] = (0,) * JOINTS
     _refusals: int = 0
@@ -88,14 +93,12 @@ class SampleTracker:
         if packet.timer is None or len(packet.counts) != JOINTS:
             raise ValueError(f"a pose needs a timer and six counts, got {packet}")
         flags = PoseFlag.NONE
-        if self._ticks is None:
-            ticks, counts = packet.timer, packet.counts
-        else:
-            ticks = self._ticks + self._ticks_since(packet.timer, host_time_s)
+        ticks, counts = self._ticks_at(packet.timer, host_time_s), packet.counts
+        if self._goes_on:
             counts = tuple(
                 [
                     old + (new - old + _HALF_FIELD) % FIELD - _HALF_FIELD
-                    for old, new in zip(self._counts, packet.counts, strict=True)
+                    for old, new in zip(self._counts, counts, strict=True)
                 ]
             )
             misread = self._too_early(ticks, host_time_s)
@@ -107,9 +110,11 @@ class SampleTracker:
                 self.jumps += 1
                 flags = PoseFlag.JUMP
                 if misread:
+                    ticks = self._ticks_by_host(host_time_s)
                     self.alignment.forget()
         self._refusals = 0
-        self._ticks, self._counts = ticks, counts
+        self._timer, self._ticks, self._counts = packet.timer, ticks, counts
+        self._goes_on = True
         self._host_time_s = host_time_s
         time_s = ticks / TICKS_PER_S
         self.watch.observe(counts, time_s)
@@ -122,29 +127,40 @@ class SampleTracker:
         )
 
     def forget(self) -> None:
-        """Begin anew with the next sample, whose counts continue nothing."""
-        self._ticks = None
+        """Begin anew with the next sample, whose counts and timer continue nothing.
+
+        Time goes on nevertheless.
+        """
+        self._goes_on = False
         self._refusals = 0
         self.alignment.forget()
 
     def lost_power(self, packet: Packet, host_time_s: float) -> bool:
         """Return whether the timer began anew since the last accepted sample."""
-        if self._ticks is None or packet.timer is None:
+        if self._timer is None or packet.timer is None:
             return False
         elapsed = (host_time_s - self._host_time_s) * TICKS_PER_S
-        ahead = (packet.timer - self._ticks - elapsed) % self.timer_turn
+        ahead = (packet.timer - self._timer - elapsed) % self.timer_turn
         return min(ahead, self.timer_turn - ahead) > POWER_CUT_S * TICKS_PER_S
 
-    def _ticks_since(self, timer: int, host_time_s: float) -> int:
-        """Return ticks since the last sample; whole wraps come from the host's clock.
+    def _ticks_at(self, timer: int, host_time_s: float) -> int:
+        """Continue the ticks; whole wraps come from the host's clock.
 
         The timer alone is ambiguous after 18.2 s of silence. As many turns as the
         host's clock leaves room for: a packet may be late, not early.
         """
-        assert self._ticks is not None
-        part = (timer - self._ticks) % self.timer_turn
+        if self._timer is None:
+            return timer
+        if not self._goes_on:
+            return self._ticks_by_host(host_time_s)
+        part = (timer - self._timer) % self.timer_turn
         elapsed = (host_time_s - self._host_time_s + POWER_CUT_S) * TICKS_PER_S
-        return part + max(0, int((elapsed - part) // self.timer_turn)) * self.timer_turn
+        wraps = max(0, int((elapsed - part) // self.timer_turn))
+        return self._ticks + part + wraps * self.timer_turn
+
+    def _ticks_by_host(self, host_time_s: float) -> int:
+        elapsed = round((host_time_s - self._host_time_s) * TICKS_PER_S)
+        return self._ticks + max(elapsed, 1)
 
     def _too_early(self, ticks: int, host_time_s: float) -> bool:
         slack = EARLIEST_S if self.alignment.settled else POWER_CUT_S

@@ -211,7 +211,11 @@ def _brought_to(state: State) -> HostSession:
     if state is State.OPENING:
         return session
     session.receive(b"MSCR\0")
-    into = {State.ASKED: Step.ASK, State.POLLED: Step.POLL, State.STREAMING: Step.STREAM}
+    into = {
+        State.ASKED: Step.ASK,
+        State.POLLED: Step.POLL,
+        State.STREAMING: Step.STREAM,
+    }
     if state in into:
         _CALLS[into[state]](session)
     return session
