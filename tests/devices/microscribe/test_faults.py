@@ -277,11 +277,9 @@ NO_FORMAT, BAD_REPLY = refusal(R.UNSUPPORTED_FORMAT), refusal(R.BAD_REPLY)
 SEVEN = " | ".join(f"f2={rate}" for rate in RATES)
 # One packet in ten is hit, each at another byte.
 EVERY_BYTE = " ".join(f"{{0}}={at}@packet:{20 + 10 * at}" for at in range(16))
-TOP_BITS = " | ".join(
-    " ".join(f"f11={kind}@packet:{20 + 10 * i}" for i in range(16))
-    for kind in ("PAYLOAD", "HEADER")
-)
-NOISE = " | ".join(f"f12={kind}@packet:20+16" for kind in ("MIXED", "LOW", "HIGH"))
+SIXTEEN = " ".join(f"{{0}}@packet:{20 + 10 * i}" for i in range(16))
+TOP_BITS = " | ".join(SIXTEEN.format(f"f11={k}") for k in ("PAYLOAD", "HEADER"))
+NOISE = " | ".join(SIXTEEN.format(f"f12={k}") for k in ("MIXED", "LOW", "HIGH"))
 ANY_ARM = (DX40937, SIX_JOINTS, ODD_MAXIMA)
 
 ROWS: dict[str, Row] = {
