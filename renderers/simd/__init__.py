@@ -41,6 +41,7 @@ from renderers.simd.memory import (
 )
 from renderers.simd.rows import (
     in_row,
+    load_triples,
     put_rows4,
     row,
     rows4,
@@ -73,6 +74,7 @@ __all__ = [
     "lanes",
     "least",
     "load",
+    "load_triples",
     "load_where",
     "maximum",
     "minimum",

@@ -28,6 +28,7 @@ from renderers.simd.vector import (
 )
 
 _ROW = ir.VectorType(ELEMENTS["f32"], 4)
+_INTEGER_ROW = ir.VectorType(ELEMENTS["i32"], 4)
 
 
 def transpose(builder: Any, parts: list[Any]) -> list[Any]:
@@ -81,27 +82,32 @@ def _is_rows(array: Any, index: Any) -> bool:
     found = stored(array)
     return (
         found is not None
-        and array.dtype == types.float32
+        and array.dtype in (types.float32, types.int32)
         and isinstance(index, Vector)
         and index.element == "i32"
         and index.count >= 4
     )
 
 
+def _row_type(array: Any) -> Any:
+    return _INTEGER_ROW if array.dtype == types.int32 else _ROW
+
+
 @vector_function
 def rows4(typingctx: Any, array: Any, index: Any) -> Any:
-    """Give the four columns of rows ``index`` of a float32 array of rows of four.
+    """Give the four columns of rows ``index`` of an array of rows of four.
 
-    Indices are not negative, and rows end below 2 GiB.
+    The array is float32 or int32. Indices are not negative, and rows end below 2 GiB.
     """
     if not _is_rows(array, index):
         return None
-    vector = index.like("f32")
+    vector = index.like("f32" if array.dtype == types.float32 else "i32")
+    kind = _row_type(array)
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         base = data(context, builder, sig.args[0], args[0])
         offsets = byte_offsets(builder, args[1], 4)
-        parts = [load_part(builder, base, offsets, _ROW, c, 4) for c in range(4)]
+        parts = [load_part(builder, base, offsets, kind, c, 4) for c in range(4)]
         columns = transpose(builder, parts)
         return context.make_tuple(builder, sig.return_type, columns)
 
@@ -118,8 +124,10 @@ def put_rows4(
     """
     if not _is_rows(array, index):
         return None
-    if any(column != index.like("f32") for column in (x, y, z, w)):
+    element = "f32" if array.dtype == types.float32 else "i32"
+    if any(column != index.like(element) for column in (x, y, z, w)):
         return None
+    kind = _row_type(array)
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         base = data(context, builder, sig.args[0], args[0])
@@ -130,7 +138,7 @@ def put_rows4(
             part = parts[k % 4]
             row = shuffle(builder, part, part, range(first, first + 4))
             at = builder.gep(base, [offsets[k]], source_etype=BYTE)
-            at = builder.bitcast(at, _ROW.as_pointer())
+            at = builder.bitcast(at, kind.as_pointer())
             builder.store(row, at).align = 4
         return context.get_dummy_value()
 
@@ -253,4 +261,27 @@ def store_triples(
         return context.get_dummy_value()
 
     sig = signature(types.void, array, types.intp, types.intp, x, x, x)
+    return sig, generate
+
+
+@width_function
+def load_triples(typingctx: Any, array: Any, index: Any, width: Any) -> Any:
+    """Load `width` neighbouring (x, y, z) from the index-th float32 on, as columns."""
+    if not _is_groups(array) or not isinstance(width, types.IntegerLiteral):
+        return None
+    vector = Vector("f32", width.literal_value)
+    run = ir.VectorType(ELEMENTS["f32"], 3 * vector.count)
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        base = data(context, builder, sig.args[0], args[0])
+        at = builder.gep(base, [args[1]], source_etype=ELEMENTS["f32"])
+        triples = builder.load(builder.bitcast(at, run.as_pointer()))
+        triples.align = 4
+        columns = [
+            shuffle(builder, triples, triples, range(c, 3 * vector.count, 3))
+            for c in range(3)
+        ]
+        return context.make_tuple(builder, sig.return_type, columns)
+
+    sig = signature(types.UniTuple(vector, 3), array, types.intp, width)
     return sig, generate

@@ -40,21 +40,6 @@ _INF = np.float32(np.inf)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def write_ranges(boxes: I32, first: int, end: int, ranges: I32) -> None:
-    """Pack every box's first and last tile column and row, a byte each from the lowest.
-
-    A box with y1 < 0 is in no tile: its columns end before they begin.
-    """
-    for s in range(first, end):
-        if boxes[s, 3] < 0:
-            ranges[s] = 255
-            continue
-        columns = boxes[s, 0] // TILE_WIDTH | boxes[s, 1] // TILE_WIDTH << 8
-        rows = boxes[s, 2] // TILE_HEIGHT | boxes[s, 3] // TILE_HEIGHT << 8
-        ranges[s] = np.int32(columns | rows << 16)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def list_tile(ranges: I32, n: int, column: int, row: int, items: I32) -> int:
     """List which of n surfels touch a tile, in order; give their number.
 

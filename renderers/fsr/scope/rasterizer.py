@@ -2,16 +2,16 @@
 
 import math
 import threading
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.display_list import build_display_list
-from renderers.fsr.occlusion import Blocks
-from renderers.fsr.projection.kernels import RECORD, project_surfels
+from renderers.fsr.occlusion import FAR, NEAR, Blocks
+from renderers.fsr.occlusion.blocks import BLOCK_SHIFT, Runs
+from renderers.fsr.projection.kernels import RECORD
+from renderers.fsr.scope.blocked_surfels import BlockedSurfels, sort_surfels
 from renderers.fsr.scope.kernel_set import KernelSet, best_kernels
-from renderers.fsr.scope.kernels import fill_holes, write_ranges
+from renderers.fsr.scope.kernels import fill_holes
 from renderers.fsr.scope.scratch import TileScratch, lined_up
 from renderers.fsr.scope.tiles import (
     MOST_TILES,
@@ -22,9 +22,11 @@ from renderers.fsr.scope.tiles import (
     SQUARES_X,
     SQUARES_Y,
     TILE_HEIGHT,
+    TILE_SHIFT_X,
+    TILE_SHIFT_Y,
     TILE_WIDTH,
 )
-from renderers.fsr.surfels import Surfels, extract_surfels
+from renderers.fsr.surfels import extract_surfels
 from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, GBuffer, Projection, Volume
 
@@ -73,12 +75,12 @@ class SurfelRasterizer:
         self, distance: Volume, *, hide: bool = True, kernels: KernelSet | None = None
     ) -> None:
         self._kernels = kernels or best_kernels()
-        self._coarse = extract_surfels(distance)
-        self._fine = extract_surfels(distance, refine=2)
-        self._blocks = Blocks(distance, self._coarse.rows, self._fine.rows)
-        self._rows = self._coarse.rows.row_count + self._fine.rows.row_count
+        coarse, fine = extract_surfels(distance), extract_surfels(distance, refine=2)
+        self._blocks = Blocks(distance, coarse.rows, fine.rows)
+        self._coarse = sort_surfels(coarse, self._blocks, BLOCK_SHIFT)
+        self._fine = sort_surfels(fine, self._blocks, BLOCK_SHIFT + 1)
         self._hide = hide
-        self._records = np.empty(0, np.float32)
+        self._records = np.empty((0, RECORD), np.float32)
         self._boxes = np.empty((0, 4), np.int32)
         self._ranges = np.empty(0, np.int32)
         self._table = np.empty((0, 0, 3), np.float32)
@@ -113,6 +115,7 @@ class SurfelRasterizer:
         table = camera.lens_table()
         rays = self._tile_rays(table)
         down, across = tile_grid(height, width)
+        records = self._records.reshape(-1)
 
         def draw(tile: int) -> tuple[int, int, int]:
             scratch = self._scratch(listed)
@@ -121,7 +124,7 @@ class SurfelRasterizer:
                 self._ranges, listed, column, row, scratch.items
             )
             fragments, hidden, empty = self._kernels.draw_tile(
-                self._records,
+                records,
                 self._boxes,
                 scratch.items,
                 n,
@@ -158,9 +161,10 @@ class SurfelRasterizer:
             reach * self._coarse.spacing_mm
         )
         room = len(self._coarse) + len(self._fine)
-        if len(self._boxes) < room:
-            self._records = np.empty(room * RECORD, np.float32)
-            self._boxes = np.empty((room, 4), np.int32)
+        if len(self._boxes) <= room:
+            # one more for lanes that are not wanted
+            self._records = np.empty((room + 1, RECORD), np.float32)
+            self._boxes = np.empty((room + 1, 4), np.int32)
             self._ranges = np.empty(room + SQUARE, np.int32)
         # a grid point is up to half a spacing's diagonal from its surfel
         slack = self._coarse.spacing_mm
@@ -172,78 +176,64 @@ class SurfelRasterizer:
             far_from_mm=coarse_from,
             hide=self._hide,
         )
-        visible = kept = listed = 0
-        for surfels, mask, low, high in (
-            (self._fine, blocks.fine, NEAREST_MM, near),
-            (self._coarse, blocks.coarse, coarse_from, math.inf),
+        visible = listed = 0
+        for surfels, mark, low, high in (
+            (self._fine, NEAR, NEAREST_MM, near),
+            (self._coarse, FAR, coarse_from, math.inf),
         ):
-            radius = reach * surfels.spacing_mm
-            frame = camera.frame.copy()
-            frame[0] -= surfels.rows.world_from_voxel[:3, 3]
-            shown = build_display_list(
-                surfels.rows,
-                camera,
-                radius + slack,
-                reach_mm=high + slack,
-                back_to_front=False,
-                mask=mask,
-            )
-            project = partial(
-                self._project_part,
-                camera,
-                surfels,
-                shown.index,
-                frame.astype(np.float32),
-                (low, high, radius),
-                listed,
-            )
-            visible += sum(team.map(project, range(0, len(shown), PART)))
-            kept += shown.rows_kept
-            listed += len(shown)
+            limits = low, high, reach * surfels.spacing_mm
+            runs = self._blocks.runs(blocks, mark, surfels.offsets, PART)
+            visible += self._project_runs(camera, team, surfels, runs, limits, listed)
+            listed += len(runs)
         self.counters = {
             "listed": listed,
             "visible": visible,
-            "rows": self._rows,
-            "culled rows": self._rows - kept,
             "blocks in view": blocks.in_view,
             "hidden blocks": blocks.hidden,
         }
         return listed
 
-    def _project_part(
+    def _project_runs(
         self,
         camera: Camera,
-        surfels: Surfels,
-        index: NDArray[np.int32],
-        frame: NDArray[np.float32],
+        team: ThreadTeam,
+        surfels: BlockedSurfels,
+        runs: Runs,
         limits: tuple[float, float, float],
         base: int,
-        first: int,
     ) -> int:
+        frame = camera.frame.copy()
+        frame[0] -= surfels.first_mm
+        frame32 = frame.astype(np.float32)
         nearest, farthest, radius = limits
-        part = index[first : first + PART]
-        visible = int(
-            project_surfels(
-                part,
-                surfels.position,
-                surfels.normal,
-                frame,
-                int(camera.projection),
-                np.float32(camera.extent),
-                camera.width,
-                camera.height,
-                np.float32(nearest),
-                np.float32(farthest),
-                np.float32(radius),
-                np.float32(FACING),
-                self._records.reshape(-1, RECORD),
-                self._boxes,
-                base + first,
+
+        def project(part: int) -> int:
+            return int(
+                self._kernels.project_runs(
+                    runs.runs,
+                    runs.cuts[part, 0],
+                    runs.cuts[part + 1, 0],
+                    surfels.position,
+                    surfels.normal,
+                    frame32,
+                    int(camera.projection),
+                    np.float32(camera.extent),
+                    camera.width,
+                    camera.height,
+                    np.float32(nearest),
+                    np.float32(farthest),
+                    np.float32(radius),
+                    np.float32(FACING),
+                    TILE_SHIFT_X,
+                    TILE_SHIFT_Y,
+                    self._records,
+                    self._boxes,
+                    self._ranges,
+                    base + runs.cuts[part, 1],
+                )
             )
-        )
-        end = base + first + len(part)
-        write_ranges(self._boxes, base + first, end, self._ranges)
-        return visible
+
+        return sum(team.map(project, range(len(runs.cuts) - 1)))
 
     def _tile_rays(self, table: NDArray[np.float32]) -> NDArray[np.float32]:
         """Lay rays out as tiles want them: ``(tiles, SQUARES * RAY)``.

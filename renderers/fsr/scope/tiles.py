@@ -5,8 +5,10 @@ quantity in a square are neighbours, and so are all quantities of a square. A di
 then touches few and whole cache lines, and a square is one vector.
 """
 
-TILE_WIDTH = 128
-TILE_HEIGHT = 64
+TILE_SHIFT_X = 7
+TILE_SHIFT_Y = 6
+TILE_WIDTH = 1 << TILE_SHIFT_X
+TILE_HEIGHT = 1 << TILE_SHIFT_Y
 
 SIDE = 4
 """Pixels along a side of a square."""

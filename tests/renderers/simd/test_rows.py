@@ -9,6 +9,7 @@ from numba import njit
 from renderers.simd import (
     in_row,
     load,
+    load_triples,
     put_rows4,
     row,
     rows4,
@@ -107,3 +108,37 @@ def test_groups_of_four_go_to_rows_of_a_picture(width: int) -> None:
     colours[:high, 3:7] = x.reshape(3, high, 4).transpose(1, 2, 0)
     np.testing.assert_array_equal(single, wanted)
     np.testing.assert_array_equal(triple, colours)
+
+
+def triples(width: int) -> Any:
+    @njit
+    def run(x: Any, out: Any) -> None:
+        a, b, c = load_triples(x, 6, width)
+        store(out, 0, a)
+        store(out, width, b)
+        store(out, 2 * width, c)
+
+    return run
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_triples_become_columns(width: int) -> None:
+    x = np.random.default_rng(width).normal(size=(width + 2, 3)).astype(np.float32)
+    out = np.zeros((3, width), np.float32)
+    triples(width)(x, out)
+    np.testing.assert_array_equal(out, x[2:].T)
+
+
+@njit
+def _whole_numbers(table: Any, index: Any) -> None:
+    n = load(index, 0, 8)
+    a, b, c, d = rows4(table, n)
+    put_rows4(table, n + 8, d, c + 1, b, a)
+
+
+def test_rows_of_integers() -> None:
+    table = np.random.default_rng(1).integers(-(2**31), 2**31, (16, 4)).astype(np.int32)
+    wanted, index = table.copy(), np.arange(8, dtype=np.int32)[::-1].copy()
+    wanted[8:] = table[:8, ::-1] + np.array([0, 1, 0, 0], np.int32)
+    _whole_numbers(table, index)
+    np.testing.assert_array_equal(table, wanted)
