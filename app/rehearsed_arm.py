@@ -4,8 +4,6 @@ Its metal differs from its parameter block as a real arm's does and it wears a l
 tip than it states, so that what a registration reaches with it can be measured.
 """
 
-import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,22 +11,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from devices import DeviceError, ProbePath
+from devices import ProbePath
 from devices.microscribe import MicroScribe
 from devices.microscribe.built_arm import BuiltArm
+from devices.microscribe.emulator_arm import EmulatedArm
+from devices.microscribe.emulator_memory import DrivenClock, MemoryLine, SystemClock
 from devices.microscribe.emulator_placement import place_arm
-from devices.microscribe.emulator_state import FarEnd
 from devices.microscribe.jacobian import PARAMETER_NAMES
 from devices.microscribe.profiles import DX40937, ArmProfile
 from devices.microscribe.rehearsed_arm import RehearsedArm
 from devices.microscribe.uncertainty import ParameterSpread
-from devices.port import MemoryPort, memory_port_pair
 from devices.registration_file import RegistrationRecord
 
 LONGER_TIP_MM = 14.0
 """By which the emulated tip is longer than the stated one."""
-
-LOOK_S = 0.002
 
 CHANCES = 8
 STRIDE = 1000
@@ -96,28 +92,18 @@ def _place(profile: ArmProfile, path: ProbePath, seed: int) -> NDArray[np.float6
 
 @contextmanager
 def rehearsed_arm(truth: RehearsedTruth, path: ProbePath) -> Iterator[MicroScribe]:
-    """Open the emulated arm, which follows the path from the first poll on."""
+    """Open the emulated arm, which follows the path from its first packet on."""
+    line = rehearsed_line(truth, path, SystemClock())
+    with MicroScribe(line.open_port()) as arm:
+        yield arm
+
+
+def rehearsed_line(
+    truth: RehearsedTruth, path: ProbePath, clock: SystemClock | DrivenClock
+) -> MemoryLine:
+    """Put the emulated arm at the end of a line that lives by ``clock``."""
     motion = RehearsedArm(truth.profile, truth.built, path, truth.device_from_world)
-    far_end = FarEnd(truth.profile, motion, time.monotonic())
-    near, far = memory_port_pair("the emulated arm")
-    thread = threading.Thread(target=_serve, args=(far_end, far), name="far end")
-    thread.start()
-    try:
-        with MicroScribe(near) as arm:
-            yield arm
-    finally:
-        far.close()
-        thread.join()
-
-
-def _serve(far_end: FarEnd, port: MemoryPort) -> None:
-    """Answer until the line is closed."""
-    try:
-        while True:
-            heard = port.read(1, LOOK_S)
-            port.write(far_end.receive(heard, time.monotonic()))
-    except DeviceError:
-        return
+    return MemoryLine(EmulatedArm(truth.profile, motion, now_s=clock.now()), clock)
 
 
 def _directions() -> list[NDArray[np.float64]]:

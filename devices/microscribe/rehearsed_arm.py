@@ -14,7 +14,7 @@ from devices.probe_path import ProbePath
 
 
 class RehearsedArm:
-    """Counts and pedals of an arm that follows a path; the clock starts with a poll."""
+    """Counts and pedals of an arm that follows a path from the first packet on."""
 
     def __init__(
         self,
@@ -41,11 +41,15 @@ class RehearsedArm:
         # Neighbours by the short way round, so that what lies between is between.
         self._track = np.unwrap(np.array(solved), axis=0)
 
-    def latch(self, now_s: float) -> tuple[tuple[int, ...], int]:
-        """Return six counts of 14 bits, then the pedals."""
+    def begin(self, now_s: float) -> None:
+        """Start the path's clock; harmless when repeated."""
         if self._began_s is None:
             self._began_s = now_s
-        self._elapsed_s = now_s - self._began_s
+
+    def latch(self, now_s: float) -> tuple[tuple[int, ...], int]:
+        """Return six counts of 14 bits, then the pedals."""
+        began = now_s if self._began_s is None else self._began_s
+        self._elapsed_s = now_s - began
         angles, pedals = self.angles_at(self._elapsed_s)
         counts = self._encoders.counts(angles) + self._offset
         # An encoder that is not built in sends a constant.

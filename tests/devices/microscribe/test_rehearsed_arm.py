@@ -11,6 +11,7 @@ from devices.probe_path import ProbePath
 HOME = DX40937.encoders.angles(np.array(DX40937.home_counts))
 HOME[5] = 0.0
 GEOMETRY = DX40937.geometry
+BEGUN_S = 50.0
 
 
 def _path() -> ProbePath:
@@ -32,7 +33,10 @@ def _path() -> ProbePath:
 
 def _arm(deviation: NDArray[np.float64]) -> RehearsedArm:
     built = BuiltArm.deviating(GEOMETRY, deviation)
-    return RehearsedArm(DX40937, built, _path(), np.eye(4))
+    arm = RehearsedArm(DX40937, built, _path(), np.eye(4))
+    arm.begin(BEGUN_S)
+    arm.begin(BEGUN_S + 7.0)
+    return arm
 
 
 def _tip(counts: tuple[int, ...]) -> NDArray[np.float64]:
@@ -44,7 +48,7 @@ def _tip(counts: tuple[int, ...]) -> NDArray[np.float64]:
 def test_an_exact_arm_follows_the_path_to_the_count() -> None:
     arm, path = _arm(np.zeros(PARAMETERS)), _path()
     for i, t_s in enumerate(path.t_s):
-        counts, pedals = arm.latch(50.0 + float(t_s))
+        counts, pedals = arm.latch(BEGUN_S + float(t_s))
         assert np.linalg.norm(_tip(counts) - path.tip_mm[i]) < 0.3
         assert counts[5] == DX40937.home_counts[5]
         # Adding and taking away the start may round to the sample before.
@@ -64,13 +68,11 @@ def test_a_built_arm_is_believed_elsewhere_but_truly_on_the_path() -> None:
 
 def test_after_the_path_the_arm_stands_still() -> None:
     arm = _arm(np.zeros(PARAMETERS))
-    arm.latch(0.0)
-    assert arm.latch(60.0) == arm.latch(90.0)
+    assert arm.latch(BEGUN_S + 60.0) == arm.latch(BEGUN_S + 90.0)
 
 
 def test_homing_loads_the_rest_s_counts_where_it_stands() -> None:
     arm = _arm(np.zeros(PARAMETERS))
-    arm.latch(0.0)
-    arm.latch(0.3)
+    arm.latch(BEGUN_S + 0.3)
     arm.home()
-    assert arm.latch(0.3)[0] == DX40937.home_counts
+    assert arm.latch(BEGUN_S + 0.3)[0] == DX40937.home_counts
