@@ -135,6 +135,49 @@ def train(
 
 
 @app.command
+def register(
+    *,
+    scenario: str = "first_flight",
+    device: str | None = None,
+    emulated: Annotated[bool, Parameter(negative="")] = False,
+    out: Path = Path("registration.json"),
+    pivot: bool = True,
+    trace: bool = True,
+    target: tuple[str, ...] = (),
+    seed: int = 1,
+    yes: Annotated[bool, Parameter(negative="")] = False,
+    json: Json = False,
+) -> int:
+    """Register an arm: turn the tip, touch the landmarks, trace the skin.
+
+    Parameters
+    ----------
+    device
+        Serial port of a MicroScribe, such as /dev/ttyUSB0, or socket://host:port.
+    emulated
+        Let an emulated arm go all the way by itself; its true errors are shown.
+    out
+        The .json file to write; a .tfm for ITK and 3D Slicer lands beside it.
+    pivot
+        Calibrate the tip first; --no-pivot takes the tip that the arm states.
+    trace
+        Refine on a traced patch of skin; --no-trace leaves the landmarks alone.
+    target
+        Landmark at which the error is shown; the sinuses when left out.
+    seed
+        Where the emulated arm stands and how its hand shakes.
+    yes
+        Write the file without asking.
+    """
+    from app.register_command import RegisterOptions, run_register
+
+    options = RegisterOptions(
+        scenario, device, emulated, out, pivot, trace, target, yes, seed
+    )
+    return run_register(options, as_json=json)
+
+
+@app.command
 def snapshot(
     session: Path | None = None,
     *,
