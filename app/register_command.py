@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.operating_room import prepare_room
+from app.registering import head_of
 from app.registration_fit import Touched, describe_registration, fit_registration
 from app.registration_walk import RegistrationWalk
 from app.rehearsed_arm import RehearsedTruth, rehearsed_arm, rehearsed_truth
@@ -126,7 +127,7 @@ def _plan(options: RegisterOptions, guide: Stages) -> _Plan:
         f"{sinus}, {side}" for sinus in SINUSES for side in ("right", "left")
     )
     return _Plan(
-        head=f"{scenario.name}, seed {scenario.head.seed}",
+        head=head_of(scenario),
         landmarks=scenario.fiducial_positions(),
         targets=room.positions(names),
         skin=Skin(room.surface.distance) if options.trace else None,
