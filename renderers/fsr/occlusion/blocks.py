@@ -53,15 +53,31 @@ class Visible:
 
 
 @dataclass(frozen=True, slots=True)
+class BlockOrder:
+    """Say how a set's elements are sorted by blocks.
+
+    index: ``(n,)`` int64, the elements in the new order. offsets: ``(blocks + 1,)``
+    int64, where each block's elements begin in it, and the end. rows: ``(blocks,)``
+    int64, how many rows of the grid each block's elements are in.
+    """
+
+    index: NDArray[np.int64]
+    offsets: NDArray[np.int64]
+    rows: NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
 class Runs:
     """List elements of a set that is sorted by blocks, near blocks first.
 
     runs: ``(r, 2)`` int64, first elements and ends. cuts: ``(p + 1, 2)`` int64, where
-    parts of about equal work begin: in runs, and in elements.
+    parts of about equal work begin: in runs, and in elements. rows: of the elements'
+    grid, a row counted in every block that it passes.
     """
 
     runs: NDArray[np.int64]
     cuts: NDArray[np.int64]
+    rows: int
 
     def __len__(self) -> int:
         return int(self.cuts[-1, 1])
@@ -88,41 +104,45 @@ class Blocks:
         self._distances = np.zeros(len(self._occupied), np.float32)
         self._heads = np.zeros(DISTANCE_STEPS + 1, np.int64)
 
-    def sort(
-        self, rows: SparseRows, shift: int
-    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def sort(self, rows: SparseRows, shift: int) -> BlockOrder:
         """Give the order that brings a set's elements block by block.
 
-        shift: a block has ``2**shift`` of the set's voxels a side. Returns the order
-        and each occupied block's first element in it, with the end of all.
+        shift: a block has ``2**shift`` of the set's voxels a side.
         """
-        i, j, k = (rows.voxels() >> shift).T
+        voxels = rows.voxels()
+        i, j, k = (voxels >> shift).T
         block = (k * self._high + j) * self._wide + i
-        order = np.argsort(block, kind="stable")
-        ends = np.searchsorted(block[order], self._occupied, side="right")
-        return order, np.concatenate([[0], ends]).astype(np.int64)
+        index = np.argsort(block, kind="stable")
+        block = block[index]
+        ends = np.searchsorted(block, self._occupied, side="right")
+        offsets = np.concatenate([[0], ends]).astype(np.int64)
+        # within a block elements keep the grid's order, row after row
+        _, y, z = voxels[index].T
+        begins = np.ones(len(index), bool)
+        begins[1:] = np.diff(block) | np.diff(y) | np.diff(z)
+        begun = np.concatenate([[0], np.cumsum(begins)])
+        return BlockOrder(index, offsets, np.diff(begun[offsets]))
 
-    def runs(
-        self, visible: Visible, mark: int, offsets: NDArray[np.int64], part: int
-    ) -> Runs:
+    def runs(self, visible: Visible, mark: int, order: BlockOrder, part: int) -> Runs:
         """List a sorted set's elements in the visible blocks with a mark.
 
-        offsets: from `sort`. part: elements after which a new part begins.
+        part: elements after which a new part begins.
         """
         runs = np.empty((len(self._occupied), 2), np.int64)
-        cuts = np.empty((int(offsets[-1]) // part + 2, 2), np.int64)
-        total, parts = list_runs(
+        cuts = np.empty((int(order.offsets[-1]) // part + 2, 2), np.int64)
+        total, parts, rows = list_runs(
             visible.shown,
             mark,
             visible.distances,
             DISTANCE_STEP_MM,
-            offsets,
+            order.offsets,
             part,
+            order.rows,
             self._heads,
             runs,
             cuts,
         )
-        return Runs(runs[:total], cuts[: parts + 1])
+        return Runs(runs[:total], cuts[: parts + 1], int(rows))
 
     def visible(
         self,

@@ -201,15 +201,16 @@ def flag_blocks(
 @njit(cache=True, nogil=True, error_model="numpy")
 def list_runs(
     shown: U8, mark: int, distances: F32, step: float, offsets: I64, part: int,
-    heads: I64, runs: I64, cuts: I64,
-) -> tuple[int, int]:  # fmt: skip
+    rows: I64, heads: I64, runs: I64, cuts: I64,
+) -> tuple[int, int, int]:  # fmt: skip
     """List the elements of all blocks with a mark, near blocks first.
 
     offsets: where each block's elements begin, and their end. step: distances (mm)
-    that differ by less may keep the list's order. heads: scratch, one per step.
+    that differ by less may keep the list's order. rows: how many each block's
+    elements are in. heads: scratch, one per step.
     runs: room for ``(blocks, 2)`` first elements and ends. cuts: room for ``(parts +
     1, 2)``: the runs are cut into parts of `part` or a few more elements; each part's
-    first run and the number of elements before it. Returns (runs, parts).
+    first run and the number of elements before it. Returns (runs, parts, rows).
     """
     heads[:] = 0
     last = heads.shape[0] - 2
@@ -219,12 +220,14 @@ def list_runs(
     for h in range(last + 1):
         heads[h + 1] += heads[h]
     total = heads[last + 1]
+    kept = 0
     for n in range(shown.shape[0]):
         if shown[n] & mark and offsets[n + 1] > offsets[n]:
             h = min(int(distances[n] / step), last)
             runs[heads[h], 0] = offsets[n]
             runs[heads[h], 1] = offsets[n + 1]
             heads[h] += 1
+            kept += rows[n]
     parts = 0
     elements = 0
     begun = 0
@@ -236,4 +239,4 @@ def list_runs(
         elements += runs[r, 1] - runs[r, 0]
     cuts[parts, 0] = total
     cuts[parts, 1] = elements
-    return total, parts
+    return total, parts, kept

@@ -79,6 +79,8 @@ class SurfelRasterizer:
         self._blocks = Blocks(distance, coarse.rows, fine.rows)
         self._coarse = sort_surfels(coarse, self._blocks, BLOCK_SHIFT)
         self._fine = sort_surfels(fine, self._blocks, BLOCK_SHIFT + 1)
+        rows = self._coarse.order.rows.sum() + self._fine.order.rows.sum()
+        self._rows = int(rows)
         self._hide = hide
         self._records = np.empty((0, RECORD), np.float32)
         self._boxes = np.empty((0, 4), np.int32)
@@ -176,18 +178,21 @@ class SurfelRasterizer:
             far_from_mm=coarse_from,
             hide=self._hide,
         )
-        visible = listed = 0
+        visible = listed = kept = 0
         for surfels, mark, low, high in (
             (self._fine, NEAR, NEAREST_MM, near),
             (self._coarse, FAR, coarse_from, math.inf),
         ):
             limits = low, high, reach * surfels.spacing_mm
-            runs = self._blocks.runs(blocks, mark, surfels.offsets, PART)
+            runs = self._blocks.runs(blocks, mark, surfels.order, PART)
             visible += self._project_runs(camera, team, surfels, runs, limits, listed)
             listed += len(runs)
+            kept += runs.rows
         self.counters = {
             "listed": listed,
             "visible": visible,
+            "rows": self._rows,
+            "culled rows": self._rows - kept,
             "blocks in view": blocks.in_view,
             "hidden blocks": blocks.hidden,
         }
