@@ -22,6 +22,9 @@ from devices.microscribe.profiles import ArmProfile
 
 DEFAULT_RATE = 115200
 
+# A sum of times may round to just before the moment that it stands for.
+ROUNDING_S = 1e-9
+
 # From the unplugging to the new port of a fault that plugs in again by itself.
 REPLUG_AFTER_S = 1.0
 
@@ -93,6 +96,7 @@ class EmulatedArm:
         self._first_packet_s: float | None = None
         self._stalled = False
         self._replug_s: float | None = None
+        self._ticked_s = now_s
         self._tell(now_s, "power on")
         self._tick(now_s)
 
@@ -124,7 +128,7 @@ class EmulatedArm:
 
     def hear(self, data: bytes, now_s: float, client_rate: int | None = None) -> None:
         """Take what the client wrote; ``client_rate`` None where nobody can tell."""
-        self._pass_time(now_s)
+        self.pass_time(now_s)
         if not (data and self.powered and self.plugged):
             return
         heard = data
@@ -138,7 +142,7 @@ class EmulatedArm:
 
     def speak(self, now_s: float, client_rate: int | None = None) -> bytes:
         """Return what has arrived at the client since the last call."""
-        self._pass_time(now_s)
+        self.pass_time(now_s)
         out = bytearray()
         while (delivery := self._output.due(now_s)) is not None:
             # A port that was pulled or has stalled loses what was on its way.
@@ -156,7 +160,9 @@ class EmulatedArm:
         for fault in self._faults:
             script_s = fault.due_s()
             if script_s is not None and self._first_packet_s is not None:
-                due.append(self._first_packet_s + script_s)
+                at_s = self._first_packet_s + script_s + ROUNDING_S
+                if at_s > self._ticked_s:
+                    due.append(at_s)
         return min((at for at in due if at is not None), default=None)
 
     def power_off(self, now_s: float) -> None:
@@ -277,7 +283,8 @@ class EmulatedArm:
             for piece in pieces:
                 self._output.push(piece, self.session_rate, now_s)
 
-    def _pass_time(self, now_s: float) -> None:
+    def pass_time(self, now_s: float) -> None:
+        """Let happen what is due; ``hear`` and ``speak`` do it, too."""
         self._tick(now_s)
         # A report sends each packet at its own time, however late somebody looks.
         while (due := self.far_end.next_s()) is not None and due <= now_s:
@@ -287,6 +294,7 @@ class EmulatedArm:
         self._say(self.far_end.pass_time(now_s), now_s)
 
     def _tick(self, now_s: float) -> None:
+        self._ticked_s = max(self._ticked_s, now_s)
         if self._replug_s is not None and now_s >= self._replug_s:
             self.replug(now_s)
         if self.powered:

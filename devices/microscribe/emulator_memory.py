@@ -77,6 +77,8 @@ class MemoryLine:
         self, baudrate: int = 115200, timeout: float | None = None
     ) -> "MemorySerial":
         """Open the port as pyserial would; OSError while the plug is out."""
+        with self.changed:
+            self.arm.pass_time(self.clock.now())
         return MemorySerial(self, baudrate, timeout)
 
     def open_port(self, baudrate: int = 115200) -> "EmulatedPort":

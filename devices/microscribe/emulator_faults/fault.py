@@ -83,6 +83,7 @@ class Fault:
         self.fired = 0
         """How often it has happened."""
         self._seen = 0
+        self._fired_at = -1
 
     @classmethod
     def name(cls) -> str:
@@ -156,8 +157,11 @@ class EventFault(Fault):
         return self.trigger.due_s
 
     def tick(self, arm: FaultyArm, now_s: float) -> None:
-        """Make it happen when its moment has come."""
+        """Make it happen when its moment has come, between two packets once."""
+        if arm.packets == self._fired_at:
+            return
         if self.trigger.fires(arm.script_s(now_s), arm.packets):
+            self._fired_at = arm.packets
             self.fired += 1
             self.happen(arm, now_s)
 

@@ -46,8 +46,9 @@ def test_the_header_comes_ahead_of_its_packet() -> None:
     line = PacedOutput()
     line.push(Answer(AnswerKind.PACKET, b"\xa3rest"), 115200, 0.0)
     first, last = collect(line)
-    assert first == (pytest.approx(LATENCY_S + 10.0 / 115200), b"\xa3")
-    assert last == (pytest.approx(LATENCY_S + 50.0 / 115200), b"rest")
+    assert (first[1], last[1]) == (b"\xa3", b"rest")
+    assert first[0] == pytest.approx(LATENCY_S + 10.0 / 115200)
+    assert last[0] == pytest.approx(LATENCY_S + 50.0 / 115200)
 
 
 def test_a_fast_line_takes_no_time() -> None:

@@ -245,7 +245,7 @@ def test_a_fixed_rate_report_is_never_denser_than_the_line(
     far_end.receive(head + bytes(23 if command & 3 == 2 else 21), 0.0)
     length = len(encoded := far_end.advance(0.0))
     assert encoded[0] == command | 0x80
-    times = []
+    times: list[float] = []
     while len(times) < 20:
         due = far_end.next_s()
         assert due is not None
