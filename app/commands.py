@@ -103,6 +103,8 @@ def train(
     *,
     scenario: str = "first_flight",
     device: str | None = None,
+    input: str = "emulator",
+    stream_igtl: str | None = None,
     size: int = 512,
     threads: Threads = 0,
     record: Path | None = None,
@@ -116,6 +118,10 @@ def train(
     device
         Serial port of a MicroScribe, such as /dev/ttyUSB0. Without it the emulated
         arm flies the scenario's path.
+    input
+        Fly with emulator, mouse, gamepad, recording:FILE or igtl:HOST:PORT.
+    stream_igtl
+        Stream tool poses by OpenIGTLink at this [HOST:]PORT.
     record
         Record the session into this folder, NAME.paravol.
     seconds
@@ -128,6 +134,8 @@ def train(
     return run_train(
         scenario=scenario,
         device=device,
+        input=input,
+        stream_igtl=stream_igtl,
         size=size,
         threads=_threads(threads),
         record=record,

@@ -1,0 +1,40 @@
+"""A MicroScribe arm as input: a real one, or the emulated one on its path."""
+
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+from app.arm import open_arm
+from app.flight import OrderedPoses
+from app.inputs.flight_input import FlightInput
+from app.operating_room import OperatingRoom
+from app.second_channel import HandChannel, PathChannel
+from devices import ProbePath
+from scenarios import Scenario
+
+KEYS = {"← →": "turn the light post"}
+
+
+class ArmInput(FlightInput):
+    """Open the arm at a serial port, or the emulated one when there is none."""
+
+    def __init__(
+        self, scenario: Scenario, path: ProbePath, path_file: Path, device: str | None
+    ) -> None:
+        self._scenario = scenario
+        self._path_file = path_file
+        self._device = device
+        self.keys = KEYS
+        self.touch_hint = "Hold the stylus on it and press the right pedal."
+        if device is not None:
+            self.name = device
+            self.aim = HandChannel()
+            return
+        self.name = "emulated arm"
+        self.aim = PathChannel(path)
+        self.has_instrument = True
+        self.until_s = path.duration_s
+        self.touch_hint = "The emulated arm does it by itself."
+
+    def open(self, room: OperatingRoom) -> AbstractContextManager[OrderedPoses]:
+        """Open the port, or start the emulated arm and open its port."""
+        return open_arm(self._scenario, self._path_file, device=self._device)
