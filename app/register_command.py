@@ -1,5 +1,6 @@
 """`paravol register`: lead a person through the registration of an arm."""
 
+import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -217,4 +218,11 @@ def _rows(
 
 
 def _confirmed(out: Path) -> bool:
-    return input(f"Write {out}? [Y/n] ").strip().lower() in ("", "y", "yes")
+    # Asked on standard error, so that --json leaves standard output to the result.
+    print(f"Write {out}? [Y/n] ", end="", file=sys.stderr, flush=True)
+    try:
+        return input().strip().lower() in ("", "y", "yes")
+    except EOFError:
+        raise ValueError(
+            "Nobody answered whether to write the file; give --yes where nobody can."
+        ) from None

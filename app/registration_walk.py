@@ -65,7 +65,7 @@ class RegistrationWalk:
         """Let the tip be turned in a hole and find it."""
         self.guide.say(
             "Put the tip into a hole, hold the right pedal and swing the stylus "
-            "around, 35 degrees to all sides, for eight seconds."
+            "around, 30 degrees to all sides, for eight seconds."
         )
 
         def once() -> PivotCalibration:

@@ -26,7 +26,7 @@ from devices.registration_file import RegistrationRecord
 LONGER_TIP_MM = 14.0
 """By which the emulated tip is longer than the stated one."""
 
-CHANCES = 8
+CHANCES = 20
 STRIDE = 1000
 """Seeds of further tries, away from those that a person would give."""
 

@@ -25,7 +25,7 @@ SETTLE_S = 0.15
 HOLD_S = 0.8
 TURN_S = 8.0
 TURNS = 5
-HALF_CONE_DEG = 35.0
+HALF_CONE_DEG = 30.0
 TRACE_MM_S = 40.0
 
 # Physiological tremor, 8-12 Hz.

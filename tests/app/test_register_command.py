@@ -1,5 +1,6 @@
 """`paravol register`, from the words of the command line to the file."""
 
+import io
 import json
 import os
 from pathlib import Path
@@ -84,9 +85,11 @@ def test_an_arm_on_a_port_is_registered(
 def test_whoever_says_no_gets_no_file(
     coarse_scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("builtins.input", lambda text: "n")
+    monkeypatch.setattr("sys.stdin", io.StringIO("n\n"))
     options = _options(tmp_path / "r.json", coarse_scenario, yes=False)
     assert run_register(options, as_json=True) == 1
+    with pytest.raises(ValueError, match="give --yes"):
+        run_register(options, as_json=True)
     assert os.listdir(tmp_path) == []
 
 
