@@ -8,7 +8,7 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from app.emulator_words import emulator
+from app.emulator_words import NOTHING_TYPED, EmulatorWords
 
 app = App(
     name="paravol",
@@ -282,7 +282,26 @@ def phantom(
     return run_phantom(out=out, seed=seed, spacing_mm=spacing, as_json=json)
 
 
-app.command(emulator)
+@app.command
+def emulator(*, words: EmulatorWords = NOTHING_TYPED) -> int:
+    """Emulate a MicroScribe behind a pseudo-terminal and print the port's name.
+
+    Any program that talks to the arm over a serial port can open it:
+
+        paravol emulator
+        paravol emulator --profile dx --path hand.path.json
+        paravol emulator --motion orbit --listen 4455
+        paravol emulator --fault f8_dropped_byte@12.5 --fault f30
+        paravol emulator --fault flipped_bit@p:0.01 --seed 7
+        paravol emulator --fault unplug@packet:200 --transcript line.txt
+        paravol emulator --link /tmp/arm --do unplug@5+2 --do right_pedal@3+.5
+
+    A fault is NAME[=VARIANT][@WHEN]: SECONDS since the first packet (0, or nothing,
+    means from power-on), SECONDS+DURATION, packet:N or p:PROBABILITY for each packet.
+    """
+    from app.emulator_command import run_emulator
+
+    return run_emulator(words)
 
 
 @app.command

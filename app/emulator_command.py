@@ -1,16 +1,18 @@
 """`paravol emulator`: a MicroScribe for other people's software."""
 
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from app.emulator_words import EmulatorWords
 from devices import ProbePath, load_probe_path
 from devices.microscribe.emulator import stop_on_signals
 from devices.microscribe.emulator_actions import list_actions
 from devices.microscribe.emulator_faults import list_faults
 from devices.microscribe.emulator_setup import (
+    MOTIONS,
     EmulatorOptions,
     OpenEmulator,
     open_emulator,
@@ -24,36 +26,22 @@ BUNDLED = "first_flight"
 _PATH_PEDAL = 2
 
 
-@dataclass(frozen=True, slots=True)
-class EmulatorCommand:
-    """Hold what the command line asked for; see `paravol emulator --help`."""
-
-    options: EmulatorOptions
-    path: Path | None
-    """A .path.json file or a recorded session."""
-    follows_bundled: bool
-    """Whether the bundled path is flown when none is given."""
-
-
-def run_emulator(command: EmulatorCommand) -> int:
+def run_emulator(words: EmulatorWords) -> int:
     """Emulate until Ctrl-C or until a fault unplugs the arm for good.
 
     The name of the port goes to standard output, alone on its line, and again when
     the arm is plugged in elsewhere. Everything else goes to standard error.
     """
-    options = command.options
-    if command.path is not None:
-        options = replace(options, path=load_motion(command.path))
-    elif command.follows_bundled:
-        # As in a training session: fiducials first.
-        scenario, folder = load_scenario(BUNDLED)
-        options = replace(
-            options,
-            path=load_probe_path(folder / scenario.path),
-            fiducials_mm=np.array([f.position_mm for f in scenario.fiducials]),
-        )
+    if words.list_faults:
+        print(list_faults())
+    if words.list_actions:
+        print(list_actions())
+    if words.list_faults or words.list_actions:
+        return 0
     with (
-        open_emulator(options, lambda port: print(port, flush=True)) as emulator,
+        open_emulator(
+            _options(words), lambda port: print(port, flush=True)
+        ) as emulator,
         stop_on_signals(emulator),
     ):
         print("Ctrl-C ends the emulated arm.", file=sys.stderr)
@@ -62,13 +50,33 @@ def run_emulator(command: EmulatorCommand) -> int:
     return 0
 
 
-def print_lists(*, faults: bool, actions: bool) -> int:
-    """Print what --fault and --do know, one line each."""
-    if faults:
-        print(list_faults())
-    if actions:
-        print(list_actions())
-    return 0
+def _options(words: EmulatorWords) -> EmulatorOptions:
+    if words.path is not None and words.motion is not None:
+        raise ValueError("give --path or --motion, not both")
+    options = EmulatorOptions(
+        profile=words.profile,
+        motion=words.motion or MOTIONS[0],
+        seed=words.seed,
+        faults=words.fault,
+        actions=words.do,
+        listen=words.listen,
+        link=words.link,
+        transcript=words.transcript,
+        fast=words.fast,
+        sync_repeats=words.sync_repeats,
+        accepts_memory_writes=words.accept_memory_writes,
+    )
+    if words.path is not None:
+        return replace(options, path=load_motion(words.path))
+    if words.motion is not None:
+        return options
+    # As in a training session: fiducials first.
+    scenario, folder = load_scenario(BUNDLED)
+    return replace(
+        options,
+        path=load_probe_path(folder / scenario.path),
+        fiducials_mm=np.array([f.position_mm for f in scenario.fiducials]),
+    )
 
 
 def load_motion(file: Path) -> ProbePath:

@@ -1,45 +1,19 @@
-"""The words of `paravol emulator`: options and help. The work is done elsewhere."""
+"""The options of `paravol emulator`, with their help."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
+Flag = Annotated[bool, Parameter(negative="")]
+Repeated = Annotated[tuple[str, ...], Parameter(negative="")]
 
-def emulator(
-    *,
-    path: Path | None = None,
-    motion: str | None = None,
-    profile: str = "dx40937",
-    listen: str | None = None,
-    link: Path | None = None,
-    fault: Annotated[tuple[str, ...], Parameter(negative="")] = (),
-    do: Annotated[tuple[str, ...], Parameter(negative="")] = (),
-    seed: int = 0,
-    sync_repeats: int = 1,
-    transcript: Path | None = None,
-    fast: Annotated[bool, Parameter(negative="")] = False,
-    accept_memory_writes: Annotated[bool, Parameter(negative="")] = False,
-    list_faults: Annotated[bool, Parameter(negative="")] = False,
-    list_actions: Annotated[bool, Parameter(negative="")] = False,
-) -> int:
-    """Emulate a MicroScribe behind a pseudo-terminal and print the port's name.
 
-    Any program that talks to the arm over a serial port can open it:
-
-        paravol emulator
-        paravol emulator --profile dx --path hand.path.json
-        paravol emulator --motion orbit --listen 4455
-        paravol emulator --fault f8_dropped_byte@12.5 --fault f30
-        paravol emulator --fault flipped_bit@p:0.01 --seed 7
-        paravol emulator --fault unplug@packet:200 --transcript line.txt
-        paravol emulator --link /tmp/arm --do unplug@5+2 --do right_pedal@3+.5
-
-    The third listens at a TCP port, which pyserial opens as socket://127.0.0.1:4455.
-
-    A fault is NAME[=VARIANT][@WHEN]: SECONDS since the first packet (0, or nothing,
-    means from power-on), SECONDS+DURATION, packet:N or p:PROBABILITY for each packet.
-    The same seed gives the same faults. Ctrl-C ends the arm.
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True, slots=True)
+class EmulatorWords:
+    """Hold the options of the emulated arm as they were typed.
 
     Parameters
     ----------
@@ -53,7 +27,7 @@ def emulator(
         odd_maxima (t9) or g2_unhomed (g2).
     listen
         Serve a TCP port instead of a terminal: PORT, on this machine only, or
-        HOST:PORT; 0 takes any that is free.
+        HOST:PORT; 0 takes any that is free. For pyserial: socket://127.0.0.1:PORT.
     link
         Symbolic link to the terminal, kept right when it is plugged in elsewhere.
     fault
@@ -61,7 +35,8 @@ def emulator(
     do
         Do something to the arm, as NAME@SECONDS[+DURATION]; see --list-actions.
     seed
-        Where the arm stands beside the patient, and the chances of faults.
+        Where the arm stands beside the patient, and the chances of faults: the same
+        seed gives the same ones.
     sync_repeats
         How often the arm must hear IMMC before it echoes; real ones want up to 6.
     transcript
@@ -75,25 +50,21 @@ def emulator(
     list_actions
         Print all actions with one line each.
     """
-    from app.emulator_command import EmulatorCommand, print_lists, run_emulator
-    from devices.microscribe.emulator_setup import EmulatorOptions
 
-    if list_faults or list_actions:
-        return print_lists(faults=list_faults, actions=list_actions)
-    if path is not None and motion is not None:
-        raise ValueError("give --path or --motion, not both")
-    options = EmulatorOptions(
-        profile=profile,
-        motion=motion or "rest",
-        seed=seed,
-        faults=fault,
-        actions=do,
-        listen=listen,
-        link=link,
-        transcript=transcript,
-        fast=fast,
-        sync_repeats=sync_repeats,
-        accepts_memory_writes=accept_memory_writes,
-    )
-    follows_bundled = path is None and motion is None
-    return run_emulator(EmulatorCommand(options, path, follows_bundled))
+    path: Path | None = None
+    motion: str | None = None
+    profile: str = "dx40937"
+    listen: str | None = None
+    link: Path | None = None
+    fault: Repeated = ()
+    do: Repeated = ()
+    seed: int = 0
+    sync_repeats: int = 1
+    transcript: Path | None = None
+    fast: Flag = False
+    accept_memory_writes: Flag = False
+    list_faults: Flag = False
+    list_actions: Flag = False
+
+
+NOTHING_TYPED = EmulatorWords()
