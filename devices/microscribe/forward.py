@@ -60,17 +60,18 @@ class ForwardKinematics:
                     cb * z1 + sb * x1,
                     cb * z2 + sb * x2,
                 )
-            # Modulo before the angle: unwrapped counts may have grown large.
-            angle = count % turn * step
-            c, s = cos(angle), sin(angle)
-            x0, x1, x2, y0, y1, y2 = (
-                c * x0 + s * y0,
-                c * x1 + s * y1,
-                c * x2 + s * y2,
-                c * y0 - s * x0,
-                c * y1 - s * x1,
-                c * y2 - s * x2,
-            )
+            if turn > 1:
+                # Modulo before the angle: unwrapped counts may have grown large.
+                angle = count % turn * step
+                c, s = cos(angle), sin(angle)
+                x0, x1, x2, y0, y1, y2 = (
+                    c * x0 + s * y0,
+                    c * x1 + s * y1,
+                    c * x2 + s * y2,
+                    c * y0 - s * x0,
+                    c * y1 - s * x1,
+                    c * y2 - s * x2,
+                )
             p0, p1, p2 = p0 + d * z0, p1 + d * z1, p2 + d * z2
         rows = (x0, y0, z0, p0, x1, y1, z1, p1, x2, y2, z2, p2, 0.0, 0.0, 0.0, 1.0)
         return np.array(rows).reshape(4, 4)

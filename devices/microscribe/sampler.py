@@ -90,9 +90,12 @@ class ArmSampler:
                 self.home_state = HomeState.UNKNOWN
         if self.home_state is HomeState.UNKNOWN:
             return []
-        tracker = self.tracker
-        poses = [tracker.accept(packet, time_s) for packet, time_s in packets]
-        return [pose for pose in poses if pose is not None]
+        poses = []
+        for packet, time_s in packets:
+            pose = self.tracker.accept(packet, time_s)
+            if pose is not None:
+                poses.append(pose)
+        return poses
 
     def home(self) -> None:
         """Load the rest counts; the arm must stand in its rest now."""

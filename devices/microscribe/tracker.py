@@ -62,8 +62,8 @@ class SampleTracker:
     _counts: tuple[int, ...] = (0,) * JOINTS
     _refusals: int = 0
     _forward: ForwardKinematics = field(init=False)
-    _limits: list[tuple[int, int, float]] = field(init=False)
-    """Per joint: index, counts modulo which steps are told apart, counts per tick."""
+    _limits: list[tuple[int, float]] = field(init=False)
+    """Per joint: counts modulo which steps are told apart, and counts per tick."""
     _pedals: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -73,10 +73,12 @@ class SampleTracker:
         self._pedals = ~_INDEX_PULSE if turns[5] > 1 else ~0
         per_tick = LARGEST_RATE_DEG_S / 360.0 / TICKS_PER_S
         # Where whole turns fit into the field, the winding bits change no angle.
+        # What a joint without encoder sends is nobody's motion.
         self._limits = [
-            (i, turn if FIELD % turn == 0 else FIELD, turn * per_tick)
-            for i, turn in enumerate(turns)
+            (turn if FIELD % turn == 0 else FIELD, turn * per_tick)
             if turn > 1
+            else (FIELD, float("inf"))
+            for turn in turns
         ]
 
     @property
@@ -95,14 +97,9 @@ class SampleTracker:
         flags = PoseFlag.NONE
         ticks, counts = self._ticks_at(packet.timer, host_time_s), packet.counts
         if self._goes_on:
-            counts = tuple(
-                [
-                    old + (new - old + _HALF_FIELD) % FIELD - _HALF_FIELD
-                    for old, new in zip(self._counts, counts, strict=True)
-                ]
-            )
+            counts, plausible = self._continued(counts, ticks - self._ticks)
             misread = self._too_early(ticks, host_time_s)
-            if misread or not self._plausible(counts, ticks - self._ticks):
+            if misread or not plausible:
                 if self._refusals < LARGEST_REFUSALS:
                     self._refusals += 1
                     self.refused += 1
@@ -166,11 +163,23 @@ class SampleTracker:
         slack = EARLIEST_S if self.alignment.settled else POWER_CUT_S
         return self.alignment.earliness(ticks, host_time_s) > slack
 
-    def _plausible(self, counts: Sequence[int], ticks: int) -> bool:
-        before = self._counts
-        for i, window, per_tick in self._limits:
-            half = window // 2
-            moved = (counts[i] - before[i] + half) % window - half
-            if abs(moved) > per_tick * ticks + ALLOWED_COUNTS:
-                return False
-        return True
+    def _continued(
+        self, reading: Sequence[int], ticks: int
+    ) -> tuple[tuple[int, ...], bool]:
+        """Continue counts over the wraps of their field; say whether a hand can do it.
+
+        Right as long as no joint turns by half its field between two samples.
+        """
+        counts = []
+        plausible = True
+        for new, old, (window, per_tick) in zip(
+            reading, self._counts, self._limits, strict=True
+        ):
+            step = (new - old + _HALF_FIELD) % FIELD - _HALF_FIELD
+            counts.append(old + step)
+            if window != FIELD:
+                half = window // 2
+                step = (step + half) % window - half
+            if abs(step) > per_tick * ticks + ALLOWED_COUNTS:
+                plausible = False
+        return tuple(counts), plausible
