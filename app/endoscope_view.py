@@ -118,5 +118,5 @@ class EndoscopeView:
         pixels, gain = self._camera_pass.finish(
             radiance, buffer, view.camera, gain=gain, frame_number=number
         )
-        digest = hashlib.blake2b(pixels.tobytes(), digest_size=16).hexdigest()
+        digest = hashlib.blake2b(pixels.data, digest_size=16).hexdigest()
         return Frame(pixels, buffer, gain, digest)
