@@ -17,12 +17,11 @@ may use it.
 
 import errno
 import threading
-import time
 from types import TracebackType
 from typing import Self
 
 from devices.microscribe.emulator_arm import EmulatedArm
-from devices.port import DeviceError, DeviceReason
+from devices.port import DeviceError, DeviceReason, HostClock
 
 
 class DrivenClock:
@@ -46,16 +45,8 @@ class DrivenClock:
         self._now_s = max(self._now_s, time_s)
 
 
-class SystemClock:
-    """The machine's own monotonic clock."""
-
-    def now(self) -> float:
-        """Return the time now."""
-        return time.monotonic()
-
-    def sleep(self, seconds: float) -> None:
-        """Wait."""
-        time.sleep(seconds)
+class SystemClock(HostClock):
+    """The machine's own clock: the line runs in real time."""
 
 
 class MemoryLine:

@@ -14,7 +14,7 @@ from devices.microscribe.emulator_memory import (
 )
 from devices.microscribe.emulator_motion import StillMotion
 from devices.microscribe.profiles import DX40937
-from devices.port import DeviceError, DeviceReason
+from devices.port import BytePort, DeviceError, DeviceReason
 
 BYTE_S = 10.0 / 115200
 POLL, PACKET = b"\x23", 16
@@ -169,7 +169,7 @@ def test_another_rate_hears_noise_in_both_directions() -> None:
 def test_the_byte_port_speaks_our_drivers_errors() -> None:
     line = memory_line()
     signed_on(line)
-    port = line.open_port()
+    port: BytePort = line.open_port()
     port.write(POLL)
     assert port.read(4, 0.1)[:1] == b"\xa3"
     line.clock.sleep(0.1)
