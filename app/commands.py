@@ -105,6 +105,7 @@ def train(
     device: str | None = None,
     input: str = "emulator",
     stream_igtl: str | None = None,
+    registration: Path | None = None,
     size: int = 512,
     threads: Threads = 0,
     record: Path | None = None,
@@ -122,6 +123,8 @@ def train(
         Fly with emulator, mouse, gamepad, recording:FILE or igtl:HOST:PORT.
     stream_igtl
         Stream tool poses by OpenIGTLink at this [HOST:]PORT.
+    registration
+        File of `paravol register`, made since the arm was switched on.
     record
         Record the session into this folder, NAME.paravol.
     seconds
@@ -136,6 +139,7 @@ def train(
         device=device,
         input=input,
         stream_igtl=stream_igtl,
+        registration=registration,
         size=size,
         threads=_threads(threads),
         record=record,

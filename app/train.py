@@ -27,6 +27,7 @@ def run_train(
     device: str | None,
     input: str,
     stream_igtl: str | None,
+    registration: Path | None,
     size: int,
     threads: int,
     record: Path | None,
@@ -36,6 +37,7 @@ def run_train(
     """Open the window and fly until it is closed.
 
     input: the words of `app.inputs.choose_input`; stream_igtl: ``[HOST:]PORT``.
+    registration: a file of `paravol register`; without it fiducials are touched.
     seconds: close by itself that long after the first picture.
     Raises ValueError for bad input, ToldError where no window can open, the device's
     error when the arm fails, KeyboardInterrupt after Ctrl-C.
@@ -50,7 +52,7 @@ def run_train(
     path_file = folder / exercise.path
     path = load_probe_path(path_file)
     stream = None if stream_igtl is None else listening_address(stream_igtl)
-    flown = choose_input(input, device, exercise, path, path_file)
+    flown = choose_input(input, device, exercise, path, path_file, registration)
     graphics = probe_window()
     if not graphics.works:
         raise ToldError(graphics.problem)

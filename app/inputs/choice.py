@@ -17,8 +17,11 @@ def choose_input(
     scenario: Scenario,
     path: ProbePath,
     path_file: Path,
+    registration: Path | None = None,
 ) -> FlightInput:
     """Make the input that the words name; a device is a MicroScribe's serial port.
+
+    registration: a file of `paravol register`, for an arm.
 
     Raises ValueError for words that name none, DeviceError when a gamepad is asked
     for and there is none.
@@ -27,12 +30,16 @@ def choose_input(
         raise ValueError(
             f"--device names a MicroScribe's port; leave it out to fly with {words!r}."
         )
+    if registration is not None and words != EMULATOR:
+        raise ValueError(
+            f"--registration is for an arm; leave it out to fly with {words!r}."
+        )
     kind, _, rest = words.partition(":")
     match kind, rest:
         case "emulator", "":
             from app.inputs.arm import ArmInput
 
-            return ArmInput(scenario, path, path_file, device)
+            return ArmInput(scenario, path, path_file, device, registration)
         case "mouse", "":
             from app.inputs.hand import MouseInput
 
