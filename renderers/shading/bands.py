@@ -37,7 +37,9 @@ class RowBands:
         least: rows of a band, where there are that many, for kernels to which a band
         of its own costs something. The first error of a band is raised.
         """
-        bands = max(1, min(self._bands, rows // least))
+        bands = min(self._bands, rows // least)
+        # as many for each thread
+        bands = max(bands - bands % self.threads, 1)
         if self._others is None or bands == 1:
             kernel(0, rows)
             return
