@@ -46,7 +46,7 @@ def pump(master: int, watched: int, hz: float) -> "array[float]":
     far_end = FarEnd(DX40937, StillMotion(DX40937), begin)
     counts = (*DX40937.home_counts[:6], 0)
     notes = array("d")
-    due, ticks = begin, -1
+    due, last = begin, -1
     while True:
         streaming = far_end.state is FarState.MOTION
         left = max(due - time.monotonic(), 0.0) if streaming else 0.1
@@ -59,8 +59,12 @@ def pump(master: int, watched: int, hz: float) -> "array[float]":
                 os.write(master, far_end.receive(bytes((byte,)), now))
             due = now
         elif streaming and now >= due:
-            # Never the same tick twice: that is how packets are told apart.
-            ticks = max(ticks + 1, int((now - begin) * TICKS_PER_S))
+            ticks = int((now - begin) * TICKS_PER_S)
+            if ticks == last:
+                # Ticks tell packets apart, and no arm is ahead of its clock.
+                due = begin + (ticks + 1) / TICKS_PER_S
+                continue
+            last = ticks
             packet = Packet(0x23, 0, ticks % 16384, (), counts)
             try:
                 os.write(master, encode_packet(packet))

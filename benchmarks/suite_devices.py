@@ -28,6 +28,8 @@ FASTEST_HZ = 823.0
 TICKS_PER_S = 900.0
 POLL_HZ = 100.0
 
+FRAME_S = 1.0 / 60.0
+
 SOAK_S = 600.0
 LONG_S, SHORT_S = 20.0, 4.0
 
@@ -45,30 +47,40 @@ class DevicesPlan:
     def tasks(self) -> list[Task]:
         """List the tasks, the soak last."""
         found = [
-            self._task("823 packets/s", "at once", AT_ONCE, self._seconds),
-            self._task("823 packets/s", "confirmed", CONFIRMED, self._seconds),
-            self._task("100 polls/s", "polled", None, self._seconds),
+            self._task("823 packets/s", "at once", AT_ONCE),
+            self._task("823 packets/s", "confirmed", CONFIRMED),
+            self._task("823 packets/s", "frame loop", CONFIRMED, FRAME_S),
+            self._task("100 polls/s", "polled", None),
         ]
         if not self._quick:
-            found.append(self._task("soak", "823 packets/s", CONFIRMED, SOAK_S))
+            self._seconds = SOAK_S
+            found.append(self._task("soak", "frame loop", CONFIRMED, FRAME_S))
         return found
 
     def close(self) -> None:
         """Nothing is left running."""
 
     def _task(
-        self, case: str, mode: str, reports: MotionReports | None, seconds: float
+        self,
+        case: str,
+        mode: str,
+        reports: MotionReports | None,
+        frame_s: float | None = None,
     ) -> Task:
+        seconds = self._seconds
+
         def measure() -> Measured:
-            return measure_reader(reports, seconds)
+            return measure_reader(reports, seconds, frame_s)
 
         settings: dict[str, Setting] = {"seconds": seconds}
         cost_s = seconds + 5.0
         return Task("devices", case, mode, measure, settings, cost_s=cost_s)
 
 
-def measure_reader(reports: MotionReports | None, seconds: float) -> Measured:
-    """Read an arm for a while.
+def measure_reader(
+    reports: MotionReports | None, seconds: float, frame_s: float | None = None
+) -> Measured:
+    """Read an arm for a while, each pose awaited or all drained every ``frame_s``.
 
     Timing: seconds from a packet's last byte to its pose in the reader's hands, and
     the CPU time of the driver's thread for one pose. Raises UnavailableError where no
@@ -89,7 +101,7 @@ def measure_reader(reports: MotionReports | None, seconds: float) -> Measured:
             assert child.stdout is not None
             port = child.stdout.readline().decode().strip()
             try:
-                read = _Reading(port, reports, seconds)
+                read = _Reading(port, reports, seconds, frame_s)
             except DeviceError as error:
                 raise UnavailableError(str(error)) from error
             finally:
@@ -104,7 +116,11 @@ class _Reading:
     """Poses read for a while, and what that cost."""
 
     def __init__(
-        self, port: str, reports: MotionReports | None, seconds: float
+        self,
+        port: str,
+        reports: MotionReports | None,
+        seconds: float,
+        frame_s: float | None,
     ) -> None:
         self._reports = reports
         self.ticks: list[float] = []
@@ -114,9 +130,14 @@ class _Reading:
             arm.read(2.0)
             before, began = cpu(), time.monotonic()
             while time.monotonic() - began < seconds:
-                pose = arm.read(2.0)
-                self.came_s.append(time.monotonic())
-                self.ticks.append(round(pose.time_s * TICKS_PER_S))
+                if frame_s is None:
+                    poses = [arm.read(2.0)]
+                else:
+                    time.sleep(frame_s)
+                    poses = arm.drain()
+                now = time.monotonic()
+                self.came_s += [now] * len(poses)
+                self.ticks += [round(pose.time_s * TICKS_PER_S) for pose in poses]
             self.cpu_s = cpu() - before
             self.wall_s = time.monotonic() - began
             self.counters = arm.counters

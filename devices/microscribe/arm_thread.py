@@ -11,6 +11,10 @@ from devices.port import DeviceError, DeviceReason
 # Up to here a sleep is cut short by nobody: waiting for an event costs more.
 SHORT_PAUSE_S = 0.05
 
+# While nobody waits for the very next pose a stream is read in batches: a wake-up finds
+# cold caches, which doubles the cost of a pose, and a frame loop looks less often.
+BATCH_S = 0.008
+
 
 class ArmThread:
     """Run a keeper step by step and queue its poses until told to stop."""
@@ -63,7 +67,7 @@ class ArmThread:
                 if self._home_wanted and keeper.home():
                     self._home_wanted = False
                     queue.put(())
-                poses = keeper.step()
+                poses = keeper.step(0.0 if queue.awaited else BATCH_S)
                 if poses:
                     queue.put(poses)
                 if keeper.losses > losses and keeper.trouble is not None:

@@ -93,16 +93,17 @@ class ArmKeeper:
         self._known: frozenset[str] = frozenset()
         self._retry_s = FIRST_RETRY_S
 
-    def step(self) -> list[Pose]:
+    def step(self, patience_s: float = 0.0) -> list[Pose]:
         """Poll, wait for the stream or look for the arm; return the poses.
 
+        What a stream brings within ``patience_s`` may come together.
         Raise DeviceError when the arm is lost and not to be looked for.
         """
         if self.presence is Presence.LOST:
             self._look_for()
             return []
         try:
-            poses = self.sampler.next_poses()
+            poses = self.sampler.next_poses(patience_s)
         except DeviceError as error:
             if self._finder is None:
                 raise

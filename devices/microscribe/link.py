@@ -131,9 +131,14 @@ class ArmLink:
         self._chunks.clear()
         self.line.send(self.session.stream(period_ticks))
 
-    def streamed(self) -> list[TimedPacket]:
-        """Wait for the stream's next packets; return none if it has fallen silent."""
+    def streamed(self, patience_s: float = 0.0) -> list[TimedPacket]:
+        """Wait for the stream's next packets; return none if it has fallen silent.
+
+        With patience whatever comes in that time is taken together, which costs less.
+        """
         clock, session = self.line.clock, self.session
+        if patience_s > 0.0:
+            clock.sleep(patience_s)
         allowed = max(self._timing.reply, 3.0 * self._period_s + 0.02)
         now = clock.now()
         until = now + allowed

@@ -21,6 +21,8 @@ class PoseQueue:
     def __init__(self, refuse: Callable[[], None], over: Callable[[], bool]) -> None:
         self.changed = threading.Condition()
         self.newest: Pose | None = None
+        self.awaited = 0
+        """How many wait for the next pose."""
         self._refuse = refuse
         self._over = over
         self._poses: deque[Pose] = deque()
@@ -50,9 +52,11 @@ class PoseQueue:
         with self.changed:
             self._confess()
             if not self._poses:
+                self.awaited += 1
                 self.changed.wait_for(
                     lambda: self._poses or self._loss or self._over(), timeout_s
                 )
+                self.awaited -= 1
             if self._poses:
                 return self._poses.popleft()
             self._tell_or_refuse()

@@ -70,12 +70,13 @@ class ArmSampler:
         )
         self._start()
 
-    def next_poses(self) -> list[Pose]:
+    def next_poses(self, patience_s: float = 0.0) -> list[Pose]:
         """Poll once or wait for the stream; return the poses that came of it.
 
+        What a stream brings within ``patience_s`` may come together.
         Raise DeviceError when the arm is gone, silent or talks nonsense for good.
         """
-        packets = self._packets()
+        packets = self._packets(patience_s)
         if not packets:
             self.missed += 1
             self._missed_in_row += 1
@@ -115,9 +116,9 @@ class ArmSampler:
         self._answered = False
         self._start()
 
-    def _packets(self) -> list[TimedPacket]:
+    def _packets(self, patience_s: float) -> list[TimedPacket]:
         if self._reports is not None:
-            return self._link.streamed()
+            return self._link.streamed(patience_s)
         sample = self._link.sample()
         return [] if sample is None else [sample]
 

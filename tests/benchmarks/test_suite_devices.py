@@ -2,7 +2,13 @@ import sys
 
 import pytest
 
-from benchmarks.suite_devices import AT_ONCE, CONFIRMED, DevicesPlan, measure_reader
+from benchmarks.suite_devices import (
+    AT_ONCE,
+    CONFIRMED,
+    FRAME_S,
+    DevicesPlan,
+    measure_reader,
+)
 from devices.microscribe.sampler import MotionReports
 
 pytestmark = pytest.mark.skipif(
@@ -16,9 +22,13 @@ def test_the_soak_belongs_to_the_full_run_only() -> None:
     assert len({task.key for task in full}) == len(full)
 
 
-@pytest.mark.parametrize("reports", [AT_ONCE, CONFIRMED], ids=["at once", "confirmed"])
-def test_every_packet_becomes_a_pose(reports: MotionReports) -> None:
-    measured = measure_reader(reports, 0.5)
+@pytest.mark.parametrize(
+    ("reports", "frame_s"), [(AT_ONCE, None), (CONFIRMED, None), (CONFIRMED, FRAME_S)]
+)
+def test_every_packet_becomes_a_pose(
+    reports: MotionReports, frame_s: float | None
+) -> None:
+    measured = measure_reader(reports, 0.5, frame_s)
     told = measured.counters
     assert told["lost"] == told["noise"] == told["framing"] == 0.0
     assert told["poses"] == measured.timing.repeats > 50
