@@ -9,6 +9,11 @@ kernels: slower, the same picture but for rounding.
 import logging
 from functools import cache
 
+
+class VectorError(RuntimeError):
+    """Something has no scalar kernels to fall back on; the text says what helps."""
+
+
 _log = logging.getLogger(__name__)
 
 
@@ -23,6 +28,16 @@ def vector_problem() -> str:
     if problem:
         _log.warning("Pictures take longer: vector kernels do not run. %s", problem)
     return problem
+
+
+def demand_vectors(what: str) -> None:
+    """Raise VectorError where vectors cannot be used; `what` needs them."""
+    problem = vector_problem()
+    if problem:
+        raise VectorError(
+            f"{what} needs vector kernels, which do not run here. {problem} The "
+            "versions in requirements.lock are known to work."
+        )
 
 
 def _try_out() -> str:

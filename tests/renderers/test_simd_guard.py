@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from renderers.simd import check
-from renderers.simd_guard import vector_problem
+from renderers.simd_guard import VectorError, demand_vectors, vector_problem
 
 
 @pytest.fixture(autouse=True)
@@ -51,3 +51,13 @@ def test_the_check_finds_a_wrong_instruction(monkeypatch: pytest.MonkeyPatch) ->
 
     monkeypatch.setattr(check, "_vectors", wrong)
     assert not check.agrees_with_scalars()
+
+
+def test_what_cannot_do_without_vectors_says_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    demand_vectors("Light")
+    vector_problem.cache_clear()
+    monkeypatch.setattr(check, "agrees_with_scalars", lambda: False)
+    with pytest.raises(VectorError, match=r"Light needs .*requirements\.lock"):
+        demand_vectors("Light")
