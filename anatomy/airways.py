@@ -14,7 +14,7 @@ from scipy import ndimage
 
 from anatomy.distance.redistance import FARTHEST_MM, redistance
 from anatomy.tissue import SURFACE_HU
-from renderers.scene.volume import Volume
+from renderers.scene.volume import AIR_HU, Volume
 
 BALL_MM = 8.0
 """Radius that nostrils and meatus are narrower than."""
@@ -130,7 +130,7 @@ def find_airways(ct: Volume, outside: Volume | None = None) -> Airways:
     if not places:
         notes.append("no nostril was found: the airway is closed, or the face is cut")
     return Airways(
-        ct.with_values(field, -SURFACE_HU),
+        ct.with_values(field, AIR_HU - SURFACE_HU),
         ct.with_values(away, 0.0),
         ct.with_values(labels, 0.0),
         tuple(cavities),

@@ -210,6 +210,15 @@ def _finite(
     return result, count
 
 
+def patient_box(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Give the corners of the patient-aligned box around a volume."""
+    nz, ny, nx = volume.shape
+    ends = np.array(np.meshgrid([0, nx - 1], [0, ny - 1], [0, nz - 1])).reshape(3, 8)
+    matrix = volume.world_from_voxel
+    corners = matrix[:3, :3] @ ends + matrix[:3, 3:]
+    return corners.min(axis=1), corners.max(axis=1)
+
+
 def isotropic(
     volume: Volume,
     spacing_mm: float,

@@ -6,22 +6,13 @@ Nothing heavy is imported here: every command fetches its own modules when it ru
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import App, Parameter
+from cyclopts import Parameter
 
+from app import case_commands
 from app.emulator_words import NOTHING_TYPED, EmulatorWords
+from app.root import Json, Threads, app, thread_count
 
-app = App(
-    name="paravol",
-    help="Endoscopic sinus surgery trainer: fly, replay, snapshot, measure.",
-    help_epilogue="Start with: paravol demo",
-    # Ctrl-C is told by main(), which also sets the exit status.
-    suppress_keyboard_interrupt=False,
-)
-
-Threads = Annotated[
-    int, Parameter(help="Rendering threads; 0 takes what the machine has.")
-]
-Json = Annotated[bool, Parameter(negative="", help="Print the result as JSON.")]
+__all__ = ["app", "case_commands"]
 
 
 @app.command
@@ -65,7 +56,7 @@ def demo(
         device=device,
         size=size,
         ranks=ranks,
-        threads=_threads(threads),
+        threads=thread_count(threads),
         faults=fault,
     )
     return run_demo(options, as_json=json)
@@ -94,7 +85,7 @@ def replay(
     from app.report import run_replay
 
     return run_replay(
-        session, check=check, video=video, threads=_threads(threads), as_json=json
+        session, check=check, video=video, threads=thread_count(threads), as_json=json
     )
 
 
@@ -102,6 +93,7 @@ def replay(
 def train(
     *,
     scenario: str = "first_flight",
+    case: Path | None = None,
     device: str | None = None,
     input: str = "emulator",
     stream_igtl: str | None = None,
@@ -116,6 +108,8 @@ def train(
 
     Parameters
     ----------
+    case
+        Fly through a case folder, as import and phantom write, not a scenario.
     device
         Serial port of a MicroScribe, such as /dev/ttyUSB0. Without it the emulated
         arm flies the scenario's path.
@@ -136,12 +130,13 @@ def train(
 
     return run_train(
         scenario=scenario,
+        case=case,
         device=device,
         input=input,
         stream_igtl=stream_igtl,
         registration=registration,
         size=size,
-        threads=_threads(threads),
+        threads=thread_count(threads),
         record=record,
         seconds=seconds,
         screenshot=screenshot,
@@ -192,54 +187,6 @@ def register(
 
 
 @app.command
-def snapshot(
-    session: Path | None = None,
-    *,
-    time: float = 0.0,
-    volume: Path | None = None,
-    eye: tuple[float, float, float] | None = None,
-    target: tuple[float, float, float] | None = None,
-    out: Path = Path("out/snapshot.png"),
-    size: int = 512,
-    ranks: int = 1,
-    json: Json = False,
-) -> int:
-    """Render one high-quality picture: of a session's moment or of a scan.
-
-    Parameters
-    ----------
-    session
-        A recorded session; its view at --time is rendered.
-    time
-        Seconds into the session.
-    volume
-        A CT scan (NRRD, NIfTI, MetaImage) instead of a session, with --eye and
-        --target.
-    eye
-        Where to look from: x y z in millimetres, patient LPS.
-    target
-        Where to look at.
-    out
-        PNG file to write.
-    ranks
-        MPI processes; 1 renders without MPI.
-    """
-    from app.snapshot_command import run_snapshot
-
-    return run_snapshot(
-        session=session,
-        time_s=time,
-        volume=volume,
-        eye=eye,
-        target=target,
-        out=out,
-        size=size,
-        ranks=ranks,
-        as_json=json,
-    )
-
-
-@app.command
 def worker(
     *,
     spool: Path,
@@ -260,30 +207,6 @@ def worker(
     from app.rendering_service import run_worker_command
 
     return run_worker_command(spool, ranks=ranks, once=once)
-
-
-@app.command
-def phantom(
-    *,
-    out: Path,
-    seed: int = 1,
-    spacing: float = 0.5,
-    json: Json = False,
-) -> int:
-    """Write a virtual patient as a case folder that 3D Slicer opens.
-
-    Parameters
-    ----------
-    out
-        Folder for ct.nrrd, labels.seg.nrrd, landmarks.mrk.json and case.json.
-    seed
-        Another seed gives another anatomy.
-    spacing
-        Voxel edge in millimetres.
-    """
-    from app.phantom_command import run_phantom
-
-    return run_phantom(out=out, seed=seed, spacing_mm=spacing, as_json=json)
 
 
 @app.command
@@ -341,11 +264,3 @@ def doctor(*, json: Json = False) -> int:
     from app.doctor import run_doctor
 
     return run_doctor(as_json=json)
-
-
-def _threads(asked: int) -> int:
-    import os
-
-    if asked < 0:
-        raise ValueError(f"--threads must not be negative, got {asked}")
-    return asked or len(os.sched_getaffinity(0))

@@ -24,6 +24,7 @@ CLOSE_PATIENCE_S = 5.0
 def run_train(
     *,
     scenario: str,
+    case: Path | None = None,
     device: str | None,
     input: str,
     stream_igtl: str | None,
@@ -48,6 +49,10 @@ def run_train(
     from scenarios import load_scenario
 
     _check(size, record, seconds, screenshot)
+    if case is not None:
+        from app.case_exercise import exercise_of
+
+        scenario = str(exercise_of(case))
     exercise, folder = load_scenario(scenario)
     path_file = folder / exercise.path
     path = load_probe_path(path_file)

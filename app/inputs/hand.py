@@ -5,7 +5,9 @@ sphenoethmoidal recess, which lies in the middle of where a scope goes: from the
 nasopharynx, 20 degrees below, to the frontal ostium, 38 degrees above.
 """
 
+import math
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from pathlib import Path
 
 from app.inputs.flight_input import FlightInput, FramedHand, in_the_patient
@@ -20,9 +22,17 @@ from devices.steering import Steering
 LIMITS = FulcrumLimits(depth_mm=(0.0, 100.0), cone_deg=40.0)
 """The nasopharynx lies 81 mm behind the nostril; beyond 100 mm is the spine."""
 
+UPRIGHT_DEG = 6.0
+"""Between the cone and the vertical, where a picture has no up."""
+
 
 def nostril_fulcrum(room: OperatingRoom, path: ProbePath) -> Fulcrum:
-    """Give the fulcrum of the nostril that the exercise's path enters."""
+    """Give the fulcrum of the nostril that the exercise's path enters.
+
+    In a patient's own head, whose anatomy has no names, it is where the case says.
+    """
+    if room.way_in is not None:
+        return Fulcrum(room.way_in.pivot_mm, room.way_in.axis)
     side = "right" if path.tip_mm[0, 0] < 0.0 else "left"
     nostril, recess = f"nostril, {side}", f"sphenoethmoidal recess, {side}"
     place = room.positions((nostril, recess))
@@ -41,7 +51,11 @@ class _HandInput(FlightInput):
 
     def open(self, room: OperatingRoom) -> AbstractContextManager[SteeredArm]:
         """Put the scope's tip into the nostril."""
-        control = FulcrumControl(nostril_fulcrum(room, self._path), LIMITS)
+        fulcrum = nostril_fulcrum(room, self._path)
+        # a steep way in leaves less room for a cone that must not reach the vertical
+        aside_deg = math.degrees(math.acos(min(abs(float(fulcrum.axis[2])), 1.0)))
+        cone_deg = min(LIMITS.cone_deg, aside_deg - UPRIGHT_DEG)
+        control = FulcrumControl(fulcrum, replace(LIMITS, cone_deg=cone_deg))
         return SteeredArm(control, self._steering, self._handset)
 
 
