@@ -2,16 +2,13 @@
 
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from anatomy.case import read_case
-from anatomy.files import write_file
 from anatomy.markups import read_markups
 from anatomy.surfaces import load_surface, save_surface
 from app.face_registration import register_face
 from app.skin import Skin
 from app.terminal import Stages, print_json, print_table
+from devices.registration_file import save_itk_transform
 
 
 def run_face(
@@ -35,7 +32,7 @@ def run_face(
         stages("Laying the face onto the skin", 1.0)
     if out is not None:
         save_surface(face.moved(fit.patient_from_face), out)
-        write_file(out.with_suffix(".tfm"), tfm_text(fit.patient_from_face).encode())
+        save_itk_transform(out.with_suffix(".tfm"), fit.patient_from_face)
     figures = {
         "landmark_rms_mm": fit.landmark_rms_mm,
         "surface_rms_mm": fit.surface_rms_mm,
@@ -52,19 +49,3 @@ def run_face(
         ]
         print_table(str(surface), rows)
     return 0
-
-
-def tfm_text(patient_from_face: NDArray[np.float64]) -> str:
-    """Write a transform as an ITK text file.
-
-    ITK's transforms take a point of the output to one of the input: the file holds the
-    face's place of a patient's point.
-    """
-    face_from_patient = np.linalg.inv(patient_from_face)
-    numbers = (*face_from_patient[:3, :3].ravel(), *face_from_patient[:3, 3])
-    return (
-        "#Insight Transform File V1.0\n#Transform 0\n"
-        "Transform: AffineTransform_double_3_3\n"
-        f"Parameters: {' '.join(repr(float(v)) for v in numbers)}\n"
-        "FixedParameters: 0 0 0\n"
-    )
