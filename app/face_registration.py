@@ -26,6 +26,9 @@ LARGEST_LANDMARK_RMS_MM = 8.0
 NEAR_MM = 8.0
 """Points that the landmarks leave further from the skin are not face."""
 
+SLOPES = (0.5, 1.6)
+"""Of a signed distance, within sampling."""
+
 MOST_POINTS = 4000
 FEWEST_SHARE = 0.3
 ROUNDS = 3
@@ -43,6 +46,28 @@ class FaceFit:
     landmark_rms_mm: float
     surface_rms_mm: float
     used: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WholeSkin:
+    """Leave out where a scan ends: there its distance jumps and has no direction."""
+
+    skin: Skin
+
+    def distance(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return signed distances ``(n,)``."""
+        return self.skin.distance(points)
+
+    def normal(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return unit normals ``(n, 3)``, zero where there is no skin to speak of."""
+        slope = self.skin.normal(points)
+        steepness = np.linalg.norm(slope, axis=1, keepdims=True)
+        low, high = SLOPES
+        sure = (steepness > low) & (steepness < high)
+        unit: NDArray[np.float64] = np.where(
+            sure, slope / np.maximum(steepness, low), 0
+        )
+        return unit
 
 
 def register_face(
@@ -69,7 +94,7 @@ def register_face(
     weights = np.repeat(np.eye(3)[None] / LANDMARK_MM**2, len(names), axis=0)
     landmarks = Landmarks(theirs, mine, weights)
     points = _spread(face.vertices)
-    transform = start.world_from_device
+    transform, whole = start.world_from_device, WholeSkin(skin)
     fit, used = 0.0, np.zeros(len(points), bool)
     near = 2 * NEAR_MM
     for _ in range(ROUNDS):
@@ -80,7 +105,7 @@ def register_face(
                 f"Only {used.mean():.0%} of the face lies within {NEAR_MM:g} mm of the "
                 "patient's skin; check the landmarks and the unit (millimetres)."
             )
-        refined = refine(transform, landmarks, points[used], skin, SKIN_MM)
+        refined = refine(transform, landmarks, points[used], whole, SKIN_MM)
         transform, fit = refined.world_from_device, refined.surface_rms_mm
         # what is not face (hair, a stand) is left out more and more strictly
         near = max(4 * fit, 1.0)
