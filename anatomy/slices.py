@@ -168,13 +168,19 @@ def straighten(stack: SliceStack, background: float) -> Volume:
     rows, columns = stack.pixels.shape[1:]
     shape = (count, rows + int(grown[1]), columns + int(grown[0]))
     values = np.empty(shape, np.float32)
+    # the two slices around a step serve several steps
+    moved: dict[int, NDArray[np.float32]] = {}
     for k in range(count):
         at = k * step
         i = min(int(np.searchsorted(depth, at, side="right")) - 1, len(depth) - 2)
         t = (at - depth[i]) / (depth[i + 1] - depth[i])
-        below = _shifted(stack.pixels[i], shift[i] - low, shape[1:], background)
-        above = _shifted(stack.pixels[i + 1], shift[i + 1] - low, shape[1:], background)
-        values[k] = (1 - t) * below + t * above
+        moved = {
+            n: moved[n]
+            if n in moved
+            else _shifted(stack.pixels[n], shift[n] - low, shape[1:], background)
+            for n in (i, i + 1)
+        }
+        values[k] = (1 - t) * moved[i] + t * moved[i + 1]
     origin = stack.positions_mm[0] + direction[:, :2] @ (low * (wide, high))
     return Volume(values, np.array([wide, high, step]), origin, direction, background)
 

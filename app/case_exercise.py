@@ -30,14 +30,15 @@ ASIDE_MM = 60.0
 NOSTRILS = ("nostril, right", "nostril, left")
 
 
-def exercise_of(folder: Path) -> Path:
+def exercise_of(folder: Path, case: Case | None = None) -> Path:
     """Give the scenario file of a case, writing it if there is none.
 
+    case: what is in the folder, where the caller has it already.
     Raises ValueError for a folder that is no case or has nowhere to enter.
     """
     file = folder / SCENARIO
     if not file.exists() or not (folder / PATH).exists():
-        case = read_case(folder)
+        case = case or read_case(folder)
         approach = _approach(folder, case)
         save_probe_path(straight_path(approach), folder / PATH)
         write_file(file, scenario_text(folder, case, approach).encode())

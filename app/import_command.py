@@ -7,7 +7,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from anatomy.case import CaseRecord
+from anatomy.case import Case, CaseRecord
 from anatomy.imported import ImportedHead, import_head
 from anatomy.imported_case import source_record, write_imported_case
 from anatomy.scan import Modality, Scan, read_scan
@@ -55,7 +55,8 @@ def run_import(options: ImportOptions, *, as_json: bool) -> int:
             for old in (SCENARIO, PATH):
                 (out / old).unlink(missing_ok=True)
             record = write_imported_case(head, tuple(sources), out, others)
-            exercise_of(out)
+            volumes = {"ct": head.ct, "distance": head.distance}
+            exercise_of(out, Case(volumes, head.landmarks, record))
             (out / ".lock").unlink(missing_ok=True)
             stages("Writing the case", 1.0)
     _tell(options, head, record, quality, as_json=as_json)
