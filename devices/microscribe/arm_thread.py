@@ -13,7 +13,7 @@ SHORT_PAUSE_S = 0.05
 
 # While nobody waits for the very next pose a stream is read in batches: a wake-up finds
 # cold caches, which doubles the cost of a pose, and a frame loop looks less often.
-BATCH_S = 0.008
+BATCH_S = 0.012
 
 
 class ArmThread:
