@@ -2,7 +2,11 @@
 
 from functools import cached_property
 
+import numpy as np
+from numpy.typing import NDArray
+
 from renderers.fsr.classic import SplatMode, SplatRasterizer
+from renderers.fsr.classic.motion_gauge import MotionGauge
 from renderers.fsr.fuzzy_set import FuzzySet, Inclusion, extract_fuzzy_set
 from renderers.fsr.scope import SurfelRasterizer
 from renderers.fsr.thread_team import ThreadTeam
@@ -24,8 +28,9 @@ class FuzzySetRenderer:
     number of them.
 
     scene: what is to be seen. inclusion, threshold: which voxels mode `classic`
-        splats; by default opaque boundaries. points: splats of constant opacity in
-        mode `classic`. Raises ValueError for a thread count below one.
+        splats; by default opaque boundaries. mode: how it draws them; None lets the
+        camera's motion choose. points: short for mode points. Raises ValueError for a
+        thread count below one.
     """
 
     def __init__(
@@ -35,10 +40,12 @@ class FuzzySetRenderer:
         inclusion: Inclusion | None = None,
         threshold: float = BOUNDARY_THRESHOLD,
         threads: int = 2,
+        mode: SplatMode | None = SplatMode.GAUSSIAN,
         points: bool = False,
     ) -> None:
         self.scene = scene
-        self.points = points
+        self.mode = SplatMode.POINTS if points else mode
+        self._gauge = MotionGauge(float(scene.volume.spacing_mm.min()))
         self._inclusion = inclusion or default_inclusion(scene)
         self._threshold = threshold
         self._team = ThreadTeam(threads)
@@ -64,10 +71,30 @@ class FuzzySetRenderer:
             count += self._scope.splat_count
         return count
 
-    def render(self, camera: Camera) -> Image:
-        """Draw mode `classic`: premultiplied linear RGBA."""
-        mode = SplatMode.POINTS if self.points else SplatMode.GAUSSIAN
-        image = self._classic.draw(camera, self._team, mode)
+    @property
+    def points(self) -> bool:
+        """Say whether splats are drawn as squares of constant opacity."""
+        return self.mode is SplatMode.POINTS
+
+    @points.setter
+    def points(self, value: bool) -> None:
+        self.mode = SplatMode.POINTS if value else SplatMode.GAUSSIAN
+
+    def render(
+        self,
+        camera: Camera,
+        *,
+        with_depth: bool = False,
+        limit_mm: NDArray[np.float32] | None = None,
+    ) -> Image:
+        """Draw mode `classic`: premultiplied linear RGBA.
+
+        with_depth, limit_mm: see `SplatRasterizer.draw`.
+        """
+        mode = self.mode or self._gauge.mode(camera)
+        image = self._classic.draw(
+            camera, self._team, mode, with_depth=with_depth, limit_mm=limit_mm
+        )
         self._counters = {"splats": len(self.fuzzy_set), **self._classic.counters}
         return image
 

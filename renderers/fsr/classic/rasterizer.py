@@ -110,6 +110,8 @@ class SplatRasterizer:
                 np.float32(self._least_light),
                 with_depth,
                 limits,
+                scratch.columns,
+                scratch.lines,
                 scratch.state,
                 scratch.depths,
             )

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.classic.tiles import SQUARE, SQUARES, STATE
+from renderers.fsr.classic.tiles import ACROSS, SIDE, SQUARE, SQUARES, STATE
 from renderers.fsr.scope.scratch import lined_up
 
 
@@ -11,6 +11,7 @@ class TileScratch:
     """Hold a tile's light and colours, its depth, and a sheet being summed.
 
     state, sums: four floats a pixel. depths, limits: one. sheets, far: one a square.
+    columns, lines: the place of every pixel in the tile.
     """
 
     def __init__(self) -> None:
@@ -20,3 +21,8 @@ class TileScratch:
         self.limits: NDArray[np.float32] = lined_up(SQUARES * SQUARE)
         self.far: NDArray[np.float32] = lined_up(SQUARES)
         self.sheets: NDArray[np.int32] = lined_up(SQUARES, np.int32)
+        self.columns: NDArray[np.float32] = lined_up(SQUARES * SQUARE)
+        self.lines: NDArray[np.float32] = lined_up(SQUARES * SQUARE)
+        square, pixel = np.divmod(np.arange(SQUARES * SQUARE), SQUARE)
+        self.columns[:] = square % ACROSS * SIDE + pixel % SIDE
+        self.lines[:] = square // ACROSS * SIDE + pixel // SIDE

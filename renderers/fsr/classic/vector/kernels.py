@@ -13,6 +13,7 @@ from renderers.fsr.classic.kernels import (
     DARK,
     EDGE,
     FALL,
+    FLAT,
     sheet_of,
     squares_of_box,
 )
@@ -53,7 +54,6 @@ _POWERS[[(_DE_BRUIJN << n & (1 << 64) - 1) >> 58 for n in range(64)]] = range(64
 _ONE = np.float32(1)
 _ZERO = np.float32(0)
 _HALF = np.float32(0.5)
-_MIDDLE = np.float32(0.5 * SIDE)
 _REST = np.float32(0.5 * SIDE - 0.5)
 """Pixel centres of a square lie this far from its middle, along an axis."""
 
@@ -67,12 +67,12 @@ _WIDE = np.float32(0.18)
 def _squares_of_ellipse(dx: Any, dy: Any, curve: Any, twist: Any, rise: Any) -> Any:
     """Give the squares of a tile that a footprint may meet, a bit each.
 
-    dx, dy: the tile's corner from the centre. Half widths are taken at the row of the
-    square that is nearest to the centre.
+    dx, dy: the centre from the tile's first pixel. Half widths are taken at the row
+    of the square that is nearest to the centre.
     """
     slope = twist / curve
-    y = f32((lanes(SQUARES) >> 3) * SIDE) + (dy + _MIDDLE)
-    x = f32((lanes(SQUARES) & 7) * SIDE) + (dx + _MIDDLE)
+    y = f32((lanes(SQUARES) >> 3) * SIDE) + (_REST - dy)
+    x = f32((lanes(SQUARES) & 7) * SIDE) + (_REST - dx)
     beside = maximum(absolute(y) - _REST, _ZERO)
     rest = _BEYOND - beside * beside * (rise - twist * slope)
     across = absolute(x + y * slope) - (_REST + _REST * abs(slope))
@@ -83,10 +83,8 @@ def _squares_of_ellipse(dx: Any, dy: Any, curve: Any, twist: Any, rise: Any) -> 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _footprint(dx: Any, curve: Real, cross: Any, rest: Any) -> Any:
     """Weigh pixels: one at the centre, zero from the cut on."""
-    r2 = dx * (dx * curve + cross) + rest
-    z = maximum(r2 * np.float32(-1 / 16), np.float32(-0.57))
-    g = z * FALL[3] + FALL[2]
-    g = g * z + FALL[1]
+    z = maximum(dx * (dx * curve + cross) + rest, np.float32(-0.57))
+    g = z * FALL[2] + FALL[1]
     g = g * z + FALL[0]
     g = g * z + _ONE
     g = g * g
@@ -154,8 +152,8 @@ def _close_tile(
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_tile(
     records: F32, boxes: I32, items: I32, left: int, top: int,
-    points: bool, cut: Real, with_depth: bool, limits: F32, state: F32, depths: F32,
-    image: F32, depth: F32,
+    points: bool, cut: Real, with_depth: bool, limits: F32, columns: F32,
+    lines: F32, state: F32, depths: F32, image: F32, depth: F32,
 ) -> int:  # fmt: skip
     """Do as the scalar twin."""
     alive = _open_tile(left, top, image.shape[1], image.shape[0], state)
@@ -163,8 +161,6 @@ def draw_tile(
         depths[:] = np.inf
     limited = limits.size > 0
     one = np.int64(1)
-    column = f32(lanes(SQUARE) & 3)
-    line = f32(lanes(SQUARE) >> 2)
     squares = 0
     for m in range(items.shape[0]):
         if alive == 0:
@@ -172,37 +168,38 @@ def draw_tile(
         o = items[m] * RECORD
         u, v, far = records[o], records[o + 1], records[o + 6]
         curve, twist, rise = records[o + 2], records[o + 3], records[o + 4]
-        twist = twist * np.float32(2)
         gain = records[o + 5]
         if not points:
             gain = gain * np.float32(1 / (1 - EDGE))
         red, green, blue = records[o + 8], records[o + 9], records[o + 10]
+        slim = curve * FLAT
+        cross = twist * (FLAT * np.float32(2))
+        flat = rise * FLAT
         live = squares_of_box(boxes[o + 7], boxes[o + 11], left, top) & alive
-        x = np.float32(left) - u + _HALF
-        y = np.float32(top) - v + _HALF
+        x = u - np.float32(left) - _HALF
+        y = v - np.float32(top) - _HALF
         if not points and curve < _WIDE:
-            live &= _squares_of_ellipse(
-                x - _HALF, y - _HALF, curve, twist * _HALF, rise
-            )
+            live &= _squares_of_ellipse(x, y, curve, twist, rise)
         while live != 0:
             k = _POWERS[((live & -live) * _DE_BRUIJN) >> 58 & 63]
             live &= live - one
             squares += 1
-            dx = column + (np.float32((k & 7) * SIDE) + x)
-            dy = line + (np.float32((k >> 3) * SIDE) + y)
+            at = k * SQUARE
+            dx = load(columns, at, SQUARE) - x
+            dy = load(lines, at, SQUARE) - y
             if points:
                 inside = (dx >= -curve) & (dx < curve)
                 inside &= (dy >= -curve) & (dy < curve)
                 w = select(inside, gain, dx * _ZERO)
             else:
-                w = _footprint(dx, curve, dy * twist, dy * dy * rise) * gain
+                w = _footprint(dx, slim, dy * cross, dy * dy * flat) * gain
             if limited:
                 w = select(load(limits, k * SQUARE, SQUARE) > far, w, _ZERO)
             at = k * STATE
             before = load(state, at, SQUARE)
             w = w * before
             after = before - w
-            after = select(after < np.float32(DARK), _ZERO, after)
+            after = maximum(after, np.float32(DARK))
             store(state, at, after)
             at += SQUARE
             store(state, at, load(state, at, SQUARE) + w * red)
@@ -230,7 +227,7 @@ def _end_sheet(
     before = load(state, at, SQUARE)
     share = before * absorbed(tau)
     after = before - share
-    after = select(after < np.float32(DARK), _ZERO, after)
+    after = maximum(after, np.float32(DARK))
     scale = share / maximum(tau, np.float32(1e-30))
     zero = full(_ZERO, SQUARE)
     store(state, at, after)
@@ -250,7 +247,8 @@ def _end_sheet(
 def draw_sheets(
     records: F32, boxes: I32, items: I32, left: int, top: int,
     low: Real, scale: Real, thickness: Real, cut: Real, with_depth: bool, limits: F32,
-    state: F32, depths: F32, sums: F32, sheets: I32, far: F32, image: F32, depth: F32,
+    columns: F32, lines: F32, state: F32, depths: F32, sums: F32, sheets: I32, far: F32,
+    image: F32, depth: F32,
 ) -> int:  # fmt: skip
     """Do as the scalar twin."""
     alive = _open_tile(left, top, image.shape[1], image.shape[0], state)
@@ -260,8 +258,6 @@ def draw_sheets(
     sheets[:] = -(1 << 30)
     limited = limits.size > 0
     one = np.int64(1)
-    column = f32(lanes(SQUARE) & 3)
-    line = f32(lanes(SQUARE) >> 2)
     squares = 0
     for m in range(items.shape[0]):
         if alive == 0:
@@ -269,17 +265,17 @@ def draw_sheets(
         o = items[m] * RECORD
         u, v, here = records[o], records[o + 1], records[o + 6]
         curve, twist, rise = records[o + 2], records[o + 3], records[o + 4]
-        twist = twist * np.float32(2)
         gain = records[o + 5] * np.float32(1 / (1 - EDGE))
         red, green, blue = records[o + 8], records[o + 9], records[o + 10]
         sheet = sheet_of(here, low, scale, thickness)
+        slim = curve * FLAT
+        cross = twist * (FLAT * np.float32(2))
+        flat = rise * FLAT
         live = squares_of_box(boxes[o + 7], boxes[o + 11], left, top) & alive
-        x = np.float32(left) - u + _HALF
-        y = np.float32(top) - v + _HALF
+        x = u - np.float32(left) - _HALF
+        y = v - np.float32(top) - _HALF
         if curve < _WIDE:
-            live &= _squares_of_ellipse(
-                x - _HALF, y - _HALF, curve, twist * _HALF, rise
-            )
+            live &= _squares_of_ellipse(x, y, curve, twist, rise)
         while live != 0:
             k = _POWERS[((live & -live) * _DE_BRUIJN) >> 58 & 63]
             live &= live - one
@@ -291,9 +287,10 @@ def draw_sheets(
                     alive &= ~(one << k)
                     continue
             squares += 1
-            dx = column + (np.float32((k & 7) * SIDE) + x)
-            dy = line + (np.float32((k >> 3) * SIDE) + y)
-            w = _footprint(dx, curve, dy * twist, dy * dy * rise) * gain
+            at = k * SQUARE
+            dx = load(columns, at, SQUARE) - x
+            dy = load(lines, at, SQUARE) - y
+            w = _footprint(dx, slim, dy * cross, dy * dy * flat) * gain
             if limited:
                 w = select(load(limits, k * SQUARE, SQUARE) > here, w, _ZERO)
             at = k * STATE

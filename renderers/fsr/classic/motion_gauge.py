@@ -1,0 +1,48 @@
+"""How fast the eye moves, and which way of drawing that leaves time for."""
+
+import numpy as np
+
+from renderers.fsr.classic.mode import SplatMode
+from renderers.scene import Camera
+
+FAST_PX = 8.0
+"""Motion of the picture from one view to the next that hides what points lack."""
+
+
+class MotionGauge:
+    """Choose points while the eye moves fast, sheets once it stands still.
+
+    Between the two, single splats. A camera of another size or lens starts anew.
+
+    step_mm: distance whose parallax counts, of the order of a voxel; it is taken to
+        be seen from ten times as far.
+    """
+
+    def __init__(self, step_mm: float) -> None:
+        self._near_mm = 10 * step_mm
+        self._last: Camera | None = None
+
+    def motion_px(self, camera: Camera) -> float:
+        """Bound how far the picture has moved since the last view, in pixels."""
+        last, self._last = self._last, camera
+        if last is None or not _same_lens(last, camera):
+            return 0.0
+        turn = np.linalg.norm(camera.frame[1:] - last.frame[1:], axis=1).max()
+        shift = np.linalg.norm(camera.eye_mm - last.eye_mm) / self._near_mm
+        return float((turn + shift) / camera.radians_per_pixel)
+
+    def mode(self, camera: Camera) -> SplatMode:
+        """Choose how to draw the view."""
+        motion = self.motion_px(camera)
+        if motion > FAST_PX:
+            return SplatMode.POINTS
+        return SplatMode.GAUSSIAN if motion > 0 else SplatMode.SHEET
+
+
+def _same_lens(a: Camera, b: Camera) -> bool:
+    return (a.projection, a.extent, a.width, a.height) == (
+        b.projection,
+        b.extent,
+        b.width,
+        b.height,
+    )
