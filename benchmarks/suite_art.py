@@ -17,10 +17,14 @@ from benchmarks.scenes import CLASSIC_QUANTITIES, VIEWS, SubjectSource, subjects
 from benchmarks.schema import Setting
 from benchmarks.timing import measure
 from renderers.art import ActiveRayTracer, Quality
+from renderers.art.kernel_set import KernelSet, scalar_kernels
 from renderers.reference import render_reference
 from renderers.scene import Projection, image_error
 
 QUALITIES = ("preview", "snapshot", "final")
+SCALAR_QUALITY = "snapshot"
+"""Where the kernels without vectors are measured as well: the same bits, slower."""
+
 PEER = "VTK fixed-point"
 PEER_REFERENCE_STEP = 1 / 16
 """What the peer's shaded pictures are compared with: itself at this step. Its shading
@@ -84,24 +88,32 @@ class ArtPlan:
         def peer() -> Measured:
             return self._draw_peer(source, view, quantity, step)
 
-        def own() -> Measured:
+        def own(kernels: KernelSet | None = None) -> Measured:
             subject = source.subject
             camera = subject.views[view].camera(self._size, Projection.PERSPECTIVE)
             scene = subject.in_mode(quantity)
-            tracer = ActiveRayTracer(scene, quality, threads=1)
+            tracer = ActiveRayTracer(scene, quality, threads=1, kernels=kernels)
             timing, image = measure(
                 lambda: tracer.render(camera), budget_s=self._budget_s
             )
             reference = source.references.picture(view, quantity, lambda: scene, camera)
             assert tracer.report is not None
+            counters = {key: float(n) for key, n in tracer.report.counters.items()}
+            seen = max(counters["contributing"], 1.0)
+            counters["ns_per_contributing"] = 1e9 * timing.cpu_s / seen
             return Measured(
                 timing,
                 image_error(rgb_over_black(image.rgba), reference),
                 "linear",
-                {key: float(n) for key, n in tracer.report.counters.items()},
+                counters,
             )
 
-        return [
+        ours = shared | {
+            "series": "ART",
+            "reference": REFERENCE_NAME,
+            "cutoff": quality.cutoff,
+        }
+        tasks = [
             Task(
                 "art",
                 case,
@@ -119,15 +131,22 @@ class ArtPlan:
                 case,
                 f"ART {name}, step {step:g}",
                 own,
-                shared
-                | {
-                    "series": "ART",
-                    "reference": REFERENCE_NAME,
-                    "cutoff": quality.cutoff,
-                },
+                ours,
                 baseline=peer_mode,
             ),
         ]
+        if name == SCALAR_QUALITY:
+            tasks.append(
+                Task(
+                    "art",
+                    case,
+                    f"ART {name}, one ray at a time",
+                    lambda: own(scalar_kernels()),
+                    ours | {"series": "ART, scalar"},
+                    baseline=peer_mode,
+                )
+            )
+        return tasks
 
     def _draw_peer(
         self, source: SubjectSource, view: str, quantity: str, step: float

@@ -81,6 +81,11 @@ class CellCache:
         return self._pending
 
     @property
+    def may_evict(self) -> bool:
+        """Tell whether a cell may have to go, so that its last use counts."""
+        return self.capacity < self.occupied
+
+    @property
     def bytes(self) -> int:
         """Get the memory of all slots and of the distances."""
         return self.view.samples.nbytes + self.view.leap.nbytes

@@ -132,6 +132,7 @@ class _Marching:
         self._top = size.astype(np.float64)
         self._voxel_from_world = np.array(volume.voxel_from_world)
         self._kernels = kernels
+        self._spacing = volume.spacing_mm.astype(np.float32)
 
     def start(self, region: Region, rays: FrameRays) -> RayPacket:
         """Put the rays of a region at their first samples."""
@@ -180,7 +181,6 @@ class ClassicMarch(_Marching):
             row[:3] = volume.direction.T @ (light.vector - origin)
             row[3:6] = light.color
             row[6] = light.is_local
-        self._spacing = volume.spacing_mm.astype(np.float32)
         # Below this a gradient is rounding, and a normal made of it is noise.
         self._least_gradient = np.float32(
             max(1e-6 * (value_range[1] - value_range[0]), 1e-30)
@@ -242,6 +242,7 @@ class ScopeMarch(_Marching):
             view,
             shift,
             clock,
+            self._spacing,
             counters,
         )
         return counters

@@ -156,7 +156,8 @@ class Node:
         assert self.cache.pending <= MOST_PENDING
 
     def _march_packet(self, packet: RayPacket) -> NDArray[np.int64]:
-        return self._march.run(packet, self.cache.view, self._shift, self._clock)
+        clock = self._clock if self.cache.may_evict else 0
+        return self._march.run(packet, self.cache.view, self._shift, clock)
 
     def _want(self, cells: list[int]) -> None:
         # Never a cell that is on its way: it would be fetched again when nobody needs

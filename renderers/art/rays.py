@@ -54,7 +54,7 @@ class RayPacket:
             geometry,
             count,
             np.zeros((n, 3), np.int32),
-            np.tile(np.array(first_value, np.float32), (n, 1)),
+            np.full((n, 4), first_value, np.float32),
             np.full(n, np.inf, np.float32),
             np.full(n, -1, np.int32),
         )

@@ -40,6 +40,10 @@ class Region:
         return (self.right - self.left) * (self.bottom - self.top)
 
 
+LONE_REGION_PX = 64
+"""Edge of a region where nobody shares the picture: fewer, for what each costs."""
+
+
 def deal_regions(width: int, height: int, rank: int, ranks: int) -> list[Region]:
     """Get the regions of one rank, in skewed cyclic order.
 
@@ -51,10 +55,11 @@ def deal_regions(width: int, height: int, rank: int, ranks: int) -> list[Region]
         (s for s in range(ranks + 1) if math.gcd(s, ranks) == 1),
         key=lambda s: abs(s - 0.618 * ranks),
     )
+    edge = LONE_REGION_PX if ranks == 1 else REGION_PX
     return [
-        Region(x, y, min(x + REGION_PX, width), min(y + REGION_PX, height))
-        for ty, y in enumerate(range(0, height, REGION_PX))
-        for tx, x in enumerate(range(0, width, REGION_PX))
+        Region(x, y, min(x + edge, width), min(y + edge, height))
+        for ty, y in enumerate(range(0, height, edge))
+        for tx, x in enumerate(range(0, width, edge))
         if (tx + shift * ty) % ranks == rank
     ]
 
@@ -104,6 +109,5 @@ def region_payload(
 ) -> bytes:
     """Write what `Gather.add_payload` reads."""
     head = np.array([(region.left, region.top, region.right, region.bottom)], _HEADER)
-    return (
-        head.tobytes() + value.astype("<f4").tobytes() + depth.astype("<f4").tobytes()
-    )
+    parts = (np.ascontiguousarray(part, "<f4").data for part in (value, depth))
+    return b"".join((head.tobytes(), *parts))

@@ -18,7 +18,7 @@ from renderers.art.quality import Quality
 from renderers.art.regions import Gather, deal_regions
 from renderers.scene import Camera, GBuffer, Image, Scene
 
-PACKETS_A_SLICE = 16
+PACKETS_A_SLICE = 8
 """Packets run between two looks at the progress and at `stop`: about 10 ms."""
 
 
@@ -104,13 +104,14 @@ class ActiveRayTracer:
         began = time.perf_counter()
         with ThreadPoolExecutor(self._threads) as pool:
             node = self._node(mode)
-            node.use(pool.map if self._threads > 1 else map)
             gather = Gather(camera.width, camera.height)
             before = node.tally()
             rays = FrameRays.of(camera)
             march = self._marches[mode]
             regions = deal_regions(camera.width, camera.height, 0, 1)
-            node.begin(node.frame + 1, (march.start(r, rays) for r in regions))
+            run = pool.map if self._threads > 1 else map
+            node.use(run)
+            node.begin(node.frame + 1, run(lambda r: march.start(r, rays), regions))
             pixels = gather.missing
             while not node.is_finished:
                 for message in node.advance(PACKETS_A_SLICE):
@@ -191,7 +192,10 @@ def classic_image(gather: Gather) -> Image:
 
 def scope_gbuffer(gather: Gather, march: March) -> GBuffer:
     """Turn gathered rays of mode `scope` into a G-buffer, normals to the world."""
-    normal = gather.value[..., :3].astype(np.float64) @ march.volume.direction.T
+    axes = march.volume.direction
+    normal = np.ascontiguousarray(gather.value[..., :3])
+    if not np.array_equal(axes, np.eye(3)):
+        normal = (normal.astype(np.float64) @ axes.T).astype(np.float32)
     coverage = np.ascontiguousarray(gather.value[..., 3])
     material = np.zeros(coverage.shape, np.uint8)
-    return GBuffer(gather.depth, normal.astype(np.float32), coverage, material)
+    return GBuffer(gather.depth, normal, coverage, material)

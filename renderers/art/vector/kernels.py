@@ -205,9 +205,9 @@ def classic_packets(width: int) -> Callable[..., None]:
                     continue
             fresh = at & (slot != current)
             changed = count(fresh)
-            if changed:
-                current = select(fresh, slot, current)
-                entered += changed
+            current = select(fresh, slot, current)
+            entered += changed
+            if clock > 0 and changed > 0:
                 store_packed(marks, 0, slot, fresh)
                 for k in range(changed):
                     view.stamp[marks[k]] = clock

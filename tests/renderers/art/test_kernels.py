@@ -109,8 +109,11 @@ def test_scope_against_plain_python(scene: Scene, inside: Camera) -> None:
         for _ in range(BISECTIONS):
             middle = (low + high) / 2
             low, high = (low, middle) if value(middle)[0] >= 0 else (middle, high)
-        g = value(high)[1:].astype(float)
-        depth = geometry[7] + F(high) * geometry[6]
+        v, *slope = value(high).astype(float)
+        g = np.array(slope)
+        rise = g @ (geometry[3:6] * scene.surface.distance.spacing_mm)
+        back = min(v / rise, 1 / 2**BISECTIONS) if rise > 0 else 0.0
+        depth = geometry[7] + F(high - back) * geometry[6]
         assert packet.depth[ray] == pytest.approx(depth, rel=1e-6)
         assert packet.value[ray] == pytest.approx(
             [*(-g / np.linalg.norm(g)), 1], abs=1e-5

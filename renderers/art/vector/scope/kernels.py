@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.art.kernels import BISECTIONS, WITHIN
+from renderers.art.kernels import BISECTIONS, LAST_PART, WITHIN
 from renderers.art.optics.kernels import BIAS, DIGITS, HALF, ONE, ZERO
 from renderers.art.vector.kernels import F32, I32, per_voxel, queue_rays, way_out
 from renderers.art.views import CellView
@@ -46,7 +46,7 @@ def scope_packets(width: int) -> Callable[..., None]:
     def march_scope(
         order: I32, geometry: F32, ends: I32, cursor: I32, value: F32, depth: F32,
         waiting: I32, view: CellView, shift: int, clock: int,
-        counters: NDArray[np.int64],
+        spacing: F32, counters: NDArray[np.int64],
     ) -> None:  # fmt: skip
         """Find where each ray first meets density >= 0; write depth and normal there.
 
@@ -168,9 +168,9 @@ def scope_packets(width: int) -> Callable[..., None]:
             if any_(held):
                 fresh = held & (slot != current)
                 changed = count(fresh)
-                if changed:
-                    current = select(fresh, slot, current)
-                    entered += changed
+                current = select(fresh, slot, current)
+                entered += changed
+                if clock > 0 and changed > 0:
                     store_packed(marks, 0, slot, fresh)
                     for k in range(changed):
                         view.stamp[marks[k]] = clock
@@ -191,7 +191,11 @@ def scope_packets(width: int) -> Callable[..., None]:
                 ny = select(last, select(sloped, -gy / steep, gy), ny)
                 nz = select(last, select(sloped, -gz / steep, gz), nz)
                 cover = select(last, ONE, cover)
-                d = select(last, near + at_i * h, d)
+                rise = gx * (sx * spacing[0]) + gy * (sy * spacing[1])
+                rise += gz * (sz * spacing[2])
+                inner = (rise > ZERO) & (i > 0)
+                back = select(inner, minimum(v / rise, LAST_PART), ZERO)
+                d = select(last, near + (at_i - back) * h, d)
                 i = select(last, end, i)
                 at &= ~last
             air = v < ZERO
