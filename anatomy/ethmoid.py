@@ -22,6 +22,7 @@ from anatomy.shapes import (
 )
 from anatomy.tissue import Side
 from anatomy.vessels import ethmoidal_arteries
+from anatomy.walls import lateral_wall
 
 BULLA: Point = (9.8, -28.2, 30.0)
 POSTERIOR_ROOT: Point = (9.0, -41.0, 33.5)
@@ -87,6 +88,9 @@ def ethmoid_block(parameters: PhantomParameters, side: Side) -> Field:
     )
     front = height_table([30, 38, 44, 52], [-20, -19.5, -17.5, -15.5])
     block = smooth_max(1.6, block, smooth_max(1.2, y - front, -52.6 - y))
+    # The roof of the middle meatus is wavy: the cells keep off it.
+    gap = height_table([27, 31], [3.4, 1.2], 2.0)
+    block = smooth_max(1.2, block, (lateral_wall() + gap - u) * 0.55)
     if parameters.has("hanging-artery", side):
         mesentery = parameters.mucosa_mm + 0.3
         artery = ethmoidal_arteries(parameters, side)

@@ -96,8 +96,7 @@ def landmarks(parameters: PhantomParameters) -> dict[str, Landmark]:
         for name, values in _MIDLINE.items()
     ]
     for side in (Side.RIGHT, Side.LEFT):
-        for name in _PAIRED:
-            found.append(_place(name, side, sized(name, side), parameters))
+        found += [_place(name, side, sized(name, side), parameters) for name in _PAIRED]
     return {landmark.key: landmark for landmark in found}
 
 

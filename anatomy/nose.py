@@ -25,9 +25,9 @@ from anatomy.shapes import (
     y,
     z,
 )
-from anatomy.sphenoid import sphenoid_face
 from anatomy.tissue import Side
 from anatomy.turbinates import turbinates
+from anatomy.walls import lateral_wall, sphenoid_face
 from anatomy.warp import bump
 
 SPUR_MM = 2.6
@@ -36,7 +36,9 @@ SPUR_MM = 2.6
 
 def septum_face(parameters: PhantomParameters, side: Side) -> Field:
     """Give the lateral position of the septum's mucosa, with a spur if there is one."""
-    face = height_table([0, 4, 12, 20, 30, 45], [2.0, 1.3, 1.4, 1.5, 1.7, 1.0], 1.5)
+    face: Field = height_table(
+        [0, 4, 12, 20, 30, 45], [2.0, 1.3, 1.4, 1.5, 1.7, 1.0], 1.5
+    )
     thin_rear = depth_table([22, 46], [0.0, -0.5], 3.0)
     swell_body = depth_table([-2, 10, 22], [0.0, 0.45, 0.0], 4.0) * height_table(
         [18, 26, 34], [0.0, 1.0, 0.0], 3.0
@@ -51,9 +53,7 @@ def cavity(parameters: PhantomParameters, side: Side) -> Field:
     """Build the main passage between septum and lateral wall, without contents."""
     wall = smooth_min(
         2.0,
-        height_table(
-            [-20, 2, 8, 20, 25, 29, 60], [11.5, 12.6, 13.2, 12.6, 10.5, 4.3, 3.3], 1.0
-        ),
+        lateral_wall(),
         depth_table([-14, -6, 0, 6, 14, 60], [3.8, 4.6, 5.4, 9.6, 14, 14], 1.0),
     )
     # The floor rises towards both walls as a shallow gutter.
@@ -111,7 +111,9 @@ def nasopharynx() -> Field:
         (1.5, 2.1, 2.4, 1.6),
     )
     orifice = _both_sides(((11.6, -61.6, 6.2), (17, -63.5, 7.5)), (2.3, 0.9))
-    fossa = _both_sides(((12, -70.5, 8), (16, -73, 9)), (2.4, 1.0))
+    fossa = _both_sides(
+        ((9.5, -68.5, 7.5), (12, -70.5, 8), (16, -73, 9)), (1.8, 2.4, 1.0)
+    )
     box = smooth_max(1.2, box, -Mark(Row.TORUS, torus))
     return smooth_min(1.0, smooth_min(0.8, box, orifice), fossa)
 

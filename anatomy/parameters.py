@@ -90,8 +90,8 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
                 )
         if 0 < self.frontal_scale < 0.5:
             raise ValueError(
-                f"phantom parameter frontal_scale must be 0 (aplasia) or in [0.5, 1.35],"
-                f" got {self.frontal_scale}"
+                f"phantom parameter frontal_scale must be 0 (aplasia) or in "
+                f"[0.5, 1.35], got {self.frontal_scale}"
             )
         known = [f"{n}:{s}" for n in SIDED_VARIANTS for s in ("left", "right")]
         for variant in self.variants:

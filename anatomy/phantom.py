@@ -59,8 +59,9 @@ def build_phantom(
 ) -> Phantom:
     """Build a virtual patient.
 
-    field_mm: LPS ranges of x, y, z; None takes nose and sinuses. progress: called with a stage and its finished
-    share. threads: None takes all processors. The result does not depend on threads.
+    field_mm: LPS ranges of x, y, z; None takes nose and sinuses. progress: called
+    with a stage and its finished share. threads: None takes all processors; the
+    result does not depend on it.
     Raise ValueError for a spacing outside [0.2, 3] mm.
     """
     workers = air.default_threads() if threads is None else threads

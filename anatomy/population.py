@@ -27,7 +27,7 @@ _SINUSES = {
     ),
 }
 _FRONTAL_APLASIA = 0.04
-"""Share of heads without frontal sinuses; published figures for both sides are 3-5 %."""
+"""Share of heads without frontal sinuses; published figures are 3-5 %."""
 
 _KEROS = (5.4, 1.7)
 """Mean and standard deviation of the olfactory fossa's depth, mm (1200 CTs, PMID

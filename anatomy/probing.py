@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy import air
+from anatomy.bricks.tables import Grids
 from anatomy.coverage import Painted, paint
 from anatomy.hazards import hazard_distances
 from anatomy.model import Model, build_model
@@ -78,6 +79,6 @@ def _first_order(
     return values[:, 0], gradient
 
 
-def _painted(model: Model, grids: air.Grids, distance: NDArray[np.float64]) -> Painted:
+def _painted(model: Model, grids: Grids, distance: NDArray[np.float64]) -> Painted:
     held = np.clip(distance, -12.0, 6.0).astype(np.float32).reshape(1, 1, -1)
     return paint(model, grids, held, 0.0, lambda work, total: work(0, total))

@@ -17,19 +17,13 @@ from anatomy.shapes import (
 )
 from anatomy.tissue import Side
 from anatomy.vessels import CANAL_WALL_MM, internal_carotid, optic_nerve
+from anatomy.walls import sphenoid_face
 
 
 def intersphenoid_shift(parameters: PhantomParameters) -> float:
     """Draw how far the septum of the sphenoid leaves the midline behind, mm."""
     rng = np.random.default_rng([parameters.seed, 0x7370])
     return float(np.clip(rng.normal(0.0, 1.6), -3.5, 3.5))
-
-
-def sphenoid_face() -> Field:
-    """Give the depth y of the wall between nose and sphenoid over the height."""
-    return height_table(
-        [16, 20, 22.5, 25, 44, 80], [-60, -59, -57, -54.3, -52, -47], 1.0
-    )
 
 
 def sphenoid(parameters: PhantomParameters, side: Side) -> Field:
@@ -41,9 +35,10 @@ def sphenoid(parameters: PhantomParameters, side: Side) -> Field:
     w = parameters.scale("sphenoid", side)
     depth, wide, high = 21.0 * w, 14.9 * w**0.5, w
     front = -54.9
-    face = (sphenoid_face() - 1.6) * Affine(0.9)
-    roof = depth_table([54, 66, 74, 82], [44.6, 44.6, 42.4, 39.0], 2.0)
-    roof = 34.5 + (roof - 34.5) * high
+    wall = height_table([24, 30, 36], [3.6, 2.4, 1.7], 2.0)
+    face = (sphenoid_face() - wall) * Affine(0.9)
+    level = depth_table([54, 66, 74, 82], [44.6, 44.6, 42.4, 39.0], 2.0)
+    roof = 34.5 + (level - 34.5) * high
     floor = 34.5 + (depth_table([54, 66, 80], [24.6, 23.8, 25.4], 2.0) - 34.5) * high
     body = smooth_max(7.5, floor - z, z - roof)
     lateral = smooth_max(7.5, u - wide, (front - depth) - y)

@@ -218,10 +218,7 @@ def _in_reach(
     for q in range(t.solids.shape[0]):
         row = int(t.solids[q, 0])
         if row >= 0:
-            if row >= PART_ROWS:
-                least = marks[row, 0]
-            else:
-                least = -FAR
+            least = marks[row, 0] if row >= PART_ROWS else -FAR
         else:
             begin, end = t.ground[q, 0], t.ground[q, 1]
             run_program(t.code, t.constants, begin, end, side_p, noise, 1, stack, marks)
