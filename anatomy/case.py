@@ -19,6 +19,7 @@ from anatomy.files import load_volume, save_volume
 from anatomy.landmarks import Landmark
 from anatomy.parameters import PhantomParameters
 from anatomy.phantom import Phantom
+from anatomy.resonance import magnetic_resonance
 from anatomy.tissue import Label, Side
 from renderers.scene.volume import Volume
 
@@ -107,6 +108,12 @@ def write_case(phantom: Phantom, folder: Path | str) -> None:
         sha256={"ct": _hash(phantom.ct), "labels": _hash(phantom.labels)},
     )
     _write(target / "case.json", msgspec.json.encode(record))
+
+
+def write_resonance(phantom: Phantom, folder: Path | str) -> None:
+    """Add ``t1.nrrd`` and ``t2.nrrd`` to a case folder."""
+    for name, volume in zip(("t1", "t2"), magnetic_resonance(phantom), strict=True):
+        save_volume(volume, Path(folder) / f"{name}.nrrd")
 
 
 def read_case(folder: Path | str) -> Case:

@@ -59,7 +59,7 @@ def fovea(parameters: PhantomParameters) -> Field:
 def lamina_papyracea(parameters: PhantomParameters, side: Side) -> Field:
     """Give the lateral position of the middle of the orbit's medial wall."""
     scale = parameters.scale("ethmoid", side)
-    width = np.array([11.8, 13.4, 14.8, 16.0, 16.4]) - MEDIAL_MM
+    width = np.array([12.3, 14.0, 15.4, 16.5, 16.8]) - MEDIAL_MM
     table = depth_table(
         [10, 20, 35, 50, 56], [float(v) for v in MEDIAL_MM + scale * width], 2.0
     )
@@ -70,7 +70,7 @@ def lamina_papyracea(parameters: PhantomParameters, side: Side) -> Field:
 def basal_lamella() -> Field:
     """Give the depth y of the basal lamella over the height."""
     return height_table(
-        [18, 22, 27, 32, 37, 44, 52], [-50, -47, -43.8, -39.5, -33.2, -32.6, -32.0]
+        [18, 22, 27, 32, 37, 44, 52], [-50, -47.3, -44.4, -40.2, -33.9, -33.3, -32.7]
     )
 
 

@@ -49,7 +49,7 @@ def hazard_fields(parameters: PhantomParameters, side: Side) -> dict[str, Field]
         "ethmoidal arteries": ethmoidal_arteries(parameters, side),
         "nasolacrimal duct": nasolacrimal_duct(),
         "sphenopalatine artery": sphenopalatine_artery(),
-        "septum": u - septum_face(parameters, side),
+        "septum": abs(u) - septum_face(parameters, side),
     }
 
 

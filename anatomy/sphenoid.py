@@ -33,7 +33,7 @@ def sphenoid(parameters: PhantomParameters, side: Side) -> Field:
     leaves the midline towards the rear, so the two sinuses differ.
     """
     w = parameters.scale("sphenoid", side)
-    depth, wide, high = 21.0 * w, 14.9 * w**0.5, w
+    depth, wide, high = 20.3 * w, 14.8 * w**0.5, w
     front = -54.9
     wall = height_table([24, 30, 36], [3.6, 2.4, 1.7], 2.0)
     face = (sphenoid_face() - wall) * Affine(0.9)

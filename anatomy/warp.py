@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 from anatomy.program import Encoder, Op
 from anatomy.shapes import (
-    Affine,
     Array,
     Chain,
     Field,
@@ -87,9 +86,3 @@ def bump(
     rounding = 0.2 * min(knots_y[1] - knots_y[0], knots_z[1] - knots_z[0])
     along = Table(1, knots_y, (0.0, 1.0, 0.0), rounding)
     return along * height_table(list(knots_z), [0.0, 1.0, 0.0], rounding)
-
-
-def ramp(value: Field | float, factor: float) -> Field:
-    """Scale a field."""
-    field = as_field(value)
-    return field * Affine(factor)
