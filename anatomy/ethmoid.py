@@ -70,7 +70,7 @@ def lamina_papyracea(parameters: PhantomParameters, side: Side) -> Field:
 def basal_lamella() -> Field:
     """Give the depth y of the basal lamella over the height."""
     return height_table(
-        [18, 22, 27, 32, 37, 44, 52], [-50, -47.3, -44.4, -40.2, -33.9, -33.3, -32.7]
+        [18, 22, 27, 32, 37, 44, 52], [-50, -46.9, -43.8, -39.3, -32.7, -32.1, -31.5]
     )
 
 

@@ -56,9 +56,9 @@ def draw_parameters(seed: int) -> PhantomParameters:
     bend = rng.uniform(1.5, 5.0) if deviated else rng.uniform(0.0, 1.0)
     return PhantomParameters(
         seed=seed,
-        head_scale=float(np.clip(rng.normal(1.0, 0.03), 0.93, 1.07).round(4)),
+        head_scale=float(np.clip(rng.normal(1.0, 0.03), 0.93, 1.06).round(4)),
         septal_deviation_mm=float(np.round(bend * rng.choice([-1.0, 1.0]), 3)),
-        roof_mm=float(np.clip(rng.normal(0.0, 1.8), -3.5, 3.5).round(3)),
+        roof_mm=float(np.clip(rng.normal(0.0, 1.5), -2.8, 2.8).round(3)),
         keros_mm=float(np.clip(rng.normal(*_KEROS), 1.5, 11.5).round(3)),
         congestion=float(np.round(0.25 * rng.random(), 3)),
         maxillary_scale=scales["maxillary"],
