@@ -1,113 +1,161 @@
-"""A patient as a folder: CT, labels, landmarks and where they come from.
+"""A patient as a folder: volumes, labels, landmarks and where they come from.
 
-``ct.nrrd``, ``labels.seg.nrrd``, ``landmarks.mrk.json`` and ``case.json``; 3D Slicer
-opens the first three.
+``ct.nrrd``, ``labels.seg.nrrd`` and ``landmarks.mrk.json`` open in 3D Slicer, and so do
+the volumes that a flight needs: ``distance.nrrd``, ``blood.nrrd``, ``skin.nrrd``; a
+second scan on the same grid is ``mr.nrrd``. ``case.json`` names them with their hashes.
+It is removed first and written last: a folder without it is no case.
 """
 
 import colorsys
 import hashlib
-import os
-import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
-from anatomy.files import load_volume, save_volume
+from anatomy.distance.redistance import FARTHEST_MM
+from anatomy.files import load_volume, save_volume, write_file
 from anatomy.landmarks import Landmark
+from anatomy.markups import read_markups, write_markups
 from anatomy.parameters import PhantomParameters
 from anatomy.phantom import Phantom
 from anatomy.resonance import magnetic_resonance
-from anatomy.tissue import Label, Side
-from renderers.scene.volume import Volume
+from anatomy.tissue import Label
+from renderers.scene.volume import AIR_HU, Volume
 
 SCHEMA_VERSION = 1
+
+FILES = {
+    "ct": ("ct.nrrd", AIR_HU),
+    "labels": ("labels.seg.nrrd", 0.0),
+    "distance": ("distance.nrrd", FARTHEST_MM),
+    "blood": ("blood.nrrd", 0.0),
+    "skin": ("skin.nrrd", 0.0),
+    "mr": ("mr.nrrd", 0.0),
+}
+"""Of each volume: its file and what lies outside it."""
+
+RECORD, LANDMARKS = "case.json", "landmarks.mrk.json"
+
 _T = TypeVar("_T")
 
 
+class CavityRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """Name an air space beside the airway; LPS mm, mL."""
+
+    center_mm: tuple[float, float, float]
+    volume_ml: float
+
+
+class SourceRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """Say which scan a case was made of, without its path or the patient's name.
+
+    sha256: of the values, as they were read, and their grid.
+    """
+
+    name: str
+    modality: str
+    sha256: str
+    notes: tuple[str, ...] = ()
+
+
+class ApproachRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """Say where a scope enters and where it points; LPS, mm."""
+
+    pivot_mm: tuple[float, float, float]
+    axis: tuple[float, float, float]
+    free_mm: float
+
+
 class CaseRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """Hold what ``case.json`` says: the phantom's parameters and hashes of arrays."""
+    """Hold what ``case.json`` says.
+
+    parameters: of a phantom. sources, notes, airway_ml, cavities, approach: of a
+    scan; the second source is the second volume. sha256: of each volume's values, by
+    name.
+    """
 
     schema_version: int
     spacing_mm: float
     parameters: PhantomParameters | None
     sha256: dict[str, str]
-
-
-class _ControlPoint(msgspec.Struct, kw_only=True):
-    id: str
-    label: str
-    position: tuple[float, float, float]
-    description: str = ""
-
-
-class _Markup(msgspec.Struct, kw_only=True, rename="camel"):
-    type: str
-    coordinate_system: str
-    control_points: list[_ControlPoint]
-
-
-class _Markups(msgspec.Struct, kw_only=True):
-    schema: str = msgspec.field(name="@schema")
-    markups: list[_Markup]
-
-
-_MARKUPS_SCHEMA = (
-    "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/"
-    "Markups/Resources/Schema/markups-schema-v1.0.3.json#"
-)
-
-
-class _Extent(msgspec.Struct, kw_only=True):
-    side: str
-    radius_mm: float
+    sources: tuple[SourceRecord, ...] = ()
+    notes: tuple[str, ...] = ()
+    airway_ml: float | None = None
+    cavities: tuple[CavityRecord, ...] = ()
+    approach: ApproachRecord | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """Hold a patient as read from a folder."""
+    """Hold a patient as read from a folder; volumes by the names of `FILES`."""
 
-    ct: Volume
-    labels: Volume
+    volumes: Mapping[str, Volume]
     landmarks: dict[str, Landmark]
     record: CaseRecord
+
+    @property
+    def ct(self) -> Volume:
+        """Get the CT numbers."""
+        return self.volumes["ct"]
+
+    @property
+    def labels(self) -> Volume:
+        """Get what each voxel is."""
+        return self.volumes["labels"]
 
 
 def write_case(phantom: Phantom, folder: Path | str) -> None:
     """Write a phantom as a case folder, each file atomically."""
-    target = Path(folder)
-    target.mkdir(parents=True, exist_ok=True)
-    save_volume(phantom.ct, target / "ct.nrrd")
-    save_volume(
-        phantom.labels, target / "labels.seg.nrrd", _segment_fields(phantom.labels)
-    )
-    points = [
-        _ControlPoint(
-            id=str(i + 1),
-            label=landmark.name,
-            position=(
-                float(landmark.position_mm[0]),
-                float(landmark.position_mm[1]),
-                float(landmark.position_mm[2]),
-            ),
-            description=msgspec.json.encode(
-                _Extent(side=landmark.side.name, radius_mm=landmark.radius_mm)
-            ).decode(),
-        )
-        for i, landmark in enumerate(phantom.landmarks.values())
-    ]
-    markup = _Markup(type="Fiducial", coordinate_system="LPS", control_points=points)
-    markups = _Markups(schema=_MARKUPS_SCHEMA, markups=[markup])
-    _write(target / "landmarks.mrk.json", msgspec.json.encode(markups))
+    volumes = {
+        "ct": phantom.ct,
+        "labels": phantom.labels,
+        "distance": phantom.distance,
+        "blood": phantom.blood,
+        "skin": phantom.skin,
+    }
+    names = {
+        int(value): Label(value).name.lower().replace("_", " ")
+        for value in np.unique(phantom.labels.values)
+    }
     record = CaseRecord(
         schema_version=SCHEMA_VERSION,
         spacing_mm=phantom.spacing_mm,
         parameters=phantom.parameters,
-        sha256={"ct": _hash(phantom.ct), "labels": _hash(phantom.labels)},
+        sha256={},
     )
-    _write(target / "case.json", msgspec.json.encode(record))
+    store_case(Path(folder), volumes, names, phantom.landmarks, record)
+
+
+def store_case(
+    folder: Path,
+    volumes: Mapping[str, Volume],
+    label_names: Mapping[int, str],
+    landmarks: Mapping[str, Landmark],
+    record: CaseRecord,
+) -> CaseRecord:
+    """Write a case; gives the record with the hashes filled in.
+
+    volumes: by the names of `FILES`. label_names: by the values of the labels; 0 is
+    left out.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / RECORD).unlink(missing_ok=True)
+    for name, (file, _) in FILES.items():
+        if name not in volumes:
+            (folder / file).unlink(missing_ok=True)
+            continue
+        fields = segment_fields(label_names) if name == "labels" else None
+        save_volume(volumes[name], folder / file, fields)
+    write_markups(landmarks, folder / LANDMARKS)
+    hashes = {name: values_hash(volume.values) for name, volume in volumes.items()}
+    finished = msgspec.structs.replace(record, sha256=hashes)
+    write_file(folder / RECORD, msgspec.json.encode(finished) + b"\n")
+    return finished
 
 
 def write_resonance(phantom: Phantom, folder: Path | str) -> None:
@@ -123,44 +171,44 @@ def read_case(folder: Path | str) -> Case:
     the case was written.
     """
     source = Path(folder)
-    record = _decode(source / "case.json", CaseRecord)
+    record = _decode(source / RECORD, CaseRecord)
     if record.schema_version != SCHEMA_VERSION:
         raise ValueError(
-            f"{source / 'case.json'} has schema version {record.schema_version}; this "
+            f"{source / RECORD} has schema version {record.schema_version}; this "
             f"program reads {SCHEMA_VERSION}"
         )
-    ct = load_volume(source / "ct.nrrd")
-    labels = load_volume(source / "labels.seg.nrrd", background=0.0)
-    for name, volume in (("ct", ct), ("labels", labels)):
-        if record.sha256.get(name) != _hash(volume):
+    lacking = {"ct", "labels"} - record.sha256.keys()
+    unknown = record.sha256.keys() - FILES.keys()
+    if lacking or unknown:
+        raise ValueError(
+            f"{source / RECORD} must name ct and labels, and of others only "
+            f"{', '.join(FILES)}; it names {', '.join(sorted(record.sha256)) or 'none'}"
+        )
+    volumes = {}
+    for name in record.sha256:
+        file, background = FILES[name]
+        volume = load_volume(source / file, background=background)
+        if record.sha256[name] != values_hash(volume.values):
             raise ValueError(
                 f"{source} holds a {name} volume that is not the one case.json names"
             )
-    path = source / "landmarks.mrk.json"
-    found: dict[str, Landmark] = {}
-    for markup in _decode(path, _Markups).markups:
-        if markup.coordinate_system != "LPS":
-            raise ValueError(f"{path} must be in LPS, got {markup.coordinate_system}")
-        for point in markup.control_points:
-            extent = msgspec.json.decode(point.description, type=_Extent)
-            landmark = Landmark(
-                point.label,
-                Side[extent.side],
-                np.array(point.position),
-                extent.radius_mm,
-            )
-            found[landmark.key] = landmark
-    return Case(ct, labels, found, record)
+        volumes[name] = volume
+    shapes = {
+        (v.shape, v.world_from_voxel.round(4).tobytes()) for v in volumes.values()
+    }
+    if len(shapes) > 1:
+        raise ValueError(f"the volumes of {source} do not share one grid")
+    return Case(volumes, read_markups(source / LANDMARKS), record)
 
 
-def _segment_fields(labels: Volume) -> dict[str, str]:
-    """Name the labels in use the way 3D Slicer's segmentations do."""
+def segment_fields(names: Mapping[int, str]) -> dict[str, str]:
+    """Name labels in a header the way 3D Slicer's segmentations do."""
     fields = {"Segmentation_MasterRepresentation": "Binary labelmap"}
-    for i, value in enumerate(v for v in np.unique(labels.values) if v != 0):
+    for i, value in enumerate(sorted(v for v in names if v != 0)):
         red, green, blue = colorsys.hsv_to_rgb(i * 0.618 % 1.0, 0.55, 0.9)
         fields |= {
             f"Segment{i}_ID": f"Segment_{value}",
-            f"Segment{i}_Name": Label(value).name.lower().replace("_", " "),
+            f"Segment{i}_Name": names[value],
             f"Segment{i}_LabelValue": str(value),
             f"Segment{i}_Layer": "0",
             f"Segment{i}_Color": f"{red:.3f} {green:.3f} {blue:.3f}",
@@ -168,25 +216,15 @@ def _segment_fields(labels: Volume) -> dict[str, str]:
     return fields
 
 
-def _hash(volume: Volume) -> str:
-    return hashlib.sha256(volume.values.tobytes()).hexdigest()
+def values_hash(values: NDArray[Any]) -> str:
+    """Give the SHA-256 of an array's values in C order."""
+    return hashlib.sha256(np.ascontiguousarray(values).data).hexdigest()
 
 
 def _decode(path: Path, kind: type[_T]) -> _T:
     try:
         return msgspec.json.decode(path.read_bytes(), type=kind)
-    except FileNotFoundError as error:
+    except (FileNotFoundError, NotADirectoryError) as error:
         raise ValueError(f"there is no file {path}") from error
     except msgspec.DecodeError as error:
         raise ValueError(f"{path} is not a valid case file: {error}") from error
-
-
-def _write(path: Path, content: bytes) -> None:
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content + b"\n")
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from anatomy.volume_header import check_header
 from renderers.scene.volume import AIR_HU, Volume
 
 _HEADER_TOLERANCE = 1e-3
@@ -18,7 +19,8 @@ def load_volume(path: Path | str, background: float = AIR_HU) -> Volume:
     """Read a volume that SimpleITK knows (NRRD, NIfTI, MetaImage), in LPS.
 
     The orientation of the file is kept in `Volume.direction`. Raise ValueError with
-    one sentence naming the file if it is missing, no volume, not 3-D or in colour.
+    one sentence naming the file if it is missing, no volume, not 3-D, in colour, too
+    large for this machine, or does not tell left from right.
     """
     sitk = _simple_itk()
 
@@ -28,17 +30,19 @@ def load_volume(path: Path | str, background: float = AIR_HU) -> Volume:
     reader = sitk.ImageFileReader()
     reader.SetFileName(name)
     try:
-        image = reader.Execute()
+        reader.ReadImageInformation()
     except RuntimeError as error:
         raise ValueError(
             f"{name} cannot be read as a volume; NRRD, NIfTI and MetaImage files can"
         ) from error
-    if image.GetDimension() != 3 or image.GetNumberOfComponentsPerPixel() != 1:
+    check_header(reader, name, sitk.GetPixelIDValueAsString(reader.GetPixelID()))
+    try:
+        image = reader.Execute()
+    except RuntimeError as error:
         raise ValueError(
-            f"{name} must hold one 3-D volume of numbers, but has "
-            f"{image.GetDimension()} dimensions and "
-            f"{image.GetNumberOfComponentsPerPixel()} values per voxel"
-        )
+            f"{name} is damaged: its values cannot be read, or its axes are not at "
+            "right angles"
+        ) from error
     direction = np.array(image.GetDirection(), dtype=np.float64).reshape(3, 3)
     left, _, right = np.linalg.svd(direction)
     rigid = left @ right
@@ -82,6 +86,19 @@ def save_volume(
                 f"{target} cannot be written as a volume: {_last_line(error)}"
             ) from error
         os.replace(temporary, target)
+
+
+def write_file(path: Path, content: bytes) -> None:
+    """Write a small file as a whole or not at all, readable by all as usual."""
+    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".part")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        Path(temporary).chmod(0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
 
 
 def _simple_itk() -> Any:

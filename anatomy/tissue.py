@@ -129,6 +129,10 @@ TISSUES: dict[str, Tissue] = {
     "blood": Tissue(50.0, 1.0, 0.05, 0.05, 0.2),
 }
 
+SURFACE_HU = -480.0
+"""Half-way between air and mucosa: there alone the surface does not move with the
+scanner's blur."""
+
 HIGHEST_BLOOD_FRACTION = 1.0
 
 

@@ -6,20 +6,13 @@ Nothing heavy is imported here: every command fetches its own modules when it ru
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import App, Parameter
+from cyclopts import Parameter
 
-app = App(
-    name="paravol",
-    help="Endoscopic sinus surgery trainer: fly, replay, snapshot, measure.",
-    help_epilogue="Start with: paravol demo",
-    # Ctrl-C is told by main(), which also sets the exit status.
-    suppress_keyboard_interrupt=False,
-)
+from app import case_commands
+from app.emulator_words import NOTHING_TYPED, EmulatorWords
+from app.root import Json, Threads, app, thread_count
 
-Threads = Annotated[
-    int, Parameter(help="Rendering threads; 0 takes what the machine has.")
-]
-Json = Annotated[bool, Parameter(negative="", help="Print the result as JSON.")]
+__all__ = ["app", "case_commands"]
 
 
 @app.command
@@ -63,7 +56,7 @@ def demo(
         device=device,
         size=size,
         ranks=ranks,
-        threads=_threads(threads),
+        threads=thread_count(threads),
         faults=fault,
     )
     return run_demo(options, as_json=json)
@@ -92,7 +85,7 @@ def replay(
     from app.report import run_replay
 
     return run_replay(
-        session, check=check, video=video, threads=_threads(threads), as_json=json
+        session, check=check, video=video, threads=thread_count(threads), as_json=json
     )
 
 
@@ -100,7 +93,11 @@ def replay(
 def train(
     *,
     scenario: str = "first_flight",
+    case: Path | None = None,
     device: str | None = None,
+    input: str = "emulator",
+    stream_igtl: str | None = None,
+    registration: Path | None = None,
     size: int = 512,
     threads: Threads = 0,
     record: Path | None = None,
@@ -111,9 +108,17 @@ def train(
 
     Parameters
     ----------
+    case
+        Fly through a case folder, as import and phantom write, not a scenario.
     device
         Serial port of a MicroScribe, such as /dev/ttyUSB0. Without it the emulated
         arm flies the scenario's path.
+    input
+        Fly with emulator, mouse, gamepad, recording:FILE or igtl:HOST:PORT.
+    stream_igtl
+        Stream tool poses by OpenIGTLink at this [HOST:]PORT.
+    registration
+        File of `paravol register`, made since the arm was switched on.
     record
         Record the session into this folder, NAME.paravol.
     seconds
@@ -125,9 +130,13 @@ def train(
 
     return run_train(
         scenario=scenario,
+        case=case,
         device=device,
+        input=input,
+        stream_igtl=stream_igtl,
+        registration=registration,
         size=size,
-        threads=_threads(threads),
+        threads=thread_count(threads),
         record=record,
         seconds=seconds,
         screenshot=screenshot,
@@ -135,51 +144,46 @@ def train(
 
 
 @app.command
-def snapshot(
-    session: Path | None = None,
+def register(
     *,
-    time: float = 0.0,
-    volume: Path | None = None,
-    eye: tuple[float, float, float] | None = None,
-    target: tuple[float, float, float] | None = None,
-    out: Path = Path("out/snapshot.png"),
-    size: int = 512,
-    ranks: int = 1,
+    scenario: str = "first_flight",
+    device: str | None = None,
+    emulated: Annotated[bool, Parameter(negative="")] = False,
+    out: Path = Path("registration.json"),
+    pivot: bool = True,
+    trace: bool = True,
+    target: tuple[str, ...] = (),
+    seed: int = 1,
+    yes: Annotated[bool, Parameter(negative="")] = False,
     json: Json = False,
 ) -> int:
-    """Render one high-quality picture: of a session's moment or of a scan.
+    """Register an arm: turn the tip, touch the landmarks, trace the skin.
 
     Parameters
     ----------
-    session
-        A recorded session; its view at --time is rendered.
-    time
-        Seconds into the session.
-    volume
-        A CT scan (NRRD, NIfTI, MetaImage) instead of a session, with --eye and
-        --target.
-    eye
-        Where to look from: x y z in millimetres, patient LPS.
-    target
-        Where to look at.
+    device
+        Serial port of a MicroScribe, such as /dev/ttyUSB0, or socket://host:port.
+    emulated
+        Let an emulated arm go all the way by itself; its true errors are shown.
     out
-        PNG file to write.
-    ranks
-        MPI processes; 1 renders without MPI.
+        The .json file to write; a .tfm for ITK and 3D Slicer lands beside it.
+    pivot
+        Calibrate the tip first; --no-pivot takes the tip that the arm states.
+    trace
+        Refine on a traced patch of skin; --no-trace leaves the landmarks alone.
+    target
+        Landmark at which the error is shown; the sinuses when left out.
+    seed
+        Where the emulated arm stands and how its hand shakes.
+    yes
+        Write the file without asking.
     """
-    from app.snapshot_command import run_snapshot
+    from app.register_command import RegisterOptions, run_register
 
-    return run_snapshot(
-        session=session,
-        time_s=time,
-        volume=volume,
-        eye=eye,
-        target=target,
-        out=out,
-        size=size,
-        ranks=ranks,
-        as_json=json,
+    options = RegisterOptions(
+        scenario, device, emulated, out, pivot, trace, target, yes, seed
     )
+    return run_register(options, as_json=json)
 
 
 @app.command
@@ -206,79 +210,25 @@ def worker(
 
 
 @app.command
-def phantom(
-    *,
-    out: Path,
-    seed: int = 1,
-    average: bool = False,
-    variant: tuple[str, ...] = (),
-    without: tuple[str, ...] = (),
-    lund_mackay: tuple[str, ...] = (),
-    spacing: float = 0.5,
-    noise: float = 12.0,
-    mr: bool = False,
-    json: Json = False,
-) -> int:
-    """Write a virtual patient as a case folder that 3D Slicer opens.
-
-    Parameters
-    ----------
-    out
-        Folder for ct.nrrd, labels.seg.nrrd, landmarks.mrk.json and case.json.
-    seed
-        Draws a patient: sizes, septum, skull base, cells and variants.
-    average
-        Take the average adult instead; the seed then draws the cells alone.
-    variant
-        Add a variant, such as onodi:left, haller or keros-3; may be repeated.
-    without
-        Remove a variant, such as agger-nasi:right; may be repeated.
-    lund_mackay
-        Add disease, such as maxillary:left=2,ostiomeatal:left=2 or polyps=3.
-    spacing
-        Voxel edge in millimetres.
-    noise
-        Standard deviation of the CT's noise in HU: 12 is a soft kernel, 50 a bone one.
-    mr
-        Write t1.nrrd and t2.nrrd too.
-    """
-    from app.phantom_command import run_phantom
-
-    return run_phantom(
-        out=out,
-        seed=seed,
-        spacing_mm=spacing,
-        as_json=json,
-        average=average,
-        variants=variant,
-        without=without,
-        lund_mackay=lund_mackay,
-        noise_hu=noise,
-        resonance=mr,
-    )
-
-
-@app.command
-def emulator(
-    *,
-    path: Path | None = None,
-    seed: int = 0,
-    fault: tuple[str, ...] = (),
-) -> int:
+def emulator(*, words: EmulatorWords = NOTHING_TYPED) -> int:
     """Emulate a MicroScribe behind a pseudo-terminal and print the port's name.
 
-    Parameters
-    ----------
-    path
-        Recorded probe path to follow; the bundled one when left out.
-    seed
-        Where the arm stands beside the patient.
-    fault
-        Misbehave, as NAME@SECONDS: garbage, mute or unplug.
+    Any program that talks to the arm over a serial port can open it:
+
+        paravol emulator
+        paravol emulator --profile dx --path hand.path.json
+        paravol emulator --motion orbit --listen 4455
+        paravol emulator --fault f8_dropped_byte@12.5 --fault f30
+        paravol emulator --fault flipped_bit@p:0.01 --seed 7
+        paravol emulator --fault unplug@packet:200 --transcript line.txt
+        paravol emulator --link /tmp/arm --do unplug@5+2 --do right_pedal@3+.5
+
+    A fault is NAME[=VARIANT][@WHEN]: SECONDS since the first packet (0, or nothing,
+    means from power-on), SECONDS+DURATION, packet:N or p:PROBABILITY for each packet.
     """
     from app.emulator_command import run_emulator
 
-    return run_emulator(path=path, seed=seed, faults=fault)
+    return run_emulator(words)
 
 
 @app.command
@@ -314,11 +264,3 @@ def doctor(*, json: Json = False) -> int:
     from app.doctor import run_doctor
 
     return run_doctor(as_json=json)
-
-
-def _threads(asked: int) -> int:
-    import os
-
-    if asked < 0:
-        raise ValueError(f"--threads must not be negative, got {asked}")
-    return asked or len(os.sched_getaffinity(0))

@@ -58,6 +58,7 @@ def examine() -> list[Finding]:
         _memory(),
         *_packages(),
         _kernel_cache(),
+        _kernels(),
         _phantom_cache(),
         _opengl("OpenGL off screen", offscreen),
         Finding("display", display_name() or "none"),
@@ -134,6 +135,16 @@ def _kernel_cache() -> Finding:
     if not folder.exists():
         return Finding("compiled kernels", f"{folder}, not made yet")
     return Finding("compiled kernels", f"{folder}, {_megabytes(folder):.0f} MB")
+
+
+def _kernels() -> Finding:
+    from renderers.simd_guard import vector_problem
+
+    problem = vector_problem()
+    if problem:
+        remedy = f"{problem} Pictures take longer and are otherwise the same."
+        return Finding("kernels in use", "scalar", remedy=remedy)
+    return Finding("kernels in use", "vector, checked against scalars")
 
 
 def _phantom_cache() -> Finding:

@@ -17,6 +17,7 @@ from renderers.shading import (
     Tier,
     meter,
 )
+from renderers.shading.bands import RowBands
 from scenarios import View
 
 
@@ -59,6 +60,8 @@ class EndoscopeView:
         self._light = ScopeLight(ring_radius_mm)
         self.instrument = instrument
         self._auto_gain = AutoGain()
+        # one part a thread: each looks through all triangles
+        self._halves = RowBands(threads, bands_per_thread=1)
 
     def warm_up(self, view: View, progress: Progress) -> None:
         """Compile every kernel and fill every table by drawing `view` once.
@@ -80,9 +83,11 @@ class EndoscopeView:
     def gbuffer(self, view: View) -> GBuffer:
         """Find what each pixel shows, the instrument in front of or behind tissue."""
         tissue = self.renderer.gbuffer(view.camera)
-        if self.instrument is None:
-            return tissue
-        return self.instrument.draw(tissue, view.camera, view.world_from_instrument)
+        if self.instrument is not None:
+            self.instrument.draw(
+                tissue, view.camera, view.world_from_instrument, self._halves.run
+            )
+        return tissue
 
     def draw(
         self, view: View, *, number: int, elapsed_s: float, gain: float | None = None
@@ -113,5 +118,5 @@ class EndoscopeView:
         pixels, gain = self._camera_pass.finish(
             radiance, buffer, view.camera, gain=gain, frame_number=number
         )
-        digest = hashlib.blake2b(pixels.tobytes(), digest_size=16).hexdigest()
+        digest = hashlib.blake2b(pixels.data, digest_size=16).hexdigest()
         return Frame(pixels, buffer, gain, digest)

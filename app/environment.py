@@ -45,8 +45,9 @@ def prepare_environment() -> Path:
 def kernel_hash(root: Path, numba_version: str) -> str:
     """Hash the paths and contents of all kernel files below the packages of `root`.
 
-    Kernel files are every `kernels.py` and the modules these import from us, since
-    compiled code has their constants built in. Sixteen hexadecimal digits.
+    Kernel files are every `kernels.py` and the modules and packages these import from
+    us, since compiled code has their constants and instructions built in. Sixteen
+    hexadecimal digits.
     """
     # Plain strings: this runs at every start, and Path objects cost it 10 ms.
     waiting = [
@@ -62,10 +63,9 @@ def kernel_hash(root: Path, numba_version: str) -> str:
         if name not in sources and os.path.isfile(path):
             with open(path, encoding="utf-8") as file:
                 text = sources[name] = file.read()
-            waiting += [
-                os.path.join(root, *module.split(".")) + ".py"
-                for module in _IMPORT.findall(text)
-            ]
+            for module in _IMPORT.findall(text):
+                place = os.path.join(root, *module.split("."))
+                waiting += [f"{place}.py", os.path.join(place, "__init__.py")]
     digest = hashlib.sha256(numba_version.encode())
     for name in sorted(sources):
         digest.update(f"\0{name}\0{sources[name]}".encode())

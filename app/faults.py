@@ -14,9 +14,9 @@ def sentence(error: Exception) -> str | None:
     if isinstance(error, OSError) and error.strerror:
         where = f": {error.filename}" if error.filename else ""
         return f"{error.strerror}{where}."
-    # The snapshot service's errors are known by their family, so that commands which
-    # take no snapshot need not load it.
-    if type(error).__module__.startswith("renderers.art."):
+    # The renderers' errors are known by their family, so that commands which draw
+    # nothing need not load them.
+    if type(error).__module__.startswith(("renderers.art.", "renderers.simd_guard")):
         return str(error)
     if isinstance(error, ValueError | TimeoutError | DeviceError | ToldError):
         return str(error)

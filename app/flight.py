@@ -85,7 +85,7 @@ def fly(
     number = 0
     started = shown = time.perf_counter()
     while True:
-        newest: tuple[Pose, Sample, View] | None = None
+        newest: tuple[Pose, Sample] | None = None
         for pose in _arrived(source):
             sample = aim.complete(pose)
             if sample.time_s >= until_s:
@@ -94,12 +94,14 @@ def fly(
             if sample.time_s < 0.0:
                 started = shown = time.perf_counter()
                 continue
-            newest = pose, sample, session.step(sample)
+            session.step(sample)
+            newest = pose, sample
             recorder.add(SampleRecord.of(sample))
         if newest is None:
             continue
-        pose, sample, seen = newest
+        pose, sample = newest
         begun = time.perf_counter()
+        seen = session.view(sample)
         frame = view.draw(seen, number=number, elapsed_s=begun - shown)
         timing.frame_ms.append((time.perf_counter() - begun) * 1e3)
         timing.pose_age_ms.append((time.monotonic() - pose.host_time_s) * 1e3)

@@ -1,13 +1,16 @@
-"""The head on the table, ready to be drawn: phantom, scene, landmarks."""
+"""The head on the table, ready to be drawn: phantom or case, scene, landmarks."""
 
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from anatomy import PhantomParameters, classic_transfer_function, sinus_phantom
+from anatomy.approach import Approach
+from anatomy.case import read_case
 from renderers.scene import AirSurface, Scene
 from scenarios import Scenario
 
@@ -22,11 +25,14 @@ class OperatingRoom:
     landmarks: world positions ``(3,)`` in mm by name; paired ones carry their side,
         as in ``"maxillary ostium right"``.
     surface_sha256: hash of the air distance values and where they lie.
+    way_in: where a scope enters a patient's own head; None for a phantom, whose
+        landmarks say it.
     """
 
     scene: Scene
     landmarks: dict[str, NDArray[np.float64]]
     surface_sha256: str
+    way_in: Approach | None = None
 
     @property
     def surface(self) -> AirSurface:
@@ -46,8 +52,13 @@ class OperatingRoom:
 
 
 def prepare_room(scenario: Scenario, progress: Progress) -> OperatingRoom:
-    """Build the scenario's head, or fetch it from the cache."""
+    """Build the scenario's head, fetch it from the cache, or read its case.
+
+    Raises ValueError for a case that cannot be flown.
+    """
     head = scenario.head
+    if head.case:
+        return _case_room(Path(head.case), progress)
     phantom = sinus_phantom(
         PhantomParameters(seed=head.seed),
         spacing_mm=head.spacing_mm,
@@ -60,6 +71,29 @@ def prepare_room(scenario: Scenario, progress: Progress) -> OperatingRoom:
         for name, landmark in phantom.landmarks.items()
     }
     return OperatingRoom(scene, landmarks, surface_hash(surface))
+
+
+def _case_room(folder: Path, progress: Progress) -> OperatingRoom:
+    """Read a patient from a case folder."""
+    stage = "Head: reading the case"
+    progress(stage, 0.0)
+    case = read_case(folder)
+    lacking = [n for n in ("distance", "blood", "skin") if n not in case.volumes]
+    if lacking:
+        raise ValueError(
+            f"The case {folder} has no {lacking[0]} volume, which a flight needs; "
+            "make it again with paravol import or paravol phantom."
+        )
+    volumes = case.volumes
+    surface = AirSurface(volumes["distance"], volumes["blood"], volumes["skin"])
+    landmarks = {name: mark.position_mm for name, mark in case.landmarks.items()}
+    way = case.record.approach
+    way_in = None
+    if way is not None:
+        way_in = Approach(np.array(way.pivot_mm), np.array(way.axis), way.free_mm)
+    scene = Scene(case.ct, classic_transfer_function(), surface=surface)
+    progress(stage, 1.0)
+    return OperatingRoom(scene, landmarks, surface_hash(surface), way_in)
 
 
 def surface_hash(surface: AirSurface) -> str:

@@ -7,6 +7,8 @@ it takes a quarter of a second, parsing the source of the commands five millisec
 import ast
 from pathlib import Path
 
+FILES = ("commands.py", "case_commands.py")
+
 _HEAD = """Usage: paravol COMMAND [OPTIONS]
 
 Endoscopic sinus surgery trainer: fly, replay, snapshot, measure.
@@ -22,10 +24,21 @@ Start with: paravol demo
 
 def overview() -> str:
     """Give the help text: every command with the first line of its docstring."""
-    source = Path(__file__).with_name("commands.py").read_text(encoding="utf-8")
     rows = []
-    for node in ast.parse(source).body:
-        if isinstance(node, ast.FunctionDef) and node.decorator_list:
-            first = (ast.get_docstring(node) or "").partition("\n")[0]
-            rows.append(f"  {node.name:<10} {first}")
+    for file in FILES:
+        source = Path(__file__).with_name(file).read_text(encoding="utf-8")
+        for node in ast.parse(source).body:
+            if isinstance(node, ast.FunctionDef) and node.decorator_list:
+                first = (ast.get_docstring(node) or "").partition("\n")[0]
+                rows.append(f"  {_name(node):<10} {first}")
     return _HEAD + "\n".join(sorted(rows)) + "\n" + _FOOT
+
+
+def _name(node: ast.FunctionDef) -> str:
+    """Give the command's name: "import" cannot be a function's."""
+    for decorator in node.decorator_list:
+        if isinstance(decorator, ast.Call):
+            for keyword in decorator.keywords:
+                if keyword.arg == "name":
+                    return str(ast.literal_eval(keyword.value))
+    return node.name

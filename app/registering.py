@@ -1,11 +1,19 @@
-"""Registration at the start of a session: touch the fiducials, fit, report."""
+"""Registration at the start of a session: touch the fiducials, or take a file."""
+
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.flight import OrderedPoses
 from app.operating_room import Progress
-from devices import Registration, TouchCollector, register
+from devices import Pose, Registration, TouchCollector, register
+from devices.microscribe.link import ArmDescription
+from devices.pivot import shifted_to_tip
+from devices.registration_error import RegistrationError, RegistrationReason
+from devices.registration_file import load_registration
+from scenarios import Scenario
 
 PATIENCE_S = 30.0
 """A person may take this long from one fiducial to the next."""
@@ -43,3 +51,46 @@ def register_by_touch(
         np.stack(list(fiducials.values())),
         list(fiducials),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class TippedPoses:
+    """Pass an arm's poses on, moved to the tip that was calibrated.
+
+    tip_mm: ``(3,)`` in the frame of the tip that the arm states.
+    """
+
+    source: OrderedPoses
+    tip_mm: NDArray[np.float64]
+
+    def read(self, timeout_s: float) -> Pose:
+        """Return the next pose; raise as the source does."""
+        return shifted_to_tip(self.source.read(timeout_s), self.tip_mm)
+
+
+def head_of(scenario: Scenario) -> str:
+    """Name the head that a registration belongs to."""
+    return f"{scenario.name}, seed {scenario.head.seed}"
+
+
+def registered_by_file(
+    source: OrderedPoses, file: Path, arm: ArmDescription, scenario: Scenario
+) -> tuple[TippedPoses, Registration]:
+    """Take a registration made by `paravol register`; give the poses of its tip.
+
+    A MicroScribe has to be registered anew whenever it was switched on: its base may
+    have been turned meanwhile, which no file can know. Raises RegistrationError when
+    the file holds none, or one of another arm or another head.
+    """
+    record = load_registration(file)
+    for what, wanted, found in (
+        ("arm", arm.identity.serial, record.arm_serial),
+        ("head", head_of(scenario), record.head),
+    ):
+        if wanted != found:
+            raise RegistrationError(
+                RegistrationReason.FILE,
+                f"{file} registers the {what} {found!r}, this is {wanted!r}; make a "
+                "new one with `paravol register`.",
+            )
+    return TippedPoses(source, np.array(record.tip_mm)), record.registration()

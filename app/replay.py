@@ -10,7 +10,7 @@ import numpy as np
 from app.operating_room import OperatingRoom, Progress, prepare_room
 from app.session_setup import build_session, build_view
 from app.video import VideoWriter
-from scenarios import Scenario, Score, View
+from scenarios import Sample, Scenario, Score
 from scenarios.bundle import FrameRecord, SampleRecord, read_session
 
 VIDEO_FPS = 30.0
@@ -87,8 +87,7 @@ def replay_session(
     frames = 0
     pictures: list[int] = []
     clearances: list[int] = []
-    views: list[View] = []
-    times: list[float] = []
+    samples: list[Sample] = []
     with ExitStack() as stack:
         film = None
         if video is not None:
@@ -96,11 +95,13 @@ def replay_session(
             stack.enter_context(film)
         for index, record in enumerate(records):
             if isinstance(record, SampleRecord):
-                views.append(session.step(record.sample()))
-                times.append(record.time_s)
-            elif isinstance(record, FrameRecord) and record.sample < len(views):
+                sample = record.sample()
+                session.step(sample)
+                samples.append(sample)
+            elif isinstance(record, FrameRecord) and record.sample < len(samples):
                 # A frame is recorded when it is finished; newer samples have come in.
-                seen = views[record.sample]
+                shown = samples[record.sample]
+                seen = session.view(shown)
                 frame = view.draw(
                     seen, number=record.number, elapsed_s=0.0, gain=record.gain
                 )
@@ -110,12 +111,12 @@ def replay_session(
                 if seen.clearance_mm != record.clearance_mm:
                     clearances.append(record.number)
                 if film is not None:
-                    film.show_until(frame.pixels, times[record.sample])
+                    film.show_until(frame.pixels, shown.time_s)
             progress("Replaying", (index + 1) / len(records))
     score = session.score()
     return ReplayReport(
         complete=complete,
-        samples=len(views),
+        samples=len(samples),
         frames=frames,
         differing_frames=pictures,
         differing_clearances=clearances,

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from devices import Pose, ProbePath, RecordedChannel
+from devices import Pose, ProbePath
 from scenarios import Sample
 
 PATH_PEDAL = 2
@@ -19,19 +19,16 @@ class PathChannel:
     """Follow a recorded path's second channel, from the moment the path begins."""
 
     path: ProbePath
-    _channel: RecordedChannel | None = None
     _began_s: float | None = None
 
     def complete(self, pose: Pose) -> Sample:
         """Join a pose with the channel; before the path begins its time is -1."""
-        if self._channel is None:
-            self._channel = RecordedChannel(self.path)
         if self._began_s is None:
             if not pose.buttons & PATH_PEDAL:
-                return _sample(pose, -1.0, self._channel, 0.0)
+                return _sample(pose, -1.0, self.path, 0.0)
             self._began_s = pose.time_s
         time_s = pose.time_s - self._began_s
-        return _sample(pose, time_s, self._channel, time_s)
+        return _sample(pose, time_s, self.path, time_s)
 
 
 @dataclass(slots=True)
@@ -58,13 +55,13 @@ class HandChannel:
         )
 
 
-def _sample(pose: Pose, time_s: float, channel: RecordedChannel, at_s: float) -> Sample:
-    tip, axis = channel.instrument(at_s)
+def _sample(pose: Pose, time_s: float, path: ProbePath, at_s: float) -> Sample:
+    state = path.sample(at_s)
     return Sample(
         time_s,
         pose.device_from_tip,
-        channel.roll_deg(at_s),
-        tip,
-        axis,
+        state.roll_deg,
+        state.instrument_tip_mm,
+        state.instrument_axis,
         pose.buttons,
     )

@@ -24,7 +24,11 @@ CLOSE_PATIENCE_S = 5.0
 def run_train(
     *,
     scenario: str,
+    case: Path | None = None,
     device: str | None,
+    input: str,
+    stream_igtl: str | None,
+    registration: Path | None,
     size: int,
     threads: int,
     record: Path | None,
@@ -33,17 +37,27 @@ def run_train(
 ) -> int:
     """Open the window and fly until it is closed.
 
+    input: the words of `app.inputs.choose_input`; stream_igtl: ``[HOST:]PORT``.
+    registration: a file of `paravol register`; without it fiducials are touched.
     seconds: close by itself that long after the first picture.
     Raises ValueError for bad input, ToldError where no window can open, the device's
     error when the arm fails, KeyboardInterrupt after Ctrl-C.
     """
+    from app.inputs import choose_input
+    from app.pose_stream import listening_address
     from devices import load_probe_path
     from scenarios import load_scenario
 
     _check(size, record, seconds, screenshot)
+    if case is not None:
+        from app.case_exercise import exercise_of
+
+        scenario = str(exercise_of(case))
     exercise, folder = load_scenario(scenario)
     path_file = folder / exercise.path
     path = load_probe_path(path_file)
+    stream = None if stream_igtl is None else listening_address(stream_igtl)
+    flown = choose_input(input, device, exercise, path, path_file, registration)
     graphics = probe_window()
     if not graphics.works:
         raise ToldError(graphics.problem)
@@ -56,9 +70,9 @@ def run_train(
     from scenarios.instruments import suction_tube
 
     application = QApplication(["paravol"])
-    order = FlightOrder(exercise, path, path_file, device, size, threads, record)
+    order = FlightOrder(exercise, path, flown, size, threads, record, stream)
     flight = WindowFlight(order)
-    instrument = suction_tube() if device is None else None
+    instrument = suction_tube() if flown.has_instrument else None
     window = TraineeWindow(
         flight,
         instrument,

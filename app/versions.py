@@ -4,7 +4,7 @@ import platform
 import sys
 from importlib.metadata import PackageNotFoundError, version
 
-_NAMED = ("paravol-ess", "numpy", "numba", "scipy", "vtk", "embreex", "mpi4py")
+_NAMED = ("paravol-ess", "numpy", "numba", "scipy", "vtk", "trimesh", "mpi4py")
 
 
 def versions() -> dict[str, str]:

@@ -8,7 +8,6 @@ from PySide6.QtCore import Qt, QTimer, Slot
 from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QApplication,
-    QGridLayout,
     QHBoxLayout,
     QLabel,
     QMainWindow,
@@ -19,6 +18,7 @@ from PySide6.QtWidgets import (
 from app.overview_scene import HeadModel
 from app.window_flight import Instant, WindowFlight
 from app.window_gauges import Gauges
+from app.window_keys import HandEvents, KeyHelp
 from app.window_overview import OverviewView
 from app.window_picture import PictureView
 from app.window_readings import Readings
@@ -34,13 +34,6 @@ OVERVIEW_SHARE = 0.15
 
 ROLL_STEP_DEG = 5.0
 NOTICE_S = 4.0
-
-KEYS = {
-    "← →": "turn the light post",
-    "Space": "keep this moment",
-    "F": "full screen",
-    "Q": "quit",
-}
 
 
 class TraineeWindow(QMainWindow):
@@ -79,6 +72,8 @@ class TraineeWindow(QMainWindow):
         )
         self._overview.changed.connect(self._on_overview_changed)
         self._lay_out()
+        if order.input.controls is not None:
+            self._hand = HandEvents(order.input.controls, self, self.picture)
         self._overview_due_s = 0.0
         self._is_overview_stale = True
         self._timer = QTimer(self)
@@ -95,7 +90,8 @@ class TraineeWindow(QMainWindow):
         self._on_stage("Starting", 0.0)
 
     def _lay_out(self) -> None:
-        scope = self._order.scenario.scope
+        order = self._order
+        scope = order.scenario.scope
         side = QWidget()
         side.setObjectName("side")
         column = QVBoxLayout(side)
@@ -103,17 +99,11 @@ class TraineeWindow(QMainWindow):
         title = QLabel(self._order.scenario.title)
         title.setObjectName("title")
         title.setWordWrap(True)
-        arm = "emulated arm" if self._order.device is None else self._order.device
-        about = QLabel(f"{scope.angle_deg:g}° scope, {scope.diameter_mm:g} mm · {arm}")
-        keys = QWidget()
-        table = QGridLayout(keys)
-        table.setContentsMargins(0, 0, 0, 0)
-        table.setColumnStretch(1, 1)
-        for number, (key, does) in enumerate(KEYS.items()):
-            name = QLabel(key)
-            name.setObjectName("key")
-            table.addWidget(name, number, 0)
-            table.addWidget(QLabel(does), number, 1)
+        about = QLabel(
+            f"{scope.angle_deg:g}° scope, {scope.diameter_mm:g} mm · {order.input.name}"
+        )
+        about.setWordWrap(True)
+        keys = KeyHelp(order.input.keys)
         column.addWidget(title)
         column.addWidget(about)
         column.addWidget(self._overview, 1)
@@ -202,11 +192,7 @@ class TraineeWindow(QMainWindow):
         fiducials = self._order.scenario.fiducials
         positions = self._order.scenario.fiducial_positions()
         if touched < len(fiducials):
-            how = (
-                "The emulated arm does it by itself."
-                if self._order.device is None
-                else "Hold the stylus on it and press the right pedal."
-            )
+            how = self._order.input.touch_hint
             name = fiducials[touched].name
             self.picture.say(
                 f"Touch the {name} ({touched + 1} of {len(fiducials)})",
@@ -216,14 +202,18 @@ class TraineeWindow(QMainWindow):
         self._overview.scene.show_fiducials(positions, touched)
         self._is_overview_stale = True
 
-    @Slot(float)
-    def _on_registered(self, residual_mm: float) -> None:
+    @Slot(object)
+    def _on_registered(self, residual_mm: float | None) -> None:
         self._registration_mm = residual_mm
-        self._overview.scene.hide_fiducials(self._order.scenario.fiducial_positions())
-        self._is_overview_stale = True
-        self._notify(
-            "Registered", f"The touched points fit to {residual_mm:.2f} mm rms."
-        )
+        if residual_mm is None:
+            self._notify("Ready", f"Fly with {self._order.input.name}.")
+        else:
+            fiducials = self._order.scenario.fiducial_positions()
+            self._overview.scene.hide_fiducials(fiducials)
+            self._is_overview_stale = True
+            self._notify(
+                "Registered", f"The touched points fit to {residual_mm:.2f} mm rms."
+            )
         self.picture.mark_recording(self._order.record is not None)
 
     @Slot()

@@ -11,23 +11,26 @@ import time
 from collections import deque
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from app.arm import open_arm
 from app.endoscope_view import EndoscopeView, Frame
 from app.faults import DeviceLostError
 from app.flight import Aim, OrderedPoses, fly
+from app.inputs import FlightInput
 from app.operating_room import prepare_room
 from app.overview_scene import head_model
+from app.pedal_watch import PedalWatch, record_of
+from app.pose_stream import StreamedAim, streaming
 from app.registering import register_by_touch
-from app.second_channel import HandChannel, PathChannel
 from app.session_info import LIVE_TIER, SEED, describe_session
 from app.session_setup import build_session, build_view, path_view
-from devices import DeviceError, Pose, ProbePath
+from devices import DeviceError, Pose, ProbePath, Registration
+from devices.buttons import Button, ButtonEvent
 from scenarios import Sample, Scenario, Session, View
 from scenarios.bundle import EventRecord, SessionInfo, SessionRecorder
 
@@ -42,17 +45,17 @@ RATE_OVER_S = 1.0
 class FlightOrder:
     """Say what is to be flown.
 
-    device: serial port of a real arm, None for the emulated one.
     record: folder of the recording, None for none.
+    stream: host and port at which tool poses are streamed, None for nowhere.
     """
 
     scenario: Scenario
     path: ProbePath
-    path_file: Path
-    device: str | None
+    input: FlightInput
     size: int
     threads: int
     record: Path | None
+    stream: tuple[str, int] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,8 +128,8 @@ class WindowFlight(QObject):
     """A `HeadModel`."""
     touching = Signal(int)
     """Number of fiducials touched so far; the next one is wanted."""
-    registered = Signal(float)
-    """Residual in mm rms: the flight begins."""
+    registered = Signal(object)
+    """The flight begins; residual in mm rms, None when nothing had to be touched."""
     arrived = Signal()
     """There is a new frame: `take` it."""
     moment_kept = Signal(float)
@@ -140,8 +143,7 @@ class WindowFlight(QObject):
         super().__init__()
         self.error: Exception | None = None
         self.order = order
-        channel = PathChannel(order.path) if order.device is None else HandChannel()
-        self.roll = KeyboardRoll(channel)
+        self.roll = KeyboardRoll(order.input.aim)
         self._closed = threading.Event()
         self._moment_wanted = threading.Event()
         self._lock = threading.Lock()
@@ -203,7 +205,7 @@ class WindowFlight(QObject):
         targets = room.positions(scenario.targets)
         self.head_ready.emit(head_model(room.surface, targets))
         size = (order.size, order.size)
-        has_instrument = order.device is None
+        has_instrument = order.input.has_instrument
         view = build_view(
             scenario,
             room,
@@ -214,16 +216,13 @@ class WindowFlight(QObject):
         )
         middle_s = order.path.duration_s / 2
         view.warm_up(path_view(scenario, room, order.path, middle_s, size), self._stage)
-        self._stage("Opening the arm", 0.0)
+        self._stage("Opening the input", 0.0)
         with ExitStack() as stack:
-            arm = stack.enter_context(
-                open_arm(scenario, order.path_file, device=order.device)
-            )
-            self._stage("Opening the arm", 1.0)
-            source = WatchedSource(arm, self._closed)
-            registration = register_by_touch(
-                source, scenario.fiducial_positions(), self._touch
-            )
+            streamer = stack.enter_context(streaming(order.stream))
+            poses = stack.enter_context(order.input.open(room))
+            self._stage("Opening the input", 1.0)
+            source = WatchedSource(poses, self._closed)
+            registration = self._register(source)
             info = describe_session(
                 scenario,
                 room,
@@ -231,16 +230,39 @@ class WindowFlight(QObject):
                 size=order.size,
                 has_instrument=has_instrument,
             )
-            session = build_session(
-                scenario, room, registration.world_from_device, size
-            )
-            self.registered.emit(registration.residual_rms_mm)
+            world_from_device = registration.world_from_device
+            session = build_session(scenario, room, world_from_device, size)
             recorder = self._recorder(stack, info)
-            self._follow(source, session, view, recorder)
+            aim: Aim = PedalWatch(self.roll, partial(self._on_pedal, recorder))
+            if streamer is not None:
+                aim = StreamedAim(aim, streamer, world_from_device, has_instrument)
+            self._follow(source, aim, session, view, recorder)
+
+    def _register(self, source: WatchedSource) -> Registration:
+        """Ask for the fiducials to be touched, unless the input lies in the patient."""
+        known = self.order.input.registration
+        if known is not None:
+            self.registered.emit(None)
+            return known
+        fiducials = self.order.scenario.fiducial_positions()
+        registration = register_by_touch(source, fiducials, self._touch)
+        self.registered.emit(registration.residual_rms_mm)
+        return registration
+
+    def _on_pedal(
+        self, recorder: SessionRecorder, event: ButtonEvent, sample: Sample
+    ) -> None:
+        """Record a pedal; the right one keeps the moment, as the space bar does."""
+        if sample.time_s < 0.0:
+            return
+        recorder.add(record_of(event, sample.time_s))
+        if event.is_down and event.button == Button.RIGHT_PEDAL:
+            self._moment_wanted.set()
 
     def _follow(
         self,
         source: WatchedSource,
+        aim: Aim,
         session: Session,
         view: EndoscopeView,
         recorder: SessionRecorder,
@@ -267,11 +289,11 @@ class WindowFlight(QObject):
         try:
             timing = fly(
                 source,
-                self.roll,
+                aim,
                 session,
                 view,
                 recorder,
-                until_s=np.inf if order.device else order.path.duration_s,
+                until_s=order.input.until_s,
                 on_frame=on_frame,
             )
             figures = {"timing": timing.figures()}

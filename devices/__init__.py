@@ -3,13 +3,9 @@
 from devices.port import BytePort, DeviceError, DeviceReason
 from devices.pose import Pose, PoseFlag, PoseSource
 from devices.probe_path import ProbePath, ProbeSample
-from devices.recording import RecordedChannel, load_probe_path, save_probe_path
-from devices.registration import (
-    Registration,
-    RegistrationError,
-    RegistrationReason,
-    register,
-)
+from devices.recording import load_probe_path, save_probe_path
+from devices.registration import Registration, register
+from devices.registration_error import RegistrationError, RegistrationReason
 from devices.touch import TouchCollector
 
 __all__ = [
@@ -21,7 +17,6 @@ __all__ = [
     "PoseSource",
     "ProbePath",
     "ProbeSample",
-    "RecordedChannel",
     "Registration",
     "RegistrationError",
     "RegistrationReason",

@@ -1,6 +1,7 @@
-"""What a byte port must do."""
+"""What a byte port must do, and the clock beside it."""
 
 import threading
+import time
 from collections import deque
 from enum import Enum
 from typing import Protocol
@@ -30,6 +31,30 @@ class DeviceError(Exception):
         self.reason = reason
 
 
+class Clock(Protocol):
+    """Seconds that never run backwards, and a way to let some of them pass."""
+
+    def now(self) -> float:
+        """Return seconds since some moment."""
+        ...
+
+    def sleep(self, seconds: float) -> None:
+        """Return after that time."""
+        ...
+
+
+class HostClock:
+    """The host's monotonic clock."""
+
+    def now(self) -> float:
+        """Return seconds since some moment."""
+        return time.monotonic()
+
+    def sleep(self, seconds: float) -> None:
+        """Return after that time."""
+        time.sleep(seconds)
+
+
 class BytePort(Protocol):
     """A serial line, or anything that behaves like one.
 
@@ -41,8 +66,17 @@ class BytePort(Protocol):
         """Get the name under which a person knows the port."""
         ...
 
+    @property
+    def waiting(self) -> int:
+        """Get how many bytes have arrived unread."""
+        ...
+
     def read(self, count: int, timeout_s: float) -> bytes:
         """Return up to ``count`` bytes, fewer when the timeout ends first."""
+        ...
+
+    def read_burst(self, count: int, timeout_s: float, quiet_s: float) -> bytes:
+        """Read as ``read`` does, but end when the line falls quiet after a byte."""
         ...
 
     def write(self, data: bytes) -> None:
@@ -85,6 +119,14 @@ class MemoryPort:
         """Get the name given at birth."""
         return self._name
 
+    @property
+    def waiting(self) -> int:
+        """Get how many bytes have arrived unread."""
+        with self._in.changed:
+            if not self._in.open and not self._in.data:
+                raise self._gone()
+            return len(self._in.data)
+
     def read(self, count: int, timeout_s: float) -> bytes:
         """Return up to ``count`` bytes, fewer when the timeout ends first."""
         pipe = self._in
@@ -95,6 +137,16 @@ class MemoryPort:
             if not pipe.open and not pipe.data:
                 raise self._gone()
             return bytes(pipe.data.popleft() for _ in range(min(count, len(pipe.data))))
+
+    def read_burst(self, count: int, timeout_s: float, quiet_s: float) -> bytes:
+        """Read as ``read`` does, but end when the line falls quiet after a byte."""
+        data = self.read(1, timeout_s)
+        while data and len(data) < count:
+            more = self.read(1, min(quiet_s, timeout_s))
+            if not more:
+                break
+            data += more
+        return data
 
     def write(self, data: bytes) -> None:
         """Append ``data`` to what the far end will read."""

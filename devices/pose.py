@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntFlag
+from math import isfinite
 from types import TracebackType
 from typing import Protocol, Self
 
@@ -29,16 +30,32 @@ def read_only_rigid(matrix: NDArray[np.float64], name: str) -> NDArray[np.float6
     copy = np.array(matrix, dtype=np.float64)
     if copy.shape != (4, 4):
         raise ValueError(f"{name} must have shape (4, 4), got {copy.shape}")
-    if not np.isfinite(copy).all():
-        raise ValueError(f"{name} must be finite, got {copy.tolist()}")
-    rotation = copy[:3, :3]
-    drift = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
-    if drift > RIGID_TOLERANCE or np.linalg.det(rotation) < 0.0:
+    # Plain floats: at this size they take a tenth of the time of small arrays, and
+    # every pose of an arm passes here.
+    rows: list[list[float]] = copy.tolist()
+    if not all(isfinite(value) for row in rows for value in row):
+        raise ValueError(f"{name} must be finite, got {rows}")
+    drift, turned = _drift_and_handedness(rows)
+    if drift > RIGID_TOLERANCE or turned < 0.0:
         raise ValueError(f"{name} must be a rotation, off by {drift:.3g}")
-    if copy[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
-        raise ValueError(f"{name} must end in 0 0 0 1, got {copy[3].tolist()}")
+    if rows[3] != [0.0, 0.0, 0.0, 1.0]:
+        raise ValueError(f"{name} must end in 0 0 0 1, got {rows[3]}")
     copy.flags.writeable = False
     return copy
+
+
+def _drift_and_handedness(rows: list[list[float]]) -> tuple[float, float]:
+    """Return the largest element of |R R^T - 1| and det R."""
+    (a, b, c, _), (d, e, f, _), (g, h, i, _), _ = rows
+    drift = max(
+        abs(a * a + b * b + c * c - 1.0),
+        abs(d * d + e * e + f * f - 1.0),
+        abs(g * g + h * h + i * i - 1.0),
+        abs(a * d + b * e + c * f),
+        abs(a * g + b * h + c * i),
+        abs(d * g + e * h + f * i),
+    )
+    return drift, a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +71,8 @@ class Pose:
     time_s: float
     """Seconds on the device's own monotonic clock."""
     host_time_s: float
-    """Host's monotonic clock when the first byte of the sample arrived."""
+    """Host's monotonic clock when the first byte of the sample arrived, or would have
+    arrived had nothing on the way held it up."""
     device_from_tip: NDArray[np.float64]
     """(4, 4) float64, mm, read-only."""
     buttons: int
@@ -62,7 +80,7 @@ class Pose:
     flags: PoseFlag = PoseFlag.NONE
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.time_s) and np.isfinite(self.host_time_s)):
+        if not (isfinite(self.time_s) and isfinite(self.host_time_s)):
             raise ValueError(
                 f"pose times must be finite, got {self.time_s}, {self.host_time_s}"
             )
@@ -70,6 +88,30 @@ class Pose:
             raise ValueError(f"buttons must not be negative, got {self.buttons}")
         rigid = read_only_rigid(self.device_from_tip, "device_from_tip")
         object.__setattr__(self, "device_from_tip", rigid)
+
+    @classmethod
+    def of_rigid(
+        cls,
+        time_s: float,
+        host_time_s: float,
+        device_from_tip: NDArray[np.float64],
+        buttons: int,
+        flags: PoseFlag = PoseFlag.NONE,
+    ) -> "Pose":
+        """Make a pose without checks, for those who built the matrix from rotations.
+
+        The array is kept and made read-only. Checking costs as much as the kinematics
+        of an arm.
+        """
+        device_from_tip.flags.writeable = False
+        pose = object.__new__(cls)
+        put = object.__setattr__
+        put(pose, "time_s", time_s)
+        put(pose, "host_time_s", host_time_s)
+        put(pose, "device_from_tip", device_from_tip)
+        put(pose, "buttons", buttons)
+        put(pose, "flags", flags)
+        return pose
 
     @property
     def tip_mm(self) -> NDArray[np.float64]:

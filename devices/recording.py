@@ -7,7 +7,6 @@ same bits.
 
 import os
 import tempfile
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -37,26 +36,6 @@ COLUMNS = (
 
 # A path file of an hour at 100 Hz is about 60 MB; more is a mistaken file name.
 LARGEST_FILE_BYTES = 200_000_000
-
-
-@dataclass(frozen=True, slots=True)
-class RecordedChannel:
-    """The channel beside the arm, played from a path.
-
-    A five-joint arm has no roll, nor does it know the second tool. Both come from
-    here, asked for by the seconds since the path began.
-    """
-
-    path: ProbePath
-
-    def roll_deg(self, t_s: float) -> float:
-        """Return the scope's roll, degrees; see ProbePath for its zero."""
-        return self.path.sample(t_s).roll_deg
-
-    def instrument(self, t_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the instrument's tip, (3,) mm, and unit axis, (3,); patient LPS."""
-        sample = self.path.sample(t_s)
-        return sample.instrument_tip_mm, sample.instrument_axis
 
 
 class _PathFile(msgspec.Struct, forbid_unknown_fields=True):

@@ -1,26 +1,27 @@
 """Rigid fit of device points to patient points.
 
-The least-squares rotation is Kabsch's, from the singular value decomposition of the
-3 x 3 covariance (W. Kabsch, Acta Cryst. A32, 1976); Horn's quaternion solution (1987)
-is the same rotation. The residual at the touched points is no measure of the error
-elsewhere: the target error grows with the distance from them (Fitzpatrick, 1998).
+The fit is ``rigid_fit``'s; here sets that give no trustworthy registration are refused
+by name. The residual at the touched points is no measure of the error elsewhere: the
+target error grows with the distance from them (Fitzpatrick, West and Maurer, 1998) and
+is found in ``target_error``.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
-from itertools import permutations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.pose import Pose, read_only_rigid
+from devices.registration_error import RegistrationError, RegistrationReason
+from devices.rigid_fit import best_other_order, fit_rigid, rms
 
 # Two fiducials nearer than this cannot be told apart by a hand-held stylus.
 COINCIDENT_MM = 1.0
 
 # RMS distance of the points from their best line. At 2 mm a touching error of
-# 0.2 mm already turns the patient by 6 degrees about that line.
+# 0.2 mm already turns the patient by 6 degrees about that line. What remains is judged
+# by the error at the targets.
 COLLINEAR_MM = 2.0
 
 # An arm of 0.23-0.38 mm accuracy and a steady hand stay far below this.
@@ -30,27 +31,13 @@ LARGEST_RMS_MM = 3.0
 # residual; otherwise the set is merely bad.
 EXPLAINED = 0.25
 
-# 7! = 5040 orders take about half a second; larger sets are not searched.
+# Below the limit a wrong order is still suspected where another one fits twice as well
+# and the residual is more than an arm and a steady hand leave.
+SUSPECT_RATIO = 0.5
+SUSPECT_RMS_MM = 1.0
+
+# 7! = 5040 orders take about a tenth of a second; larger sets are not searched.
 LARGEST_SEARCH = 7
-
-
-class RegistrationReason(Enum):
-    """Why a set of point pairs was refused."""
-
-    TOO_FEW = "too few points"
-    COINCIDENT = "coincident points"
-    COLLINEAR = "collinear points"
-    SWAPPED = "swapped points"
-    REFLECTED = "mirrored points"
-    RESIDUAL = "residual too large"
-
-
-class RegistrationError(ValueError):
-    """A set of point pairs that gives no trustworthy registration."""
-
-    def __init__(self, reason: RegistrationReason, message: str) -> None:
-        super().__init__(message)
-        self.reason = reason
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,10 +68,12 @@ def register(
     patient_points: NDArray[np.float64],
     names: Sequence[str] | None = None,
     largest_rms_mm: float = LARGEST_RMS_MM,
+    weights: NDArray[np.float64] | None = None,
 ) -> Registration:
     """Fit ``patient = world_from_device @ device`` to paired points.
 
     Both sets are (n, 3), mm, in the same order; ``names`` are used in refusals.
+    ``weights`` (n,) are the points' inverse variances, equal when left out.
     Raise RegistrationError for fewer than three points, coincident or collinear
     ones, two swapped ones, a mirrored set or an rms residual above the limit. A swap
     that some rotation undoes (two points of a symmetrical flat set) cannot be seen
@@ -100,13 +89,29 @@ def register(
     labels = list(names) if names is not None else _numbered(len(patient))
     if len(labels) != len(patient):
         raise ValueError(f"{len(patient)} points need as many names, got {labels}")
+    share = _weights(weights, len(patient))
     _refuse_degenerate(device, labels, "touched")
     _refuse_degenerate(patient, labels, "patient")
-    transform, residuals = _fit(device, patient, mirror=False)
-    rms = _rms(residuals)
-    if rms > largest_rms_mm:
-        _refuse_residual(device, patient, labels, rms, largest_rms_mm)
-    return Registration(transform, rms, residuals)
+    transform, residuals = fit_rigid(device, patient, share)
+    residual = rms(residuals)
+    if residual > largest_rms_mm:
+        _refuse_residual(device, patient, share, labels, residual, largest_rms_mm)
+    elif residual > SUSPECT_RMS_MM:
+        _refuse_order(
+            device, patient, share, labels, residual, SUSPECT_RATIO * residual
+        )
+    return Registration(transform, residual, residuals)
+
+
+def _weights(weights: NDArray[np.float64] | None, count: int) -> NDArray[np.float64]:
+    if weights is None:
+        return np.ones(count)
+    array = np.array(weights, dtype=np.float64)
+    if array.shape != (count,) or not (np.isfinite(array) & (array > 0.0)).all():
+        raise ValueError(
+            f"{count} points need as many positive weights, got {weights!r}"
+        )
+    return array
 
 
 def _numbered(count: int) -> list[str]:
@@ -150,70 +155,44 @@ def _refuse_degenerate(
         )
 
 
-def _fit(
-    device: NDArray[np.float64], patient: NDArray[np.float64], mirror: bool
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the best (4, 4) transform of the wanted handedness with its residuals."""
-    device_mean, patient_mean = device.mean(axis=0), patient.mean(axis=0)
-    u, _, vt = np.linalg.svd((patient - patient_mean).T @ (device - device_mean))
-    # The smallest singular direction is the cheapest to turn round when the
-    # unconstrained optimum has the other handedness.
-    wanted = -1.0 if mirror else 1.0
-    turn = wanted * np.sign(np.linalg.det(u) * np.linalg.det(vt))
-    rotation = u @ np.diag([1.0, 1.0, turn]) @ vt
-    transform = np.eye(4)
-    transform[:3, :3] = rotation
-    transform[:3, 3] = patient_mean - rotation @ device_mean
-    registered = device @ rotation.T + transform[:3, 3]
-    return transform, np.linalg.norm(registered - patient, axis=1)
-
-
-def _rms(residuals: NDArray[np.float64]) -> float:
-    return float(np.sqrt(np.mean(residuals**2)))
-
-
-def _refuse_residual(
+def _refuse_order(
     device: NDArray[np.float64],
     patient: NDArray[np.float64],
+    weights: NDArray[np.float64],
     labels: list[str],
-    rms: float,
-    largest_rms_mm: float,
+    residual: float,
+    explained: float,
 ) -> None:
-    explained = min(largest_rms_mm, EXPLAINED * rms)
-    order = _better_order(device, patient, explained)
+    if len(device) > LARGEST_SEARCH:
+        return
+    order = best_other_order(device, patient, weights, explained)
     if order is not None:
         moved = [labels[i] for i in range(len(order)) if order[i] != i]
         raise RegistrationError(
             RegistrationReason.SWAPPED,
             f"The points {', '.join(map(repr, moved))} were touched in the wrong "
-            f"order (residual {rms:.1f} mm); touch them again in the order shown.",
+            f"order (residual {residual:.1f} mm); touch them again in the order shown.",
         )
-    if _rms(_fit(device, patient, mirror=True)[1]) < explained:
+
+
+def _refuse_residual(
+    device: NDArray[np.float64],
+    patient: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    labels: list[str],
+    residual: float,
+    largest_rms_mm: float,
+) -> None:
+    explained = min(largest_rms_mm, EXPLAINED * residual)
+    _refuse_order(device, patient, weights, labels, residual, explained)
+    if rms(fit_rigid(device, patient, weights, mirror=True)[1]) < explained:
         raise RegistrationError(
             RegistrationReason.REFLECTED,
             f"The touched points are a mirror image of the patient's (residual "
-            f"{rms:.1f} mm); left and right are exchanged in one of the two sets.",
+            f"{residual:.1f} mm); left and right are exchanged in one of the two sets.",
         )
     raise RegistrationError(
         RegistrationReason.RESIDUAL,
-        f"The points fit only to {rms:.1f} mm rms, {largest_rms_mm:g} mm is allowed; "
-        "touch them again.",
+        f"The points fit only to {residual:.1f} mm rms, {largest_rms_mm:g} mm is "
+        "allowed; touch them again.",
     )
-
-
-def _better_order(
-    device: NDArray[np.float64], patient: NDArray[np.float64], explained: float
-) -> tuple[int, ...] | None:
-    """Return the order with the fewest moved points that explains the residual."""
-    count = len(device)
-    if count > LARGEST_SEARCH:
-        return None
-    orders = sorted(
-        permutations(range(count)),
-        key=lambda order: sum(i != j for i, j in enumerate(order)),
-    )
-    for order in orders[1:]:
-        residuals = _fit(device[list(order)], patient, mirror=False)[1]
-        if _rms(residuals) < explained:
-            return order
-    return None

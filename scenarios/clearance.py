@@ -40,9 +40,22 @@ def shaft_clearance(
     world_from_tip: 4x4, origin at the tip's end face, +z back up the shaft. The
         shaft is a capsule: its end sphere is centred one radius behind the tip.
     """
-    along = np.arange(radius_mm, length_mm + _STEP_MM / 2, _STEP_MM)
-    points = world_from_tip[:3, 3] + along[:, None] * world_from_tip[:3, 2]
-    open_air = distance.with_values(distance.values, -_FAR_MM)
-    air = -open_air.sample(points)
-    nearest = int(np.argmin(air))
-    return Clearance(float(air[nearest] - radius_mm), points[nearest])
+    # Imported here: this module's names are needed where nothing is compiled.
+    from scenarios.kernels import least_air
+
+    count = int((length_mm - radius_mm + _STEP_MM / 2) / _STEP_MM) + 1
+    if count < 1:
+        raise ValueError(
+            f"a shaft of {length_mm} mm is shorter than its radius of {radius_mm} mm"
+        )
+    voxel_from_world = distance.voxel_from_world
+    back = world_from_tip[:3, 2]
+    begin = world_from_tip[:3, 3] + radius_mm * back
+    nearest, air = least_air(
+        distance.values,
+        voxel_from_world[:3, :3] @ begin + voxel_from_world[:3, 3],
+        voxel_from_world[:3, :3] @ (_STEP_MM * back),
+        count,
+        _FAR_MM,
+    )
+    return Clearance(air - radius_mm, begin + nearest * _STEP_MM * back)

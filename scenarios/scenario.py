@@ -18,10 +18,15 @@ INSTALLED_EXAMPLES = Path(__file__).parent / "examples"
 
 
 class Head(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Choose the virtual patient."""
+    """Choose the patient: a phantom by its seed, or a case.
+
+    case: folder beside the scenario file, made by ``paravol import`` or ``paravol
+    phantom``; seed and spacing are its own then. Loaded, it is a full path.
+    """
 
     seed: int = 1
     spacing_mm: float = 0.5
+    case: str = ""
 
 
 class Scope(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -116,6 +121,10 @@ def load_scenario(name: str) -> tuple[Scenario, Path]:
             f"got {scenario.path!r}."
         )
     scenario.scope.endoscope()
+    if scenario.head.case:
+        case = (file.parent / scenario.head.case).resolve()
+        head = msgspec.structs.replace(scenario.head, case=str(case))
+        scenario = msgspec.structs.replace(scenario, head=head)
     return scenario, file.parent
 
 

@@ -70,27 +70,29 @@ class Session:
         self._distance = distance
         self._scorer = Scorer(targets)
 
-    def step(self, sample: Sample) -> View:
-        """Take in one sample, score it and give its view."""
-        view = self.view(sample)
-        self._scorer.add(sample.time_s, view.world_from_tip[:3, 3], view.clearance_mm)
-        return view
+    def step(self, sample: Sample) -> None:
+        """Take in one sample and score it."""
+        world_from_tip = self.world_from_device @ sample.device_from_tip
+        gap = self._clearance_mm(world_from_tip)
+        self._scorer.add(sample.time_s, world_from_tip[:3, 3], gap)
 
     def view(self, sample: Sample) -> View:
         """Give the view of a sample without scoring it."""
         world_from_tip = self.world_from_device @ sample.device_from_tip
-        gap = shaft_clearance(
+        return View(
+            self.endoscope.camera(world_from_tip, sample.roll_deg, self.size),
+            world_from_tip,
+            tip_frame(sample.instrument_tip_mm, sample.instrument_pointing),
+            self._clearance_mm(world_from_tip),
+        )
+
+    def _clearance_mm(self, world_from_tip: NDArray[np.float64]) -> float:
+        return shaft_clearance(
             self._distance,
             world_from_tip,
             self.endoscope.diameter_mm / 2,
             SHAFT_CHECKED_MM,
         ).gap_mm
-        return View(
-            self.endoscope.camera(world_from_tip, sample.roll_deg, self.size),
-            world_from_tip,
-            tip_frame(sample.instrument_tip_mm, sample.instrument_pointing),
-            gap,
-        )
 
     def score(self) -> Score:
         """Give the score so far."""

@@ -15,6 +15,7 @@ SOURCES = sorted(p for name in PACKAGES for p in (ROOT / name).rglob("*.py"))
 TESTS = sorted((ROOT / "tests").rglob("*.py"))
 FACES = [p for p in SOURCES if p.name == "__init__.py"]
 KERNELS = [p for p in SOURCES if p.name == "kernels.py"]
+VECTORS = [p for p in SOURCES if p.is_relative_to(ROOT / "renderers" / "simd")]
 
 MAX_LINES = 350
 """Beyond this a file holds more than one noun."""
@@ -98,27 +99,49 @@ def test_no_file_is_longer_than_a_reader_can_hold(files: list[Path]) -> None:
     assert not {name: n for name, n in lengths.items() if n > MAX_LINES}
 
 
-def test_only_kernel_files_are_compiled() -> None:
+def test_only_kernels_are_compiled_and_only_vectors_extend_the_compiler() -> None:
     assert not [
         at(path, node)
         for path in SOURCES
-        if path not in KERNELS
+        if path not in KERNELS + VECTORS
         for node, name in imported(parsed(path))
         if name.partition(".")[0] in ("numba", "llvmlite")
+    ]
+    assert not [
+        at(path, node)
+        for path in SOURCES
+        if path not in (*VECTORS, ROOT / "renderers/shading/lanes/kernels.py")
+        for node, name in imported(parsed(path))
+        if name.partition(".")[0] == "llvmlite" or name.startswith("numba.")
+    ]
+
+
+def test_only_kernels_take_vectors() -> None:
+    """Others ask the guard whether this numba is one that vectors know."""
+    guard = ROOT / "renderers" / "simd_guard.py"
+    assert not [
+        at(path, node)
+        for path in SOURCES
+        if path not in (*KERNELS, *VECTORS, guard)
+        for node, name in imported(parsed(path))
+        if name == "renderers.simd" or name.startswith("renderers.simd.")
     ]
 
 
 def test_kernels_import_no_policy() -> None:
     """Arrays in, arrays out: no files, no logging, none of our own objects.
 
-    From us a kernel takes other kernels and modules that only lay out its arguments,
-    by their full names: the compiled code's cache is named by exactly these files.
+    From us a kernel takes vectors, other kernels and modules that only lay out its
+    arguments, by their full names: the compiled code's cache is named by exactly
+    these files.
     """
     plain = {"numba", "llvmlite", "numpy", "math", "typing", "collections", "enum"}
     wrong = []
     for path in KERNELS:
         for node, name in imported(parsed(path)):
             if name.partition(".")[0] in plain or name.endswith(".kernels"):
+                continue
+            if name == "renderers.simd":
                 continue
             layout = ROOT / f"{name.replace('.', '/')}.py"
             if not layout.is_file() or not plain >= {
@@ -216,14 +239,18 @@ def test_tests_are_no_packages() -> None:
 
 
 def test_tests_mirror_the_tree() -> None:
-    """tests/a/test_b.py tests a/b.py; the folders below test the whole instead."""
+    """tests/a/test_b.py tests a/b.py; the folders below test the whole instead.
+
+    So do the tables of everything that can go wrong between two halves of a package.
+    """
     whole = {"accuracy", "mpi", "stress"}
+    tables = {"test_faults", "test_traps"}
     wrong = []
     for path in TESTS:
         place = path.relative_to(ROOT / "tests")
         if len(place.parts) == 1 or place.parts[0] in whole:
             continue
-        if place.name.startswith("test_"):
+        if place.name.startswith("test_") and place.stem not in tables:
             name = place.stem.removeprefix("test_")
             tested = ROOT / place.parent / f"{name}.py"
             if not tested.exists() and not (ROOT / place.parent / name).is_dir():

@@ -1,12 +1,15 @@
 """Everything the host may say to a MicroScribe.
 
-A command outside this list cannot be built. The device has four more, which rewrite
-its calibration memory (C3, C7, D0, D1), and one that changes its rate (C4): no trainer
-has a reason to send them, so they do not exist here.
+A command outside this list cannot be built, and the list is finite. The device has four
+more, which rewrite its calibration memory (C3, C7, D0, D1), and one that changes its
+rate (C4): no trainer has a reason to send them, so they do not exist here. Those four
+want the arm's serial number as a password; no byte in the list is a digit, so that even
+an arm which misunderstands where a command begins is never told its number.
 """
 
 from dataclasses import dataclass
 from enum import Enum
+from functools import cache
 
 from devices.microscribe.packets import Layout
 
@@ -47,18 +50,36 @@ MANY_ZEROS = bytes(26)
 MOTION = 0xCF
 _MOTION_ARGUMENTS = 24
 _RESERVED_BIT = 0x10
-_SEVEN_ENCODERS = 0b10
+
+# Six encoders with the timer: what a pose is made of.
+POSE_LAYOUT = Layout(0x23)
+
+# Buttons only; the shortest question there is.
+PING_LAYOUT = Layout(0x00)
+
+# 60 Hz. An arm that a dead host left in the middle of a command takes the beginning
+# of ours for arguments and the rest for commands; periods up to here are harmless
+# then, while 67 would be "set the home position".
+LONGEST_PERIOD = 15
 
 # Bit 4 drives analog outputs in a sister product; nothing here needs it.
 STANDARD_COMMANDS = tuple(c for c in range(0x40) if not c & _RESERVED_BIT)
 
-_FIXED = frozenset(
+
+def _stream_bytes(period_ticks: int) -> bytes:
+    head = bytes((MOTION, 0, period_ticks, POSE_LAYOUT.command))
+    # No thresholds: packets come at an even rate, moved or not, and silence is news.
+    return head.ljust(1 + _MOTION_ARGUMENTS, b"\0")
+
+
+_ALLOWED = frozenset(
     (
         SIGN_ON_BYTES,
         BEGIN_BYTES,
         MANY_ZEROS,
         *(bytes((query.value,)) for query in Query),
         *(bytes((command,)) for command in STANDARD_COMMANDS),
+        *(_stream_bytes(ticks) for ticks in range(LONGEST_PERIOD + 1)),
     )
 )
 
@@ -70,18 +91,8 @@ class Command:
     data: bytes
 
     def __post_init__(self) -> None:
-        if self.data not in _FIXED and not _is_fixed_rate_stream(self.data):
+        if self.data not in _ALLOWED:
             raise ValueError(f"{self.data.hex(' ')} is no command the host may send")
-
-
-def _is_fixed_rate_stream(data: bytes) -> bool:
-    return (
-        len(data) == 1 + _MOTION_ARGUMENTS
-        and data[0] == MOTION
-        and data[3] in STANDARD_COMMANDS
-        and data[3] & 0b11 != _SEVEN_ENCODERS
-        and not any(data[4:])
-    )
 
 
 SIGN_ON = Command(SIGN_ON_BYTES)
@@ -95,19 +106,37 @@ def ask(query: Query) -> Command:
     return Command(bytes((query.value,)))
 
 
+@cache
 def poll(layout: Layout) -> Command:
     """Return the command for one packet of ``layout``."""
     return Command(bytes((layout.command,)))
 
 
-def stream(layout: Layout, period_ticks: int) -> Command:
-    """Return the command for packets every ``period_ticks`` of 1/900 s; 0 = at once."""
-    if not 0 <= period_ticks < 1 << 16:
-        raise ValueError(f"period must be 0..65535 ticks, got {period_ticks}")
-    head = bytes((MOTION,)) + period_ticks.to_bytes(2, "big")
-    return Command(head + bytes((layout.command,)) + bytes(_MOTION_ARGUMENTS - 3))
+def stream(period_ticks: int) -> Command:
+    """Return the command for poses every ``period_ticks`` of 1/900 s; 0 = at once."""
+    if not 0 <= period_ticks <= LONGEST_PERIOD:
+        raise ValueError(
+            f"period must be 0..{LONGEST_PERIOD} ticks of 1/900 s, got {period_ticks}"
+        )
+    return Command(_stream_bytes(period_ticks))
 
 
-def every_fixed_command() -> frozenset[Command]:
-    """Return all commands without arguments of their own."""
-    return frozenset(Command(data) for data in _FIXED)
+def every_command() -> frozenset[Command]:
+    """Return everything that can be said."""
+    return frozenset(Command(data) for data in _ALLOWED)
+
+
+def meaning(command: Command) -> str:
+    """Return the command in words."""
+    data = command.data
+    if data == SIGN_ON_BYTES:
+        return "end any session, ask for attention"
+    if data == BEGIN_BYTES:
+        return "begin a session"
+    if data == MANY_ZEROS:
+        return "complete a half-sent command"
+    if data[0] == MOTION:
+        return f"stream poses every {data[2]} ticks"
+    if data[0] & 0x80:
+        return f"ask {Query(data[0]).name}"
+    return f"poll {data[0]:02X}"

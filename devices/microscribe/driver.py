@@ -1,23 +1,34 @@
 """A MicroScribe arm on a serial port, as a source of poses.
 
-One background thread owns the port. It polls at a fixed rate, which measures the arm
-at even times whatever a USB adapter does to the arrival of bytes.
+One background thread owns the port. It polls at a fixed rate, or lets the arm report
+its motion by itself, and gives every pose the host's time of its tick.
 """
 
 import atexit
 import os
 import sys
-import threading
 import time
-from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from types import TracebackType
 from typing import Self
 
 import serial
+from serial.tools import list_ports
 
-from devices.microscribe.link import RATES, ArmDescription, ArmLink, LinkTiming
-from devices.microscribe.sampler import ArmSampler, HomeState
+from devices.microscribe.arm_thread import ArmThread
+from devices.microscribe.keeper import (
+    POLL_HZ,
+    ArmKeeper,
+    ArmSettings,
+    PortFinder,
+    Presence,
+)
+from devices.microscribe.link import ArmDescription
+from devices.microscribe.sampler import HomeState, MotionReports
+from devices.microscribe.sign_on import RATES
+from devices.microscribe.terminal_file import TerminalFile
+from devices.microscribe.timing import LinkTiming
+from devices.microscribe.transcript import Transcript
 from devices.port import BytePort, DeviceError, DeviceReason
 from devices.pose import Pose
 
@@ -31,14 +42,11 @@ if sys.platform != "win32":
 # A name with a NUL in it is a ValueError.
 _OPEN_ERRORS = (*_PORT_ERRORS, ValueError)
 
-# Twice the rate of a recorded path would bring nothing; the line carries 430 Hz.
-POLL_HZ = 100.0
-
-# Almost three minutes at 100 Hz: a consumer further behind is not going to catch up.
-LARGEST_QUEUE = 1 << 14
-
 # Longer than the search for a lost line takes, which then says so itself.
 SILENCE_S = 15.0
+
+# The tip may be elsewhere by then: a calm hand moves millimetres.
+STALE_S = 0.1
 
 
 class SerialPort:
@@ -54,15 +62,35 @@ class SerialPort:
                 "name, its permissions and that no other program uses it.",
             ) from error
         self._name = name
+        posix = sys.platform != "win32"
+        self._file = TerminalFile(self._serial.fileno()) if posix else None
+        self.set_rate(RATES[0])
 
     @property
     def name(self) -> str:
         """Get the name of the port in the operating system."""
         return self._name
 
+    @property
+    def waiting(self) -> int:
+        """Get how many bytes have arrived unread."""
+        try:
+            if self._file is not None:
+                return self._file.waiting
+            return int(self._serial.in_waiting)
+        except _PORT_ERRORS as error:
+            raise self._gone() from error
+
     def read(self, count: int, timeout_s: float) -> bytes:
         """Return up to ``count`` bytes, fewer when the timeout ends first."""
+        return self.read_burst(count, timeout_s, timeout_s)
+
+    def read_burst(self, count: int, timeout_s: float, quiet_s: float) -> bytes:
+        """Read as ``read`` does, but end when the line falls quiet after a byte."""
         try:
+            if self._file is not None:
+                return self._file.read(count, timeout_s, quiet_s)
+            self._serial.inter_byte_timeout = quiet_s
             self._serial.timeout = max(timeout_s, 0.0)
             return bytes(self._serial.read(count))
         except _PORT_ERRORS as error:
@@ -71,16 +99,15 @@ class SerialPort:
     def write(self, data: bytes) -> None:
         """Hand all of ``data`` to the line."""
         try:
-            self._serial.write(data)
+            sent = 0 if self._file is None else self._file.write(data)
+            if sent < len(data):
+                self._serial.write(data[sent:])
         except _PORT_ERRORS as error:
             raise self._gone() from error
 
     def reset_input(self) -> int:
         """Drop what has arrived unread; return how many bytes that was."""
-        try:
-            return len(self._serial.read(self._serial.in_waiting))
-        except _PORT_ERRORS as error:
-            raise self._gone() from error
+        return len(self.read(self.waiting, 0.0))
 
     def set_rate(self, baud: int) -> None:
         """Change the bit rate of both directions."""
@@ -88,9 +115,13 @@ class SerialPort:
             self._serial.baudrate = baud
         except _PORT_ERRORS as error:
             raise self._gone() from error
+        if self._file is not None:
+            self._file.byte_s = 10.0 / baud
 
     def close(self) -> None:
         """Release the port; harmless when repeated."""
+        if self._file is not None:
+            self._file.forget()
         self._serial.close()
 
     def _gone(self) -> DeviceError:
@@ -98,6 +129,18 @@ class SerialPort:
             DeviceReason.DISCONNECTED,
             f"The device on {self._name} went away; plug it in again and start anew.",
         )
+
+
+class SerialPorts:
+    """The serial ports of this machine."""
+
+    def names(self) -> Sequence[str]:
+        """Return the ports that are plugged in."""
+        return [str(port.device) for port in list_ports.comports()]
+
+    def open(self, name: str) -> SerialPort:
+        """Open a port; raise DeviceError if that cannot be."""
+        return SerialPort(name)
 
 
 class MicroScribe:
@@ -110,7 +153,13 @@ class MicroScribe:
 
     ``port`` is a port's name or an opened port. With ``baud`` only that rate is
     tried. ``assume_home`` states that the arm stood in its rest when it was switched
-    on; without it poses are refused until ``home`` was called.
+    on; without it poses are refused until ``home`` was called. ``reports`` lets the
+    arm send by itself instead of being polled ``poll_hz`` times a second.
+    ``transcript`` notes every byte.
+
+    With ``replug``, usually ``SerialPorts()``, a lost arm is looked for until it is
+    there again. ``read`` then raises the loss once and goes on waiting, ``latest``
+    keeps its last pose, whose age grows.
     """
 
     def __init__(
@@ -119,57 +168,78 @@ class MicroScribe:
         *,
         baud: int | None = None,
         poll_hz: float = POLL_HZ,
+        reports: MotionReports | None = None,
         assume_home: bool = True,
         timing: LinkTiming | None = None,
+        replug: PortFinder | None = None,
+        transcript: Transcript | None = None,
     ) -> None:
         if not poll_hz > 0.0:
             raise ValueError(f"poll_hz must be positive, got {poll_hz}")
-        self._period_s = 1.0 / poll_hz
-        self._stop = threading.Event()
-        self._changed = threading.Condition()
-        self._poses: deque[Pose] = deque()
-        self._latest: Pose | None = None
-        self._lost = 0
-        self._error: Exception | None = None
-        self._home_wanted = False
-        self._port = SerialPort(port) if isinstance(port, str) else port
-        self._link = ArmLink(self._port, timing)
-        try:
-            self._sampler = ArmSampler(
-                self._link, RATES if baud is None else (baud,), assume_home
-            )
-        except BaseException:
-            self._release()
-            raise
-        self._thread = threading.Thread(target=self._run, name="microscribe")
-        # A forgotten arm must not keep the interpreter; atexit still ends its session.
-        self._thread.daemon = True
-        self._thread.start()
+        settings = ArmSettings(
+            rates=RATES if baud is None else (baud,),
+            poll_hz=poll_hz,
+            reports=reports,
+            assume_home=assume_home,
+            timing=timing,
+            transcript=transcript,
+        )
+        opened = SerialPort(port) if isinstance(port, str) else port
+        self._keeper = ArmKeeper(opened, settings, replug)
+        self._thread = ArmThread(self._keeper)
         atexit.register(self.close)
 
     @property
     def description(self) -> ArmDescription:
         """Get what the arm told about itself."""
-        return self._sampler.description
+        return self._keeper.sampler.description
 
     @property
     def home_state(self) -> HomeState:
         """Get whether the arm's angle registers can be trusted."""
-        return self._sampler.home_state
+        return self._keeper.sampler.home_state
+
+    @property
+    def presence(self) -> Presence:
+        """Get whether the arm can be spoken to."""
+        return self._keeper.presence
+
+    @property
+    def trouble(self) -> DeviceError | None:
+        """Get why the arm is lost, None while it is there."""
+        return self._keeper.trouble
+
+    @property
+    def frozen_joints(self) -> tuple[int, ...]:
+        """Get the joints, from 0, whose encoders stood still while others moved."""
+        return self._keeper.sampler.tracker.watch.frozen
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Get the newest counts of the six joints, continued over their wraps."""
+        return self._keeper.sampler.tracker.counts
+
+    @property
+    def clock_drift(self) -> float:
+        """Get how much faster the host's clock runs than the arm's, s per s."""
+        return self._keeper.sampler.tracker.alignment.drift
 
     @property
     def counters(self) -> dict[str, int]:
         """Get what went wrong on the line so far, by name."""
-        packets = self._link.session.counters
+        session, sampler = self._keeper.link.session, self._keeper.sampler
+        packets = session.counters
         return {
             "packets": packets.packets,
             "framing": packets.framing,
             "noise": packets.noise,
-            "stray": self._link.session.stray,
-            "missed": self._sampler.missed,
-            "recoveries": self._sampler.recoveries,
-            "refused": self._sampler.tracker.refused,
-            "jumps": self._sampler.tracker.jumps,
+            "suspect": packets.suspect,
+            "stray": session.stray,
+            "missed": sampler.missed,
+            "recoveries": sampler.recoveries,
+            "losses": self._keeper.losses,
+            "refused": sampler.tracker.refused,
+            "jumps": sampler.tracker.jumps,
         }
 
     def read(self, timeout_s: float) -> Pose:
@@ -179,53 +249,35 @@ class MicroScribe:
         DeviceError when the device failed and DeviceError(OVERRUN) when more than
         16384 poses were left unread. Poses measured before a failure come first.
         """
-        with self._changed:
-            self._confess()
-            self._changed.wait_for(
-                lambda: self._poses or self._error or self._stop.is_set(), timeout_s
-            )
-            if self._poses:
-                return self._poses.popleft()
-            self._refuse()
-        raise TimeoutError(f"no pose came within {timeout_s:g} s")
+        return self._thread.queue.read(timeout_s)
 
     def drain(self) -> list[Pose]:
         """Return every pose that is waiting, oldest first; raise as ``read`` does."""
-        with self._changed:
-            self._confess()
-            if not self._poses:
-                self._refuse()
-            poses = list(self._poses)
-            self._poses.clear()
-            return poses
+        return self._thread.queue.drain()
 
     def latest(self) -> Pose | None:
         """Return the newest pose, None before the first; raise if the device failed."""
-        with self._changed:
-            self._refuse()
-            return self._latest
+        return self._thread.queue.latest()
 
     def pose_age_s(self) -> float:
         """Return seconds since the newest pose's header arrived, inf before it."""
-        with self._changed:
-            if self._latest is None:
-                return float("inf")
-            return time.monotonic() - self._latest.host_time_s
+        newest = self._thread.queue.newest
+        if newest is None:
+            return float("inf")
+        return time.monotonic() - newest.host_time_s
+
+    @property
+    def stale(self) -> bool:
+        """Get whether the newest pose is older than a tenth of a second."""
+        return self.pose_age_s() > STALE_S
 
     def home(self) -> None:
         """Load the rest counts; the arm must stand in its rest now."""
-        with self._changed:
-            self._home_wanted = True
-            self._changed.wait_for(
-                lambda: not self._home_wanted or self._error or self._stop.is_set()
-            )
-            self._refuse()
+        self._thread.home()
 
     def close(self) -> None:
         """End the session and release the port; harmless when repeated."""
-        self._stop.set()
-        if self._thread is not threading.current_thread():
-            self._thread.join()
+        self._thread.stop()
         atexit.unregister(self.close)
 
     def __iter__(self) -> Iterator[Pose]:
@@ -246,68 +298,6 @@ class MicroScribe:
         trace: TracebackType | None,
     ) -> None:
         self.close()
-
-    def _confess(self) -> None:
-        if self._lost:
-            lost, self._lost = self._lost, 0
-            raise DeviceError(
-                DeviceReason.OVERRUN,
-                f"{lost} poses were lost because nobody read them in time.",
-            )
-
-    def _refuse(self) -> None:
-        if self._error is not None:
-            raise self._error
-        if self._stop.is_set():
-            raise EOFError(f"the arm on {self._port.name} was closed")
-        if self.home_state is HomeState.UNKNOWN:
-            raise DeviceError(
-                DeviceReason.NOT_HOMED,
-                f"The arm on {self._port.name} may stand elsewhere than it believes; "
-                "put it into its rest and home it.",
-            )
-
-    def _run(self) -> None:
-        try:
-            due = time.monotonic()
-            while not self._stop.is_set():
-                self._step()
-                # After a stall the missed polls are gone; nobody wants them at once.
-                due = max(due + self._period_s, time.monotonic() - self._period_s)
-                self._stop.wait(max(0.0, due - time.monotonic()))
-        except Exception as error:
-            # Nobody sees what a thread raises; the reader of the poses must.
-            self._error = error
-        finally:
-            self._release()
-            with self._changed:
-                self._changed.notify_all()
-
-    def _step(self) -> None:
-        home_wanted = self._home_wanted
-        if home_wanted:
-            self._sampler.home()
-        pose = self._sampler.next_pose()
-        with self._changed:
-            if home_wanted:
-                self._home_wanted = False
-            if pose is not None:
-                if len(self._poses) == LARGEST_QUEUE:
-                    self._poses.popleft()
-                    self._lost += 1
-                self._poses.append(pose)
-                self._latest = pose
-            self._changed.notify_all()
-
-    def _release(self) -> None:
-        try:
-            self._link.end()
-        except DeviceError as error:
-            # What made the session fail is the better story than this echo of it.
-            if self._error is None and error.reason is not DeviceReason.DISCONNECTED:
-                self._error = error
-        finally:
-            self._port.close()
 
 
 def _cause(error: Exception) -> str:

@@ -7,11 +7,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, NoReturn, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.microscribe.emulator_actions import parse_action
 from devices.port import DeviceError, DeviceReason
 
 READY_S = 30.0
@@ -34,6 +35,7 @@ class MicroScribeEmulator:
         profile: str = "dx40937",
         seed: int = 0,
         faults: Sequence[str] = (),
+        actions: Sequence[str] = (),
         fast: bool = False,
     ) -> None:
         if sys.platform == "win32":
@@ -45,6 +47,7 @@ class MicroScribeEmulator:
         command = [sys.executable, "-m", "devices.microscribe.emulator"]
         command += ["--watch-stdin", f"--path={path}", f"--profile={profile}"]
         command += [f"--seed={seed}", *(f"--fault={fault}" for fault in faults)]
+        command += [f"--do={action}" for action in actions]
         command += ["--fast"] if fast else []
         if fiducials_mm is not None and len(fiducials_mm):
             points = np.asarray(fiducials_mm, dtype=np.float64).tolist()
@@ -58,7 +61,7 @@ class MicroScribeEmulator:
             start_new_session=True,
         )
         try:
-            ready = self._wait_until_ready()
+            ready = self._announcement(READY_S) or self._complain()
         except BaseException:
             self.stop()
             raise
@@ -72,6 +75,27 @@ class MicroScribeEmulator:
     def running(self) -> bool:
         """Get whether the child lives."""
         return self._child.poll() is None
+
+    def do(self, action: str) -> None:
+        """Have something done to the arm now, such as ``unplug`` or ``left_pedal``.
+
+        Raises ValueError for an unknown action.
+        """
+        parse_action(action)
+        assert self._child.stdin is not None
+        self._child.stdin.write(f"{action}\n".encode())
+        self._child.stdin.flush()
+
+    def wait_for_port(self, timeout_s: float = READY_S) -> str:
+        """Return the port's new name once the arm was plugged in elsewhere.
+
+        Raises TimeoutError when that did not happen in time.
+        """
+        ready = self._announcement(timeout_s)
+        if ready is None:
+            raise TimeoutError(f"the arm was not plugged in within {timeout_s:g} s")
+        self.port_name = ready["port"]
+        return self.port_name
 
     def stop(self) -> None:
         """End the child and wait for it; harmless when repeated."""
@@ -96,18 +120,22 @@ class MicroScribeEmulator:
     ) -> None:
         self.stop()
 
-    def _wait_until_ready(self) -> dict[str, Any]:
-        stdout, stderr = self._child.stdout, self._child.stderr
+    def _announcement(self, timeout_s: float) -> dict[str, Any] | None:
+        stdout = self._child.stdout
         assert stdout is not None
-        assert stderr is not None
-        readable, _, _ = select.select([stdout], [], [], READY_S)
+        readable, _, _ = select.select([stdout], [], [], timeout_s)
         line = stdout.readline() if readable else b""
         if not line:
-            self._child.kill()
-            said = stderr.read().decode(errors="replace").strip().splitlines()
-            raise DeviceError(
-                DeviceReason.NO_DEVICE,
-                f"The emulated arm did not start: {said[-1] if said else 'no reason'}",
-            )
+            return None
         ready: dict[str, Any] = json.loads(line)
         return ready
+
+    def _complain(self) -> NoReturn:
+        stderr = self._child.stderr
+        assert stderr is not None
+        self._child.kill()
+        said = stderr.read().decode(errors="replace").strip().splitlines()
+        raise DeviceError(
+            DeviceReason.NO_DEVICE,
+            f"The emulated arm did not start: {said[-1] if said else 'no reason'}",
+        )

@@ -13,23 +13,35 @@ and timeouts can be tested without waiting. Where the vendor's manual is silent:
 from enum import Enum, auto
 from typing import Protocol
 
-from devices.microscribe.identity import encode_words
-from devices.microscribe.packets import Layout, Packet, encode_packet
+from devices.microscribe.emulator_answer import Answer, AnswerKind
+from devices.microscribe.emulator_description import PARAMETERS, describe
+from devices.microscribe.emulator_packet import packet_length, standard_packet
+from devices.microscribe.emulator_report import (
+    ARGUMENTS,
+    ARGUMENTS_OF_SEVEN,
+    TICKS_PER_S,
+    MotionReport,
+    Reading,
+)
 from devices.microscribe.profiles import ArmProfile
 
-TICKS_PER_S = 900.0
 BEGIN_WAIT_S = 5.0
 ARGUMENT_WAIT_S = 1.0
 
+FASTEST_RATE = 115200
+ROUNDING_TICKS = 1e-6
+BITS_PER_BYTE = 10.0
+
 _ATTENTION = b"IMMC"
 _BEGIN = b"BEGIN"
-_END, _HOME_REFERENCE, _HOME, _SET_RATE = 0xC5, 0xC1, 0xC2, 0xC4
-_PARAMETERS, _MAXIMA, _MOTION, _MARKER, _EXTENDED = 0xC0, 0xC6, 0xCF, 0xD2, 0xD3
-_MEMORY_WRITES = (0xC3, 0xC7, 0xD0, 0xD1)
-_REFUSED = b"\x00"
+_END, _HOME, _SET_RATE, _MOTION, _MARKER = 0xC5, 0xC2, 0xC4, 0xCF, 0xD2
+_SET_PARAMETERS = 0xC7
+# Commands that write the calibration memory, with the arguments they would take.
+_MEMORY_WRITES = {0xC3: 14, _SET_PARAMETERS: 36, 0xD0: 14, 0xD1: 0}
+_GRANTED, _REFUSED = b"\xff", b"\x00"
 
 _CONFIGURATION_BIT = 0x40
-_SEVEN_ENCODERS = 0b10
+_PRESCALER = (1, 3, 4, 13)
 
 
 class FarState(Enum):
@@ -59,95 +71,156 @@ class ArmMotion(Protocol):
 
 
 class FarEnd:
-    """The behaviour of one arm; never raises at anything it hears."""
+    """The behaviour of one arm; never raises at anything it hears.
 
-    def __init__(self, profile: ArmProfile, motion: ArmMotion, power_on_s: float):
-        self.state = FarState.SYNC
+    ``sync_repeats`` is how often it must hear IMMC before the first echo; real ones
+    are said to want three to six. With ``accepts_memory_writes`` the right password
+    is granted and new parameters are kept until the power goes.
+    """
+
+    def __init__(
+        self,
+        profile: ArmProfile,
+        motion: ArmMotion,
+        power_on_s: float,
+        *,
+        sync_repeats: int = 1,
+        accepts_memory_writes: bool = False,
+    ) -> None:
+        if sync_repeats < 1:
+            raise ValueError(f"sync_repeats must be 1 or more, got {sync_repeats}")
         self.memory_writes = 0
         """Attempts to rewrite the calibration memory."""
         self.standard_commands = 0
+        self.asked_rate: int | None = None
+        """The rate that a client asked for by a command; the line clears it."""
+        self.byte_s = BITS_PER_BYTE / FASTEST_RATE
+        """What one byte takes; packets back to back are this dense."""
+        self.analog = (0,) * 8
         self._profile = profile
         self._motion = motion
-        self._power_on_s = power_on_s
-        self._heard_s = power_on_s
-        self._window = b""
-        self._command = 0
+        self._sync_repeats = sync_repeats
+        self._accepts = accepts_memory_writes
         self._arguments = bytearray()
+        self._command = 0
         self._wanted = 0
-        self._stream_layout = Layout(0)
-        self._stream_due_s = 0.0
-        self._stream_period_s = 0.0
-        self._thresholds = b""
-        self._sent: tuple[tuple[int, ...], int] = ((0,) * 6, 0)
-        self._strings = self._string_replies()
+        self._window = b""
+        self.power_on(power_on_s)
+
+    def power_on(self, now_s: float) -> None:
+        """Begin anew: timer at zero, no session, constants as they were made."""
+        self.state = FarState.SYNC
+        self.homed = not self._profile.needs_home_button
+        """Whether it measures at all."""
+        self.timer_zero_s = now_s
+        self._attentions = 0
+        self._heard_s = self._attention_s = now_s
+        self._report: MotionReport | None = None
+        self._description = describe(self._profile)
 
     def receive(self, data: bytes, now_s: float) -> bytes:
         """Take bytes as they come; return the answer."""
-        out = bytearray(self.advance(now_s))
+        return b"".join(answer.data for answer in self.answers(data, now_s))
+
+    def answers(self, data: bytes, now_s: float) -> list[Answer]:
+        """Take bytes as they come; return the answers one by one."""
+        out = self.pass_time(now_s)
         for byte in data:
             self._heard_s = now_s
-            out += self._take(byte, now_s)
-        return bytes(out)
+            answer = self._take(byte, now_s)
+            if answer is not None:
+                out.append(answer)
+        return out
 
     def advance(self, now_s: float) -> bytes:
         """Let time pass; return what a motion report sends meanwhile."""
-        silence = now_s - self._heard_s
-        if self.state is FarState.WAIT_BEGIN and silence > BEGIN_WAIT_S:
-            self._listen()
-        unfinished = self.state in (FarState.ARGUMENTS, FarState.PASSWORD)
-        if unfinished and silence > ARGUMENT_WAIT_S:
-            self.state = FarState.IDLE
-        if self.state is FarState.MOTION and now_s >= self._stream_due_s:
-            return self._report(now_s)
-        return b""
+        return b"".join(answer.data for answer in self.pass_time(now_s))
+
+    def pass_time(self, now_s: float) -> list[Answer]:
+        """Let time pass; return the packet that a motion report sends now, if any."""
+        if self.state is FarState.WAIT_BEGIN:
+            if now_s - self._attention_s > BEGIN_WAIT_S:
+                self._listen()
+        elif self.state in (FarState.ARGUMENTS, FarState.PASSWORD):
+            if now_s - self._heard_s > ARGUMENT_WAIT_S:
+                self.state = FarState.IDLE
+        elif self.state is FarState.MOTION and self._report is not None:
+            due = now_s >= self._report.due_s
+            return self._send_report(self._report, now_s) if due else []
+        return []
 
     def next_s(self) -> float | None:
         """Return when a motion report is next due, None without one."""
-        return self._stream_due_s if self.state is FarState.MOTION else None
+        if self.state is FarState.MOTION and self._report is not None:
+            return self._report.due_s
+        return None
+
+    def leave_session(self, state: FarState, now_s: float) -> None:
+        """Be where a client left that died: in any state, with no client."""
+        self.state = state
+        self._heard_s = now_s
+        self._arguments.clear()
+        if state is FarState.ARGUMENTS:
+            self._command, self._wanted = _MOTION, ARGUMENTS
+        elif state is FarState.PASSWORD:
+            self._command = _SET_PARAMETERS
+        elif state is FarState.MOTION:
+            self._begin_report(bytes((0, 9, 0x23)) + bytes(21), now_s)
+
+    def ignore_begin(self, now_s: float) -> None:
+        """Be as if BEGIN had not been understood."""
+        self.state, self._attention_s, self._window = FarState.WAIT_BEGIN, now_s, b""
 
     def _listen(self) -> None:
         self.state = FarState.SYNC
-        self._window = b""
+        self._window, self._attentions = b"", 0
 
-    def _take(self, byte: int, now_s: float) -> bytes:
+    def _take(self, byte: int, now_s: float) -> Answer | None:
         if self.state in _LISTENING:
-            return self._take_sign_on(byte)
+            return self._take_sign_on(byte, now_s)
         if self.state is FarState.ARGUMENTS:
             return self._take_argument(byte, now_s)
         if self.state is FarState.PASSWORD:
-            if byte == 0:
-                self.state = FarState.IDLE
-                return _REFUSED
-            return b""
+            return self._take_password(byte)
         self.state = FarState.IDLE
         if byte & _CONFIGURATION_BIT:
             return self._configure(byte | 0x80)
         self.standard_commands += 1
-        return self._packet(Layout(byte & 0x3F), now_s)
+        return self._packet(byte, self._read(now_s), now_s)
 
-    def _take_sign_on(self, byte: int) -> bytes:
+    def _take_sign_on(self, byte: int, now_s: float) -> Answer | None:
         self._window = (self._window + bytes((byte,)))[-len(_BEGIN) :]
         if self._window.endswith(_ATTENTION):
-            self.state = FarState.WAIT_BEGIN
-            return _ATTENTION
+            self._attentions += 1
+            if self._attentions < self._sync_repeats:
+                return None
+            self.state, self._attention_s = FarState.WAIT_BEGIN, now_s
+            return Answer(AnswerKind.ATTENTION, _ATTENTION)
         if self.state is FarState.WAIT_BEGIN and self._window == _BEGIN:
             self.state = FarState.IDLE
-            return self._profile.identity.product_id.encode() + b"\0"
-        return b""
+            product = self._profile.identity.product_id.encode() + b"\0"
+            return Answer(AnswerKind.PRODUCT_ID, product)
+        return None
 
-    def _configure(self, code: int) -> bytes:
-        echo = bytes((code,))
-        if code in self._strings:
-            return echo + self._strings[code]
-        if code == _PARAMETERS:
-            block = encode_words(self._profile.dh_words)
-            return echo + bytes((len(block),)) + block
-        if code == _MAXIMA:
-            return echo + self._profile.maxima.encode()
-        if code == _EXTENDED and self._profile.identity.has_beta:
-            return echo + b"\x02" + encode_words((self._profile.beta_word,))
-        if code == _HOME_REFERENCE:
-            return echo + bytes(12)
+    def _take_password(self, byte: int) -> Answer | None:
+        """Collect up to the NUL; say whether it is this arm's serial number."""
+        if byte:
+            self._arguments.append(byte)
+            return None
+        right = bytes(self._arguments) == self._profile.identity.serial.encode()
+        self._arguments.clear()
+        self.state = FarState.IDLE
+        if not (self._accepts and right):
+            return Answer(AnswerKind.PASSWORD, _REFUSED)
+        self._wanted = _MEMORY_WRITES[self._command]
+        if self._wanted:
+            self.state = FarState.ARGUMENTS
+        return Answer(AnswerKind.PASSWORD, _GRANTED)
+
+    def _configure(self, code: int) -> Answer | None:
+        if code in self._description:
+            return self._description[code]
+        echo = Answer(AnswerKind.ECHO, bytes((code,)))
         if code == _HOME:
             self._motion.home()
             return echo
@@ -156,79 +229,69 @@ class FarEnd:
             return echo
         if code in _MEMORY_WRITES:
             self.memory_writes += 1
+            self._command = code
+            self._arguments.clear()
             self.state = FarState.PASSWORD
             return echo
         if code in (_SET_RATE, _MOTION, _MARKER):
-            self._command, self._wanted = code, 24 if code == _MOTION else 1
+            self._command, self._wanted = code, ARGUMENTS if code == _MOTION else 1
             self._arguments.clear()
             self.state = FarState.ARGUMENTS
-        return b""
+        return None
 
-    def _take_argument(self, byte: int, now_s: float) -> bytes:
+    def _take_argument(self, byte: int, now_s: float) -> Answer | None:
         self._arguments.append(byte)
-        if self._command == _MOTION and len(self._arguments) == 3:
-            self._wanted = 26 if byte & 0b11 == _SEVEN_ENCODERS else 24
+        third = self._command == _MOTION and len(self._arguments) == 3
+        if third and self._profile.encoder_codes[byte & 0b11] == 7:
+            self._wanted = ARGUMENTS_OF_SEVEN
         if len(self._arguments) < self._wanted:
-            return b""
+            return None
+        arguments = bytes(self._arguments)
         self.state = FarState.IDLE
         if self._command == _MARKER:
-            return bytes(self._arguments)
+            return Answer(AnswerKind.MARKER, arguments)
+        if self._command == _SET_PARAMETERS:
+            block = bytes((PARAMETERS, len(arguments))) + arguments
+            self._description[PARAMETERS] = Answer(AnswerKind.PARAMETERS, block)
+        if self._command in _MEMORY_WRITES:
+            return None
         if self._command == _MOTION:
-            self._begin_report(now_s)
-        # A pseudo-terminal has the client's rate; there is nothing to switch.
-        return bytes((self._command,))
+            self._begin_report(arguments, now_s)
+        else:
+            self.asked_rate = rate_of_code(arguments[0])
+        return Answer(AnswerKind.ECHO, bytes((self._command,)))
 
-    def _begin_report(self, now_s: float) -> None:
-        period = int.from_bytes(self._arguments[:2], "big")
-        self._stream_layout = Layout(self._arguments[2] & 0x3F)
-        self._stream_period_s = period / TICKS_PER_S
-        self._thresholds = bytes(self._arguments[3:])
-        self._sent = self._motion.latch(now_s)
-        self._stream_due_s = now_s
+    def _begin_report(self, arguments: bytes, now_s: float) -> None:
+        self._report = MotionReport(arguments, now_s, self._read(now_s))
         self.state = FarState.MOTION
 
-    def _report(self, now_s: float) -> bytes:
-        # Ten bits a byte at the fastest rate: what "back to back" means on the line.
-        shortest = self._stream_layout.length / 11520.0
-        period = max(self._stream_period_s, shortest)
-        self._stream_due_s = max(self._stream_due_s + period, now_s - period)
-        if any(self._thresholds) and not self._triggered(now_s):
-            return b""
-        return self._packet(self._stream_layout, now_s)
+    def _send_report(self, report: MotionReport, now_s: float) -> list[Answer]:
+        length = packet_length(report.command, self._profile.encoder_codes)
+        period = max(report.period_s, length * self.byte_s)
+        report.due_s = max(report.due_s + period, now_s - period)
+        reading = self._read(now_s)
+        if not report.wants(reading):
+            return []
+        report.sent = reading
+        packet = self._packet(report.command, reading, now_s)
+        return [] if packet is None else [packet]
 
-    def _triggered(self, now_s: float) -> bool:
+    def _read(self, now_s: float) -> Reading:
         counts, buttons = self._motion.latch(now_s)
-        if (buttons ^ self._sent[1]) & self._thresholds[0]:
-            return True
-        for i, (new, old) in enumerate(zip(counts, self._sent[0], strict=True)):
-            limit = int.from_bytes(self._thresholds[9 + 2 * i : 11 + 2 * i], "big")
-            moved = abs((new - old + 8192) % 16384 - 8192)
-            if limit and moved >= limit:
-                return True
-        return False
+        return Reading(counts, buttons, self.analog)
 
-    def _packet(self, layout: Layout, now_s: float) -> bytes:
-        counts, buttons = self._sent = self._motion.latch(now_s)
-        ticks = int((now_s - self._power_on_s) * TICKS_PER_S)
-        return encode_packet(
-            Packet(
-                command=layout.command,
-                buttons=buttons,
-                timer=ticks % (self._profile.maxima.timer + 1),
-                analog=self._profile.maxima.analog,
-                counts=(*counts, 0),
-            )
+    def _packet(self, command: int, reading: Reading, now_s: float) -> Answer | None:
+        if not self.homed:
+            return None
+        # Even periods of a report are even in the timer, too, whatever sums round to.
+        ticks = int((now_s - self.timer_zero_s) * TICKS_PER_S + ROUNDING_TICKS)
+        timer = ticks % (self._profile.maxima.timer + 1)
+        codes = self._profile.encoder_codes
+        return Answer(
+            AnswerKind.PACKET, standard_packet(command, reading, timer, codes)
         )
 
-    def _string_replies(self) -> dict[int, bytes]:
-        about = self._profile.identity
-        texts = (
-            about.product_name,
-            about.product_id,
-            about.model,
-            about.serial,
-            about.comment,
-            about.parameter_format,
-            about.firmware,
-        )
-        return {0xC8 + i: text.encode() + b"\0" for i, text in enumerate(texts)}
+
+def rate_of_code(code: int) -> int:
+    """Return bits per second: prescaler in bits 5-4, power of two in bits 2-0."""
+    return round(FASTEST_RATE / (_PRESCALER[code >> 4 & 0b11] << (code & 0b111)))

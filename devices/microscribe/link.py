@@ -1,57 +1,26 @@
 """A conversation with a MicroScribe over a byte port, blocking."""
 
-import time
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from devices.microscribe import commands, identity
+from devices.microscribe import identity
 from devices.microscribe.arm import ArmGeometry, Encoders
-from devices.microscribe.commands import Command, Query
+from devices.microscribe.commands import PING_LAYOUT, POSE_LAYOUT, Query
 from devices.microscribe.identity import ArmIdentity, Maxima
+from devices.microscribe.line import Line
 from devices.microscribe.packets import Layout, Packet
-from devices.microscribe.protocol import (
-    BadReply,
-    Event,
-    HostSession,
-    ProductId,
-    Reply,
-    Sample,
-    State,
-    SyncEcho,
-)
-from devices.port import BytePort, DeviceError, DeviceReason
+from devices.microscribe.protocol import BadReply, HostSession, Reply, Sample, State
+from devices.microscribe.sign_on import RATES, SignOn, end_session
+from devices.microscribe.timing import LinkTiming
+from devices.microscribe.transcript import Transcript
+from devices.port import BytePort, Clock, DeviceError, DeviceReason
 
-# The rate of the vendor's own software first, then those at which arms were seen.
-RATES = (115200, 38400, 19200, 9600, 57600, 28800, 14400)
+# A stream that does not stop when told so three times will not.
+STOP_TRIES = 3
 
-# Six encoders with the timer, 16 bytes.
-POSE_LAYOUT = Layout(0x23)
-_PING_LAYOUT = Layout(0x00)
-
-
-@dataclass(frozen=True, slots=True)
-class LinkTiming:
-    """How long to wait, in seconds."""
-
-    between_sign_ons: float = 0.015
-    """The arm needs this to look at what it heard."""
-    per_rate: float = 1.0
-    """The arm itself walks through seven rates."""
-    forced_rate: float = 1.5
-    """Per pass when only one rate is allowed."""
-    silence: float = 0.05
-    """Longer than any pause inside what an arm has to say."""
-    surplus: float = 0.5
-    """Sign-on echoes end by then."""
-    begin: float = 3.0
-    reply: float = 0.1
-    """At least; a slow line is given three times its wire time."""
-    string: float = 0.5
-    block: float = 3.0
-    settle: float = 0.015
-    """Between the last command and closing the port."""
-    extra_bytes: float = 0.0005
-    """A doubled byte follows its packet by one byte time (0.09 ms at 115200)."""
+TimedPacket = tuple[Packet, float]
+"""A packet and the host's time of its header."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,46 +38,58 @@ class ArmDescription:
 
 
 class ArmLink:
-    """Sign on, ask, poll, recover and end, over any byte port.
+    """Sign on, ask, poll or stream, recover and end, over any byte port.
 
     Not safe for two threads. Every failure is a DeviceError that names the port.
     """
 
-    def __init__(self, port: BytePort, timing: LinkTiming | None = None) -> None:
-        self.port = port
-        self.session = HostSession()
-        self.baud = 0
+    def __init__(
+        self,
+        port: BytePort,
+        timing: LinkTiming | None = None,
+        *,
+        clock: Clock | None = None,
+        transcript: Transcript | None = None,
+        confirmed_only: bool = False,
+    ) -> None:
+        self.session = HostSession(confirmed_only)
+        self.line = Line(port, self.session, clock, transcript)
+        self.silence_s = 0.0
+        """How long the last search for the arm heard nothing."""
         self._timing = timing or LinkTiming()
-        self._heard = 0
+        self._period_s = 0.0
+        self._chunks: deque[tuple[int, float]] = deque()
+        """Where chunks of a stream end, and when they came."""
+
+    @property
+    def port(self) -> BytePort:
+        """Get the port."""
+        return self.line.port
+
+    @property
+    def baud(self) -> int:
+        """Get the rate in use."""
+        return self.line.baud
 
     def sign_on(self, rates: Sequence[int] = RATES) -> None:
         """Open a session at the first of ``rates`` at which the arm answers."""
-        if not rates:
-            raise ValueError("at least one rate is needed")
-        self._heard = 0
-        for opening in (None, commands.FLUSH_MOTION):
-            for baud in rates:
-                self.port.set_rate(baud)
-                self.baud = baud
-                self.port.reset_input()
-                if self._begin_at_this_rate(opening, len(rates) == 1):
-                    return
-        if self._heard:
-            raise DeviceError(
-                DeviceReason.GARBAGE,
-                f"The device on {self.port.name} sends bytes but none that a "
-                "MicroScribe would send; check the cable, the rate and the port.",
-            )
-        raise DeviceError(
-            DeviceReason.NO_DEVICE,
-            f"No MicroScribe answered on {self.port.name}; check its power and the "
-            "cable.",
-        )
+        search = SignOn(self.line, self._timing)
+        began_s = self.line.clock.now()
+        try:
+            search.run(rates)
+        finally:
+            passed = self.line.clock.now() - began_s
+            self.silence_s = passed if search.silence_s is None else search.silence_s
 
     def describe(self) -> ArmDescription:
         """Ask for everything that turns counts into poses, in the usual order."""
         texts = [self._ask_text(Query(code)) for code in range(0xC8, 0xCF)]
         about = ArmIdentity(*texts)
+        if not (about.serial and about.product_name and about.model and about.firmware):
+            raise DeviceError(
+                DeviceReason.BAD_REPLY,
+                f"The arm on {self.port.name} leaves out who it is: {about}.",
+            )
         maxima = Maxima.decode(self._ask(Query.MAXIMA, self._timing.block))
         if about.parameter_format != identity.FORMAT:
             raise DeviceError(
@@ -132,8 +113,8 @@ class ArmLink:
         """Load the rest pose's counts; the arm must stand in its rest."""
         self._ask(Query.HOME, self._timing.string)
 
-    def sample(self) -> tuple[Packet, float] | None:
-        """Poll once; return packet and host time of its header, None if none came.
+    def sample(self) -> TimedPacket | None:
+        """Poll once; return None if no packet came.
 
         A packet followed by further bytes is dropped: one of its own was doubled.
         """
@@ -142,95 +123,73 @@ class ArmLink:
     def ping(self) -> bool:
         """Return whether the arm answers the shortest command after a flush."""
         self._settle()
-        return self._poll(_PING_LAYOUT) is not None
+        return self._poll(PING_LAYOUT) is not None
+
+    def start_stream(self, period_ticks: int) -> None:
+        """Let the arm send a pose every ``period_ticks`` of 1/900 s by itself."""
+        self._period_s = max(period_ticks / 900.0, self._wire_s(POSE_LAYOUT))
+        self._chunks.clear()
+        self.line.send(self.session.stream(period_ticks))
+
+    def streamed(self, patience_s: float = 0.0) -> list[TimedPacket]:
+        """Wait for the stream's next packets; return none if it has fallen silent.
+
+        With patience whatever comes in that time is taken together, which costs less.
+        """
+        clock, session = self.line.clock, self.session
+        if patience_s > 0.0:
+            clock.sleep(patience_s)
+        allowed = max(self._timing.reply, 3.0 * self._period_s + 0.02)
+        now = clock.now()
+        until = now + allowed
+        while now < until:
+            # A burst is taken whole, a trickle packet by packet.
+            count = max(session.missing_bytes, self.port.waiting)
+            events = self.line.receive(count, until - now)
+            now = clock.now()
+            self._chunks.append((session.received, now))
+            found = [
+                (event.packet, self._header_s(event.offset))
+                for event in events
+                if isinstance(event, Sample)
+            ]
+            if found:
+                return found
+        # Whatever came made no packet, and times of old chunks are worth nothing.
+        self._chunks.clear()
+        return []
+
+    def stop_stream(self) -> None:
+        """End the stream and what of it is still on its way.
+
+        Raise DeviceError if the arm does not stop.
+        """
+        if self.session.state is not State.STREAMING:
+            return
+        for _ in range(STOP_TRIES):
+            self.line.send(self.session.poll(PING_LAYOUT))
+            self.session.abandon()
+            if self.ping():
+                return
+        raise DeviceError(
+            DeviceReason.BAD_REPLY,
+            f"The arm on {self.port.name} goes on reporting its motion though told "
+            "to stop; switch it off and on again.",
+        )
 
     def end(self) -> None:
         """End the session and let the arm look for the next one."""
-        if self.session.state is State.OFF:
-            return
-        if self.session.state is State.STREAMING:
-            self.ping()
-        self._send(self.session.end())
-        time.sleep(self._timing.settle)
-
-    def _begin_at_this_rate(self, opening: Command | None, forced: bool) -> bool:
-        allowed = self._timing.forced_rate if forced else self._timing.per_rate
-        if not self._attention(opening, allowed):
-            return False
-        # BEGIN is never repeated in the same session; a second try starts over.
-        if self._open() or (self._attention(None, allowed) and self._open()):
-            return True
-        raise DeviceError(
-            DeviceReason.CANT_BEGIN,
-            f"The device on {self.port.name} answers but does not begin a session; "
-            "switch it off and on again.",
-        )
-
-    def _attention(self, opening: Command | None, allowed_s: float) -> bool:
-        """Return whether the arm echoed a sign-on; surplus echoes are dropped."""
-        start = time.monotonic()
-        zero_due = opening is None
-        if opening is not None:
-            self._send(opening)
-        while (passed := time.monotonic() - start) < allowed_s:
-            if zero_due and passed > allowed_s / 2.0:
-                self._send(commands.PING)
-                zero_due = False
-            self._send(self.session.sign_on())
-            events = self._receive(256, self._timing.between_sign_ons)
-            if any(isinstance(event, SyncEcho) for event in events):
-                self._drain()
-                return True
-        return False
-
-    def _drain(self) -> None:
-        until = time.monotonic() + self._timing.surplus
-        while time.monotonic() < until and self.port.read(256, self._timing.silence):
-            pass
-
-    def _open(self) -> bool:
-        """Send BEGIN; return whether a MicroScribe gave its id, False if silent."""
-        self._send(self.session.begin())
-        until = time.monotonic() + self._timing.begin
-        quiet_since = time.monotonic()
-        while (now := time.monotonic()) < until:
-            before = self._heard
-            for event in self._receive(1, min(until - now, self._timing.silence)):
-                if isinstance(event, ProductId):
-                    self._check_product(event.raw)
-                    return True
-            if self._heard > before:
-                quiet_since = time.monotonic()
-            elif now - quiet_since > self._timing.string and self._own_echo():
-                raise DeviceError(
-                    DeviceReason.LOOPBACK,
-                    f"The port {self.port.name} returns our own bytes; its cable joins "
-                    "the two data lines.",
-                )
-        return False
-
-    def _own_echo(self) -> bool:
-        heard = self.session.partial.replace(commands.SIGN_ON_BYTES, b"")
-        return heard.replace(commands.SIGN_ON_BYTES[1:], b"") == commands.BEGIN_BYTES
-
-    def _check_product(self, raw: bytes) -> None:
-        if raw.endswith(identity.PRODUCT_ID.encode()):
-            return
-        self.end()
-        raise DeviceError(
-            DeviceReason.WRONG_DEVICE,
-            f"The device on {self.port.name} is no MicroScribe, it calls itself "
-            f"{raw!r}.",
-        )
+        end_session(self.line, self._timing)
 
     def _ask_text(self, query: Query) -> str:
         return identity.decode_string(self._ask(query, self._timing.string))
 
     def _ask(self, query: Query, allowed_s: float) -> bytes:
-        self._send(self.session.ask(query))
-        until = time.monotonic() + allowed_s
-        while (now := time.monotonic()) < until:
-            for event in self._receive(1, until - now):
+        clock = self.line.clock
+        self.line.send(self.session.ask(query))
+        until = clock.now() + allowed_s
+        while (now := clock.now()) < until:
+            for event in self.line.receive(1, until - now):
                 if isinstance(event, Reply):
                     return event.payload
                 if isinstance(event, BadReply):
@@ -247,42 +206,48 @@ class ArmLink:
             f"({len(partial)} bytes came).",
         )
 
-    def _poll(self, layout: Layout) -> tuple[Packet, float] | None:
-        wire_s = 10.0 * layout.length / max(self.baud, 1)
+    def _poll(self, layout: Layout) -> TimedPacket | None:
+        clock = self.line.clock
         # What is still unread answered an earlier poll.
-        self.session.stray += self.port.reset_input()
-        self._send(self.session.poll(layout))
-        header_s = now = time.monotonic()
+        self.line.drop()
+        self.line.send(self.session.poll(layout))
+        sent_s = now = clock.now()
+        wire_s = self._wire_s(layout)
+        # A doubled byte makes the packet longer by a byte that follows at once.
+        quiet_s = max(self._timing.extra_bytes, 1.5 * self.line.byte_s)
         until = now + max(self._timing.reply, 3.0 * wire_s + 0.02)
-        while now < until:
-            come = self.session.packet_bytes
-            # The header is read alone, so that its arrival can be told.
-            events = self._receive(layout.length - come if come else 1, until - now)
-            now = time.monotonic()
-            if come == 0:
-                header_s = now
+        strays = self.session.stray
+        # Sleeping until the whole answer must be there spares the wake-up at its
+        # header and the one after its end.
+        clock.sleep(self._timing.latency + wire_s + quiet_s)
+        events = self.line.receive(layout.length + 1, 0.0)
+        while True:
+            now = clock.now()
             for event in events:
                 if isinstance(event, Sample):
-                    return None if self._followed() else (event.packet, header_s)
+                    if self.session.stray > strays or self.port.waiting:
+                        self._settle()
+                        return None
+                    return event.packet, max(now - quiet_s - wire_s, sent_s)
+            if now >= until:
+                break
+            missing = self.session.missing_bytes
+            events = self.line.receive_burst(missing + 1, until - now, quiet_s)
         self.session.abandon()
         # A late answer must not pass for that of the next poll.
         self._settle()
         return None
 
+    def _header_s(self, offset: int) -> float:
+        """Return when the byte at ``offset`` came; earlier ones are not asked for."""
+        while self._chunks[0][0] <= offset and len(self._chunks) > 1:
+            self._chunks.popleft()
+        end, came_s = self._chunks[0]
+        # What follows it in its chunk needed that long to come over the wire.
+        return came_s - max(end - offset - 1, 0) * self.line.byte_s
+
+    def _wire_s(self, layout: Layout) -> float:
+        return layout.length * self.line.byte_s
+
     def _settle(self) -> None:
-        time.sleep(self._timing.silence)
-        self.session.stray += self.port.reset_input()
-
-    def _followed(self) -> bool:
-        """Return whether bytes came after a complete packet."""
-        before = self.session.stray
-        self._receive(256, self._timing.extra_bytes)
-        return self.session.stray > before
-
-    def _send(self, command: Command) -> None:
-        self.port.write(command.data)
-
-    def _receive(self, count: int, timeout_s: float) -> list[Event]:
-        data = self.port.read(count, timeout_s)
-        self._heard += len(data)
-        return self.session.receive(data)
+        self.line.settle(self._timing.silence)

@@ -9,15 +9,16 @@ Whoever owns the port and the clock is somebody else: a timeout is told as
 
 from collections import deque
 from dataclasses import dataclass
-from enum import Enum, auto
+from enum import IntEnum, auto
 
 from devices.microscribe import commands
 from devices.microscribe.commands import Command, Query
 from devices.microscribe.identity import LONGEST_STRING
-from devices.microscribe.packets import Layout, Packet, PacketCounters, PacketReader
+from devices.microscribe.packet_reader import PacketCounters, PacketReader
+from devices.microscribe.packets import Layout, Packet
 
 
-class State(Enum):
+class State(IntEnum):
     """Where a session stands."""
 
     OFF = auto()
@@ -35,7 +36,7 @@ class State(Enum):
     STREAMING = auto()
 
 
-class Step(Enum):
+class Step(IntEnum):
     """What moves a session."""
 
     SIGN_ON = auto()
@@ -53,7 +54,7 @@ class Step(Enum):
 
 _RUN = (State.IDLE, State.ASKED, State.POLLED, State.STREAMING)
 
-TRANSITIONS: dict[tuple[State, Step], State] = {
+_ALLOWED: dict[tuple[State, Step], State] = {
     **{(state, Step.SIGN_ON): State.SYNC for state in State},
     **{(state, Step.END): State.OFF for state in State},
     **{(state, Step.ABANDON): State.IDLE for state in _RUN},
@@ -69,6 +70,11 @@ TRANSITIONS: dict[tuple[State, Step], State] = {
     (State.IDLE, Step.STREAM): State.STREAMING,
     (State.STREAMING, Step.PACKET): State.STREAMING,
 }
+
+TRANSITIONS: dict[tuple[State, Step], State | None] = {
+    (state, step): _ALLOWED.get((state, step)) for state in State for step in Step
+}
+"""Where every step leads from every state; None where it is refused."""
 
 
 class ProtocolError(Exception):
@@ -108,6 +114,8 @@ class Sample:
     """A standard packet."""
 
     packet: Packet
+    offset: int = 0
+    """Bytes that came in this session before its header."""
 
 
 Event = SyncEcho | ProductId | Reply | BadReply | Sample
@@ -129,13 +137,17 @@ class HostSession:
         self.state = State.OFF
         self.stray = 0
         """Bytes that came when nothing was asked, or in front of an echo."""
+        self.received = 0
+        """All bytes that came."""
         self.counters = PacketCounters()
+        """What the reader of samples saw; of pings only strays are told."""
         self._confirmed_only = confirmed_only
-        self._story: deque[str] = deque(maxlen=20)
+        self._story: deque[tuple[State, Step]] = deque(maxlen=20)
         self._buffer = bytearray()
         self._query = Query.END
         self._echo_due = False
         self._reader = PacketReader(Layout(0))
+        self._reader_began = 0
 
     @property
     def partial(self) -> bytes:
@@ -146,6 +158,11 @@ class HostSession:
     def packet_bytes(self) -> int:
         """Get how many bytes have come of a packet that is not complete."""
         return self._reader.partial_bytes
+
+    @property
+    def missing_bytes(self) -> int:
+        """Get how many bytes the next sample needs at least."""
+        return self._reader.missing_bytes + self._echo_due
 
     def sign_on(self) -> Command:
         """Ask for attention."""
@@ -170,15 +187,16 @@ class HostSession:
     def poll(self, layout: Layout) -> Command:
         """Ask for one packet; also ends a stream."""
         self._move(Step.POLL)
+        self._echo_due = False
         self._read_packets(layout, confirmed_only=False)
         return commands.poll(layout)
 
-    def stream(self, layout: Layout, period_ticks: int) -> Command:
-        """Ask for packets without end."""
+    def stream(self, period_ticks: int) -> Command:
+        """Ask for poses without end."""
         self._move(Step.STREAM)
         self._echo_due = True
-        self._read_packets(layout, self._confirmed_only)
-        return commands.stream(layout, period_ticks)
+        self._read_packets(commands.POSE_LAYOUT, self._confirmed_only)
+        return commands.stream(period_ticks)
 
     def end(self) -> Command:
         """Close the session."""
@@ -193,8 +211,16 @@ class HostSession:
     def receive(self, data: bytes) -> list[Event]:
         """Take bytes as they come; return what they mean."""
         events: list[Event] = []
-        for byte in data:
-            self._take(byte, events)
+        at = 0
+        while at < len(data):
+            if self.state is State.STREAMING:
+                at = self._scan_stream(data, at, events)
+            elif self.state is State.POLLED:
+                at = self._scan_packet(data, at, events)
+            else:
+                self._take(data[at], events)
+                at += 1
+        self.received += len(data)
         return events
 
     def _take(self, byte: int, events: list[Event]) -> None:
@@ -204,8 +230,6 @@ class HostSession:
             self._scan_product_id(byte, events)
         elif self.state is State.ASKED:
             self._scan_reply(byte, events)
-        elif self.state in (State.POLLED, State.STREAMING):
-            self._scan_packet(byte, events)
         elif self.state is State.IDLE:
             self.stray += 1
 
@@ -248,23 +272,48 @@ class HostSession:
         events.append(event)
 
     def _read_packets(self, layout: Layout, confirmed_only: bool) -> None:
-        self._reader = PacketReader(layout, confirmed_only, self.counters)
-
-    def _scan_packet(self, byte: int, events: list[Event]) -> None:
-        if byte == commands.MOTION and self._echo_due:
-            self._echo_due = False
+        self._reader_began = self.received
+        same = self._reader.layout.command == layout.command
+        if same and self._reader.confirmed_only == confirmed_only:
+            self._reader.restart()
             return
-        for packet in self._reader.receive(bytes((byte,))):
+        # What a ping hunts past is the rest of a stream that it ends, and no noise.
+        counters = self.counters if layout.encoders else PacketCounters()
+        self._reader = PacketReader(layout, confirmed_only, counters)
+
+    def _scan_packet(self, data: bytes, at: int, events: list[Event]) -> int:
+        """Take no byte beyond the first packet: those answer nothing."""
+        end = min(at + self._reader.missing_bytes, len(data))
+        self._deliver(data[at:end], events)
+        return end
+
+    def _scan_stream(self, data: bytes, at: int, events: list[Event]) -> int:
+        if self._echo_due:
+            # The echo of the command may be glued to the first packet; what came
+            # before it answered something older.
+            echo = data.find(commands.MOTION, at)
+            if echo >= 0:
+                self._echo_due = False
+                self.stray += echo - at
+                self._read_packets(self._reader.layout, self._confirmed_only)
+                self._reader_began += echo + 1
+                return echo + 1
+        self._deliver(data[at:], events)
+        return len(data)
+
+    def _deliver(self, data: bytes, events: list[Event]) -> None:
+        for offset, packet in self._reader.receive(data):
             self._move(Step.PACKET)
-            events.append(Sample(packet))
+            events.append(Sample(packet, self._reader_began + offset))
 
     def _move(self, step: Step) -> None:
-        target = TRANSITIONS.get((self.state, step))
+        target = TRANSITIONS[self.state, step]
         if target is None:
+            story = ", ".join(f"{a.name}--{b.name}" for a, b in self._story)
             raise ProtocolError(
                 f"{step.name} is not possible in {self.state.name}; before that: "
-                + (", ".join(self._story) or "nothing")
+                f"{story or 'nothing'}"
             )
         if step is not Step.PACKET:
-            self._story.append(f"{self.state.name}--{step.name}")
+            self._story.append((self.state, step))
         self.state = target

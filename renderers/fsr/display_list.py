@@ -41,27 +41,6 @@ class DisplayList:
         return len(self.index)
 
 
-@dataclass(frozen=True, slots=True)
-class RowMask:
-    """Restrict a display list to blocks of ``2**shift`` voxels a side.
-
-    flags: uint8 per block, x fastest; wanted where `bit` is set. row_flags: the same
-    per row of blocks, set where any of its blocks is. grid: blocks along y and x.
-    """
-
-    flags: NDArray[np.uint8]
-    row_flags: NDArray[np.uint8]
-    grid: tuple[int, int]
-    shift: int
-    bit: int
-
-
-def _everything() -> RowMask:
-    # one block holds any grid: rows have at most 65536 voxels
-    one = np.ones(1, np.uint8)
-    return RowMask(one, one, (1, 1), 17, 1)
-
-
 def view_planes(camera: Camera, margin_mm: float) -> NDArray[np.float64]:
     """Bound the view by world planes ``(p, 4)``, positive inside.
 
@@ -118,13 +97,11 @@ def build_display_list(
     *,
     reach_mm: float = math.inf,
     back_to_front: bool = True,
-    mask: RowMask | None = None,
 ) -> DisplayList:
     """Cull and order a set for one view.
 
     margin_mm: radius of an element; nothing that reaches into the view is lost.
     reach_mm: leave out elements whose grid point is farther from the eye.
-    mask: leave out whole blocks.
     """
     matrix = rows.world_from_voxel
     # a plane a.p + d of the world is (a M) v + d of the voxel frame
@@ -132,7 +109,6 @@ def build_display_list(
     index = np.empty(len(rows), np.int32)
     row = np.empty(len(rows), np.int32)
     nz, ny, nx = rows.shape
-    mask = mask or _everything()
     n, kept = cull_rows(
         rows.offsets,
         rows.x,
@@ -144,12 +120,6 @@ def build_display_list(
         np.ascontiguousarray(matrix[:3, :3].T),
         float(reach_mm),
         eye_voxel(rows, camera),
-        mask.flags,
-        mask.row_flags,
-        mask.grid[1],
-        mask.grid[0],
-        mask.shift,
-        mask.bit,
         index,
         row,
     )

@@ -8,8 +8,10 @@ from concurrent.futures import ThreadPoolExecutor
 class RowBands:
     """Run a kernel over bands of rows on a fixed number of threads.
 
-    Kernels must release the interpreter lock and give each row a value that does not
-    depend on the band it is in; then any number of threads gives the same bits.
+    The calling thread works too, and each thread takes band after band from one shared
+    counter. Kernels must release the interpreter lock and give each row a value that
+    does not depend on the band it is in; then any number of threads gives the same
+    bits.
     """
 
     def __init__(self, threads: int, bands_per_thread: int = 4) -> None:
@@ -21,27 +23,43 @@ class RowBands:
         # several bands a thread: rows at the top and bottom of a round picture are
         # short, so equal shares of rows are not equal shares of work
         self._bands = 1 if threads == 1 else threads * bands_per_thread
-        self._pool = (
-            ThreadPoolExecutor(threads, thread_name_prefix="rows")
+        self._others = (
+            ThreadPoolExecutor(threads - 1, thread_name_prefix="rows")
             if threads > 1
             else None
         )
 
-    def run(self, rows: int, kernel: Callable[[int, int], None]) -> None:
-        """Call ``kernel(first, past_last)`` so that every row is covered once."""
-        if self._pool is None:
+    def run(
+        self, rows: int, kernel: Callable[[int, int], None], least: int = 1
+    ) -> None:
+        """Call ``kernel(first, past_last)`` so that every row is covered once.
+
+        least: rows of a band, where there are that many, for kernels to which a band
+        of its own costs something. The first error of a band is raised.
+        """
+        bands = min(self._bands, rows // least)
+        # as many for each thread
+        bands = max(bands - bands % self.threads, 1)
+        if self._others is None or bands == 1:
             kernel(0, rows)
             return
-        edges = [rows * i // self._bands for i in range(self._bands + 1)]
-        futures = [
-            self._pool.submit(kernel, first, last)
-            for first, last in itertools.pairwise(edges)
-            if last > first
-        ]
-        for future in futures:
-            future.result()
+        edges = [rows * i // bands for i in range(bands + 1)]
+        turns = itertools.count()
+
+        def take() -> None:
+            # one step of a built-in counter is atomic
+            while (turn := next(turns)) < bands:
+                kernel(edges[turn], edges[turn + 1])
+
+        helpers = min(self.threads, bands) - 1
+        futures = [self._others.submit(take) for _ in range(helpers)]
+        try:
+            take()
+        finally:
+            for future in futures:
+                future.result()
 
     def close(self) -> None:
         """Let the threads end; the object cannot run afterwards if it had several."""
-        if self._pool is not None:
-            self._pool.shutdown()
+        if self._others is not None:
+            self._others.shutdown()

@@ -7,6 +7,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.shading.camera.meter.kernels import find_gain, sample_light
+
 TARGET = 0.17
 """Mean of the clipped luminance, weighted towards the centre, that a camera seeks."""
 HIGHLIGHT = 1.15
@@ -17,8 +19,8 @@ LARGEST_GAIN = 1e5
 """Above it even a wall 10 cm away would be white; a black picture gets this."""
 _SAMPLES = 96
 """Samples along the shorter side: the meter needs no more than 9,000 pixels."""
-_ROUNDS = 12
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
+_ROUNDS = 50
+"""Far more than there are: a round each time that more samples clip."""
 
 
 def meter(radiance: NDArray[np.float32]) -> float:
@@ -28,37 +30,44 @@ def meter(radiance: NDArray[np.float32]) -> float:
     r < .95 of the round field, reach `TARGET`, unless the highlights would then
     exceed `HIGHLIGHT`. Reads every few pixels only.
     """
-    height, width = radiance.shape[:2]
-    stride, inside, weight = _field(height, width)
-    sample = radiance[stride // 2 :: stride, stride // 2 :: stride]
-    colour = sample[inside]
-    luminance = colour @ _LUMINANCE
-    mean = float(weight @ luminance)
-    place = round(HIGHLIGHT_SHARE * (len(colour) - 1))
-    brightest = float(np.partition(colour.max(axis=-1), place)[place])
-    if mean <= TARGET / LARGEST_GAIN:
+    rows, columns, weight = _field(*radiance.shape[:2])
+    luminance, largest = np.empty_like(weight), np.empty_like(weight)
+    sample_light(_read_only(radiance), rows, columns, luminance, largest)
+    gain = find_gain(luminance, weight, TARGET, LARGEST_GAIN, _ROUNDS)
+    if gain >= LARGEST_GAIN:
         return LARGEST_GAIN
-    gain = TARGET / mean
-    for _ in range(_ROUNDS):
-        gain *= TARGET / float(weight @ np.minimum(gain * luminance, 1))
-        if gain > LARGEST_GAIN:
-            return LARGEST_GAIN
+    place = round(HIGHLIGHT_SHARE * (len(largest) - 1))
+    largest.partition(place)
+    brightest = float(largest[place])
     return min(gain, HIGHLIGHT / brightest) if brightest > 0 else gain
 
 
 @lru_cache(maxsize=4)
 def _field(
     height: int, width: int
-) -> tuple[int, NDArray[np.bool_], NDArray[np.float32]]:
-    """Give the sampling stride, the mask of samples in the field, their weights."""
+) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float32]]:
+    """Give the rows and columns of samples in the field, and their weights."""
     stride = max(1, min(height, width) // _SAMPLES)
     half = min(height, width) / 2
-    y = (np.arange(height)[stride // 2 :: stride] + 0.5 - height / 2) / half
-    x = (np.arange(width)[stride // 2 :: stride] + 0.5 - width / 2) / half
+    rows = np.arange(height)[stride // 2 :: stride]
+    columns = np.arange(width)[stride // 2 :: stride]
+    y = (rows + 0.5 - height / 2) / half
+    x = (columns + 0.5 - width / 2) / half
     r2 = y[:, None] ** 2 + x**2
-    inside: NDArray[np.bool_] = r2 < 0.95**2
-    weight = np.exp(-r2[inside] / 0.25)
-    return stride, inside, (weight / weight.sum()).astype(np.float32)
+    i, j = np.nonzero(r2 < 0.95**2)
+    weight = np.exp(-r2[i, j] / 0.25)
+    return (
+        rows[i].astype(np.int32),
+        columns[j].astype(np.int32),
+        (weight / weight.sum()).astype(np.float32),
+    )
+
+
+def _read_only(array: NDArray[np.float32]) -> NDArray[np.float32]:
+    """View an array so that it cannot be written: another type would be compiled."""
+    view = np.ascontiguousarray(array).view()
+    view.flags.writeable = False
+    return view
 
 
 @dataclass(slots=True)

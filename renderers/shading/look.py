@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from renderers.scene import AirSurface, Volume
 from renderers.shading.materials import material_table
-from renderers.shading.noise import noise_tile, tile_from_mm
+from renderers.shading.noise import NoiseTile, noise_tile, tile_from_mm
 from renderers.shading.tissue_colour import SKIN_COLOR, colour_table
 
 _MOTTLE_VOXELS = 5.7
@@ -28,7 +28,7 @@ class Look:
     tint: flat uint16 of the volume's size, blood code + 256 * skin code.
     colours: `colour_table` as flat rows of eight floats. skin: ``(3,)`` linear albedo.
     materials: see `material_table`.
-    tile, vessel_tile: flat float32 noise tiles.
+    tile, vessel_tile: noise of mottle and ripples, and of vessels.
     to_tile: ``(5, 3, 3)`` millimetres to tile voxels: mottle of 6.5, 1.6 and .55 mm,
     vessels of 8 and 2.8 mm. vessel_offset_mm: ``(2, 3)`` shifts that keep vessels
     from following the mottle.
@@ -39,15 +39,14 @@ class Look:
     colours: NDArray[np.float32]
     skin: NDArray[np.float32]
     materials: NDArray[np.float32]
-    tile: NDArray[np.float32]
-    vessel_tile: NDArray[np.float32]
+    tile: NoiseTile
+    vessel_tile: NoiseTile
     to_tile: NDArray[np.float32]
     vessel_offset_mm: NDArray[np.float32]
 
     @classmethod
     def of(cls, surface: AirSurface, seed: int) -> "Look":
         """Precompute for `surface`; `seed` decides mottle, ripples and vessels."""
-        tile = noise_tile(4.0, seed).reshape(-1)
         to_tile = np.stack(
             [
                 tile_from_mm(6.5, _MOTTLE_VOXELS, 0),
@@ -63,11 +62,11 @@ class Look:
         look = cls(
             surface.distance,
             tint.reshape(-1),
-            _rows_of_eight(colour_table()),
+            rows_of_eight(colour_table()),
             np.array(SKIN_COLOR, np.float32),
             material_table(),
-            tile,
-            noise_tile(8.0, seed + 1).reshape(-1),
+            NoiseTile.of(noise_tile(4.0, seed)),
+            NoiseTile.of(noise_tile(8.0, seed + 1)),
             to_tile,
             np.array([[31, -17, 11], [-7, 41, 23]], np.float32),
         )
@@ -82,8 +81,9 @@ class Look:
         return look
 
 
-def _rows_of_eight(table: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Pad rows to eight floats, so that four of them are one aligned load."""
+def rows_of_eight(table: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Pad rows to two loads of four floats; the sixth is the next row's fifth."""
     padded = np.zeros((len(table), 8), np.float32)
-    padded[:, : table.shape[1]] = table
+    padded[:, :5] = table
+    padded[:-1, 5] = table[1:, 4]
     return padded.reshape(-1)

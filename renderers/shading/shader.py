@@ -12,6 +12,7 @@ from renderers.shading.bounce.light_grid import VirtualLights
 from renderers.shading.illumination import Detail, ScopeLight, Tier
 from renderers.shading.look import Look
 from renderers.shading.surface.kernels import shade_rows
+from renderers.simd_guard import demand_vectors
 
 BOUNCE_FACTOR = 1.15
 """Fitted over five nasal views against a path tracer with four bounces; the virtual
@@ -23,7 +24,8 @@ class ScopeShader:
 
     surface: blood, skin and distance of the case. seed: of the mottle and vessels.
     blood_bias: factor on all blood content; .4 is decongested, 1.9 inflamed.
-    The same G-buffer, camera and light give the same bits for any `threads`.
+    The same G-buffer, camera and light give the same bits for any `threads`. Raises
+    VectorError where this numba does not compile vectors.
     """
 
     def __init__(
@@ -34,6 +36,7 @@ class ScopeShader:
         blood_bias: float = 1.0,
         threads: int = 2,
     ) -> None:
+        demand_vectors("The light of the endoscope")
         if not (math.isfinite(blood_bias) and 0 <= blood_bias <= 10):
             raise ValueError(f"blood bias must be within 0..10, got {blood_bias}")
         self.tier = tier
@@ -96,8 +99,10 @@ class ScopeShader:
                 look.skin,
                 look.materials,
                 self.tier.detail is Detail.FULL,
-                look.tile,
-                look.vessel_tile,
+                look.tile.quads,
+                look.tile.unit,
+                look.vessel_tile.quads,
+                look.vessel_tile.unit,
                 look.to_tile,
                 look.vessel_offset_mm,
                 radiance,

@@ -37,7 +37,14 @@ def test_an_asymmetric_head_survives_writing_and_reading(
     i, j, k = np.round((tip - case.ct.origin_mm) / 1.0).astype(int)
     assert case.labels.values[k, j, i] == Label.INFERIOR_TURBINATE
     names = {p.name for p in (tmp_path / "case").iterdir()}
-    assert names == {"ct.nrrd", "labels.seg.nrrd", "landmarks.mrk.json", "case.json"}
+    volumes = {f"{name}.nrrd" for name in ("ct", "distance", "blood", "skin")}
+    assert names == {
+        *volumes, "labels.seg.nrrd", "landmarks.mrk.json", "case.json"
+    }  # fmt: skip
+    for name in ("distance", "blood", "skin"):
+        mine = getattr(head, name)
+        assert np.array_equal(case.volumes[name].values, mine.values)
+        assert case.volumes[name].background == mine.background
 
 
 def test_segments_carry_their_names(head: Phantom, tmp_path: Path) -> None:

@@ -47,6 +47,20 @@ def test_what_kernels_import_counts_as_well(tree: Path) -> None:
     assert kernel_hash(tree, "1.0") != before
 
 
+def test_packages_that_kernels_import_count_with_all_they_import(tree: Path) -> None:
+    package = tree / "renderers" / "simd"
+    package.mkdir()
+    kernels = tree / "anatomy" / "kernels.py"
+    kernels.write_text("from renderers.simd import (\n    load,\n)\n")
+    (package / "__init__.py").write_text("from renderers.simd.memory import load\n")
+    (package / "memory.py").write_text("import renderers.simd.vector  # noqa\n")
+    seen = {kernel_hash(tree, "1.0")}
+    for text in ("", "import llvmlite\n"):
+        (package / "vector.py").write_text(text)
+        seen.add(kernel_hash(tree, "1.0"))
+    assert len(seen) == 3
+
+
 def test_nothing_else_changes_the_hash(tree: Path) -> None:
     before = kernel_hash(tree, "1.0")
     (tree / "anatomy" / "phantom.py").write_text("# not compiled\n")

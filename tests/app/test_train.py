@@ -28,6 +28,12 @@ def refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
         (["--screenshot", "no/such/folder/picture.png"], "no/such/folder"),
         (["--scenario", "no_such_thing"], "no_such_thing"),
         (["--threads", "-1"], "-1"),
+        (["--input", "robot"], "robot"),
+        (["--input", "igtl:here"], "igtl:localhost:18944"),
+        (["--input", "recording:no/such.json"], "no/such.json"),
+        (["--input", "gamepad:no/such/event0"], "no/such/event0"),
+        (["--input", "mouse", "--device", "/dev/ttyUSB0"], "--device"),
+        (["--stream-igtl", "everywhere"], "--stream-igtl"),
     ],
 )
 def test_bad_options_are_named(

@@ -3,8 +3,10 @@
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
+import threading
 import time
 import uuid
 from collections.abc import Iterator
@@ -19,6 +21,7 @@ from app.opengl import probe_window
 from app.overview_scene import LIGHT
 from app.replay import replay_session
 from devices.microscribe import MicroScribeEmulator
+from devices.openigtlink import PoseStreamer
 from scenarios import load_scenario
 from scenarios.bundle import EventRecord, FrameRecord, SampleRecord, read_session
 
@@ -155,6 +158,7 @@ KEYS = """
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
+from app.inputs import choose_input
 from app.window import TraineeWindow
 from app.window_flight import FlightOrder, WindowFlight
 from devices import load_probe_path
@@ -163,9 +167,9 @@ from scenarios import load_scenario
 application = QApplication([])
 scenario, folder = load_scenario("first_flight")
 file = folder / scenario.path
-flight = WindowFlight(
-    FlightOrder(scenario, load_probe_path(file), file, None, 128, 1, None)
-)
+path = load_probe_path(file)
+arm = choose_input("emulator", None, scenario, path, file)
+flight = WindowFlight(FlightOrder(scenario, path, arm, 128, 1, None))
 window = TraineeWindow(flight, None, edge_samples=0)
 window.show()
 Key = Qt.Key
@@ -191,6 +195,122 @@ def test_keys_turn_the_light_fill_the_screen_and_quit(screen: str) -> None:
         [sys.executable, "-c", KEYS], cwd=ROOT, capture_output=True, text=True
     )
     assert (done.returncode, done.stderr) == (0, "")
+
+
+STEER = """
+import sys
+import numpy as np
+from PySide6.QtCore import QEvent, QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from app.environment import prepare_environment
+prepare_environment()
+from app.inputs import choose_input
+from app.window import TraineeWindow
+from app.window_flight import FlightOrder, WindowFlight
+from devices import load_probe_path
+from scenarios import load_scenario
+
+application = QApplication([])
+scenario, folder = load_scenario(sys.argv[1])
+file = folder / scenario.path
+path = load_probe_path(file)
+mouse = choose_input("mouse", None, scenario, path, file)
+flight = WindowFlight(FlightOrder(scenario, path, mouse, 128, 1, None))
+window = TraineeWindow(flight, None, edge_samples=0)
+seen = []
+take = flight.take
+def watched():
+    instant = take()
+    if instant is not None:
+        seen.append(instant.view.world_from_tip)
+    return instant
+flight.take = watched
+window.show()
+flight.start()
+
+def until(holds):
+    count = -1
+    while flight.error is None and (len(seen) == count or not seen or not holds()):
+        count = len(seen)
+        QTest.qWait(20)
+    assert flight.error is None, flight.error
+
+until(lambda: True)
+pivot, axis = seen[-1][:3, 3], -seen[-1][:3, 2]
+assert all(np.array_equal(frame, seen[0]) for frame in seen)
+QTest.keyPress(window, Qt.Key.Key_W)
+until(lambda: np.linalg.norm(seen[-1][:3, 3] - pivot) > 10.0)
+QTest.keyRelease(window, Qt.Key.Key_W)
+QTest.mousePress(window.picture, Qt.MouseButton.LeftButton, pos=QPoint(100, 100))
+QTest.mouseMove(window.picture, QPoint(100, 40))
+QTest.mouseRelease(window.picture, Qt.MouseButton.LeftButton, pos=QPoint(100, 40))
+until(lambda: -seen[-1][:3, 2] @ axis < np.cos(np.radians(2.0)))
+assert -seen[-1][2, 2] > axis[2]  # dragged up, it points up
+# Keys that are down when the window loses the keyboard do not stick.
+QTest.keyPress(window, Qt.Key.Key_S)
+application.sendEvent(window, QEvent(QEvent.Type.WindowDeactivate))
+until(lambda: np.array_equal(seen[-1], seen[-2]))
+depth = np.linalg.norm(seen[-1][:3, 3] - pivot)
+assert depth > 5.0, depth
+for frame in seen:
+    arm = frame[:3, 3] - pivot
+    assert np.linalg.norm(np.cross(arm, frame[:3, 2])) < 1e-9
+window.close()
+assert flight.stop(60.0)
+window.release()
+"""
+
+
+def test_keys_and_mouse_steer_the_scope_about_the_nostril(
+    screen: str, coarse_scenario: Path
+) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", STEER, str(coarse_scenario)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=LIMIT_S,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.slow
+def test_one_program_flies_what_another_streams(
+    screen: str, coarse_scenario: Path, tmp_path: Path
+) -> None:
+    bundle = tmp_path / "linked.paravol"
+    pose = np.eye(4)
+    pose[:3, :3] = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]  # looks backwards: +y, LPS
+    pose[:3, 3] = -6.3, -13.0, -6.5
+    over = threading.Event()
+    with PoseStreamer(0) as streamer:
+
+        def stream() -> None:
+            while not over.wait(0.01):
+                streamer.publish("Stylus", pose, time.monotonic())
+
+        sender = threading.Thread(target=stream)
+        sender.start()
+        with socket.create_server(("127.0.0.1", 0)) as free:
+            port = free.getsockname()[1]
+        try:
+            done, left = train(
+                *("--scenario", str(coarse_scenario), "--seconds", "1"),
+                *("--input", f"igtl:127.0.0.1:{streamer.port}"),
+                *("--stream-igtl", str(port), "--record", str(bundle)),
+            )
+        finally:
+            over.set()
+            sender.join()
+    assert (done.returncode, done.stderr) == (0, "")
+    assert not left
+    _, records, complete = read_session(bundle)
+    samples = [record for record in records if isinstance(record, SampleRecord)]
+    assert complete
+    expected = pose.astype(np.float32).astype(np.float64).ravel().tolist()
+    assert samples
+    assert all(sample.device_from_tip == expected for sample in samples)
 
 
 @pytest.mark.slow

@@ -10,8 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.microscribe.emulator_state import FarEnd
-from devices.microscribe.link import LinkTiming
 from devices.microscribe.profiles import DX40937, HOME_COUNTS, ArmProfile
+from devices.microscribe.timing import LinkTiming
 from devices.port import DeviceError, MemoryPort, memory_port_pair
 from devices.probe_path import ProbePath
 

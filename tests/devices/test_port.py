@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.port import DeviceError, DeviceReason, memory_port_pair
+from devices.port import DeviceError, DeviceReason, HostClock, memory_port_pair
 
 
 @given(st.lists(st.binary(max_size=20), max_size=10))
@@ -42,3 +42,24 @@ def test_reset_input_drops_and_counts() -> None:
     far.write(b"abc")
     assert near.reset_input() == 3
     assert near.read(1, 0.0) == b""
+
+
+def test_what_waits_can_be_told_and_read_as_a_burst() -> None:
+    near, far = memory_port_pair()
+    far.write(b"abc")
+    assert near.waiting == 3
+    assert near.read_burst(10, 5.0, 0.0) == b"abc"
+    assert near.read_burst(10, 0.0, 0.0) == b""
+    far.write(b"abcd")
+    assert near.read_burst(2, 5.0, 5.0) == b"ab"
+    far.close()
+    near.read(2, 0.0)
+    with pytest.raises(DeviceError):
+        _ = near.waiting
+
+
+def test_the_hosts_clock_goes_on() -> None:
+    clock = HostClock()
+    begin = clock.now()
+    clock.sleep(0.001)
+    assert clock.now() >= begin + 0.001

@@ -1,5 +1,7 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from devices.pose import Pose
 
@@ -39,3 +41,25 @@ def test_pose_refuses_endless_times_and_negative_buttons() -> None:
         Pose(float("nan"), 0.0, np.eye(4), 0)
     with pytest.raises(ValueError, match="buttons"):
         Pose(0.0, 0.0, np.eye(4), -1)
+
+
+def test_a_pose_of_rotations_needs_no_check_and_is_as_fixed() -> None:
+    checked, trusted = _pose(np.eye(4)), Pose.of_rigid(0.0, 1.0, np.eye(4), 0)
+    assert (checked.device_from_tip == trusted.device_from_tip).all()
+    for key in ("time_s", "host_time_s", "buttons", "flags"):
+        assert getattr(checked, key) == getattr(trusted, key)
+    with pytest.raises(ValueError, match="read-only"):
+        trusted.device_from_tip[0, 3] = 5.0
+
+
+@given(st.integers(0, 11), st.floats(-1e-3, 1e-3))
+def test_the_check_is_that_of_the_matrix_itself(at: int, off: float) -> None:
+    matrix = np.eye(4)
+    matrix.flat[at] += off
+    turn = matrix[:3, :3]
+    drift = np.abs(turn @ turn.T - np.eye(3)).max()
+    if drift > 2e-6:
+        with pytest.raises(ValueError, match="must be a rotation"):
+            _pose(matrix)
+    elif drift < 5e-7:
+        _pose(matrix)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from devices.probe_path import ProbePath
-from devices.recording import RecordedChannel, load_probe_path, save_probe_path
+from devices.recording import load_probe_path, save_probe_path
 
 
 @settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -114,11 +114,3 @@ def test_a_damaged_file_is_a_value_error_that_names_it(
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"nowhere.* cannot be read: No such file"):
         load_probe_path(tmp_path / "nowhere.path.json")
-
-
-def test_the_second_channel_plays_the_path(short_path: ProbePath) -> None:
-    channel = RecordedChannel(short_path)
-    assert channel.roll_deg(0.5) == short_path.roll_deg[50]
-    tip, axis = channel.instrument(0.5)
-    np.testing.assert_allclose(tip, short_path.instrument_tip_mm[50])
-    np.testing.assert_allclose(axis, short_path.instrument_axis[50])

@@ -5,11 +5,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from devices.pose import Pose
-from devices.registration import (
-    RegistrationError,
-    RegistrationReason,
-    register,
-)
+from devices.registration import register
+from devices.registration_error import RegistrationError, RegistrationReason
 
 # Bridge of the nose, cheeks, chin: as unsymmetrical as fiducials should be.
 FACE = np.array(

@@ -14,7 +14,6 @@ F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
 I64 = NDArray[np.int64]
 U16 = NDArray[np.uint16]
-U8 = NDArray[np.uint8]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -30,8 +29,7 @@ def _turn(step: int, n: int, eye: int) -> int:
 @njit(cache=True, nogil=True, error_model="numpy")
 def cull_rows(
     offsets: I64, x: U16, nx: int, ny: int, nz: int, planes: F64, eye_mm: F64,
-    axes_mm: F64, reach_mm: float, eye_index: I64, flags: U8, row_flags: U8,
-    blocks_x: int, blocks_y: int, shift: int, bit: int, index: I32, row_of: I32,
+    axes_mm: F64, reach_mm: float, eye_index: I64, index: I32, row_of: I32,
 ) -> tuple[int, int]:  # fmt: skip
     """List the elements of all rows inside the view, far to near.
 
@@ -40,8 +38,6 @@ def cull_rows(
     eye_mm, axes_mm: world position of voxel 0 from the eye, and ``(3, 3)`` world
         steps of i, j, k in rows; elements farther than `reach_mm` are left out.
     eye_index: the eye's voxel (i, j, k), clamped into the grid.
-    flags, row_flags: per block of ``2**shift`` voxels a side, and per row of blocks,
-        whether `bit` is set; only elements of blocks with it are listed.
     index, row_of: room for every element and its row ``k * ny + j``.
     Returns (elements, rows kept).
     """
@@ -54,14 +50,7 @@ def cull_rows(
         k = _turn(step, nz, eye_index[2])
         if offsets[k * ny] == offsets[(k + 1) * ny]:
             continue
-        base = (k >> shift) * blocks_y
-        outside = True
-        for b in range(base, base + blocks_y):
-            if row_flags[b] & bit:
-                outside = False
-                break
-        if outside:
-            continue
+        outside = False
         for p in range(planes.shape[0]):
             # the best corner of the slice still misses the plane
             top = planes[p, 2] * k + planes[p, 3]
@@ -73,10 +62,6 @@ def cull_rows(
             continue
         for turn in range(ny):
             j = _turn(turn, ny, eye_index[1])
-            block = base + (j >> shift)
-            if not row_flags[block] & bit:
-                continue
-            block *= blocks_x
             row = k * ny + j
             first = offsets[row]
             end = offsets[row + 1]
@@ -132,17 +117,15 @@ def cull_rows(
             kept += 1
             s = first
             while s < end and x[s] < eye_index[0]:
-                if flags[block + (x[s] >> shift)] & bit:
-                    index[n] = s
-                    row_of[n] = row
-                    n += 1
+                index[n] = s
+                row_of[n] = row
+                n += 1
                 s += 1
             t = end - 1
             while t >= s:
-                if flags[block + (x[t] >> shift)] & bit:
-                    index[n] = t
-                    row_of[n] = row
-                    n += 1
+                index[n] = t
+                row_of[n] = row
+                n += 1
                 t -= 1
     return n, kept
 

@@ -1,5 +1,5 @@
 """What no ray can reach is not looked at: blocks hidden behind walls."""
 
-from renderers.fsr.occlusion.blocks import Blocks
+from renderers.fsr.occlusion.blocks import FAR, NEAR, Blocks
 
-__all__ = ["Blocks"]
+__all__ = ["FAR", "NEAR", "Blocks"]

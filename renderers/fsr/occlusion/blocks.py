@@ -2,7 +2,7 @@
 
 Behind the wall of a nasal cavity lie sinuses with most of the patient's surface. One
 cone per square of pixels is traced through the distance field to where tissue spans
-it; a block that lies behind the ends of all its cones is left out, with all rows in
+it; a block that lies behind the ends of all its cones is left out, with all that is in
 it: there is closed tissue in front of it.
 """
 
@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.display_list import RowMask, view_planes
+from renderers.fsr.display_list import view_planes
 from renderers.fsr.normals import kernel_geometry
-from renderers.fsr.occlusion.kernels import flag_blocks, trace_cones
+from renderers.fsr.occlusion.kernels import flag_blocks, list_runs, trace_cones
 from renderers.fsr.sparse_rows import SparseRows
 from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, Volume
@@ -28,20 +28,59 @@ SQUARE_PX = 16
 MARGIN_VOXELS = 0.25
 """Tissue that a cone must meet beyond its radius: trilinear distances are this good."""
 
+DISTANCE_STEP_MM = 0.5
+DISTANCE_STEPS = 512
+"""Blocks are sorted by their distance in these steps; beyond the last, not at all."""
+
 ROWS_PER_TASK = 4
-BLOCKS_PER_PART = 4096
+BLOCKS_PER_PART = 2048
 
 NEAR, FAR = 2, 1
 
 
 @dataclass(frozen=True, slots=True)
 class Visible:
-    """Say which blocks of the coarse grid may show; masks for both sets' rows."""
+    """Say which blocks may show; it holds until the next look.
 
-    coarse: RowMask
-    fine: RowMask
+    shown: per occupied block 0 or the marks `NEAR` and `FAR`. distances: of their
+    middles from the eye (mm).
+    """
+
+    shown: NDArray[np.uint8]
+    distances: NDArray[np.float32]
     in_view: int
     hidden: int
+
+
+@dataclass(frozen=True, slots=True)
+class BlockOrder:
+    """Say how a set's elements are sorted by blocks.
+
+    index: ``(n,)`` int64, the elements in the new order. offsets: ``(blocks + 1,)``
+    int64, where each block's elements begin in it, and the end. rows: ``(blocks,)``
+    int64, how many rows of the grid each block's elements are in.
+    """
+
+    index: NDArray[np.int64]
+    offsets: NDArray[np.int64]
+    rows: NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Runs:
+    """List elements of a set that is sorted by blocks, near blocks first.
+
+    runs: ``(r, 2)`` int64, first elements and ends. cuts: ``(p + 1, 2)`` int64, where
+    parts of about equal work begin: in runs, and in elements. rows: of the elements'
+    grid, a row counted in every block that it passes.
+    """
+
+    runs: NDArray[np.int64]
+    cuts: NDArray[np.int64]
+    rows: int
+
+    def __len__(self) -> int:
+        return int(self.cuts[-1, 1])
 
 
 class Blocks:
@@ -59,15 +98,51 @@ class Blocks:
             i, j, k = (rows.voxels() >> shift).T
             occupied[k, j, i] = True
         self._occupied = np.flatnonzero(occupied).astype(np.int32)
-        # parts end between rows of blocks: two threads never share a row's flag
-        ends = np.flatnonzero(np.diff(self._occupied // self._wide)) + 1
-        wanted = np.arange(BLOCKS_PER_PART, len(self._occupied), BLOCKS_PER_PART)
-        after = np.searchsorted(ends, wanted)
-        cuts = ends[after[after < len(ends)]]
-        bounds = [0, *np.unique(cuts).tolist(), len(self._occupied)]
+        bounds = [*range(0, len(self._occupied), BLOCKS_PER_PART), len(self._occupied)]
         self._parts = list(itertools.pairwise(bounds))
-        self._flags = np.zeros(occupied.size, np.uint8)
-        self._row_flags = np.zeros(self._deep * self._high, np.uint8)
+        self._shown = np.zeros(len(self._occupied), np.uint8)
+        self._distances = np.zeros(len(self._occupied), np.float32)
+        self._heads = np.zeros(DISTANCE_STEPS + 1, np.int64)
+
+    def sort(self, rows: SparseRows, shift: int) -> BlockOrder:
+        """Give the order that brings a set's elements block by block.
+
+        shift: a block has ``2**shift`` of the set's voxels a side.
+        """
+        voxels = rows.voxels()
+        i, j, k = (voxels >> shift).T
+        block = (k * self._high + j) * self._wide + i
+        index = np.argsort(block, kind="stable")
+        block = block[index]
+        ends = np.searchsorted(block, self._occupied, side="right")
+        offsets = np.concatenate([[0], ends]).astype(np.int64)
+        # within a block elements keep the grid's order, row after row
+        _, y, z = voxels[index].T
+        begins = np.ones(len(index), bool)
+        begins[1:] = np.diff(block) | np.diff(y) | np.diff(z)
+        begun = np.concatenate([[0], np.cumsum(begins)])
+        return BlockOrder(index, offsets, np.diff(begun[offsets]))
+
+    def runs(self, visible: Visible, mark: int, order: BlockOrder, part: int) -> Runs:
+        """List a sorted set's elements in the visible blocks with a mark.
+
+        part: elements after which a new part begins.
+        """
+        runs = np.empty((len(self._occupied), 2), np.int64)
+        cuts = np.empty((int(order.offsets[-1]) // part + 2, 2), np.int64)
+        total, parts, rows = list_runs(
+            visible.shown,
+            mark,
+            visible.distances,
+            DISTANCE_STEP_MM,
+            order.offsets,
+            part,
+            order.rows,
+            self._heads,
+            runs,
+            cuts,
+        )
+        return Runs(runs[:total], cuts[: parts + 1], int(rows))
 
     def visible(
         self,
@@ -83,7 +158,7 @@ class Blocks:
 
         radius_mm: of an element with its disc. near_reach_mm, far_from_mm: fine
         elements are wanted up to, coarse ones from this distance. hide: without,
-        only the view counts. The masks hold until the next call.
+        only the view counts.
         """
         distance = self._distance
         nz, ny, nx = distance.shape
@@ -117,8 +192,6 @@ class Blocks:
         planes[:, :3] = planes[:, :3] @ camera.frame[1:].T
         edge = 1 << BLOCK_SHIFT
         half_diagonal = float(np.linalg.norm(distance.spacing_mm)) * edge / 2
-        self._flags[:] = 0
-        self._row_flags[:] = 0
 
         def flag(part: tuple[int, int]) -> tuple[int, int]:
             met, hidden = flag_blocks(
@@ -139,19 +212,15 @@ class Blocks:
                 camera.height,
                 SQUARE_PX,
                 ends,
-                self._flags,
-                self._row_flags,
+                self._shown,
+                self._distances,
             )
             return met, hidden
 
         counts = team.map(flag, self._parts)
         in_view = sum(met for met, _ in counts)
         hidden = sum(count for _, count in counts)
-        coarse, fine = (
-            RowMask(self._flags, self._row_flags, (self._high, self._wide), shift, bit)
-            for shift, bit in ((BLOCK_SHIFT, FAR), (BLOCK_SHIFT + 1, NEAR))
-        )
-        return Visible(coarse, fine, in_view, hidden)
+        return Visible(self._shown, self._distances, in_view, hidden)
 
 
 def _transforms(

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
+I64 = NDArray[np.int64]
 U8 = NDArray[np.uint8]
 
 
@@ -122,14 +123,15 @@ def flag_blocks(
     blocks: I32, first: int, end: int, across: int, along: int, edge: float,
     camera_from_voxel: F64, radius: float, planes: F64, near_reach: float,
     far_from: float, projection: int, extent: float, width: int, height: int,
-    side: int, ends: F32, flags: U8, row_flags: U8,
+    side: int, ends: F32, shown: U8, distances: F32,
 ) -> tuple[int, int]:  # fmt: skip
     """Mark the blocks that may show: 1 beyond `far_from`, 2 nearer than `near_reach`.
 
     blocks: indices of those with elements, `first`..`end` - 1 to be done, of a grid
     `across` x `along` x any. edge: voxels per side. radius: of the ball around a
     block with its elements' discs (mm). planes: camera frame ``(p, 4)``, positive
-    inside. ends: from `trace_cones`.
+    inside. ends: from `trace_cones`. shown, distances: per block of the list, the
+    mark, 0 where nothing shows, and the distance of its middle (mm).
     Returns (blocks in view, of them hidden).
     """
     m = camera_from_voxel
@@ -139,6 +141,7 @@ def flag_blocks(
     hidden = 0
     for n in range(first, end):
         b = blocks[n]
+        shown[n] = 0
         i = edge * (b % across) + 0.5 * (edge - 1)
         j = edge * (b // across % along) + 0.5 * (edge - 1)
         k = edge * (b // (across * along)) + 0.5 * (edge - 1)
@@ -188,9 +191,52 @@ def flag_blocks(
             if blocked:
                 hidden += 1
                 continue
-        flag = (1 if distance + radius >= far_from else 0) | (
+        distances[n] = distance
+        shown[n] = (1 if distance + radius >= far_from else 0) | (
             2 if near <= near_reach else 0
         )
-        flags[b] = flag
-        row_flags[b // across] |= flag
     return met, hidden
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def list_runs(
+    shown: U8, mark: int, distances: F32, step: float, offsets: I64, part: int,
+    rows: I64, heads: I64, runs: I64, cuts: I64,
+) -> tuple[int, int, int]:  # fmt: skip
+    """List the elements of all blocks with a mark, near blocks first.
+
+    offsets: where each block's elements begin, and their end. step: distances (mm)
+    that differ by less may keep the list's order. rows: how many each block's
+    elements are in. heads: scratch, one per step.
+    runs: room for ``(blocks, 2)`` first elements and ends. cuts: room for ``(parts +
+    1, 2)``: the runs are cut into parts of `part` or a few more elements; each part's
+    first run and the number of elements before it. Returns (runs, parts, rows).
+    """
+    heads[:] = 0
+    last = heads.shape[0] - 2
+    for n in range(shown.shape[0]):
+        if shown[n] & mark and offsets[n + 1] > offsets[n]:
+            heads[min(int(distances[n] / step), last) + 1] += 1
+    for h in range(last + 1):
+        heads[h + 1] += heads[h]
+    total = heads[last + 1]
+    kept = 0
+    for n in range(shown.shape[0]):
+        if shown[n] & mark and offsets[n + 1] > offsets[n]:
+            h = min(int(distances[n] / step), last)
+            runs[heads[h], 0] = offsets[n]
+            runs[heads[h], 1] = offsets[n + 1]
+            heads[h] += 1
+            kept += rows[n]
+    parts = 0
+    elements = 0
+    begun = 0
+    for r in range(total):
+        if r == 0 or elements - begun >= part:
+            cuts[parts, 0] = r
+            cuts[parts, 1] = begun = elements
+            parts += 1
+        elements += runs[r, 1] - runs[r, 0]
+    cuts[parts, 0] = total
+    cuts[parts, 1] = elements
+    return total, parts, kept

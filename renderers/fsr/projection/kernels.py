@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 Real = float | np.float32
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
+I64 = NDArray[np.int64]
 
 NEAR_VARIANCE = np.float32(1e-6)
 """Inverse row variances below this mark a disc too near to be an ellipse: a box."""
@@ -43,7 +44,7 @@ def _pixel(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _rim_box(
+def rim_box(
     x: Real, y: Real, z: Real, nx: Real, ny: Real, nz: Real, radius: Real,
     projection: int, scale: Real, width: int, height: int,
 ) -> tuple[float, float, float, float]:  # fmt: skip
@@ -79,6 +80,117 @@ def _rim_box(
     )
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _scale(projection: int, extent: Real, width: int, height: int) -> Any:
+    """Give pixels per radian, or per tangent, at the picture's middle."""
+    half = 0.5 * min(width, height)
+    return half / extent if projection == 0 else half / math.tan(extent)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _project(
+    e: int, position: F32, normal: F32, frame: F32, projection: int, scale: Real,
+    width: int, height: int, nearest: Real, farthest: Real, radius: Real,
+    facing: Real, records: F32, boxes: I32, n: int,
+) -> int:  # fmt: skip
+    """Write surfel e as the n-th if it may show; give 1 if so, else 0."""
+    ex, ey, ez = frame[0, 0], frame[0, 1], frame[0, 2]
+    wx = position[e, 0] - ex
+    wy = position[e, 1] - ey
+    wz = position[e, 2] - ez
+    d2 = wx * wx + wy * wy + wz * wz
+    if not (d2 >= nearest * nearest and d2 < farthest * farthest):
+        return 0
+    ax, ay, az = normal[e, 0], normal[e, 1], normal[e, 2]
+    plane = ax * wx + ay * wy + az * wz
+    distance = math.sqrt(d2)
+    if not -plane > facing * distance:
+        return 0
+    x = wx * frame[1, 0] + wy * frame[1, 1] + wz * frame[1, 2]
+    y = wx * frame[2, 0] + wy * frame[2, 1] + wz * frame[2, 2]
+    z = wx * frame[3, 0] + wy * frame[3, 1] + wz * frame[3, 2]
+    nx = ax * frame[1, 0] + ay * frame[1, 1] + az * frame[1, 2]
+    ny = ax * frame[2, 0] + ay * frame[2, 1] + az * frame[2, 2]
+    nz = ax * frame[3, 0] + ay * frame[3, 1] + az * frame[3, 2]
+    rho = math.sqrt(x * x + y * y)
+    if rho > 1e-9:
+        cx, cy = x / rho, y / rho
+    else:
+        cx, cy = 1.0, 0.0
+    angle = radius / distance
+    theta = math.atan2(rho, z)
+    if projection == 0:
+        r = scale * theta
+        # radial and tangential pixels per mm at the centre
+        rr, rz = scale * z / d2, -scale * rho / d2
+        tt = r / rho if rho > 1e-6 else scale / distance
+    else:
+        if z < 1e-3 * distance:
+            return 0
+        r = scale * rho / z
+        rr, rz, tt = scale / z, -scale * rho / (z * z), scale / z
+    u = 0.5 * width + r * cx
+    v = 0.5 * height - r * cy
+    if angle > NEAR_ANGLE:
+        # too near to be linear: the box around the projected rim
+        u, v, wide, high = rim_box(
+            x, y, z, nx, ny, nz, radius, projection, scale, width, height
+        )
+        # an ellipse so tall that its rows are all equally wide
+        vy: Any = max(1e4 * high * high, 2.0 / NEAR_VARIANCE)
+        slope, rest = 0.0, wide * wide
+    else:
+        # covariance of a tangent disc: R^2 (J J^T - (J n)(J n)^T)
+        nr = nx * cx + ny * cy
+        nt = ny * cx - nx * cy
+        jr = rr * nr + rz * nz
+        jt = tt * nt
+        srr = rr * rr + rz * rz - jr * jr
+        srt = -jr * jt
+        stt = tt * tt - jt * jt
+        grow = radius * (1.0 + 0.8 * angle)
+        grow *= grow
+        vx = grow * (cx * cx * srr - 2 * cx * cy * srt + cy * cy * stt) + SOFTEN
+        vy = grow * (cy * cy * srr + 2 * cx * cy * srt + cx * cx * stt) + SOFTEN
+        vxy = -grow * (cx * cy * (srr - stt) + (cx * cx - cy * cy) * srt)
+        slope = vxy / vy
+        rest = max(vx - vxy * slope, 0.5 * SOFTEN)
+        wide = math.sqrt(rest + slope * slope * vy)
+        high = math.sqrt(vy)
+    x0 = max(math.ceil(u - wide - 0.5), 0.0)
+    x1 = min(math.floor(u + wide - 0.5), width - 1.0)
+    y0 = max(math.ceil(v - high - 0.5), 0.0)
+    y1 = min(math.floor(v + high - 0.5), height - 1.0)
+    if not (x0 <= x1 and y0 <= y1):
+        return 0
+    boxes[n, 0] = int(x0)
+    boxes[n, 1] = int(x1)
+    boxes[n, 2] = int(y0)
+    boxes[n, 3] = int(y1)
+    tangent = math.sqrt(max(d2 - plane * plane, 0.0))
+    # along rays to the disc: nearest in the plane below the eye, if that is in it
+    side = max(tangent - radius, 0.0)
+    near = math.sqrt(side * side + plane * plane)
+    record = records[n]
+    record[0] = x
+    record[1] = y
+    record[2] = z
+    record[3] = nx / plane
+    record[4] = ny / plane
+    record[5] = nz / plane
+    record[6] = ax
+    record[7] = ay
+    record[8] = az
+    record[9] = u
+    record[10] = v
+    record[11] = 1.0 / vy
+    record[12] = slope
+    record[13] = rest
+    record[14] = near * 0.999
+    record[15] = radius * radius
+    return 1
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def project_surfels(
     index: I32, position: F32, normal: F32, frame: F32, projection: int, extent: Real,
@@ -93,106 +205,45 @@ def project_surfels(
         there on are made empty. Returns the number of surfels that may show.
     """
     begin = n
-    half = 0.5 * min(width, height)
-    scale = half / extent if projection == 0 else half / math.tan(extent)
-    ex, ey, ez = frame[0, 0], frame[0, 1], frame[0, 2]
+    scale = _scale(projection, extent, width, height)
     for s in range(index.shape[0]):
-        e = index[s]
-        wx = position[e, 0] - ex
-        wy = position[e, 1] - ey
-        wz = position[e, 2] - ez
-        d2 = wx * wx + wy * wy + wz * wz
-        if not (d2 >= nearest * nearest and d2 < farthest * farthest):
-            continue
-        ax, ay, az = normal[e, 0], normal[e, 1], normal[e, 2]
-        plane = ax * wx + ay * wy + az * wz
-        distance = math.sqrt(d2)
-        if not -plane > facing * distance:
-            continue
-        x = wx * frame[1, 0] + wy * frame[1, 1] + wz * frame[1, 2]
-        y = wx * frame[2, 0] + wy * frame[2, 1] + wz * frame[2, 2]
-        z = wx * frame[3, 0] + wy * frame[3, 1] + wz * frame[3, 2]
-        nx = ax * frame[1, 0] + ay * frame[1, 1] + az * frame[1, 2]
-        ny = ax * frame[2, 0] + ay * frame[2, 1] + az * frame[2, 2]
-        nz = ax * frame[3, 0] + ay * frame[3, 1] + az * frame[3, 2]
-        rho = math.sqrt(x * x + y * y)
-        if rho > 1e-9:
-            cx, cy = x / rho, y / rho
-        else:
-            cx, cy = 1.0, 0.0
-        angle = radius / distance
-        theta = math.atan2(rho, z)
-        if projection == 0:
-            r = scale * theta
-            # radial and tangential pixels per mm at the centre
-            rr, rz = scale * z / d2, -scale * rho / d2
-            tt = r / rho if rho > 1e-6 else scale / distance
-        else:
-            if z < 1e-3 * distance:
-                continue
-            r = scale * rho / z
-            rr, rz, tt = scale / z, -scale * rho / (z * z), scale / z
-        u = 0.5 * width + r * cx
-        v = 0.5 * height - r * cy
-        if angle > NEAR_ANGLE:
-            # too near to be linear: the box around the projected rim
-            u, v, wide, high = _rim_box(
-                x, y, z, nx, ny, nz, radius, projection, scale, width, height
-            )
-            # an ellipse so tall that its rows are all equally wide
-            vy: Any = max(1e4 * high * high, 2.0 / NEAR_VARIANCE)
-            slope, rest = 0.0, wide * wide
-        else:
-            # covariance of a tangent disc: R^2 (J J^T - (J n)(J n)^T)
-            nr = nx * cx + ny * cy
-            nt = ny * cx - nx * cy
-            jr = rr * nr + rz * nz
-            jt = tt * nt
-            srr = rr * rr + rz * rz - jr * jr
-            srt = -jr * jt
-            stt = tt * tt - jt * jt
-            grow = radius * (1.0 + 0.8 * angle)
-            grow *= grow
-            vx = grow * (cx * cx * srr - 2 * cx * cy * srt + cy * cy * stt) + SOFTEN
-            vy = grow * (cy * cy * srr + 2 * cx * cy * srt + cx * cx * stt) + SOFTEN
-            vxy = -grow * (cx * cy * (srr - stt) + (cx * cx - cy * cy) * srt)
-            slope = vxy / vy
-            rest = max(vx - vxy * slope, 0.5 * SOFTEN)
-            wide = math.sqrt(rest + slope * slope * vy)
-            high = math.sqrt(vy)
-        x0 = max(math.ceil(u - wide - 0.5), 0.0)
-        x1 = min(math.floor(u + wide - 0.5), width - 1.0)
-        y0 = max(math.ceil(v - high - 0.5), 0.0)
-        y1 = min(math.floor(v + high - 0.5), height - 1.0)
-        if not (x0 <= x1 and y0 <= y1):
-            continue
-        boxes[n, 0] = int(x0)
-        boxes[n, 1] = int(x1)
-        boxes[n, 2] = int(y0)
-        boxes[n, 3] = int(y1)
-        tangent = math.sqrt(max(d2 - plane * plane, 0.0))
-        # along rays to the disc: nearest in the plane below the eye, if that is in it
-        side = max(tangent - radius, 0.0)
-        near = math.sqrt(side * side + plane * plane)
-        record = records[n]
-        record[0] = x
-        record[1] = y
-        record[2] = z
-        record[3] = nx / plane
-        record[4] = ny / plane
-        record[5] = nz / plane
-        record[6] = ax
-        record[7] = ay
-        record[8] = az
-        record[9] = u
-        record[10] = v
-        record[11] = 1.0 / vy
-        record[12] = slope
-        record[13] = rest
-        record[14] = near * 0.999
-        record[15] = radius * radius
-        n += 1
+        n += _project(
+            index[s], position, normal, frame, projection, scale, width, height,
+            nearest, farthest, radius, facing, records, boxes, n,
+        )  # fmt: skip
     for s in range(n, begin + index.shape[0]):
         boxes[s, 2] = NOWHERE
         boxes[s, 3] = -NOWHERE
+    return n - begin
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def project_runs(
+    runs: I64, first: int, end: int, position: F32, normal: F32, frame: F32,
+    projection: int, extent: Real, width: int, height: int, nearest: Real,
+    farthest: Real, radius: Real, facing: Real, shift_x: int, shift_y: int,
+    records: F32, boxes: I32, ranges: I32, n: int,
+) -> int:  # fmt: skip
+    """Do as `project_surfels` with runs of surfels, and find their tiles.
+
+    runs: the surfels ``runs[r, 0] : runs[r, 1]`` for r from first to end - 1.
+    shift_x, shift_y: a tile has ``2**shift_x`` x ``2**shift_y`` pixels. ranges: first
+    and last tile column and row of every surfel, a byte each from the lowest; of those
+    that do not show, columns that end before they begin.
+    """
+    begin = n
+    scale = _scale(projection, extent, width, height)
+    room = n
+    for r in range(first, end):
+        room += runs[r, 1] - runs[r, 0]
+        for e in range(runs[r, 0], runs[r, 1]):
+            n += _project(
+                e, position, normal, frame, projection, scale, width, height, nearest,
+                farthest, radius, facing, records, boxes, n,
+            )  # fmt: skip
+    for s in range(begin, n):
+        columns = boxes[s, 0] >> shift_x | boxes[s, 1] >> shift_x << 8
+        rows = boxes[s, 2] >> shift_y | boxes[s, 3] >> shift_y << 8
+        ranges[s] = np.int32(columns | rows << 16)
+    ranges[n:room] = 255
     return n - begin

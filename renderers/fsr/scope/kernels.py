@@ -1,12 +1,8 @@
-"""Surfels into a G-buffer, tile by tile.
+"""Surfels into a G-buffer, tile by tile, one pixel after another.
 
-A surfel is the tangent disc ``|p - c| < r`` of the plane ``n.(p - c) = 0``. On the ray
-with unit direction w the plane lies at depth ``t = 1 / q``, ``q = w . n / (n.c)``,
-linear in w, so depth is exact on planes. What a tile needs stands in one scratch
-buffer of strips of four rows; a strip has nine planes: ray x, y, z; q of the nearest
-core (then the depth limit); and the sums of w, w t, w nx, w ny, w nz. A plane holds its
-4 x 4 squares of pixels one after the other. Its length is a constant, so the compiler
-sees that planes do not overlap and makes vector loops of the inner ones.
+The twin of `renderers.fsr.scope.vector.kernels`, where the method is told: the same
+arithmetic in the same order and so the same bits, for machines whose numba does not
+compile vectors. And what both share.
 """
 
 import math
@@ -16,248 +12,264 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.fsr.projection.kernels import NEAR_VARIANCE
+from renderers.fsr.projection.kernels import NEAR_VARIANCE, RECORD
+from renderers.fsr.scope.tiles import (
+    BLOCK,
+    BLOCK_SQUARES,
+    BLOCKS_X,
+    BLOCKS_Y,
+    RAY,
+    SIDE,
+    SQUARE,
+    SQUARES,
+    SQUARES_X,
+    SQUARES_Y,
+    SUMS,
+    TILE_HEIGHT,
+    TILE_WIDTH,
+)
 
 Real = float | np.float32
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 
-TILE_SHIFT_X = 8
-TILE_SHIFT_Y = 5
-TILE_WIDTH = 1 << TILE_SHIFT_X
-TILE_HEIGHT = 1 << TILE_SHIFT_Y
-STRIP = 4
-"""Rows of a strip: a disc 12 pixels wide takes four runs of 48 floats instead of
-fourteen of 16, and starting a run costs as much as 16 floats."""
-
-BLOCK = 16
-"""Side of the square blocks whose farthest depth turns hidden surfels down."""
-
-STRIPS = TILE_HEIGHT // STRIP
-PLANE = TILE_WIDTH * STRIP
-_PLANES = 9
-TILE_FLOATS = STRIPS * _PLANES * PLANE
-_BLOCKS_X = TILE_WIDTH // BLOCK
-_BLOCKS_Y = TILE_HEIGHT // BLOCK
-
-SMALL = np.float32(16)
-"""Half width in pixels up to which all strips of a disc are taken equally wide."""
+_HALF = np.float32(0.5)
+_ONE = np.float32(1)
+_ZERO = np.float32(0)
+_INF = np.float32(np.inf)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _strips(record: F32, box: I32, share: Real, top: int) -> tuple[int, int]:
-    """Give the strips of the tile that a share of the ellipse meets, end excluded."""
-    high = math.sqrt(share / record[11])
-    y0 = max(box[2], math.floor(record[10] - high - np.float32(0.5))) - top
-    y1 = min(box[3], math.ceil(record[10] + high - np.float32(0.5))) - top
-    return max(y0, 0) // STRIP, min(y1, TILE_HEIGHT - 1) // STRIP + 1
+@njit(cache=True, nogil=True, error_model="numpy")
+def list_tile(ranges: I32, n: int, column: int, row: int, items: I32) -> int:
+    """List which of n surfels touch a tile, in order; give their number.
 
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _half_width(record: F32, share: Real) -> Any:
-    """Take one half width for all strips of a small ellipse, -1 for a large one."""
-    half = math.sqrt(record[13] * share)
-    if half < SMALL or record[11] < NEAR_VARIANCE:
-        return half
-    return np.float32(-1)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _span(record: F32, share: Real, wide: Real, y: int, left: int) -> tuple[int, int]:
-    """Give the first float and the run, in whole 4 x 4 squares, of one strip.
-
-    wide: half width of every row; a negative one asks for the ellipse's own.
+    ranges: first and last tile column and row, a byte each from the lowest.
+    ranges and items have sixteen to spare.
     """
-    # the strip's pixel centres lie within 1.5 of its middle
-    dy = np.float32(y) + np.float32(0.5 * STRIP) - record[10]
-    half = wide
-    if half < 0:
-        d = max(abs(dy) - np.float32(1.5), np.float32(0))
-        half = math.sqrt(max(record[13] * (share - d * d * record[11]), np.float32(0)))
-    half += np.float32(1.5) * abs(record[12])
-    middle = record[9] + record[12] * dy - np.float32(left)
-    first = max(middle - half, np.float32(0))
-    last = min(middle + half, np.float32(TILE_WIDTH - 1))
-    if not first <= last:
-        return 0, 0
-    a = int(first) >> 2
-    return a * 16, ((int(last) >> 2) - a + 1) * 16
+    found = 0
+    for s in range(n):
+        r = ranges[s]
+        across = (r & 255) <= column and ((r >> 8) & 255) >= column
+        if across and ((r >> 16) & 255) <= row and ((r >> 24) & 255) >= row:
+            items[found] = s
+            found += 1
+    return found
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _refresh(bits: I32, far: I32) -> None:
-    """Take the least q of every block: floats >= 0 order as their bits do."""
-    for by in range(_BLOCKS_Y):
-        for bx in range(_BLOCKS_X):
-            least = np.int32(0x7F800000)
-            for strip in range(by * BLOCK // STRIP, (by + 1) * BLOCK // STRIP):
-                base = (strip * _PLANES + 3) * PLANE + bx * BLOCK * STRIP
-                row = bits[base : base + BLOCK * STRIP]
-                for i in range(BLOCK * STRIP):
-                    least = min(least, row[i])
-            far[by * _BLOCKS_X + bx] = least
+def _larger(x: Real, y: Real) -> Any:
+    return x if x > y else y
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _least(bits_far: I32, box: I32, left: int, top: int) -> Any:
-    """Find the least q (as bits) of the blocks that a box touches."""
-    least = np.int32(0x7F800000)
-    a0 = max(box[0] - left, 0) // BLOCK
-    a1 = min(box[1] - left, TILE_WIDTH - 1) // BLOCK
-    for by in range(max(box[2] - top, 0) // BLOCK,
-                    min(box[3] - top, TILE_HEIGHT - 1) // BLOCK + 1):  # fmt: skip
-        for bx in range(a0, a1 + 1):
-            least = min(least, bits_far[by * _BLOCKS_X + bx])
-    return least
+def _smaller(x: Real, y: Real) -> Any:
+    return x if x < y else y
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _hide(row: F32, run: int, record: F32, core: Real) -> None:
-    """Keep the nearest q under a piece of a core."""
-    cx, cy, cz = record[0], record[1], record[2]
-    mx, my, mz = record[3], record[4], record[5]
-    limit = record[15] * core
-    for i in range(run):
-        rx = row[i]
-        ry = row[i + PLANE]
-        rz = row[i + 2 * PLANE]
-        q = mx * rx + my * ry + mz * rz
-        t = np.float32(1) / q
-        fx = t * rx - cx
-        fy = t * ry - cy
-        fz = t * rz - cz
-        r2 = fx * fx + fy * fy + fz * fz
-        old = row[i + 3 * PLANE]
-        row[i + 3 * PLANE] = q if (r2 < limit) & (q > old) else old
+def _spans(
+    records: F32, o: int, boxes: I32, s: int, share: Real, left: int, top: int,
+    starts: I32, ends: I32,
+) -> tuple[int, int]:  # fmt: skip
+    """Find the squares of every strip that a share of the ellipse meets."""
+    for strip in range(SQUARES_Y):
+        y = np.float32(strip * SIDE + top)
+        dy = y + (np.float32(0.5 * SIDE) - records[o + 10])
+        d = _larger(abs(dy) - np.float32(1.5), _ZERO)
+        rest = share - d * d * records[o + 11]
+        wide = np.float32(math.sqrt(_larger(rest * records[o + 13], _ZERO)))
+        wide += np.float32(1.5) * abs(records[o + 12])
+        middle = dy * records[o + 12] + (records[o + 9] - np.float32(left))
+        first = int(
+            _smaller(_larger(middle - wide + _HALF, _ZERO), np.float32(TILE_WIDTH))
+        )
+        past = _smaller(middle + wide - _HALF, np.float32(TILE_WIDTH - 1))
+        last = int(_larger(past, _ZERO))
+        met = rest >= _ZERO and past >= _ZERO and first <= last
+        starts[strip] = first >> 2 if met else 0
+        ends[strip] = (last >> 2) + 1 if met else 0
+    return (
+        max(boxes[s, 2] - top, 0) // SIDE,
+        min(boxes[s, 3] - top, TILE_HEIGHT - 1) // SIDE + 1,
+    )
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _add(row: F32, run: int, record: F32) -> None:
-    """Sum weight, depth and normal under a piece of a disc, up to the depth limit."""
-    cx, cy, cz = record[0], record[1], record[2]
-    mx, my, mz = record[3], record[4], record[5]
-    nx, ny, nz = record[6], record[7], record[8]
-    inverse = np.float32(1) / record[15]
-    for i in range(run):
-        rx = row[i]
-        ry = row[i + PLANE]
-        rz = row[i + 2 * PLANE]
-        t = np.float32(1) / (mx * rx + my * ry + mz * rz)
-        fx = t * rx - cx
-        fy = t * ry - cy
-        fz = t * rz - cz
-        f = np.float32(1) - (fx * fx + fy * fy + fz * fz) * inverse
-        ok = (f > 0) & (t > 0) & (t < row[i + 3 * PLANE])
-        w = f * f if ok else np.float32(0)
-        t = t if ok else np.float32(0)
-        row[i + 4 * PLANE] += w
-        row[i + 5 * PLANE] += w * t
-        row[i + 6 * PLANE] += w * nx
-        row[i + 7 * PLANE] += w * ny
-        row[i + 8 * PLANE] += w * nz
+def _refresh(nearest: F32, far: F32) -> None:
+    """Take the least q of every block."""
+    for by in range(BLOCKS_Y):
+        for bx in range(BLOCKS_X):
+            low = _INF
+            for y in range(by * BLOCK_SQUARES, (by + 1) * BLOCK_SQUARES):
+                at = (y * SQUARES_X + bx * BLOCK_SQUARES) * SQUARE
+                for i in range(at, at + BLOCK_SQUARES * SQUARE):
+                    low = _smaller(nearest[i], low)
+            far[by * BLOCKS_X + bx] = low
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _resolve(
-    row: F32, y: int, left: int, depth: F32, normal: F32, coverage: F32
+def farthest(far: F32, boxes: I32, s: int, left: int, top: int) -> Any:
+    """Find the least q of the blocks that a box touches."""
+    low = _INF
+    x0 = max(boxes[s, 0] - left, 0) // BLOCK
+    x1 = min(boxes[s, 1] - left, TILE_WIDTH - 1) // BLOCK
+    y0 = max(boxes[s, 2] - top, 0) // BLOCK
+    y1 = min(boxes[s, 3] - top, TILE_HEIGHT - 1) // BLOCK
+    for by in range(y0, y1 + 1):
+        for bx in range(x0, x1 + 1):
+            low = min(low, far[by * BLOCKS_X + bx])
+    return low
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _hide(
+    records: F32, o: int, core: Real, rays: F32, nearest: F32, square: int, end: int
 ) -> None:
-    """Divide a strip's sums and write them in the picture's order."""
-    for i in range(PLANE):
-        w = row[i + 4 * PLANE]
-        nx = row[i + 6 * PLANE]
-        ny = row[i + 7 * PLANE]
-        nz = row[i + 8 * PLANE]
-        length = math.sqrt(nx * nx + ny * ny + nz * nz)
-        met = (w > 0) & (length > 0)
-        r = np.float32(1) / length if met else np.float32(0)
-        row[i + 4 * PLANE] = np.float32(1) if met else np.float32(0)
-        row[i + 5 * PLANE] = row[i + 5 * PLANE] / w if met else np.float32(np.inf)
-        row[i + 6 * PLANE] = nx * r
-        row[i + 7 * PLANE] = ny * r
-        row[i + 8 * PLANE] = nz * r
-    for b in range(min(STRIP, depth.shape[0] - y)):
-        for a in range(min(TILE_WIDTH, depth.shape[1] - left)):
-            i = (a >> 2) * 16 + b * 4 + (a & 3)
-            coverage[y + b, left + a] = row[i + 4 * PLANE]
-            depth[y + b, left + a] = row[i + 5 * PLANE]
-            normal[y + b, left + a, 0] = row[i + 6 * PLANE]
-            normal[y + b, left + a, 1] = row[i + 7 * PLANE]
-            normal[y + b, left + a, 2] = row[i + 8 * PLANE]
+    """Keep the nearest q under the core in a run of squares."""
+    cx, cy, cz = records[o], records[o + 1], records[o + 2]
+    mx, my, mz = records[o + 3], records[o + 4], records[o + 5]
+    limit = records[o + 15] * core
+    for k in range(square, end):
+        for i in range(SQUARE):
+            rx = rays[k * RAY + i]
+            ry = rays[k * RAY + SQUARE + i]
+            rz = rays[k * RAY + 2 * SQUARE + i]
+            q = rx * mx + ry * my + rz * mz
+            gx = rx - q * cx
+            gy = ry - q * cy
+            gz = rz - q * cz
+            g2 = gx * gx + gy * gy + gz * gz
+            old = nearest[k * SQUARE + i]
+            under = (g2 < q * q * limit) & (q > old)
+            nearest[k * SQUARE + i] = q if under else old
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _add(
+    records: F32, o: int, rays: F32, limits: F32, sums: F32, square: int, end: int
+) -> None:
+    """Sum weight, depth and normal under the disc, up to the depth limit."""
+    cx, cy, cz = records[o], records[o + 1], records[o + 2]
+    mx, my, mz = records[o + 3], records[o + 4], records[o + 5]
+    nx, ny, nz = records[o + 6], records[o + 7], records[o + 8]
+    inverse = _ONE / records[o + 15]
+    for k in range(square, end):
+        for i in range(SQUARE):
+            rx = rays[k * RAY + i]
+            ry = rays[k * RAY + SQUARE + i]
+            rz = rays[k * RAY + 2 * SQUARE + i]
+            q = rx * mx + ry * my + rz * mz
+            t = _ONE / q
+            gx = rx - q * cx
+            gy = ry - q * cy
+            gz = rz - q * cz
+            g2 = gx * gx + gy * gy + gz * gz
+            f = _ONE - g2 * inverse * (t * t)
+            met = (f > _ZERO) & (t > _ZERO) & (t < limits[k * SQUARE + i])
+            w = f * f if met else _ZERO
+            t = t if met else _ZERO
+            at = k * SUMS + i
+            sums[at] += w
+            sums[at + SQUARE] += w * t
+            sums[at + 2 * SQUARE] += w * nx
+            sums[at + 3 * SQUARE] += w * ny
+            sums[at + 4 * SQUARE] += w * nz
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _resolve(sums: F32, rays: F32) -> int:
+    """Divide the sums of a tile in place; count the lens's pixels left uncovered."""
+    empty = 0
+    for k in range(SQUARES):
+        for at in range(k * SUMS, k * SUMS + SQUARE):
+            w = sums[at]
+            nx = sums[at + 2 * SQUARE]
+            ny = sums[at + 3 * SQUARE]
+            nz = sums[at + 4 * SQUARE]
+            length = np.float32(math.sqrt(nx * nx + ny * ny + nz * nz))
+            met = (w > _ZERO) & (length > _ZERO)
+            r = _ONE / length if met else _ZERO
+            sums[at] = _ONE if met else _ZERO
+            sums[at + SQUARE] = sums[at + SQUARE] / w if met else _INF
+            sums[at + 2 * SQUARE] = nx * r
+            sums[at + 3 * SQUARE] = ny * r
+            sums[at + 4 * SQUARE] = nz * r
+            rz = rays[k * RAY + 2 * SQUARE + at - k * SUMS]
+            empty += 1 if not met and rz != _ZERO else 0
+    return empty
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def write_squares(
+    sums: F32, left: int, top: int, cut_only: bool, depth: F32, normal: F32,
+    coverage: F32,
+) -> None:  # fmt: skip
+    """Write a tile's resolved squares in the picture, or only those its edges cut."""
+    height, width = depth.shape
+    for y in range(top, min(top + TILE_HEIGHT, height)):
+        for x in range(left, min(left + TILE_WIDTH, width)):
+            if cut_only and max(x // SIDE * SIDE + SIDE - width,
+                                y // SIDE * SIDE + SIDE - height) <= 0:  # fmt: skip
+                continue
+            b, a = y - top, x - left
+            at = (b // SIDE * SQUARES_X + a // SIDE) * SUMS + b % SIDE * SIDE + a % SIDE
+            coverage[y, x] = sums[at]
+            depth[y, x] = sums[at + SQUARE]
+            for c in range(3):
+                normal[y, x, c] = sums[at + (c + 2) * SQUARE]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_tile(
-    records: F32, boxes: I32, items: I32, rays: F32, left: int, top: int, core: Real,
-    behind: Real, refresh: int, buffer: F32, far: F32, depth: F32, normal: F32,
-    coverage: F32,
-) -> tuple[int, int]:  # fmt: skip
-    """Draw one tile's surfels, near ones first, and write its part of the G-buffer.
+    records: F32, boxes: I32, items: I32, n: int, rays: F32, left: int, top: int,
+    core: Real, behind: Real, refresh: int, nearest: F32, sums: F32, far: F32,
+    starts: I32, ends: I32, depth: F32, normal: F32, coverage: F32,
+) -> tuple[int, int, int]:  # fmt: skip
+    """Draw one tile's surfels and write its part of the G-buffer, as the vector twin.
 
-    rays: ``(strips, 3 * PLANE)``, this tile's, square by square.
-    core: squared share of the radius that hides what lies behind. behind: depth in
-    mm behind the nearest core that still counts. far: one value a block and one to
-    spare. Surfels behind the farthest depth of their blocks are left out: they could
-    change nothing. Returns (fragments, surfels left out).
+    Returns (fragments, surfels left out, pixels left empty).
     """
-    bits = buffer.view(np.int32)
-    far_bits = far.view(np.int32)
-    spare = _BLOCKS_X * _BLOCKS_Y
-    for strip in range(STRIPS):
-        row = buffer[strip * _PLANES * PLANE : (strip + 1) * _PLANES * PLANE]
-        row[: 3 * PLANE] = rays[strip]
-        row[4 * PLANE :] = 0
-        # what is outside the lens hides at once, the rest not at all
-        for i in range(PLANE):
-            rz = row[i + 2 * PLANE]
-            row[i + 3 * PLANE] = np.float32(np.inf) if rz == 0 else np.float32(0)
+    for k in range(SQUARES):
+        for i in range(SQUARE):
+            outside = rays[k * RAY + 2 * SQUARE + i] == _ZERO
+            nearest[k * SQUARE + i] = _INF if outside else _ZERO
+    sums[:] = 0
     far[:] = 0
-    fragments = 0
+    squares = 0
     hidden = 0
-    for n in range(items.shape[0]):
-        s = items[n]
-        record = records[s]
-        if n % refresh == refresh - 1:
-            _refresh(bits, far_bits)
-        far_bits[spare] = _least(far_bits, boxes[s], left, top)
-        if far[spare] * record[14] >= 1:
+    for m in range(n):
+        s = items[m]
+        o = s * RECORD
+        if m % refresh == refresh - 1:
+            _refresh(nearest, far)
+        if farthest(far, boxes, s, left, top) * records[o + 14] >= _ONE:
             hidden += 1
             continue
-        # the core of a disc too near to be an ellipse may be anywhere in its box
-        share = core if record[11] > NEAR_VARIANCE else np.float32(1)
-        wide = _half_width(record, share)
-        first, end = _strips(record, boxes[s], share, top)
+        share = core if records[o + 11] > NEAR_VARIANCE else _ONE
+        first, end = _spans(records, o, boxes, s, share, left, top, starts, ends)
         for strip in range(first, end):
-            a, run = _span(record, share, wide, top + STRIP * strip, left)
-            fragments += run
-            base = strip * _PLANES * PLANE
-            _hide(buffer[base + a : base + _PLANES * PLANE], run, record, core)
-    _refresh(bits, far_bits)
-    for strip in range(STRIPS):
-        row = buffer[strip * _PLANES * PLANE : (strip + 1) * _PLANES * PLANE]
-        for i in range(PLANE):
-            q = row[i + 3 * PLANE]
-            # a pixel without any core is a hole, not a view of whatever is left
-            limit = np.float32(1) / q + behind
-            row[i + 3 * PLANE] = limit if q > 0 else np.float32(0)
-    for n in range(items.shape[0]):
-        s = items[n]
-        record = records[s]
-        far_bits[spare] = _least(far_bits, boxes[s], left, top)
-        if far[spare] * (record[14] - behind) >= 1:
+            a, b = starts[strip], ends[strip]
+            squares += b - a
+            base = strip * SQUARES_X
+            _hide(records, o, core, rays, nearest, base + a, base + b)
+    _refresh(nearest, far)
+    for i in range(SQUARES * SQUARE):
+        q = nearest[i]
+        nearest[i] = _ONE / q + behind if q > _ZERO else _ZERO
+    for m in range(n):
+        s = items[m]
+        o = s * RECORD
+        if farthest(far, boxes, s, left, top) * (records[o + 14] - behind) >= _ONE:
             continue
-        share = np.float32(1)
-        wide = _half_width(record, share)
-        first, end = _strips(record, boxes[s], share, top)
+        first, end = _spans(records, o, boxes, s, _ONE, left, top, starts, ends)
         for strip in range(first, end):
-            a, run = _span(record, share, wide, top + STRIP * strip, left)
-            fragments += run
-            base = strip * _PLANES * PLANE
-            _add(buffer[base + a : base + _PLANES * PLANE], run, record)
-    for strip in range(STRIPS):
-        row = buffer[strip * _PLANES * PLANE : (strip + 1) * _PLANES * PLANE]
-        if top + strip * STRIP < depth.shape[0]:
-            _resolve(row, top + strip * STRIP, left, depth, normal, coverage)
-    return fragments, hidden
+            a, b = starts[strip], ends[strip]
+            squares += b - a
+            base = strip * SQUARES_X
+            _add(records, o, rays, nearest, sums, base + a, base + b)
+    empty = _resolve(sums, rays)
+    write_squares(sums, left, top, False, depth, normal, coverage)
+    return squares * SQUARE, hidden, empty
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

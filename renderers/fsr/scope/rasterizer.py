@@ -2,28 +2,31 @@
 
 import math
 import threading
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.culling.kernels import bin_boxes
-from renderers.fsr.display_list import build_display_list
-from renderers.fsr.occlusion import Blocks
-from renderers.fsr.projection.kernels import RECORD, project_surfels
-from renderers.fsr.scope.kernels import (
-    PLANE,
-    STRIP,
-    STRIPS,
-    TILE_FLOATS,
+from renderers.fsr.occlusion import FAR, NEAR, Blocks
+from renderers.fsr.occlusion.blocks import BLOCK_SHIFT, Runs
+from renderers.fsr.projection.kernels import RECORD
+from renderers.fsr.scope.blocked_surfels import BlockedSurfels, sort_surfels
+from renderers.fsr.scope.kernel_set import KernelSet, best_kernels
+from renderers.fsr.scope.kernels import fill_holes
+from renderers.fsr.scope.scratch import TileScratch, lined_up
+from renderers.fsr.scope.tiles import (
+    MOST_TILES,
+    RAY,
+    SIDE,
+    SQUARE,
+    SQUARES,
+    SQUARES_X,
+    SQUARES_Y,
     TILE_HEIGHT,
     TILE_SHIFT_X,
     TILE_SHIFT_Y,
     TILE_WIDTH,
-    draw_tile,
-    fill_holes,
 )
-from renderers.fsr.surfels import Surfels, extract_surfels
+from renderers.fsr.surfels import extract_surfels
 from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, GBuffer, Projection, Volume
 
@@ -64,20 +67,26 @@ class SurfelRasterizer:
 
     Keeps its scratch memory between pictures. hide: leave out what walls hide before
     it is projected. Without, the picture is slower and the same but for pinholes
-    between discs, where something hidden may show.
+    between discs, where something hidden may show. kernels: by default the fastest
+    that this machine compiles.
     """
 
-    def __init__(self, distance: Volume, *, hide: bool = True) -> None:
-        self._coarse = extract_surfels(distance)
-        self._fine = extract_surfels(distance, refine=2)
-        self._blocks = Blocks(distance, self._coarse.rows, self._fine.rows)
-        self._rows = self._coarse.rows.row_count + self._fine.rows.row_count
+    def __init__(
+        self, distance: Volume, *, hide: bool = True, kernels: KernelSet | None = None
+    ) -> None:
+        self._kernels = kernels or best_kernels()
+        coarse, fine = extract_surfels(distance), extract_surfels(distance, refine=2)
+        self._blocks = Blocks(distance, coarse.rows, fine.rows)
+        self._coarse = sort_surfels(coarse, self._blocks, BLOCK_SHIFT)
+        self._fine = sort_surfels(fine, self._blocks, BLOCK_SHIFT + 1)
+        rows = self._coarse.order.rows.sum() + self._fine.order.rows.sum()
+        self._rows = int(rows)
         self._hide = hide
         self._records = np.empty((0, RECORD), np.float32)
         self._boxes = np.empty((0, 4), np.int32)
-        self._items = np.empty(0, np.int32)
+        self._ranges = np.empty(0, np.int32)
         self._table = np.empty((0, 0, 3), np.float32)
-        self._rays = np.empty((0, 0, 0), np.float32)
+        self._rays = np.empty((0, 0), np.float32)
         self._local = threading.local()
         self.counters: dict[str, int] = {}
 
@@ -97,45 +106,53 @@ class SurfelRasterizer:
                 "perspective camera"
             )
         listed = self._project(camera, team)
-        tiles, start = self._bin(camera, listed)
-        result = GBuffer.empty(camera.height, camera.width)
+        height, width = camera.height, camera.width
+        # every pixel of these is written by the one tile that holds it
+        result = GBuffer(
+            np.empty((height, width), np.float32),
+            np.empty((height, width, 3), np.float32),
+            np.empty((height, width), np.float32),
+            np.zeros((height, width), np.uint8),
+        )
         table = camera.lens_table()
-        rays = self._strip_rays(table)
-        across = -(-camera.width // TILE_WIDTH)
+        rays = self._tile_rays(table)
+        down, across = tile_grid(height, width)
+        records = self._records.reshape(-1)
 
-        def draw(tile: int) -> tuple[int, int]:
-            buffer, far = self._scratch()
-            fragments, hidden = draw_tile(
-                self._records,
+        def draw(tile: int) -> tuple[int, int, int]:
+            scratch = self._scratch(listed)
+            row, column = divmod(tile, across)
+            n = self._kernels.list_tile(
+                self._ranges, listed, column, row, scratch.items
+            )
+            fragments, hidden, empty = self._kernels.draw_tile(
+                records,
                 self._boxes,
-                self._items[start[tile] : start[tile + 1]],
+                scratch.items,
+                n,
                 rays[tile],
-                tile % across * TILE_WIDTH,
-                tile // across * TILE_HEIGHT,
+                column * TILE_WIDTH,
+                row * TILE_HEIGHT,
                 np.float32(CORE_SIGMAS2 / RADIUS_SIGMAS**2),
                 np.float32(BEHIND_MM),
                 REFRESH,
-                buffer,
-                far,
+                scratch.nearest,
+                scratch.sums,
+                scratch.far,
+                scratch.starts,
+                scratch.ends,
                 result.depth_mm,
                 result.normal,
                 result.coverage,
             )
-            return fragments, hidden
+            return fragments, hidden, empty
 
-        totals = team.map(draw, range(tiles))
-        room = camera.width * camera.height // 16 + 16
-        self.counters["holes filled"] = fill_holes(
-            table,
-            result.depth_mm,
-            result.normal,
-            result.coverage,
-            HOLE_NEIGHBOURS,
-            np.empty((room, 2), np.int32),
-            np.empty((room, 4), np.float32),
-        )
-        self.counters["fragments"] = sum(f for f, _ in totals)
-        self.counters["hidden"] = sum(h for _, h in totals)
+        totals = team.map(draw, range(down * across))
+        self.counters["fragments"] = sum(t[0] for t in totals)
+        self.counters["hidden"] = sum(t[1] for t in totals)
+        self.counters["holes filled"] = 0
+        if any(t[2] for t in totals):
+            self.counters["holes filled"] = _fill(table, result)
         return result
 
     def _project(self, camera: Camera, team: ThreadTeam) -> int:
@@ -146,9 +163,11 @@ class SurfelRasterizer:
             reach * self._coarse.spacing_mm
         )
         room = len(self._coarse) + len(self._fine)
-        if len(self._records) < room:
-            self._records = np.empty((room, RECORD), np.float32)
-            self._boxes = np.empty((room, 4), np.int32)
+        if len(self._boxes) <= room:
+            # one more for lanes that are not wanted
+            self._records = np.empty((room + 1, RECORD), np.float32)
+            self._boxes = np.empty((room + 1, 4), np.int32)
+            self._ranges = np.empty(room + SQUARE, np.int32)
         # a grid point is up to half a spacing's diagonal from its surfel
         slack = self._coarse.spacing_mm
         blocks = self._blocks.visible(
@@ -159,34 +178,16 @@ class SurfelRasterizer:
             far_from_mm=coarse_from,
             hide=self._hide,
         )
-        visible = kept = listed = 0
-        for surfels, mask, low, high in (
-            (self._fine, blocks.fine, NEAREST_MM, near),
-            (self._coarse, blocks.coarse, coarse_from, math.inf),
+        visible = listed = kept = 0
+        for surfels, mark, low, high in (
+            (self._fine, NEAR, NEAREST_MM, near),
+            (self._coarse, FAR, coarse_from, math.inf),
         ):
-            radius = reach * surfels.spacing_mm
-            frame = camera.frame.copy()
-            frame[0] -= surfels.rows.world_from_voxel[:3, 3]
-            shown = build_display_list(
-                surfels.rows,
-                camera,
-                radius + slack,
-                reach_mm=high + slack,
-                back_to_front=False,
-                mask=mask,
-            )
-            project = partial(
-                self._project_part,
-                camera,
-                surfels,
-                shown.index,
-                frame.astype(np.float32),
-                (low, high, radius),
-                listed,
-            )
-            visible += sum(team.map(project, range(0, len(shown), PART)))
-            kept += shown.rows_kept
-            listed += len(shown)
+            limits = low, high, reach * surfels.spacing_mm
+            runs = self._blocks.runs(blocks, mark, surfels.order, PART)
+            visible += self._project_runs(camera, team, surfels, runs, limits, listed)
+            listed += len(runs)
+            kept += runs.rows
         self.counters = {
             "listed": listed,
             "visible": visible,
@@ -197,78 +198,97 @@ class SurfelRasterizer:
         }
         return listed
 
-    def _project_part(
+    def _project_runs(
         self,
         camera: Camera,
-        surfels: Surfels,
-        index: NDArray[np.int32],
-        frame: NDArray[np.float32],
+        team: ThreadTeam,
+        surfels: BlockedSurfels,
+        runs: Runs,
         limits: tuple[float, float, float],
         base: int,
-        first: int,
     ) -> int:
+        frame = camera.frame.copy()
+        frame[0] -= surfels.first_mm
+        frame32 = frame.astype(np.float32)
         nearest, farthest, radius = limits
-        return int(
-            project_surfels(
-                index[first : first + PART],
-                surfels.position,
-                surfels.normal,
-                frame,
-                int(camera.projection),
-                np.float32(camera.extent),
-                camera.width,
-                camera.height,
-                np.float32(nearest),
-                np.float32(farthest),
-                np.float32(radius),
-                np.float32(FACING),
-                self._records,
-                self._boxes,
-                base + first,
+
+        def project(part: int) -> int:
+            return int(
+                self._kernels.project_runs(
+                    runs.runs,
+                    runs.cuts[part, 0],
+                    runs.cuts[part + 1, 0],
+                    surfels.position,
+                    surfels.normal,
+                    frame32,
+                    int(camera.projection),
+                    np.float32(camera.extent),
+                    camera.width,
+                    camera.height,
+                    np.float32(nearest),
+                    np.float32(farthest),
+                    np.float32(radius),
+                    np.float32(FACING),
+                    TILE_SHIFT_X,
+                    TILE_SHIFT_Y,
+                    self._records,
+                    self._boxes,
+                    self._ranges,
+                    base + runs.cuts[part, 1],
+                )
             )
-        )
 
-    def _strip_rays(self, table: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Lay rays out as tiles want them: ``(tiles, strips, 3 * PLANE)``.
+        return sum(team.map(project, range(len(runs.cuts) - 1)))
 
-        Per strip the planes x, y, z of its 4 x 4 squares, zero beyond the picture.
+    def _tile_rays(self, table: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Lay rays out as tiles want them: ``(tiles, SQUARES * RAY)``.
+
+        Per square x, y and z of its pixels; zero beyond the picture.
         """
         if table is not self._table:
             height, width = table.shape[:2]
-            down, across = -(-height // TILE_HEIGHT), -(-width // TILE_WIDTH)
+            down, across = tile_grid(height, width)
             padded = np.zeros((down * TILE_HEIGHT, across * TILE_WIDTH, 3), np.float32)
             padded[:height, :width] = table
-            squares = padded.reshape(down, STRIPS, STRIP, across, -1, STRIP, 3)
-            # to tile row, tile column, strip, plane, square, row, column
-            self._rays = np.ascontiguousarray(
-                squares.transpose(0, 3, 1, 6, 4, 2, 5)
-            ).reshape(down * across, STRIPS, 3 * PLANE)
+            squares = padded.reshape(down, SQUARES_Y, SIDE, across, SQUARES_X, SIDE, 3)
+            self._rays = lined_up(padded.size).reshape(down * across, SQUARES * RAY)
+            # to tile row, tile column, square row, square, channel, row, column
+            laid = squares.transpose(0, 3, 1, 4, 6, 2, 5)
+            self._rays[:] = laid.reshape(self._rays.shape)
             self._table = table
         return self._rays
 
-    def _bin(self, camera: Camera, listed: int) -> tuple[int, NDArray[np.int64]]:
-        across = -(-camera.width // TILE_WIDTH)
-        down = -(-camera.height // TILE_HEIGHT)
-        tiles = across * down
-        start = np.zeros(tiles + 2, np.int64)
-        while True:
-            entries = bin_boxes(
-                self._boxes,
-                listed,
-                across,
-                down,
-                TILE_SHIFT_X,
-                TILE_SHIFT_Y,
-                start,
-                self._items,
-            )
-            if entries <= len(self._items):
-                return tiles, start
-            self._items = np.empty(entries * 3 // 2, np.int32)
+    def _scratch(self, listed: int) -> TileScratch:
+        scratch: TileScratch | None = getattr(self._local, "scratch", None)
+        if scratch is None or len(scratch.items) < listed + SQUARE:
+            scratch = self._local.scratch = TileScratch(len(self._ranges))
+        return scratch
 
-    def _scratch(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        if not hasattr(self._local, "buffer"):
-            self._local.buffer = np.empty(TILE_FLOATS, np.float32)
-            blocks = TILE_WIDTH * TILE_HEIGHT // 256
-            self._local.far = np.empty(blocks + 1, np.float32)
-        return self._local.buffer, self._local.far
+
+def tile_grid(height: int, width: int) -> tuple[int, int]:
+    """Give the tiles down and across a picture.
+
+    Raises ValueError for a picture of more than `MOST_TILES` either way.
+    """
+    down, across = -(-height // TILE_HEIGHT), -(-width // TILE_WIDTH)
+    if max(down, across) > MOST_TILES:
+        raise ValueError(
+            f"a picture may have {MOST_TILES * TILE_WIDTH} x "
+            f"{MOST_TILES * TILE_HEIGHT} pixels, got {width} x {height}"
+        )
+    return down, across
+
+
+def _fill(table: NDArray[np.float32], result: GBuffer) -> int:
+    room = result.depth_mm.size // 16 + 16
+    return int(
+        fill_holes(
+            table,
+            result.depth_mm,
+            result.normal,
+            result.coverage,
+            HOLE_NEIGHBOURS,
+            np.empty((room, 2), np.int32),
+            np.empty((room, 4), np.float32),
+        )
+    )

@@ -9,27 +9,38 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.shading.lanes.kernels import Four, Lanes, rows_alike
 from renderers.shading.surface.block import (
     BOUNCE,
-    C_E,
-    C_T,
-    C_X,
-    C_Y,
-    C_Z,
     CELL,
     NX,
     NY,
     NZ,
-    WEIGHT,
+    ROWS,
     N,
     T,
+    W,
+)
+from renderers.simd import f32 as to_real
+from renderers.simd import (
+    full,
+    gather,
+    lanes,
+    load,
+    maximum,
+    minimum,
+    select,
+    store,
+    store_where,
 )
 
 f32 = np.float32
 i32 = np.int32
 
+PLANES = 5
+"""Of the grid: irradiance, normal, depth."""
 WIDTH = 16
-"""Grid points gathered together; constant, so that the loop becomes vector code."""
+"""Grid points gathered together."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -148,98 +159,110 @@ def gather_lights(
     """
     height, width = depth.shape
     grid_width = grid.shape[2]
-    w = np.empty(8 * WIDTH, np.float32)
-    px = 0
-    py = WIDTH
-    pz = 2 * WIDTH
-    nx = 3 * WIDTH
-    ny = 4 * WIDTH
-    nz = 5 * WIDTH
-    total = 6 * WIDTH
+    plane = grid.shape[1] * grid_width
+    every = lanes(WIDTH) >= 0
     for gy in range(first, last):
         row = min(gy * stride, height - 1)
         for start in range(0, grid_width, WIDTH):
-            stop = min(WIDTH, grid_width - start)
-            for i in range(WIDTH):
-                column = min((start + min(i, stop - 1)) * stride, width - 1)
-                t = depth[row, column]
-                seen = coverage[row, column] > f32(0) and t < f32(1e6)
-                if not seen:
-                    t = f32(0)
-                a = lens[row, column, 0]
-                b = lens[row, column, 1]
-                c = lens[row, column, 2]
-                w[px + i] = t * (a * axes[0, 0] + b * axes[1, 0] + c * axes[2, 0])
-                w[py + i] = t * (a * axes[0, 1] + b * axes[1, 1] + c * axes[2, 1])
-                w[pz + i] = t * (a * axes[0, 2] + b * axes[1, 2] + c * axes[2, 2])
-                w[nx + i] = normal[row, column, 0]
-                w[ny + i] = normal[row, column, 1]
-                w[nz + i] = normal[row, column, 2]
-                w[total + i] = f32(0)
-                if i < stop:
-                    grid[4, gy, start + i] = t
+            inside = lanes(WIDTH) < np.int32(grid_width - start)
+            column = minimum((lanes(WIDTH) + start) * stride, np.int32(width - 1))
+            at = column + row * width
+            t = gather(depth, at, every)
+            seen = (gather(coverage, at, every) > f32(0)) & (t < f32(1e6))
+            t = select(seen, t, f32(0))
+            at *= 3
+            a = gather(lens, at, every)
+            b = gather(lens, at + 1, every)
+            c = gather(lens, at + 2, every)
+            px = t * (a * axes[0, 0] + b * axes[1, 0] + c * axes[2, 0])
+            py = t * (a * axes[0, 1] + b * axes[1, 1] + c * axes[2, 1])
+            pz = t * (a * axes[0, 2] + b * axes[1, 2] + c * axes[2, 2])
+            nx = gather(normal, at, every)
+            ny = gather(normal, at + 1, every)
+            nz = gather(normal, at + 2, every)
+            total = full(f32(0), WIDTH)
             for q in range(count):
-                lx = lights[0, q]
-                ly = lights[1, q]
-                lz = lights[2, q]
-                mx = lights[3, q]
-                my = lights[4, q]
-                mz = lights[5, q]
-                power = lights[6, q]
-                softening = lights[7, q]
-                for i in range(WIDTH):
-                    dx = lx - w[px + i]
-                    dy = ly - w[py + i]
-                    dz = lz - w[pz + i]
-                    d2 = dx * dx + dy * dy + dz * dz + softening
-                    receive = w[nx + i] * dx + w[ny + i] * dy + w[nz + i] * dz
-                    emit = mx * dx + my * dy + mz * dz
-                    share = max(receive, f32(0)) * max(-emit, f32(0))
-                    w[total + i] += power * share / (d2 * d2)
-            for i in range(stop):
-                grid[0, gy, start + i] = w[total + i] * f32(1 / math.pi)
-                grid[1, gy, start + i] = w[nx + i]
-                grid[2, gy, start + i] = w[ny + i]
-                grid[3, gy, start + i] = w[nz + i]
+                dx = lights[0, q] - px
+                dy = lights[1, q] - py
+                dz = lights[2, q] - pz
+                d2 = dx * dx + dy * dy + dz * dz + lights[7, q]
+                receive = maximum(nx * dx + ny * dy + nz * dz, f32(0))
+                emit = lights[3, q] * dx + lights[4, q] * dy + lights[5, q] * dz
+                share = receive * minimum(emit, f32(0))
+                total -= lights[6, q] * share / (d2 * d2)
+            to = gy * grid_width + start
+            store_where(grid, to, total * f32(1 / math.pi), inside)
+            store_where(grid, to + plane, nx, inside)
+            store_where(grid, to + 2 * plane, ny, inside)
+            store_where(grid, to + 3 * plane, nz, inside)
+            store_where(grid, to + 4 * plane, t, inside)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lift(w: NDArray[np.float32], grid: NDArray[np.float32], y: int, x0: int) -> None:
+def spread_grid(
+    grid: NDArray[np.float32], row: int, spread: NDArray[np.float32]
+) -> None:
+    """Repeat every point of two rows of the grid over the pixels of its cell.
+
+    spread: ``(2, 5, n)``, n at least the picture's width and a cell more. Serves the
+    `CELL` picture rows below the grid's `row`.
+    """
+    most = grid.shape[2] - 1
+    for j in range(2):
+        for plane in range(PLANES):
+            for x in range(spread.shape[2]):
+                spread[j, plane, x] = grid[plane, row + j, min(x // CELL, most)]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def corner(
+    spread: NDArray[np.float32], at: int, nx: Lanes, ny: Lanes, nz: Lanes, k: Lanes
+) -> Four:
+    """Give a corner's weight as a quotient, what it lights, and its depth."""
+    n = spread.shape[2]
+    # all rows of a block lie between the same points
+    same = rows_alike(load(spread, at + n, W), ROWS) * nx
+    same += rows_alike(load(spread, at + 2 * n, W), ROWS) * ny
+    same += rows_alike(load(spread, at + 3 * n, W), ROWS) * nz
+    same = maximum(same, f32(0))
+    same *= same
+    t = rows_alike(load(spread, at + 4 * n, W), ROWS)
+    apart = t * k - f32(1)
+    below = f32(1) + f32(400) * (apart * apart)
+    lit = rows_alike(load(spread, at, W), ROWS)
+    return same * same + f32(1e-3), below, lit, t
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def lift(w: NDArray[np.float32], spread: NDArray[np.float32], y0: int, x0: int) -> None:
     """Bring the bounce light to full size: bilinear, but not across edges.
 
-    Each of the four corners is first spread over its cell; the arithmetic then runs
-    over the whole block. A loop over one cell alone would be unrolled into scalars.
+    spread: of the block's two grid rows, see `spread_grid`. x0 must be a multiple of
+    CELL, and y0 one of ROWS.
     """
-    gj = y // CELL
-    lower = f32(y - gj * CELL) * f32(1 / CELL)
-    most = grid.shape[2] - 1
-    for corner in range(4):
-        cj = gj + (corner >> 1)
-        for cell in range(N // CELL):
-            ci = min(x0 // CELL + cell + (corner & 1), most)
-            e = grid[0, cj, ci]
-            nx = grid[1, cj, ci]
-            ny = grid[2, cj, ci]
-            nz = grid[3, cj, ci]
-            t = grid[4, cj, ci]
-            for i in range(cell * CELL, cell * CELL + CELL):
-                w[C_E + i] = e
-                w[C_X + i] = nx
-                w[C_Y + i] = ny
-                w[C_Z + i] = nz
-                w[C_T + i] = t
-        row = lower if corner >> 1 else f32(1) - lower
-        slope = f32(1 / CELL) if corner & 1 else f32(-1 / CELL)
-        base = f32(0) if corner & 1 else f32(1)
-        for i in range(N):
-            t = w[C_T + i]
-            dt = (t - w[T + i]) / w[T + i]
-            same = w[C_X + i] * w[NX + i] + w[C_Y + i] * w[NY + i]
-            same += w[C_Z + i] * w[NZ + i]
-            same = max(same, f32(0))
-            same *= same
-            q = row * (base + slope * f32(i32(i & 7))) * (same * same + f32(1e-3))
-            q = q / (f32(1) + f32(400) * dt * dt) + f32(1e-5)
-            q = q if t > f32(0) else f32(0)
-            w[WEIGHT + i] += q
-            w[BOUNCE + i] += q * w[C_E + i]
+    here = lanes(N)
+    right = to_real(here & (CELL - 1)) * f32(1 / CELL)
+    left = f32(1) - right
+    lower = to_real((here >> 4) + np.int32(y0 % CELL)) * f32(1 / CELL)
+    k = f32(1) / load(w, T, N)
+    nx = load(w, NX, N)
+    ny = load(w, NY, N)
+    nz = load(w, NZ, N)
+    total = full(f32(0), N)
+    weight = full(f32(1e-6), N)
+    row = f32(1) - lower
+    for j in range(2):
+        at = j * PLANES * spread.shape[2] + x0
+        a, under_a, light_a, t_a = corner(spread, at, nx, ny, nz, k)
+        b, under_b, light_b, t_b = corner(spread, at + CELL, nx, ny, nz, k)
+        # one division for two weights; their product stays below 1e30 at any depth
+        both = row / (under_a * under_b)
+        a = a * left * (under_b * both) + f32(1e-5)
+        b = b * right * (under_a * both) + f32(1e-5)
+        # a point where nothing is seen has no depth
+        a = select(t_a > f32(0), a, f32(0))
+        b = select(t_b > f32(0), b, f32(0))
+        weight += a + b
+        total += a * light_a + b * light_b
+        row = lower
+    store(w, BOUNCE, total / weight)

@@ -1,4 +1,4 @@
-"""Compiled: taps into noise tiles, and vessels.
+"""Compiled: taps into noise tiles, mottle and vessels of a block of pixels.
 
 Coordinates are millimetres relative to the volume's centre, world axes, so that
 float32 keeps a micrometre everywhere.
@@ -10,128 +10,168 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.shading.lanes.kernels import rows8
+from renderers.shading.detail.tile import ROW, SLICE, TILE_SIZE
+from renderers.shading.lanes.kernels import Lanes, exp_negative, resolved, smooth
+from renderers.shading.surface.block import (
+    CODE,
+    FOOT,
+    LARGE,
+    LONG,
+    MIDDLE,
+    NX,
+    NY,
+    NZ,
+    PX,
+    PY,
+    PZ,
+    SHORT,
+    SKIN,
+    SMALL,
+    N,
+    W,
+)
+from renderers.simd import (
+    absolute,
+    as_f32,
+    as_i32,
+    cell4,
+    floor,
+    load,
+    maximum,
+    minimum,
+    select,
+    sqrt,
+    store,
+)
+from renderers.simd import i32 as to_whole
 
 f32 = np.float32
-i32 = np.int32
-
-ORIGIN = 8192
-"""A multiple of the tile's period beyond any patient: 8192 tile voxels are 79 cm of
-the finest octave."""
+Floats = NDArray[np.float32]
+Shorts = NDArray[np.int16]
 
 MOTTLE_LONG = f32(0.26)
 MOTTLE_MIDDLE = f32(0.11)
 MOTTLE_SHORT = f32(0.07)
 """Standard deviations of log blood content on the three octaves."""
 
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def exp_negative(x: np.float32) -> np.float32:
-    """Give exp(x) for x <= 0, to 1e-6 for x > -6; no call, so that loops vectorise."""
-    y = max(x * f32(1.4426950408889634), f32(-126.0))
-    # the shift may round k up or down, but what is left of y is exact
-    k = i32(y + f32(127))
-    r = y - f32(k - i32(127))
-    p = f32(1.8775767e-3)
-    p = p * r + f32(8.9893397e-3)
-    p = p * r + f32(5.5826318e-2)
-    p = p * r + f32(2.4015361e-1)
-    p = p * r + f32(6.9315308e-1)
-    p = p * r + f32(0.99999994)
-    return p * i32(k << i32(23)).view(np.float32)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def ramp(low: np.float32, high: np.float32, x: np.float32) -> np.float32:
-    """Give the smoothstep of x from `low` to `high`."""
-    t = min(max((x - low) / (high - low), f32(0)), f32(1))
-    return t * t * (f32(3) - f32(2) * t)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def tap_tile(
-    tile: NDArray[np.float32],
-    u: np.float32,
-    v: np.float32,
-    w: np.float32,
-    smooth: bool,
-) -> tuple[np.float32, np.float32, np.float32, np.float32]:
-    """Tap a tile ``(64**3 * 4,)`` at tile voxels: value, gradient per tile voxel.
-
-    smooth: ease the interpolation; zero curves of a plainly trilinear field are
-    visibly polygons.
-    """
-    # int() cuts towards zero: start far enough on the positive side of the period
-    i = i32(u + f32(ORIGIN))
-    j = i32(v + f32(ORIGIN))
-    k = i32(w + f32(ORIGIN))
-    u -= f32(i - i32(ORIGIN))
-    v -= f32(j - i32(ORIGIN))
-    w -= f32(k - i32(ORIGIN))
-    if smooth:
-        u = u * u * (f32(3) - f32(2) * u)
-        v = v * v * (f32(3) - f32(2) * v)
-        w = w * w * (f32(3) - f32(2) * w)
-    result: tuple[np.float32, np.float32, np.float32, np.float32] = rows8(
-        tile,
-        np.int64(i & 63) << 2,
-        np.int64((i + 1) & 63) << 2,
-        np.int64(j & 63) << 8,
-        np.int64((j + 1) & 63) << 8,
-        np.int64(k & 63) << 14,
-        np.int64((k + 1) & 63) << 14,
-        u,
-        v,
-        w,
-    )
-    return result
+CELL_SCALE = 32767
+"""What `cell4` multiplies by."""
+E_TO_4 = f32(math.exp(4))
+WRAP = TILE_SIZE - 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def octave(
-    tile: NDArray[np.float32],
-    to_tile: NDArray[np.float32],
+def locate(
+    w: Floats,
+    to_tile: Floats,
     which: int,
-    x: np.float32,
-    y: np.float32,
-    z: np.float32,
-    smooth: bool,
-) -> tuple[np.float32, np.float32, np.float32, np.float32]:
-    """Tap a tile ``(64**3 * 4,)`` at a point in mm: value, gradient per mm.
+    origin: tuple[np.float32, np.float32, np.float32],
+    eased: bool,
+    slot: int,
+) -> None:
+    """Find the tile cells of a block's points: number and fractions at `slot`.
 
-    to_tile: ``(n, 3, 3)``, of which matrix `which` maps millimetres to tile voxels
-    (a view of it, made for every pixel, would cost more than the tap).
+    to_tile: ``(n, 3, 3)``, of which matrix `which` maps millimetres to tile voxels.
+    origin: mm, the points' zero. eased: smooth the interpolation; zero curves of a
+    plainly trilinear field are visibly polygons.
     """
-    m00 = to_tile[which, 0, 0]
-    m01 = to_tile[which, 0, 1]
-    m02 = to_tile[which, 0, 2]
-    m10 = to_tile[which, 1, 0]
-    m11 = to_tile[which, 1, 1]
-    m12 = to_tile[which, 1, 2]
-    m20 = to_tile[which, 2, 0]
-    m21 = to_tile[which, 2, 1]
-    m22 = to_tile[which, 2, 2]
-    u = m00 * x + m01 * y + m02 * z
-    v = m10 * x + m11 * y + m12 * z
-    w = m20 * x + m21 * y + m22 * z
-    r0, r1, r2, r3 = tap_tile(tile, u, v, w, smooth)
-    return (
-        r0,
-        m00 * r1 + m10 * r2 + m20 * r3,
-        m01 * r1 + m11 * r2 + m21 * r3,
-        m02 * r1 + m12 * r2 + m22 * r3,
-    )
+    m00, m01, m02 = to_tile[which, 0, 0], to_tile[which, 0, 1], to_tile[which, 0, 2]
+    m10, m11, m12 = to_tile[which, 1, 0], to_tile[which, 1, 1], to_tile[which, 1, 2]
+    m20, m21, m22 = to_tile[which, 2, 0], to_tile[which, 2, 1], to_tile[which, 2, 2]
+    ox, oy, oz = origin
+    x = ox + load(w, PX, N)
+    y = oy + load(w, PY, N)
+    z = oz + load(w, PZ, N)
+    if eased:
+        # vessels
+        if which == 3:
+            bend = f32(0.22) * load(w, MIDDLE, N)
+            x += bend
+        else:
+            bend = f32(0.05) * load(w, SHORT, N)
+            y += bend
+        z += bend
+    a = m00 * x + m01 * y + m02 * z
+    b = m10 * x + m11 * y + m12 * z
+    c = m20 * x + m21 * y + m22 * z
+    i0 = floor(a)
+    j0 = floor(b)
+    k0 = floor(c)
+    a -= i0
+    b -= j0
+    c -= k0
+    if eased:
+        a = smooth(a)
+        b = smooth(b)
+        c = smooth(c)
+    cell = (to_whole(i0) & WRAP) + (to_whole(j0) & WRAP) * ROW
+    cell += (to_whole(k0) & WRAP) * SLICE
+    store(w, slot, as_f32(cell))
+    store(w, slot + N, a)
+    store(w, slot + 2 * N, b)
+    store(w, slot + 3 * N, c)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def tap(w: Floats, tile: Shorts, slot: int) -> None:
+    """Replace cells and fractions at `slot` by the tile's four channels there."""
+    for i in range(0, N, W):
+        cell = as_i32(load(w, slot + i, W))
+        x = load(w, slot + N + i, W)
+        y = load(w, slot + 2 * N + i, W)
+        z = load(w, slot + 3 * N + i, W)
+        value, gx, gy, gz = cell4(tile, cell, ROW, SLICE, x, y, z)
+        store(w, slot + i, value)
+        store(w, slot + N + i, gx)
+        store(w, slot + 2 * N + i, gy)
+        store(w, slot + 3 * N + i, gz)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def turn(w: Floats, unit: np.float32, to_tile: Floats, which: int, slot: int) -> None:
+    """Give tapped channels their unit: sd, and sd per mm along the world's axes."""
+    s = unit * f32(1 / CELL_SCALE)
+    m00, m01, m02 = to_tile[which, 0, 0], to_tile[which, 0, 1], to_tile[which, 0, 2]
+    m10, m11, m12 = to_tile[which, 1, 0], to_tile[which, 1, 1], to_tile[which, 1, 2]
+    m20, m21, m22 = to_tile[which, 2, 0], to_tile[which, 2, 1], to_tile[which, 2, 2]
+    m00, m01, m02 = s * m00, s * m01, s * m02
+    m10, m11, m12 = s * m10, s * m11, s * m12
+    m20, m21, m22 = s * m20, s * m21, s * m22
+    gx = load(w, slot + N, N)
+    gy = load(w, slot + 2 * N, N)
+    gz = load(w, slot + 3 * N, N)
+    store(w, slot, s * load(w, slot, N))
+    store(w, slot + N, m00 * gx + m10 * gy + m20 * gz)
+    store(w, slot + 2 * N, m01 * gx + m11 * gy + m21 * gz)
+    store(w, slot + 3 * N, m02 * gx + m12 * gy + m22 * gz)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def tap_octave(
+    w: Floats,
+    tile: Shorts,
+    unit: np.float32,
+    to_tile: Floats,
+    which: int,
+    origin: tuple[np.float32, np.float32, np.float32],
+    eased: bool,
+    slot: int,
+) -> None:
+    """Tap an octave at a block's points: value and gradient per mm at `slot`."""
+    locate(w, to_tile, which, origin, eased, slot)
+    tap(w, tile, slot)
+    turn(w, unit, to_tile, which, slot)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def vessel(
-    value: np.float32,
-    slope: np.float32,
-    radius: np.float32,
-    edge: np.float32,
-    footprint: np.float32,
+    value: Lanes,
+    slope: Lanes,
+    radius: Lanes,
+    edge: Lanes,
+    footprint: Lanes,
     flattest: np.float32,
-) -> np.float32:
+) -> Lanes:
     """Give the cover 0..1 of a vessel that follows the zero curve of a noise.
 
     value, slope: noise at the point and the length of its tangential gradient, 1/mm;
@@ -140,51 +180,60 @@ def vessel(
     thinner than that fades instead of flickering. flattest: below this slope the
     zero set is a blot and not a curve.
     """
-    if radius <= f32(0) or slope <= flattest:
-        return f32(0)
-    soft = max(edge, f32(0.7) * footprint)
-    inside = f32(1) - ramp(radius - soft, radius + soft, abs(value) / slope)
-    return inside * min(f32(1), radius / (f32(0.7) * footprint))
+    thin = f32(0.7) * footprint
+    soft = maximum(edge, thin)
+    width = f32(2) * soft * slope
+    # one division for two quotients
+    k = f32(1) / (width * thin)
+    outside = (absolute(value) - (radius - soft) * slope) * thin * k
+    outside = minimum(maximum(outside, f32(0)), f32(1))
+    cover = (f32(1) - smooth(outside)) * minimum(radius * width * k, f32(1))
+    return select((radius > f32(0)) & (slope > flattest), cover, f32(0))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def with_vessels(
-    blood: np.float32,
-    skin: np.float32,
-    x: np.float32,
-    y: np.float32,
-    z: np.float32,
-    nx: np.float32,
-    ny: np.float32,
-    nz: np.float32,
-    m1: np.float32,
-    m2: np.float32,
-    m3: np.float32,
-    foot: np.float32,
-    tile: NDArray[np.float32],
-    to_tile: NDArray[np.float32],
-    offsets: NDArray[np.float32],
-) -> np.float32:
-    """Add the blood of two sizes of vessel, warped by the mottle's octaves."""
-    bend = f32(0.22) * m2
-    q, gx, gy, gz = octave(
-        tile, to_tile, 3,
-        x + offsets[0, 0] + bend, y + offsets[0, 1], z + offsets[0, 2] + bend, True,
-    )  # fmt: skip
+def across(nx: Lanes, ny: Lanes, nz: Lanes, gx: Lanes, gy: Lanes, gz: Lanes) -> Lanes:
+    """Give the length of a gradient's tangential part."""
     d = gx * nx + gy * ny + gz * nz
-    slope = f32(math.sqrt(max(gx * gx + gy * gy + gz * gz - d * d, f32(0))))
+    return sqrt(maximum(gx * gx + gy * gy + gz * gz - d * d, f32(1e-12)))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mottle(w: Floats, full_detail: bool) -> None:
+    """Vary a block's blood codes by the octaves' values and add the tapped vessels.
+
+    full_detail: with the short octave and the small vessels.
+    """
+    nx = load(w, NX, N)
+    ny = load(w, NY, N)
+    nz = load(w, NZ, N)
+    foot = load(w, FOOT, N)
+    m1 = load(w, LONG, N)
+    m2 = load(w, MIDDLE, N)
+    slope = across(
+        nx, ny, nz, load(w, LARGE + N, N), load(w, LARGE + 2 * N, N),
+        load(w, LARGE + 3 * N, N),
+    )  # fmt: skip
     radius = f32(0.042) * (f32(0.55) + f32(0.45) * m1)
     edge = f32(0.55) * radius + f32(0.02)
-    cover = f32(0.6) * vessel(q, slope, radius, edge, foot, f32(0.12))
-    bend = f32(0.05) * m3
-    q, gx, gy, gz = octave(
-        tile, to_tile, 4,
-        x + offsets[1, 0], y + offsets[1, 1] + bend, z + offsets[1, 2] + bend, True,
-    )  # fmt: skip
-    d = gx * nx + gy * ny + gz * nz
-    slope = f32(math.sqrt(max(gx * gx + gy * gy + gz * gz - d * d, f32(0))))
-    radius = f32(0.022) * (f32(0.5) + f32(0.6) * m2)
-    edge = f32(0.6) * radius + f32(0.015)
-    fine = f32(0.45) * vessel(q, slope, radius, edge, foot, f32(0.35))
-    cover = max(cover, fine)
-    return blood + cover * (f32(1) - skin) * (f32(0.10) + f32(1.6) * blood)
+    value = load(w, LARGE, N)
+    cover = f32(0.6) * vessel(value, slope, radius, edge, foot, f32(0.12))
+    log_blood = MOTTLE_LONG * m1 + MOTTLE_MIDDLE * resolved(foot, f32(1 / 1.6)) * m2
+    if full_detail:
+        slope = across(
+            nx, ny, nz, load(w, SMALL + N, N),
+            load(w, SMALL + 2 * N, N), load(w, SMALL + 3 * N, N),
+        )  # fmt: skip
+        radius = f32(0.022) * (f32(0.5) + f32(0.6) * m2)
+        edge = f32(0.6) * radius + f32(0.015)
+        value = load(w, SMALL, N)
+        fine = f32(0.45) * vessel(value, slope, radius, edge, foot, f32(0.35))
+        cover = maximum(cover, fine)
+        m3 = load(w, SHORT, N)
+        log_blood += MOTTLE_SHORT * resolved(foot, f32(1 / 0.55)) * m3
+    code = load(w, CODE, N)
+    # no tile reaches 7 standard deviations: shift by 4 to stay below zero
+    blood = code * code * (E_TO_4 * f32(1 / 65025)) * exp_negative(log_blood - f32(4))
+    skin = load(w, SKIN, N)
+    blood += cover * (f32(1) - skin) * (f32(0.10) + f32(1.6) * blood)
+    store(w, CODE, sqrt(minimum(blood, f32(1))) * f32(255))

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.shading.detail.kernels import ramp
+from renderers.shading.lanes.kernels import Lanes, Three, resolved
 from renderers.shading.surface.block import (
     A2,
     FOOT,
@@ -19,6 +19,7 @@ from renderers.shading.surface.block import (
     NY,
     NZ,
     RELIEF,
+    ROUGH,
     SHORT,
     SKIN,
     TX,
@@ -26,6 +27,7 @@ from renderers.shading.surface.block import (
     TZ,
     N,
 )
+from renderers.simd import load, maximum, sqrt, store
 
 f32 = np.float32
 Floats = NDArray[np.float32]
@@ -46,49 +48,64 @@ VARIANCE_SHORT = f32(2 * 0.04**2)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def bump(w: Floats, middle_part: np.float32, short_part: np.float32) -> None:
+def bent(nx: Lanes, ny: Lanes, nz: Lanes, gx: Lanes, gy: Lanes, gz: Lanes) -> Three:
+    """Bend a normal against the tangential part of a gradient."""
+    along = gx * nx + gy * ny + gz * nz
+    x = nx - (gx - along * nx)
+    y = ny - (gy - along * ny)
+    z = nz - (gz - along * nz)
+    k = f32(1) / sqrt(x * x + y * y + z * z + f32(1e-20))
+    return x * k, y * k, z * k
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bump(w: Floats, short: bool) -> None:
     """Bend the tissue's and the film's normal by the octaves' tangential gradients.
 
-    Waves too fine for a pixel (or a part of 0) become roughness instead.
+    Waves too fine for a pixel (and the short octave, if `short` is not set) become
+    roughness instead.
     """
-    for i in range(N):
-        nx = w[NX + i]
-        ny = w[NY + i]
-        nz = w[NZ + i]
-        relief = w[RELIEF + i]
-        foot = w[FOOT + i]
-        w2 = middle_part - middle_part * ramp(f32(0.25), f32(0.5), foot * f32(1 / 1.6))
-        w3 = short_part - short_part * ramp(f32(0.25), f32(0.5), foot * f32(1 / 0.55))
-        rough = VARIANCE_MIDDLE * (f32(1) - w2 * w2)
+    nx = load(w, NX, N)
+    ny = load(w, NY, N)
+    nz = load(w, NZ, N)
+    relief = load(w, RELIEF, N)
+    foot = load(w, FOOT, N)
+    w2 = resolved(foot, f32(1 / 1.6))
+    rough = VARIANCE_MIDDLE * (f32(1) - w2 * w2)
+    gx = load(w, MIDDLE + N, N)
+    gy = load(w, MIDDLE + 2 * N, N)
+    gz = load(w, MIDDLE + 3 * N, N)
+    s2 = relief * TISSUE_MIDDLE * w2
+    ax, ay, az = s2 * gx, s2 * gy, s2 * gz
+    s1 = relief * FILM_LONG
+    s2 = relief * FILM_MIDDLE * w2
+    bx = s1 * load(w, LONG + N, N) + s2 * gx
+    by = s1 * load(w, LONG + 2 * N, N) + s2 * gy
+    bz = s1 * load(w, LONG + 3 * N, N) + s2 * gz
+    if short:
+        w3 = resolved(foot, f32(1 / 0.55))
         rough += VARIANCE_SHORT * (f32(1) - w3 * w3)
-        s1 = relief * FILM_LONG
-        s2 = relief * FILM_MIDDLE * w2
-        s3 = relief * FILM_SHORT * w3
-        gx = s1 * w[LONG + N + i] + s2 * w[MIDDLE + N + i] + s3 * w[SHORT + N + i]
-        gy = s1 * w[LONG + 2 * N + i] + s2 * w[MIDDLE + 2 * N + i]
-        gz = s1 * w[LONG + 3 * N + i] + s2 * w[MIDDLE + 3 * N + i]
-        gy += s3 * w[SHORT + 2 * N + i]
-        gz += s3 * w[SHORT + 3 * N + i]
-        along = gx * nx + gy * ny + gz * nz
-        hx = nx - (gx - along * nx)
-        hy = ny - (gy - along * ny)
-        hz = nz - (gz - along * nz)
-        k = f32(1) / math.sqrt(hx * hx + hy * hy + hz * hz + f32(1e-20))
-        w[HX + i] = hx * k
-        w[HY + i] = hy * k
-        w[HZ + i] = hz * k
-        s2 = relief * TISSUE_MIDDLE * w2
+        gx = load(w, SHORT + N, N)
+        gy = load(w, SHORT + 2 * N, N)
+        gz = load(w, SHORT + 3 * N, N)
         s3 = relief * TISSUE_SHORT * w3
-        gx = s2 * w[MIDDLE + N + i] + s3 * w[SHORT + N + i]
-        gy = s2 * w[MIDDLE + 2 * N + i] + s3 * w[SHORT + 2 * N + i]
-        gz = s2 * w[MIDDLE + 3 * N + i] + s3 * w[SHORT + 3 * N + i]
-        along = gx * nx + gy * ny + gz * nz
-        tx = nx - (gx - along * nx)
-        ty = ny - (gy - along * ny)
-        tz = nz - (gz - along * nz)
-        k = f32(1) / math.sqrt(tx * tx + ty * ty + tz * tz + f32(1e-20))
-        w[TX + i] = tx * k
-        w[TY + i] = ty * k
-        w[TZ + i] = tz * k
-        a2 = w[A2 + i] + relief * relief * rough
-        w[A2 + i] = a2 + w[SKIN + i] * max(f32(0.12) - a2, f32(0))
+        ax += s3 * gx
+        ay += s3 * gy
+        az += s3 * gz
+        s3 = relief * FILM_SHORT * w3
+        bx += s3 * gx
+        by += s3 * gy
+        bz += s3 * gz
+    else:
+        rough += VARIANCE_SHORT
+    tx, ty, tz = bent(nx, ny, nz, ax, ay, az)
+    store(w, TX, tx)
+    store(w, TY, ty)
+    store(w, TZ, tz)
+    hx, hy, hz = bent(nx, ny, nz, bx, by, bz)
+    store(w, HX, hx)
+    store(w, HY, hy)
+    store(w, HZ, hz)
+    a2 = load(w, ROUGH, N) + relief * relief * rough
+    a2 += load(w, SKIN, N) * maximum(f32(0.12) - a2, f32(0))
+    store(w, A2, a2)

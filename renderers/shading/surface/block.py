@@ -1,13 +1,20 @@
 """How a block of pixels lies in its scratch array.
 
-Each quantity has its own stretch of `N` floats at a constant offset, so that a
-compiler sees that no two overlap and turns plain loops over a block into vector code.
+A block is `ROWS` runs of `W` pixels, one below the other: neighbours in both
+directions read the same voxels, which then are still in the nearest cache. Each
+quantity has its own stretch of `N` floats at a constant offset. What lies beyond the
+picture is kept finite but shown nowhere.
 """
 
-N = 64
-"""Pixels in a block."""
+W = 16
+"""Pixels in a run: they are worked on together where each reads memory of its own."""
+ROWS = 4
+"""Runs in a block; divides CELL."""
+N = ROWS * W
+"""Pixels in a block. Where only arithmetic is done all are worked on together: several
+chains of operations side by side hide each other's latency."""
 CELL = 8
-"""Pixels between points of the bounce grid; divides N."""
+"""Pixels between points of the bounce grid; divides W."""
 
 # unit ray, depth, coverage; normal; point from the eye in mm, and in voxels
 DX, DY, DZ, T, COVER = 0, N, 2 * N, 3 * N, 4 * N
@@ -19,13 +26,14 @@ FOOT, SKIN, F0, A2 = 14 * N, 15 * N, 16 * N, 17 * N
 RED, GREEN, BLUE, LR, LG = 18 * N, 19 * N, 20 * N, 21 * N, 22 * N
 # normals of the tissue and of the film on it
 TX, TY, TZ, HX, HY, HZ = 23 * N, 24 * N, 25 * N, 26 * N, 27 * N, 28 * N
-# sums over light sources; bounce light and the weight it came with
-E_RED, E_GREEN, SPARK, BOUNCE, WEIGHT = 29 * N, 30 * N, 31 * N, 32 * N, 33 * N
-# blood code; what the material adds to the tissue's share
-CODE, SHARE, RELIEF = 34 * N, 35 * N, 36 * N
+# sums over light sources; bounce light, weighed
+E_RED, E_GREEN, SPARK, BOUNCE = 29 * N, 30 * N, 31 * N, 32 * N
+# blood code; the material's share of tissue, relief, GGX width squared and additions
+CODE, SHARE, RELIEF, ROUGH = 33 * N, 34 * N, 35 * N, 36 * N
 ADD_RED, ADD_GREEN, ADD_BLUE, ADD_LR, ADD_LG = 37 * N, 38 * N, 39 * N, 40 * N, 41 * N
-# three noise octaves: value and gradient per mm
-LONG, MIDDLE, SHORT = 42 * N, 46 * N, 50 * N
-# a corner of the bounce grid, spread over its cells
-C_E, C_X, C_Y, C_Z, C_T = 54 * N, 55 * N, 56 * N, 57 * N, 58 * N
-SLOTS = 59 * N
+# three noise octaves and the two sizes of vessel: value and gradient per mm, and
+# before the tap the cell's number (its bits) and where the point is in it
+LONG, MIDDLE, SHORT, LARGE, SMALL = 42 * N, 46 * N, 50 * N, 54 * N, 58 * N
+# one light source: unit direction to it, intensity, widening of the film's lobe
+LX, LY, LZ, POWER, SPREAD = 62 * N, 63 * N, 64 * N, 65 * N, 66 * N
+SLOTS = 67 * N

@@ -1,10 +1,9 @@
 """Compiled: shade rows of a G-buffer.
 
-Pixels are worked on in blocks of 64. Each quantity of a block lies in its own stretch
-of one scratch array at a constant offset: the compiler then sees that nothing
-overlaps and turns the arithmetic loops into vector code, without fast-math, so that
-the bits do not depend on how rows are dealt out. Only table and volume taps are
-scalar. Positions are millimetres from the eye along world axes.
+Pixels are worked on in blocks of 64, stage by stage, 16 at a time. Each quantity of a
+block lies in its own stretch of one scratch array. What a pixel gets does not depend
+on the block it is in, so that the bits do not depend on how rows are dealt out.
+Positions are millimetres from the eye along world axes.
 """
 
 import math
@@ -13,12 +12,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.shading.bounce.kernels import lift
-from renderers.shading.detail.kernels import exp_negative
+from renderers.shading.bounce.kernels import PLANES, lift, spread_grid
+from renderers.shading.lanes.kernels import unzip3, zip3
+from renderers.shading.light.kernels import light
 from renderers.shading.surface.block import (
-    A2,
     BLUE,
     BOUNCE,
+    CELL,
     COVER,
     DX,
     DY,
@@ -28,9 +28,6 @@ from renderers.shading.surface.block import (
     F0,
     FOOT,
     GREEN,
-    HX,
-    HY,
-    HZ,
     LG,
     LR,
     NX,
@@ -40,30 +37,58 @@ from renderers.shading.surface.block import (
     PY,
     PZ,
     RED,
+    ROWS,
     SKIN,
     SLOTS,
     SPARK,
-    TX,
-    TY,
-    TZ,
     UX,
     UY,
     UZ,
-    WEIGHT,
     N,
     T,
+    W,
 )
-from renderers.shading.tissue.kernels import paint, set_materials
+from renderers.shading.tissue.kernels import paint, set_materials, set_tissue
+from renderers.simd import (
+    any_,
+    lanes,
+    load,
+    load_where,
+    maximum,
+    minimum,
+    select,
+    store,
+    store_where,
+)
 
 f32 = np.float32
 i32 = np.int32
 Floats = NDArray[np.float32]
+Shorts = NDArray[np.int16]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def shown_span(
+    depth: Floats, coverage: Floats, first: int, last: int
+) -> tuple[int, int]:
+    """Give the columns between which rows ``first..last`` show anything, by W."""
+    width = depth.shape[1]
+    start = width
+    end = 0
+    for y in range(first, last):
+        for x in range(0, width, W):
+            inside = lanes(W) < i32(width - x)
+            t = load_where(depth, y * width + x, inside)
+            cover = load_where(coverage, y * width + x, inside)
+            if any_((cover > f32(0)) & (t < f32(1e6))):
+                start = min(start, x)
+                end = max(end, x + W)
+    return start, end
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def fetch(
     w: Floats,
-    count: int,
     depth: Floats,
     normal: Floats,
     coverage: Floats,
@@ -72,37 +97,16 @@ def fetch(
     to_voxel: Floats,
     eye: Floats,
     pixel: np.float32,
-    y: int,
+    y0: int,
     x0: int,
-) -> int:
-    """Place a block: rays, points, voxels, footprints; return how many it shows."""
-    for i in range(count):
-        w[T + i] = depth[y, x0 + i]
-    for i in range(count):
-        w[COVER + i] = coverage[y, x0 + i]
-    for i in range(count, N):
-        w[COVER + i] = f32(0)
-    seen = 0
-    for i in range(N):
-        shown = w[COVER + i] > f32(0) and w[T + i] < f32(1e6)
-        w[COVER + i] = w[COVER + i] if shown else f32(0)
-        w[T + i] = max(w[T + i], f32(1e-3)) if shown else f32(1)
-        seen += 1 if shown else 0
-    if seen == 0:
-        return 0
-    # flat, because the compiler must see that the stride is three
-    start = 3 * (y * depth.shape[1] + x0)
-    rays = lens.reshape(-1)[start:]
-    normals = normal.reshape(-1)[start:]
-    for i in range(count):
-        w[DX + i] = rays[3 * i]
-        w[DY + i] = rays[3 * i + 1]
-        w[DZ + i] = rays[3 * i + 2]
-    for i in range(count):
-        w[NX + i] = normals[3 * i]
-        w[NY + i] = normals[3 * i + 1]
-        w[NZ + i] = normals[3 * i + 2]
-    # into locals: the compiler cannot know that writing the block leaves them alone
+    first: int,
+    last: int,
+) -> None:
+    """Place a block: rays, points, voxels, footprints.
+
+    What shows nothing, or lies outside the rows ``first..last``, gets coverage 0.
+    """
+    width = depth.shape[1]
     rx, ry, rz = axes[0, 0], axes[0, 1], axes[0, 2]
     ux, uy, uz = axes[1, 0], axes[1, 1], axes[1, 2]
     fx, fy, fz = axes[2, 0], axes[2, 1], axes[2, 2]
@@ -110,99 +114,51 @@ def fetch(
     m00, m01, m02 = to_voxel[0, 0], to_voxel[0, 1], to_voxel[0, 2]
     m10, m11, m12 = to_voxel[1, 0], to_voxel[1, 1], to_voxel[1, 2]
     m20, m21, m22 = to_voxel[2, 0], to_voxel[2, 1], to_voxel[2, 2]
-    for i in range(N):
-        a = w[DX + i]
-        b = w[DY + i]
-        c = w[DZ + i]
-        t = w[T + i]
+    here = lanes(W)
+    for i in range(0, N, W):
+        y = y0 + i // W
+        at = y * width + x0
+        left = width - x0 if first <= y < last else 0
+        inside = here < i32(left)
+        cover = load_where(coverage, at, inside)
+        t = load_where(depth, at, inside)
+        shown = (cover > f32(0)) & (t < f32(1e6))
+        t = select(shown, maximum(t, f32(1e-3)), f32(1))
+        store(w, COVER + i, select(shown, cover, f32(0)))
+        store(w, T + i, t)
+        # the three parts of a run of triples, none beyond the end of the row
+        second = here < i32(3 * left - W)
+        third = here < i32(3 * left - 2 * W)
+        a, b, c = unzip3(
+            load_where(lens, 3 * at, here < i32(3 * left)),
+            load_where(lens, 3 * at + W, second),
+            load_where(lens, 3 * at + 2 * W, third),
+        )
         dx = a * rx + b * ux + c * fx
         dy = a * ry + b * uy + c * fy
         dz = a * rz + b * uz + c * fz
-        facing = -(w[NX + i] * dx + w[NY + i] * dy + w[NZ + i] * dz)
-        w[FOOT + i] = t * pixel / max(facing, f32(0.12))
-        w[DX + i] = dx
-        w[DY + i] = dy
-        w[DZ + i] = dz
+        nx, ny, nz = unzip3(
+            load_where(normal, 3 * at, here < i32(3 * left)),
+            load_where(normal, 3 * at + W, second),
+            load_where(normal, 3 * at + 2 * W, third),
+        )
+        facing = -(nx * dx + ny * dy + nz * dz)
+        store(w, FOOT + i, t * pixel / maximum(facing, f32(0.12)))
+        store(w, DX + i, dx)
+        store(w, DY + i, dy)
+        store(w, DZ + i, dz)
+        store(w, NX + i, nx)
+        store(w, NY + i, ny)
+        store(w, NZ + i, nz)
         dx *= t
         dy *= t
         dz *= t
-        w[PX + i] = dx
-        w[PY + i] = dy
-        w[PZ + i] = dz
-        w[UX + i] = ex + (m00 * dx + m01 * dy + m02 * dz)
-        w[UY + i] = ey + (m10 * dx + m11 * dy + m12 * dz)
-        w[UZ + i] = ez + (m20 * dx + m21 * dy + m22 * dz)
-        w[E_RED + i] = f32(0)
-        w[E_GREEN + i] = f32(0)
-        w[SPARK + i] = f32(0)
-        w[BOUNCE + i] = f32(0)
-        w[WEIGHT + i] = f32(0)
-    return seen
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def light(
-    w: Floats,
-    sx: np.float32,
-    sy: np.float32,
-    sz: np.float32,
-    forward: Floats,
-    spread: np.float32,
-    power: np.float32,
-) -> None:
-    """Add one source: diffuse irradiance red and green, film radiance."""
-    fx = forward[0]
-    fy = forward[1]
-    fz = forward[2]
-    for i in range(N):
-        lx = sx - w[PX + i]
-        ly = sy - w[PY + i]
-        lz = sz - w[PZ + i]
-        d2 = lx * lx + ly * ly + lz * lz + f32(1e-6)
-        k = f32(1) / math.sqrt(d2)
-        lx *= k
-        ly *= k
-        lz *= k
-        # cos theta between the view axis and the light's way to the surface
-        away = f32(1) + (lx * fx + ly * fy + lz * fz)
-        intensity = power * exp_negative(-spread * max(away, f32(0)))
-        intensity /= max(d2, f32(0.6))
-        red = min(f32(0.25) * w[LR + i], f32(0.35))
-        green = min(f32(0.25) * w[LG + i], f32(0.2))
-        # light wraps round an edge by about the way it creeps inside the tissue
-        facing = w[NX + i] * lx + w[NY + i] * ly + w[NZ + i] * lz
-        rest = f32(1) / (f32(1) + red)
-        w[E_RED + i] += intensity * max(facing + red, f32(0)) * rest * rest
-        facing = w[TX + i] * lx + w[TY + i] * ly + w[TZ + i] * lz
-        rest = f32(1) / (f32(1) + green)
-        w[E_GREEN + i] += intensity * max(facing + green, f32(0)) * rest * rest
-        # film: GGX, joint Smith visibility, Schlick
-        hx = w[HX + i]
-        hy = w[HY + i]
-        hz = w[HZ + i]
-        vx = -w[DX + i]
-        vy = -w[DY + i]
-        vz = -w[DZ + i]
-        mx = lx + vx
-        my = ly + vy
-        mz = lz + vz
-        k = f32(1) / math.sqrt(mx * mx + my * my + mz * mz + f32(1e-12))
-        nm = (hx * mx + hy * my + hz * mz) * k
-        vm = (vx * mx + vy * my + vz * mz) * k
-        nl = max(hx * lx + hy * ly + hz * lz, f32(0))
-        nv = max(hx * vx + hy * vy + hz * vz, f32(0.05))
-        # a fibre bundle of .45 mm is no point: its angle widens the lobe
-        a2 = min(w[A2 + i] + f32(0.05) / (d2 + f32(1)), f32(1))
-        base = nm * nm * (a2 - f32(1)) + f32(1)
-        lobe = a2 / (f32(math.pi) * base * base + f32(1e-12))
-        grazing = f32(1) - vm
-        grazing2 = grazing * grazing
-        f0 = w[F0 + i]
-        fresnel = f0 + (f32(1) - f0) * grazing2 * grazing2 * grazing
-        smith = nl * math.sqrt(nv * nv * (f32(1) - a2) + a2)
-        smith += nv * math.sqrt(nl * nl * (f32(1) - a2) + a2)
-        spark = intensity * nl * lobe * fresnel * f32(0.5) / (smith + f32(1e-4))
-        w[SPARK + i] += spark * (f32(1) - f32(0.7) * w[SKIN + i])
+        store(w, PX + i, dx)
+        store(w, PY + i, dy)
+        store(w, PZ + i, dz)
+        store(w, UX + i, ex + (m00 * dx + m01 * dy + m02 * dz))
+        store(w, UY + i, ey + (m10 * dx + m11 * dy + m12 * dz))
+        store(w, UZ + i, ez + (m20 * dx + m21 * dy + m22 * dz))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -228,9 +184,11 @@ def shade_rows(
     colours: Floats,
     skin_colour: Floats,
     materials: Floats,
-    full: bool,
-    tile: Floats,
-    vessel_tile: Floats,
+    full_detail: bool,
+    tile: Shorts,
+    unit: np.float32,
+    vessel_tile: Shorts,
+    vessel_unit: np.float32,
     to_tile: Floats,
     offsets: Floats,
     radiance: Floats,
@@ -245,57 +203,82 @@ def shade_rows(
     skin code, flat, of `shape` (nz, ny, nx).
     """
     width = depth.shape[1]
-    count_sources = sources.shape[0]
-    w = np.zeros(SLOTS, np.float32)
-    each = power / f32(count_sources)
-    for y in range(first, last):
-        for x0 in range(0, width, N):
-            count = min(N, width - x0)
-            into = radiance.reshape(-1)[3 * (y * width + x0) :]
-            seen = fetch(
-                w, count, depth, normal, coverage, lens, axes, to_voxel, eye_voxel,
-                pixel, y, x0,
+    scratch = np.zeros(SLOTS + W, np.float32)
+    # a vector that straddles two lines of the cache costs twice
+    w = scratch[-(scratch.ctypes.data // 4) % W :]
+    each = power / f32(sources.shape[0])
+    mixed = False
+    set_tissue(w, materials)
+    bounced = np.zeros((2, PLANES, width + W + CELL), np.float32)
+    row = -1
+    for y0 in range(first // ROWS * ROWS, last, ROWS):
+        if y0 // CELL != row:
+            row = y0 // CELL
+            spread_grid(grid, row, bounced)
+        low = max(y0, first)
+        high = min(y0 + ROWS, last)
+        radiance[low:high] = f32(0)
+        start, end = shown_span(depth, coverage, low, high)
+        for x0 in range(start, end, W):
+            fetch(
+                w, depth, normal, coverage, lens, axes, to_voxel, eye_voxel, pixel,
+                y0, x0, first, last,
             )  # fmt: skip
-            if seen == 0:
-                for i in range(3 * count):
-                    into[i] = f32(0)
-                continue
-            set_materials(w, material, y, x0, count, materials)
+            mixed = set_materials(w, material, y0, x0, first, last, materials, mixed)
             paint(
-                w, count, tint, shape, blood_bias, colours, skin_colour, full, tile,
-                vessel_tile, to_tile, offsets, eye_mm,
+                w, mixed, tint, shape, blood_bias, colours, skin_colour,
+                full_detail, tile, unit, vessel_tile, vessel_unit, to_tile, offsets,
+                eye_mm,
             )  # fmt: skip
-            for s in range(count_sources):
-                light(
-                    w, sources[s, 0], sources[s, 1], sources[s, 2], axes[2], spread,
-                    each,
-                )  # fmt: skip
-            if bounce > f32(0):
-                lift(w, grid, y, x0)
+            light(w, sources, axes[2], spread, each)
+            lift(w, bounced, y0, x0)
             finish(w, bounce)
-            for i in range(count):
-                into[3 * i] = w[E_RED + i]
-                into[3 * i + 1] = w[E_GREEN + i]
-                into[3 * i + 2] = w[BOUNCE + i]
+            put(w, radiance, y0, x0, first, last)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def finish(w: Floats, bounce: np.float32) -> None:
     """Join direct, bounced and mirrored light; leave rgb in three slots."""
-    for i in range(N):
-        e = bounce * w[BOUNCE + i] / (w[WEIGHT + i] + f32(1e-6))
-        f0 = w[F0 + i]
-        cover = w[COVER + i]
-        k = (f32(1) - f0) * f32(1 / math.pi)
-        spark = w[SPARK + i]
-        red = w[RED + i]
-        green = w[GREEN + i]
-        blue = w[BLUE + i]
-        direct_green = w[E_GREEN + i]
-        # the reflected light's own albedo, and further bounces as a series
-        r = red * (w[E_RED + i] + e * red / (f32(1) - f32(0.6) * red))
-        g = green * (direct_green + e * green / (f32(1) - f32(0.6) * green))
-        b = blue * (direct_green + e * blue / (f32(1) - f32(0.6) * blue))
-        w[E_RED + i] = cover * (k * r + spark)
-        w[E_GREEN + i] = cover * (k * g + spark)
-        w[BOUNCE + i] = cover * (k * b + spark)
+    # what wraps round an edge is missing elsewhere; one division for two wraps
+    red = f32(1) + minimum(f32(0.25) * load(w, LR, N), f32(0.35))
+    green = f32(1) + minimum(f32(0.25) * load(w, LG, N), f32(0.2))
+    k = f32(1) / (red * green)
+    direct = green * k
+    direct_red = load(w, E_RED, N) * (direct * direct)
+    direct = red * k
+    direct = load(w, E_GREEN, N) * (direct * direct)
+    # the reflected light's own albedo, and further bounces as a series;
+    # one division for the three channels
+    red = load(w, RED, N)
+    green = load(w, GREEN, N)
+    blue = load(w, BLUE, N)
+    r = f32(1) - f32(0.6) * red
+    g = f32(1) - f32(0.6) * green
+    b = f32(1) - f32(0.6) * blue
+    gb = g * b
+    e = bounce * load(w, BOUNCE, N) / (r * gb)
+    r, g, b = e * gb, e * (r * b), e * (r * g)
+    wet = f32(1) - f32(0.7) * load(w, SKIN, N)
+    spark = load(w, SPARK, N) * wet * f32(0.5 / math.pi)
+    cover = load(w, COVER, N)
+    k = (f32(1) - load(w, F0, N)) * f32(1 / math.pi)
+    store(w, E_RED, cover * (k * (red * (direct_red + red * r)) + spark))
+    store(w, E_GREEN, cover * (k * (green * (direct + green * g)) + spark))
+    store(w, BOUNCE, cover * (k * (blue * (direct + blue * b)) + spark))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def put(w: Floats, radiance: Floats, y0: int, x0: int, first: int, last: int) -> None:
+    """Write a finished block into rows ``first..last`` of the picture."""
+    width = radiance.shape[1]
+    left = 3 * (width - x0)
+    here = lanes(W)
+    for y in range(max(y0, first), min(y0 + ROWS, last)):
+        i = (y - y0) * W
+        at = 3 * (y * width + x0)
+        a, b, c = zip3(
+            load(w, E_RED + i, W), load(w, E_GREEN + i, W), load(w, BOUNCE + i, W)
+        )
+        store_where(radiance, at, a, here < i32(left))
+        store_where(radiance, at + W, b, here < i32(left - W))
+        store_where(radiance, at + 2 * W, c, here < i32(left - 2 * W))

@@ -9,19 +9,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.shading.detail.kernels import (
-    MOTTLE_LONG,
-    MOTTLE_MIDDLE,
-    MOTTLE_SHORT,
-    exp_negative,
-    ramp,
-    tap_tile,
-    with_vessels,
-)
-from renderers.shading.lanes.kernels import byte_pairs, rows2
+from renderers.shading.detail.kernels import mottle, tap_octave
+from renderers.shading.lanes.kernels import Lanes, gather_pairs
 from renderers.shading.relief.kernels import bump
 from renderers.shading.surface.block import (
-    A2,
     ADD_BLUE,
     ADD_GREEN,
     ADD_LG,
@@ -30,304 +21,241 @@ from renderers.shading.surface.block import (
     BLUE,
     CODE,
     F0,
-    FOOT,
     GREEN,
+    LARGE,
     LG,
     LONG,
     LR,
     MIDDLE,
-    NX,
-    NY,
-    NZ,
-    PX,
-    PY,
-    PZ,
     RED,
     RELIEF,
+    ROUGH,
+    ROWS,
     SHARE,
     SHORT,
     SKIN,
+    SMALL,
     UX,
     UY,
     UZ,
     N,
+    W,
 )
+from renderers.simd import any_, full, load, maximum, minimum, rows4, store
+from renderers.simd import f32 as to_real
+from renderers.simd import i32 as to_whole
 
 f32 = np.float32
 i32 = np.int32
 Floats = NDArray[np.float32]
-
-E_TO_4 = math.exp(4)
+Shorts = NDArray[np.int16]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def tint_at(
-    tint: NDArray[np.uint16],
-    shape: tuple[int, int, int],
-    x: np.float32,
-    y: np.float32,
-    z: np.float32,
-) -> tuple[np.float32, np.float32]:
-    """Interpolate blood code and skin code, 0..255, at voxel coordinates."""
+def between(a: Lanes, b: Lanes, t: Lanes) -> Lanes:
+    """Interpolate from `a` to `b`."""
+    return a + t * (b - a)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def blend(
+    c0: Lanes, c1: Lanes, c2: Lanes, c3: Lanes, low: int, x: Lanes, y: Lanes, z: Lanes
+) -> Lanes:
+    """Interpolate the bytes at bit `low` of four rows, and those 16 bits above."""
+    left0 = to_real((c0 >> low) & 255)
+    left1 = to_real((c1 >> low) & 255)
+    left2 = to_real((c2 >> low) & 255)
+    left3 = to_real((c3 >> low) & 255)
+    left = between(between(left0, left1, y), between(left2, left3, y), z)
+    left0 = to_real((c0 >> (low + 16)) & 255)
+    left1 = to_real((c1 >> (low + 16)) & 255)
+    left2 = to_real((c2 >> (low + 16)) & 255)
+    left3 = to_real((c3 >> (low + 16)) & 255)
+    right = between(between(left0, left1, y), between(left2, left3, y), z)
+    return between(left, right, x)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def tint_at(w: Floats, tint: NDArray[np.uint16], shape: tuple[int, int, int]) -> bool:
+    """Interpolate a block's blood and skin codes, 0..255; say if there is skin."""
     nz, ny, nx = shape
-    x = min(max(x, f32(0)), f32(nx) - f32(1.001))
-    y = min(max(y, f32(0)), f32(ny) - f32(1.001))
-    z = min(max(z, f32(0)), f32(nz) - f32(1.001))
-    i = i32(x)
-    j = i32(y)
-    k = i32(z)
-    x -= f32(i)
-    y -= f32(j)
-    z -= f32(k)
-    at = (np.int64(k) * ny + j) * nx + i
-    blood, skin, _, _ = byte_pairs(tint, at, nx, nx * ny, x, y, z)
-    return blood, skin
+    row = i32(nx)
+    layer = i32(nx * ny)
+    most_x = f32(nx) - f32(1.001)
+    most_y = f32(ny) - f32(1.001)
+    most_z = f32(nz) - f32(1.001)
+    any_skin = False
+    for i in range(0, N, W):
+        x = minimum(maximum(load(w, UX + i, W), f32(0)), most_x)
+        y = minimum(maximum(load(w, UY + i, W), f32(0)), most_y)
+        z = minimum(maximum(load(w, UZ + i, W), f32(0)), most_z)
+        a = to_whole(x)
+        b = to_whole(y)
+        c = to_whole(z)
+        x -= to_real(a)
+        y -= to_real(b)
+        z -= to_real(c)
+        at = a + b * row + c * layer
+        c0 = gather_pairs(tint, at)
+        c1 = gather_pairs(tint, at + row)
+        c2 = gather_pairs(tint, at + layer)
+        c3 = gather_pairs(tint, at + (row + layer))
+        store(w, CODE + i, blend(c0, c1, c2, c3, 0, x, y, z))
+        # low byte blood, high byte skin, of two voxels; most tissue has no skin
+        if any_(((c0 | c1 | c2 | c3) & i32(-16711936)) != 0):
+            any_skin = True
+            store(w, SKIN + i, blend(c0, c1, c2, c3, 8, x, y, z))
+        else:
+            store(w, SKIN + i, full(f32(0), W))
+    return any_skin
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def set_tissue(w: Floats, materials: Floats) -> None:
+    """Make a block all tissue."""
+    a2 = materials[0, 5] * materials[0, 5]
+    for i in range(N):
+        w[SHARE + i] = f32(1)
+        w[RELIEF + i] = f32(1)
+        w[F0 + i] = materials[0, 4]
+        w[ROUGH + i] = a2
+        w[ADD_RED + i] = f32(0)
+        w[ADD_GREEN + i] = f32(0)
+        w[ADD_BLUE + i] = f32(0)
+        w[ADD_LR + i] = f32(0)
+        w[ADD_LG + i] = f32(0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def set_materials(
     w: Floats,
     material: NDArray[np.uint8],
-    y: int,
+    y0: int,
     x0: int,
-    count: int,
+    first: int,
+    last: int,
     materials: Floats,
-) -> None:
-    """Spread the material table over a block; blocks of tissue alone are quick."""
-    kinds = 0
-    for i in range(count):
-        kinds |= material[y, x0 + i]
-    f0 = materials[0, 4]
-    a2 = materials[0, 5] * materials[0, 5]
-    for i in range(N):
-        w[SHARE + i] = f32(1)
-        w[RELIEF + i] = f32(1)
-        w[F0 + i] = f0
-        w[A2 + i] = a2
-        w[ADD_RED + i] = f32(0)
-        w[ADD_GREEN + i] = f32(0)
-        w[ADD_BLUE + i] = f32(0)
-        w[ADD_LR + i] = f32(0)
-        w[ADD_LG + i] = f32(0)
-    if kinds == 0:
-        return
-    for i in range(count):
-        m = np.int64(material[y, x0 + i])
-        w[SHARE + i] = materials[m, 0]
-        w[ADD_RED + i] = materials[m, 1]
-        w[ADD_GREEN + i] = materials[m, 2]
-        w[ADD_BLUE + i] = materials[m, 3]
-        w[F0 + i] = materials[m, 4]
-        w[A2 + i] = materials[m, 5] * materials[m, 5]
-        w[RELIEF + i] = materials[m, 6]
-        w[ADD_LR + i] = materials[m, 7]
-        w[ADD_LG + i] = materials[m, 8]
+    mixed: bool,
+) -> bool:
+    """Spread the material table over a block; say whether it holds more than tissue.
 
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def tap_octave(
-    w: Floats,
-    count: int,
-    tile: Floats,
-    to_tile: Floats,
-    which: int,
-    eye_mm: Floats,
-    slot: int,
-) -> None:
-    """Tap an octave at a block's points: value and gradient per mm at `slot`.
-
-    Only the tap itself is scalar; the turns into the tile and back are vector code.
+    Rows outside ``first..last`` are tissue. mixed: what the block was before; all
+    tissue upon all tissue needs no work.
     """
-    m00, m01, m02 = to_tile[which, 0, 0], to_tile[which, 0, 1], to_tile[which, 0, 2]
-    m10, m11, m12 = to_tile[which, 1, 0], to_tile[which, 1, 1], to_tile[which, 1, 2]
-    m20, m21, m22 = to_tile[which, 2, 0], to_tile[which, 2, 1], to_tile[which, 2, 2]
-    ex, ey, ez = eye_mm[0], eye_mm[1], eye_mm[2]
-    for i in range(N):
-        x = ex + w[PX + i]
-        y = ey + w[PY + i]
-        z = ez + w[PZ + i]
-        w[slot + N + i] = m00 * x + m01 * y + m02 * z
-        w[slot + 2 * N + i] = m10 * x + m11 * y + m12 * z
-        w[slot + 3 * N + i] = m20 * x + m21 * y + m22 * z
-    for i in range(count):
-        value, gx, gy, gz = tap_tile(
-            tile, w[slot + N + i], w[slot + 2 * N + i], w[slot + 3 * N + i], False
-        )
-        w[slot + i] = value
-        w[slot + N + i] = gx
-        w[slot + 2 * N + i] = gy
-        w[slot + 3 * N + i] = gz
-    for i in range(N):
-        gx = w[slot + N + i]
-        gy = w[slot + 2 * N + i]
-        gz = w[slot + 3 * N + i]
-        w[slot + N + i] = m00 * gx + m10 * gy + m20 * gz
-        w[slot + 2 * N + i] = m01 * gx + m11 * gy + m21 * gz
-        w[slot + 3 * N + i] = m02 * gx + m12 * gy + m22 * gz
+    width = material.shape[1]
+    count = min(W, width - x0)
+    kinds = 0
+    for y in range(max(y0, first), min(y0 + ROWS, last)):
+        if count == W:
+            if any_(load(material, y * width + x0, W) != 0):
+                kinds = 1
+        else:
+            for x in range(x0, width):
+                kinds |= material[y, x]
+    if mixed:
+        set_tissue(w, materials)
+    if kinds == 0:
+        return False
+    for y in range(max(y0, first), min(y0 + ROWS, last)):
+        for x in range(x0, x0 + count):
+            i = (y - y0) * W + x - x0
+            m = np.int64(material[y, x])
+            w[SHARE + i] = materials[m, 0]
+            w[ADD_RED + i] = materials[m, 1]
+            w[ADD_GREEN + i] = materials[m, 2]
+            w[ADD_BLUE + i] = materials[m, 3]
+            w[F0 + i] = materials[m, 4]
+            w[ROUGH + i] = materials[m, 5] * materials[m, 5]
+            w[RELIEF + i] = materials[m, 6]
+            w[ADD_LR + i] = materials[m, 7]
+            w[ADD_LG + i] = materials[m, 8]
+    return True
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def mottle_and_large_vessels(
-    w: Floats,
-    count: int,
-    tile: Floats,
-    to_tile: Floats,
-    offsets: Floats,
-    eye_mm: Floats,
-) -> None:
-    """Mottle a block's blood codes by two octaves; add the large vessels.
+def colour(w: Floats, colours: Floats) -> None:
+    """Look a block's blood codes up in the table: albedo and diffusion lengths.
 
-    What full detail does, without its finest octave and vessels, and as vector code.
-    Uses the short octave's slots.
+    colours: flat, 256 rows of eight floats: red, green, blue, length of red light,
+    of green light, and that of the next row.
     """
-    m00, m01, m02 = to_tile[3, 0, 0], to_tile[3, 0, 1], to_tile[3, 0, 2]
-    m10, m11, m12 = to_tile[3, 1, 0], to_tile[3, 1, 1], to_tile[3, 1, 2]
-    m20, m21, m22 = to_tile[3, 2, 0], to_tile[3, 2, 1], to_tile[3, 2, 2]
-    ex, ey, ez = eye_mm[0], eye_mm[1], eye_mm[2]
-    ox, oy, oz = offsets[0, 0], offsets[0, 1], offsets[0, 2]
-    for i in range(N):
-        bend = f32(0.22) * w[MIDDLE + i]
-        x = ex + w[PX + i] + ox + bend
-        y = ey + w[PY + i] + oy
-        z = ez + w[PZ + i] + oz + bend
-        w[SHORT + N + i] = m00 * x + m01 * y + m02 * z
-        w[SHORT + 2 * N + i] = m10 * x + m11 * y + m12 * z
-        w[SHORT + 3 * N + i] = m20 * x + m21 * y + m22 * z
-    for i in range(count):
-        value, gx, gy, gz = tap_tile(
-            tile, w[SHORT + N + i], w[SHORT + 2 * N + i], w[SHORT + 3 * N + i], True
-        )
-        w[SHORT + i] = value
-        w[SHORT + N + i] = gx
-        w[SHORT + 2 * N + i] = gy
-        w[SHORT + 3 * N + i] = gz
-    for i in range(N):
-        a = w[SHORT + N + i]
-        b = w[SHORT + 2 * N + i]
-        c = w[SHORT + 3 * N + i]
-        gx = m00 * a + m10 * b + m20 * c
-        gy = m01 * a + m11 * b + m21 * c
-        gz = m02 * a + m12 * b + m22 * c
-        d = gx * w[NX + i] + gy * w[NY + i] + gz * w[NZ + i]
-        slope = math.sqrt(max(gx * gx + gy * gy + gz * gz - d * d, f32(1e-12)))
-        radius = f32(0.042) * (f32(0.55) + f32(0.45) * w[LONG + i])
-        edge = f32(0.55) * radius + f32(0.02)
-        thin = f32(0.7) * w[FOOT + i]
-        soft = max(edge, thin)
-        cover = f32(1) - ramp(radius - soft, radius + soft, abs(w[SHORT + i]) / slope)
-        cover *= f32(0.6) * min(f32(1), radius / thin)
-        cover = cover if slope > f32(0.12) else f32(0)
-        cover = cover if radius > f32(0) else f32(0)
-        w2 = f32(1) - ramp(f32(0.25), f32(0.5), w[FOOT + i] * f32(1 / 1.6))
-        mottle = MOTTLE_LONG * w[LONG + i] + MOTTLE_MIDDLE * w2 * w[MIDDLE + i]
-        blood = w[CODE + i] * w[CODE + i] * f32(1 / 65025)
-        # no tile reaches 7 standard deviations: shift by 4 to stay below zero
-        blood *= f32(E_TO_4) * exp_negative(mottle - f32(4))
-        blood += cover * (f32(1) - w[SKIN + i]) * (f32(0.10) + f32(1.6) * blood)
-        w[CODE + i] = math.sqrt(min(blood, f32(1))) * f32(255)
+    here = colours[0:]
+    lengths = colours[4:]
+    after = colours[8:]
+    for i in range(0, N, W):
+        u = minimum(load(w, CODE + i, W), f32(254.999))
+        n = to_whole(u)
+        u -= to_real(n)
+        # rows of four floats, two to a code
+        n += n
+        r0, g0, b0, l0 = rows4(here, n)
+        r1, g1, b1, l1 = rows4(after, n)
+        m0, m1, _, _ = rows4(lengths, n)
+        store(w, RED + i, between(r0, r1, u))
+        store(w, GREEN + i, between(g0, g1, u))
+        store(w, BLUE + i, between(b0, b1, u))
+        store(w, LR + i, between(l0, l1, u))
+        store(w, LG + i, between(m0, m1, u))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mix(w: Floats, skin_colour: Floats) -> None:
+    """Mix skin and other materials into a block's tissue."""
+    skin_red, skin_green, skin_blue = skin_colour[0], skin_colour[1], skin_colour[2]
+    skin = load(w, SKIN, N)
+    share = load(w, SHARE, N)
+    red = load(w, RED, N)
+    green = load(w, GREEN, N)
+    blue = load(w, BLUE, N)
+    red = share * (red + skin * (skin_red - red))
+    green = share * (green + skin * (skin_green - green))
+    blue = share * (blue + skin * (skin_blue - blue))
+    store(w, RED, red + load(w, ADD_RED, N))
+    store(w, GREEN, green + load(w, ADD_GREEN, N))
+    store(w, BLUE, blue + load(w, ADD_BLUE, N))
+    store(w, LR, share * load(w, LR, N) + load(w, ADD_LR, N))
+    store(w, LG, share * load(w, LG, N) + load(w, ADD_LG, N))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def paint(
     w: Floats,
-    count: int,
+    mixed: bool,
     tint: NDArray[np.uint16],
     shape: tuple[int, int, int],
     blood_bias: np.float32,
     colours: Floats,
     skin_colour: Floats,
-    full: bool,
-    tile: Floats,
-    vessel_tile: Floats,
+    full_detail: bool,
+    tile: Shorts,
+    unit: np.float32,
+    vessel_tile: Shorts,
+    vessel_unit: np.float32,
     to_tile: Floats,
     offsets: Floats,
     eye_mm: Floats,
 ) -> None:
     """Find albedo, scattering, film and the two bumped normals of a block.
 
-    colours: flat, 256 rows of eight floats of which five count.
+    mixed: whether there is more than tissue in it.
     """
     bias_root = f32(math.sqrt(blood_bias))
-    for i in range(count):
-        code, skin = tint_at(tint, shape, w[UX + i], w[UY + i], w[UZ + i])
-        w[CODE + i] = code
-        w[SKIN + i] = skin
-    for i in range(N):
-        w[CODE + i] *= bias_root
-        w[SKIN + i] *= w[SHARE + i] * f32(1 / 255)
-    tap_octave(w, count, tile, to_tile, 0, eye_mm, LONG)
-    tap_octave(w, count, tile, to_tile, 1, eye_mm, MIDDLE)
-    if full:
-        tap_octave(w, count, tile, to_tile, 2, eye_mm, SHORT)
-        for i in range(count):
-            w[CODE + i] = mottled_code(w, i, vessel_tile, to_tile, offsets, eye_mm)
-        bump(w, f32(1), f32(1))
-    else:
-        mottle_and_large_vessels(w, count, vessel_tile, to_tile, offsets, eye_mm)
-        for i in range(N):
-            w[SHORT + N + i] = f32(0)
-            w[SHORT + 2 * N + i] = f32(0)
-            w[SHORT + 3 * N + i] = f32(0)
-        bump(w, f32(1), f32(0))
-    for i in range(count):
-        u = min(w[CODE + i], f32(254.999))
-        n = np.int64(u)
-        u -= f32(n)
-        red, green, blue, length = rows2(colours, 8 * n, 8 * n + 8, u)
-        w[RED + i] = red
-        w[GREEN + i] = green
-        w[BLUE + i] = blue
-        w[LR + i] = length
-        low = colours[8 * n + 4]
-        w[LG + i] = low + u * (colours[8 * n + 12] - low)
-    skin_red, skin_green, skin_blue = skin_colour[0], skin_colour[1], skin_colour[2]
-    for i in range(N):
-        skin = w[SKIN + i]
-        share = w[SHARE + i]
-        red = w[RED + i] + skin * (skin_red - w[RED + i])
-        green = w[GREEN + i] + skin * (skin_green - w[GREEN + i])
-        blue = w[BLUE + i] + skin * (skin_blue - w[BLUE + i])
-        w[RED + i] = share * red + w[ADD_RED + i]
-        w[GREEN + i] = share * green + w[ADD_GREEN + i]
-        w[BLUE + i] = share * blue + w[ADD_BLUE + i]
-        w[LR + i] = share * w[LR + i] + w[ADD_LR + i]
-        w[LG + i] = share * w[LG + i] + w[ADD_LG + i]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def mottled_code(
-    w: Floats,
-    i: int,
-    vessel_tile: Floats,
-    to_tile: Floats,
-    offsets: Floats,
-    eye_mm: Floats,
-) -> np.float32:
-    """Give pixel i's blood code after mottle and vessels."""
-    foot = w[FOOT + i]
-    m1 = w[LONG + i]
-    m2 = w[MIDDLE + i]
-    m3 = w[SHORT + i]
-    w2 = f32(1) - ramp(f32(0.25), f32(0.5), foot * f32(1 / 1.6))
-    w3 = f32(1) - ramp(f32(0.25), f32(0.5), foot * f32(1 / 0.55))
-    mottle = MOTTLE_LONG * m1 + MOTTLE_MIDDLE * w2 * m2 + MOTTLE_SHORT * w3 * m3
-    blood = w[CODE + i] * w[CODE + i] * f32(1 / 65025) * f32(math.exp(mottle))
-    blood = with_vessels(
-        blood,
-        w[SKIN + i],
-        eye_mm[0] + w[PX + i],
-        eye_mm[1] + w[PY + i],
-        eye_mm[2] + w[PZ + i],
-        w[NX + i],
-        w[NY + i],
-        w[NZ + i],
-        m1,
-        m2,
-        m3,
-        foot,
-        vessel_tile,
-        to_tile,
-        offsets,
-    )
-    code: np.float32 = f32(math.sqrt(min(blood, f32(1)))) * f32(255)
-    return code
+    skin = tint_at(w, tint, shape)
+    store(w, CODE, load(w, CODE, N) * bias_root)
+    store(w, SKIN, load(w, SKIN, N) * load(w, SHARE, N) * f32(1 / 255))
+    x, y, z = eye_mm[0], eye_mm[1], eye_mm[2]
+    at = (x, y, z)
+    tap_octave(w, tile, unit, to_tile, 0, at, False, LONG)
+    tap_octave(w, tile, unit, to_tile, 1, at, False, MIDDLE)
+    at = (x + offsets[0, 0], y + offsets[0, 1], z + offsets[0, 2])
+    tap_octave(w, vessel_tile, vessel_unit, to_tile, 3, at, True, LARGE)
+    if full_detail:
+        at = (x, y, z)
+        tap_octave(w, tile, unit, to_tile, 2, at, False, SHORT)
+        at = (x + offsets[1, 0], y + offsets[1, 1], z + offsets[1, 2])
+        tap_octave(w, vessel_tile, vessel_unit, to_tile, 4, at, True, SMALL)
+    mottle(w, full_detail)
+    bump(w, full_detail)
+    colour(w, colours)
+    if skin or mixed:
+        mix(w, skin_colour)

@@ -1,34 +1,22 @@
+from collections.abc import Iterator
+from itertools import product
+from typing import NamedTuple
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from devices.microscribe import commands
-from devices.microscribe.commands import Command, every_fixed_command
-from devices.microscribe.emulator_state import FarEnd
+from devices.microscribe.commands import Command, Query, every_command, meaning
 from devices.microscribe.packets import Layout
-from devices.microscribe.profiles import DX40937
+from devices.microscribe.sign_on import RATES
 
+MEMORY_WRITES = {0xC3, 0xC7, 0xD0, 0xD1}
 # Every code whose top bit is set has a twin without it.
-FORBIDDEN = {0xC3, 0xC7, 0xD0, 0xD1, 0xC4, 0xC1, 0xD2}
+FORBIDDEN = MEMORY_WRITES | {0xC4, 0xC1, 0xD2}
 ASKED = {0xC0, 0xC2, 0xC5, 0xC6, *range(0xC8, 0xCF), 0xD3}
 POLLS = {c for c in range(0x40) if not c & 0x10}
-
-
-class _Arm:
-    def latch(self, now_s: float) -> tuple[tuple[int, ...], int]:
-        return (0,) * 6, 0
-
-    def home(self) -> None:
-        pass
-
-
-def _every_command() -> list[Command]:
-    streams = [
-        commands.stream(Layout(code), ticks)
-        for code in (0x00, 0x03, 0x23, 0x2F)
-        for ticks in (0, 0xC3C7, 0xD0D1)
-    ]
-    return [*sorted(every_fixed_command(), key=lambda c: c.data), *streams]
+EVERYTHING = sorted(every_command(), key=lambda command: command.data)
 
 
 def test_single_bytes_are_exactly_the_harmless_ones() -> None:
@@ -44,26 +32,17 @@ def test_single_bytes_are_exactly_the_harmless_ones() -> None:
     assert not allowed & {code & 0x7F for code in FORBIDDEN}
 
 
-def test_longer_commands_are_the_four_kinds() -> None:
-    longer = {c.data for c in every_fixed_command() if len(c.data) > 1}
-    assert longer == {b"\xc5IMMC", b"BEGIN", bytes(26)}
-
-
-@pytest.mark.parametrize("first", _every_command(), ids=lambda c: c.data[:6].hex())
-def test_no_two_commands_write_the_calibration_memory(first: Command) -> None:
-    for second in _every_command():
-        far_end = FarEnd(DX40937, _Arm(), 0.0)
-        far_end.receive(b"IMMCBEGIN", 0.0)
-        far_end.receive(first.data, 0.0)
-        far_end.receive(second.data, 0.0)
-        assert far_end.memory_writes == 0
+def test_everything_that_can_be_said() -> None:
+    longer = {command.data for command in EVERYTHING if len(command.data) > 1}
+    streams = {b"\xcf\x00" + bytes((ticks, 0x23)) + bytes(21) for ticks in range(16)}
+    assert longer == {b"\xc5IMMC", b"BEGIN", bytes(26)} | streams
+    assert len(EVERYTHING) == len(ASKED | POLLS) + 3 + 16
+    assert len({meaning(command) for command in EVERYTHING}) == len(EVERYTHING)
 
 
 @given(st.binary(max_size=30))
 def test_anything_else_cannot_be_built(data: bytes) -> None:
-    if data in {c.data for c in _every_command()}:
-        return
-    if len(data) == 25 and data[0] == 0xCF:
+    if data in {command.data for command in EVERYTHING}:
         return
     with pytest.raises(ValueError, match="no command the host may send"):
         Command(data)
@@ -71,15 +50,196 @@ def test_anything_else_cannot_be_built(data: bytes) -> None:
 
 @pytest.mark.parametrize("at", range(4, 25))
 def test_a_stream_has_no_thresholds(at: int) -> None:
-    data = bytearray(commands.stream(Layout(0x23), 9).data)
+    data = bytearray(commands.stream(9).data)
     data[at] = 1
     with pytest.raises(ValueError, match="no command"):
         Command(bytes(data))
 
 
 def test_stream_bytes_and_limits() -> None:
-    assert commands.stream(Layout(0x23), 9).data == b"\xcf\x00\x09\x23" + bytes(21)
-    with pytest.raises(ValueError, match=r"0\.\.65535"):
-        commands.stream(Layout(0x23), 1 << 16)
+    assert commands.stream(9).data == b"\xcf\x00\x09\x23" + bytes(21)
+    for ticks in (-1, 16, 67, 1 << 16):
+        with pytest.raises(ValueError, match=r"0\.\.15"):
+            commands.stream(ticks)
     with pytest.raises(ValueError, match="no command"):
         commands.poll(Layout(0x13))
+
+
+class _Ear(NamedTuple):
+    """A device's parser as the vendor's manual tells it, and no more than that."""
+
+    mode: str
+    """SYNC, WAIT, RUN (idle or streaming), ARGS or PASSWORD."""
+    word: bytes = b""
+    """The part of IMMC or BEGIN that has been heard."""
+    wanted: int = 0
+    command: int = 0
+    number: bool = True
+    """Whether what was heard of a password may be a serial number: letters and digits,
+    at least one digit. We have none to say; a dead host may have said some."""
+
+
+class _Heard(NamedTuple):
+    ear: _Ear
+    event: str = ""
+
+
+def _longest(word: bytes, heard: bytes) -> bytes:
+    """The longest end of ``heard`` with which ``word`` begins."""
+    ends = (heard[i:] for i in range(len(heard)))
+    return next((end for end in ends if word.startswith(end)), b"")
+
+
+def _hear(ear: _Ear, byte: int) -> _Heard:
+    if ear.mode in ("SYNC", "WAIT"):
+        heard = ear.word + bytes((byte,))
+        if heard.endswith(b"IMMC"):
+            return _Heard(_Ear("WAIT"), "echo")
+        if ear.mode == "WAIT" and heard.endswith(b"BEGIN"):
+            return _Heard(_Ear("RUN"), "open")
+        words = (b"IMMC", b"BEGIN") if ear.mode == "WAIT" else (b"IMMC",)
+        best = max((_longest(word, heard) for word in words), key=len)
+        return _Heard(_Ear(ear.mode, best))
+    if ear.mode == "ARGS":
+        wanted = ear.wanted - 1
+        if ear.command == 0xCF and ear.wanted == 22 and byte & 0b11 == 0b10:
+            wanted += 2
+        if wanted:
+            return _Heard(_Ear("ARGS", b"", wanted, ear.command))
+        return _Heard(_Ear("RUN"), "new rate" if ear.command == 0xC4 else "")
+    if ear.mode == "PASSWORD":
+        if byte == 0:
+            return _Heard(_Ear("RUN"), "memory written" if ear.number else "refused")
+        # Any number with a digit in it, whatever letters stand around.
+        fits = ear.number and chr(byte).isalnum() and byte < 0x80
+        return _Heard(_Ear("PASSWORD", command=ear.command, number=fits))
+    code = byte | 0x80
+    if not byte & 0x40:
+        return _Heard(_Ear("RUN"))
+    if code == 0xC2:
+        return _Heard(_Ear("RUN"), "homed")
+    if code == 0xC5:
+        return _Heard(_Ear("SYNC"))
+    if code in MEMORY_WRITES:
+        return _Heard(_Ear("PASSWORD", command=code, number=False), "password")
+    if code in (0xC4, 0xD2, 0xCF):
+        return _Heard(_Ear("ARGS", b"", 24 if code == 0xCF else 1, code))
+    return _Heard(_Ear("RUN"))
+
+
+def _say(ear: _Ear, data: bytes) -> Iterator[tuple[str, _Ear]]:
+    """Everything that happens to the device while it hears one command."""
+    for byte in data:
+        ear, event = _hear(ear, byte)
+        yield event, ear
+
+
+def _reach(starts: set[_Ear], said: list[Command]) -> tuple[set[_Ear], set[str]]:
+    """All states and events that any sequence of commands can lead to."""
+    known, new = set(starts), list(starts)
+    events = set()
+    while new:
+        ear = new.pop()
+        for command in said:
+            after = ear
+            for event, after in _say(ear, command.data):  # noqa: B007
+                events.add(event)
+            if after not in known:
+                known.add(after)
+                new.append(after)
+    return known, events
+
+
+def test_no_sequence_of_commands_asks_for_the_password() -> None:
+    """From every state that a live session knows, with timeouts at any place.
+
+    BEGIN is left out: only an echo allows it, see the test of its own.
+    """
+    said = [command for command in EVERYTHING if command != commands.BEGIN]
+    known, events = _reach({_Ear("SYNC"), _Ear("WAIT"), _Ear("RUN")}, said)
+    assert {ear.mode for ear in known} == {"SYNC", "WAIT", "RUN"}
+    assert not events & {"password", "memory written", "new rate"}
+
+
+def test_begin_in_an_open_session_would_home_it_but_writes_nothing() -> None:
+    happened = [event for event, _ in _say(_Ear("RUN"), commands.BEGIN_BYTES) if event]
+    assert happened == ["homed"]
+    assert [e for e, _ in _say(_Ear("WAIT"), commands.BEGIN_BYTES) if e] == ["open"]
+
+
+def _left_behind() -> set[_Ear]:
+    """Whatever a dead host may have left half said, a wrong password included."""
+    half = {_Ear("ARGS", b"", n, 0xCF) for n in range(1, 27)}
+    half |= {_Ear("ARGS", b"", 1, code) for code in (0xC4, 0xD2)}
+    for code, number in product(MEMORY_WRITES, (True, False)):
+        half.add(_Ear("PASSWORD", command=code, number=number))
+    return half | {_Ear("SYNC"), _Ear("WAIT"), _Ear("RUN")}
+
+
+def test_no_sequence_of_commands_writes_the_memory_whatever_was_left_behind() -> None:
+    """Every search begins with C5, which is no part of any serial number."""
+    after_first = {
+        list(_say(ear, commands.SIGN_ON_BYTES))[-1][1] for ear in _left_behind()
+    }
+    known, events = _reach(after_first, EVERYTHING)
+    assert "PASSWORD" in {ear.mode for ear in known}
+    assert "refused" in events
+    assert "memory written" not in events
+
+
+def test_no_byte_is_a_digit() -> None:
+    """A serial number has some; this alone keeps the memory from being written."""
+    said = {byte for command in EVERYTHING for byte in command.data}
+    assert not said & set(b"0123456789")
+
+
+def _resampled(data: bytes, sent_at: int, heard_at: int) -> list[int]:
+    """What a UART at another rate reads: start bits found, bits sampled mid-way.
+
+    A byte whose stop bit is low has a framing error and is dropped.
+    """
+    bits = [1] * 4
+    for byte in data:
+        bits += [0, *(byte >> i & 1 for i in range(8)), 1]
+    bits += [1] * 40
+
+    def level(time: float) -> int:
+        index = int(time * sent_at)
+        return bits[index] if index < len(bits) else 1
+
+    heard, time, end = [], 0.0, len(bits) / sent_at
+    step = 1.0 / heard_at
+    while time < end:
+        if level(time):
+            time += step / 16.0
+            continue
+        read = [level(time + (i + 0.5) * step) for i in range(10)]
+        if read[0] == 0 and read[9] == 1:
+            heard.append(sum(bit << i for i, bit in enumerate(read[1:9])))
+        time += 9.5 * step
+        while time < end and not level(time):
+            time += step / 16.0
+    return heard
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs"), [pair for pair in product(RATES, RATES) if pair[0] != pair[1]]
+)
+def test_a_search_at_the_wrong_rate_is_harmless_to_an_open_session(
+    ours: int, theirs: int
+) -> None:
+    for said in (commands.SIGN_ON_BYTES * 3, commands.ONE_ZERO):
+        misread = bytes(_resampled(said, ours, theirs))
+        events = {event for event, _ in _say(_Ear("RUN"), misread)}
+        assert not events & {"homed", "memory written", "new rate"}
+
+
+def test_a_search_at_the_right_rate_is_read_as_it_is() -> None:
+    heard = _resampled(commands.SIGN_ON_BYTES, 19200, 19200)
+    assert bytes(heard) == commands.SIGN_ON_BYTES
+
+
+def test_queries_are_named_in_a_transcript() -> None:
+    assert meaning(commands.ask(Query.SERIAL)) == "ask SERIAL"
+    assert meaning(commands.PING) == "poll 00"
+    assert meaning(commands.stream(9)) == "stream poses every 9 ticks"

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from devices.microscribe import MicroScribe, MicroScribeEmulator, driver
-from devices.microscribe.commands import every_fixed_command
-from devices.microscribe.link import LinkTiming
+from devices.microscribe import MicroScribe, MicroScribeEmulator, pose_queue
+from devices.microscribe.commands import every_command
 from devices.microscribe.sampler import HomeState
+from devices.microscribe.timing import LinkTiming
 from devices.microscribe.tracker import SampleTracker
 from devices.port import DeviceError, DeviceReason, MemoryPort
 from devices.pose import Pose, PoseSource
@@ -177,7 +177,7 @@ def test_every_write_of_a_session_with_troubles_is_a_known_command(
         served.spoil = lambda out: b""
         with pytest.raises(DeviceError):
             list(arm)
-    known = {command.data for command in every_fixed_command()}
+    known = {command.data for command in every_command()}
     assert set(port.written) <= known
     assert {b"\xc5IMMC", b"BEGIN", b"\xc2", b"\x23", b"\x00", bytes(26)} <= set(
         port.written
@@ -214,7 +214,7 @@ def test_a_session_that_fails_to_open_is_ended(
 def test_unread_poses_are_not_lost_in_silence(
     serve_arm: Callable[..., Any], hasty: LinkTiming, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(driver, "LARGEST_QUEUE", 5)
+    monkeypatch.setattr(pose_queue, "LARGEST_QUEUE", 5)
     with MicroScribe(serve_arm().port, timing=hasty, poll_hz=1000.0) as arm:
         while not arm.counters["packets"] > 12:
             arm.latest()

@@ -48,11 +48,26 @@ def test_the_child_tells_its_port_and_stops(path_file: Path) -> None:
     emulator.stop()
 
 
+def test_it_is_handled_while_it_runs(path_file: Path) -> None:
+    with MicroScribeEmulator(path_file, profile="dx") as emulator:
+        first = emulator.port_name
+        with pytest.raises(ValueError, match="nearest is 'unplug'"):
+            emulator.do("unplugg")
+        emulator.do("unplug")
+        with pytest.raises(TimeoutError, match="plugged in within"):
+            emulator.wait_for_port(0.1)
+        emulator.do("replug")
+        assert emulator.wait_for_port() == emulator.port_name != first
+        assert Path(emulator.port_name).exists()
+        assert emulator.running
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         ({"path": "nowhere.path.json"}, "cannot be read"),
         ({"faults": ["nonsense@1"]}, "fault"),
+        ({"actions": ["fly@1"]}, "action must be one of"),
         ({"fiducials_mm": np.array([[5000.0, 0.0, 0.0]])}, "no place for the arm"),
     ],
 )

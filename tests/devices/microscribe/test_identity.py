@@ -72,5 +72,4 @@ def test_strings_are_plain_text() -> None:
 def test_profiles_fit_what_the_line_can_carry() -> None:
     for profile in PROFILES.values():
         assert len(encode_words(profile.dh_words)) == identity.PARAMETER_BYTES
-        assert profile.identity.has_beta
         assert len(profile.maxima.encode()) == identity.MAXIMA_BYTES

@@ -6,9 +6,11 @@ from typing import Any
 
 import pytest
 
-from devices.microscribe.link import RATES, ArmLink, LinkTiming
+from devices.microscribe.link import ArmLink
 from devices.microscribe.profiles import DX40937, HOME_COUNTS, ArmProfile
 from devices.microscribe.protocol import State
+from devices.microscribe.sign_on import RATES
+from devices.microscribe.timing import LinkTiming
 from devices.port import DeviceError, DeviceReason, MemoryPort, memory_port_pair
 
 ONE_RATE = (115200,)

@@ -5,7 +5,6 @@ from hypothesis import strategies as st
 from devices.microscribe.packets import (
     Layout,
     Packet,
-    PacketReader,
     decode_packet,
     encode_packet,
 )
@@ -92,92 +91,6 @@ def test_bytes_that_break_the_form_are_refused(
         decode_packet(bytes(raw))
     with pytest.raises(ValueError, match="bytes"):
         decode_packet(encode_packet(packet) + b"\0")
-
-
-_pose_packets = st.lists(packets(0x23), min_size=5, max_size=8)
-
-
-@given(_pose_packets, st.data())
-def test_chunks_do_not_matter(sent: list[Packet], data: st.DataObject) -> None:
-    raw = b"".join(map(encode_packet, sent))
-    reader = PacketReader(Layout(0x23))
-    got: list[Packet] = []
-    while raw:
-        cut = data.draw(st.integers(1, len(raw)))
-        got += reader.receive(raw[:cut])
-        raw = raw[cut:]
-    assert got == sent
-    assert (reader.counters.framing, reader.counters.noise) == (0, 0)
-
-
-def _damage(raw: bytes, kind: str, at: int, byte: int) -> bytes:
-    if kind == "drop":
-        return raw[:at] + raw[at + 1 :]
-    if kind == "double":
-        return raw[: at + 1] + raw[at:]
-    if kind == "insert":
-        return raw[:at] + bytes((byte,)) + raw[at:]
-    if kind == "bit 7":
-        return raw[:at] + bytes((raw[at] ^ 0x80,)) + raw[at + 1 :]
-    return raw[:at]
-
-
-_kinds = st.sampled_from(["drop", "double", "insert", "bit 7", "cut"])
-
-
-@given(_pose_packets, _kinds, st.integers(0, 15), st.integers(0, 255))
-def test_no_confirmed_packet_was_not_sent(
-    sent: list[Packet], kind: str, at: int, byte: int
-) -> None:
-    chunks = [encode_packet(packet) for packet in sent]
-    chunks[2] = _damage(chunks[2], kind, at, byte)
-    reader = PacketReader(Layout(0x23), confirmed_only=True)
-    got: list[Packet] = []
-    for value in b"".join(chunks):
-        got += reader.receive(bytes((value,)))
-    # The last one lacks its successor. Around the damage at most its own packet and
-    # the one before (whose successor is spoilt) may be missing; nothing else is.
-    assert [packet for packet in got if packet not in sent] == []
-    lost = len(sent) - 1 - len(got)
-    assert 0 <= lost <= 2
-    assert got[:1] == sent[:1]
-    assert got[len(got) - (len(sent) - 4) :] == sent[3:-1]
-    if lost:
-        assert reader.counters.framing + reader.counters.noise > 0
-
-
-@given(_pose_packets, _kinds, st.integers(0, 15), st.integers(0, 255))
-def test_immediate_delivery_is_back_in_step_within_one_packet(
-    sent: list[Packet], kind: str, at: int, byte: int
-) -> None:
-    chunks = [encode_packet(packet) for packet in sent]
-    chunks[2] = _damage(chunks[2], kind, at, byte)
-    reader = PacketReader(Layout(0x23))
-    got = reader.receive(b"".join(chunks))
-    assert got[:2] == sent[:2]
-    assert got[-(len(sent) - 3) :] == sent[3:]
-
-
-@given(st.lists(packets(0x23), min_size=2, max_size=4), st.data())
-def test_noise_between_packets_is_counted_not_decoded(
-    sent: list[Packet], data: st.DataObject
-) -> None:
-    noise = st.binary(max_size=20).map(lambda raw: raw.replace(b"\xa3", b"\xa4"))
-    reader = PacketReader(Layout(0x23))
-    got: list[Packet] = []
-    dropped = 0
-    for packet in sent:
-        piece = data.draw(noise)
-        dropped += len(piece)
-        got += reader.receive(piece + encode_packet(packet))
-    assert got == sent
-    assert reader.counters.noise == dropped
-
-
-def test_a_packet_with_trailing_bytes_is_suspect() -> None:
-    reader = PacketReader(Layout(0x23))
-    reader.receive(bytes.fromhex("A3 01 7F 7F " + SIX) + b"\x05")
-    assert reader.counters.suspect == 1
 
 
 def test_values_must_suffice_for_the_layout() -> None:

@@ -1,3 +1,5 @@
+from collections.abc import Callable
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -77,7 +79,7 @@ def test_a_stream_and_its_end() -> None:
     far_end, session = FarEnd(DX40937, _Arm(), 0.0), HostSession()
     session.receive(far_end.receive(session.sign_on().data, 0.0))
     session.receive(far_end.receive(session.begin().data, 0.0))
-    raw = far_end.receive(session.stream(POSE, 9).data, 0.0)
+    raw = far_end.receive(session.stream(9).data, 0.0)
     raw += b"".join(far_end.advance(0.01 * i) for i in range(5))
     events = session.receive(raw)
     assert [type(event) for event in events] == [Sample] * 5
@@ -163,9 +165,136 @@ def test_begin_is_possible_only_after_attention_and_once() -> None:
 
 
 def test_every_state_can_be_reached_and_left() -> None:
-    assert {target for target in TRANSITIONS.values()} == set(State)
+    assert {to for to in TRANSITIONS.values() if to is not None} == set(State)
     for state in State:
         assert TRANSITIONS[(state, Step.SIGN_ON)] is State.SYNC
         assert TRANSITIONS[(state, Step.END)] is State.OFF
     into_opening = [key for key, to in TRANSITIONS.items() if to is State.OPENING]
     assert into_opening == [(State.SYNCED, Step.BEGIN)]
+
+
+def test_the_table_is_total() -> None:
+    assert set(TRANSITIONS) == {(state, step) for state in State for step in Step}
+
+
+_CALLS: dict[Step, Callable[[HostSession], object]] = {
+    Step.SIGN_ON: HostSession.sign_on,
+    Step.BEGIN: HostSession.begin,
+    Step.ASK: lambda session: session.ask(Query.MODEL),
+    Step.POLL: lambda session: session.poll(POSE),
+    Step.STREAM: lambda session: session.stream(9),
+    Step.ABANDON: HostSession.abandon,
+    Step.END: HostSession.end,
+}
+
+_HEARD: dict[State, tuple[Step, bytes]] = {
+    State.SYNC: (Step.ECHO, b"IMMC"),
+    State.OPENING: (Step.PRODUCT_ID, b"MSCR\0"),
+    State.ASKED: (Step.REPLY, b"\xcaDX\0"),
+    State.POLLED: (Step.PACKET, PACKET),
+    State.STREAMING: (Step.PACKET, PACKET),
+}
+
+
+def _brought_to(state: State) -> HostSession:
+    """A session led there by legal steps only."""
+    session = HostSession()
+    if state is State.OFF:
+        return session
+    session.sign_on()
+    if state is State.SYNC:
+        return session
+    session.receive(b"IMMC")
+    if state is State.SYNCED:
+        return session
+    session.begin()
+    if state is State.OPENING:
+        return session
+    session.receive(b"MSCR\0")
+    into = {
+        State.ASKED: Step.ASK,
+        State.POLLED: Step.POLL,
+        State.STREAMING: Step.STREAM,
+    }
+    if state in into:
+        _CALLS[into[state]](session)
+    return session
+
+
+@pytest.mark.parametrize("step", list(_CALLS), ids=lambda step: step.name)
+@pytest.mark.parametrize("state", list(State), ids=lambda state: state.name)
+def test_every_step_from_every_state_is_as_tabled(state: State, step: Step) -> None:
+    session = _brought_to(state)
+    assert session.state is state
+    target = TRANSITIONS[state, step]
+    if target is None:
+        with pytest.raises(ProtocolError, match=f"{step.name} is not possible"):
+            _CALLS[step](session)
+        assert session.state is state
+    else:
+        _CALLS[step](session)
+        assert session.state is target
+
+
+@pytest.mark.parametrize("state", list(State), ids=lambda state: state.name)
+def test_every_answer_in_every_state_is_as_tabled(state: State) -> None:
+    for step, raw in _HEARD.values():
+        session = _brought_to(state)
+        events = session.receive(raw)
+        heard = _HEARD.get(state)
+        if heard is not None and heard[0] is step:
+            assert len(events) == 1
+            assert session.state is TRANSITIONS[state, step]
+        else:
+            # The answer to another question moves nothing.
+            assert not [e for e in events if not isinstance(e, ProductId)]
+            assert session.state in (state, State.IDLE)
+
+
+@pytest.mark.parametrize("glued", [b"", PACKET, PACKET * 2])
+def test_a_streams_echo_may_be_glued_to_its_first_packet(glued: bytes) -> None:
+    session = _idle()
+    session.stream(9)
+    events = session.receive(b"\xcf" + glued)
+    assert [type(event) for event in events] == [Sample] * (len(glued) // 16)
+    assert session.stray == session.counters.noise == 0
+
+
+def test_what_came_before_a_streams_echo_is_no_part_of_it() -> None:
+    session = _idle()
+    session.stream(9)
+    (event,) = session.receive(PACKET[3:] + PACKET + b"\xcf" + PACKET)
+    assert isinstance(event, Sample)
+    assert event.offset == session.received - 16
+    assert session.stray == 13 + 16
+
+
+@given(st.lists(st.integers(1, 30), max_size=10), st.integers(0, 3))
+def test_offsets_count_every_byte_of_the_session(cuts: list[int], noise: int) -> None:
+    session = _idle()
+    begin = session.received
+    raw = b"\xcf" + (b"\x01" * noise + PACKET) * 5
+    session.stream(9)
+    events = []
+    at = 0
+    for cut in [*cuts, len(raw)]:
+        events += session.receive(raw[at : at + cut])
+        at += cut
+    offsets = [event.offset for event in events if isinstance(event, Sample)]
+    assert offsets == [begin + 1 + noise + i * (noise + len(PACKET)) for i in range(5)]
+
+
+def test_confirmed_poses_wait_for_their_successor() -> None:
+    session = HostSession(confirmed_only=True)
+    session.sign_on()
+    session.receive(b"IMMC")
+    session.begin()
+    session.receive(b"MSCR\0")
+    session.stream(9)
+    assert session.missing_bytes == 1 + 16 + 1
+    assert session.receive(b"\xcf" + PACKET) == []
+    assert session.missing_bytes == 1
+    assert len(session.receive(PACKET[:1])) == 1
+    # A poll has no successor to wait for.
+    session.poll(POSE)
+    assert len(session.receive(PACKET)) == 1

@@ -4,9 +4,10 @@ from typing import Any
 import pytest
 
 from devices.microscribe.emulator_state import FarEnd
-from devices.microscribe.link import ArmLink, LinkTiming
+from devices.microscribe.link import ArmLink
 from devices.microscribe.profiles import DX40937, SECOND_3DX
 from devices.microscribe.sampler import ArmSampler, HomeState
+from devices.microscribe.timing import LinkTiming
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
 
@@ -18,7 +19,7 @@ def _silent(out: bytes) -> bytes:
 
 
 def _poses(sampler: ArmSampler, tries: int) -> list[Pose]:
-    return [pose for _ in range(tries) if (pose := sampler.next_pose()) is not None]
+    return [pose for _ in range(tries) for pose in sampler.next_poses()]
 
 
 def _reason(sampler: ArmSampler) -> DeviceReason:

@@ -23,6 +23,33 @@ def test_every_row_is_covered_once(rows: int, threads: int, bands: int) -> None:
     assert counts == [1] * rows
 
 
+@given(rows=st.integers(0, 200), least=st.integers(1, 60))
+def test_bands_are_no_smaller_than_asked(rows: int, least: int) -> None:
+    sizes: list[int] = []
+    shared = RowBands(2)
+    shared.run(rows, lambda first, last: sizes.append(last - first), least)
+    shared.close()
+    assert sum(sizes) == rows
+    assert len(sizes) == 1 or min(sizes) >= least
+    assert len(sizes) == 1 or len(sizes) % 2 == 0
+
+
+def test_the_calling_thread_works_too() -> None:
+    meeting = threading.Barrier(2, timeout=20)
+    names: set[str] = set()
+
+    def kernel(first: int, last: int) -> None:
+        names.add(threading.current_thread().name)
+        if first == 0 or first == 5:
+            meeting.wait()
+
+    shared = RowBands(2, 1)
+    shared.run(10, kernel)
+    shared.close()
+    assert threading.current_thread().name in names
+    assert len(names) == 2
+
+
 def test_an_error_in_a_band_reaches_the_caller() -> None:
     def kernel(first: int, last: int) -> None:
         raise ArithmeticError(f"rows {first} to {last}")

@@ -3,7 +3,8 @@ import pytest
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
-from renderers.shading.noise import TILE_SIZE, noise_tile, tile_from_mm
+from renderers.shading.detail.tile import TILE_SIZE
+from renderers.shading.noise import NoiseTile, noise_tile, tile_from_mm
 
 
 @pytest.fixture(scope="module")
@@ -66,3 +67,15 @@ def test_impossible_wavelengths_are_refused() -> None:
         noise_tile(1, 0)
     with pytest.raises(ValueError, match="positive"):
         tile_from_mm(0, 5.7, 0)
+
+
+def test_a_stored_tile_is_the_tile_and_closes_upon_itself() -> None:
+    tile = noise_tile(8.0, 3)
+    stored = NoiseTile.of(tile)
+    n = TILE_SIZE
+    quads = stored.quads.reshape(n + 1, n + 1, n + 1, 4)
+    back = quads[:n, :n, :n] * stored.unit
+    np.testing.assert_allclose(back, tile, atol=0.51 * float(stored.unit))
+    assert float(stored.unit) < 3e-4
+    for axis in range(3):
+        assert_array_equal(quads.take(n, axis), quads.take(0, axis))

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from renderers.scene import AirSurface, Camera, GBuffer
 from renderers.shading import ScopeLight, ScopeShader, Tier
 from renderers.shading.bounce.light_grid import VirtualLights
+from renderers.shading.detail.tile import TILE_SIZE
 from renderers.shading.look import Look
-from renderers.shading.noise import TILE_SIZE
+from renderers.shading.noise import NoiseTile
 from renderers.shading.shader import BOUNCE_FACTOR
 
 Array = NDArray[Any]
@@ -34,9 +35,11 @@ def smoothstep(low: float, high: float, x: Array) -> Array:
     return result
 
 
-def tap(tile: Array, matrix: Array, points: Array, ease: bool) -> tuple[Array, Array]:
+def tap(
+    stored: NoiseTile, matrix: Array, points: Array, ease: bool
+) -> tuple[Array, Array]:
     """Give value ``(n,)`` and gradient per mm ``(n, 3)``."""
-    tile = tile.reshape((TILE_SIZE,) * 3 + (4,)).astype(np.float64)
+    tile = stored.quads.reshape((TILE_SIZE + 1,) * 3 + (4,)) * float(stored.unit)
     m = matrix.astype(np.float64)
     u = points @ m.T
     low = np.floor(u)

@@ -3,7 +3,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from renderers.fsr.occlusion.blocks import BLOCK_SHIFT, FAR, Blocks
 from renderers.fsr.occlusion.kernels import trace_cones
+from renderers.fsr.surfels import extract_surfels
 from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, Projection, Volume
 
@@ -59,3 +61,35 @@ def test_every_ray_of_a_square_meets_tissue_before_the_square_ends(
     limit = np.repeat(np.repeat(ends, 4, axis=0), 4, axis=1)
     assert np.all(first <= limit[seen] + 0.1)
     assert np.isfinite(limit[seen]).any()
+
+
+def test_runs_hold_every_element_of_the_visible_blocks_once_and_near_ones_first(
+    cavities: Volume, team: ThreadTeam
+) -> None:
+    surfels = extract_surfels(cavities)
+    blocks = Blocks(cavities, surfels.rows, surfels.rows)
+    order = blocks.sort(surfels.rows, BLOCK_SHIFT)
+    voxels = surfels.rows.voxels()[order.index]
+    assert np.array_equal(np.sort(order.index), np.arange(len(surfels)))
+    # a row of the grid counts in every block that it passes
+    rows = np.column_stack([voxels[:, 0] >> BLOCK_SHIFT, voxels[:, 1:]])
+    camera = Camera.looking_at((-6.0, 0.5, 0.2), (5.0, 0.0, 0.0), size=(64, 64))
+    visible = blocks.visible(
+        camera, team, radius_mm=1.0, near_reach_mm=0.0, far_from_mm=4.0
+    )
+    runs = blocks.runs(visible, FAR, order, 100)
+    assert 0 < runs.rows < order.rows.sum() == len(np.unique(rows, axis=0))
+    shown = np.concatenate([np.arange(a, b) for a, b in runs.runs])
+    assert len(shown) == len(np.unique(shown)) == len(runs)
+    wanted = np.flatnonzero(visible.shown & FAR)
+    spans = [np.arange(*order.offsets[n : n + 2]) for n in wanted]
+    assert np.array_equal(np.sort(shown), np.sort(np.concatenate(spans)))
+    lengths = np.diff(runs.cuts[:, 1])
+    assert np.all(lengths[:-1] >= 100)
+    assert np.all(np.diff(runs.cuts[:, 0]) > 0)
+    centres = surfels.rows.centers_mm()[order.index]
+    distance = np.linalg.norm(centres - camera.eye_mm, axis=1)
+    first = np.array([distance[a:b].mean() for a, b in runs.runs])
+    # blocks are sorted by their middles in steps; they are 2 mm wide
+    assert np.all(np.diff(first) > -2.5)
+    assert first[-1] > first[0] + 10

@@ -1,83 +1,107 @@
+import math
+
 import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numba import njit
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
-from renderers.shading.lanes.kernels import Four, byte_pairs, rows2, rows8
+from renderers.shading.lanes.kernels import (
+    exp_negative,
+    gather_pairs,
+    resolved,
+    rows_alike,
+    smooth,
+    unzip3,
+    zip3,
+)
+from renderers.simd import load, store
 
 f32 = np.float32
+Floats = NDArray[np.float32]
+W = 16
 
 
 @njit(error_model="numpy")
-def call_rows8(
-    table: NDArray[np.float32], o: NDArray[np.int64], t: NDArray[np.float32]
-) -> Four:
-    return rows8(table, o[0], o[1], o[2], o[3], o[4], o[5], t[0], t[1], t[2])
+def call_unzip(x: Floats, out: Floats) -> None:
+    a, b, c = unzip3(load(x, 0, W), load(x, W, W), load(x, 2 * W, W))
+    store(out, 0, a)
+    store(out, W, b)
+    store(out, 2 * W, c)
 
 
 @njit(error_model="numpy")
-def call_rows2(table: NDArray[np.float32], a: int, b: int, t: np.float32) -> Four:
-    return rows2(table, a, b, t)
+def call_zip(x: Floats, out: Floats) -> None:
+    a, b, c = zip3(load(x, 0, W), load(x, W, W), load(x, 2 * W, W))
+    store(out, 0, a)
+    store(out, W, b)
+    store(out, 2 * W, c)
 
 
 @njit(error_model="numpy")
-def call_byte_pairs(
-    pairs: NDArray[np.uint16], at: int, dy: int, dz: int, t: NDArray[np.float32]
-) -> Four:
-    return byte_pairs(pairs, at, dy, dz, t[0], t[1], t[2])
+def call_pairs(
+    pairs: NDArray[np.uint16], index: NDArray[np.int32], out: NDArray[np.int32]
+) -> None:
+    store(out, 0, gather_pairs(pairs, load(index, 0, W)))
 
 
-def lerp(
-    a: NDArray[np.float32], b: NDArray[np.float32], t: np.float32
-) -> NDArray[np.float32]:
-    return (a + t * (b - a)).astype(np.float32)
+@njit(error_model="numpy")
+def call_alike(x: Floats, out: Floats) -> None:
+    store(out, 0, rows_alike(load(x, 0, 4), 4))
 
 
-def test_rows8_is_the_scalar_formula_bit_for_bit() -> None:
+@njit(error_model="numpy")
+def call_functions(x: Floats, out: Floats) -> None:
+    v = load(x, 0, W)
+    store(out, 0, exp_negative(v))
+    store(out, W, smooth(v))
+    store(out, 2 * W, resolved(v, f32(0.5)))
+
+
+def test_triples_are_sorted_and_mixed_again() -> None:
+    x = np.arange(3 * W, dtype=np.float32)
+    out, back = np.zeros_like(x), np.zeros_like(x)
+    call_unzip(x, out)
+    assert_array_equal(out.reshape(3, W), x.reshape(W, 3).T)
+    call_zip(out, back)
+    assert_array_equal(back, x)
+
+
+def test_pairs_are_two_neighbours() -> None:
     rng = np.random.default_rng(0)
-    table = rng.normal(size=4096).astype(np.float32)
-    for _ in range(50):
-        o = rng.integers(0, 1300, 6)
-        t = rng.random(3).astype(np.float32)
-
-        def row(
-            x: int, y: int, z: int, o: NDArray[np.int64] = o
-        ) -> NDArray[np.float32]:
-            start = int(o[x] + o[2 + y] + o[4 + z])
-            return table[start : start + 4]
-
-        planes = [
-            lerp(
-                lerp(row(0, 0, z), row(1, 0, z), t[0]),
-                lerp(row(0, 1, z), row(1, 1, z), t[0]),
-                t[1],
-            )
-            for z in (0, 1)
-        ]
-        assert_array_equal(call_rows8(table, o, t), lerp(planes[0], planes[1], t[2]))
+    pairs = rng.integers(0, 65536, 200).astype(np.uint16)
+    index = rng.integers(0, 199, W).astype(np.int32)
+    index[:2] = 0, 198
+    out = np.zeros(W, np.int32)
+    call_pairs(pairs, index, out)
+    first, second = pairs[index].astype(np.int64), pairs[index + 1].astype(np.int64)
+    assert_array_equal(out.view(np.uint32), first + 65536 * second)
 
 
-def test_rows2_is_the_scalar_formula_bit_for_bit() -> None:
-    rng = np.random.default_rng(1)
-    table = rng.normal(size=64).astype(np.float32)
-    for a, b in ((0, 8), (17, 3), (60, 60)):
-        t = f32(rng.random())
-        expected = lerp(table[a : a + 4], table[b : b + 4], t)
-        assert_array_equal(call_rows2(table, a, b, t), expected)
+def test_rows_are_alike() -> None:
+    x = np.array([3, 1, 4, 1], np.float32)
+    out = np.zeros(16, np.float32)
+    call_alike(x, out)
+    assert_array_equal(out, np.tile(x, 4))
 
 
-def test_byte_pairs_interpolates_both_channels() -> None:
-    rng = np.random.default_rng(2)
-    shape = (5, 6, 7)
-    low = rng.integers(0, 256, shape)
-    high = rng.integers(0, 256, shape)
-    pairs = (low + 256 * high).astype(np.uint16).reshape(-1)
-    for _ in range(50):
-        k, j, i = (int(rng.integers(0, n - 1)) for n in shape)
-        t = rng.random(3).astype(np.float32)
-        got = call_byte_pairs(pairs, (k * 6 + j) * 7 + i, 7, 42, t)
-        for channel, values in enumerate((low, high)):
-            cell = values[k : k + 2, j : j + 2, i : i + 2].astype(np.float64)
-            for axis, part in ((0, t[2]), (0, t[1]), (0, t[0])):
-                cell = (1 - part) * cell.take(0, axis) + part * cell.take(1, axis)
-            np.testing.assert_allclose(got[channel], float(cell), atol=2e-4)
+@given(x=st.floats(-87, 0, width=32))
+def test_exp_is_exp(x: float) -> None:
+    out = np.zeros(3 * W, np.float32)
+    call_functions(np.full(W, x, np.float32), out)
+    assert out[0] == pytest.approx(math.exp(x), rel=1e-6 * (1 - x / 10), abs=1e-37)
+
+
+def test_a_wave_fades_between_a_quarter_and_half_of_its_length() -> None:
+    # wavelength 2
+    x = np.linspace(0, 1.5, W).astype(np.float32)
+    out = np.zeros(3 * W, np.float32)
+    call_functions(x, out)
+    faded = out[2 * W :]
+    assert np.all(np.diff(faded) <= 0)
+    assert np.all(faded[x <= 0.5] == 1)
+    assert np.all(faded[x >= 1] == 0)
+    np.testing.assert_allclose(np.interp(0.75, x, faded), 0.5, atol=0.01)
+    np.testing.assert_allclose(out[W : 2 * W], x * x * (3 - 2 * x), rtol=1e-5)

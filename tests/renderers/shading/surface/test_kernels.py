@@ -6,136 +6,14 @@ from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from renderers.shading.surface import block as b
-from renderers.shading.surface.kernels import finish, light
+from renderers.shading.surface.kernels import fetch, finish, put, shown_span
 
 f32 = np.float32
 N = b.N
-FORWARD = np.array([0, 0, 1], np.float32)
-
-
-def facing_plane(depth_mm: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Put N pixels on the view axis, facing the eye, without film or scattering."""
-    w = np.zeros(b.SLOTS, np.float32)
-    w[b.PZ : b.PZ + N] = depth_mm
-    w[b.DZ : b.DZ + N] = 1
-    for slot in (b.NZ, b.TZ, b.HZ):
-        w[slot : slot + N] = -1
-    w[b.A2 : b.A2 + N] = 0.1
-    return w
-
-
-def random_block(seed: int) -> NDArray[np.float32]:
-    """Fill a block with anything a pixel may be."""
-    rng = np.random.default_rng(seed)
-    w = np.zeros(b.SLOTS, np.float32)
-
-    def unit() -> NDArray[np.float64]:
-        v = rng.normal(size=(3, N))
-        v /= np.linalg.norm(v, axis=0)
-        return v
-
-    ray = unit()
-    depth = rng.uniform(0.05, 40, N)
-    w[b.DX : b.DX + 3 * N] = ray.reshape(-1)
-    w[b.PX : b.PX + 3 * N] = (depth * ray).reshape(-1)
-    for slot in (b.NX, b.TX, b.HX):
-        w[slot : slot + 3 * N] = unit().reshape(-1)
-    w[b.LR : b.LR + N] = rng.uniform(0, 3, N)
-    w[b.LG : b.LG + N] = rng.uniform(0, 3, N)
-    w[b.A2 : b.A2 + N] = rng.uniform(0.002, 0.2, N)
-    w[b.F0 : b.F0 + N] = rng.uniform(0.02, 0.6, N)
-    w[b.SKIN : b.SKIN + N] = rng.uniform(0, 1, N)
-    return w
 
 
 def part(w: NDArray[np.float32], slot: int) -> NDArray[np.float64]:
     return w[slot : slot + N].astype(np.float64)
-
-
-def vector(w: NDArray[np.float32], slot: int) -> NDArray[np.float64]:
-    return w[slot : slot + 3 * N].reshape(3, N).astype(np.float64)
-
-
-def light_twin(
-    w: NDArray[np.float32], source: NDArray[np.float64], spread: float, power: float
-) -> NDArray[np.float64]:
-    """Give (3, N): irradiance of red, of green, and film radiance, in float64."""
-    to_light = source[:, None] - vector(w, b.PX)
-    d2 = (to_light**2).sum(axis=0) + 1e-6
-    l_dir = to_light / np.sqrt(d2)
-    cosine = -(l_dir * FORWARD[:, None]).sum(axis=0)
-    intensity = power * np.exp(-spread * np.maximum(1 - cosine, 0))
-    intensity /= np.maximum(d2, 0.6)
-
-    def wrapped(
-        normal: NDArray[np.float64], wrap: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        facing = (normal * l_dir).sum(axis=0)
-        lit: NDArray[np.float64] = intensity * np.maximum(facing + wrap, 0)
-        lit /= (1 + wrap) ** 2
-        return lit
-
-    red = wrapped(vector(w, b.NX), np.minimum(0.25 * part(w, b.LR), 0.35))
-    green = wrapped(vector(w, b.TX), np.minimum(0.25 * part(w, b.LG), 0.2))
-    view, film = -vector(w, b.DX), vector(w, b.HX)
-    middle = l_dir + view
-    middle /= np.sqrt((middle**2).sum(axis=0) + 1e-12)
-    nm, vm = (film * middle).sum(axis=0), (view * middle).sum(axis=0)
-    nl = np.maximum((film * l_dir).sum(axis=0), 0)
-    nv = np.maximum((film * view).sum(axis=0), 0.05)
-    a2 = np.minimum(part(w, b.A2) + 0.05 / (d2 + 1), 1)
-    lobe = a2 / (math.pi * (nm**2 * (a2 - 1) + 1) ** 2 + 1e-12)
-    f0 = part(w, b.F0)
-    fresnel = f0 + (1 - f0) * (1 - vm) ** 5
-    smith = nl * np.sqrt(nv**2 * (1 - a2) + a2) + nv * np.sqrt(nl**2 * (1 - a2) + a2)
-    spark = intensity * nl * lobe * fresnel * 0.5 / (smith + 1e-4)
-    return np.stack([red, green, spark * (1 - 0.7 * part(w, b.SKIN))])
-
-
-def test_light_falls_with_the_square_of_the_distance() -> None:
-    depth = np.linspace(1, 60, N)
-    w = facing_plane(depth)
-    light(w, f32(0), f32(0), f32(0), FORWARD, f32(2.8), f32(1))
-    for slot in (b.E_RED, b.E_GREEN):
-        np.testing.assert_allclose(part(w, slot) * depth**2, 1, rtol=5e-6)
-
-
-def test_near_the_fibres_light_does_not_grow_without_bound() -> None:
-    w = facing_plane(np.linspace(0.2, 0.7, N))
-    light(w, f32(0), f32(0), f32(0), FORWARD, f32(2.8), f32(1))
-    np.testing.assert_allclose(part(w, b.E_RED), 1 / 0.6, rtol=1e-4)
-
-
-def test_the_spot_darkens_by_its_law() -> None:
-    theta = np.linspace(0, 1.2, N)
-    w = facing_plane(np.ones(N))
-    w[b.PX : b.PX + N] = 10 * np.sin(theta)
-    w[b.PZ : b.PZ + N] = 10 * np.cos(theta)
-    w[b.NX : b.NX + N] = -np.sin(theta)
-    w[b.NZ : b.NZ + N] = -np.cos(theta)
-    light(w, f32(0), f32(0), f32(0), FORWARD, f32(2.8), f32(1))
-    expected = np.exp(-2.8 * (1 - np.cos(theta))) / 100
-    np.testing.assert_allclose(part(w, b.E_RED), expected, rtol=1e-5)
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_one_source_is_the_formula(seed: int) -> None:
-    w = random_block(seed)
-    source = np.array([1.2, -0.8, 0.1])
-    expected = light_twin(w, source, 2.8, 3.0)
-    x, y, z = (f32(c) for c in source)
-    light(w, x, y, z, FORWARD, f32(2.8), f32(3))
-    for slot, values in zip((b.E_RED, b.E_GREEN, b.SPARK), expected, strict=True):
-        np.testing.assert_allclose(part(w, slot), values, rtol=1e-3, atol=1e-5)
-
-
-def test_sources_add() -> None:
-    once, twice = random_block(0), random_block(0)
-    source = (f32(1), f32(0.5), f32(0))
-    light(once, *source, FORWARD, f32(2.8), f32(2))
-    light(twice, *source, FORWARD, f32(2.8), f32(1))
-    light(twice, *source, FORWARD, f32(2.8), f32(1))
-    assert_array_equal(once, twice)
 
 
 def test_black_walls_return_no_bounce() -> None:
@@ -143,7 +21,6 @@ def test_black_walls_return_no_bounce() -> None:
     w[b.COVER : b.COVER + N] = 1
     w[b.E_RED : b.E_GREEN + N] = 5
     w[b.BOUNCE : b.BOUNCE + N] = 7
-    w[b.WEIGHT : b.WEIGHT + N] = 1
     finish(w, f32(1.15))
     for slot in (b.E_RED, b.E_GREEN, b.BOUNCE):
         assert not part(w, slot).any()
@@ -152,16 +29,91 @@ def test_black_walls_return_no_bounce() -> None:
 def test_finish_is_the_formula() -> None:
     rng = np.random.default_rng(3)
     w = np.zeros(b.SLOTS, np.float32)
-    for slot in (b.RED, b.GREEN, b.BLUE, b.COVER, b.F0, b.WEIGHT):
+    for slot in (b.RED, b.GREEN, b.BLUE, b.COVER, b.F0, b.SKIN):
         w[slot : slot + N] = rng.uniform(0.01, 0.9, N)
-    for slot in (b.E_RED, b.E_GREEN, b.SPARK, b.BOUNCE):
+    for slot in (b.E_RED, b.E_GREEN, b.SPARK, b.BOUNCE, b.LR, b.LG):
         w[slot : slot + N] = rng.uniform(0, 4, N)
     albedo = np.stack([part(w, s) for s in (b.RED, b.GREEN, b.BLUE)])
-    direct = np.stack([part(w, s) for s in (b.E_RED, b.E_GREEN, b.E_GREEN)])
-    indirect = 1.15 * part(w, b.BOUNCE) / (part(w, b.WEIGHT) + 1e-6)
+    wraps = (
+        np.minimum(0.25 * part(w, b.LR), 0.35),
+        np.minimum(0.25 * part(w, b.LG), 0.2),
+    )
+    red, green = (
+        part(w, slot) / (1 + wrap) ** 2
+        for slot, wrap in zip((b.E_RED, b.E_GREEN), wraps, strict=True)
+    )
+    direct = np.stack([red, green, green])
+    indirect = 1.15 * part(w, b.BOUNCE)
     body = albedo * (direct + indirect * albedo / (1 - 0.6 * albedo))
     body *= (1 - part(w, b.F0)) / math.pi
-    expected = part(w, b.COVER) * (body + part(w, b.SPARK))
+    spark = part(w, b.SPARK) * (1 - 0.7 * part(w, b.SKIN)) / (2 * math.pi)
+    expected = part(w, b.COVER) * (body + spark)
     finish(w, f32(1.15))
     got = np.stack([part(w, s) for s in (b.E_RED, b.E_GREEN, b.BOUNCE)])
     np.testing.assert_allclose(got, expected, rtol=1e-5)
+
+
+@pytest.mark.parametrize("width", [1, 15, 16, 37])
+def test_a_block_holds_its_pixels_and_nothing_beyond(width: int) -> None:
+    rng = np.random.default_rng(width)
+    height, y0, first, last = 7, 4, 5, 7
+    depth = rng.uniform(1, 9, (height, width)).astype(np.float32)
+    depth[5, ::3] = np.inf
+    coverage = rng.uniform(0.1, 1, (height, width)).astype(np.float32)
+    coverage[6, ::5] = 0
+    normal, lens = rng.normal(size=(2, height, width, 3)).astype(np.float32)
+    axes, to_voxel = rng.normal(size=(2, 3, 3)).astype(np.float32)
+    eye = np.array([5, 6, 7], np.float32)
+    for x0 in range(0, width, b.W):
+        w = np.full(b.SLOTS, np.nan, np.float32)
+        fetch(
+            w, depth, normal, coverage, lens, axes, to_voxel, eye, f32(0.01), y0, x0,
+            first, last,
+        )  # fmt: skip
+        assert np.isfinite(w[: b.FOOT + N]).all()
+        for i in range(N):
+            y, x = y0 + i // b.W, x0 + i % b.W
+            inside = first <= y < last and x < width
+            if not (inside and coverage[y, x] > 0 and np.isfinite(depth[y, x])):
+                assert w[b.COVER + i] == 0
+                continue
+            ray = axes.astype(np.float64).T @ lens[y, x]
+            point = depth[y, x] * ray
+            facing = max(float(-ray @ normal[y, x]), 0.12)
+            assert w[b.COVER + i] == coverage[y, x]
+            assert_array_equal(w[b.NX + i : b.NX + 3 * N : N], normal[y, x])
+            for slot, expected in (
+                (b.DX, ray),
+                (b.PX, point),
+                (b.UX, to_voxel @ point + eye),
+            ):
+                got = w[slot + i : slot + 3 * N : N]
+                np.testing.assert_allclose(got, expected, rtol=1e-5, atol=1e-4)
+            assert w[b.FOOT + i] == pytest.approx(depth[y, x] * 0.01 / facing, rel=1e-3)
+
+
+@pytest.mark.parametrize("width", [1, 16, 37])
+def test_put_writes_its_pixels_and_nothing_beyond(width: int) -> None:
+    rng = np.random.default_rng(0)
+    picture = np.full((7, width, 3), -1, np.float32)
+    expected = picture.copy()
+    for x0 in range(0, width, b.W):
+        w = rng.random(b.SLOTS).astype(np.float32)
+        put(w, picture, 4, x0, 5, 7)
+        for y in (5, 6):
+            for x in range(x0, min(x0 + b.W, width)):
+                i = (y - 4) * b.W + x - x0
+                expected[y, x] = w[b.E_RED + i], w[b.E_GREEN + i], w[b.BOUNCE + i]
+    assert_array_equal(picture, expected)
+
+
+def test_the_shown_span_holds_everything_shown() -> None:
+    depth = np.full((4, 70), 3, np.float32)
+    coverage = np.zeros((4, 70), np.float32)
+    assert shown_span(depth, coverage, 0, 4) == (70, 0)
+    coverage[1, 20] = 1
+    coverage[2, 69] = 1
+    assert shown_span(depth, coverage, 0, 2) == (16, 32)
+    assert shown_span(depth, coverage, 0, 4) == (16, 80)
+    depth[2] = np.inf
+    assert shown_span(depth, coverage, 0, 4) == (16, 32)

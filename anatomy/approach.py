@@ -1,0 +1,133 @@
+"""The way into an airway for a straight scope: where it enters and where it points."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.scene.volume import Volume
+
+RADIUS_MM = 0.6
+"""Air around a way. A swollen nose has no room for a scope of 2.7 mm, which pushes
+mucosa aside; it can be looked through all the same."""
+
+LONGEST_MM = 100.0
+STEP_MM = 0.75
+
+MIDDLE_MM = 12.0
+"""Half width of the slab about the airway's middle that holds the nasal passages."""
+
+MOST_CANDIDATES = 1500
+
+WIDEST_DEG = 40.0
+"""Between a way that is tried and the middle of all ways."""
+
+STEEPEST_DEG = 60.0
+"""Above the horizontal; a scope held steeper has no upright picture."""
+
+LONG_MM = 70.0
+"""From the nostril to the nasopharynx; a longer way is worth no more."""
+
+DETOUR = 1.0
+"""Free way that a place may lack for each millimetre it lies further in front, or
+nearer to the middle height: above lie frontal sinuses, below the mouth."""
+
+
+@dataclass(frozen=True, slots=True)
+class Approach:
+    """Hold one straight way in.
+
+    pivot_mm: ``(3,)`` LPS point that holds the shaft. axis: ``(3,)`` unit vector
+    inwards. free_mm: length from the pivot with air around it.
+    """
+
+    pivot_mm: NDArray[np.float64]
+    axis: NDArray[np.float64]
+    free_mm: float
+
+
+def approach_from(distance: Volume, pivot_mm: NDArray[np.float64]) -> Approach:
+    """Find the longest free way from a point, among those towards the back.
+
+    distance: signed mm to the air surface, negative in air, cubic voxels along the
+    patient's axes. Raises ValueError for a point outside the volume.
+    """
+    pivot = np.asarray(pivot_mm, dtype=np.float64)
+    voxel = (pivot - distance.origin_mm) / distance.spacing_mm
+    if not np.all((voxel >= 0) & (voxel <= np.array(distance.shape[::-1]) - 1)):
+        raise ValueError(
+            f"the pivot {np.round(pivot, 1).tolist()} mm lies outside the imported "
+            "part of the head"
+        )
+    ways = _ways()
+    free = _free_lengths(distance, pivot[None], ways)[0]
+    best = int(free.argmax())
+    return Approach(pivot, ways[best], float(free[best]))
+
+
+def find_approach(airway: NDArray[np.bool_], distance: Volume) -> Approach:
+    """Find an entrance where no nostril is known: far in front, with a long way in.
+
+    airway: ``(nz, ny, nx)`` mask on the distance's grid. Raises ValueError where it
+    is nowhere wide enough.
+    """
+    fits = airway & (distance.values < -RADIUS_MM)
+    places = np.argwhere(fits)
+    if not len(places):
+        raise ValueError(f"no place of the airway is {2 * RADIUS_MM:g} mm wide")
+    spacing = float(distance.spacing_mm[0])
+    middle = float(np.median(places[:, 2]))
+    near = np.abs(places[:, 2] - middle) * spacing <= MIDDLE_MM
+    places = places[near] if near.any() else places
+    # evenly through them, in a fixed order
+    places = places[:: max(len(places) // MOST_CANDIDATES, 1)]
+    points = distance.origin_mm + places[:, ::-1] * spacing
+    ways = _ways()
+    free = _free_lengths(distance, points, ways)
+    height = np.abs(points[:, 2] - np.median(points[:, 2]))
+    worth = np.minimum(free.max(axis=1), LONG_MM) - DETOUR * (points[:, 1] + height)
+    best = int(worth.argmax())
+    way = int(free[best].argmax())
+    return Approach(points[best], ways[way], float(free[best, way]))
+
+
+def _ways() -> NDArray[np.float64]:
+    """List directions ``(n, 3)`` about the way from the nostril to the recess."""
+    middle = np.array([0.0, np.cos(np.radians(35)), np.sin(np.radians(35))])
+    up = np.array([0.0, -middle[2], middle[1]])
+    side = np.array([1.0, 0.0, 0.0])
+    ways = [middle]
+    for tilt in np.radians(np.arange(5, WIDEST_DEG + 1, 5)):
+        count = max(round(2 * np.pi * np.sin(tilt) / np.radians(7)), 6)
+        for turn in 2 * np.pi * np.arange(count) / count:
+            aside = np.cos(turn) * side + np.sin(turn) * up
+            ways.append(np.cos(tilt) * middle + np.sin(tilt) * aside)
+    listed: NDArray[np.float64] = np.array(ways)
+    level: NDArray[np.float64] = listed[
+        listed[:, 2] <= np.sin(np.radians(STEEPEST_DEG))
+    ]
+    return level
+
+
+def _free_lengths(
+    distance: Volume, points: NDArray[np.float64], ways: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Give the free length in mm from each point along each way, ``(n, m)``."""
+    spacing = float(distance.spacing_mm[0])
+    start = (points - distance.origin_mm) / spacing
+    top = np.array(distance.shape[::-1]) - 1
+    free = np.zeros((len(points), len(ways)))
+    going = np.ones(free.shape, dtype=bool)
+    for reached in np.arange(0.0, LONGEST_MM, STEP_MM):
+        which, way = np.nonzero(going)
+        if not len(which):
+            break
+        at = np.rint(start[which] + reached / spacing * ways[way]).astype(np.int64)
+        inside = np.all((at >= 0) & (at <= top), axis=1)
+        at = np.clip(at, 0, top)
+        open_ = inside & (distance.values[at[:, 2], at[:, 1], at[:, 0]] < -RADIUS_MM)
+        # the pivot itself may lie in a wall that is only just passed
+        if reached > 2 * RADIUS_MM:
+            going[which[~open_], way[~open_]] = False
+        free[which[open_], way[open_]] = reached
+    return free

@@ -1,0 +1,100 @@
+"""What a volume file says of itself, judged before its values are read.
+
+A header can claim anything: petabytes, no spacing, no frame. What cannot become a
+volume that is in its right place is refused here, before memory is asked for.
+"""
+
+import os
+from typing import Any
+
+MEMORY_SHARE = 0.5
+"""Of the machine's memory that the values of one file may take."""
+
+WIDEST_RATIO = 1e4
+"""Between the largest and the smallest spacing; beyond it a unit is wrong."""
+
+SPACES = ("left-posterior-superior", "left-posterior-superior-time")
+"""The reader turns RAS and LAS into the first one; other names place nobody."""
+
+_BYTES = {
+    "8-bit signed integer": 1,
+    "8-bit unsigned integer": 1,
+    "16-bit signed integer": 2,
+    "16-bit unsigned integer": 2,
+    "32-bit signed integer": 4,
+    "32-bit unsigned integer": 4,
+    "64-bit signed integer": 8,
+    "64-bit unsigned integer": 8,
+    "32-bit float": 4,
+    "64-bit float": 8,
+}
+
+
+def check_header(reader: Any, name: str, pixel_type: str) -> None:
+    """Refuse a file whose header has been read but not its values.
+
+    reader: SimpleITK's ``ImageFileReader`` after ``ReadImageInformation``. Raises
+    ValueError, in one sentence that names the file and what is wrong with it.
+    """
+    dimension, parts = reader.GetDimension(), reader.GetNumberOfComponents()
+    if dimension != 3 or parts != 1:
+        raise ValueError(
+            f"{name} must hold one 3-D volume of numbers, but has {dimension} "
+            f"dimensions and {parts} values per voxel"
+        )
+    if pixel_type not in _BYTES:
+        raise ValueError(f"{name} must hold real numbers, not {pixel_type}")
+    size = reader.GetSize()
+    if min(size) < 2:
+        raise ValueError(
+            f"{name} is {size[0]} x {size[1]} x {size[2]} voxels; a volume has at "
+            "least 2 along each axis"
+        )
+    need = size[0] * size[1] * size[2] * _BYTES[pixel_type]
+    limit = int(MEMORY_SHARE * machine_memory())
+    if need > limit:
+        raise ValueError(
+            f"{name} says it is {size[0]} x {size[1]} x {size[2]} voxels, which needs "
+            f"{need:,} bytes; at most {limit:,} can be read on this machine"
+        )
+    spacing = reader.GetSpacing()
+    if any(s < 0 for s in spacing):
+        raise ValueError(
+            f"{name} has a negative spacing {spacing}; a flipped axis is told by the "
+            "direction matrix"
+        )
+    # NaN is neither
+    if not all(0 < s < float("inf") for s in spacing):
+        raise ValueError(f"{name} has an unusable spacing of {spacing} mm")
+    if max(spacing) > WIDEST_RATIO * min(spacing):
+        raise ValueError(
+            f"{name} has a spacing of {spacing} mm, whose ratio is beyond "
+            f"{WIDEST_RATIO:g}; one of the numbers is in another unit"
+        )
+    _check_frame(reader, name)
+
+
+def machine_memory() -> int:
+    """Give the bytes of memory of this machine."""
+    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+
+
+def _check_frame(reader: Any, name: str) -> None:
+    """Refuse what does not tell left from right."""
+    keys = set(reader.GetMetaDataKeys())
+    if "qform_code" in keys:
+        told = [reader.GetMetaData(k) for k in ("qform_code", "sform_code")]
+        if told == ["0", "0"]:
+            raise ValueError(
+                f"{name} does not say how it lies in the patient (qform and sform are "
+                "0), so left and right are unknown; convert the DICOM images again"
+            )
+        return
+    if name.lower().endswith((".nrrd", ".nhdr")):
+        space = reader.GetMetaData("NRRD_space") if "NRRD_space" in keys else "none"
+        if space not in SPACES:
+            raise ValueError(
+                f"{name} does not say how it lies in the patient (its space is "
+                f"{space!r}), so left and right are unknown; save it with the space "
+                "left-posterior-superior"
+            )

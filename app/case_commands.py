@@ -1,0 +1,161 @@
+"""The commands about patients: phantoms, imported scans, pictures of them.
+
+Nothing heavy is imported here: every command fetches its own modules when it runs.
+"""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from app.root import Json, Place, app
+
+
+@app.command(name="import")
+def import_scan(
+    scan: Path,
+    *,
+    out: Path,
+    series: int | None = None,
+    modality: Literal["ct", "mr"] | None = None,
+    spacing: float = 0.5,
+    pivot: Place | None = None,
+    second: Path | None = None,
+    allow_gaps: Annotated[bool, Parameter(negative="")] = False,
+    nonfinite_air: Annotated[bool, Parameter(negative="")] = False,
+    json: Json = False,
+) -> int:
+    """Make a case of a patient's own CT or MR, to be flown through.
+
+    The airway, its cavities and its openings are found by themselves; fly with
+    paravol train --case DIR.
+
+    Parameters
+    ----------
+    scan
+        A DICOM folder, or an NRRD, NIfTI or MetaImage file.
+    out
+        Folder for the case, which 3D Slicer opens.
+    series
+        Which series of a folder that holds several.
+    modality
+        What the numbers mean, where the file does not say and the guess is wrong.
+    spacing
+        Voxel edge in millimetres.
+    pivot
+        Where the scope enters: x y z in millimetres, patient LPS; a nostril when
+        left out.
+    second
+        A second scan of the same head, CT or MR; it is registered to the first.
+    allow_gaps
+        Bridge missing slices by interpolation.
+    nonfinite_air
+        Take voxels that are no numbers for air.
+    """
+    from app.import_command import ImportOptions, run_import
+
+    options = ImportOptions(
+        scan, out, series, modality, spacing, pivot, second, allow_gaps, nonfinite_air
+    )
+    return run_import(options, as_json=json)
+
+
+@app.command
+def snapshot(
+    session: Path | None = None,
+    *,
+    time: float = 0.0,
+    volume: Path | None = None,
+    eye: Place | None = None,
+    target: Place | None = None,
+    out: Path = Path("out/snapshot.png"),
+    size: int = 512,
+    ranks: int = 1,
+    json: Json = False,
+) -> int:
+    """Render one high-quality picture: of a session's moment or of a scan.
+
+    Parameters
+    ----------
+    session
+        A recorded session; its view at --time is rendered.
+    time
+        Seconds into the session.
+    volume
+        A CT scan (NRRD, NIfTI, MetaImage) instead of a session, with --eye and
+        --target.
+    eye
+        Where to look from: x y z in millimetres, patient LPS.
+    target
+        Where to look at.
+    out
+        PNG file to write.
+    ranks
+        MPI processes; 1 renders without MPI.
+    """
+    from app.snapshot_command import run_snapshot
+
+    return run_snapshot(
+        session=session,
+        time_s=time,
+        volume=volume,
+        eye=eye,
+        target=target,
+        out=out,
+        size=size,
+        ranks=ranks,
+        as_json=json,
+    )
+
+
+@app.command
+def phantom(
+    *,
+    out: Path,
+    seed: int = 1,
+    average: bool = False,
+    variant: tuple[str, ...] = (),
+    without: tuple[str, ...] = (),
+    lund_mackay: tuple[str, ...] = (),
+    spacing: float = 0.5,
+    noise: float = 12.0,
+    mr: bool = False,
+    json: Json = False,
+) -> int:
+    """Write a virtual patient as a case folder that 3D Slicer opens.
+
+    Parameters
+    ----------
+    out
+        Folder for ct.nrrd, labels.seg.nrrd, landmarks.mrk.json and case.json.
+    seed
+        Draws a patient: sizes, septum, skull base, cells and variants.
+    average
+        Take the average adult instead; the seed then draws the cells alone.
+    variant
+        Add a variant, such as onodi:left, haller or keros-3; may be repeated.
+    without
+        Remove a variant, such as agger-nasi:right; may be repeated.
+    lund_mackay
+        Add disease, such as maxillary:left=2,ostiomeatal:left=2 or polyps=3.
+    spacing
+        Voxel edge in millimetres.
+    noise
+        Standard deviation of the CT's noise in HU: 12 is a soft kernel, 50 a bone one.
+    mr
+        Write t1.nrrd and t2.nrrd too.
+    """
+    from app.phantom_command import run_phantom
+
+    return run_phantom(
+        out=out,
+        seed=seed,
+        spacing_mm=spacing,
+        as_json=json,
+        average=average,
+        variants=variant,
+        without=without,
+        lund_mackay=lund_mackay,
+        noise_hu=noise,
+        resonance=mr,
+    )

@@ -1,0 +1,63 @@
+"""A MicroScribe arm as input: a real one, or the emulated one on its path."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from app.arm import open_arm
+from app.flight import OrderedPoses
+from app.inputs.flight_input import FlightInput
+from app.operating_room import OperatingRoom
+from app.registering import registered_by_file
+from app.second_channel import HandChannel, PathChannel
+from devices import ProbePath
+from devices.registration_file import load_registration
+from scenarios import Scenario
+
+KEYS = {"← →": "turn the light post"}
+
+
+class ArmInput(FlightInput):
+    """Open the arm at a serial port, or the emulated one when there is none.
+
+    registration_file: made by `paravol register` since the arm was switched on; without
+    it the fiducials have to be touched.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        path: ProbePath,
+        path_file: Path,
+        device: str | None,
+        registration_file: Path | None = None,
+    ) -> None:
+        if registration_file is not None:
+            load_registration(registration_file)
+        self._registration_file = registration_file
+        self._scenario = scenario
+        self._path_file = path_file
+        self._device = device
+        self.keys = KEYS
+        self.touch_hint = "Hold the stylus on it and press the right pedal."
+        if device is not None:
+            self.name = device
+            self.aim = HandChannel()
+            return
+        self.name = "emulated arm"
+        self.aim = PathChannel(path)
+        self.has_instrument = True
+        self.until_s = path.duration_s
+        self.touch_hint = "The emulated arm does it by itself."
+
+    @contextmanager
+    def open(self, room: OperatingRoom) -> Iterator[OrderedPoses]:
+        """Open the port, or start the emulated arm and open its port."""
+        with open_arm(self._scenario, self._path_file, device=self._device) as arm:
+            if self._registration_file is None:
+                yield arm
+                return
+            poses, self.registration = registered_by_file(
+                arm, self._registration_file, arm.description, self._scenario
+            )
+            yield poses

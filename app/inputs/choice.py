@@ -1,0 +1,69 @@
+"""The words of `--input`, turned into an input."""
+
+from pathlib import Path
+
+from app.inputs.flight_input import FlightInput
+from devices import ProbePath
+from scenarios import Scenario
+
+FORMS = "emulator, mouse, gamepad[:FILE], recording:FILE or igtl:HOST:PORT[:TOOL]"
+
+EMULATOR = "emulator"
+
+
+def choose_input(
+    words: str,
+    device: str | None,
+    scenario: Scenario,
+    path: ProbePath,
+    path_file: Path,
+    registration: Path | None = None,
+) -> FlightInput:
+    """Make the input that the words name; a device is a MicroScribe's serial port.
+
+    registration: a file of `paravol register`, for an arm.
+
+    Raises ValueError for words that name none, DeviceError when a gamepad is asked
+    for and there is none.
+    """
+    if device is not None and words != EMULATOR:
+        raise ValueError(
+            f"--device names a MicroScribe's port; leave it out to fly with {words!r}."
+        )
+    if registration is not None and words != EMULATOR:
+        raise ValueError(
+            f"--registration is for an arm; leave it out to fly with {words!r}."
+        )
+    kind, _, rest = words.partition(":")
+    match kind, rest:
+        case "emulator", "":
+            from app.inputs.arm import ArmInput
+
+            return ArmInput(scenario, path, path_file, device, registration)
+        case "mouse", "":
+            from app.inputs.hand import MouseInput
+
+            return MouseInput(path)
+        case "gamepad", file:
+            from app.inputs.hand import GamepadInput
+
+            return GamepadInput(path, Path(file) if file else None)
+        case "recording", file if file:
+            from app.inputs.recording import RecordingInput
+
+            return RecordingInput(Path(file))
+        case "igtl", address if address:
+            from app.inputs.link import LinkInput
+
+            return LinkInput(*_address(address))
+    raise ValueError(f"--input must be {FORMS}; got {words!r}.")
+
+
+def _address(text: str) -> tuple[str, int, str | None]:
+    host, _, rest = text.partition(":")
+    port, _, tool = rest.partition(":")
+    if not (host and port.isascii() and port.isdigit() and 0 < int(port) < 65536):
+        raise ValueError(
+            f"--input igtl needs HOST:PORT, such as igtl:localhost:18944; got {text!r}."
+        )
+    return host, int(port), tool or None

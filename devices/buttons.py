@@ -1,0 +1,92 @@
+"""Foot pedals as events.
+
+A contact that closes or opens chatters for 2 to 10 ms. An edge is told at once and the
+level is then held for 20 ms, so that a person feels no delay; what the contact does
+meanwhile is chatter.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import IntFlag
+from math import isfinite
+
+from devices.pose import Pose, PoseFlag
+
+HOLD_S = 0.02
+"""Twice the longest bounce of a pedal; a foot needs at least a tenth of a second."""
+
+
+class Button(IntFlag):
+    """The pedals in a pose's ``buttons``."""
+
+    RIGHT_PEDAL = 1
+    LEFT_PEDAL = 2
+
+
+PEDALS = Button.RIGHT_PEDAL | Button.LEFT_PEDAL
+
+
+@dataclass(frozen=True, slots=True)
+class ButtonEvent:
+    """A button went down or up.
+
+    time_s: on the clock of the poses; that of the sample that showed it.
+    """
+
+    time_s: float
+    button: Button
+    is_down: bool
+
+
+class Debouncer:
+    """Turn raw button levels into edges, one button at a time.
+
+    A chatter shorter than ``hold_s`` gives at most one press and one release, in this
+    order or the other, whatever its pattern; a level that lasts longer is always told.
+    Bits outside ``debounced`` pass through ``levels`` as they are and give no events.
+    """
+
+    def __init__(self, debounced: Button = PEDALS, hold_s: float = HOLD_S) -> None:
+        if not (isfinite(hold_s) and hold_s >= 0.0):
+            raise ValueError(f"hold_s must not be negative, got {hold_s}")
+        self._debounced = tuple(debounced)
+        self._mask = int(debounced)
+        self._hold_s = hold_s
+        self._levels = 0
+        self._raw = 0
+        self._held_until_s = dict.fromkeys(self._debounced, -float("inf"))
+        self._last_s = -float("inf")
+
+    @property
+    def levels(self) -> int:
+        """Get the debounced levels, one bit a button, and the other bits raw."""
+        return self._levels | (self._raw & ~self._mask)
+
+    def feed(self, time_s: float, raw: int) -> tuple[ButtonEvent, ...]:
+        """Take the raw levels of a moment; return the edges, lowest bit first.
+
+        Raise ValueError when time runs backwards or levels are negative.
+        """
+        if not time_s >= self._last_s:
+            raise ValueError(
+                f"button levels must come in order of time, got {time_s} s after "
+                f"{self._last_s} s"
+            )
+        if raw < 0:
+            raise ValueError(f"buttons must not be negative, got {raw}")
+        self._last_s = time_s
+        self._raw = raw
+        return tuple(self._edges(time_s, raw))
+
+    def feed_pose(self, pose: Pose) -> tuple[ButtonEvent, ...]:
+        """Take a pose's buttons; those of a suspect packet are not believed."""
+        if pose.flags & PoseFlag.SUSPECT:
+            return ()
+        return self.feed(pose.time_s, pose.buttons)
+
+    def _edges(self, time_s: float, raw: int) -> Iterator[ButtonEvent]:
+        for button in self._debounced:
+            if (raw ^ self._levels) & button and time_s >= self._held_until_s[button]:
+                self._levels ^= button
+                self._held_until_s[button] = time_s + self._hold_s
+                yield ButtonEvent(time_s, button, bool(raw & button))

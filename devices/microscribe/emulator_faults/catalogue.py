@@ -1,0 +1,169 @@
+"""All faults by name, and how one is written.
+
+``NAME[=VARIANT][@MOMENT]``; a name is the number, the word or both: ``f8``,
+``dropped_byte``, ``f8_dropped_byte``.
+"""
+
+import random
+from collections.abc import Iterable
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+from devices.microscribe.emulator_faults.description import (
+    BadMaxima,
+    BadParameters,
+    BadString,
+    SilentBeta,
+)
+from devices.microscribe.emulator_faults.fault import Fault
+from devices.microscribe.emulator_faults.motion import EncoderWrap, Pedals, SickEncoder
+from devices.microscribe.emulator_faults.packets import (
+    DoubledByte,
+    DroppedByte,
+    FlippedBit,
+    Garbage,
+    Noise,
+    WrongTopBit,
+)
+from devices.microscribe.emulator_faults.schedule import Schedule, parse_schedule
+from devices.microscribe.emulator_faults.session import (
+    Loopback,
+    MemoryWrite,
+    PowerCycle,
+    StreamGoesOn,
+    TimerWrap,
+    Unhomed,
+)
+from devices.microscribe.emulator_faults.sign_on import (
+    EndEcho,
+    LeftOpen,
+    NeverAnswers,
+    NoBegin,
+    OneRate,
+    SurplusEchoes,
+    WrongId,
+)
+from devices.microscribe.emulator_faults.timing import (
+    Bursts,
+    Chunks,
+    CutShort,
+    LateReply,
+    Slow,
+)
+from devices.microscribe.profiles import ArmProfile
+
+FAULTS: tuple[type[Fault], ...] = (
+    NeverAnswers,
+    OneRate,
+    SurplusEchoes,
+    EndEcho,
+    NoBegin,
+    WrongId,
+    LeftOpen,
+    DroppedByte,
+    DoubledByte,
+    FlippedBit,
+    WrongTopBit,
+    Noise,
+    Chunks,
+    Bursts,
+    LateReply,
+    CutShort,
+    PowerCycle,
+    EncoderWrap,
+    TimerWrap,
+    BadString,
+    BadParameters,
+    BadMaxima,
+    SilentBeta,
+    Unhomed,
+    Pedals,
+    StreamGoesOn,
+    SickEncoder,
+    Loopback,
+    MemoryWrite,
+    Slow,
+    Garbage,
+)
+
+# Short words for what people try first, with their variants.
+SHORT_NAMES = {
+    "mute": (NeverAnswers, ""),
+    "unplug": (CutShort, "UNPLUG"),
+    "stall": (CutShort, "STALL"),
+    "replug": (CutShort, "REPLUG"),
+}
+
+_BY_NAME: dict[str, tuple[type[Fault], str]] = {
+    **{kind.word: (kind, "") for kind in FAULTS},
+    **{kind.id: (kind, "") for kind in FAULTS if kind.id},
+    **{kind.name(): (kind, "") for kind in FAULTS},
+    **SHORT_NAMES,
+}
+
+# Faults of the wire act on what all others have left of an answer.
+_LAST: tuple[type[Fault], ...] = (Slow, LateReply, Chunks, CutShort)
+
+
+@dataclass(frozen=True, slots=True)
+class FaultPlan:
+    """A fault and when it happens, before an arm has it."""
+
+    kind: type[Fault]
+    variant: str
+    schedule: Schedule
+
+    def make(self, noise: random.Random) -> Fault:
+        """Return the fault itself; raise ValueError for a variant it lacks."""
+        return self.kind(self.schedule, self.variant, noise)
+
+
+def parse_fault(text: str) -> FaultPlan:
+    """Read ``NAME[=VARIANT][@MOMENT]``; raise ValueError that tells what is known."""
+    what, at, moment = text.partition("@")
+    name, equals, variant = what.partition("=")
+    name = name.strip().lower()
+    known = _BY_NAME.get(name)
+    if known is None:
+        near = get_close_matches(name, [*_BY_NAME], 1, 0.3)
+        hint = f"; the nearest is {near[0]!r}" if near else ""
+        raise ValueError(
+            f"fault {name!r} is not known{hint} (--list-faults prints all: "
+            f"{FAULTS[0].name()} to {Slow.name()})"
+        )
+    if (at and not moment) or (equals and not variant):
+        raise ValueError(f"fault must be NAME[=VARIANT][@MOMENT], got {text!r}")
+    kind, usual = known
+    schedule = parse_schedule(moment) if at else Schedule()
+    plan = FaultPlan(kind, variant.upper() or usual, schedule)
+    plan.make(random.Random(0))
+    return plan
+
+
+def make_faults(plans: Iterable[FaultPlan], seed: int) -> list[Fault]:
+    """Return the faults of one arm, each with its own chance, the wire's last."""
+    faults = [
+        plan.make(random.Random(f"{seed} {i} {plan.kind.name()}"))
+        for i, plan in enumerate(plans)
+    ]
+    return sorted(
+        faults, key=lambda f: _LAST.index(type(f)) + 1 if type(f) in _LAST else 0
+    )
+
+
+def altered_profile(profile: ArmProfile, faults: Iterable[Fault]) -> ArmProfile:
+    """Return the arm that faults have made of ``profile``."""
+    for fault in faults:
+        if isinstance(fault, BadMaxima):
+            profile = fault.alter(profile)
+    return profile
+
+
+def list_faults() -> str:
+    """Return one line for every fault, by number, then the short names."""
+    lines = [f"{kind.name():<20} {kind.line}" for kind in FAULTS]
+    lines += [
+        f"{name:<20} short for {kind.name()}{'=' + variant if variant else ''}"
+        for name, (kind, variant) in SHORT_NAMES.items()
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,83 @@
+"""Reading and writing a terminal by its file, for POSIX systems.
+
+pyserial opens terminals and sets them up. Setting its timeout, however, sets the whole
+terminal anew, and its reading and writing think three times as long as the system
+call takes; a pose passes here a hundred times a second and more.
+"""
+
+import os
+import select
+import sys
+import time
+from array import array
+
+if sys.platform != "win32":
+    import fcntl
+    import termios
+
+# A shorter pause is not worth a wake-up of its own.
+SHORT_PAUSE_S = 0.0003
+
+
+class TerminalFile:
+    """An open terminal whose reads do not block; raises OSError when it has gone."""
+
+    def __init__(self, file: int) -> None:
+        self.byte_s = 0.0
+        """Seconds that one byte takes on the line."""
+        self._file = file
+        self._count = array("i", (0,))
+
+    @property
+    def waiting(self) -> int:
+        """Get how many bytes have arrived unread."""
+        if sys.platform == "win32":
+            raise NotImplementedError("terminals are files on POSIX systems only")
+        fcntl.ioctl(self._file, termios.FIONREAD, self._count)
+        return self._count[0]
+
+    def read(self, count: int, timeout_s: float, quiet_s: float) -> bytes:
+        """Return up to ``count`` bytes.
+
+        Fewer when the timeout ends first, or when after a byte the line has been
+        quiet for ``quiet_s``.
+        """
+        if timeout_s <= 0.0:
+            return self._read_now(count)
+        until = time.monotonic() + timeout_s
+        data = b""
+        while len(data) < count:
+            left = max(until - time.monotonic(), 0.0)
+            if data:
+                # The rest together, instead of a wake-up for every byte.
+                pause = min((count - len(data)) * self.byte_s, left)
+                left = min(left - pause, quiet_s)
+                if pause < SHORT_PAUSE_S:
+                    left += pause
+                else:
+                    time.sleep(pause)
+            if not select.select((self._file,), (), (), left)[0]:
+                break
+            part = self._read_now(count - len(data))
+            if not part:
+                raise OSError(0, "the far end is gone")
+            data += part
+        return data
+
+    def write(self, data: bytes) -> int:
+        """Return how many of the bytes the terminal took at once."""
+        try:
+            return os.write(self._file, data)
+        except BlockingIOError:
+            return 0
+
+    def forget(self) -> None:
+        """Let go of the file; whoever opens one next may be given its number."""
+        self._file = -1
+
+    def _read_now(self, count: int) -> bytes:
+        """Return what is there; terminals say "nothing" in both of these ways."""
+        try:
+            return os.read(self._file, count)
+        except BlockingIOError:
+            return b""

@@ -1,0 +1,237 @@
+"""What every live input of the trainer offers: an arm, a hand, a recording, a peer."""
+
+import math
+import threading
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Iterator
+from types import TracebackType
+from typing import Protocol, Self
+
+from devices.port import Clock, DeviceError, DeviceReason, HostClock
+from devices.pose import Pose, PoseSource
+
+LARGEST_QUEUE = 1 << 14
+"""Almost three minutes at 100 Hz: who is further behind is not going to catch up."""
+
+SLICE_S = 0.02
+"""Longest sleep at a stretch: a source may be closed or changed meanwhile."""
+
+
+class LiveSource(PoseSource, Protocol):
+    """A source that is measured now, whether anybody reads or not.
+
+    ``read``, iteration and ``drain`` give every pose once and in order; ``latest``
+    gives the newest for a live picture. The two do not disturb one another.
+    """
+
+    def drain(self) -> list[Pose]:
+        """Return every pose that is waiting, oldest first; raise as ``read`` does."""
+        ...
+
+    def latest(self) -> Pose | None:
+        """Return the newest pose, None before the first; raise if the device failed."""
+        ...
+
+    def pose_age_s(self) -> float:
+        """Return seconds since the newest pose was measured, inf before it."""
+        ...
+
+
+class PoseQueue:
+    """Poses between the thread that measures and the one that reads.
+
+    Bounded: when nobody reads, the oldest are lost and the next ``read`` says so.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._changed = threading.Condition()
+        self._poses: deque[Pose] = deque()
+        self._latest: Pose | None = None
+        self._lost = 0
+        self._error: Exception | None = None
+        self._ended = False
+
+    def put(self, pose: Pose) -> None:
+        """Append a pose."""
+        with self._changed:
+            if len(self._poses) == LARGEST_QUEUE:
+                self._poses.popleft()
+                self._lost += 1
+            self._poses.append(pose)
+            self._latest = pose
+            self._changed.notify_all()
+
+    def fail(self, error: Exception) -> None:
+        """Let readers raise ``error`` once they have read what came before it."""
+        with self._changed:
+            self._error = error
+            self._changed.notify_all()
+
+    def end(self) -> None:
+        """Let readers raise EOFError once they have read what came before."""
+        with self._changed:
+            self._ended = True
+            self._changed.notify_all()
+
+    def clear(self) -> None:
+        """Forget every pose that is waiting, and the newest one."""
+        with self._changed:
+            self._poses.clear()
+            self._latest = None
+            self._lost = 0
+
+    def read(self, timeout_s: float) -> Pose:
+        """Return the next pose; raise as ``PoseSource.read`` does."""
+        with self._changed:
+            self._confess()
+            self._changed.wait_for(
+                lambda: self._poses or self._error or self._ended,
+                min(max(timeout_s, 0.0), threading.TIMEOUT_MAX),
+            )
+            if self._poses:
+                return self._poses.popleft()
+            self._refuse()
+        raise TimeoutError(f"no pose came from {self._name} within {timeout_s:g} s")
+
+    def drain(self) -> list[Pose]:
+        """Return every pose that is waiting, oldest first."""
+        with self._changed:
+            self._confess()
+            if not self._poses:
+                self._refuse()
+            poses = list(self._poses)
+            self._poses.clear()
+            return poses
+
+    def latest(self) -> Pose | None:
+        """Return the newest pose, None before the first."""
+        with self._changed:
+            self._refuse()
+            return self._latest
+
+    def newest_s(self) -> float:
+        """Return the host time of the newest pose, -inf before the first."""
+        with self._changed:
+            return -math.inf if self._latest is None else self._latest.host_time_s
+
+    def _confess(self) -> None:
+        if self._lost:
+            lost, self._lost = self._lost, 0
+            raise DeviceError(
+                DeviceReason.OVERRUN,
+                f"{lost} poses were lost because nobody read them in time.",
+            )
+
+    def _refuse(self) -> None:
+        if self._error is not None:
+            raise self._error
+        if self._ended:
+            raise EOFError(f"{self._name} was closed")
+
+
+class PulledSource(ABC):
+    """A live source without a thread: its poses are worked out when they are asked for.
+
+    Each pose belongs to its due moment, however late it is asked for, so what is read
+    does not depend on when it is read.
+    """
+
+    def __init__(self, name: str, clock: Clock | None = None) -> None:
+        self._name = name
+        self._clock: Clock = HostClock() if clock is None else clock
+        self._queue = PoseQueue(name)
+        self._is_closed = False
+        # Callers may steer a source from another thread than the one that reads.
+        self._lock = threading.RLock()
+
+    @abstractmethod
+    def _due_s(self) -> float:
+        """Return the host time of the next pose; inf when none is coming for now."""
+
+    @abstractmethod
+    def _make(self, due_s: float) -> Pose:
+        """Work out the pose that is due at that host time and go on to the next."""
+
+    def _is_over(self) -> bool:
+        """Tell whether no pose will come any more."""
+        return False
+
+    def read(self, timeout_s: float) -> Pose:
+        """Return the next pose, none lost.
+
+        Raise TimeoutError when none came in time, EOFError when no more will come and
+        DeviceError when the device failed or more than 16384 poses were left unread.
+        """
+        now = self._clock.now()
+        until = now + timeout_s
+        while True:
+            due = self._advance(now)
+            try:
+                return self._queue.read(0.0)
+            except TimeoutError:
+                self._refuse_when_over()
+            if now >= until:
+                raise TimeoutError(
+                    f"no pose came from {self._name} within {timeout_s:g} s"
+                )
+            self._clock.sleep(min(min(due, until) - now, SLICE_S))
+            now = self._clock.now()
+
+    def drain(self) -> list[Pose]:
+        """Return every pose that is waiting, oldest first; raise as ``read`` does."""
+        self._advance(self._clock.now())
+        poses = self._queue.drain()
+        if not poses:
+            self._refuse_when_over()
+        return poses
+
+    def latest(self) -> Pose | None:
+        """Return the newest pose, None before the first; raise if the device failed."""
+        self._advance(self._clock.now())
+        return self._queue.latest()
+
+    def pose_age_s(self) -> float:
+        """Return seconds since the newest pose was due, inf before the first."""
+        now = self._clock.now()
+        self._advance(now)
+        return now - self._queue.newest_s()
+
+    def close(self) -> None:
+        """End the source; harmless when repeated."""
+        with self._lock:
+            self._is_closed = True
+            self._queue.end()
+
+    def _advance(self, now_s: float) -> float:
+        """Queue all poses due by now; return when the next one is due."""
+        with self._lock:
+            if self._is_closed:
+                return math.inf
+            while (due := self._due_s()) <= now_s:
+                self._queue.put(self._make(due))
+            return due
+
+    def _refuse_when_over(self) -> None:
+        if self._is_over():
+            raise EOFError(f"{self._name} has come to its end")
+
+    def __iter__(self) -> Iterator[Pose]:
+        """Iterate over poses until the source ends, however long one takes."""
+        try:
+            while True:
+                yield self.read(math.inf)
+        except EOFError:
+            return
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()

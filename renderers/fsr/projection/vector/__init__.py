@@ -1,0 +1,1 @@
+"""Surfels projected sixteen at a time."""

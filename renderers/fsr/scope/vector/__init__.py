@@ -1,0 +1,1 @@
+"""Surfels drawn and projected sixteen lanes at a time."""

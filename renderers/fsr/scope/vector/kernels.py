@@ -1,0 +1,292 @@
+"""Surfels into a G-buffer, tile by tile, sixteen pixels at a time.
+
+A surfel is the tangent disc ``|p - c| < r`` of the plane ``n.(p - c) = 0``. On the ray
+with unit direction w the plane lies at depth ``t = 1 / q``, ``q = w . n / (n.c)``,
+linear in w, so depth is exact on planes. With ``g = w - q c = q (p - c)`` the disc is
+``|g|^2 < r^2 q^2``: whether it hides is asked without a division.
+"""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from renderers.fsr.projection.kernels import NEAR_VARIANCE, RECORD
+from renderers.fsr.scope.kernels import farthest, write_squares
+from renderers.fsr.scope.tiles import (
+    BLOCK_SQUARES,
+    BLOCKS_X,
+    BLOCKS_Y,
+    RAY,
+    SIDE,
+    SQUARE,
+    SQUARES,
+    SQUARES_X,
+    SQUARES_Y,
+    SUMS,
+    TILE_HEIGHT,
+    TILE_WIDTH,
+)
+from renderers.simd import (
+    absolute,
+    bits,
+    count,
+    f32,
+    full,
+    i32,
+    lanes,
+    least,
+    load,
+    maximum,
+    minimum,
+    select,
+    sqrt,
+    store,
+    store_groups,
+    store_packed,
+    store_triples,
+)
+
+Real = float | np.float32
+F32 = NDArray[np.float32]
+I32 = NDArray[np.int32]
+
+_HALF = np.float32(0.5)
+_ONE = np.float32(1)
+_ZERO = np.float32(0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def list_tile(ranges: I32, n: int, column: int, row: int, items: I32) -> int:
+    """List which of n surfels touch a tile, in order; give their number.
+
+    ranges: first and last tile column and row, a byte each from the lowest.
+    ranges and items have sixteen to spare.
+    """
+    found = 0
+    for s in range(0, n, SQUARE):
+        r = load(ranges, s, SQUARE)
+        met = (r & 255) <= column
+        met &= ((r >> 8) & 255) >= column
+        met &= ((r >> 16) & 255) <= row
+        met &= ((r >> 24) & 255) >= row
+        number = lanes(SQUARE) + np.int32(s)
+        met &= number < n
+        if bits(met) != 0:
+            store_packed(items, found, number, met)
+            found += count(met)
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _spans(
+    records: F32, o: int, boxes: I32, s: int, share: Real, left: int, top: int,
+    starts: I32, ends: I32,
+) -> tuple[int, int]:  # fmt: skip
+    """Find the squares of every strip that a share of the ellipse meets.
+
+    Strips are rows of squares. Returns the first strip and the end of the strips.
+    """
+    strip = lanes(SQUARES_Y)
+    y = strip * SIDE + np.int32(top)
+    # the strip's pixel centres lie within 1.5 of its middle
+    dy = f32(y) + (np.float32(0.5 * SIDE) - records[o + 10])
+    d = maximum(absolute(dy) - np.float32(1.5), _ZERO)
+    rest = share - d * d * records[o + 11]
+    wide = sqrt(maximum(rest * records[o + 13], _ZERO))
+    wide += np.float32(1.5) * abs(records[o + 12])
+    middle = dy * records[o + 12] + (records[o + 9] - np.float32(left))
+    first = i32(minimum(maximum(middle - wide + _HALF, _ZERO), np.float32(TILE_WIDTH)))
+    past = minimum(middle + wide - _HALF, np.float32(TILE_WIDTH - 1))
+    last = i32(maximum(past, _ZERO))
+    met = (rest >= _ZERO) & (past >= _ZERO) & (first <= last)
+    zero = full(np.int32(0), SQUARES_Y)
+    store(starts, 0, select(met, first >> 2, zero))
+    store(ends, 0, select(met, (last >> 2) + 1, zero))
+    return (
+        max(boxes[s, 2] - top, 0) // SIDE,
+        min(boxes[s, 3] - top, TILE_HEIGHT - 1) // SIDE + 1,
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _refresh(nearest: F32, far: F32) -> None:
+    """Take the least q of every block."""
+    for by in range(BLOCKS_Y):
+        for bx in range(BLOCKS_X):
+            low = full(np.float32(np.inf), SQUARE)
+            for y in range(by * BLOCK_SQUARES, (by + 1) * BLOCK_SQUARES):
+                at = (y * SQUARES_X + bx * BLOCK_SQUARES) * SQUARE
+                for x in range(BLOCK_SQUARES):
+                    low = minimum(load(nearest, at + x * SQUARE, SQUARE), low)
+            far[by * BLOCKS_X + bx] = least(low)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _hide(
+    records: F32, o: int, core: Real, rays: F32, nearest: F32, square: int, end: int
+) -> None:
+    """Keep the nearest q under the core in a run of squares."""
+    cx, cy, cz = records[o], records[o + 1], records[o + 2]
+    mx, my, mz = records[o + 3], records[o + 4], records[o + 5]
+    limit = records[o + 15] * core
+    for k in range(square, end):
+        rx = load(rays, k * RAY, SQUARE)
+        ry = load(rays, k * RAY + SQUARE, SQUARE)
+        rz = load(rays, k * RAY + 2 * SQUARE, SQUARE)
+        q = rx * mx + ry * my + rz * mz
+        gx = rx - q * cx
+        gy = ry - q * cy
+        gz = rz - q * cz
+        g2 = gx * gx + gy * gy + gz * gz
+        old = load(nearest, k * SQUARE, SQUARE)
+        under = (g2 < q * q * limit) & (q > old)
+        store(nearest, k * SQUARE, select(under, q, old))
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _add(
+    records: F32, o: int, rays: F32, limits: F32, sums: F32, square: int, end: int
+) -> None:
+    """Sum weight, depth and normal under the disc, up to the depth limit."""
+    cx, cy, cz = records[o], records[o + 1], records[o + 2]
+    mx, my, mz = records[o + 3], records[o + 4], records[o + 5]
+    nx, ny, nz = records[o + 6], records[o + 7], records[o + 8]
+    inverse = _ONE / records[o + 15]
+    for k in range(square, end):
+        rx = load(rays, k * RAY, SQUARE)
+        ry = load(rays, k * RAY + SQUARE, SQUARE)
+        rz = load(rays, k * RAY + 2 * SQUARE, SQUARE)
+        q = rx * mx + ry * my + rz * mz
+        t = _ONE / q
+        gx = rx - q * cx
+        gy = ry - q * cy
+        gz = rz - q * cz
+        g2 = gx * gx + gy * gy + gz * gz
+        f = _ONE - g2 * inverse * (t * t)
+        met = (f > _ZERO) & (t > _ZERO) & (t < load(limits, k * SQUARE, SQUARE))
+        w = select(met, f * f, _ZERO)
+        t = select(met, t, _ZERO)
+        at = k * SUMS
+        store(sums, at, load(sums, at, SQUARE) + w)
+        at += SQUARE
+        store(sums, at, load(sums, at, SQUARE) + w * t)
+        at += SQUARE
+        store(sums, at, load(sums, at, SQUARE) + w * nx)
+        at += SQUARE
+        store(sums, at, load(sums, at, SQUARE) + w * ny)
+        at += SQUARE
+        store(sums, at, load(sums, at, SQUARE) + w * nz)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _clear(rays: F32, nearest: F32, sums: F32) -> None:
+    """Let what is outside the lens hide at once, the rest not at all."""
+    zero = full(_ZERO, SQUARE)
+    for k in range(SQUARES):
+        rz = load(rays, k * RAY + 2 * SQUARE, SQUARE)
+        outside = select(rz == _ZERO, full(np.float32(np.inf), SQUARE), _ZERO)
+        store(nearest, k * SQUARE, outside)
+        for at in range(k * SUMS, (k + 1) * SUMS, SQUARE):
+            store(sums, at, zero)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _resolve(
+    sums: F32, rays: F32, left: int, top: int, width: int, height: int, depth: F32,
+    normal: F32, coverage: F32,
+) -> int:  # fmt: skip
+    """Divide the sums of a tile in place and write its whole squares in the picture.
+
+    Returns the number of pixels in the lens that nothing covers.
+    """
+    empty = 0
+    for k in range(SQUARES):
+        at = k * SUMS
+        w = load(sums, at, SQUARE)
+        t = load(sums, at + SQUARE, SQUARE)
+        nx = load(sums, at + 2 * SQUARE, SQUARE)
+        ny = load(sums, at + 3 * SQUARE, SQUARE)
+        nz = load(sums, at + 4 * SQUARE, SQUARE)
+        length = sqrt(nx * nx + ny * ny + nz * nz)
+        met = (w > _ZERO) & (length > _ZERO)
+        r = select(met, _ONE / length, _ZERO)
+        c = select(met, full(_ONE, SQUARE), _ZERO)
+        t = select(met, t / w, np.float32(np.inf))
+        nx *= r
+        ny *= r
+        nz *= r
+        rz = load(rays, k * RAY + 2 * SQUARE, SQUARE)
+        empty += count(~met & (rz != _ZERO))
+        x = left + k % SQUARES_X * SIDE
+        y = top + k // SQUARES_X * SIDE
+        if x + SIDE <= width and y + SIDE <= height:
+            place = y * width + x
+            store_groups(coverage, place, width, c)
+            store_groups(depth, place, width, t)
+            store_triples(normal, 3 * place, 3 * width, nx, ny, nz)
+        else:
+            store(sums, at, c)
+            store(sums, at + SQUARE, t)
+            store(sums, at + 2 * SQUARE, nx)
+            store(sums, at + 3 * SQUARE, ny)
+            store(sums, at + 4 * SQUARE, nz)
+    return empty
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def draw_tile(
+    records: F32, boxes: I32, items: I32, n: int, rays: F32, left: int, top: int,
+    core: Real, behind: Real, refresh: int, nearest: F32, sums: F32, far: F32,
+    starts: I32, ends: I32, depth: F32, normal: F32, coverage: F32,
+) -> tuple[int, int, int]:  # fmt: skip
+    """Draw one tile's surfels, near ones first, and write its part of the G-buffer.
+
+    items: the first n say which. rays: ``(SQUARES * RAY,)``, this tile's.
+    core: squared share of the radius that hides what lies behind. behind: depth in
+    mm behind the nearest core that still counts. nearest, sums, far, starts, ends:
+    scratch of a value a pixel, five a pixel, one a block, one a strip twice.
+    Surfels behind the farthest depth of their blocks are left out: they could change
+    nothing. Returns (fragments, surfels left out, pixels left empty).
+    """
+    _clear(rays, nearest, sums)
+    far[:] = 0
+    squares = 0
+    hidden = 0
+    for m in range(n):
+        s = items[m]
+        o = s * RECORD
+        if m % refresh == refresh - 1:
+            _refresh(nearest, far)
+        if farthest(far, boxes, s, left, top) * records[o + 14] >= _ONE:
+            hidden += 1
+            continue
+        # the core of a disc too near to be an ellipse may be anywhere in its box
+        share = core if records[o + 11] > NEAR_VARIANCE else _ONE
+        first, end = _spans(records, o, boxes, s, share, left, top, starts, ends)
+        for strip in range(first, end):
+            a, b = starts[strip], ends[strip]
+            squares += b - a
+            base = strip * SQUARES_X
+            _hide(records, o, core, rays, nearest, base + a, base + b)
+    _refresh(nearest, far)
+    for k in range(SQUARES):
+        q = load(nearest, k * SQUARE, SQUARE)
+        # a pixel without any core is a hole, not a view of whatever is left
+        limit = select(q > _ZERO, _ONE / q + behind, _ZERO)
+        store(nearest, k * SQUARE, limit)
+    for m in range(n):
+        s = items[m]
+        o = s * RECORD
+        if farthest(far, boxes, s, left, top) * (records[o + 14] - behind) >= _ONE:
+            continue
+        first, end = _spans(records, o, boxes, s, _ONE, left, top, starts, ends)
+        for strip in range(first, end):
+            a, b = starts[strip], ends[strip]
+            squares += b - a
+            base = strip * SQUARES_X
+            _add(records, o, rays, nearest, sums, base + a, base + b)
+    height, width = depth.shape
+    empty = _resolve(sums, rays, left, top, width, height, depth, normal, coverage)
+    if width % SIDE or height % SIDE:
+        write_squares(sums, left, top, True, depth, normal, coverage)
+    return squares * SQUARE, hidden, empty

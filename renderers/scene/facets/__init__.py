@@ -1,0 +1,1 @@
+"""Triangles drawn through a lens."""

@@ -1,0 +1,281 @@
+"""Compiled: triangles into a G-buffer, exactly along a lens's rays.
+
+With the eye at the origin and corners a, b, c, a ray d meets the triangle where
+``d.(b x c)``, ``d.(c x a)`` and ``d.(a x b)`` have one sign (their shares of the sum
+are the barycentric coordinates), at depth ``a.(b x c) / sum``. Nothing in that asks
+for a plane of projection, so it holds for every lens. Neighbours share an edge's
+product up to its sign: no ray slips between them. Parallel rays are the same sums in
+the plane, with corners (x, y, 1). The sums are double: in single precision a triangle
+of 0.5 mm at 10 mm would lie 0.3 um off and its neighbours would disagree.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from renderers.scene.facets.bounds.kernels import (
+    BOXED,
+    PERSPECTIVE,
+    UNSEEN,
+    bound_equidistant,
+    bound_plane,
+)
+
+f32 = np.float32
+Floats = NDArray[np.float32]
+Doubles = NDArray[np.float64]
+
+ORTHOGRAPHIC = 2
+"""The value of `Projection`."""
+
+MARGIN_PX = 0.5
+"""For rounding."""
+
+SILHOUETTE = 1e-3
+"""Least cosine between a smooth normal and the ray: at a silhouette the interpolated
+normal may look past the horizon."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _place(corners: Floats, n: int, turn: Doubles, shift: Doubles, p: Doubles) -> None:
+    """Bring triangle n into the camera's frame."""
+    for i in range(3):
+        x, y, z = corners[n, 3 * i], corners[n, 3 * i + 1], corners[n, 3 * i + 2]
+        for j in range(3):
+            p[3 * i + j] = turn[j, 0] * x + turn[j, 1] * y + turn[j, 2] * z + shift[j]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def edge_products(p: Doubles, projection: int, e: Doubles) -> None:
+    """Give b x c, c x a, a x b; their sum's multiplier of 1/depth or the corners' z.
+
+    e: twelve values. The last three are det, 0, 0 for rays from an eye and the
+    corners' depths for parallel rays.
+    """
+    for i in range(3):
+        b, c = 3 * ((i + 1) % 3), 3 * ((i + 2) % 3)
+        bz = p[b + 2] if projection != ORTHOGRAPHIC else 1.0
+        cz = p[c + 2] if projection != ORTHOGRAPHIC else 1.0
+        e[3 * i] = p[b + 1] * cz - bz * p[c + 1]
+        e[3 * i + 1] = bz * p[c] - p[b] * cz
+        e[3 * i + 2] = p[b] * p[c + 1] - p[b + 1] * p[c]
+    if projection == ORTHOGRAPHIC:
+        e[9], e[10], e[11] = p[2], p[5], p[8]
+    else:
+        x = p[4] * p[8] - p[5] * p[7]
+        y = p[5] * p[6] - p[3] * p[8]
+        z = p[3] * p[7] - p[4] * p[6]
+        e[9] = p[0] * x + p[1] * y + p[2] * z
+        e[10] = e[11] = 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _side(
+    ax: float, ay: float, slope: float, from_: float, to: float, y: float,
+    margin: float, x0: float, x1: float,
+) -> tuple[float, float]:  # fmt: skip
+    """Widen x0..x1 by the piece of a side that lies within the margin of row y.
+
+    The side runs from height `from_` to `to` and through (ax, ay).
+    """
+    low, high = max(y - margin, from_), min(y + margin, to)
+    if low <= high:
+        p = ax + slope * (low - ay)
+        q = ax + slope * (high - ay)
+        x0, x1 = min(x0, p, q), max(x1, p, q)
+    return x0, x1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fill(
+    e: Doubles, flat: bool, n: int, box: tuple[int, int, int, int], at: Doubles,
+    margin: float, lens: Floats, depth: Floats, owner: NDArray[np.int32],
+) -> None:  # fmt: skip
+    """Follow the rays near a triangle's picture, or of a box if margin < 0.
+
+    at: the corners in pixels.
+    """
+    # into locals: the compiler cannot know that writing depths leaves them alone
+    ax, ay, az = e[0], e[1], e[2]
+    bx, by, bz = e[3], e[4], e[5]
+    cx, cy, cz = e[6], e[7], e[8]
+    d0, d1, d2 = e[9], e[10], e[11]
+    px, py, qx, qy, rx, ry = at[0], at[1], at[2], at[3], at[4], at[5]
+    # a level side adds nothing to its neighbours
+    pq = (qx - px) / (qy - py) if qy != py else 0.0
+    qr = (rx - qx) / (ry - qy) if ry != qy else 0.0
+    rp = (px - rx) / (py - ry) if py != ry else 0.0
+    left, right, top, bottom = box
+    width = depth.shape[1]
+    rays = lens.reshape(-1)
+    for y in range(top, bottom + 1):
+        first, last = left, right
+        if margin >= 0:
+            z = float(y)
+            x0, x1 = math.inf, -math.inf
+            x0, x1 = _side(px, py, pq, min(py, qy), max(py, qy), z, margin, x0, x1)
+            x0, x1 = _side(qx, qy, qr, min(qy, ry), max(qy, ry), z, margin, x0, x1)
+            x0, x1 = _side(rx, ry, rp, min(ry, py), max(ry, py), z, margin, x0, x1)
+            x0, x1 = max(x0 - margin, float(left)), min(x1 + margin, float(right))
+            if not x0 <= x1:
+                continue
+            first, last = math.ceil(x0), math.floor(x1)
+        near = depth[y]
+        mine = owner[y]
+        row = rays[3 * y * width : 3 * (y + 1) * width]
+        for x in range(first, last + 1):
+            i = np.uint64(x)
+            dx = float(row[np.uint64(3 * x)])
+            dy = float(row[np.uint64(3 * x + 1)])
+            dz = float(row[np.uint64(3 * x + 2)])
+            u = dx * ax + dy * ay + dz * az
+            v = dx * bx + dy * by + dz * bz
+            w = dx * cx + dy * cy + dz * cz
+            total = u + v + w
+            inside = (u >= 0) & (v >= 0) & (w >= 0) | (u <= 0) & (v <= 0) & (w <= 0)
+            if not (inside & (total != 0)):
+                continue
+            t = f32((u * d0 + v * d1 + w * d2) / total) if flat else f32(d0 / total)
+            if (t > 0) & (t < near[i]):
+                near[i] = t
+                mine[i] = n
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def draw_facets(
+    corners: Floats, pieces: Floats, parent: NDArray[np.int32], spheres: Floats,
+    first: NDArray[np.int32], turn: Doubles, shift: Doubles,
+    projection: int, widest: float, pixels_per_unit: float, lens: Floats, depth: Floats,
+    owner: NDArray[np.int32], begin: int, end: int,
+) -> tuple[int, int, int, int]:  # fmt: skip
+    """Lower `depth` to the nearest triangle's and note it; return the rows, columns.
+
+    corners: ``(n, 9)``, mm, mesh frame. pieces: ``(m, 9)``, where to look for triangle
+    `parent`, in groups ``first[g]..first[g + 1]`` within spheres ``(g, 4)``. turn,
+    shift: camera from mesh. widest: angle from the axis that the lens sees.
+    pixels_per_unit: picture pixels per radian, tangent or mm. owner: triangle that
+    gave the depth; left alone elsewhere. begin, end: the rows to draw.
+    """
+    height, width = depth.shape
+    p = np.empty(9, np.float64)
+    box = np.empty(4, np.float64)
+    at = np.empty(6, np.float64)
+    e = np.empty(12, np.float64)
+    flat = projection == ORTHOGRAPHIC
+    middle_x, middle_y = width / 2 - 0.5, height / 2 - 0.5
+    top, bottom, left, right = end, begin, width, 0
+    known = -1
+    for g in range(spheres.shape[0]):
+        x, y, z = spheres[g, 0], spheres[g, 1], spheres[g, 2]
+        a = turn[0, 0] * x + turn[0, 1] * y + turn[0, 2] * z + shift[0]
+        b = turn[1, 0] * x + turn[1, 1] * y + turn[1, 2] * z + shift[1]
+        c = turn[2, 0] * x + turn[2, 1] * y + turn[2, 2] * z + shift[2]
+        away = math.sqrt(a * a + b * b + c * c)
+        if not flat and away > spheres[g, 3]:
+            slip = math.asin(spheres[g, 3] / away)
+            if math.atan2(math.sqrt(a * a + b * b), c) - slip > widest:
+                continue
+        for m in range(first[g], first[g + 1]):
+            _place(pieces, m, turn, shift, p)
+            if projection == PERSPECTIVE or flat:
+                bulge = bound_plane(p, projection, box, at)
+            else:
+                bulge = bound_equidistant(p, widest, box, at)
+            if bulge == UNSEEN:
+                continue
+            # in floats first: an infinite bound is no integer
+            x0 = max(middle_x + box[0] * pixels_per_unit - MARGIN_PX, 0.0)
+            x1 = min(middle_x + box[1] * pixels_per_unit + MARGIN_PX, width - 1.0)
+            y0 = max(middle_y - box[3] * pixels_per_unit - MARGIN_PX, float(begin))
+            y1 = min(middle_y - box[2] * pixels_per_unit + MARGIN_PX, end - 1.0)
+            if not (x0 <= x1 and y0 <= y1):
+                continue
+            n = parent[m]
+            if n != known:
+                _place(corners, n, turn, shift, p)
+                edge_products(p, projection, e)
+                known = n
+            within = (math.ceil(x0), math.floor(x1), math.ceil(y0), math.floor(y1))
+            margin = bulge
+            if bulge != BOXED:
+                margin = bulge * pixels_per_unit + MARGIN_PX
+                for i in range(3):
+                    at[2 * i] = middle_x + at[2 * i] * pixels_per_unit
+                    at[2 * i + 1] = middle_y - at[2 * i + 1] * pixels_per_unit
+            _fill(e, flat, n, within, at, margin, lens, depth, owner)
+            left, right = min(left, within[0]), max(right, within[1] + 1)
+            top, bottom = min(top, within[2]), max(bottom, within[3] + 1)
+    return top, bottom, left, right
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def resolve_facets(
+    corners: Floats, corner_normals: Floats, turn: Doubles, shift: Doubles,
+    projection: int, axes: Doubles, lens: Floats, owner: NDArray[np.int32],
+    material: int, normal: Floats, coverage: Floats, materials: NDArray[np.uint8],
+    rows: tuple[int, int], columns: tuple[int, int],
+) -> None:  # fmt: skip
+    """Write normal, coverage and material of the pixels that a triangle owns.
+
+    corner_normals: ``(n, 9)``, mesh frame. axes: rows are the camera's axes, world.
+    Normals face the eye.
+    """
+    p = np.empty(9, np.float64)
+    e = np.empty(12, np.float64)
+    s = np.empty(3, np.float64)
+    flat = projection == ORTHOGRAPHIC
+    # right, up, forward is a left-handed frame: there cross products point inwards
+    handed = turn[0, 0] * (turn[1, 1] * turn[2, 2] - turn[1, 2] * turn[2, 1])
+    handed -= turn[0, 1] * (turn[1, 0] * turn[2, 2] - turn[1, 2] * turn[2, 0])
+    handed += turn[0, 2] * (turn[1, 0] * turn[2, 1] - turn[1, 1] * turn[2, 0])
+    known = -1
+    for y in range(rows[0], rows[1]):
+        for x in range(columns[0], columns[1]):
+            n = owner[y, x]
+            if n < 0:
+                continue
+            if n != known:
+                _place(corners, n, turn, shift, p)
+                edge_products(p, projection, e)
+                known = n
+            dx, dy, dz = lens[y, x, 0], lens[y, x, 1], lens[y, x, 2]
+            v = dx * e[3] + dy * e[4] + dz * e[5]
+            w = dx * e[6] + dy * e[7] + dz * e[8]
+            total = dx * e[0] + dy * e[1] + dz * e[2] + v + w
+            v /= total
+            w /= total
+            u = 1.0 - v - w
+            for j in range(3):
+                s[j] = 0.0
+            for i in range(3):
+                smooth = (
+                    u * corner_normals[n, i]
+                    + v * corner_normals[n, 3 + i]
+                    + w * corner_normals[n, 6 + i]
+                )
+                for j in range(3):
+                    s[j] += turn[j, i] * smooth
+            # the side the eye is on, from the flat triangle
+            ax, ay, az = p[3] - p[0], p[4] - p[1], p[5] - p[2]
+            bx, by, bz = p[6] - p[0], p[7] - p[1], p[8] - p[2]
+            rx = 0.0 if flat else float(dx)
+            ry = 0.0 if flat else float(dy)
+            rz = float(dz)
+            facing = rx * (ay * bz - az * by) + ry * (az * bx - ax * bz)
+            facing += rz * (ax * by - ay * bx)
+            side = -1.0 if handed * facing > 0 else 1.0
+            side /= max(math.sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]), 1e-30)
+            sx, sy, sz = side * s[0], side * s[1], side * s[2]
+            over = max(sx * rx + sy * ry + sz * rz + SILHOUETTE, 0.0)
+            sx -= over * rx
+            sy -= over * ry
+            sz -= over * rz
+            scale = 1 / max(math.sqrt(sx * sx + sy * sy + sz * sz), 1e-30)
+            for j in range(3):
+                normal[y, x, j] = f32(
+                    scale * (sx * axes[0, j] + sy * axes[1, j] + sz * axes[2, j])
+                )
+            coverage[y, x] = f32(1)
+            materials[y, x] = material

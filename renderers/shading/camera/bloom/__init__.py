@@ -1,0 +1,1 @@
+"""Light around what exceeds white."""

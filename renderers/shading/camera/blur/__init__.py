@@ -1,0 +1,1 @@
+"""Gaussian blurs of rows of colour planes."""

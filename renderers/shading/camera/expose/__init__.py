@@ -1,0 +1,1 @@
+"""Gain, lateral colour and what exceeds white."""

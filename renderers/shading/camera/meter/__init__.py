@@ -1,0 +1,1 @@
+"""How much light a picture has."""

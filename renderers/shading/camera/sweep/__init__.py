@@ -1,0 +1,1 @@
+"""All that follows exposure, in one sweep over the rows."""

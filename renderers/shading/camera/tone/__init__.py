@@ -1,0 +1,1 @@
+"""Tone curve and sRGB code of packets of pixels."""

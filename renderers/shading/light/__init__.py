@@ -1,0 +1,1 @@
+"""Light of the scope's own sources on a block of pixels."""

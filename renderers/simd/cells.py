@@ -1,0 +1,125 @@
+"""Trilinear interpolation of four interleaved int16 channels, one cell per lane."""
+
+from typing import Any
+
+from numba import types
+from numba.core.typing.templates import signature
+
+from renderers.simd.memory import data, stored
+from renderers.simd.rows import byte_offsets, load_part, spread_in_groups, transpose
+from renderers.simd.vector import (
+    BYTE,
+    ELEMENTS,
+    I32,
+    I64,
+    Vector,
+    ir,
+    shuffle,
+    splat,
+    vector_function,
+)
+
+_I16 = ir.IntType(16)
+_PAIR = ir.VectorType(_I16, 8)
+_SCALE = 32767
+
+
+def _add_products(builder: Any, x: Any, y: Any) -> Any:
+    """Sum products of neighbouring i16 lanes, as x86 compilers know `pmaddwd`."""
+    n = x.type.count
+    wide = ir.VectorType(I32, n)
+    product = builder.mul(builder.sext(x, wide), builder.sext(y, wide))
+    even = shuffle(builder, product, product, range(0, n, 2))
+    return builder.add(even, shuffle(builder, product, product, range(1, n, 2)))
+
+
+def _interleaved(n: int, corner: int) -> list[int]:
+    """Lanes that pair one x corner of rows y and y + 1, channel by channel."""
+    return [
+        lane
+        for i in range(0, 2 * n, 8)
+        for channel in range(4)
+        for lane in (i + 4 * corner + channel, 2 * n + i + 4 * corner + channel)
+    ]
+
+
+def _lerp(builder: Any, x: Any, y: Any, f: Any) -> Any:
+    return builder.fadd(x, builder.fmul(f, builder.fsub(y, x)))
+
+
+def _y_weights(builder: Any, fy: Any, n: int) -> Any:
+    """Give (32767 - w, w) in the halves of i32 lanes, w the rounded y fraction."""
+    scale = splat(builder, ir.Constant(ELEMENTS["f32"], float(_SCALE)), n)
+    half = splat(builder, ir.Constant(ELEMENTS["f32"], 0.5), n)
+    rounded = builder.fadd(builder.fmul(fy, scale), half)
+    above = builder.fptosi(rounded, ir.VectorType(I32, n))
+    below = builder.sub(splat(builder, ir.Constant(I32, _SCALE), n), above)
+    high = builder.shl(above, splat(builder, ir.Constant(I32, 16), n))
+    return builder.or_(below, high)
+
+
+@vector_function
+def cell4(
+    typingctx: Any, quads: Any, voxel: Any, y_step: Any, z_step: Any, fx: Any, fy: Any,
+    fz: Any,
+) -> Any:  # fmt: skip
+    """Interpolate four int16 channels between the eight corners of a cell, x 32767.
+
+    quads: int16, four channels a voxel. voxel: i32 lanes, the lowest corner's number.
+    y_step, z_step: voxels to the next along y and z. fx, fy, fz: f32 fractions in
+    0..1. Two x corners with all channels are one 16-byte load. The blend along y is
+    exact in integers, with fy rounded to 1 / 32767; then z and x in float32.
+    """
+    found = stored(quads)
+    if found is None or quads.dtype != types.int16:
+        return None
+    if not isinstance(voxel, Vector) or voxel.element != "i32" or voxel.count < 4:
+        return None
+    if any(f != voxel.like("f32") for f in (fx, fy, fz)):
+        return None
+    n, result = voxel.count, voxel.like("f32")
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        _, voxel, y_step, z_step, fx, fy, fz = args
+        base = data(context, builder, sig.args[0], args[0])
+        voxel_bytes = ir.Constant(I64, 3)
+        along = builder.shl(y_step, voxel_bytes)
+        deep = builder.shl(z_step, voxel_bytes)
+        rows = [
+            base,
+            builder.gep(base, [along], source_etype=BYTE),
+            builder.gep(base, [deep], source_etype=BYTE),
+            builder.gep(base, [builder.add(along, deep)], source_etype=BYTE),
+        ]
+        offsets = byte_offsets(builder, voxel, 3)
+        weights = _y_weights(builder, fy, n)
+        parts = []
+        for part in range(4):
+            pair = builder.bitcast(
+                spread_in_groups(builder, weights, part), ir.VectorType(_I16, 2 * n)
+            )
+            px = spread_in_groups(builder, fx, part)
+            pz = spread_in_groups(builder, fz, part)
+            cells = [load_part(builder, r, offsets, _PAIR, part, 2) for r in rows]
+            corners = []
+            for corner in (0, 1):
+                order = _interleaved(n, corner)
+                front, back = (
+                    builder.sitofp(
+                        _add_products(
+                            builder,
+                            shuffle(builder, cells[z], cells[z + 1], order),
+                            pair,
+                        ),
+                        result.llvm,
+                    )
+                    for z in (0, 2)
+                )
+                corners.append(_lerp(builder, front, back, pz))
+            parts.append(_lerp(builder, corners[0], corners[1], px))
+        channels = transpose(builder, parts)
+        return context.make_tuple(builder, sig.return_type, channels)
+
+    steps = (types.int64, types.int64)
+    sig = signature(types.UniTuple(result, 4), quads, voxel, *steps, fx, fy, fz)
+    return sig, generate

@@ -1,0 +1,244 @@
+"""Vectors to and from arrays: in a run, or lane by lane.
+
+An index counts elements of a C-ordered array's memory, whatever its dimensions; none
+is checked. Arrays of small integers hold `i32` lanes: they are widened when loaded
+and cut off when stored.
+"""
+
+from typing import Any
+
+from numba import types
+from numba.core import cgutils
+from numba.core.typing.templates import signature
+
+from renderers.simd.vector import (
+    BYTE,
+    ELEMENTS,
+    I32,
+    Vector,
+    call_llvm,
+    ir,
+    mangled,
+    splat,
+    vector_function,
+    width_function,
+)
+
+# Element in lanes, bits in memory, how to widen.
+_STORED: dict[Any, tuple[str, int, str]] = {
+    types.float32: ("f32", 32, ""),
+    types.float64: ("f64", 64, ""),
+    types.int32: ("i32", 32, ""),
+    types.int64: ("i64", 64, ""),
+    types.uint8: ("i32", 8, "zext"),
+    types.int16: ("i32", 16, "sext"),
+    types.uint16: ("i32", 16, "zext"),
+}
+
+
+def data(context: Any, builder: Any, kind: Any, array: Any) -> Any:
+    """Give an array's memory as a pointer without a type."""
+    pointer = cgutils.create_struct_proxy(kind)(context, builder, array).data
+    return builder.bitcast(pointer, ir.PointerType())
+
+
+def stored(array: Any) -> tuple[str, Any, str] | None:
+    """Tell an array's lane element, the LLVM type in memory, and how to widen it."""
+    if not isinstance(array, types.Array) or array.layout != "C":
+        return None
+    found = _STORED.get(array.dtype)
+    if found is None:
+        return None
+    element, size, widen = found
+    return element, ir.IntType(size) if widen else ELEMENTS[element], widen
+
+
+def _place(builder: Any, base: Any, index: Any, element: Any, count: int) -> Any:
+    at = builder.gep(base, [index], source_etype=element)
+    return builder.bitcast(at, ir.VectorType(element, count).as_pointer())
+
+
+def _align(element: Any) -> int:
+    widths = {ELEMENTS["f32"]: 4, ELEMENTS["f64"]: 8}
+    return widths.get(element) or element.width // 8
+
+
+@width_function
+def load(typingctx: Any, array: Any, index: Any, width: Any) -> Any:
+    """Load `width` elements from the index-th on."""
+    found = stored(array)
+    if found is None or not isinstance(width, types.IntegerLiteral):
+        return None
+    element, memory, widen = found
+    vector = Vector(element, width.literal_value)
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        base = data(context, builder, sig.args[0], args[0])
+        at = _place(builder, base, args[1], memory, vector.count)
+        x = builder.load(at)
+        x.align = _align(memory)
+        return getattr(builder, widen)(x, vector.llvm) if widen else x
+
+    return signature(vector, array, types.intp, width), generate
+
+
+@vector_function
+def store(typingctx: Any, array: Any, index: Any, x: Any) -> Any:
+    """Store all lanes from the index-th element on."""
+    found = stored(array)
+    if found is None or not isinstance(x, Vector) or x.element != found[0]:
+        return None
+    _, memory, widen = found
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        base = data(context, builder, sig.args[0], args[0])
+        at = _place(builder, base, args[1], memory, x.count)
+        lanes = args[2]
+        if widen:
+            lanes = builder.trunc(lanes, ir.VectorType(memory, x.count))
+        builder.store(lanes, at).align = _align(memory)
+        return context.get_dummy_value()
+
+    return signature(types.void, array, types.intp, x), generate
+
+
+def _is_plain(array: Any, element: str) -> bool:
+    found = stored(array)
+    return found is not None and found[0] == element and not found[2]
+
+
+@vector_function
+def load_where(typingctx: Any, array: Any, index: Any, mask: Any) -> Any:
+    """Load a run of as many elements as the mask has lanes; zero where it is unset.
+
+    Only memory of set lanes is touched. Elements of 4 or 8 bytes.
+    """
+    found = stored(array)
+    is_mask = isinstance(mask, Vector) and mask.element == "bool"
+    if found is None or found[2] or not is_mask:
+        return None
+    vector = mask.like(found[0])
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        base = data(context, builder, sig.args[0], args[0])
+        kind = vector.llvm
+        at = builder.gep(base, [args[1]], source_etype=kind.element)
+        at = builder.bitcast(at, ir.PointerType())
+        align = ir.Constant(I32, _align(kind.element))
+        rest = [at, align, args[2], ir.Constant(kind, None)]
+        return call_llvm(builder, f"llvm.masked.load.{mangled(kind)}.p0", kind, rest)
+
+    return signature(vector, array, types.intp, mask), generate
+
+
+@vector_function
+def store_where(typingctx: Any, array: Any, index: Any, x: Any, mask: Any) -> Any:
+    """Store the lanes whose mask is set, in their places of a run.
+
+    Only memory of set lanes is touched. Elements of 4 or 8 bytes.
+    """
+    if not isinstance(x, Vector) or mask != x.like("bool"):
+        return None
+    if not _is_plain(array, x.element):
+        return None
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        base = data(context, builder, sig.args[0], args[0])
+        kind = x.llvm
+        at = builder.gep(base, [args[1]], source_etype=kind.element)
+        at = builder.bitcast(at, ir.PointerType())
+        align = ir.Constant(I32, _align(kind.element))
+        call_llvm(
+            builder,
+            f"llvm.masked.store.{mangled(kind)}.p0",
+            ir.VoidType(),
+            [args[2], at, align, args[3]],
+        )
+        return context.get_dummy_value()
+
+    return signature(types.void, array, types.intp, x, mask), generate
+
+
+@vector_function
+def store_packed(typingctx: Any, array: Any, index: Any, x: Any, mask: Any) -> Any:
+    """Store the lanes whose mask is set side by side, from the index-th element on.
+
+    Elements of 4 or 8 bytes; ``count(mask)`` are written.
+    """
+    if not isinstance(x, Vector) or mask != x.like("bool"):
+        return None
+    if not _is_plain(array, x.element):
+        return None
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        base = data(context, builder, sig.args[0], args[0])
+        kind = x.llvm
+        at = builder.gep(base, [args[1]], source_etype=kind.element)
+        at = builder.bitcast(at, ir.PointerType())
+        name = f"llvm.masked.compressstore.{mangled(kind)}"
+        call_llvm(builder, name, ir.VoidType(), [args[2], at, args[3]])
+        return context.get_dummy_value()
+
+    return signature(types.void, array, types.intp, x, mask), generate
+
+
+def _gather(
+    builder: Any, base: Any, index: Any, mask: Any, step: Any, vector: Vector
+) -> Any:
+    kind, count = vector.llvm, vector.count
+    at = builder.gep(base, [index], source_etype=step)
+    # llvmlite gives a vector of addresses the type of one
+    at.type = ir.VectorType(ir.PointerType(), count)
+    align = ir.Constant(I32, 1 if step == BYTE else _align(kind.element))
+    return call_llvm(
+        builder,
+        f"llvm.masked.gather.{mangled(kind)}.v{count}p0",
+        kind,
+        [at, align, mask, ir.Constant(kind, None)],
+    )
+
+
+@vector_function
+def gather(typingctx: Any, array: Any, index: Any, mask: Any) -> Any:
+    """Take ``array[index]`` lane by lane, zero where the mask is unset.
+
+    Elements of 4 or 8 bytes; memory of unset lanes is not touched.
+    """
+    found = stored(array)
+    if found is None or found[2] or not _is_index(index, mask):
+        return None
+    vector = index.like(found[0])
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        base = data(context, builder, sig.args[0], args[0])
+        step = ELEMENTS[vector.element]
+        return _gather(builder, base, args[1], args[2], step, vector)
+
+    return signature(vector, array, index, mask), generate
+
+
+@vector_function
+def gather_u8(typingctx: Any, array: Any, index: Any, mask: Any) -> Any:
+    """Take bytes ``array[index]`` as i32 lanes, zero where the mask is unset.
+
+    Four bytes are read at each place, so the array needs three to spare at its end:
+    processors gather no single bytes. A little-endian machine is assumed.
+    """
+    found = stored(array)
+    if found is None or array.dtype != types.uint8 or not _is_index(index, mask):
+        return None
+    vector = index.like("i32")
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        base = data(context, builder, sig.args[0], args[0])
+        words = _gather(builder, base, args[1], args[2], BYTE, vector)
+        low = splat(builder, ir.Constant(I32, 255), vector.count)
+        return builder.and_(words, low)
+
+    return signature(vector, array, index, mask), generate
+
+
+def _is_index(index: Any, mask: Any) -> bool:
+    if not isinstance(index, Vector) or index.element not in ("i32", "i64"):
+        return False
+    return bool(mask == index.like("bool"))

@@ -1,0 +1,149 @@
+"""`paravol register`, from the words of the command line to the file."""
+
+import io
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.__main__ import main
+from app.register_command import RegisterOptions, run_register
+from devices import DeviceError
+from devices.microscribe import MicroScribeEmulator
+from devices.registration_file import load_registration
+from scenarios import load_scenario
+
+
+def _options(out: Path, scenario: Path, **changes: object) -> RegisterOptions:
+    options = {
+        "scenario": str(scenario),
+        "device": None,
+        "emulated": True,
+        "out": out,
+        "pivot": False,
+        "trace": False,
+        "targets": (),
+        "yes": True,
+        "seed": 1,
+        **changes,
+    }
+    return RegisterOptions(**options)  # type: ignore[arg-type]
+
+
+@pytest.mark.slow
+def test_the_whole_way_by_itself(
+    coarse_scenario: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["register", "--emulated", "--yes", "--json", "--seed", "3"]
+    words += ["--scenario", str(coarse_scenario), "--out", str(tmp_path / "r.json")]
+    assert main(words) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["within_budget"]
+    true = np.array(list(told["true_targets"].values()))
+    assert len(true) == 8
+    print(f"true {np.sqrt(np.mean(true**2)):.3f} mm rms")
+    assert np.sqrt(np.mean(true**2)) < 0.75
+    assert sorted(os.listdir(tmp_path)) == ["r.json", "r.tfm"]
+    record = load_registration(tmp_path / "r.json")
+    assert record.traced_points > 100
+    assert record.pivot is not None
+    assert record.tip_mm[2] == pytest.approx(-14.0, abs=0.3)
+
+
+def test_an_arm_on_a_port_is_registered(
+    coarse_scenario: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scenario, folder = load_scenario(str(coarse_scenario))
+    fiducials = np.stack(list(scenario.fiducial_positions().values()))
+    out = tmp_path / "r.json"
+    with MicroScribeEmulator(
+        folder / scenario.path, fiducials_mm=fiducials, seed=4
+    ) as arm:
+        options = _options(
+            out,
+            coarse_scenario,
+            emulated=False,
+            device=arm.port_name,
+            targets=("nasopharynx",),
+        )
+        assert run_register(options, as_json=False) == 0
+        truth = np.linalg.inv(arm.device_from_world)
+    found = load_registration(out).registration().world_from_device
+    at = np.array([0.0, 66.0, 8.0, 1.0])
+    device = arm.device_from_world @ at
+    assert np.linalg.norm((found @ device - at)[:3]) < 0.5
+    assert not np.allclose(found, truth, atol=1e-9)
+    said = capsys.readouterr()
+    assert "expected at nasopharynx" in said.out
+    assert "1 of 4: nasion" in said.err
+    assert "truly" not in said.out
+
+
+@pytest.mark.slow
+def test_whoever_says_no_gets_no_file(
+    coarse_scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO("n\n"))
+    options = _options(tmp_path / "r.json", coarse_scenario, yes=False)
+    assert run_register(options, as_json=True) == 1
+    with pytest.raises(ValueError, match="give --yes"):
+        run_register(options, as_json=True)
+    assert os.listdir(tmp_path) == []
+
+
+def test_ctrl_c_leaves_nothing(
+    coarse_scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupt(self: object, names: list[str]) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("app.registration_walk.RegistrationWalk.touch", interrupt)
+    words = ["register", "--emulated", "--no-pivot", "--no-trace"]
+    words += ["--scenario", str(coarse_scenario), "--out", str(tmp_path / "r.json")]
+    assert main(words) == 130
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        ([], "either --device"),
+        (["--emulated", "--device", "/dev/ttyUSB0"], "either --device"),
+        (["--emulated", "--out", "r.txt"], ".json"),
+        (["--emulated", "--out", "nowhere/r.json"], "no folder"),
+        (["--emulated", "--scenario", "nose-job"], "no scenario"),
+    ],
+)
+def test_mistakes_are_one_sentence(
+    words: list[str],
+    complaint: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["register", *words]) == 1
+    last = capsys.readouterr().err.strip().splitlines()[-1]
+    assert last.startswith("paravol: ")
+    assert complaint in last
+    assert os.listdir(tmp_path) == []
+
+
+def test_an_unknown_target_is_said(coarse_scenario: Path, tmp_path: Path) -> None:
+    options = _options(tmp_path / "r.json", coarse_scenario, targets=("left knee",))
+    with pytest.raises(ValueError, match="no landmark 'left knee'"):
+        run_register(options, as_json=True)
+
+
+def test_no_arm_no_file(coarse_scenario: Path, tmp_path: Path) -> None:
+    options = _options(
+        tmp_path / "r.json",
+        coarse_scenario,
+        emulated=False,
+        device=str(tmp_path / "ttyNOTHING"),
+    )
+    with pytest.raises(DeviceError, match="ttyNOTHING"):
+        run_register(options, as_json=True)
+    assert os.listdir(tmp_path) == []

@@ -1,0 +1,157 @@
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from app.registration_walk import PATIENCE_S, RegistrationWalk
+from devices import Pose
+from devices.held_point import HoldError
+from devices.pivot import PivotError
+
+RIGHT, LEFT = 1, 2
+HOLE = np.array([100.0, 50.0, 20.0])
+
+
+class Hand:
+    """A stylus that is put somewhere, with a foot on the pedals."""
+
+    def __init__(self) -> None:
+        self.poses: list[Pose] = []
+        self.said: list[str] = []
+        self.shown: list[tuple[str, float]] = []
+        self._given = 0
+
+    def put(self, frame: NDArray[np.float64], pedals: int) -> None:
+        t_s = 0.01 * len(self.poses)
+        self.poses.append(Pose(t_s, t_s, frame, pedals))
+
+    def hold(self, place: NDArray[np.float64], pedals: int, seconds: float) -> None:
+        frame = np.eye(4)
+        frame[:3, 3] = place
+        for _ in range(round(100 * seconds)):
+            self.put(frame, pedals)
+
+    def touch(self, *place: float) -> None:
+        self.hold(np.array(place), RIGHT, 0.6)
+        self.hold(np.array(place), 0, 0.2)
+
+    def swing(self, half_deg: float, length_mm: float = 0.0) -> None:
+        for i in range(300):
+            tilt, around = np.radians(half_deg) * np.sqrt(i / 300), 0.3 * i
+            z = np.array(
+                [
+                    np.sin(tilt) * np.cos(around),
+                    np.sin(tilt) * np.sin(around),
+                    np.cos(tilt),
+                ]
+            )
+            x = np.cross((0.0, 1.0, 0.0), z)
+            x /= np.linalg.norm(x)
+            frame = np.eye(4)
+            frame[:3, :3] = np.stack((x, np.cross(z, x), z), axis=1)
+            frame[:3, 3] = HOLE + length_mm * z
+            self.put(frame, RIGHT)
+        self.hold(HOLE, 0, 0.2)
+
+    def read(self, timeout_s: float) -> Pose:
+        if self._given == len(self.poses):
+            raise TimeoutError("the hand has done all it had to do")
+        self._given += 1
+        return self.poses[self._given - 1]
+
+    def __call__(self, stage: str, share: float) -> None:
+        self.shown.append((stage, share))
+
+    def say(self, text: str) -> None:
+        self.said.append(text)
+
+
+@pytest.fixture
+def hand() -> Hand:
+    return Hand()
+
+
+def _walk(hand: Hand) -> RegistrationWalk:
+    return RegistrationWalk(hand, hand)
+
+
+def test_landmarks_are_named_and_touched_in_order(hand: Hand) -> None:
+    hand.touch(1, 2, 3)
+    hand.touch(40, 5, 6)
+    held = _walk(hand).touch(["nasion", "chin"])
+    assert [point.tip_mm.tolist() for point in held] == [[1, 2, 3], [40, 5, 6]]
+    assert [line for line in hand.said if "of 2" in line] == [
+        "  1 of 2: nasion",
+        "  2 of 2: chin",
+    ]
+    assert hand.shown[-1] == ("Touching the landmarks", 1.0)
+
+
+def test_the_left_pedal_takes_the_last_one_back(hand: Hand) -> None:
+    hand.touch(1, 2, 3)
+    hand.hold(np.zeros(3), LEFT, 0.3)
+    hand.hold(np.zeros(3), 0, 0.2)
+    hand.touch(10, 20, 30)
+    hand.touch(40, 5, 6)
+    held = _walk(hand).touch(["nasion", "chin"])
+    assert held[0].tip_mm.tolist() == [10, 20, 30]
+    assert len(held) == 2
+
+
+def test_a_slip_is_told_and_asked_for_again(hand: Hand) -> None:
+    hand.hold(np.array([0.0, 0.0, 0.0]), RIGHT, 0.5)
+    hand.hold(np.array([9.0, 0.0, 0.0]), RIGHT, 0.5)
+    hand.hold(np.zeros(3), 0, 0.2)
+    hand.touch(1, 2, 3)
+    held = _walk(hand).touch(["nasion"])
+    assert held[0].tip_mm.tolist() == [1, 2, 3]
+    assert any("rest it in the hole" in line for line in hand.said)
+
+
+def test_three_slips_are_enough(hand: Hand) -> None:
+    for _ in range(3):
+        hand.hold(np.zeros(3), RIGHT, 0.15)
+        hand.hold(np.zeros(3), 0, 0.2)
+    with pytest.raises(HoldError, match="too briefly"):
+        _walk(hand).touch(["nasion"])
+
+
+def test_the_calibrated_tip_is_used_from_then_on(hand: Hand) -> None:
+    hand.swing(40.0, length_mm=14.0)
+    frame = np.eye(4)
+    frame[:3, 3] = (1.0, 2.0, 3.0 + 14.0)
+    for pedal in [RIGHT] * 60 + [0] * 20:
+        hand.put(frame, pedal)
+    walk = _walk(hand)
+    found = walk.pivot(along_axis=True)
+    np.testing.assert_allclose(found.tip_mm, (0.0, 0.0, -14.0), atol=1e-9)
+    held = walk.touch(["nasion"])
+    np.testing.assert_allclose(held[0].tip_mm, (1.0, 2.0, 3.0), atol=1e-9)
+
+
+def test_a_narrow_swing_is_asked_for_again(hand: Hand) -> None:
+    hand.swing(3.0)
+    hand.swing(40.0)
+    _walk(hand).pivot(along_axis=False)
+    assert any("tilt it further" in line for line in hand.said)
+    for _ in range(3):
+        hand.swing(3.0)
+    with pytest.raises(PivotError):
+        _walk(hand).pivot(along_axis=False)
+
+
+def test_a_trace_is_thinned_and_may_be_continued(hand: Hand) -> None:
+    for start in (0.0, 60.0):
+        for i in range(400):
+            hand.hold(np.array([start + 0.15 * i, 0.0, 0.0]), RIGHT, 0.01)
+        hand.hold(np.zeros(3), 0, 0.2)
+    traced = _walk(hand).trace()
+    assert 60 <= len(traced) <= 81
+    steps = np.linalg.norm(np.diff(traced, axis=0), axis=1)
+    assert steps.min() >= 1.5 - 1e-9
+    assert any("go on" in line for line in hand.said)
+
+
+def test_nobody_there_is_said(hand: Hand) -> None:
+    hand.hold(np.zeros(3), 0, PATIENCE_S + 1.0)
+    with pytest.raises(TimeoutError, match="Nobody pressed"):
+        _walk(hand).touch(["nasion"])

@@ -1,0 +1,124 @@
+"""Triangles along a lens's rays: against a ray library, and inside their bounds."""
+
+import itertools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from renderers.scene import Camera, GBuffer, Material, Mesh, Projection
+
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+def knot() -> Any:
+    """Long, thin, curved and sharp parts in one solid."""
+    rod = trimesh.creation.cylinder(radius=1.2, height=60, sections=20)
+    ring = trimesh.creation.torus(major_radius=6, minor_radius=1)
+    ring.apply_translation([0, 0, 20])
+    box = trimesh.creation.box(extents=(4, 0.5, 9))
+    parts: list[Any] = [rod, ring, box]
+    return trimesh.util.concatenate(parts)
+
+
+def embree_depth(
+    mesh: Mesh, camera: Camera, pose: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Give depth, infinite for a miss, and |cosine| between ray and triangle."""
+    from embreex.mesh_construction import TriangleMesh
+    from embreex.rtcore_scene import EmbreeScene
+
+    scene = EmbreeScene()
+    corners = mesh.vertices[mesh.faces] @ pose[:3, :3].T + pose[:3, 3]
+    TriangleMesh(scene, np.ascontiguousarray(corners - camera.frame[0], np.float32))
+    origins, directions = camera.rays()
+    seen = np.linalg.norm(directions, axis=-1) > 0.5
+    hit = scene.run(
+        (origins[seen] - camera.frame[0]).astype(np.float32),
+        directions[seen].astype(np.float32),
+        output=True,
+    )
+    depth = np.full(seen.shape, np.inf)
+    cosine = np.zeros(seen.shape)
+    depth[seen] = np.where(hit["geomID"] != -1, hit["tfar"], np.inf)
+    normal = hit["Ng"] / np.maximum(np.linalg.norm(hit["Ng"], axis=1), 1e-30)[:, None]
+    cosine[seen] = np.abs(np.sum(normal * directions[seen], axis=1))
+    return depth, cosine
+
+
+@pytest.mark.parametrize("projection", list(Projection))
+@settings(max_examples=15)
+@given(seed=SEEDS)
+def test_a_ray_library_finds_the_same_depths(projection: Projection, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    solid = knot()
+    mesh = Mesh(np.asarray(solid.vertices), np.asarray(solid.faces, dtype=np.int32))
+    extent = 15.0 if projection is Projection.ORTHOGRAPHIC else 0.7
+    camera = Camera.looking_at(
+        rng.uniform(-5, 5, 3), rng.uniform(-5, 5, 3) + 30 * np.eye(3)[1], extent=extent,
+        size=(96, 80), projection=projection,
+    )  # fmt: skip
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.random(random_state=seed).as_matrix()
+    # from nearly touching the eye to far, also beside and behind it
+    pose[:3, 3] = camera.eye_mm + camera.frame[3] * rng.uniform(-5, 50)
+    pose[:3, 3] += rng.uniform(-8, 8, 3)
+    found = mesh.gbuffer(camera, pose).depth_mm.astype(np.float64)
+    expected, cosine = embree_depth(mesh, camera, pose)
+    # At an edge a ray may be rounded to either side of it.
+    differ = np.isfinite(found) != np.isfinite(expected)
+    assert differ.sum() <= 4
+    both = np.isfinite(found) & np.isfinite(expected)
+    error = np.abs(found[both] - expected[both]) * cosine[both]
+    assert np.count_nonzero(error > 2e-4) <= 4
+
+
+def test_drawing_into_a_picture_keeps_what_is_nearer() -> None:
+    camera = Camera.looking_at((0, -20, 0), (0, 0, 0), extent=0.5, size=(64, 64))
+    solid = trimesh.creation.icosphere(subdivisions=3, radius=4.0)
+    mesh = Mesh(np.asarray(solid.vertices), np.asarray(solid.faces, dtype=np.int32))
+    alone = mesh.gbuffer(camera, np.eye(4))
+    wall = GBuffer.empty(64, 64)
+    wall.depth_mm[:, :32] = 5
+    wall.depth_mm[:, 32:] = 40
+    wall.coverage[:] = 0.5
+    wall.normal[..., 2] = 1
+    before = wall.depth_mm.copy()
+    mesh.draw(wall, camera, np.eye(4))
+    drawn = np.isfinite(alone.depth_mm) & (np.arange(64) >= 32)
+    assert drawn.sum() > 100
+    assert np.array_equal(wall.depth_mm[drawn], alone.depth_mm[drawn])
+    assert np.array_equal(wall.depth_mm[~drawn], before[~drawn])
+    assert np.array_equal(wall.normal[drawn], alone.normal[drawn])
+    assert np.all(wall.normal[~drawn] == [0, 0, 1])
+    assert np.array_equal(wall.coverage, np.where(drawn, 1, np.float32(0.5)))
+    assert np.array_equal(wall.material, drawn * np.uint8(Material.METAL))
+
+
+@given(seed=SEEDS)
+@settings(max_examples=15)
+def test_rows_may_be_dealt_out_in_any_way(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    solid = knot()
+    mesh = Mesh(np.asarray(solid.vertices), np.asarray(solid.faces, dtype=np.int32))
+    camera = Camera.looking_at((0, -20, 0), (0, 0, 0), extent=0.6, size=(50, 61))
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.random(random_state=seed).as_matrix()
+    cuts = [0, *sorted(rng.integers(0, 62, 4)), 61]
+
+    def bands(rows: int, kernel: Callable[[int, int], None]) -> None:
+        assert rows == 61
+        for first, last in itertools.pairwise(cuts):
+            kernel(first, last)
+
+    whole = mesh.gbuffer(camera, pose)
+    cut = GBuffer.empty(61, 50)
+    mesh.draw(cut, camera, pose, bands)
+    for name in ("depth_mm", "normal", "coverage", "material"):
+        assert np.array_equal(getattr(whole, name), getattr(cut, name))
