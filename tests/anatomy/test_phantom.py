@@ -142,11 +142,8 @@ def test_seeds_differ_and_equal_parameters_do_not() -> None:
         if isinstance(a, Volume):
             assert np.array_equal(a.values, b.values)
     assert not np.array_equal(first.ct.values, other.ct.values)
-    cells = [
-        np.count_nonzero(p.labels.values == Label.ETHMOID_SEPTUM)
-        for p in (first, other)
-    ]
-    assert cells[0] != cells[1]
+    septa = [p.labels.values == Label.ETHMOID_SEPTUM for p in (first, other)]
+    assert np.count_nonzero(septa[0] != septa[1]) > 20
 
 
 EXTREMES = [
