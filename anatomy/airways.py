@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from anatomy.distance.redistance import FARTHEST_MM, redistance
+from anatomy.distance.redistance import DEEPEST_MM, FARTHEST_MM, redistance
 from anatomy.tissue import SURFACE_HU
 from renderers.scene.volume import AIR_HU, Volume
 
@@ -145,6 +145,18 @@ def air_distance(airways: Airways) -> Volume:
     field = airways.field
     distance = redistance(field.values, float(field.spacing_mm[0]))
     return field.with_values(distance, FARTHEST_MM)
+
+
+def head_distance(airways: Airways) -> Volume:
+    """Give the signed distance to the head's outside: float32 mm, negative in the room.
+
+    Air inside the head counts as tissue, so that only skin is a surface.
+    """
+    field = np.asarray(airways.field.values)
+    inner = (field < 0) & (airways.outside_mm.values > 0)
+    closed = np.where(inner, np.float32(-SURFACE_HU), field)
+    distance = redistance(closed, float(airways.field.spacing_mm[0]))
+    return airways.field.with_values(distance, DEEPEST_MM)
 
 
 def skin_weight(airways: Airways) -> NDArray[np.uint8]:

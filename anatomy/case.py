@@ -2,7 +2,8 @@
 
 ``ct.nrrd``, ``labels.seg.nrrd`` and ``landmarks.mrk.json`` open in 3D Slicer, and so do
 the volumes that a flight needs: ``distance.nrrd``, ``blood.nrrd``, ``skin.nrrd``; a
-second scan on the same grid is ``mr.nrrd``. ``case.json`` names them with their hashes.
+second scan on the same grid is ``mr.nrrd``. ``face.nrrd`` is the distance to the skin
+of the whole head, on a coarser grid. ``case.json`` names them with their hashes.
 It is removed first and written last: a folder without it is no case.
 """
 
@@ -17,7 +18,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy.distance.redistance import FARTHEST_MM
+from anatomy.distance.redistance import DEEPEST_MM, FARTHEST_MM
 from anatomy.files import load_volume, save_volume, write_file
 from anatomy.landmarks import Landmark
 from anatomy.markups import read_markups, write_markups
@@ -35,7 +36,8 @@ FILES = {
     "distance": ("distance.nrrd", FARTHEST_MM),
     "blood": ("blood.nrrd", 0.0),
     "skin": ("skin.nrrd", 0.0),
-    "mr": ("mr.nrrd", 0.0),
+    "mr": ("mr.nrrd", AIR_HU),
+    "face": ("face.nrrd", DEEPEST_MM),
 }
 """Of each volume: its file and what lies outside it."""
 
@@ -74,6 +76,7 @@ class ApproachRecord(msgspec.Struct, frozen=True, kw_only=True):
 class CaseRecord(msgspec.Struct, frozen=True, kw_only=True):
     """Hold what ``case.json`` says.
 
+    label_names: by the labels' values in decimal.
     parameters: of a phantom. sources, notes, airway_ml, cavities, approach: of a
     scan; the second source is the second volume. sha256: of each volume's values, by
     name.
@@ -85,6 +88,7 @@ class CaseRecord(msgspec.Struct, frozen=True, kw_only=True):
     sha256: dict[str, str]
     sources: tuple[SourceRecord, ...] = ()
     notes: tuple[str, ...] = ()
+    label_names: dict[str, str] = {}  # msgspec copies it for each record
     airway_ml: float | None = None
     cavities: tuple[CavityRecord, ...] = ()
     approach: ApproachRecord | None = None
@@ -153,7 +157,11 @@ def store_case(
         save_volume(volumes[name], folder / file, fields)
     write_markups(landmarks, folder / LANDMARKS)
     hashes = {name: values_hash(volume.values) for name, volume in volumes.items()}
-    finished = msgspec.structs.replace(record, sha256=hashes)
+    finished = msgspec.structs.replace(
+        record,
+        sha256=hashes,
+        label_names={str(v): name for v, name in label_names.items() if v != 0},
+    )
     write_file(folder / RECORD, msgspec.json.encode(finished) + b"\n")
     return finished
 
@@ -193,10 +201,13 @@ def read_case(folder: Path | str) -> Case:
                 f"{source} holds a {name} volume that is not the one case.json names"
             )
         volumes[name] = volume
-    shapes = {
-        (v.shape, v.world_from_voxel.round(4).tobytes()) for v in volumes.values()
-    }
-    if len(shapes) > 1:
+    grid = volumes["ct"]
+    if any(
+        v.shape != grid.shape
+        or not np.allclose(v.world_from_voxel, grid.world_from_voxel, atol=1e-4)
+        for name, v in volumes.items()
+        if name != "face"
+    ):
         raise ValueError(f"the volumes of {source} do not share one grid")
     return Case(volumes, read_markups(source / LANDMARKS), record)
 

@@ -13,6 +13,10 @@ REACH_MM = 120.0
 STEP_MM = 0.5
 
 
+SHARES = (1.0, 0.75, 0.5)
+"""Of those ways, tried in turn until the scan shows skin at all four places."""
+
+
 def face_points(
     field: Volume, nose_mm: NDArray[np.float64]
 ) -> dict[str, NDArray[np.float64]]:
@@ -21,16 +25,32 @@ def face_points(
     field: CT numbers above those of the surface, negative in air. nose_mm: a nostril.
     A place that the scan does not show is left out.
     """
-    found = {}
-    for number, (aside, above) in enumerate(AROUND_MM, start=1):
-        depths = np.arange(-REACH_MM, REACH_MM, STEP_MM)
-        sideways, up = np.full_like(depths, aside), np.full_like(depths, above)
-        line = nose_mm + np.stack([sideways, depths, up], axis=1)
-        height = field.sample(line)
-        entered = np.flatnonzero((height[:-1] < 0) & (height[1:] >= 0))
-        if not len(entered):
-            continue
-        i = int(entered[0])
-        share = -height[i] / (height[i + 1] - height[i])
-        found[f"face {number}"] = line[i] + share * (line[i + 1] - line[i])
+    found: dict[str, NDArray[np.float64]] = {}
+    for share in SHARES:
+        seen = {}
+        for number, (aside, above) in enumerate(AROUND_MM, start=1):
+            way = share * np.array([aside, 0.0, above])
+            point = _first(field, nose_mm + way)
+            if point is not None:
+                seen[f"face {number}"] = point
+        if len(seen) > len(found):
+            found = seen
+        if len(found) == len(AROUND_MM):
+            break
     return found
+
+
+def _first(
+    field: Volume, through_mm: NDArray[np.float64]
+) -> NDArray[np.float64] | None:
+    """Look along a line from the front for the first tissue; None without any."""
+    depths = np.arange(-REACH_MM, REACH_MM, STEP_MM)
+    line = through_mm + depths[:, None] * np.array([0.0, 1.0, 0.0])
+    height = field.sample(line)
+    entered = np.flatnonzero((height[:-1] < 0) & (height[1:] >= 0))
+    if not len(entered):
+        return None
+    i = int(entered[0])
+    share = -height[i] / (height[i + 1] - height[i])
+    point: NDArray[np.float64] = line[i] + share * (line[i + 1] - line[i])
+    return point

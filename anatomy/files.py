@@ -47,7 +47,9 @@ def load_volume(path: Path | str, background: float = AIR_HU) -> Volume:
     left, _, right = np.linalg.svd(direction)
     rigid = left @ right
     if np.abs(rigid - direction).max() > _HEADER_TOLERANCE:
-        raise ValueError(f"{name} has axes that are not at right angles: {direction}")
+        raise ValueError(
+            f"{name} has axes that are not at right angles: {direction.tolist()}"
+        )
     try:
         return Volume(
             sitk.GetArrayFromImage(image),

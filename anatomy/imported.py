@@ -11,6 +11,7 @@ from anatomy.airways import (
     air_distance,
     box_around,
     find_airways,
+    head_distance,
     skin_weight,
 )
 from anatomy.approach import Approach, approach_from, find_approach
@@ -39,12 +40,13 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True, slots=True)
 class ImportedHead:
-    """Hold a scanned head; all volumes share one grid of cubic voxels in LPS.
+    """Hold a scanned head; but for the face, volumes share one grid of cubic voxels.
 
     ct: int16 CT numbers. distance: float32 mm to the air surface, negative in air.
     blood, skin: uint8, as a phantom's; a scan does not show blood, so mucosa has the
     mean of healthy ones. labels: uint8, 1 the airway, 2 and more separate cavities.
-    approach: how a scope comes in.
+    face: float32 mm to the outside of the whole head, negative in the room, on a
+    coarse grid of its own. approach: how a scope comes in.
     """
 
     ct: Volume
@@ -52,6 +54,7 @@ class ImportedHead:
     blood: Volume
     skin: Volume
     labels: Volume
+    face: Volume
     airways: Airways
     approach: Approach
     landmarks: dict[str, Landmark]
@@ -110,6 +113,7 @@ def import_head(
         fine.with_values(np.full(fine.shape, blood, np.uint8), 0.0),
         fine.with_values(skin_weight(airways), 0.0),
         airways.labels,
+        head_distance(rough),
         airways,
         approach,
         marks,

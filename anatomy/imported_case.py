@@ -49,6 +49,7 @@ def write_imported_case(
         "distance": head.distance,
         "blood": head.blood,
         "skin": head.skin,
+        "face": head.face,
         **(others or {}),
     }
     airways, approach = head.airways, head.approach

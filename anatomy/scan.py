@@ -18,7 +18,7 @@ from anatomy.files import load_volume
 from anatomy.tissue import SURFACE_HU, TISSUES
 from renderers.scene.volume import AIR_HU, Volume
 
-ARCHIVES = (".zip", ".tar", ".tgz", ".7z", ".rar")
+ARCHIVES = (".zip", ".tar", ".tar.gz", ".tar.bz2", ".tar.xz", ".tgz", ".7z", ".rar")
 
 LOWEST_HU = -1024.0
 """What is below lies outside the scanner's circle."""
@@ -58,7 +58,8 @@ class Levels:
 
         Raises ValueError for a volume that does not hold two levels.
         """
-        values = np.asarray(volume.values, dtype=np.float32)
+        # padding far below air would be taken for a level of its own
+        values = np.maximum(np.asarray(volume.values, np.float32), LOWEST_HU)
         low, high = np.percentile(values[::2, ::2, ::2], (0.1, 99.9))
         if not high > low:
             raise ValueError("the volume is the same everywhere")
@@ -109,7 +110,7 @@ def read_scan(
     stated: Modality | None = None
     if not path.exists():
         raise ValueError(f"there is no file or folder {path}")
-    if path.suffix.lower() in ARCHIVES:
+    if path.name.lower().endswith(ARCHIVES):
         raise ValueError(f"{path} is an archive; unpack it and name what is inside")
     if path.is_dir() or _is_dicom(path):
         folder = path if path.is_dir() else path.parent

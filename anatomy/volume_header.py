@@ -4,7 +4,9 @@ A header can claim anything: petabytes, no spacing, no frame. What cannot become
 volume that is in its right place is refused here, before memory is asked for.
 """
 
+import gzip
 import os
+import zlib
 from typing import Any
 
 MEMORY_SHARE = 0.5
@@ -13,8 +15,14 @@ MEMORY_SHARE = 0.5
 WIDEST_RATIO = 1e4
 """Between the largest and the smallest spacing; beyond it a unit is wrong."""
 
+MOST_HEADER_BYTES = 65_536
+
 SPACES = ("left-posterior-superior", "left-posterior-superior-time")
 """The reader turns RAS and LAS into the first one; other names place nobody."""
+
+NIFTI_HEADER_BYTES = 348
+
+CHUNK_BYTES = 1 << 20
 
 _BYTES = {
     "8-bit signed integer": 1,
@@ -72,6 +80,8 @@ def check_header(reader: Any, name: str, pixel_type: str) -> None:
             f"{WIDEST_RATIO:g}; one of the numbers is in another unit"
         )
     _check_frame(reader, name)
+    if name.lower().endswith((".nii", ".nii.gz")):
+        _check_length(name, NIFTI_HEADER_BYTES + need)
 
 
 def machine_memory() -> int:
@@ -98,3 +108,36 @@ def _check_frame(reader: Any, name: str) -> None:
                 f"{space!r}), so left and right are unknown; save it with the space "
                 "left-posterior-superior"
             )
+        if _has_loose_axis(name):
+            raise ValueError(
+                f"{name} has an axis that is none of the patient's; save the one 3-D "
+                "volume that is wanted"
+            )
+
+
+def _check_length(name: str, need: int) -> None:
+    """Refuse a cut NIfTI, whose reader would make up the rest as zeros."""
+    have = 0
+    try:
+        with gzip.open(name) if name.lower().endswith(".gz") else open(name, "rb") as f:
+            # no more than is claimed is ever unpacked
+            while have < need:
+                got = len(f.read(min(CHUNK_BYTES, need - have)))
+                if not got:
+                    break
+                have += got
+    except (EOFError, OSError, zlib.error) as error:
+        raise ValueError(f"{name} is cut off or damaged: {error}") from error
+    if have < need:
+        raise ValueError(f"{name} is cut off: {have:,} of {need:,} bytes are there")
+
+
+def _has_loose_axis(name: str) -> bool:
+    """Tell whether an NRRD gives an axis no direction; the reader would invent one."""
+    with open(name, "rb") as file:
+        header = file.read(MOST_HEADER_BYTES).partition(b"\n\n")[0]
+    for line in header.lower().splitlines():
+        field, _, value = line.partition(b":")
+        if field.strip() == b"space directions":
+            return b"none" in value or b"nan" in value
+    return False

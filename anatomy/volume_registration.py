@@ -14,17 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.scan import isotropic, patient_box
+from anatomy.tissue import SURFACE_HU
 from renderers.scene.volume import Volume
 
 WORKING_MM = 2.0
 """Voxels on which the scans are compared; the optimum is found to a tenth of one."""
 
 BINS = 40
-SAMPLED = 0.15
 SEED = 20
 
-LEVELS = ((4, 2.0), (2, 1.0), (1, 0.0))
-"""Shrinking and smoothing, in voxels and mm, from coarse to fine."""
+LEVELS = ((3, 3.0, 1.0), (2, 1.5, 0.6), (1, 0.0, 0.2))
+"""Shrinking in voxels, smoothing in mm and the share of voxels compared, from coarse
+to fine."""
 
 STARTS_OFF = (
     ((6.0, -5.0, 4.0), (4.0, -3.0, 3.0)),
@@ -39,6 +40,8 @@ LEAST_SHARED = 0.05
 
 REACH_MM = 60.0
 """From the middle, where differences between transforms are measured."""
+
+Level = tuple[int, float, float]
 
 Progress = Callable[[str, float], None]
 
@@ -70,8 +73,9 @@ def register_volumes(
     sitk = importlib.import_module("SimpleITK")
     fixed, moving = _image(sitk, first), _image(sitk, second)
     start = sitk.CenteredTransformInitializer(
-        fixed,
-        moving,
+        # the head, not the air around it, has its middle laid onto the other's
+        sitk.Cast(fixed > SURFACE_HU, sitk.sitkFloat32),
+        sitk.Cast(moving > SURFACE_HU, sitk.sitkFloat32),
         sitk.Euler3DTransform(),
         sitk.CenteredTransformInitializerFilter.MOMENTS,
     )
@@ -154,14 +158,14 @@ def _optimized(
     fixed: Any,
     moving: Any,
     start: Any,
-    levels: tuple[tuple[int, float], ...],
+    levels: tuple[Level, ...],
 ) -> Any:
     method = sitk.ImageRegistrationMethod()
     # sums in one order, for the same result every time
     method.SetNumberOfThreads(1)
     method.SetMetricAsMattesMutualInformation(BINS)
     method.SetMetricSamplingStrategy(method.RANDOM)
-    method.SetMetricSamplingPercentage(SAMPLED, SEED)
+    method.SetMetricSamplingPercentagePerLevel([share for *_, share in levels], SEED)
     method.SetInterpolator(sitk.sitkLinear)
     method.SetOptimizerAsRegularStepGradientDescent(
         learningRate=2.0,
@@ -171,8 +175,8 @@ def _optimized(
         gradientMagnitudeTolerance=1e-7,
     )
     method.SetOptimizerScalesFromPhysicalShift()
-    method.SetShrinkFactorsPerLevel([shrink for shrink, _ in levels])
-    method.SetSmoothingSigmasPerLevel([sigma for _, sigma in levels])
+    method.SetShrinkFactorsPerLevel([shrink for shrink, _, _ in levels])
+    method.SetSmoothingSigmasPerLevel([sigma for _, sigma, _ in levels])
     method.SmoothingSigmasAreSpecifiedInPhysicalUnitsOn()
     method.SetInitialTransform(start, inPlace=True)
     try:
@@ -211,7 +215,7 @@ def _agreement(
     )
     first = sitk.GetArrayFromImage(fixed)
     covered = moved > outside
-    tissue = first > -500
+    tissue = first > SURFACE_HU
     overlap = float((covered & tissue).sum() / max(tissue.sum(), 1))
     if not covered.any():
         return 0.0, 0.0

@@ -159,3 +159,57 @@ def phantom(
         noise_hu=noise,
         resonance=mr,
     )
+
+
+@app.command
+def export(
+    case: Path,
+    *,
+    out: Path,
+    format: Literal["ply", "vtp"] = "ply",
+    json: Json = False,
+) -> int:
+    """Write a case's surfaces for other programs, in patient LPS millimetres.
+
+    Parameters
+    ----------
+    case
+        A case folder, as import and phantom write.
+    out
+        Folder for the surfaces: air, skin, and each cavity or structure.
+    format
+        PLY for printers and viewers, VTP for ParaView and 3D Slicer.
+    """
+    from app.export_command import run_export
+
+    return run_export(case=case, out=out, ending=format, as_json=json)
+
+
+@app.command
+def face(
+    surface: Path,
+    *,
+    case: Path,
+    landmarks: Path,
+    out: Path | None = None,
+    json: Json = False,
+) -> int:
+    """Lay a scanned face, such as a mock head's, onto the skin of a case.
+
+    Parameters
+    ----------
+    surface
+        PLY or STL file of the face, in millimetres.
+    case
+        The case whose skin it is.
+    landmarks
+        A .mrk.json file with at least three landmarks on the face, named as in the
+        case (face 1, face 2, ...).
+    out
+        The aligned surface, .ply or .vtp; a .tfm for ITK lands beside it.
+    """
+    from app.face_command import run_face
+
+    return run_face(
+        surface=surface, case=case, landmarks=landmarks, out=out, as_json=json
+    )

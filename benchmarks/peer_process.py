@@ -5,6 +5,7 @@ signal, which no exception handler sees. So VTK never runs in the process that
 measures us; and its threads, caches and drivers stay out of our CPU time.
 """
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -101,8 +102,10 @@ class PeerProcess:
         """End the child and remove its files."""
         if self._child is not None:
             for pipe in (self._child.stdin, self._child.stdout):
-                if pipe is not None:
-                    pipe.close()
+                # What a dead child has not read cannot be flushed any more.
+                with contextlib.suppress(BrokenPipeError):
+                    if pipe is not None:
+                        pipe.close()
             try:
                 self._child.wait(5)
             except subprocess.TimeoutExpired:

@@ -146,7 +146,7 @@ class _Reading:
         """Compare with what was sent; nothing is known of when polls were answered."""
         counters = {
             name: float(self.counters[name])
-            for name in ("framing", "noise", "stray", "missed", "refused")
+            for name in ("framing", "noise", "stray", "missed", "refused", "jumps")
         }
         counters["poses"] = float(len(self.ticks))
         counters["cpu percent of one core"] = 100.0 * self.cpu_s / self.wall_s

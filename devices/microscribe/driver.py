@@ -50,11 +50,20 @@ STALE_S = 0.1
 
 
 class SerialPort:
-    """A serial port by pyserial: 8 data bits, no parity, 1 stop bit, exclusive."""
+    """A serial port by pyserial: 8 data bits, no parity, 1 stop bit, exclusive.
+
+    A name with a scheme is what pyserial makes of it: ``socket://host:port`` is an arm
+    at the far end of a network.
+    """
 
     def __init__(self, name: str) -> None:
         try:
-            self._serial = serial.Serial(name, RATES[0], exclusive=True, timeout=0.0)
+            if "://" in name:
+                self._serial = serial.serial_for_url(name, RATES[0], timeout=0.0)
+            else:
+                self._serial = serial.Serial(
+                    name, RATES[0], exclusive=True, timeout=0.0
+                )
         except _OPEN_ERRORS as error:
             raise DeviceError(
                 DeviceReason.NO_PORT,
@@ -63,6 +72,7 @@ class SerialPort:
             ) from error
         self._name = name
         posix = sys.platform != "win32"
+        # a socket's file answers the same calls
         self._file = TerminalFile(self._serial.fileno()) if posix else None
         self.set_rate(RATES[0])
 

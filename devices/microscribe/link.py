@@ -243,8 +243,10 @@ class ArmLink:
         while self._chunks[0][0] <= offset and len(self._chunks) > 1:
             self._chunks.popleft()
         end, came_s = self._chunks[0]
-        # What follows it in its chunk needed that long to come over the wire.
-        return came_s - max(end - offset - 1, 0) * self.line.byte_s
+        # Its own packet needed that long to come over the wire. The rest of a burst is
+        # left out: not every adapter keeps to the rate, and too late does no harm.
+        body = min(max(end - offset - 1, 0), POSE_LAYOUT.length - 1)
+        return came_s - body * self.line.byte_s
 
     def _wire_s(self, layout: Layout) -> float:
         return layout.length * self.line.byte_s

@@ -38,25 +38,21 @@ class CellCache:
         self,
         grid: CellGrid,
         spacing_mm: NDArray[np.float64],
-        ranges: NDArray[np.float32],
-        clear: NDArray[np.float32],
+        occupied: NDArray[np.bool_],
+        leap: NDArray[np.uint8],
         *,
         capacity: int | None = None,
-        skip_empty: bool = True,
     ) -> None:
-        """Take the value range of every cell, and what values cannot be seen.
+        """Take which cells are to be seen, and the distances of `cube_distances`.
 
         capacity: slots, at least 1; None for as many as there are cells to be seen.
-        skip_empty: False treats every cell as if it held something.
         """
         if capacity is not None and capacity < 1:
             raise ValueError(f"a cache needs at least 1 cell, got {capacity}")
         self.grid = grid
-        self._clear = clear if skip_empty else np.zeros((0, 2), np.float32)
         self._inverse_spacing = (1 / np.asarray(spacing_mm)).astype(np.float32)
         self._size = np.array(grid.shape[::-1], np.int32)
-        cell_leap = grid.distances(ranges, self._clear)
-        self.occupied = int(np.count_nonzero(cell_leap == 0))
+        self.occupied = int(np.count_nonzero(occupied))
         self.capacity = min(capacity or self.occupied, max(self.occupied, 1))
         self._state = np.zeros(grid.cells, np.uint8)
         self._free: list[int] = []
@@ -68,10 +64,9 @@ class CellCache:
         self.view = CellView(
             top=self._size - 2,
             counts=np.array(grid.counts[::-1], np.int32),
-            cell_leap=cell_leap,
+            leap=leap,
             slots=np.full(grid.cells, -1, np.int32),
             samples=np.zeros(0, np.float32),
-            cube_leap=np.zeros(0, np.uint8),
             stamp=np.zeros(0, np.int64),
         )
         self._grow(min(self.capacity, _FIRST_SLOTS))
@@ -87,8 +82,8 @@ class CellCache:
 
     @property
     def bytes(self) -> int:
-        """Get the memory of all slots."""
-        return self.view.samples.nbytes + self.view.cube_leap.nbytes
+        """Get the memory of all slots and of the distances."""
+        return self.view.samples.nbytes + self.view.leap.nbytes
 
     def reserve(self, cell: int) -> bool:
         """Make room for a cell; tell whether there was any. The cell turns PENDING."""
@@ -109,17 +104,13 @@ class CellCache:
         """Fill a reserved cell from its block of raw values; it turns VALID."""
         self._expect(cell, CellState.PENDING, "stored")
         slot = self._slot_of_cell[cell]
-        n, pad = (self.grid.side + 1) ** 3 * 4, self.grid.side + 2
+        n = (self.grid.side + 1) ** 3 * 4
         build_brick(
             np.array(block, dtype=np.float32, order="C"),
             np.array(self.grid.start(cell)[::-1], np.int32),
             self._size,
             self._inverse_spacing,
-            self._clear,
             self.view.samples[slot * n : (slot + 1) * n],
-            self.view.cube_leap[slot * pad**3 : (slot + 1) * pad**3].reshape(
-                pad, pad, pad
-            ),
         )
         self._state[cell] = CellState.VALID
         self._pending -= 1
@@ -172,12 +163,11 @@ class CellCache:
     def _grow(self, slots: int) -> None:
         before = len(self._cell_of_slot)
         added = slots - before
-        n, pad = (self.grid.side + 1) ** 3 * 4, (self.grid.side + 2) ** 3
+        n = (self.grid.side + 1) ** 3 * 4
         v = self.view
         self._cell_of_slot = np.append(self._cell_of_slot, np.zeros(added, np.int64))
         self.view = v._replace(
             samples=np.append(v.samples, np.zeros(added * n, np.float32)),
-            cube_leap=np.append(v.cube_leap, np.zeros(added * pad, np.uint8)),
             stamp=np.append(v.stamp, np.zeros(added, np.int64)),
         )
         self._free.extend(range(slots - 1, before - 1, -1))

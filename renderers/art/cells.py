@@ -5,13 +5,14 @@ one more voxel on either side makes its gradients, so ``(side + 3)**3`` values t
 A point on a face shared by two cells belongs to the cell with the larger index.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.preparation import chebyshev, find_clear
+from renderers.art.preparation import chebyshev, find_clear, find_clear_cubes
 
 SIDES = (8, 16, 32)
 """Cell sides, in cubes. Powers of two, so that a voxel's cell is a shift away."""
@@ -92,18 +93,35 @@ class CellGrid:
             both.append(best.ravel())
         return np.stack(both, axis=-1).astype(np.float32)
 
-    def distances(
+    def occupied(
         self, ranges: NDArray[np.float32], clear: NDArray[np.float32]
-    ) -> NDArray[np.uint8]:
-        """Get each cell's Chebyshev distance, in cells, to the next one to be seen.
+    ) -> NDArray[np.bool_]:
+        """Tell which cells may hold something to be seen, ``(cells,)``.
 
-        clear: ``(k, 2)`` intervals of values that cannot be seen. Zero marks cells
-        that may hold something; distances saturate at 255.
+        clear: ``(k, 2)`` intervals of values that cannot be seen.
         """
-        distance = np.zeros(self.cells, np.uint8)
-        find_clear(ranges, clear, distance)
-        chebyshev(distance.reshape(self.counts))
-        return distance
+        empty = np.zeros(self.cells, np.uint8)
+        find_clear(ranges, clear, empty)
+        full: NDArray[np.bool_] = empty == 0
+        return full
+
+
+def cube_distances(
+    values: NDArray[Any], clear: NDArray[np.float32]
+) -> NDArray[np.uint8]:
+    """Get each cube's Chebyshev distance, in cubes, to the next one to be seen.
+
+    Flat, x fastest, with three bytes to spare. Zero marks cubes that may hold
+    something; distances saturate at 255. Whatever is clear in `CellGrid.occupied` is
+    here.
+    """
+    shape = tuple(n - 1 for n in values.shape)
+    flat = np.zeros(math.prod(shape) + 3, np.uint8)
+    if len(clear):
+        distance = flat[:-3].reshape(shape)
+        find_clear_cubes(np.array(values, np.float32, order="C"), clear, distance)
+        chebyshev(distance)
+    return flat
 
 
 class CellShare:

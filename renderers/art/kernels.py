@@ -7,7 +7,8 @@ whichever cell it falls into: that is why neither cell size, nor threads, nor th
 in which cells arrive can change a bit. A ray that meets a missing cell writes down
 where it stopped and goes on later from there.
 
-Ray arrays, one row per ray: ``geometry`` float32 (origin x y z, step x y z in voxels,
+Ray arrays, one row per ray: ``order`` int32 rays to march, neighbours after each other;
+``geometry`` float32 (origin x y z, step x y z in voxels,
 step in mm, distance of sample 0 in mm); ``count`` int32 samples; ``cursor`` int32
 (sample, stage, bracket); ``value`` float32 (r, g, b, transmittance) or (normal,
 coverage); ``depth`` float32 mm; ``waiting`` int32 cell, negative when none.
@@ -19,22 +20,22 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.art.optics.kernels import HALF, ONE, ZERO, opacity, power
 from renderers.art.views import CellView, Classification
-
-ZERO, ONE, HALF = np.float32(0), np.float32(1), np.float32(0.5)
 
 U = np.uintp
 """Makes an index unsigned, so that numba does not look whether it counts from the end:
 5 % of the whole march (measured)."""
 
-SLOWEST = np.float32(1e-9)
-"""Voxels a sample; keeps reciprocals finite."""
-
 TINY = np.float32(1e-6)
 
-EDGE_VOXEL = np.float32(1e-3)
-"""Leaps end this far before the end of empty space. Positions are good to 6e-5 voxel
-at 1024 voxels, so no rounding can leap over a sample that counts."""
+SLOWEST = np.float32(1e-6)
+"""Voxels a sample; keeps reciprocals finite."""
+
+WITHIN = np.float32(0.501)
+"""Leaps end so much before empty space does, counted from a cube's middle. Positions
+are good to 6e-5 voxel at 1024 voxels, so no rounding can leap over a sample that
+counts."""
 
 BISECTIONS = 12
 """Halvings of the step around a surface: to 1e-4 of a voxel from half a voxel."""
@@ -43,30 +44,26 @@ BISECTIONS = 12
 @njit(cache=True, nogil=True, error_model="numpy")
 def per_voxel(s: np.float32) -> np.float32:
     """Turn voxels per sample into samples per voxel, finite also across the axis."""
-    if abs(s) < SLOWEST:
-        # Faster than it is, towards the same side: leaps only become shorter.
-        return -ONE / SLOWEST if s < ZERO else ONE / SLOWEST
-    return ONE / s
+    # Faster than it is, towards the same side: leaps only become shorter.
+    return ONE / (max(s, SLOWEST) if s >= ZERO else min(s, -SLOWEST))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def leap_out(
     x: np.float32, y: np.float32, z: np.float32,
     px: np.float32, py: np.float32, pz: np.float32,
-    ix: int, iy: int, iz: int, side: int, distance: int, left: int,
+    ix: int, iy: int, iz: int, distance: int, left: int,
 ) -> int:  # fmt: skip
     """Count the samples that surely lie in empty space, this one among them.
 
-    ix, iy, iz: first cube of the block of side**3 cubes the sample is in; blocks nearer
-    than `distance` are empty too. px, py, pz: samples per voxel along the ray.
+    ix, iy, iz: the cube the sample is in; cubes nearer than `distance` are empty too.
+    px, py, pz: samples per voxel along the ray.
     """
-    ahead = np.float32(distance * side) - EDGE_VOXEL
-    behind = np.float32((1 - distance) * side) + EDGE_VOXEL
-    out = np.float32(left)
-    out = min(out, (np.float32(ix) + (ahead if px > ZERO else behind) - x) * px)
-    out = min(out, (np.float32(iy) + (ahead if py > ZERO else behind) - y) * py)
-    out = min(out, (np.float32(iz) + (ahead if pz > ZERO else behind) - z) * pz)
-    return min(int(max(out, ZERO)) + 1, left)
+    reach = np.float32(distance) - WITHIN
+    out = (np.float32(ix) + HALF - x) * px + reach * abs(px)
+    out = min(out, (np.float32(iy) + HALF - y) * py + reach * abs(py))
+    out = min(out, (np.float32(iz) + HALF - z) * pz + reach * abs(pz))
+    return int(min(max(out, ZERO), np.float32(left - 1))) + 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -89,6 +86,7 @@ def trilinear(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def march_classic(
+    order: NDArray[np.int32],
     geometry: NDArray[np.float32], count: NDArray[np.int32], cursor: NDArray[np.int32],
     value: NDArray[np.float32], depth: NDArray[np.float32], waiting: NDArray[np.int32],
     view: CellView, shift: int, clock: int, table: Classification,
@@ -104,12 +102,11 @@ def march_classic(
     samples, contributing, skipped, cells entered. Post-classified; the opacity of a
     step of length h is ``1 - exp(-kappa h)``.
     """
-    side = 1 << shift
-    mask = side - 1
-    n1 = side + 1
-    pad = side + 2
+    mask = (1 << shift) - 1
+    n1 = (1 << shift) + 1
+    wide, high = int(view.top[0]) + 1, int(view.top[1]) + 1
     row, slab = 4 * n1, 4 * n1 * n1
-    for ray in range(len(count)):
+    for ray in order:
         waiting[ray] = -1
         i, end = cursor[ray, 0], count[ray]
         if i >= end:
@@ -127,18 +124,15 @@ def march_classic(
             ix = min(max(int(x), 0), view.top[0])
             iy = min(max(int(y), 0), view.top[1])
             iz = min(max(int(z), 0), view.top[2])
+            far = int(view.leap[U((iz * high + iy) * wide + ix)])
+            if far > 0:
+                jump = leap_out(x, y, z, px, py, pz, ix, iy, iz, far, end - i)
+                counters[2] += jump
+                i += jump
+                continue
             cell = (iz >> shift) * view.counts[1] + (iy >> shift)
             cell = cell * view.counts[0] + (ix >> shift)
             if cell != current:
-                far = int(view.cell_leap[cell])
-                if far > 0:
-                    jump = leap_out(
-                        x, y, z, px, py, pz, ix & ~mask, iy & ~mask, iz & ~mask,
-                        side, far, end - i,
-                    )  # fmt: skip
-                    counters[2] += jump
-                    i += jump
-                    continue
                 slot = view.slots[cell]
                 if slot < 0:
                     waiting[ray] = cell
@@ -147,14 +141,6 @@ def march_classic(
                 view.stamp[slot] = clock
                 counters[3] += 1
             lx, ly, lz = ix & mask, iy & mask, iz & mask
-            far = int(
-                view.cube_leap[((slot * pad + lz + 1) * pad + ly + 1) * pad + lx + 1]
-            )
-            if far > 0:
-                jump = leap_out(x, y, z, px, py, pz, ix, iy, iz, 1, far, end - i)
-                counters[2] += jump
-                i += jump
-                continue
             i += 1
             counters[0] += 1
             fx, fy, fz = x - np.float32(ix), y - np.float32(iy), z - np.float32(iz)
@@ -162,16 +148,16 @@ def march_classic(
             v = trilinear(view.samples, at, row, slab, fx, fy, fz)
             bin_ = (v - table.low) * table.scale
             k = table.bins[int(min(max(bin_, ZERO), np.float32(len(table.bins) - 1)))]
-            while v >= table.nodes[k + 1]:
+            while v >= table.extinction[k, 1]:
                 k += 1
-            dv = max(v - table.nodes[k], ZERO)
-            kappa = table.base[k, 3] + dv * table.slope[k, 3]
+            dv = max(v - table.extinction[k, 0], ZERO)
+            kappa = table.extinction[k, 2] + dv * table.extinction[k, 3]
             if kappa <= ZERO:
                 continue
             counters[1] += 1
-            cr = table.base[k, 0] + dv * table.slope[k, 0]
-            cg = table.base[k, 1] + dv * table.slope[k, 1]
-            cb = table.base[k, 2] + dv * table.slope[k, 2]
+            cr = table.color[k, 0] + dv * table.color_slope[k, 0]
+            cg = table.color[k, 1] + dv * table.color_slope[k, 1]
+            cb = table.color[k, 2] + dv * table.color_slope[k, 2]
             gx = trilinear(view.samples, at + 1, row, slab, fx, fy, fz)
             gy = trilinear(view.samples, at + 2, row, slab, fx, fy, fz)
             gz = trilinear(view.samples, at + 3, row, slab, fx, fy, fz)
@@ -197,12 +183,12 @@ def march_classic(
                         hx, hy, hz = qx - vx, qy - vy, qz - vz
                         q = max(math.sqrt(hx * hx + hy * hy + hz * hz), TINY)
                         c = max((nx * hx + ny * hy + nz * hz) / q, ZERO)
-                        c = material[2] * c ** material[3]
+                        c = material[2] * power(c, material[3])
                         er += c * lights[m, 3]
                         eg += c * lights[m, 4]
                         eb += c * lights[m, 5]
                 cr, cg, cb = cr * dr + er, cg * dg + eg, cb * db + eb
-            weight = t * -np.float32(math.expm1(-kappa * h))
+            weight = t * opacity(kappa * h)
             r += weight * cr
             g += weight * cg
             b += weight * cb
@@ -220,6 +206,7 @@ def march_classic(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def march_scope(
+    order: NDArray[np.int32],
     geometry: NDArray[np.float32], count: NDArray[np.int32], cursor: NDArray[np.int32],
     value: NDArray[np.float32], depth: NDArray[np.float32], waiting: NDArray[np.int32],
     view: CellView, shift: int, clock: int, counters: NDArray[np.int64],
@@ -231,12 +218,11 @@ def march_scope(
     read. Each stage reads one point and hence needs one cell. The bracket is kept as
     an integer, so that stopping and going on is exact.
     """
-    side = 1 << shift
-    mask = side - 1
-    n1 = side + 1
-    pad = side + 2
+    mask = (1 << shift) - 1
+    n1 = (1 << shift) + 1
+    wide, high = int(view.top[0]) + 1, int(view.top[1]) + 1
     row, slab = 4 * n1, 4 * n1 * n1
-    for ray in range(len(count)):
+    for ray in order:
         waiting[ray] = -1
         i, stage, bracket = cursor[ray, 0], cursor[ray, 1], cursor[ray, 2]
         end = count[ray]
@@ -256,20 +242,17 @@ def march_scope(
             ix = min(max(int(x), 0), view.top[0])
             iy = min(max(int(y), 0), view.top[1])
             iz = min(max(int(z), 0), view.top[2])
-            cell = (iz >> shift) * view.counts[1] + (iy >> shift)
-            cell = cell * view.counts[0] + (ix >> shift)
+            far = int(view.leap[U((iz * high + iy) * wide + ix)])
             v = -ONE
-            far = int(view.cell_leap[cell])
             if far > 0:
                 if stage == 0:
-                    jump = leap_out(
-                        x, y, z, px, py, pz, ix & ~mask, iy & ~mask, iz & ~mask,
-                        side, far, end - i,
-                    )  # fmt: skip
+                    jump = leap_out(x, y, z, px, py, pz, ix, iy, iz, far, end - i)
                     counters[2] += jump
                     i += jump
                     continue
             else:
+                cell = (iz >> shift) * view.counts[1] + (iy >> shift)
+                cell = cell * view.counts[0] + (ix >> shift)
                 if cell != current:
                     slot = view.slots[cell]
                     if slot < 0:
@@ -279,16 +262,6 @@ def march_scope(
                     view.stamp[slot] = clock
                     counters[3] += 1
                 lx, ly, lz = ix & mask, iy & mask, iz & mask
-                if stage == 0:
-                    d = ((slot * pad + lz + 1) * pad + ly + 1) * pad + lx + 1
-                    far = int(view.cube_leap[d])
-                    if far > 0:
-                        jump = leap_out(
-                            x, y, z, px, py, pz, ix, iy, iz, 1, far, end - i
-                        )
-                        counters[2] += jump
-                        i += jump
-                        continue
                 counters[0] += 1
                 fx, fy, fz = x - np.float32(ix), y - np.float32(iy), z - np.float32(iz)
                 at = (((slot * n1 + lz) * n1 + ly) * n1 + lx) * 4

@@ -11,13 +11,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.kernels import march_classic, march_scope
-from renderers.art.preparation import set_up_rays
+from renderers.art.kernel_set import KernelSet
 from renderers.art.quality import Quality
 from renderers.art.rays import RayPacket
 from renderers.art.regions import Region
 from renderers.art.views import CellView, Classification
-from renderers.scene import Camera, Scene, TransferFunction, Volume
+from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
 
 COUNTERS = ("samples", "contributing", "skipped", "cells_entered")
 """Names of the kernels' counters."""
@@ -48,15 +47,21 @@ class March(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class FrameRays:
-    """Hold a camera's rays: world origins and unit directions, ``(h, w, 3)``."""
+    """Hold a camera's rays: `Camera.lens_table` and `Camera.frame`."""
 
-    origins: NDArray[np.float64]
-    directions: NDArray[np.float64]
+    table: NDArray[np.float32]
+    frame: NDArray[np.float64]
+    orthographic: bool
 
     @classmethod
     def of(cls, camera: Camera) -> "FrameRays":
         """Ask the camera."""
-        return cls(*camera.rays())
+        # A copy, because compiled code tells what may be written from what may not.
+        return cls(
+            camera.lens_table(),
+            camera.frame.copy(),
+            camera.projection is Projection.ORTHOGRAPHIC,
+        )
 
 
 def clear_intervals(transfer_function: TransferFunction) -> NDArray[np.float32]:
@@ -88,15 +93,17 @@ def classification(transfer_function: TransferFunction) -> Classification:
     low, high = np.float32(nodes[0]), np.float32(nodes[-1])
     scale = np.float32(_BINS / max(float(high - low), 1e-30))
     edges = float(low) + (np.arange(_BINS) - 1e-3) / float(scale)
+    # Edges lie early by more than rounding: a density is never put too late.
     bins = np.searchsorted(lower[1:-1], edges, side="right")
-    # One segment early: the kernel walks forward, and rounding cannot put it late.
+    extinction = np.column_stack([lower[:-1], lower[1:], base[:, 3], slope[:, 3]])
+    spare = np.zeros((len(base), 1))
     return Classification(
-        np.maximum(bins - 1, 0).astype(np.int32),
+        bins.astype(np.int32),
         low,
         scale,
-        lower,
-        base.astype(np.float32),
-        slope.astype(np.float32),
+        np.ascontiguousarray(extinction, np.float32),
+        np.ascontiguousarray(np.hstack([base[:, :3], spare]), np.float32),
+        np.ascontiguousarray(np.hstack([slope[:, :3], spare]), np.float32),
     )
 
 
@@ -106,7 +113,7 @@ class _Marching:
     at_ends = False
     first_value = (0.0, 0.0, 0.0, 1.0)
 
-    def __init__(self, volume: Volume, quality: Quality) -> None:
+    def __init__(self, volume: Volume, quality: Quality, kernels: KernelSet) -> None:
         if volume.values.dtype.kind == "f" and not np.isfinite(volume.values).all():
             raise ValueError(
                 "the volume holds values that are not finite; replace them, for "
@@ -123,16 +130,20 @@ class _Marching:
                 f"than {LARGEST_COUNT} samples; choose a larger one"
             )
         self._top = size.astype(np.float64)
+        self._voxel_from_world = np.array(volume.voxel_from_world)
+        self._kernels = kernels
 
     def start(self, region: Region, rays: FrameRays) -> RayPacket:
         """Put the rays of a region at their first samples."""
         n = region.pixels
         geometry = np.zeros((n, 8), np.float32)
         count = np.zeros(n, np.int32)
-        set_up_rays(
-            rays.origins[region.rows, region.columns].reshape(n, 3),
-            rays.directions[region.rows, region.columns].reshape(n, 3),
-            self.volume.voxel_from_world,
+        self._kernels.set_up_rays(
+            np.array(rays.table[region.rows, region.columns]).reshape(n, 3),
+            0,
+            rays.frame,
+            rays.orthographic,
+            self._voxel_from_world,
             self._top,
             self.step_mm,
             self.at_ends,
@@ -146,10 +157,14 @@ class ClassicMarch(_Marching):
     """Classify, shade and composite samples at the middles of steps."""
 
     def __init__(
-        self, scene: Scene, quality: Quality, value_range: tuple[float, float]
+        self,
+        scene: Scene,
+        quality: Quality,
+        value_range: tuple[float, float],
+        kernels: KernelSet,
     ) -> None:
         """Take the volume's smallest and largest value, which the caller knows."""
-        super().__init__(scene.volume, quality)
+        super().__init__(scene.volume, quality, kernels)
         self.clear = clear_intervals(scene.transfer_function)
         self.table = classification(scene.transfer_function)
         volume = scene.volume
@@ -176,7 +191,8 @@ class ClassicMarch(_Marching):
     ) -> NDArray[np.int64]:
         """Composite each ray until it ends or misses a cell."""
         counters = np.zeros(len(COUNTERS), np.int64)
-        march_classic(
+        self._kernels.march_classic(
+            packet.order,
             packet.geometry,
             packet.count,
             packet.cursor,
@@ -204,10 +220,10 @@ class ScopeMarch(_Marching):
     at_ends = True
     first_value = (0.0, 0.0, 0.0, 0.0)
 
-    def __init__(self, scene: Scene, quality: Quality) -> None:
+    def __init__(self, scene: Scene, quality: Quality, kernels: KernelSet) -> None:
         if scene.surface is None:
             raise ValueError("the scene has no air surface; mode scope needs one")
-        super().__init__(scene.surface.distance, quality)
+        super().__init__(scene.surface.distance, quality, kernels)
         self.clear = np.array([[-math.inf, 0.0]], np.float32)
 
     def run(
@@ -215,7 +231,8 @@ class ScopeMarch(_Marching):
     ) -> NDArray[np.int64]:
         """Leap to the surface; value becomes (normal, coverage) along array axes."""
         counters = np.zeros(len(COUNTERS), np.int64)
-        march_scope(
+        self._kernels.march_scope(
+            packet.order,
             packet.geometry,
             packet.count,
             packet.cursor,

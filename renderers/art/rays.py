@@ -2,11 +2,23 @@
 
 from collections import deque
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderers.art.regions import Region
+
+TILE_PX = 8
+"""Edge of the squares of pixels whose rays march together: they share cells."""
+
+
+@lru_cache(maxsize=64)
+def tile_order(columns: int, rows: int) -> NDArray[np.int32]:
+    """List a region's pixels, numbered row by row, tile by tile."""
+    y, x = np.divmod(np.arange(columns * rows), columns)
+    order = np.lexsort((x, y, x // TILE_PX, y // TILE_PX))
+    return order.astype(np.int32)
 
 
 @dataclass(slots=True, eq=False)
@@ -18,6 +30,7 @@ class RayPacket:
     """
 
     region: Region
+    order: NDArray[np.int32]
     geometry: NDArray[np.float32]
     count: NDArray[np.int32]
     cursor: NDArray[np.int32]
@@ -37,6 +50,7 @@ class RayPacket:
         n = len(count)
         return cls(
             region,
+            tile_order(region.right - region.left, region.bottom - region.top),
             geometry,
             count,
             np.zeros((n, 3), np.int32),
@@ -47,7 +61,8 @@ class RayPacket:
 
     def missing_cells(self) -> list[int]:
         """List the cells that rays stopped at, without repetition."""
-        return [int(c) for c in np.unique(self.waiting) if c >= 0]
+        waiting = self.waiting[self.waiting >= 0]
+        return np.unique(waiting).tolist() if waiting.size else []
 
 
 class RayStack:

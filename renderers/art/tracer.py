@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderers.art.cache import CellCache
-from renderers.art.cells import CellGrid, CellShare
+from renderers.art.cells import CellGrid, CellShare, cube_distances
 from renderers.art.directory import Directory, homes
+from renderers.art.kernel_set import KernelSet, best_kernels
 from renderers.art.march import ClassicMarch, FrameRays, March, ScopeMarch
 from renderers.art.node import Node
 from renderers.art.quality import Quality
@@ -54,11 +55,13 @@ class ActiveRayTracer:
         cell_side: int = 8,
         cache_cells: int | None = None,
         validate: bool = False,
+        kernels: KernelSet | None = None,
     ) -> None:
         """Take a scene.
 
         quality: a `Quality` or the name of one. cache_cells: cells kept ready, at
-        least 1; None for all that can be seen.
+        least 1; None for all that can be seen. kernels: the compiled functions; None
+        for the fastest this machine has. All draw the same picture.
         """
         if threads < 1:
             raise ValueError(f"threads must be at least 1, got {threads}")
@@ -71,6 +74,7 @@ class ActiveRayTracer:
         self._cell_side = cell_side
         self._cache_cells = cache_cells
         self._validate = validate
+        self._kernels = kernels
         self._nodes: dict[str, Node] = {}
         self._marches: dict[str, March] = {}
 
@@ -130,6 +134,7 @@ class ActiveRayTracer:
                 cell_side=self._cell_side,
                 cache_cells=self._cache_cells,
                 validate=self._validate,
+                kernels=self._kernels,
             )
             self._nodes[mode] = node
             self._marches[mode] = march
@@ -146,8 +151,12 @@ def make_node(
     cell_side: int = 8,
     cache_cells: int | None = None,
     validate: bool = False,
+    kernels: KernelSet | None = None,
 ) -> tuple[March, Node]:
-    """Prepare one rank for a scene in mode `classic` or `scope`."""
+    """Prepare one rank for a scene in mode `classic` or `scope`.
+
+    kernels: the compiled functions; None for the fastest this machine has.
+    """
     surface = scene.surface
     if mode == "scope" and surface is None:
         raise ValueError("the scene has no air surface; mode scope needs one")
@@ -157,22 +166,17 @@ def make_node(
     march: March
     if mode == "classic":
         span = float(ranges[:, 0].min()), float(ranges[:, 1].max())
-        march = ClassicMarch(scene, quality, span)
+        march = ClassicMarch(scene, quality, span, kernels or best_kernels())
     elif mode == "scope":
-        march = ScopeMarch(scene, quality)
+        march = ScopeMarch(scene, quality, kernels or best_kernels())
     else:
         raise ValueError(f"mode must be classic or scope, got {mode!r}")
-    cache = CellCache(
-        grid,
-        volume.spacing_mm,
-        ranges,
-        march.clear,
-        capacity=cache_cells,
-        skip_empty=quality.skip_empty,
-    )
+    clear = march.clear if quality.skip_empty else np.zeros((0, 2), np.float32)
+    seen = grid.occupied(ranges, clear)
+    leap = cube_distances(volume.values, clear)
+    cache = CellCache(grid, volume.spacing_mm, seen, leap, capacity=cache_cells)
     mine = None
     if ranks > 1:
-        seen = cache.view.cell_leap == 0
         mine = np.flatnonzero(seen & (homes(grid.cells, ranks) == rank))
     directory = Directory(rank, ranks, grid, CellShare(grid, volume.values, mine))
     return march, Node(march, grid, directory, cache, validate=validate)

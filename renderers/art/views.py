@@ -10,18 +10,17 @@ class CellView(NamedTuple):
     """Show the kernels which cells are here.
 
     top: int32 (3,) largest cube index along x, y, z. counts: int32 (3,) cells along
-    x, y, z. cell_leap: uint8 (cells,) Chebyshev distance in cells to the next cell
-    with something in it. slots: int32 (cells,), negative when missing. samples:
-    float32, flat, (value, gradient x y z) of ``(side + 1)**3`` voxels a slot.
-    cube_leap: uint8, flat, ``side**3`` a slot. stamp: int64 (slots,) time of last use.
+    x, y, z. leap: uint8, flat, every cube's Chebyshev distance in cubes to the next
+    with something in it, and three bytes to spare. slots: int32 (cells,), negative
+    when missing. samples: float32, flat, (value, gradient x y z) of ``(side + 1)**3``
+    voxels a slot. stamp: int64 (slots,) time of last use.
     """
 
     top: NDArray[np.int32]
     counts: NDArray[np.int32]
-    cell_leap: NDArray[np.uint8]
+    leap: NDArray[np.uint8]
     slots: NDArray[np.int32]
     samples: NDArray[np.float32]
-    cube_leap: NDArray[np.uint8]
     stamp: NDArray[np.int64]
 
 
@@ -29,13 +28,14 @@ class Classification(NamedTuple):
     """Hold the user's own transfer-function nodes behind a table of bins.
 
     bins: int32 (b,) first segment that a bin can fall into; a bin is
-    ``(v - low) * scale``. nodes: float32 (n + 1,) lower ends of segments, +inf last.
-    base, slope: float32 (n, 4) colour and extinction per mm, and their slopes.
+    ``(v - low) * scale``. extinction: float32 (n, 4) lower end of a segment, its upper
+    end (+inf last), extinction per mm there, its slope. color, color_slope: float32
+    (n, 4) likewise; the last column is spare.
     """
 
     bins: NDArray[np.int32]
     low: np.float32
     scale: np.float32
-    nodes: NDArray[np.float32]
-    base: NDArray[np.float32]
-    slope: NDArray[np.float32]
+    extinction: NDArray[np.float32]
+    color: NDArray[np.float32]
+    color_slope: NDArray[np.float32]

@@ -90,15 +90,34 @@ def eye_voxel(rows: SparseRows, camera: Camera) -> NDArray[np.int64]:
     return np.clip(np.rint(voxel), 0, top).astype(np.int64)
 
 
-def build_display_list(
+class DisplayRoom:
+    """Hold memory for the lists of one set, kept from view to view.
+
+    index: ``(n + spare,)`` int32 into the set's arrays; row: the elements' rows.
+    """
+
+    def __init__(self, elements: int, spare: int = 0) -> None:
+        self.index: NDArray[np.int32] = np.zeros(elements + spare, np.int32)
+        self.row: NDArray[np.int32] = np.empty(elements, np.int32)
+
+
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """Say how much of a `DisplayRoom` one view fills, and how many rows it kept."""
+
+    count: int
+    rows_kept: int
+
+
+def list_elements(
     rows: SparseRows,
     camera: Camera,
     margin_mm: float,
+    room: DisplayRoom,
     *,
     reach_mm: float = math.inf,
-    back_to_front: bool = True,
-) -> DisplayList:
-    """Cull and order a set for one view.
+) -> Listed:
+    """Cull and order a set for one view, far to near, into `room`.
 
     margin_mm: radius of an element; nothing that reaches into the view is lost.
     reach_mm: leave out elements whose grid point is farther from the eye.
@@ -106,10 +125,8 @@ def build_display_list(
     matrix = rows.world_from_voxel
     # a plane a.p + d of the world is (a M) v + d of the voxel frame
     planes = np.ascontiguousarray(view_planes(camera, margin_mm) @ matrix)
-    index = np.empty(len(rows), np.int32)
-    row = np.empty(len(rows), np.int32)
     nz, ny, nx = rows.shape
-    n, kept = cull_rows(
+    count, kept = cull_rows(
         rows.offsets,
         rows.x,
         nx,
@@ -120,13 +137,30 @@ def build_display_list(
         np.ascontiguousarray(matrix[:3, :3].T),
         float(reach_mm),
         eye_voxel(rows, camera),
-        index,
-        row,
+        room.index,
+        room.row,
     )
-    index, row = index[:n], row[:n]
+    return Listed(count, kept)
+
+
+def build_display_list(
+    rows: SparseRows,
+    camera: Camera,
+    margin_mm: float,
+    *,
+    reach_mm: float = math.inf,
+    back_to_front: bool = True,
+) -> DisplayList:
+    """Do as `list_elements` and give the elements themselves.
+
+    back_to_front: far to near, else near to far.
+    """
+    room = DisplayRoom(len(rows))
+    listed = list_elements(rows, camera, margin_mm, room, reach_mm=reach_mm)
+    index, row = room.index[: listed.count], room.row[: listed.count]
     if not back_to_front:
         index, row = np.ascontiguousarray(index[::-1]), np.ascontiguousarray(row[::-1])
-    return DisplayList(index, row, kept)
+    return DisplayList(index, row, listed.rows_kept)
 
 
 def sorted_by_distance(

@@ -2,7 +2,7 @@
 
 from functools import cached_property
 
-from renderers.fsr.classic import SplatRasterizer
+from renderers.fsr.classic import SplatMode, SplatRasterizer
 from renderers.fsr.fuzzy_set import FuzzySet, Inclusion, extract_fuzzy_set
 from renderers.fsr.scope import SurfelRasterizer
 from renderers.fsr.thread_team import ThreadTeam
@@ -66,7 +66,8 @@ class FuzzySetRenderer:
 
     def render(self, camera: Camera) -> Image:
         """Draw mode `classic`: premultiplied linear RGBA."""
-        image = self._classic.draw(camera, self._team, points=self.points)
+        mode = SplatMode.POINTS if self.points else SplatMode.GAUSSIAN
+        image = self._classic.draw(camera, self._team, mode)
         self._counters = {"splats": len(self.fuzzy_set), **self._classic.counters}
         return image
 

@@ -6,7 +6,7 @@ or reordered arithmetic: the same bits for any width and on any processor. Impor
 in files of kernels only, and use those through `renderers.simd_guard`.
 """
 
-from renderers.simd.cells import cell4
+from renderers.simd.cells import cell4, cell4_real
 from renderers.simd.functions import (
     absolute,
     all_,
@@ -60,6 +60,7 @@ __all__ = [
     "as_i32",
     "bits",
     "cell4",
+    "cell4_real",
     "count",
     "f32",
     "f64",

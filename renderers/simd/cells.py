@@ -1,4 +1,4 @@
-"""Trilinear interpolation of four interleaved int16 channels, one cell per lane."""
+"""Trilinear interpolation of four interleaved channels, one cell per lane."""
 
 from typing import Any
 
@@ -21,6 +21,7 @@ from renderers.simd.vector import (
 
 _I16 = ir.IntType(16)
 _PAIR = ir.VectorType(_I16, 8)
+_REALS = ir.VectorType(ELEMENTS["f32"], 4)
 _SCALE = 32767
 
 
@@ -117,6 +118,61 @@ def cell4(
                 )
                 corners.append(_lerp(builder, front, back, pz))
             parts.append(_lerp(builder, corners[0], corners[1], px))
+        channels = transpose(builder, parts)
+        return context.make_tuple(builder, sig.return_type, channels)
+
+    steps = (types.int64, types.int64)
+    sig = signature(types.UniTuple(result, 4), quads, voxel, *steps, fx, fy, fz)
+    return sig, generate
+
+
+@vector_function
+def cell4_real(
+    typingctx: Any, quads: Any, voxel: Any, y_step: Any, z_step: Any, fx: Any, fy: Any,
+    fz: Any,
+) -> Any:  # fmt: skip
+    """Interpolate four float32 channels between the eight corners of a cell.
+
+    Arguments as `cell4` has them, but for the channels. Along x, then y, then z, each
+    as ``a + f (b - a)``.
+    """
+    found = stored(quads)
+    if found is None or quads.dtype != types.float32:
+        return None
+    if not isinstance(voxel, Vector) or voxel.element != "i32" or voxel.count < 4:
+        return None
+    result = voxel.like("f32")
+    if any(f != result for f in (fx, fy, fz)):
+        return None
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        _, voxel, y_step, z_step, fx, fy, fz = args
+        base = data(context, builder, sig.args[0], args[0])
+        voxel_bytes = ir.Constant(I64, 4)
+        along = builder.shl(y_step, voxel_bytes)
+        deep = builder.shl(z_step, voxel_bytes)
+        starts = [
+            base,
+            builder.gep(base, [along], source_etype=BYTE),
+            builder.gep(base, [deep], source_etype=BYTE),
+            builder.gep(base, [builder.add(along, deep)], source_etype=BYTE),
+        ]
+        next_voxel = ir.Constant(I64, 16)
+        offsets = byte_offsets(builder, voxel, 4)
+        parts = []
+        for part in range(4):
+            px, py, pz = (spread_in_groups(builder, f, part) for f in (fx, fy, fz))
+            lines = []
+            for start in starts:
+                after = builder.gep(start, [next_voxel], source_etype=BYTE)
+                left, right = (
+                    load_part(builder, end, offsets, _REALS, part, 4)
+                    for end in (start, after)
+                )
+                lines.append(_lerp(builder, left, right, px))
+            front = _lerp(builder, lines[0], lines[1], py)
+            back = _lerp(builder, lines[2], lines[3], py)
+            parts.append(_lerp(builder, front, back, pz))
         channels = transpose(builder, parts)
         return context.make_tuple(builder, sig.return_type, channels)
 

@@ -156,7 +156,7 @@ def test_a_two_thread_row_is_compared_by_the_wall_clock() -> None:
 
 
 def test_an_unknown_suite_is_refused_by_name(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"'tea'.*art, fsr, startup"):
+    with pytest.raises(ValueError, match=r"'tea'.*art, .*fsr, .*startup"):
         run_bench(suites=("tea",), quick=True, out=tmp_path, fresh=False, as_json=True)
 
 

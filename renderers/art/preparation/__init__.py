@@ -4,7 +4,8 @@ from renderers.art.preparation.kernels import (
     build_brick,
     chebyshev,
     find_clear,
+    find_clear_cubes,
     set_up_rays,
 )
 
-__all__ = ["build_brick", "chebyshev", "find_clear", "set_up_rays"]
+__all__ = ["build_brick", "chebyshev", "find_clear", "find_clear_cubes", "set_up_rays"]

@@ -8,32 +8,89 @@ from numpy.typing import NDArray
 
 ZERO = np.float32(0)
 
+LEAST_RATE = 1e-12
+"""Voxels per mm below which a ray runs along an axis."""
+
+
+FARTHEST = np.uint8(255)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _nearer_row(
+    row: NDArray[np.uint8], others: NDArray[np.uint8], y: int, near: NDArray[np.uint8]
+) -> None:
+    """Lower a row by the rows around it in a plane, one step further away."""
+    for x in range(len(row)):
+        near[x] = others[y, x]
+    if y > 0:
+        for x in range(len(row)):
+            near[x] = min(near[x], others[y - 1, x])
+    if y < len(others) - 1:
+        for x in range(len(row)):
+            near[x] = min(near[x], others[y + 1, x])
+    _lower(row, near)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _lower(row: NDArray[np.uint8], near: NDArray[np.uint8]) -> None:
+    """Lower a row by three neighbours each in another row."""
+    n = len(row)
+    for x in range(n):
+        low = min(near[x], near[max(x - 1, 0)], near[min(x + 1, n - 1)])
+        row[x] = min(row[x], np.uint8(min(low, FARTHEST - 1) + 1))
+
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def chebyshev(distance: NDArray[np.uint8]) -> None:
     """Turn a grid of 0 (occupied) and 255 (empty) into Chebyshev distances, in place.
 
-    Two sweeps over half the neighbours each; what lies outside the grid is empty.
+    Two sweeps over half the neighbours each, row by row; what lies outside the grid
+    is empty.
     """
     nz, ny, nx = distance.shape
+    near = np.empty(nx, np.uint8)
     for z in range(nz):
         for y in range(ny):
-            for x in range(nx):
-                d = distance[z, y, x]
-                for k in range(13):
-                    a, b, c = z + k // 9 - 1, y + k // 3 % 3 - 1, x + k % 3 - 1
-                    if a >= 0 and 0 <= b < ny and 0 <= c < nx:
-                        d = min(d, distance[a, b, c] + 1)
-                distance[z, y, x] = d
+            row = distance[z, y]
+            if z > 0:
+                _nearer_row(row, distance[z - 1], y, near)
+            if y > 0:
+                _lower(row, distance[z, y - 1])
+            for x in range(1, nx):
+                row[x] = min(row[x], np.uint8(min(row[x - 1], FARTHEST - 1) + 1))
     for z in range(nz - 1, -1, -1):
         for y in range(ny - 1, -1, -1):
-            for x in range(nx - 1, -1, -1):
-                d = distance[z, y, x]
-                for k in range(13):
-                    a, b, c = z + 1 - k // 9, y + 1 - k // 3 % 3, x + 1 - k % 3
-                    if a < nz and 0 <= b < ny and 0 <= c < nx:
-                        d = min(d, distance[a, b, c] + 1)
-                distance[z, y, x] = d
+            row = distance[z, y]
+            if z < nz - 1:
+                _nearer_row(row, distance[z + 1], y, near)
+            if y < ny - 1:
+                _lower(row, distance[z, y + 1])
+            for x in range(nx - 2, -1, -1):
+                row[x] = min(row[x], np.uint8(min(row[x + 1], FARTHEST - 1) + 1))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def find_clear_cubes(
+    values: NDArray[np.float32], clear: NDArray[np.float32], distance: NDArray[np.uint8]
+) -> None:
+    """Write 255 into distance (nz-1, ny-1, nx-1) where eight voxels are clear, else 0.
+
+    clear: intervals as `is_clear` takes them.
+    """
+    nz, ny, nx = distance.shape
+    low, high = np.empty(nx + 1, np.float32), np.empty(nx + 1, np.float32)
+    for z in range(nz):
+        for y in range(ny):
+            a, b = values[z, y], values[z, y + 1]
+            c, d = values[z + 1, y], values[z + 1, y + 1]
+            for x in range(nx + 1):
+                low[x] = min(min(a[x], b[x]), min(c[x], d[x]))
+                high[x] = max(max(a[x], b[x]), max(c[x], d[x]))
+            for x in range(nx):
+                empty = is_clear(
+                    min(low[x], low[x + 1]), max(high[x], high[x + 1]), clear
+                )
+                distance[z, y, x] = 255 if empty else 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -55,19 +112,15 @@ def build_brick(
     start: NDArray[np.int32],
     size: NDArray[np.int32],
     inverse_spacing: NDArray[np.float32],
-    clear: NDArray[np.float32],
     samples: NDArray[np.float32],
-    cube_leap: NDArray[np.uint8],
 ) -> None:
     """Fill one slot from a block of ``(side + 3)**3`` values with their ghosts.
 
     Gradients are Sobel's over the 26 neighbours, per mm along the array's axes;
     one-sided on the volume's faces. start, size: the cell's first voxel and the
-    volume's size, x y z. samples: flat; cube_leap: (side + 2)**3, whose border of
-    zeros says that nothing is known beyond the cell.
+    volume's size, x y z. samples: flat.
     """
-    side = block.shape[0] - 3
-    n = side + 1
+    n = block.shape[0] - 2
     for z in range(n):
         for y in range(n):
             for x in range(n):
@@ -93,18 +146,6 @@ def build_brick(
                 samples[at + 1] = gx * kx
                 samples[at + 2] = gy * ky
                 samples[at + 3] = gz * kz
-    for z in range(side):
-        for y in range(side):
-            for x in range(side):
-                low = block[z + 1, y + 1, x + 1]
-                high = low
-                for k in range(1, 8):
-                    v = block[z + 1 + k // 4, y + 1 + k // 2 % 2, x + 1 + k % 2]
-                    low, high = min(low, v), max(high, v)
-                cube_leap[z + 1, y + 1, x + 1] = (
-                    255 if is_clear(low, high, clear) else 0
-                )
-    chebyshev(cube_leap)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -119,8 +160,10 @@ def find_clear(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def set_up_rays(
-    origins: NDArray[np.float64],
-    directions: NDArray[np.float64],
+    table: NDArray[np.float32],
+    first: int,
+    frame: NDArray[np.float64],
+    orthographic: bool,
     voxel_from_world: NDArray[np.float64],
     top: NDArray[np.float64],
     step_mm: float,
@@ -130,19 +173,29 @@ def set_up_rays(
 ) -> None:
     """Cut each ray's way through the volume into equal steps, in float64.
 
-    origins, directions: float64 (n, 3) world; zero directions give empty rays.
-    at_ends: samples at the ends of steps (one more than steps), else at the middles.
+    table: float32 (n, 3), rays as `Camera.lens_table` has them; zero directions give
+    empty rays. Rays before `first` are left alone. frame: as `Camera.frame`. at_ends:
+    samples at the ends of steps (one more than steps), else at the middles.
     """
-    start, rate = np.empty(3), np.empty(3)
-    for ray in range(len(count)):
+    start, rate, way, eye = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    for ray in range(first, len(count)):
+        x, y = np.float64(table[ray, 0]), np.float64(table[ray, 1])
+        z = np.float64(table[ray, 2])
+        for k in range(3):
+            eye[k] = frame[0, k]
+            if orthographic:
+                eye[k] = frame[0, k] + (x * frame[1, k] + y * frame[2, k])
+                way[k] = frame[3, k]
+            else:
+                way[k] = x * frame[1, k] + y * frame[2, k] + z * frame[3, k]
+        length = math.sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2])
+        scale = 1.0 / length if length > 0.0 else 0.0
         near, far = 0.0, np.inf
         for axis in range(3):
-            start[axis] = voxel_from_world[axis, 3]
-            rate[axis] = 0.0
-            for k in range(3):
-                start[axis] += voxel_from_world[axis, k] * origins[ray, k]
-                rate[axis] += voxel_from_world[axis, k] * directions[ray, k]
-            if abs(rate[axis]) < 1e-12:
+            row = voxel_from_world[axis]
+            start[axis] = (row[0] * eye[0] + row[1] * eye[1] + row[2] * eye[2]) + row[3]
+            rate[axis] = (row[0] * way[0] + row[1] * way[1] + row[2] * way[2]) * scale
+            if abs(rate[axis]) < LEAST_RATE:
                 if start[axis] < 0.0 or start[axis] > top[axis]:
                     far = -1.0
                 continue
@@ -155,10 +208,10 @@ def set_up_rays(
             continue
         steps = max(1, math.ceil((far - near) / step_mm))
         h = (far - near) / steps
-        first = near if at_ends else near + 0.5 * h
+        begin = near if at_ends else near + 0.5 * h
         count[ray] = steps + 1 if at_ends else steps
         for axis in range(3):
-            geometry[ray, axis] = start[axis] + first * rate[axis]
+            geometry[ray, axis] = start[axis] + begin * rate[axis]
             geometry[ray, 3 + axis] = rate[axis] * h
         geometry[ray, 6] = h
-        geometry[ray, 7] = first
+        geometry[ray, 7] = begin

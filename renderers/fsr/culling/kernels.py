@@ -1,4 +1,4 @@
-"""Rows clipped against the view, the order of what remains, and its tiles.
+"""Rows clipped against the view, and the order of what remains.
 
 Rows are clipped in voxel coordinates, so that planes, sphere and eye are affine in the
 column and one row is one interval.
@@ -128,35 +128,3 @@ def cull_rows(
                 n += 1
                 t -= 1
     return n, kept
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def bin_boxes(
-    boxes: I32, n: int, across: int, down: int, shift_x: int, shift_y: int,
-    start: I64, items: I32,
-) -> int:  # fmt: skip
-    """Sort boxes into tiles by counting, order kept.
-
-    boxes: x0, x1, y0, y1 inclusive; one with y1 < 0 is in no tile. A tile has
-    ``2**shift_x`` x ``2**shift_y`` pixels; there are `across` x `down`.
-
-    start: room for tiles + 2. Returns the entries; where they exceed `items`,
-    nothing was written and the caller makes room.
-    """
-    tiles = across * down
-    start[: tiles + 2] = 0
-    for s in range(n):
-        for b in range(boxes[s, 2] >> shift_y, (boxes[s, 3] >> shift_y) + 1):
-            for a in range(boxes[s, 0] >> shift_x, (boxes[s, 1] >> shift_x) + 1):
-                start[b * across + a + 2] += 1
-    for t in range(tiles):
-        start[t + 2] += start[t + 1]
-    if start[tiles + 1] > items.shape[0]:
-        return int(start[tiles + 1])
-    for s in range(n):
-        for b in range(boxes[s, 2] >> shift_y, (boxes[s, 3] >> shift_y) + 1):
-            for a in range(boxes[s, 0] >> shift_x, (boxes[s, 1] >> shift_x) + 1):
-                t = b * across + a + 1
-                items[start[t]] = s
-                start[t] += 1
-    return int(start[tiles])

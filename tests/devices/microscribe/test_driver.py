@@ -10,6 +10,11 @@ import pytest
 
 from devices.microscribe import MicroScribe, MicroScribeEmulator, pose_queue
 from devices.microscribe.commands import every_command
+from devices.microscribe.emulator_arm import EmulatedArm
+from devices.microscribe.emulator_motion import orbit
+from devices.microscribe.emulator_server import EmulatorServer
+from devices.microscribe.emulator_socket import SocketPort
+from devices.microscribe.profiles import DX40937
 from devices.microscribe.sampler import HomeState
 from devices.microscribe.timing import LinkTiming
 from devices.microscribe.tracker import SampleTracker
@@ -304,3 +309,26 @@ def test_waiting_in_vain_is_a_timeout(
 def test_the_poll_rate_must_be_positive() -> None:
     with pytest.raises(ValueError, match="poll_hz"):
         MicroScribe("nowhere", poll_hz=0.0)
+
+
+@posix
+def test_an_arm_at_the_far_end_of_a_network_gives_the_same_poses() -> None:
+    far_end = EmulatedArm(DX40937, orbit(DX40937), now_s=time.monotonic())
+    port = SocketPort(("127.0.0.1", 0))
+    with EmulatorServer(far_end, port) as server, MicroScribe(server.port_name) as arm:
+        poses = [arm.read(5.0) for _ in range(30)]
+        assert (np.diff([pose.time_s for pose in poses]) > 0).all()
+        assert arm.description.identity.serial == DX40937.identity.serial
+        assert arm.counters["framing"] == arm.counters["refused"] == 0
+        server.stop()
+        with pytest.raises(DeviceError) as lost:
+            [arm.read(5.0) for _ in range(2000)]
+    assert _one_sentence(lost.value)
+
+
+@pytest.mark.parametrize("name", ["socket://127.0.0.1:1", "nosuch://x", "socket://"])
+def test_no_such_address_is_one_sentence(name: str) -> None:
+    with pytest.raises(DeviceError) as refused:
+        MicroScribe(name)
+    assert refused.value.reason is DeviceReason.NO_PORT
+    assert _one_sentence(refused.value)

@@ -1,3 +1,5 @@
+import math
+
 import numpy as np
 import pytest
 from hypothesis import settings
@@ -5,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from renderers.art.cache import CellCache, CellState
-from renderers.art.cells import CellGrid
+from renderers.art.cells import CellGrid, cube_distances
 from renderers.art.messages import ProtocolError
 
 SHAPE = (17, 25, 18)
@@ -15,9 +17,9 @@ NOWHERE = np.zeros((0, 2), np.float32)
 
 
 def make_cache(capacity: int | None) -> CellCache:
-    return CellCache(
-        GRID, np.ones(3), GRID.value_ranges(VALUES), NOWHERE, capacity=capacity
-    )
+    leap = cube_distances(VALUES, NOWHERE)
+    everything = np.ones(GRID.cells, np.bool_)
+    return CellCache(GRID, np.ones(3), everything, leap, capacity=capacity)
 
 
 class CacheMachine(RuleBasedStateMachine):
@@ -95,7 +97,8 @@ def test_slots_are_made_as_they_are_needed() -> None:
     cache.check()
     assert cache.evictions == 0
     side = GRID.side
-    assert cache.bytes == GRID.cells * ((side + 1) ** 3 * 16 + (side + 2) ** 3)
+    cubes = math.prod(n - 1 for n in SHAPE)
+    assert cache.bytes == GRID.cells * (side + 1) ** 3 * 16 + cubes + 3
 
 
 def test_dropping_rays_frees_what_they_waited_for() -> None:

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from renderers.art.cells import CellGrid, CellShare
+from renderers.art.cells import CellGrid, CellShare, cube_distances
 
 shapes = st.tuples(*[st.integers(2, 40)] * 3)
 sides = st.sampled_from([8, 16, 32])
@@ -52,25 +52,42 @@ def test_a_block_holds_the_cell_and_its_ghosts(
     assert block.dtype == values.dtype
 
 
-def test_distances_are_chebyshevs() -> None:
-    grid = CellGrid((60, 45, 70))
-    counts = grid.counts
-    rng = np.random.default_rng(2)
-    full = rng.choice(grid.cells, 5, replace=False)
-    ranges = np.zeros((grid.cells, 2), np.float32)
-    ranges[full] = [0, 1]
-    clear = np.array([[-1, 0.5]], np.float32)
-    distance = grid.distances(ranges, clear)
-    where = np.array(np.unravel_index(np.arange(grid.cells), counts)).T
-    gap = np.abs(where[:, None] - where[full]).max(axis=-1).min(axis=-1)
-    assert np.array_equal(distance, gap)
+@settings(max_examples=20)
+@given(
+    shape=st.tuples(*[st.integers(2, 23)] * 3),
+    seed=st.integers(0, 99),
+    threshold=st.floats(-2, 4),
+)
+def test_cubes_know_how_far_the_next_visible_one_is(
+    shape: tuple[int, int, int], seed: int, threshold: float
+) -> None:
+    values = np.random.default_rng(seed).normal(size=shape)
+    clear = np.array([[-np.inf, threshold]], np.float32)
+    found = cube_distances(values, clear)
+    high = values
+    for axis in range(3):
+        n = shape[axis]
+        high = np.maximum(
+            np.take(high, range(n - 1), axis), np.take(high, range(1, n), axis)
+        )
+    assert len(found) == high.size + 3
+    full = np.argwhere(high > threshold)
+    for index, distance in zip(np.ndindex(high.shape), found, strict=False):
+        gap = np.abs(full - index).max(axis=1).min() if len(full) else 255
+        assert distance == gap or abs(high - threshold).min() < 1e-4
+    # A cell that nobody can see into holds no cube that somebody would fetch.
+    grid = CellGrid(shape)
+    occupied = grid.occupied(grid.value_ranges(values), clear)
+    for z, y, x in np.argwhere(found[:-3].reshape(high.shape) == 0):
+        cell = (z // 8 * grid.counts[1] + y // 8) * grid.counts[2] + x // 8
+        assert occupied[cell]
 
 
-def test_nothing_to_be_seen_is_as_far_as_can_be() -> None:
+def test_without_clear_values_everything_may_be_seen() -> None:
+    nothing = np.zeros((0, 2), np.float32)
+    assert not cube_distances(np.zeros((4, 5, 6), np.int16), nothing).any()
     grid = CellGrid((20, 20, 20))
-    everywhere = np.array([[-np.inf, np.inf]], np.float32)
-    ranges = np.zeros((grid.cells, 2), np.float32)
-    assert np.all(grid.distances(ranges, everywhere) == 255)
+    assert grid.occupied(np.zeros((grid.cells, 2), np.float32), nothing).all()
 
 
 def test_a_share_of_copies_holds_the_same_bytes() -> None:

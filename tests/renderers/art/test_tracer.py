@@ -172,8 +172,15 @@ def test_halving_the_step_converges_at_second_order(scene: Scene) -> None:
 def test_threads_cells_cache_and_skipping_do_not_change_a_bit(
     scene: Scene, outside: Camera, inside: Camera, mode: str
 ) -> None:
-    def draw(quality: Quality, **options: int) -> bytes:
-        tracer = ActiveRayTracer(scene, quality, validate=True, **options)
+    def draw(quality: Quality, threads: int, side: int, cells: int | None) -> bytes:
+        tracer = ActiveRayTracer(
+            scene,
+            quality,
+            threads=threads,
+            cell_side=side,
+            cache_cells=cells,
+            validate=True,
+        )
         if mode == "classic":
             image = tracer.render(outside)
             assert image.depth_mm is not None
@@ -186,13 +193,13 @@ def test_threads_cells_cache_and_skipping_do_not_change_a_bit(
 
     quality = Quality(0.5, 1 / 1024)
     full = Quality(0.5, 1 / 1024, skip_empty=False)
-    expected = draw(quality, threads=1)
-    assert draw(quality, threads=3) == expected
+    expected = draw(quality, 1, 8, None)
+    assert draw(quality, 3, 8, None) == expected
     for side in (8, 16, 32):
-        assert draw(quality, cell_side=side) == expected
-        assert draw(full, cell_side=side) == expected
+        assert draw(quality, 2, side, None) == expected
+        assert draw(full, 2, side, None) == expected
     for cells in (1, 3, 20):
-        assert draw(quality, cache_cells=cells) == expected
+        assert draw(quality, 2, 8, cells) == expected
 
 
 def test_counters_prove_what_was_skipped(scene: Scene, outside: Camera) -> None:

@@ -7,7 +7,7 @@ import pytest
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.simd import cell4, load, store
+from renderers.simd import cell4, cell4_real, load, store
 
 SHAPE = (5, 6, 7)
 
@@ -57,3 +57,32 @@ def test_cells(width: int) -> None:
             "zyxc,z,y,x", corner, [1 - fz, fz], [1 - fy, fy], [1 - fx, fx]
         )
         assert np.abs(out[:, lane] / 32767 - exact).max() < 0.2
+
+
+@pytest.mark.parametrize("width", [4, 32])
+def test_cells_of_real_numbers(width: int) -> None:
+    @njit
+    def run(quads: Any, voxel: Any, f: Any, out: Any) -> None:
+        fx = load(f, 0, width)
+        fy = load(f, width, width)
+        fz = load(f, 2 * width, width)
+        a, b, c, d = cell4_real(quads, load(voxel, 0, width), 7, 42, fx, fy, fz)
+        store(out, 0, a)
+        store(out, width, b)
+        store(out, 2 * width, c)
+        store(out, 3 * width, d)
+
+    rng = np.random.default_rng(width)
+    quads = rng.normal(size=(*SHAPE, 4)).astype(np.float32)
+    z, y, x = (rng.integers(0, n - 1, width) for n in SHAPE)
+    f = rng.random((3, width)).astype(np.float32)
+    out = np.zeros((4, width), np.float32)
+    run(quads, ((z * 6 + y) * 7 + x).astype(np.int32), f, out)
+    for lane in range(width):
+        k, j, i = z[lane], y[lane], x[lane]
+        corner = quads[k : k + 2, j : j + 2, i : i + 2]
+        fx, fy, fz = f[:, lane]
+        line = corner[:, :, 0] + fx * (corner[:, :, 1] - corner[:, :, 0])
+        face = line[:, 0] + fy * (line[:, 1] - line[:, 0])
+        expected = face[0] + fz * (face[1] - face[0])
+        np.testing.assert_array_equal(out[:, lane], expected)

@@ -5,9 +5,8 @@ import pytest
 from numpy.typing import NDArray
 
 from renderers.fsr import FuzzySet, Inclusion, extract_fuzzy_set
-from renderers.fsr.classic import SplatRasterizer
+from renderers.fsr.classic import SplatMode, SplatRasterizer
 from renderers.fsr.footprint import gaussian_footprint, peak_table
-from renderers.fsr.kernels import RECORD, draw_band
 from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import (
     Camera,
@@ -87,7 +86,7 @@ def test_a_uniform_slab_has_the_right_mean_opacity_and_little_ripple(
 def test_point_splats_have_the_right_mean(team: ThreadTeam, kappa: float) -> None:
     volume = slab()
     drawer = SplatRasterizer(*unlit(volume, kappa))
-    image = drawer.draw(above(volume, 7.3), team, points=True)
+    image = drawer.draw(above(volume, 7.3), team, SplatMode.POINTS)
     assert image.rgba[..., 3].mean() == pytest.approx(-math.expm1(-kappa * 6), rel=0.05)
 
 
@@ -127,10 +126,13 @@ def test_bits_do_not_depend_on_the_number_of_threads(
         camera = Camera.looking_at(
             (5, -9, 6), (5, 5, 4), extent=extent, size=(90, 70), projection=projection
         )
-        for points in (False, True):
-            one = drawer.draw(camera, team, points=points)
-            many = drawer.draw(camera, three, points=points)
+        for mode in SplatMode:
+            one = drawer.draw(camera, team, mode, with_depth=True)
+            many = drawer.draw(camera, three, mode, with_depth=True)
             assert one.rgba.tobytes() == many.rgba.tobytes()
+            assert one.depth_mm is not None
+            assert many.depth_mm is not None
+            assert one.depth_mm.tobytes() == many.depth_mm.tobytes()
 
 
 def sorted_picture(
@@ -210,30 +212,3 @@ def test_a_local_light_far_away_equals_an_infinite_one(
         )
     ]
     np.testing.assert_allclose(pictures[0].rgba, pictures[1].rgba, atol=1e-4)
-
-
-@pytest.mark.parametrize("points", [False, True])
-def test_compositing_equals_the_plain_twin(points: bool) -> None:
-    rng = np.random.default_rng(7)
-    n, height, width = 30, 21, 26
-    records = np.zeros((n, RECORD), np.float32)
-    records[:, 0:2] = rng.uniform(0, 24, (n, 2))
-    records[:, 2], records[:, 4] = rng.uniform(0.1, 0.6, (2, n))
-    records[:, 3] = rng.uniform(-0.05, 0.05, n)
-    records[:, 5:9] = rng.uniform(0, 1, (n, 4))
-    boxes = np.tile(np.array([3, 22, 2, 19], np.int32), (n, 1))
-    image = np.zeros((height, width * 4), np.float32)
-    items = np.arange(n, dtype=np.int32)
-    weights = np.empty(width, np.float32)
-    for first, end in ((0, 8), (8, height)):
-        draw_band(records, boxes, items, points, first, end, weights, image)
-    twin = np.zeros((height, width, 4))
-    v, u = np.indices((height, width)) + 0.5
-    box = (u > 3) & (u < 23) & (v > 2) & (v < 20)
-    for r in records.astype(np.float64):
-        dx, dy = u - r[0], v - r[1]
-        r2 = r[2] * dx * dx + 2 * r[3] * dx * dy + r[4] * dy * dy
-        weight = np.ones_like(r2) if points else gaussian_footprint(r2)
-        a = (r[8] * weight * box)[..., None]
-        twin += a * (np.append(r[5:8], 1.0) - twin)
-    np.testing.assert_allclose(image.reshape(height, width, 4), twin, atol=3e-5)

@@ -1,0 +1,42 @@
+"""STL, the format of 3-D printers: bare triangles, binary or as text."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Content = tuple[NDArray[np.float64], NDArray[np.int32], str]
+
+_HEADER_BYTES = 84
+_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("extra", "<u2")])
+
+
+def read_stl(content: bytes) -> Content:
+    """Decode triangles, joining equal corners; gives also the space, or LPS.
+
+    3D Slicer writes ``SPACE=...`` into the header. Raise ValueError for what is no
+    STL.
+    """
+    head = content[:80].decode("ascii", "replace")
+    space = head.partition("SPACE=")[2][:3] or "LPS"
+    count = (
+        int(np.frombuffer(content, "<u4", 1, 80)[0])
+        if len(content) >= _HEADER_BYTES
+        else -1
+    )
+    if count >= 0 and len(content) == _HEADER_BYTES + count * _RECORD.itemsize:
+        records = np.frombuffer(content, _RECORD, count, _HEADER_BYTES)
+        corners = records["corners"].reshape(-1, 3).astype(np.float64)
+    elif head.lstrip().startswith("solid"):
+        words = [
+            line.split()[1:]
+            for line in content.decode("ascii", "replace").splitlines()
+            if line.split()[:1] == ["vertex"]
+        ]
+        if len(words) % 3 or any(len(row) != 3 for row in words):
+            raise ValueError("it is cut off in the middle of a triangle")
+        corners = np.array([[float(w) for w in row] for row in words], np.float64)
+    else:
+        raise ValueError("it is no STL, or cut off")
+    if not len(corners):
+        raise ValueError("it has no triangles")
+    vertices, faces = np.unique(corners, axis=0, return_inverse=True)
+    return vertices, faces.reshape(-1, 3).astype(np.int32), space

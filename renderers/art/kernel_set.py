@@ -1,0 +1,42 @@
+"""Which compiled functions trace rays on this machine."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from renderers.simd_guard import vector_problem
+
+PACKET = 32
+"""Rays that march together; of 4 to 64 the fastest with and without AVX-512."""
+
+
+@dataclass(frozen=True, slots=True)
+class KernelSet:
+    """Hold what sets rays up and marches them. All sets give equal bits."""
+
+    set_up_rays: Callable[..., None]
+    march_classic: Callable[..., None]
+    march_scope: Callable[..., None]
+
+
+def scalar_kernels() -> KernelSet:
+    """Give the functions that every machine compiles: one ray after the other."""
+    from renderers.art.kernels import march_classic, march_scope
+    from renderers.art.preparation import set_up_rays
+
+    return KernelSet(set_up_rays, march_classic, march_scope)
+
+
+def packet_kernels(width: int) -> KernelSet:
+    """Give functions for packets of `width` rays: 4, 8, 16, 32 or 64."""
+    if width not in (4, 8, 16, 32, 64):
+        raise ValueError(f"a packet has 4, 8, 16, 32 or 64 rays, got {width!r}")
+    from renderers.art.vector.kernels import classic_packets
+    from renderers.art.vector.rays.kernels import set_up_rays
+    from renderers.art.vector.scope.kernels import scope_packets
+
+    return KernelSet(set_up_rays, classic_packets(width), scope_packets(width))
+
+
+def best_kernels() -> KernelSet:
+    """Give packets where vectors can be trusted, else the scalar functions."""
+    return scalar_kernels() if vector_problem() else packet_kernels(PACKET)

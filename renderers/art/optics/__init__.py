@@ -1,0 +1,1 @@
+"""Functions of light that scalar and vector marches share bit for bit."""

@@ -1,0 +1,1 @@
+"""The marches of `renderers.art.kernels` on vectors: packets of rays with refill."""

@@ -1,0 +1,1 @@
+"""The functions of `renderers.art.optics` on vectors."""

@@ -1,0 +1,1 @@
+"""First samples of rays, computed on vectors."""

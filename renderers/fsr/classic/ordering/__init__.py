@@ -1,0 +1,1 @@
+"""The order of projected splats, and the tiles that they touch."""

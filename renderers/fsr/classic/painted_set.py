@@ -1,0 +1,51 @@
+"""A fuzzy set lit and classified once, for every view of it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.fsr.classic.projection.kernels import paint_splats
+from renderers.fsr.fuzzy_set import FuzzySet
+from renderers.scene import Scene
+
+TABLE_ROWS = 4096
+
+
+class PaintedSet:
+    """Hold what a projection needs of every splat.
+
+    Ambient and diffuse light only: like the 1995 renderer, it varies no highlights
+    from splat to splat. Neither depends on the eye.
+
+    rows: where splats are. places: ``(n, 4)`` float32, grid place (i, j, k) and
+    extinction times volume (mm^2). paints: ``(n, 4)`` float32 linear RGB, lit.
+    """
+
+    def __init__(self, fuzzy_set: FuzzySet, scene: Scene) -> None:
+        low, high = scene.volume.value_range
+        high = max(high, low + 1.0)
+        lights = np.array(
+            [[*li.vector, *li.color, float(li.is_local)] for li in scene.lights],
+            dtype=np.float64,
+        ).reshape(-1, 7)
+        # one to spare: vectors read the first splat where they have none
+        room = max(len(fuzzy_set), 1)
+        self.rows = fuzzy_set.rows
+        self.places: NDArray[np.float32] = np.zeros((room, 4), np.float32)
+        self.paints: NDArray[np.float32] = np.zeros((room, 4), np.float32)
+        paint_splats(
+            self.rows.offsets,
+            self.rows.x,
+            self.rows.shape[1],
+            fuzzy_set.octahedral,
+            fuzzy_set.value,
+            self.rows.world_from_voxel,
+            float(np.prod(scene.volume.spacing_mm)),
+            scene.transfer_function.table(low, high, TABLE_ROWS),
+            low,
+            (TABLE_ROWS - 1) / (high - low),
+            lights,
+            scene.material.ambient,
+            scene.material.diffuse,
+            self.places,
+            self.paints,
+        )

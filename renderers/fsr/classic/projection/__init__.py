@@ -1,0 +1,1 @@
+"""Splats of mode `classic` projected: scalar kernels, and vectors of sixteen."""

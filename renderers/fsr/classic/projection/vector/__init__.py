@@ -1,0 +1,1 @@
+"""Splats projected sixteen at a time."""

@@ -1,0 +1,226 @@
+"""Splats projected sixteen at a time; the method is told in the scalar twin.
+
+Operations and their order are the twin's, so bits are too.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from renderers.fsr.classic.projection.kernels import (
+    ANTIALIAS,
+    CUT,
+    KEYS,
+    NOWHERE,
+    OPAQUEST,
+)
+from renderers.fsr.classic.tiles import TILE_SHIFT
+from renderers.simd import (
+    absolute,
+    any_,
+    as_f32,
+    count,
+    f32,
+    floor,
+    full,
+    gather,
+    i32,
+    lanes,
+    load,
+    maximum,
+    minimum,
+    put_rows4,
+    rows4,
+    select,
+    sqrt,
+    store_packed,
+)
+
+F32 = NDArray[np.float32]
+I32 = NDArray[np.int32]
+Real = float | np.float32
+
+_W = 16
+_ONE = np.float32(1)
+_ZERO = np.float32(0)
+_HALF = np.float32(0.5)
+_LOG2E = np.float32(1 / math.log(2))
+_POWER = tuple(np.float32(math.log(2) ** k / math.factorial(k)) for k in range(1, 7))
+_ATAN = (
+    np.float32(-0.3333314528), np.float32(0.1999355085), np.float32(-0.1420889944),
+    np.float32(0.1065626393), np.float32(-0.0752896400), np.float32(0.0429096138),
+    np.float32(-0.0161657367), np.float32(0.0028662257),
+)  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _polar_angle(rho: Any, z: Any) -> Any:
+    """Give atan2(rho, z) in 0..pi for rho >= 0."""
+    size = absolute(z)
+    x = minimum(rho, size) / maximum(maximum(rho, size), np.float32(1e-30))
+    s = x * x
+    p = s * _ATAN[7] + _ATAN[6]
+    p = p * s + _ATAN[5]
+    p = p * s + _ATAN[4]
+    p = p * s + _ATAN[3]
+    p = p * s + _ATAN[2]
+    p = p * s + _ATAN[1]
+    p = p * s + _ATAN[0]
+    a = p * s * x + x
+    a = select(rho > size, np.float32(0.5 * math.pi) - a, a)
+    return select(z < _ZERO, np.float32(math.pi) - a, a)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def absorbed(depth: Any) -> Any:
+    """Give 1 - exp(-depth) for optical depths >= 0."""
+    p = depth * np.float32(-1 / 720) + np.float32(1 / 120)
+    p = p * depth - np.float32(1 / 24)
+    p = p * depth + np.float32(1 / 6)
+    p = p * depth - _HALF
+    thin = depth * (p * depth + _ONE)
+    y = maximum(-depth * _LOG2E, np.float32(-126))
+    n = floor(y + _HALF)
+    f = y - n
+    p = f * _POWER[5] + _POWER[4]
+    p = p * f + _POWER[3]
+    p = p * f + _POWER[2]
+    p = p * f + _POWER[1]
+    p = p * f + _POWER[0]
+    p = p * f + _ONE
+    rest = p * as_f32((i32(n) + 127) << 23)
+    return select(depth < np.float32(0.25), thin, _ONE - rest)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def project_splats(
+    index: I32, n: int, places: F32, paints: F32, base: F32, matrix: F32, sigma: Real,
+    projection: int, scale: Real, width: int, height: int, nearest: Real, peaks: F32,
+    points: bool, sheet_share: Real, depth_low: Real, depth_scale: Real, records: F32,
+    boxes: I32, heads: I32, near: I32,
+) -> tuple[int, int]:  # fmt: skip
+    """Do as the scalar twin; all but paints and peaks have sixteen to spare."""
+    m = matrix
+    s2 = sigma * sigma
+    soften = np.float32(ANTIALIAS)
+    cut = np.float32(CUT)
+    top = np.float32(peaks.shape[0] - 1)
+    last = np.int32(peaks.shape[0] - 2)
+    right = np.float32(width)
+    bottom = np.float32(height)
+    visible = 0
+    nears = 0
+    for e in range(0, n, _W):
+        met = lanes(_W) < n - e
+        s = select(met, load(index, e, _W), np.int32(0))
+        dx, dy, dz, mass = rows4(places, s)
+        dx -= base[0]
+        dy -= base[1]
+        dz -= base[2]
+        x = dx * m[0, 0] + dy * m[0, 1] + dz * m[0, 2] + m[0, 3]
+        y = dx * m[1, 0] + dy * m[1, 1] + dz * m[1, 2] + m[1, 3]
+        z = dx * m[2, 0] + dy * m[2, 1] + dz * m[2, 2] + m[2, 3]
+        rho2 = x * x + y * y
+        rho = sqrt(rho2)
+        off_axis = rho > np.float32(1e-6)
+        cx = select(off_axis, x / rho, _ONE)
+        cy = select(off_axis, y / rho, _ZERO)
+        d2 = rho2 + z * z
+        distance = sqrt(d2)
+        if projection == 0:
+            r = _polar_angle(rho, z) * scale
+            rr = z * scale / d2
+            rz = -rho * scale / d2
+            tt = select(off_axis, r / rho, scale / distance)
+            area = scale / distance * tt
+        elif projection == 1:
+            met &= z > distance * np.float32(1e-3)
+            r = rho * scale / z
+            rr = scale / z
+            rz = -rho * scale / (z * z)
+            tt = rr
+            area = tt * sqrt(rr * rr + rz * rz)
+        else:
+            r = rho * scale
+            rr = full(scale, _W)
+            rz = full(_ZERO, _W)
+            tt = rr
+            area = rr * rr
+        u = r * cx + np.float32(0.5 * width)
+        v = np.float32(0.5 * height) - r * cy
+        cross = cx * cy
+        a0 = cx * cx * rr + cy * cy * tt
+        a1 = cross * (rr - tt)
+        a2 = cx * rz
+        b1 = -(cy * cy * rr + cx * cx * tt)
+        b2 = -(cy * rz)
+        xx = full(_ZERO, _W)
+        xy = full(_ZERO, _W)
+        yy = full(_ZERO, _W)
+        for c in range(3):
+            p = a0 * m[0, c] + a1 * m[1, c] + a2 * m[2, c]
+            q = b1 * m[1, c] + b2 * m[2, c] - a1 * m[0, c]
+            xx += p * p
+            xy += p * q
+            yy += q * q
+        cell = sqrt(maximum(xx * yy - xy * xy, np.float32(1e-30)))
+        before = cell * s2
+        if projection != 2:
+            far = before <= d2 * area * nearest
+            close = met & ~far
+            if any_(close):
+                store_packed(near, nears, s, close)
+                nears += count(close)
+            met &= far
+        tau = mass * area / cell
+        side = maximum(sqrt(cell), _ONE) * _HALF
+        xx = xx * s2 + soften
+        yy = yy * s2 + soften
+        xy = xy * s2
+        root = sqrt(xx * yy - xy * xy)
+        det = root * root
+        if points:
+            peak = absorbed(tau * cell / (side * side * np.float32(4)))
+            wide = side
+            high = side
+        else:
+            wide = sqrt(xx) * cut
+            high = sqrt(yy) * cut
+            if sheet_share > _ZERO:
+                peak = tau * cell / (root * sheet_share)
+            else:
+                share = absorbed(tau * before / root) * top
+                b = minimum(maximum(i32(share), np.int32(0)), last)
+                low = gather(peaks, b, met)
+                step = gather(peaks, b + 1, met) - low
+                peak = low + (share - f32(b)) * step
+        if sheet_share == _ZERO:
+            peak = minimum(peak, np.float32(OPAQUEST))
+        x0 = minimum(maximum(-floor(wide - u + _HALF), _ZERO), right)
+        x1 = maximum(minimum(floor(u + wide - _HALF), right - _ONE), -_ONE)
+        y0 = minimum(maximum(-floor(high - v + _HALF), _ZERO), bottom)
+        y1 = maximum(minimum(floor(v + high - _HALF), bottom - _ONE), -_ONE)
+        met &= (x0 <= x1) & (y0 <= y1) & (peak > _ZERO)
+        b0, b1, b2, b3 = i32(x0), i32(x1), i32(y0), i32(y1)
+        tiles = (b0 >> TILE_SHIFT) | ((b1 >> TILE_SHIFT) << 8)
+        tiles |= ((b2 >> TILE_SHIFT) << 16) | ((b3 >> TILE_SHIFT) << 24)
+        tiles = select(met, tiles, np.int32(NOWHERE))
+        depth = z if projection == 2 else distance
+        step = (depth - depth_low) * depth_scale
+        step = minimum(maximum(step, _ZERO), np.float32(KEYS - 1))
+        key = select(met, i32(step), np.int32(KEYS - 1))
+        red, green, blue, _ = rows4(paints, s)
+        box_x = as_f32((b0 >> 2) | ((b1 >> 2) << 16))
+        box_y = as_f32((b2 >> 2) | ((b3 >> 2) << 16))
+        curve = side if points else yy / det
+        row = lanes(_W) + np.int32(e)
+        put_rows4(heads, row, tiles, key, key, key)
+        row = row * 3
+        put_rows4(records, row, u, v, curve, -xy / det)
+        put_rows4(records, row + 1, xx / det, peak, depth, box_x)
+        put_rows4(records, row + 2, red, green, blue, box_y)
+        visible += count(met)
+    return visible, nears

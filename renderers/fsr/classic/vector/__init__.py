@@ -1,0 +1,1 @@
+"""Splats composited sixteen pixels at a time."""

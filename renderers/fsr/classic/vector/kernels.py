@@ -1,0 +1,310 @@
+"""Splats of mode `classic` composited, a square of sixteen pixels at a time.
+
+The method is told in the scalar twin; operations and their order are the twin's.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from renderers.fsr.classic.kernels import (
+    DARK,
+    EDGE,
+    FALL,
+    sheet_of,
+    squares_of_box,
+)
+from renderers.fsr.classic.projection.kernels import CUT, RECORD
+from renderers.fsr.classic.projection.vector.kernels import absorbed
+from renderers.fsr.classic.tiles import (
+    ACROSS,
+    SIDE,
+    SQUARE,
+    SQUARES,
+    STATE,
+)
+from renderers.simd import (
+    absolute,
+    any_,
+    bits,
+    f32,
+    full,
+    lanes,
+    load,
+    maximum,
+    put_rows4,
+    select,
+    store,
+    store_groups,
+)
+
+F32 = NDArray[np.float32]
+I32 = NDArray[np.int32]
+Real = float | np.float32
+
+_DE_BRUIJN = 0x03F79D71B4CB0A89
+"""All numbers of six bits occur in it: a power of two times it tells the power."""
+
+_POWERS = np.empty(64, np.int64)
+_POWERS[[(_DE_BRUIJN << n & (1 << 64) - 1) >> 58 for n in range(64)]] = range(64)
+
+_ONE = np.float32(1)
+_ZERO = np.float32(0)
+_HALF = np.float32(0.5)
+_MIDDLE = np.float32(0.5 * SIDE)
+_REST = np.float32(0.5 * SIDE - 0.5)
+"""Pixel centres of a square lie this far from its middle, along an axis."""
+
+_BEYOND = np.float32(CUT * CUT + 0.01)
+
+_WIDE = np.float32(0.18)
+"""Inverse variance of footprints so wide that leaving out their corners pays."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _squares_of_ellipse(dx: Any, dy: Any, curve: Any, twist: Any, rise: Any) -> Any:
+    """Give the squares of a tile that a footprint may meet, a bit each.
+
+    dx, dy: the tile's corner from the centre. Half widths are taken at the row of the
+    square that is nearest to the centre.
+    """
+    slope = twist / curve
+    y = f32((lanes(SQUARES) >> 3) * SIDE) + (dy + _MIDDLE)
+    x = f32((lanes(SQUARES) & 7) * SIDE) + (dx + _MIDDLE)
+    beside = maximum(absolute(y) - _REST, _ZERO)
+    rest = _BEYOND - beside * beside * (rise - twist * slope)
+    across = absolute(x + y * slope) - (_REST + _REST * abs(slope))
+    across = maximum(across, _ZERO)
+    return bits(across * across * curve <= rest)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _footprint(dx: Any, curve: Real, cross: Any, rest: Any) -> Any:
+    """Weigh pixels: one at the centre, zero from the cut on."""
+    r2 = dx * (dx * curve + cross) + rest
+    z = maximum(r2 * np.float32(-1 / 16), np.float32(-0.57))
+    g = z * FALL[3] + FALL[2]
+    g = g * z + FALL[1]
+    g = g * z + FALL[0]
+    g = g * z + _ONE
+    g = g * g
+    g = g * g
+    g = g * g
+    return maximum(g - np.float32(EDGE), _ZERO)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _open_tile(left: int, top: int, width: int, height: int, state: F32) -> Any:
+    """Let all light through where the picture is, none beyond; give its squares."""
+    alive = np.int64(0)
+    zero = full(_ZERO, SQUARE)
+    for k in range(SQUARES):
+        x = left + k % ACROSS * SIDE
+        y = top + k // ACROSS * SIDE
+        if x < width and y < height:
+            alive |= np.int64(1) << k
+        ahead = (lanes(SQUARE) & 3) < width - x
+        ahead &= (lanes(SQUARE) >> 2) < height - y
+        store(state, k * STATE, select(ahead, full(_ONE, SQUARE), _ZERO))
+        for c in range(SQUARE, STATE, SQUARE):
+            store(state, k * STATE + c, zero)
+    return alive
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _close_tile(
+    state: F32, depths: F32, left: int, top: int, with_depth: bool, image: F32,
+    depth: F32,
+) -> None:  # fmt: skip
+    """Write a tile's part of the picture: premultiplied RGBA, and depth if wanted."""
+    height, width = image.shape[0], image.shape[1]
+    for k in range(SQUARES):
+        x = left + k % ACROSS * SIDE
+        y = top + k // ACROSS * SIDE
+        if x >= width or y >= height:
+            continue
+        at = k * STATE
+        if x + SIDE <= width and y + SIDE <= height:
+            alpha = _ONE - load(state, at, SQUARE)
+            red = load(state, at + SQUARE, SQUARE)
+            green = load(state, at + 2 * SQUARE, SQUARE)
+            blue = load(state, at + 3 * SQUARE, SQUARE)
+            pixel = (lanes(SQUARE) >> 2) * width + (lanes(SQUARE) & 3)
+            place = pixel + np.int32(y * width + x)
+            put_rows4(image, place, red, green, blue, alpha)
+            if with_depth:
+                store_groups(
+                    depth, y * width + x, width, load(depths, k * SQUARE, SQUARE)
+                )
+            continue
+        for p in range(SQUARE):
+            a = x + p % SIDE
+            b = y + p // SIDE
+            if a < width and b < height:
+                image[b, a, 0] = state[at + SQUARE + p]
+                image[b, a, 1] = state[at + 2 * SQUARE + p]
+                image[b, a, 2] = state[at + 3 * SQUARE + p]
+                image[b, a, 3] = _ONE - state[at + p]
+                if with_depth:
+                    depth[b, a] = depths[k * SQUARE + p]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def draw_tile(
+    records: F32, boxes: I32, items: I32, left: int, top: int,
+    points: bool, cut: Real, with_depth: bool, limits: F32, state: F32, depths: F32,
+    image: F32, depth: F32,
+) -> int:  # fmt: skip
+    """Do as the scalar twin."""
+    alive = _open_tile(left, top, image.shape[1], image.shape[0], state)
+    if with_depth:
+        depths[:] = np.inf
+    limited = limits.size > 0
+    one = np.int64(1)
+    column = f32(lanes(SQUARE) & 3)
+    line = f32(lanes(SQUARE) >> 2)
+    squares = 0
+    for m in range(items.shape[0]):
+        if alive == 0:
+            break
+        o = items[m] * RECORD
+        u, v, far = records[o], records[o + 1], records[o + 6]
+        curve, twist, rise = records[o + 2], records[o + 3], records[o + 4]
+        twist = twist * np.float32(2)
+        gain = records[o + 5]
+        if not points:
+            gain = gain * np.float32(1 / (1 - EDGE))
+        red, green, blue = records[o + 8], records[o + 9], records[o + 10]
+        live = squares_of_box(boxes[o + 7], boxes[o + 11], left, top) & alive
+        x = np.float32(left) - u + _HALF
+        y = np.float32(top) - v + _HALF
+        if not points and curve < _WIDE:
+            live &= _squares_of_ellipse(
+                x - _HALF, y - _HALF, curve, twist * _HALF, rise
+            )
+        while live != 0:
+            k = _POWERS[((live & -live) * _DE_BRUIJN) >> 58 & 63]
+            live &= live - one
+            squares += 1
+            dx = column + (np.float32((k & 7) * SIDE) + x)
+            dy = line + (np.float32((k >> 3) * SIDE) + y)
+            if points:
+                inside = (dx >= -curve) & (dx < curve)
+                inside &= (dy >= -curve) & (dy < curve)
+                w = select(inside, gain, dx * _ZERO)
+            else:
+                w = _footprint(dx, curve, dy * twist, dy * dy * rise) * gain
+            if limited:
+                w = select(load(limits, k * SQUARE, SQUARE) > far, w, _ZERO)
+            at = k * STATE
+            before = load(state, at, SQUARE)
+            w = w * before
+            after = before - w
+            after = select(after < np.float32(DARK), _ZERO, after)
+            store(state, at, after)
+            at += SQUARE
+            store(state, at, load(state, at, SQUARE) + w * red)
+            at += SQUARE
+            store(state, at, load(state, at, SQUARE) + w * green)
+            at += SQUARE
+            store(state, at, load(state, at, SQUARE) + w * blue)
+            if with_depth:
+                fallen = (before > _HALF) & (after <= _HALF)
+                old = load(depths, k * SQUARE, SQUARE)
+                store(depths, k * SQUARE, select(fallen, far, old))
+            if not any_(after > cut):
+                alive &= ~(one << k)
+    _close_tile(state, depths, left, top, with_depth, image, depth)
+    return squares * SQUARE
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _end_sheet(
+    k: int, sums: F32, cut: Real, with_depth: bool, state: F32, depths: F32, far: F32
+) -> bool:
+    """Blend a square's sheet as one layer; say whether light is left."""
+    at = k * STATE
+    tau = load(sums, at, SQUARE)
+    before = load(state, at, SQUARE)
+    share = before * absorbed(tau)
+    after = before - share
+    after = select(after < np.float32(DARK), _ZERO, after)
+    scale = share / maximum(tau, np.float32(1e-30))
+    zero = full(_ZERO, SQUARE)
+    store(state, at, after)
+    store(sums, at, zero)
+    for c in range(at + SQUARE, at + STATE, SQUARE):
+        store(state, c, load(state, c, SQUARE) + scale * load(sums, c, SQUARE))
+        store(sums, c, zero)
+    if with_depth:
+        fallen = (before > _HALF) & (after <= _HALF)
+        old = load(depths, k * SQUARE, SQUARE)
+        store(depths, k * SQUARE, select(fallen, far[k], old))
+    bright: bool = any_(after > cut)
+    return bright
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def draw_sheets(
+    records: F32, boxes: I32, items: I32, left: int, top: int,
+    low: Real, scale: Real, thickness: Real, cut: Real, with_depth: bool, limits: F32,
+    state: F32, depths: F32, sums: F32, sheets: I32, far: F32, image: F32, depth: F32,
+) -> int:  # fmt: skip
+    """Do as the scalar twin."""
+    alive = _open_tile(left, top, image.shape[1], image.shape[0], state)
+    if with_depth:
+        depths[:] = np.inf
+    sums[:] = 0
+    sheets[:] = -(1 << 30)
+    limited = limits.size > 0
+    one = np.int64(1)
+    column = f32(lanes(SQUARE) & 3)
+    line = f32(lanes(SQUARE) >> 2)
+    squares = 0
+    for m in range(items.shape[0]):
+        if alive == 0:
+            break
+        o = items[m] * RECORD
+        u, v, here = records[o], records[o + 1], records[o + 6]
+        curve, twist, rise = records[o + 2], records[o + 3], records[o + 4]
+        twist = twist * np.float32(2)
+        gain = records[o + 5] * np.float32(1 / (1 - EDGE))
+        red, green, blue = records[o + 8], records[o + 9], records[o + 10]
+        sheet = sheet_of(here, low, scale, thickness)
+        live = squares_of_box(boxes[o + 7], boxes[o + 11], left, top) & alive
+        x = np.float32(left) - u + _HALF
+        y = np.float32(top) - v + _HALF
+        if curve < _WIDE:
+            live &= _squares_of_ellipse(
+                x - _HALF, y - _HALF, curve, twist * _HALF, rise
+            )
+        while live != 0:
+            k = _POWERS[((live & -live) * _DE_BRUIJN) >> 58 & 63]
+            live &= live - one
+            if sheets[k] != sheet:
+                bright = _end_sheet(k, sums, cut, with_depth, state, depths, far)
+                sheets[k] = sheet
+                far[k] = low + (np.float32(sheet) + _HALF) * thickness / scale
+                if not bright:
+                    alive &= ~(one << k)
+                    continue
+            squares += 1
+            dx = column + (np.float32((k & 7) * SIDE) + x)
+            dy = line + (np.float32((k >> 3) * SIDE) + y)
+            w = _footprint(dx, curve, dy * twist, dy * dy * rise) * gain
+            if limited:
+                w = select(load(limits, k * SQUARE, SQUARE) > here, w, _ZERO)
+            at = k * STATE
+            store(sums, at, load(sums, at, SQUARE) + w)
+            at += SQUARE
+            store(sums, at, load(sums, at, SQUARE) + w * red)
+            at += SQUARE
+            store(sums, at, load(sums, at, SQUARE) + w * green)
+            at += SQUARE
+            store(sums, at, load(sums, at, SQUARE) + w * blue)
+    for k in range(SQUARES):
+        _end_sheet(k, sums, cut, with_depth, state, depths, far)
+    _close_tile(state, depths, left, top, with_depth, image, depth)
+    return squares * SQUARE

@@ -1,0 +1,161 @@
+"""Scans as they come: what the numbers mean, and what is refused."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from anatomy.files import save_volume
+from anatomy.scan import Levels, Modality, isotropic, patient_box, read_scan
+from renderers.scene.volume import Volume
+
+
+def head(noise: float = 15.0) -> Volume:
+    """A box of soft tissue with a shell of bone and a cave, in CT numbers."""
+    hu = np.full((30, 40, 40), -1000.0)
+    hu[3:27, 5:35, 5:35] = 40.0
+    hu[5:25, 7:33, 7:33] = 900.0
+    hu[6:24, 8:32, 8:32] = 40.0
+    hu[10:20, 12:24, 15:25] = -1000.0
+    hu += noise * np.random.default_rng(0).normal(size=hu.shape)
+    return Volume(
+        np.rint(hu).astype(np.int16), np.array([1.0, 1.0, 1.5]), np.array([3.0, -4, 5])
+    )
+
+
+def stored(volume: Volume, values: np.ndarray, file: Path) -> Path:
+    save_volume(volume.with_values(values, 0.0), file)
+    return file
+
+
+@pytest.mark.parametrize("ending", ["nrrd", "nii.gz", "mha"])
+def test_ct_numbers_stay(tmp_path: Path, ending: str) -> None:
+    ct = head()
+    scan = read_scan(stored(ct, np.asarray(ct.values), tmp_path / f"a.{ending}"))
+    assert scan.modality is Modality.CT
+    assert np.array_equal(scan.volume.values, np.maximum(ct.values, -1024))
+    assert scan.volume.world_from_voxel == pytest.approx(ct.world_from_voxel, abs=1e-4)
+    assert scan.notes == ()
+
+
+def test_unsigned_storage_is_told_and_undone(tmp_path: Path) -> None:
+    ct = head()
+    raw = (np.maximum(np.asarray(ct.values), -1024) + 1024).astype(np.uint16)
+    scan = read_scan(stored(ct, raw, tmp_path / "raw.nrrd"))
+    assert scan.modality is Modality.CT
+    assert np.array_equal(scan.volume.values, np.maximum(ct.values, -1024))
+    assert scan.notes == ("stored values are CT numbers less 1024",)
+
+
+def test_outside_the_scanners_circle_is_air(tmp_path: Path) -> None:
+    ct = head()
+    values = np.array(ct.values)
+    values[:, :3, :3] = -32768
+    values[0, 0, 0] = 32767
+    scan = read_scan(stored(ct, values, tmp_path / "a.nrrd"))
+    assert scan.volume.values[5, 1, 1] == -1024
+    assert scan.volume.values[0, 0, 0] == 32767
+
+
+def test_mr_is_brought_onto_the_scale(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    tissue = np.asarray(head(0).values) > -500
+    signal = np.where(tissue, 420.0, 0.0)
+    noise = 20 * rng.normal(size=(2, *signal.shape))
+    values = np.hypot(signal + noise[0], noise[1]).astype(np.float32)
+    scan = read_scan(stored(head(), values, tmp_path / "mr.nii.gz"))
+    assert scan.modality is Modality.MR
+    assert "MR" in scan.notes[0]
+    hu = scan.volume.values
+    assert np.median(hu[tissue]) == pytest.approx(40, abs=25)
+    assert (hu[~tissue] < -480).mean() > 0.995
+    assert (hu[tissue] > -480).mean() > 0.999
+
+
+def test_numbers_that_are_none_are_refused_or_counted(tmp_path: Path) -> None:
+    ct = head()
+    values = np.array(ct.values, np.float32)
+    values[0, 0, :3] = np.nan
+    values[0, 1, 0] = np.inf
+    file = stored(ct, values, tmp_path / "a.nrrd")
+    with pytest.raises(ValueError, match="4 voxels are no numbers"):
+        read_scan(file)
+    scan = read_scan(file, nonfinite_is_air=True)
+    assert scan.notes == ("4 voxels that were no numbers are taken for air",)
+    assert (scan.volume.values[0, 0, :3] <= -1000).all()
+    assert scan.volume.values[0, 1, 0] <= -1000
+
+
+def test_a_scan_without_tissue_is_refused(tmp_path: Path) -> None:
+    ct = head()
+    flat = stored(ct, np.full(ct.shape, -1000, np.int16), tmp_path / "air.nrrd")
+    with pytest.raises(ValueError, match="same everywhere"):
+        read_scan(flat)
+
+
+def test_other_numbers_are_no_ct(tmp_path: Path) -> None:
+    ct = head()
+    file = stored(ct, np.asarray(ct.values) * 5, tmp_path / "a.nrrd")
+    with pytest.raises(ValueError, match="no CT numbers"):
+        read_scan(file, modality=Modality.CT)
+
+
+@pytest.mark.parametrize(
+    "name", ["scan.zip", "scan.tar.gz", "scan.TGZ", "a.7z", "b.rar"]
+)
+def test_archives_are_refused_by_name(tmp_path: Path, name: str) -> None:
+    """Whatever is inside, nothing is unpacked: no bomb goes off."""
+    (tmp_path / name).write_bytes(b"PK\x03\x04" + bytes(200))
+    with pytest.raises(ValueError, match=rf"{name.replace('.', '[.]')} is an archive"):
+        read_scan(tmp_path / name)
+
+
+def test_nothing_there(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="no file or folder"):
+        read_scan(tmp_path / "absent")
+    with pytest.raises(ValueError, match="holds 0 files"):
+        read_scan(tmp_path)
+    (tmp_path / "tiny").write_bytes(b"x")
+    with pytest.raises(ValueError, match="cannot be read as a volume"):
+        read_scan(tmp_path / "tiny")
+
+
+def test_levels_are_those_of_air_and_tissue() -> None:
+    levels = Levels.of(head(30))
+    assert levels.air == pytest.approx(-1000, abs=25)
+    assert levels.tissue == pytest.approx(40, abs=25)
+
+
+def test_sampling_keeps_a_linear_field() -> None:
+    """On an oblique grid, within its own box, to float rounding."""
+    angle = np.radians(20)
+    turn = np.array(
+        [
+            [1, 0, 0],
+            [0, np.cos(angle), -np.sin(angle)],
+            [0, np.sin(angle), np.cos(angle)],
+        ]
+    )
+    shape, spacing, origin = (
+        (20, 24, 22),
+        np.array([0.7, 0.9, 1.7]),
+        np.array([1.0, 2, 3]),
+    )
+    k, j, i = np.meshgrid(*[np.arange(n) for n in shape], indexing="ij")
+    world = np.stack([i, j, k], -1) * spacing @ turn.T + origin
+    slope = np.array([3.0, -2.0, 5.0])
+    tilted = Volume((world @ slope).astype(np.float32), spacing, origin, turn)
+    low, high = patient_box(tilted)
+    assert low == pytest.approx(world.reshape(-1, 3).min(axis=0))
+    assert high == pytest.approx(world.reshape(-1, 3).max(axis=0))
+    middle = tilted.center_mm
+    box = isotropic(tilted, 0.5, middle - 4, middle + 4)
+    assert np.array_equal(box.direction, np.eye(3))
+    k, j, i = np.meshgrid(*[np.arange(n) for n in box.shape], indexing="ij")
+    places = np.stack([i, j, k], -1) * 0.5 + box.origin_mm
+    assert np.abs(box.values - places @ slope).max() < 1e-3
+
+
+def test_a_box_beyond_memory_is_refused_first() -> None:
+    with pytest.raises(ValueError, match="GiB; take a larger spacing"):
+        isotropic(head(), 0.01, np.zeros(3), np.full(3, 100.0))

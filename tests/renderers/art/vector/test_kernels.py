@@ -1,0 +1,60 @@
+"""Packets draw what the scalar march draws, bit by bit."""
+
+import numpy as np
+import pytest
+
+from renderers.art import ActiveRayTracer, Quality
+from renderers.art.kernel_set import KernelSet, packet_kernels, scalar_kernels
+from renderers.scene import Camera, Scene
+
+QUALITIES = (
+    Quality(0.5, 1 / 1024),
+    Quality(0.7, 0.02, renormalise=True),
+    Quality(1.0, 0.0, skip_empty=False),
+)
+
+
+def picture(
+    scene: Scene, camera: Camera, quality: Quality, kernels: KernelSet, cells: int
+) -> tuple[bytes, dict[str, int]]:
+    tracer = ActiveRayTracer(
+        scene, quality, threads=1, cache_cells=cells, validate=True, kernels=kernels
+    )
+    image = tracer.render(camera)
+    assert image.depth_mm is not None
+    assert tracer.report is not None
+    return image.rgba.tobytes() + image.depth_mm.tobytes(), tracer.report.counters
+
+
+@pytest.mark.parametrize("width", [4, 32, pytest.param(64, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("quality", QUALITIES)
+def test_any_width_gives_the_bits_of_the_scalar_march(
+    scene: Scene, outside: Camera, quality: Quality, width: int
+) -> None:
+    """Local and distant lights, highlights, jumps in extinction, odd sizes."""
+    for camera in (outside, outside.with_size(7, 50)):
+        expected, before = picture(scene, camera, quality, scalar_kernels(), 999)
+        found, after = picture(scene, camera, quality, packet_kernels(width), 999)
+        assert found == expected
+        for counter in ("samples", "contributing", "skipped"):
+            assert after[counter] == before[counter]
+
+
+@pytest.mark.parametrize("cells", [1, 5])
+def test_rays_that_miss_cells_go_on_later(
+    scene: Scene, outside: Camera, cells: int
+) -> None:
+    expected, _ = picture(scene, outside, QUALITIES[0], scalar_kernels(), 999)
+    found, counters = picture(scene, outside, QUALITIES[0], packet_kernels(32), cells)
+    assert found == expected
+    assert counters["cells_evicted"] > 0
+
+
+def test_a_scene_without_lights_keeps_its_colours(
+    scene: Scene, outside: Camera
+) -> None:
+    bare = Scene(scene.volume, scene.transfer_function, ())
+    expected, _ = picture(bare, outside, QUALITIES[0], scalar_kernels(), 999)
+    found, _ = picture(bare, outside, QUALITIES[0], packet_kernels(32), 999)
+    assert found == expected
+    assert np.frombuffer(found, np.float32).max() > 0
