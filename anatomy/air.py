@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.bricks import kernels
+from anatomy.bricks.tables import Grids
 from anatomy.coverage import blur_mm
 from anatomy.frame import lps_from_ras
 from anatomy.lattice import Lattice
 from anatomy.model import BAND_MM, Model
 
 BRICK_VOXELS = 8
-_SCRATCH_ROWS = 8
 _CHUNK = 2048
 
 
@@ -60,21 +60,9 @@ def run_in_ranges(
             future.result()
 
 
-def evaluate_lattice(
-    model: Model,
-    lattice: Lattice,
-    threads: int = 1,
-    brick_voxels: int = BRICK_VOXELS,
-    skipping: bool = True,
-    progress: Callable[[float], None] | None = None,
-) -> tuple[kernels.Grids, Effort]:
-    """Evaluate air, walls, tint and background at every voxel.
-
-    The result has the same bits for any number of threads, brick size, skipping or
-    field of view.
-    """
-    shape, edge = lattice.shape, brick_voxels
-    grids = kernels.Grids(
+def empty_grids(shape: tuple[int, ...]) -> Grids:
+    """Allocate the outputs of the kernels for a lattice or for one block."""
+    return Grids(
         air=np.empty(shape, dtype=np.float32),
         gap=np.empty(shape, dtype=np.float32),
         part=np.empty(shape, dtype=np.uint8),
@@ -84,29 +72,52 @@ def evaluate_lattice(
         ground_hu=np.empty(shape, dtype=np.int16),
         ground=np.empty(shape, dtype=np.uint8),
     )
+
+
+def evaluate_lattice(
+    model: Model,
+    lattice: Lattice,
+    threads: int = 1,
+    brick_voxels: int = BRICK_VOXELS,
+    skipping: bool = True,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Grids, Effort]:
+    """Evaluate air, walls, tint and background at every voxel.
+
+    The result has the same bits for any number of threads, brick size, skipping or
+    field of view.
+    """
+    shape, edge = lattice.shape, brick_voxels
+    scale = model.parameters.head_scale
+    grids = empty_grids(shape)
     bricks = int(np.prod([-(-n // edge) for n in shape]))
     totals = np.zeros(4, dtype=np.int64)
     lock = threading.Lock()
 
     def fill(first: int, last: int) -> None:
         points = edge**3
-        work = np.zeros((_SCRATCH_ROWS + model.stack_depth, points), dtype=np.float32)
+        work = np.zeros(
+            (kernels.POINT_ROWS + model.stack_depth, points), dtype=np.float32
+        )
         fresh = np.empty((model.mark_rows, points), dtype=np.float32)
         counters = np.zeros(4, dtype=np.int64)
+        spread = blur_mm(model.parameters.edge_blur_mm, lattice.spacing_mm)
         kernels.fill_bricks(
             first,
             last,
             edge,
             skipping,
             lattice.ras_start,
-            lattice.spacing_mm,
+            lattice.spacing_mm / scale,
             np.float32(BAND_MM),
-            np.float32(1 / blur_mm(model.parameters.edge_blur_mm, lattice.spacing_mm)),
+            np.float32(scale / spread),
             model.tables,
             work,
             fresh,
             np.empty_like(fresh),
             np.empty(len(model.parts), dtype=np.bool_),
+            np.empty(len(model.surroundings), dtype=np.bool_),
+            empty_grids((points,)),
             grids,
             counters,
         )
@@ -114,7 +125,41 @@ def evaluate_lattice(
             totals[:] += counters
 
     run_in_ranges(fill, bricks, threads, 64, progress)
+    if scale != 1.0:
+        for grid in (grids.air, grids.gap):
+            np.multiply(grid, np.float32(scale), out=grid)
     return grids, Effort(*(int(n) for n in totals))
+
+
+def evaluate_at_points(model: Model, points_mm: NDArray[np.float64]) -> Grids:
+    """Evaluate all that a voxel would know at ``(n, 3)`` LPS points.
+
+    The result's arrays have shape ``(1, 1, n)``; blurred as voxels of no extent are.
+    """
+    scale = model.parameters.head_scale
+    flat = (lps_from_ras(points_mm) / scale).T.astype(np.float32)
+    n = flat.shape[1]
+    grids = empty_grids((n,))
+    rows = kernels.POINT_ROWS + model.stack_depth
+    for start in range(0, n, _CHUNK):
+        stop = min(start + _CHUNK, n)
+        size = stop - start
+        kernels.evaluate_block(
+            np.ascontiguousarray(flat[:, start:stop]),
+            size,
+            np.ones(len(model.parts), dtype=np.bool_),
+            np.ones(len(model.surroundings), dtype=np.bool_),
+            np.float32(BAND_MM),
+            np.float32(scale / model.parameters.edge_blur_mm),
+            model.tables,
+            np.zeros((rows, size), dtype=np.float32),
+            np.empty((model.mark_rows, size), dtype=np.float32),
+            np.empty((model.mark_rows, size), dtype=np.float32),
+            Grids(*(grid[start:stop] for grid in grids)),
+        )
+    for grid in (grids.air, grids.gap):
+        np.multiply(grid, np.float32(scale), out=grid)
+    return Grids(*(grid.reshape(1, 1, n) for grid in grids))
 
 
 def distance_at_points(
@@ -124,14 +169,15 @@ def distance_at_points(
     points = np.asarray(points_mm, dtype=np.float64)
     if points.shape[-1:] != (3,):
         raise ValueError(f"points must have shape (..., 3), got {points.shape}")
-    flat = lps_from_ras(points.reshape(-1, 3)).T.astype(np.float32)
+    scale = model.parameters.head_scale
+    flat = (lps_from_ras(points.reshape(-1, 3)) / scale).T.astype(np.float32)
     result = np.empty(flat.shape[1], dtype=np.float32)
     for start in range(0, flat.shape[1], _CHUNK):
         block = np.ascontiguousarray(flat[:, start : start + _CHUNK])
         n = block.shape[1]
-        work = np.zeros((_SCRATCH_ROWS + model.stack_depth, n), dtype=np.float32)
+        work = np.zeros((kernels.POINT_ROWS + model.stack_depth, n), dtype=np.float32)
         marks = np.full((model.mark_rows, n), np.inf, dtype=np.float32)
         kernels.evaluate_points(
             block, model.tables, work, marks, result[start : start + n]
         )
-    return result.reshape(points.shape[:-1]).astype(np.float64)
+    return scale * result.reshape(points.shape[:-1]).astype(np.float64)

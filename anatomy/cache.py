@@ -15,9 +15,9 @@ import platformdirs
 from numpy.typing import NDArray
 
 from anatomy.landmarks import landmarks
-from anatomy.lattice import DEFAULT_FIELD_MM, Box, Lattice
+from anatomy.lattice import Box, Lattice
 from anatomy.parameters import PhantomParameters
-from anatomy.phantom import Phantom, Progress, build_phantom
+from anatomy.phantom import Phantom, Progress, build_phantom, whole_field
 from renderers.scene.volume import Volume
 
 log = logging.getLogger(__name__)
@@ -65,7 +65,7 @@ def sinus_phantom(
     spacing_mm: float = 0.5,
     progress: Progress | None = None,
     threads: int | None = None,
-    field_mm: Box = DEFAULT_FIELD_MM,
+    field_mm: Box | None = None,
     folder: Path | None = None,
 ) -> Phantom:
     """Give a virtual patient, from the cache or newly built (and then kept).
@@ -76,6 +76,7 @@ def sinus_phantom(
     own temporary file and the last to finish replaces the entry as a whole.
     """
     chosen = PhantomParameters() if parameters is None else parameters
+    field_mm = field_mm or whole_field(chosen)
     lattice = Lattice.covering(spacing_mm, field_mm)
     path = entry_path(folder or default_folder(), chosen, spacing_mm, field_mm)
     found = _load(path, chosen, lattice)

@@ -24,6 +24,7 @@ from anatomy.landmarks import Landmark
 from anatomy.markups import read_markups, write_markups
 from anatomy.parameters import PhantomParameters
 from anatomy.phantom import Phantom
+from anatomy.resonance import magnetic_resonance
 from anatomy.tissue import Label
 from renderers.scene.volume import AIR_HU, Volume
 
@@ -163,6 +164,12 @@ def store_case(
     )
     write_file(folder / RECORD, msgspec.json.encode(finished) + b"\n")
     return finished
+
+
+def write_resonance(phantom: Phantom, folder: Path | str) -> None:
+    """Add ``t1.nrrd`` and ``t2.nrrd`` to a case folder."""
+    for name, volume in zip(("t1", "t2"), magnetic_resonance(phantom), strict=True):
+        save_volume(volume, Path(folder) / f"{name}.nrrd")
 
 
 def read_case(folder: Path | str) -> Case:

@@ -13,10 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy.bricks.kernels import OUTSIDE_ROW, PHARYNX_ROW, Grids
+from anatomy.bricks.kernels import OUTSIDE_ROW, PHARYNX_ROW
+from anatomy.bricks.tables import Grids
 from anatomy.layers import kernels
 from anatomy.model import BAND_MM, Model
-from anatomy.nose import Row
+from anatomy.rows import Row
 from anatomy.tissue import TISSUES, Label
 
 _BONY = (
@@ -25,7 +26,19 @@ _BONY = (
     Label.TURBINATE_BONE,
     Label.TEETH,
 )
-_SHELL_FREE = (Label.SKIN, Label.SEPTAL_CARTILAGE, Label.MUCOSA, Label.SEPTAL_BONE)
+_DEHISCENT = {
+    "dehiscent-carotid": Label.INTERNAL_CAROTID,
+    "dehiscent-optic": Label.OPTIC_NERVE,
+}
+_SHELL_FREE = (
+    Label.SKIN,
+    Label.SEPTAL_CARTILAGE,
+    Label.MUCOSA,
+    Label.SEPTAL_BONE,
+    Label.MUCUS,
+    Label.INSPISSATED_MUCUS,
+    Label.POLYP,
+)
 
 # mucosa mm, bone mm, air label, mucosa label, bone label
 _STRUCTURES: dict[int, tuple[float, float, int, int, int]] = {
@@ -33,6 +46,7 @@ _STRUCTURES: dict[int, tuple[float, float, int, int, int]] = {
     Row.MIDDLE: (0.5, 0.0, Label.NASAL_AIR, Label.MIDDLE_TURBINATE, 0),
     Row.SUPERIOR: (0.4, 0.0, Label.NASAL_AIR, Label.SUPERIOR_TURBINATE, 0),
     Row.UNCINATE: (0.8, 0.3, Label.NASAL_AIR, Label.UNCINATE, Label.UNCINATE),
+    Row.POLYP: (0.3, 0.0, Label.NASAL_AIR, Label.POLYP, 0),
     Row.TORUS: (1.0, 0.0, Label.NASOPHARYNX_AIR, Label.MUCOSA, 0),
     PHARYNX_ROW: (2.0, 0.0, Label.NASOPHARYNX_AIR, Label.MUCOSA, 0),
     OUTSIDE_ROW: (1.5, 0.0, Label.OUTSIDE_AIR, Label.SKIN, 0),
@@ -87,9 +101,13 @@ def paint(
     structure_layers = np.zeros((max(_STRUCTURES) + 1, 5))
     for row, layers in _STRUCTURES.items():
         structure_layers[row] = layers
-    shell = np.zeros(256, dtype=np.uint8)
-    shell[list(_BONY)] = 2
-    shell[list(_SHELL_FREE)] |= 1
+    shell = np.zeros((max(len(model.parts), 1), 256), dtype=np.uint8)
+    shell[:, list(_BONY)] = 2
+    shell[:, list(_SHELL_FREE)] |= 1
+    for k, part in enumerate(model.parts):
+        for variant, bare in _DEHISCENT.items():
+            if model.parameters.has(variant, part.side):
+                shell[k, bare] |= 1
     tissue_hu = np.array([TISSUES[n].hu for n in ("air", "mucosa", "thin bone")])
     hu = np.empty(distance.shape, dtype=np.int16)
     labels = np.empty(distance.shape, dtype=np.uint8)
@@ -101,7 +119,7 @@ def paint(
             first,
             last,
             blur,
-            np.float32(BAND_MM),
+            np.float32(BAND_MM * model.parameters.head_scale),
             distance,
             grids.gap,
             grids.part,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from anatomy.program import Encoder, Op
-from anatomy.shapes import Array, Field, Point
+from anatomy.shapes import Array, Combine, Field, Point
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,3 +86,26 @@ class Mark(Field):
     def encode(self, encoder: Encoder) -> None:
         self.inner.encode(encoder)
         encoder.emit(Op.MARK, [], 0, self.row)
+
+
+@dataclass(frozen=True, slots=True)
+class Recall(Field):
+    """Push a mark that an earlier field left; `inner` is what it marked."""
+
+    row: int
+    inner: Field
+
+    def evaluate(self, points: Array) -> Array:
+        return self.inner.evaluate(points)
+
+    def encode(self, encoder: Encoder) -> None:
+        encoder.emit(Op.RECALL, [], 0, self.row)
+
+
+def bare(field: Field) -> Field:
+    """Strip a part's outer mark and unevenness: its plain shape."""
+    if isinstance(field, Mark):
+        return bare(field.inner)
+    if isinstance(field, Combine) and isinstance(field.right, Unevenness):
+        return field.left
+    return field

@@ -63,8 +63,12 @@ def _cells(c: Any, o: int, count: int, p: Any, n: int, out: Any) -> None:
 def run_program(
     code: Any, c: Any, start: int, stop: int, p: Any, noise: Any, n: int, s: Any, m: Any
 ) -> None:
-    """Run rows `start` to `stop` for `n` points ``p[:, :n]``; leave s[0], marks m."""
+    """Run rows `start` to `stop` for `n` points ``p[:, :n]``; leave s[0], marks m.
+
+    p: rows u, y, z and the signed u; a warp puts rows of the stack in place of them.
+    """
     top = -1
+    straight = p
     for row in range(start, stop):
         op, o, count, selector = code[row, 0], code[row, 1], code[row, 2], code[row, 3]
         if op == 0:  # affine
@@ -149,6 +153,28 @@ def run_program(
             r, q = s[top], m[selector]
             for i in range(n):
                 q[i] = min(q[i], r[i])
+        elif op == 15:  # warp: the three rows of shifts become coordinates
+            for axis in range(3):
+                r, q = s[top - 2 + axis], p[axis]
+                for i in range(n):
+                    r[i] += q[i]
+            p = s[top - 2 :]
+        elif op == 16:  # unwarp: the value takes the place of the coordinates
+            r, q = s[top], s[top - 3]
+            for i in range(n):
+                q[i] = r[i]
+            top -= 3
+            p = straight
+        elif op == 17:  # lateral distance, positive on the right
+            top += 1
+            r, q = s[top], straight[3]
+            for i in range(n):
+                r[i] = q[i]
+        elif op == 18:  # recall a mark
+            top += 1
+            r, q = s[top], m[selector]
+            for i in range(n):
+                r[i] = q[i]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -211,7 +237,7 @@ def noise_rows(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def side_points(p: Any, n: int, side: Any, septum: Any, out: Any) -> None:
-    """Turn RAS points into (u, y, z); side 0 gives the distance to the midline."""
+    """Turn RAS points into (u, y, z, x); side 0 gives the distance to the midline."""
     amplitude, y0, iy, z0, iz = septum[0], septum[1], septum[2], septum[3], septum[4]
     for i in range(n):
         a, b = (p[1, i] - y0) * iy, (p[2, i] - z0) * iz
@@ -219,3 +245,4 @@ def side_points(p: Any, n: int, side: Any, septum: Any, out: Any) -> None:
         out[0, i] = abs(x) if side == F0 else side * x
         out[1, i] = p[1, i]
         out[2, i] = p[2, i]
+        out[3, i] = x

@@ -71,19 +71,56 @@ def landmarks(parameters: PhantomParameters) -> dict[str, Landmark]:
 
     The septum's deviation shifts them as it shifts the anatomy around them.
     """
+
+    def sized(name: str, side: Side) -> tuple[float, float, float, float]:
+        """Move the middles of the sinuses with their sizes."""
+        values = _PAIRED[name]
+        if name in ("ethmoid roof", "anterior ethmoidal artery"):
+            drop = 3.0 if parameters.has("hanging-artery", side) else 0.0
+            sunk = drop if name == "anterior ethmoidal artery" else 0.0
+            a, b, c, radius = values
+            return a, b, c + parameters.roof_mm - sunk, radius
+        if name == "frontal sinus":
+            q = max(parameters.scale("frontal", side), 0.5)
+            return 2.6 + 7.2 * q, -5.2, 56.0 + 9.0 * q**0.6, 6.0 * q**0.5
+        if name == "sphenoid sinus":
+            w = parameters.scale("sphenoid", side)
+            return 8.4, -55.2 - 10.0 * w, 34.5, 6.5 * w
+        if name == "maxillary sinus":
+            k = parameters.scale("maxillary", side)
+            return 14.6 + 11.4 * k, -28.0, 25.0 - 13.0 * k, 10.0 * k
+        return values
+
     found = [
-        _place(name, Side.MIDLINE, values, 0.0) for name, values in _MIDLINE.items()
+        _place(name, Side.MIDLINE, values, parameters)
+        for name, values in _MIDLINE.items()
     ]
     for side in (Side.RIGHT, Side.LEFT):
-        for name, values in _PAIRED.items():
-            found.append(_place(name, side, values, parameters.septal_deviation_mm))
+        found += [_place(name, side, sized(name, side), parameters) for name in _PAIRED]
     return {landmark.key: landmark for landmark in found}
 
 
 def _place(
-    name: str, side: Side, values: tuple[float, float, float, float], deviation: float
+    name: str,
+    side: Side,
+    values: tuple[float, float, float, float],
+    parameters: PhantomParameters,
 ) -> Landmark:
-    u, y, z, radius = values
+    at = np.array(values[:3], dtype=np.float64)
+    place = septal_shift(parameters, at, side)
+    return Landmark(name, side, place, parameters.head_scale * float(values[3]))
+
+
+def septal_shift(
+    parameters: PhantomParameters, points: NDArray[np.float64], side: Side
+) -> NDArray[np.float64]:
+    """Turn ``(..., 3)`` points (u, y, z) of one side into LPS places in mm.
+
+    The septum's deviation moves all that is near it; midline points stay.
+    """
+    placed = np.array(points, dtype=np.float64)
+    y, z = placed[..., 1], placed[..., 2]
+    deviation = 0.0 if side == Side.MIDLINE else parameters.septal_deviation_mm
     shift = deviation * np.exp(-(((y + 22) / 14) ** 2) - ((z - 16) / 12) ** 2)
-    x = u * (-1.0 if side == Side.LEFT else 1.0) + shift
-    return Landmark(name, side, lps_from_ras(np.array([x, y, z])), float(radius))
+    placed[..., 0] = placed[..., 0] * (-1.0 if side == Side.LEFT else 1.0) + shift
+    return lps_from_ras(parameters.head_scale * placed)

@@ -11,6 +11,18 @@ DEFAULT_FIELD_MM: Box = ((-41.0, 41.0), (-23.0, 80.0), (-12.0, 78.0))
 """LPS x, y, z ranges that hold the nose and all sinuses, 6.2 million voxels at 0.5."""
 
 
+def field_for(head_scale: float, frontal_scale: float) -> Box:
+    """Choose the field of view for a head's size; frontal sinuses may be tall."""
+    top = max(78.0, 57.5 + 21.0 * frontal_scale**0.6)
+    x, y, (bottom, _) = DEFAULT_FIELD_MM
+    k = max(head_scale, 1.0)
+    return (
+        (k * x[0], k * x[1]),
+        (k * y[0], k * y[1]),
+        (k * bottom, k * top),
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class Lattice:
     """Hold the first index and the number of voxels along LPS x, y and z.

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy.bricks import kernels
+from anatomy.bricks.tables import Tables
 from anatomy.honeycomb import Mark
 from anatomy.noise import noise_tables
-from anatomy.nose import Row
 from anatomy.parameters import PhantomParameters
 from anatomy.parts import Part, side_parts
 from anatomy.program import Encoder
+from anatomy.rows import Row
 from anatomy.shapes import Field, smooth_min
 from anatomy.surroundings import Solid, common_marks, solids
 from anatomy.tissue import TISSUES, Side
@@ -27,37 +27,41 @@ class Model:
     parameters: PhantomParameters
     parts: tuple[Part, ...]
     surroundings: tuple[Solid, ...]
-    tables: kernels.Tables
+    tables: Tables
     stack_depth: int
     mark_rows: int
 
 
 def build_model(parameters: PhantomParameters) -> Model:
     """Build the head that `parameters` describe."""
-    parts = (*side_parts(parameters, Side.RIGHT), *side_parts(parameters, Side.LEFT))
+    sides = {s: side_parts(parameters, s) for s in (Side.RIGHT, Side.LEFT)}
     # Ducts come last: then the opposite face of a wall is known before they join in.
-    parts = tuple(sorted(parts, key=lambda part: part.cavity == 0))
-    painted = solids(parameters)
+    parts = tuple(
+        sorted((p for ps, _ in sides.values() for p in ps), key=lambda p: p.cavity == 0)
+    )
+    painted = solids(parameters, {side: held for side, (_, held) in sides.items()})
     encoder = Encoder()
     for part in parts:
         part.field.encode(encoder)
         encoder.finish_field()
-    rows: list[int] = []
     marks: list[Field] = [Mark(row, field) for row, field in common_marks()]
-    for solid in painted:
-        if isinstance(solid.field, Row):
-            rows.append(int(solid.field))
-        else:
-            rows.append(Row.FIRST_GROUND + len(marks))
-            marks.append(Mark(rows[-1], solid.field))
     smooth_min(0.0, *marks).encode(encoder)
     encoder.finish_field()
+    for solid in painted:
+        if not isinstance(solid.field, Row):
+            solid.field.encode(encoder)
+            encoder.finish_field()
     program = encoder.program()
+    common = program.spans[len(parts)].copy()
+    spans = iter(program.spans[len(parts) + 1 :])
+    ground = [
+        (0, 0) if isinstance(solid.field, Row) else next(spans) for solid in painted
+    ]
     octaves, limits, permutation, gradients = noise_tables(
         parameters.seed, parameters.unevenness
     )
     bend = 1 + 0.1 * abs(parameters.septal_deviation_mm)
-    tables = kernels.Tables(
+    tables = Tables(
         code=program.code,
         constants=program.constants,
         parts=np.array(
@@ -70,7 +74,7 @@ def build_model(parameters: PhantomParameters) -> Model:
         reach=np.array(
             [[p.steepness * bend, p.noise_mm] for p in parts], dtype=np.float32
         ),
-        common=program.spans[-1].copy(),
+        common=common,
         septum=np.array(
             [parameters.septal_deviation_mm, -22, 1 / 14, 16, 1 / 12], dtype=np.float32
         ),
@@ -81,11 +85,19 @@ def build_model(parameters: PhantomParameters) -> Model:
         tint=_tint_table(),
         solids=np.array(
             [
-                [row, s.half_thickness_mm, s.hu, s.label, s.level_mm]
-                for row, s in zip(rows, painted, strict=True)
+                [
+                    s.field if isinstance(s.field, Row) else -1,
+                    s.half_thickness_mm,
+                    s.hu,
+                    s.label,
+                    s.level_mm,
+                    s.steepness * bend,
+                ]
+                for s in painted
             ],
             dtype=np.float32,
         ),
+        ground=np.array(ground, dtype=np.int32),
     )
     return Model(
         parameters,
@@ -93,7 +105,7 @@ def build_model(parameters: PhantomParameters) -> Model:
         tuple(painted),
         tables,
         program.depth,
-        Row.FIRST_GROUND + len(marks),
+        int(Row.FIRST_GROUND),
     )
 
 
@@ -110,6 +122,7 @@ def _tint_table() -> NDArray[np.float32]:
         (Row.SUPERIOR, 1.0, 1.2, "superior turbinate"),
         (Row.UNCINATE, 1.0, 1.2, "uncinate"),
         (Row.TORUS, 1.0, 1.2, "torus"),
+        (Row.POLYP, 0.4, 0.9, "polyp"),
         (Row.SINUS, 1.3, 1.4, "sinus lining"),
         (Row.REAR, 0.0, 3.0, "nasopharynx"),
     ]

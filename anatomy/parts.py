@@ -1,15 +1,20 @@
 """The parts of the air of one side, and the walls behind each."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from anatomy import sinuses
+from anatomy.disease import Content, contents_of
+from anatomy.ethmoid import bulla_outlet, ethmoid, posterior_outlet
+from anatomy.frontal import frontal, frontal_recess
 from anatomy.honeycomb import Mark
 from anatomy.noise import LIMITS_MM
-from anatomy.nose import Row, nasal_air
+from anatomy.nose import nasal_air
 from anatomy.parameters import PhantomParameters
+from anatomy.rows import Row
 from anatomy.shapes import Field
+from anatomy.sphenoid import onodi, onodi_outlet, sphenoid, sphenoid_ostium
 from anatomy.tissue import Label, Side
 
 DUCT = 0
@@ -32,6 +37,7 @@ class Part:
     cavity: parts of one cavity have no wall between them; tens count the side.
     steepness: bound of the gradient's norm, and noise_mm of the unevenness: what the
     value can change on the way through a brick.
+    sinus: which Lund-Mackay score it belongs to, if any.
     """
 
     name: str
@@ -42,17 +48,18 @@ class Part:
     wall: Wall
     steepness: float
     noise_mm: float = 0.0
+    sinus: str = ""
 
 
-def side_parts(parameters: PhantomParameters, side: Side) -> list[Part]:
-    """List the parts of one side; they differ by the drawn ethmoid cells."""
-    rng = np.random.default_rng([parameters.seed, int(side)])
-    cells = sinuses.ethmoid(parameters, rng)
+def healthy_parts(parameters: PhantomParameters, side: Side) -> list[Part]:
+    """List the parts of one side without disease."""
+    cells = ethmoid(parameters, side)
     t, thin = parameters.mucosa_mm, parameters.cell_bone_mm
     uneven = LIMITS_MM[0] * sinuses.SINUS_UNEVENNESS
     septa = Wall(t, thin, Label.ETHMOID_SEPTUM)
     face = Wall(t, 0.3, Label.SPHENOID_WALL)
     anterior, posterior = Label.ANTERIOR_ETHMOID_AIR, Label.POSTERIOR_ETHMOID_AIR
+    variant = Label.VARIANT_CELL_AIR
 
     def body(
         name: str,
@@ -62,29 +69,53 @@ def side_parts(parameters: PhantomParameters, side: Side) -> list[Part]:
         wall: Wall,
         steepness: float = 1.7,
         noise_mm: float = 0.0,
+        sinus: str = "",
     ) -> Part:
         cavity = 10 * int(side) + number
-        return Part(name, side, field, label, cavity, wall, steepness, noise_mm)
+        return Part(name, side, field, label, cavity, wall, steepness, noise_mm, sinus)
 
-    def duct(name: str, field: Field, label: Label, wall: Wall) -> Part:
-        return Part(name, side, field, label, DUCT, wall, 1.2)
+    def cell(name: str, number: int, field: Field, sinus: str) -> Part:
+        marked = Mark(Row.SINUS, field)
+        return body(name, number, marked, variant, septa, 1.8, 0.0, sinus)
 
-    maxillary = sinuses.lining(sinuses.maxillary(parameters))
-    sphenoid = sinuses.lining(sinuses.sphenoid(parameters))
-    nose = Wall(1.0, 0.5, Label.CRIBRIFORM)
+    def duct(
+        name: str, field: Field, label: Label, wall: Wall, sinus: str = ""
+    ) -> Part:
+        return Part(name, side, field, label, DUCT, wall, 1.2, 0.0, sinus)
+
+    ostiomeatal = "ostiomeatal"
+    fore, rear = "anterior_ethmoid", "posterior_ethmoid"
     uncinate = Wall(0.5, 0.25, Label.UNCINATE)
     parts = [
-        body("nose", 1, nasal_air(parameters), Label.NASAL_AIR, nose, 2.2, 1.9),
+        body(
+            "nose",
+            1,
+            nasal_air(parameters, side),
+            Label.NASAL_AIR,
+            Wall(1.0, 0.5, Label.CRIBRIFORM),
+            2.4,
+            1.9,
+        ),
         body(
             "maxillary sinus",
             2,
-            maxillary,
+            sinuses.lining(sinuses.maxillary(parameters, side)),
             Label.MAXILLARY_AIR,
             Wall(t, 0.7),
-            1.8,
+            1.9,
             uneven,
+            "maxillary",
         ),
-        body("sphenoid sinus", 4, sphenoid, Label.SPHENOID_AIR, face, 1.7, uneven),
+        body(
+            "sphenoid sinus",
+            4,
+            sinuses.lining(sphenoid(parameters, side)),
+            Label.SPHENOID_AIR,
+            face,
+            1.9,
+            uneven,
+            "sphenoid",
+        ),
         body(
             "anterior ethmoid",
             5,
@@ -92,6 +123,7 @@ def side_parts(parameters: PhantomParameters, side: Side) -> list[Part]:
             anterior,
             septa,
             noise_mm=0.2,
+            sinus=fore,
         ),
         body(
             "posterior ethmoid",
@@ -100,33 +132,76 @@ def side_parts(parameters: PhantomParameters, side: Side) -> list[Part]:
             posterior,
             septa,
             noise_mm=0.2,
+            sinus=rear,
         ),
-        body(
-            "agger nasi",
-            7,
-            Mark(Row.SINUS, sinuses.agger_nasi()),
-            Label.VARIANT_CELL_AIR,
-            septa,
+        duct(
+            "infundibulum",
+            sinuses.infundibulum(),
+            Label.NASAL_AIR,
+            uncinate,
+            ostiomeatal,
         ),
-        duct("infundibulum", sinuses.infundibulum(), anterior, uncinate),
         duct(
             "maxillary ostium",
             sinuses.maxillary_ostium(),
-            Label.MAXILLARY_AIR,
+            Label.NASAL_AIR,
             Wall(0.5, 0.25),
+            ostiomeatal,
         ),
-        duct("hiatus", sinuses.hiatus(), Label.NASAL_AIR, uncinate),
-        duct("frontal recess", sinuses.frontal_recess(), anterior, Wall(t, 0.3)),
-        duct("agger outlet", sinuses.agger_outlet(), anterior, septa),
-        duct("sphenoid ostium", sinuses.sphenoid_ostium(), Label.SPHENOID_AIR, face),
-        duct("bulla outlet", sinuses.bulla_outlet(), anterior, septa),
-        duct("posterior outlet", sinuses.posterior_outlet(), posterior, septa),
+        duct("hiatus", sinuses.hiatus(), Label.NASAL_AIR, uncinate, ostiomeatal),
+        duct("frontal recess", frontal_recess(), anterior, Wall(t, 0.3), fore),
+        duct("sphenoid ostium", sphenoid_ostium(), Label.NASAL_AIR, face),
+        duct("bulla outlet", bulla_outlet(), anterior, septa, fore),
+        duct("posterior outlet", posterior_outlet(), posterior, septa, rear),
     ]
-    frontal = sinuses.frontal(parameters)
-    if frontal is not None:
-        wall = Wall(t, 1.5)
-        lined = sinuses.lining(frontal)
+    for name, number, build, outlet, label, sinus in (
+        ("agger-nasi", 7, sinuses.agger_nasi, sinuses.agger_outlet, anterior, fore),
+        ("haller", 8, sinuses.haller, sinuses.haller_outlet, anterior, fore),
+        ("concha-bullosa", 9, sinuses.concha, sinuses.concha_outlet, variant, ""),
+    ):
+        if parameters.has(name, side):
+            words = name.replace("-", " ")
+            parts.append(cell(words, number, build(), sinus))
+            parts.append(duct(f"{words} outlet", outlet(), label, septa, sinus))
+    if parameters.has("onodi", side):
+        # It shares its cavity with the posterior cells that it grew from.
+        parts.append(cell("onodi", 6, onodi(parameters, side), rear))
+        parts.append(duct("onodi outlet", onodi_outlet(), posterior, septa, rear))
+    lobes = frontal(parameters, side)
+    if lobes is not None:
         parts.append(
-            body("frontal sinus", 3, lined, Label.FRONTAL_AIR, wall, 1.7, uneven)
+            body(
+                "frontal sinus",
+                3,
+                sinuses.lining(lobes),
+                Label.FRONTAL_AIR,
+                Wall(t, 1.5),
+                1.8,
+                uneven,
+                "frontal",
+            )
         )
     return parts
+
+
+def side_parts(
+    parameters: PhantomParameters, side: Side
+) -> tuple[list[Part], list[Content]]:
+    """List the parts of one side, and what disease has put in place of air."""
+    opacity = parameters.opacity_of(side)
+    rng = np.random.default_rng([parameters.seed, int(side), 0x6C6D])
+    parts: list[Part] = []
+    contents: list[Content] = []
+    for part in healthy_parts(parameters, side):
+        score = getattr(opacity, part.sinus) if part.sinus else 0
+        if score == 0:
+            parts.append(part)
+            continue
+        change = contents_of(part.sinus, part.field, part.cavity == DUCT, score, rng)
+        contents += change.contents
+        if change.air is not None:
+            wall = replace(
+                part.wall, mucosa_mm=part.wall.mucosa_mm + change.thickening_mm
+            )
+            parts.append(replace(part, field=change.air, wall=wall))
+    return parts, contents

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from anatomy import air
 from anatomy.coverage import paint
 from anatomy.distance.redistance import FARTHEST_MM, redistance
+from anatomy.grain import ct_noise
 from anatomy.landmarks import Landmark, landmarks
-from anatomy.lattice import DEFAULT_FIELD_MM, Box, Lattice
+from anatomy.lattice import Box, Lattice, field_for
 from anatomy.model import build_model
 from anatomy.parameters import PhantomParameters
 from anatomy.slivers import remove_slivers
@@ -54,12 +55,13 @@ def build_phantom(
     spacing_mm: float = 0.5,
     progress: Progress | None = None,
     threads: int | None = None,
-    field_mm: Box = DEFAULT_FIELD_MM,
+    field_mm: Box | None = None,
 ) -> Phantom:
     """Build a virtual patient.
 
-    field_mm: LPS ranges of x, y, z. progress: called with a stage and its finished
-    share. threads: None takes all processors. The result does not depend on threads.
+    field_mm: LPS ranges of x, y, z; None takes nose and sinuses. progress: called
+    with a stage and its finished share. threads: None takes all processors; the
+    result does not depend on it.
     Raise ValueError for a spacing outside [0.2, 3] mm.
     """
     workers = air.default_threads() if threads is None else threads
@@ -70,7 +72,7 @@ def build_phantom(
         return None if progress is None else lambda share: progress(stage, share)
 
     model = build_model(parameters)
-    lattice = Lattice.covering(spacing_mm, field_mm)
+    lattice = Lattice.covering(spacing_mm, field_mm or whole_field(parameters))
     grids, _ = air.evaluate_lattice(
         model, lattice, workers, progress=report("evaluating the air function")
     )
@@ -83,6 +85,12 @@ def build_phantom(
         air.run_in_ranges(work, total, workers, 16, report("painting tissues"))
 
     painted = paint(model, grids, distance, spacing_mm, run)
+    if parameters.ct_noise_hu > 0:
+        grain = ct_noise(lattice, parameters.seed, parameters.ct_noise_hu)
+        grain += painted.hu
+        np.rint(grain, out=grain)
+        np.clip(grain, -1024, 3071, out=grain)
+        painted.hu[...] = grain
     sides = _sides(lattice, grids.part, painted.labels, model.tables.parts[:, 2])
 
     def volume(values: NDArray[np.generic], background: float) -> Volume:
@@ -101,6 +109,12 @@ def build_phantom(
         volume(grids.skin, 0.0),
         landmarks(parameters),
     )
+
+
+def whole_field(parameters: PhantomParameters) -> Box:
+    """Choose LPS ranges of x, y, z that hold the nose and all sinuses."""
+    tallest = max(parameters.scale("frontal", side) for side in (Side.LEFT, Side.RIGHT))
+    return field_for(parameters.head_scale, tallest)
 
 
 def distance_at(

@@ -30,6 +30,10 @@ class Op(IntEnum):
     NOISE = 12
     CELLS = 13
     MARK = 14
+    WARP = 15
+    UNWARP = 16
+    SIGNED = 17
+    RECALL = 18
 
 
 STACK_CHANGE = {
@@ -48,6 +52,10 @@ STACK_CHANGE = {
     Op.NOISE: 1,
     Op.CELLS: 0,
     Op.MARK: 0,
+    Op.WARP: 0,
+    Op.UNWARP: -3,
+    Op.SIGNED: 1,
+    Op.RECALL: 1,
 }
 
 

@@ -11,6 +11,7 @@ trace; blends by exponentials never can.
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -150,7 +151,7 @@ class Table(Field):
 
 
 def depth_table(
-    depths: list[float], values: list[float], rounding: float = 0.8
+    depths: Sequence[float], values: Sequence[float], rounding: float = 0.8
 ) -> Table:
     """Tabulate over the depth ``-y`` behind the anterior nasal spine."""
     knots = tuple(-d for d in reversed(depths))
@@ -158,7 +159,7 @@ def depth_table(
 
 
 def height_table(
-    heights: list[float], values: list[float], rounding: float = 0.8
+    heights: Sequence[float], values: Sequence[float], rounding: float = 0.8
 ) -> Table:
     """Tabulate over the height z."""
     return Table(Z, tuple(heights), tuple(float(v) for v in values), rounding)

@@ -4,7 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-LARGEST_SLIVER_ML = 0.02
+LARGEST_SLIVER_ML = 0.08
+"""Less than the smallest ethmoid cell, more than a pocket of a meatus that the
+unevenness of its walls has closed."""
 
 
 def remove_slivers(

@@ -113,7 +113,13 @@ def phantom(
     *,
     out: Path,
     seed: int = 1,
+    average: bool = False,
+    variant: tuple[str, ...] = (),
+    without: tuple[str, ...] = (),
+    lund_mackay: tuple[str, ...] = (),
     spacing: float = 0.5,
+    noise: float = 12.0,
+    mr: bool = False,
     json: Json = False,
 ) -> int:
     """Write a virtual patient as a case folder that 3D Slicer opens.
@@ -123,13 +129,36 @@ def phantom(
     out
         Folder for ct.nrrd, labels.seg.nrrd, landmarks.mrk.json and case.json.
     seed
-        Another seed gives another anatomy.
+        Draws a patient: sizes, septum, skull base, cells and variants.
+    average
+        Take the average adult instead; the seed then draws the cells alone.
+    variant
+        Add a variant, such as onodi:left, haller or keros-3; may be repeated.
+    without
+        Remove a variant, such as agger-nasi:right; may be repeated.
+    lund_mackay
+        Add disease, such as maxillary:left=2,ostiomeatal:left=2 or polyps=3.
     spacing
         Voxel edge in millimetres.
+    noise
+        Standard deviation of the CT's noise in HU: 12 is a soft kernel, 50 a bone one.
+    mr
+        Write t1.nrrd and t2.nrrd too.
     """
     from app.phantom_command import run_phantom
 
-    return run_phantom(out=out, seed=seed, spacing_mm=spacing, as_json=json)
+    return run_phantom(
+        out=out,
+        seed=seed,
+        spacing_mm=spacing,
+        as_json=json,
+        average=average,
+        variants=variant,
+        without=without,
+        lund_mackay=lund_mackay,
+        noise_hu=noise,
+        resonance=mr,
+    )
 
 
 @app.command

@@ -7,7 +7,13 @@ from pathlib import Path
 
 from app.terminal import Stages, print_json
 from app.versions import versions
-from benchmarks import suite_art, suite_devices, suite_fsr, suite_startup
+from benchmarks import (
+    suite_anatomy,
+    suite_art,
+    suite_devices,
+    suite_fsr,
+    suite_startup,
+)
 from benchmarks.chart import draw_charts
 from benchmarks.machine import commit, is_same_machine, machine
 from benchmarks.plan import SUITES, Measured, Suite, Task, UnavailableError
@@ -23,7 +29,7 @@ from benchmarks.schema import (
     seconds_by,
 )
 
-BUILT_IN = (suite_art, suite_devices, suite_fsr, suite_startup)
+BUILT_IN = (suite_art, suite_devices, suite_fsr, suite_startup, suite_anatomy)
 """Importing a suite's module registers it."""
 
 QUICK_LIMIT_S = 165.0

@@ -7,8 +7,12 @@ from numba import njit
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def start_values(a: Any, h: Any, far: Any, d: Any, fixed: Any) -> None:
-    """Fill unsigned distances next to sign changes of `a`, `far` elsewhere.
+def start_values(
+    a: Any, h: Any, deepest: Any, farthest: Any, d: Any, fixed: Any
+) -> None:
+    """Fill unsigned distances next to sign changes of `a`, and their limits elsewhere.
+
+    deepest, farthest: the limits where `a` is negative and where it is not.
 
     Along each axis the crossing lies at ``h |a| / (|a| + |b|)``; the plane through
     the three crossings has distance ``1 / sqrt(sum of inverse squares)``, exact for
@@ -42,7 +46,7 @@ def start_values(a: Any, h: Any, far: Any, d: Any, fixed: Any) -> None:
                     d[z, y, x] = one / np.sqrt(total)
                     fixed[z, y, x] = 1
                 else:
-                    d[z, y, x] = far
+                    d[z, y, x] = deepest if s else farthest
                     fixed[z, y, x] = 0
 
 

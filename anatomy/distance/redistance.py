@@ -30,7 +30,7 @@ def redistance(field: NDArray[np.float32], spacing_mm: float) -> NDArray[np.floa
     distance = np.empty_like(values)
     fixed = np.empty(values.shape, dtype=np.uint8)
     h, far = np.float32(spacing_mm), np.float32(-DEEPEST_MM)
-    kernels.start_values(values, h, far, distance, fixed)
+    kernels.start_values(values, h, far, np.float32(FARTHEST_MM), distance, fixed)
     kernels.sweep(distance, fixed, h, far, _ROUNDS)
     np.minimum(distance, np.float32(FARTHEST_MM), out=distance, where=values >= 0)
     np.negative(distance, out=distance, where=values < 0)

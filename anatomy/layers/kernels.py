@@ -59,7 +59,8 @@ def paint_layers(
     part_layers, structure_layers: rows of mucosa mm, bone mm, air label, mucosa
     label, bone label; a structure's row wins over the part's where it has
     one, but structures before `first_open` are solids and do not name the air.
-    ground_kind: bit 0 for grounds that carry no bone shell, bit 1 for bone.
+    ground_kind: by part and ground, bit 0 for grounds that carry no bone shell of
+    that part, bit 1 for bone.
     tissue_hu: air, mucosa, bone.
     """
     w = np.empty(4)
@@ -71,11 +72,11 @@ def paint_layers(
                 if p == 255:
                     hu[z, y, x] = ground_hu[z, y, x]
                     labels[z, y, x] = g
-                    cover[z, y, x] = 255 if ground_kind[g] & 2 else 0
+                    cover[z, y, x] = 255 if ground_kind[0, g] & 2 else 0
                     continue
                 row = structure_layers[s] if s != 255 else part_layers[p]
                 mucosa, bone = row[0], row[1]
-                if ground_kind[g] & 1:
+                if ground_kind[p, g] & 1:
                     bone = 0.0
                 other = gap[z, y, x]
                 total = 1e3
@@ -94,7 +95,7 @@ def paint_layers(
                     + w[3] * ground_hu[z, y, x]
                 )
                 hu[z, y, x] = np.int16(math.floor(value + 0.5))
-                solid = w[2] + (w[3] if ground_kind[g] & 2 else 0.0)
+                solid = w[2] + (w[3] if ground_kind[p, g] & 2 else 0.0)
                 cover[z, y, x] = np.uint8(255.0 * min(max(solid, 0.0), 1.0) + 0.5)
                 if a < 0:
                     if s == 255 or s < first_open:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from anatomy.air import distance_at_points, evaluate_lattice
-from anatomy.bricks.kernels import Grids
+from anatomy.bricks.tables import Grids
 from anatomy.lattice import Lattice
 from anatomy.model import BAND_MM, Model, build_model
 from anatomy.parameters import PhantomParameters

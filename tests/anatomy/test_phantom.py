@@ -30,11 +30,12 @@ def test_sinus_volumes_are_those_of_an_average_adult(
 
 def test_structures_of_the_left_have_positive_x(phantom: Phantom) -> None:
     x = phantom.ct.origin_mm[0] + phantom.spacing_mm * np.arange(phantom.ct.shape[2])
-    for label in (Label.MAXILLARY_AIR, Label.SPHENOID_AIR, Label.INFERIOR_TURBINATE):
+    # The septa of sphenoid and frontal sinuses may cross the midline.
+    for label in (Label.MAXILLARY_AIR, Label.GLOBE, Label.INFERIOR_TURBINATE):
         for side, sign in ((Side.LEFT, 1), (Side.RIGHT, -1)):
             inside = (phantom.labels.values == label) & (phantom.sides.values == side)
             assert np.count_nonzero(inside) > 50
-            assert np.all(sign * x[np.nonzero(inside)[2]] > 0)
+            assert np.all(sign * x[np.nonzero(inside)[2]] > 0), label
 
 
 def test_labels_are_air_exactly_where_the_distance_is_negative(
@@ -141,11 +142,8 @@ def test_seeds_differ_and_equal_parameters_do_not() -> None:
         if isinstance(a, Volume):
             assert np.array_equal(a.values, b.values)
     assert not np.array_equal(first.ct.values, other.ct.values)
-    cells = [
-        np.count_nonzero(p.labels.values == Label.ETHMOID_SEPTUM)
-        for p in (first, other)
-    ]
-    assert cells[0] != cells[1]
+    septa = [p.labels.values == Label.ETHMOID_SEPTUM for p in (first, other)]
+    assert np.count_nonzero(septa[0] != septa[1]) > 20
 
 
 EXTREMES = [

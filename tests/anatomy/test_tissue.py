@@ -1,12 +1,11 @@
 import numpy as np
-import pytest
 
 from anatomy.tissue import (
     AIR_LABELS,
+    LIVE_OVER_CADAVER,
+    TISSUE_OF,
     TISSUES,
     Label,
-    bone_transfer_function,
-    classic_transfer_function,
     decode_blood,
     encode_blood,
 )
@@ -23,15 +22,15 @@ def test_every_stored_value_survives() -> None:
     assert np.array_equal(encode_blood(decode_blood(stored)), stored)
 
 
-def test_air_is_clear_and_mucosa_begins_at_the_half_value() -> None:
-    preset = classic_transfer_function()
-    assert preset.is_clear(-1000, -600)
-    _, kappa = preset.evaluate(np.array([-600.0, -450.0, -300.0]))
-    assert kappa[1] == pytest.approx((kappa[0] + kappa[2]) / 2)
-    assert bone_transfer_function().is_clear(-1000, TISSUES["mucosa"].hu)
-
-
 def test_labels_of_air_come_first() -> None:
     assert all(label in AIR_LABELS for label in Label if label <= 8)
     assert Label.MUCOSA not in AIR_LABELS
     assert len({label.value for label in Label}) == len(Label)
+
+
+def test_every_label_has_a_tissue_and_thin_walls_break() -> None:
+    assert set(TISSUE_OF) == set(Label)
+    lamina = TISSUE_OF[Label.LAMINA_PAPYRACEA].fracture_n / LIVE_OVER_CADAVER
+    assert lamina < TISSUE_OF[Label.FOVEA].fracture_n / LIVE_OVER_CADAVER / 2
+    assert TISSUES["bone"].fracture_n == 0
+    assert all(0 <= t.t1 <= 1 and 0 <= t.t2 <= 1 for t in TISSUES.values())

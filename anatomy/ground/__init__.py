@@ -1,0 +1,1 @@
+"""What lies behind mucosa and bone shells, painted in layers."""

@@ -1,0 +1,31 @@
+"""The phantom's suite measures what it says."""
+
+from anatomy import PhantomParameters, build_phantom
+from benchmarks.suite_anatomy import AnatomyPlan, output_bytes, surface_error
+
+BOX = ((-14.0, 0.0), (-4.0, 40.0), (0.0, 30.0))
+
+
+def test_baselines_come_first_and_names_are_unique() -> None:
+    tasks = AnatomyPlan(quick=True).tasks()
+    seen: set[tuple[str, str]] = set()
+    for task in tasks:
+        assert task.baseline is None or (task.case, task.baseline) in seen
+        seen.add((task.case, task.mode))
+    assert len(seen) == len({task.key for task in tasks}) == len(tasks)
+
+
+def test_a_finer_grid_has_a_smaller_error_and_more_bytes() -> None:
+    coarse, fine = (
+        build_phantom(PhantomParameters(), h, field_mm=BOX) for h in (1.2, 0.6)
+    )
+    assert surface_error(fine, 90) < 0.7 * surface_error(coarse, 90)
+    assert output_bytes(fine) > 6 * output_bytes(coarse)
+    assert output_bytes(coarse) == 11 * coarse.ct.values.size
+
+
+def test_skipping_is_measured_against_doing_everything() -> None:
+    tasks = {task.mode: task for task in AnatomyPlan(quick=True).tasks()}
+    skipping = tasks["bricks out of reach skipped"]
+    assert skipping.measure().counters["share of parts evaluated"] < 0.5
+    assert skipping.baseline == "every part everywhere"
