@@ -14,6 +14,10 @@ from numpy.typing import NDArray
 SIGMA_PER_SPACING = 0.6
 """In [.55, .70] the cut, not the spacing, makes the ripple."""
 
+SHEET_SIGMA_PER_SPACING = 0.65
+"""Where optical depth is summed, the peak is free and this width ripples least:
+.005 of the sum, against .016 at .6."""
+
 CUT_SIGMAS = 3.0
 """1.1 % of the mass lies outside; at 2 sigma it is 13.5 % and ripples by .15."""
 

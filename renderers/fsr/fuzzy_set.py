@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.extraction.kernels import extract_rows
+from renderers.fsr.extraction.rows.kernels import extract_rows
 from renderers.fsr.normals import decode_normals, kernel_geometry
 from renderers.fsr.sparse_rows import SparseRows
 from renderers.scene import TransferFunction, Volume
@@ -135,18 +135,97 @@ def extract_fuzzy_set(
     """
     if not np.isfinite(threshold):
         raise ValueError(f"the inclusion threshold must be finite, got {threshold}")
-    values, _, half = kernel_geometry(volume)
+    nz, ny, _ = volume.shape
+    offsets = np.zeros(nz * ny + 1, np.int64)
+    elements = _extract(
+        volume, inclusion, threshold, 0, nz * ny, offsets, kernel_geometry(volume)
+    )
+    x, octahedral, value, share = (array.copy() for array in elements)
+    rows = SparseRows(volume.shape, volume.world_from_voxel, offsets, x)
+    return FuzzySet(rows, octahedral, value, share)
+
+
+def update_fuzzy_set(
+    fuzzy_set: FuzzySet,
+    volume: Volume,
+    inclusion: Inclusion,
+    threshold: float,
+    low: tuple[int, int, int],
+    high: tuple[int, int, int],
+) -> FuzzySet:
+    """Extract anew where a volume has changed: in voxels (k, j, i) low..high - 1.
+
+    Equal to extracting the whole changed volume. Neighbours of changed voxels have
+    other normals, so the rows next to them are taken anew as well. Raises ValueError
+    when the set is of another grid.
+    """
+    nz, ny, _ = volume.shape
+    if fuzzy_set.rows.shape != volume.shape:
+        raise ValueError(
+            f"a set of grid {fuzzy_set.rows.shape} cannot be updated from a volume of "
+            f"{volume.shape}"
+        )
+    top, bottom = max(low[1] - 1, 0), min(high[1] + 1, ny)
+    old = fuzzy_set.rows.offsets
+    counts = np.diff(old)
+    arrays = fuzzy_set.rows.x, fuzzy_set.octahedral, fuzzy_set.value
+    before: Elements = (*arrays, fuzzy_set.inclusion)
+    parts: list[Elements] = []
+    geometry = kernel_geometry(volume)
+    kept = 0
+    for k in range(max(low[0] - 1, 0), min(high[0] + 1, nz)):
+        first, end = k * ny + top, k * ny + bottom
+        if end <= first:
+            continue
+        offsets = np.zeros(nz * ny + 1, np.int64)
+        anew = _extract(volume, inclusion, threshold, first, end, offsets, geometry)
+        counts[first:end] = np.diff(offsets[first : end + 1])
+        parts += [_piece(before, kept, int(old[first])), anew]
+        kept = int(old[end])
+    parts.append(_piece(before, kept, len(fuzzy_set)))
+    x, octahedral, value, share = (
+        np.concatenate(column) for column in zip(*parts, strict=True)
+    )
+    offsets = np.concatenate([[0], np.cumsum(counts)])
+    rows = SparseRows(volume.shape, volume.world_from_voxel, offsets, x)
+    return FuzzySet(rows, octahedral, value, share)
+
+
+Elements = tuple[
+    NDArray[np.uint16], NDArray[np.int16], NDArray[np.float32], NDArray[np.float32]
+]
+"""Columns, normals, densities and shares of some rows of a set."""
+
+
+def _piece(elements: Elements, first: int, end: int) -> Elements:
+    x, octahedral, value, share = elements
+    return x[first:end], octahedral[first:end], value[first:end], share[first:end]
+
+
+def _extract(
+    volume: Volume,
+    inclusion: Inclusion,
+    threshold: float,
+    first: int,
+    end: int,
+    offsets: NDArray[np.int64],
+    geometry: tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.float32]],
+) -> Elements:
+    """Collect the elements of rows first..end - 1, numbered from zero.
+
+    geometry: the volume's, see `kernel_geometry`.
+    """
+    values, _, half = geometry
     nz, ny, nx = volume.shape
     gradients, densities = inclusion.table.shape
     span = inclusion.density_high - inclusion.density_low
-    offsets = np.zeros(nz * ny + 1, np.int64)
-    room = max(16 * nx, values.size // 16)
+    room = max(16 * nx, (end - first) * nx // 4)
     x = np.empty(room, np.uint16)
     octahedral = np.empty((room, 2), np.int16)
     value = np.empty(room, np.float32)
     share = np.empty(room, np.float32)
-    row = 0
-    while row < nz * ny:
+    row = first
+    while row < end:
         row = extract_rows(
             values,
             nx,
@@ -161,17 +240,17 @@ def extract_fuzzy_set(
             np.float32((gradients - 1) / inclusion.gradient_top),
             np.float32(threshold),
             row,
+            end,
             offsets,
+            int(offsets[row]),
             x,
             octahedral,
             value,
             share,
         )
-        if row < nz * ny:
+        if row < end:
             x, octahedral, value, share = (
                 np.concatenate([a, np.empty_like(a)])
                 for a in (x, octahedral, value, share)
             )
-    n = int(offsets[-1])
-    rows = SparseRows(volume.shape, volume.world_from_voxel, offsets, x[:n].copy())
-    return FuzzySet(rows, octahedral[:n].copy(), value[:n].copy(), share[:n].copy())
+    return _piece((x, octahedral, value, share), 0, int(offsets[end]))

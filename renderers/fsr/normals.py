@@ -9,7 +9,8 @@ it 5:1 voxels are 31 degrees off.
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.extraction.kernels import UNDEFINED, gradients
+from renderers.fsr.extraction.kernels import gradients
+from renderers.fsr.extraction.rows.kernels import UNDEFINED
 from renderers.scene import Volume
 
 SOBEL_SPAN = 32.0

@@ -11,7 +11,11 @@ from renderers.fsr.classic.mode import SplatMode
 from renderers.fsr.classic.near import LAST_SIGMA, SPLITS, WIDEST_SIGMA, split
 from renderers.fsr.classic.painted_set import PaintedSet
 from renderers.fsr.classic.projection.kernels import CUT, KEYS, NOWHERE, RECORD
-from renderers.fsr.footprint import SIGMA_PER_SPACING, peak_table
+from renderers.fsr.footprint import (
+    SHEET_SIGMA_PER_SPACING,
+    SIGMA_PER_SPACING,
+    peak_table,
+)
 from renderers.fsr.scope.scratch import lined_up
 from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, Projection
@@ -144,7 +148,9 @@ class ProjectedSplats:
         half = 0.5 * min(camera.width, camera.height)
         pinhole = camera.projection is Projection.PERSPECTIVE
         scale = half / (math.tan(camera.extent) if pinhole else camera.extent)
-        sheets = FOOTPRINT_SUM if mode is SplatMode.SHEET else 0.0
+        sheets, sigma = 0.0, SIGMA_PER_SPACING
+        if mode is SplatMode.SHEET:
+            sheets, sigma = FOOTPRINT_SUM, SHEET_SIGMA_PER_SPACING
 
         def project(part: int) -> tuple[int, int]:
             begin = first + part * stride
@@ -157,7 +163,7 @@ class ProjectedSplats:
                 paints,
                 (view.base / size).astype(np.float32),
                 matrix.astype(np.float32),
-                np.float32(SIGMA_PER_SPACING),
+                np.float32(sigma),
                 int(camera.projection),
                 np.float32(scale),
                 camera.width,

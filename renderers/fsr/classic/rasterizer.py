@@ -23,7 +23,7 @@ from renderers.fsr.classic.tiles import (
     TILE_SIDE,
 )
 from renderers.fsr.display_list import DisplayRoom, list_elements
-from renderers.fsr.footprint import CUT_SIGMAS, SIGMA_PER_SPACING
+from renderers.fsr.footprint import CUT_SIGMAS, SHEET_SIGMA_PER_SPACING
 from renderers.fsr.fuzzy_set import FuzzySet
 from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, Image, Scene
@@ -51,7 +51,7 @@ class SplatRasterizer:
         self._painted = PaintedSet(fuzzy_set, scene)
         self._row_count = fuzzy_set.rows.row_count
         spacing = scene.volume.spacing_mm
-        self._margin = float(CUT_SIGMAS * SIGMA_PER_SPACING * spacing.max())
+        self._margin = float(CUT_SIGMAS * SHEET_SIGMA_PER_SPACING * spacing.max())
         self._sheet_mm = float(np.prod(spacing) ** (1 / 3))
         self._least_light = least_light
         self._room = DisplayRoom(len(fuzzy_set), SPARE)

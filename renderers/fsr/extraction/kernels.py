@@ -1,4 +1,4 @@
-"""Sweeps over a volume: 26-neighbour gradients, fuzzy sets, surfels.
+"""Sweeps over a volume: 26-neighbour gradients and surfels.
 
 Volumes arrive flat, float32, x fastest. `half` holds 1 / (32 * spacing) in x, y, z
 order: a Sobel sum over nine differences of weight 1 2 1 x 1 2 1 spans 16 weights and
@@ -15,15 +15,11 @@ from numpy.typing import NDArray
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
-I16 = NDArray[np.int16]
 U16 = NDArray[np.uint16]
-
-UNDEFINED = -32768
-"""Both octahedral components of a voxel whose gradient vanishes."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _sobel(
+def sobel(
     values: F32, nx: int, ny: int, nz: int, i: int, j: int, k: int,
 ) -> tuple[Any, Any, Any]:  # fmt: skip
     """Sum the Sobel differences along x, y, z at one voxel; the edge is repeated."""
@@ -80,7 +76,7 @@ def gradients(
     for k in range(k0, k1):
         for j in range(ny):
             for i in range(nx):
-                x, y, z = _sobel(values, nx, ny, nz, i, j, k)
+                x, y, z = sobel(values, nx, ny, nz, i, j, k)
                 x *= half[0]
                 y *= half[1]
                 z *= half[2]
@@ -89,82 +85,6 @@ def gradients(
                     out[n, r] = (
                         direction[r, 0] * x + direction[r, 1] * y + direction[r, 2] * z
                     )
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def extract_rows(
-    values: F32, nx: int, ny: int, nz: int, half: F32, direction: F32, table: F32,
-    column_top: F32, density_low: np.float32, density_scale: np.float32,
-    gradient_scale: np.float32, threshold: np.float32, row: int, offsets: I64,
-    x: U16, octahedral: I16, value: F32, inclusion: F32,
-) -> int:  # fmt: skip
-    """Append the voxels of rows `row`.. with F(gradient, density) >= threshold.
-
-    table: ``(gradients, densities)``, bilinear, end values held. column_top: per
-    density the table's maximum over gradients, so that most voxels are turned down
-    before any neighbour is read. Returns the first row that found no room left.
-    """
-    tops = table.shape[1] - 1
-    bins = table.shape[0] - 1
-    n = offsets[row]
-    while row < ny * nz:
-        if n + nx > x.shape[0]:
-            return row
-        k = row // ny
-        j = row - k * ny
-        base = row * nx
-        for i in range(nx):
-            density = values[base + i]
-            s: Any = (density - density_low) * density_scale
-            s = min(max(s, np.float32(0)), np.float32(tops))
-            c = min(int(s), tops - 1)
-            if max(column_top[c], column_top[c + 1]) < threshold:
-                continue
-            gx, gy, gz = _sobel(values, nx, ny, nz, i, j, k)
-            gx *= half[0]
-            gy *= half[1]
-            gz *= half[2]
-            length = math.sqrt(gx * gx + gy * gy + gz * gz)
-            g = min(length * gradient_scale, np.float32(bins))
-            b = min(int(g), bins - 1)
-            fs = s - np.float32(c)
-            fg = g - np.float32(b)
-            low = table[b, c] + fs * (table[b, c + 1] - table[b, c])
-            high = table[b + 1, c] + fs * (table[b + 1, c + 1] - table[b + 1, c])
-            t = low + fg * (high - low)
-            if not t >= threshold:
-                continue
-            x[n] = i
-            value[n] = density
-            inclusion[n] = t
-            if length > 0:
-                r = np.float32(-1) / length
-                wx = r * (
-                    direction[0, 0] * gx + direction[0, 1] * gy + direction[0, 2] * gz
-                )
-                wy = r * (
-                    direction[1, 0] * gx + direction[1, 1] * gy + direction[1, 2] * gz
-                )
-                wz = r * (
-                    direction[2, 0] * gx + direction[2, 1] * gy + direction[2, 2] * gz
-                )
-                s1 = np.float32(1) / (abs(wx) + abs(wy) + abs(wz))
-                u = wx * s1
-                v = wy * s1
-                if wz < 0:
-                    fu = (np.float32(1) - abs(v)) * (1 if u >= 0 else -1)
-                    fv = (np.float32(1) - abs(u)) * (1 if v >= 0 else -1)
-                    u = fu
-                    v = fv
-                octahedral[n, 0] = math.floor(u * 32767 + 0.5)
-                octahedral[n, 1] = math.floor(v * 32767 + 0.5)
-            else:
-                octahedral[n, 0] = UNDEFINED
-                octahedral[n, 1] = UNDEFINED
-            n += 1
-        row += 1
-        offsets[row] = n
-    return row
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -281,7 +201,7 @@ def surfel_rows(
                     * (py - b if p else 1 - (py - b))
                     * (pz - c if q else 1 - (pz - c))
                 )
-                sx, sy, sz = _sobel(values, nx, ny, nz, a + o, b + p, c + q)
+                sx, sy, sz = sobel(values, nx, ny, nz, a + o, b + p, c + q)
                 gx += w * sx * half[0]
                 gy += w * sy * half[1]
                 gz += w * sz * half[2]

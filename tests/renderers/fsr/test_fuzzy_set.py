@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from renderers.fsr import FuzzySet, Inclusion, extract_fuzzy_set
+from renderers.fsr.fuzzy_set import update_fuzzy_set
 from renderers.fsr.normals import gradient_volume
 from renderers.scene import TransferFunction, Volume
 
@@ -116,3 +117,29 @@ def test_caller_mistakes_are_named() -> None:
         Inclusion.density(5.0, 5.0)
     with pytest.raises(ValueError, match="at least 2"):
         Inclusion(np.zeros((1, 4), np.float32), 0.0, 1.0, 1.0)
+
+
+@given(seed=st.integers(0, 10**6))
+def test_an_update_equals_a_full_rebuild(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    before = noise(seed)
+    inclusion = Inclusion(
+        rng.uniform(0, 1, (5, 8)).astype(np.float32), 10.0, 90.0, 40.0
+    )
+    low = tuple(int(rng.integers(0, n)) for n in before.shape)
+    high = tuple(
+        int(rng.integers(a, n)) + 1 for a, n in zip(low, before.shape, strict=True)
+    )
+    values = before.values.copy()
+    box = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
+    values[box] = rng.uniform(0, 100, values[box].shape)
+    after = before.with_values(values, 0.0)
+    updated = update_fuzzy_set(
+        extract_fuzzy_set(before, inclusion, 0.5), after, inclusion, 0.5,
+        (low[0], low[1], low[2]), (high[0], high[1], high[2]),
+    )  # fmt: skip
+    rebuilt = extract_fuzzy_set(after, inclusion, 0.5)
+    np.testing.assert_array_equal(updated.rows.offsets, rebuilt.rows.offsets)
+    np.testing.assert_array_equal(updated.rows.x, rebuilt.rows.x)
+    for name in ("octahedral", "value", "inclusion"):
+        np.testing.assert_array_equal(getattr(updated, name), getattr(rebuilt, name))

@@ -42,6 +42,9 @@ CUT = 3.0
 
 OPAQUEST = 1.0 - 1e-6
 
+OVERLAP = 1e-4
+"""Pixels added to half a point's side: rounding must not open gaps between them."""
+
 _UNDEFINED = -32768
 _ONE = np.float32(1)
 _ZERO = np.float32(0)
@@ -261,7 +264,7 @@ def project_splats(
             nears += 1
             continue
         tau = places[s, 3] * area / cell
-        side = max(np.float32(math.sqrt(cell)), _ONE) * _HALF
+        side = max(np.float32(math.sqrt(cell)), _ONE) * _HALF + np.float32(OVERLAP)
         xx = xx * s2 + soften
         yy = yy * s2 + soften
         xy = xy * s2

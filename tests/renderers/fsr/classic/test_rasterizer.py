@@ -212,3 +212,125 @@ def test_a_local_light_far_away_equals_an_infinite_one(
         )
     ]
     np.testing.assert_allclose(pictures[0].rgba, pictures[1].rgba, atol=1e-4)
+
+
+@pytest.mark.parametrize("kappa", [0.02, 0.2, 1.0])
+@pytest.mark.parametrize("spacing", [(1, 1, 1), (1, 1, 2.5), (1.4, 1, 1)])
+def test_sheets_of_a_slab_have_its_mean_and_no_ripple(
+    team: ThreadTeam, kappa: float, spacing: tuple[float, float, float]
+) -> None:
+    volume = slab(spacing=spacing)
+    drawer = SplatRasterizer(*unlit(volume, kappa))
+    image = drawer.draw(above(volume), team, SplatMode.SHEET)
+    truth = -math.expm1(-kappa * 6 * spacing[2])
+    alpha = image.rgba[..., 3]
+    assert alpha.mean() == pytest.approx(truth, abs=5e-3)
+    assert np.ptp(alpha) * 255 < 1
+    np.testing.assert_allclose(
+        image.rgba[..., :3], alpha[..., None] * [0.8, 0.6, 0.4], atol=1e-4
+    )
+
+
+@pytest.mark.parametrize("mode", [SplatMode.GAUSSIAN, SplatMode.SHEET])
+@pytest.mark.parametrize("projection", [Projection.EQUIDISTANT, Projection.PERSPECTIVE])
+def test_a_wall_third_of_a_millimetre_ahead_is_opaque(
+    team: ThreadTeam, mode: SplatMode, projection: Projection
+) -> None:
+    values = np.zeros((24, 24, 24), np.float32)
+    values[:, 12:] = 100
+    volume = Volume(values, np.full(3, 0.4), np.zeros(3))
+    drawer = SplatRasterizer(*unlit(volume, 12.0))
+    # the outermost voxels are boxes that end 0.2 mm before their centres
+    wall = 12 * 0.4 - 0.2
+    camera = Camera.looking_at(
+        (4.6, wall - 0.3, 4.6),
+        (4.6, 9.0, 4.6),
+        extent=0.7,
+        size=(96, 96),
+        projection=projection,
+    )
+    image = drawer.draw(camera, team, mode, with_depth=True)
+    assert drawer.counters["split"] > 0
+    assert np.all(np.isfinite(image.rgba))
+    assert image.rgba[..., 3].min() >= 0.99
+    assert image.depth_mm is not None
+    assert 0.1 < image.depth_mm[48, 48] < 0.8
+
+
+def test_a_turntable_does_not_pop(team: ThreadTeam) -> None:
+    """Views a quarter of a degree apart, across 45 degrees; no frame jumps."""
+    fuzzy, scene = blob(5)
+    drawer = SplatRasterizer(fuzzy, scene)
+    for mode in (SplatMode.GAUSSIAN, SplatMode.SHEET):
+        steps = []
+        last = None
+        for angle in np.radians(np.arange(40, 50, 0.25)):
+            eye = (5 + 30 * math.sin(angle), 5 - 30 * math.cos(angle), 4.2)
+            camera = Camera.looking_at(
+                eye,
+                (5, 5, 4),
+                extent=0.25,
+                size=(80, 80),
+                projection=Projection.PERSPECTIVE,
+            )
+            rgba = drawer.draw(camera, team, mode).rgba
+            if last is not None:
+                steps.append(float(np.sqrt(np.mean((rgba - last) ** 2))))
+            last = rgba
+        assert max(steps) <= 3 * np.median(steps)
+
+
+def test_leaving_out_what_has_no_light_changes_less_than_that_light(
+    team: ThreadTeam,
+) -> None:
+    fuzzy, scene = blob()
+    camera = Camera.looking_at((5, -12, 6), (5, 5, 4), extent=0.4, size=(90, 90))
+    all_, cut = (
+        SplatRasterizer(fuzzy, scene, least_light=light).draw(camera, team).rgba
+        for light in (0.0, 1 / 64)
+    )
+    assert all_[..., 3].max() > 1 - 1 / 64
+    assert 0 < np.abs(all_ - cut).max() <= 1.5 / 64
+
+
+def test_sixty_five_thousand_splats_on_one_pixel(team: ThreadTeam) -> None:
+    """A column of voxels seen along itself from far away."""
+    volume = Volume(np.full((256, 16, 16), 100, np.float32), np.ones(3), np.zeros(3))
+    _, scene = unlit(volume, 0.05)  # 1e-5 of opacity at the pixel
+    fuzzy = extract_fuzzy_set(volume, Inclusion.density(0, 200), 50.0)
+    camera = Camera.looking_at(
+        (7.5, 7.5, 4e4),
+        (7.5, 7.5, 0),
+        up=(0, 1, 0),
+        extent=40.0,
+        size=(1, 1),
+        projection=Projection.ORTHOGRAPHIC,
+    )
+    assert len(fuzzy) == 65536
+    drawer = SplatRasterizer(fuzzy, scene, least_light=0.0)
+    alpha = drawer.draw(camera, team).rgba[0, 0, 3]
+    assert drawer.counters["visible"] == 65536
+    # all mass in a pixel of 80 mm, softened; at its centre within the footprint
+    assert 0 < alpha < 1
+    total = 65536 * 0.05 / 80**2
+    peak = 1 / (2 * math.pi * 0.3)
+    assert -math.log1p(-alpha) == pytest.approx(total * peak, rel=0.1)
+
+
+@pytest.mark.parametrize("mode", SplatMode)
+def test_splats_behind_or_off_the_picture_leave_no_trace(
+    team: ThreadTeam, mode: SplatMode
+) -> None:
+    drawer = SplatRasterizer(*blob())
+    for eye, target in (((5, 40, 4), (5, 90, 4)), ((5, 40, 4), (90, 40, 4))):
+        camera = Camera.looking_at(
+            eye, target, extent=0.4, size=(50, 40), projection=Projection.PERSPECTIVE
+        )
+        assert not drawer.draw(camera, team, mode).rgba.any()
+        assert drawer.counters["visible"] == 0
+
+
+def test_pictures_of_too_many_pixels_are_refused(team: ThreadTeam) -> None:
+    drawer = SplatRasterizer(*blob())
+    with pytest.raises(ValueError, match="may have"):
+        drawer.draw(above(slab(), size=9000), team)

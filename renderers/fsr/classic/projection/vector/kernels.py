@@ -16,6 +16,7 @@ from renderers.fsr.classic.projection.kernels import (
     KEYS,
     NOWHERE,
     OPAQUEST,
+    OVERLAP,
 )
 from renderers.fsr.classic.tiles import TILE_SHIFT
 from renderers.simd import (
@@ -176,7 +177,7 @@ def project_splats(
                 nears += count(close)
             met &= far
         tau = mass * area / cell
-        side = maximum(sqrt(cell), _ONE) * _HALF
+        side = maximum(sqrt(cell), _ONE) * _HALF + np.float32(OVERLAP)
         xx = xx * s2 + soften
         yy = yy * s2 + soften
         xy = xy * s2

@@ -1,0 +1,1 @@
+"""Fuzzy sets taken from a volume, row by row."""
