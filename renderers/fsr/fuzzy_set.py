@@ -137,12 +137,12 @@ def extract_fuzzy_set(
         raise ValueError(f"the inclusion threshold must be finite, got {threshold}")
     nz, ny, _ = volume.shape
     offsets = np.zeros(nz * ny + 1, np.int64)
-    elements = _extract(
-        volume, inclusion, threshold, 0, nz * ny, offsets, kernel_geometry(volume)
+    geometry = kernel_geometry(volume)
+    x, octahedral, value, share = _extract(
+        volume, inclusion, threshold, 0, nz * ny, offsets, geometry
     )
-    x, octahedral, value, share = (array.copy() for array in elements)
-    rows = SparseRows(volume.shape, volume.world_from_voxel, offsets, x)
-    return FuzzySet(rows, octahedral, value, share)
+    rows = SparseRows(volume.shape, volume.world_from_voxel, offsets, x.copy())
+    return FuzzySet(rows, octahedral.copy(), value.copy(), share.copy())
 
 
 def update_fuzzy_set(
