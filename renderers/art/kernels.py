@@ -120,7 +120,9 @@ def march_classic(
         sx, sy, sz = geometry[ray, 3], geometry[ray, 4], geometry[ray, 5]
         h = geometry[ray, 6]
         px, py, pz = per_voxel(sx), per_voxel(sy), per_voxel(sz)
-        vx, vy, vz = sx * spacing[0] / h, sy * spacing[1] / h, sz * spacing[2] / h
+        per_mm = ONE / h
+        vx, vy = sx * spacing[0] * per_mm, sy * spacing[1] * per_mm
+        vz = sz * spacing[2] * per_mm
         r, g, b, t = value[ray, 0], value[ray, 1], value[ray, 2], value[ray, 3]
         current, slot = -1, 0
         while i < end:
@@ -179,8 +181,9 @@ def march_classic(
                         qx -= x * spacing[0]
                         qy -= y * spacing[1]
                         qz -= z * spacing[2]
-                        q = max(math.sqrt(qx * qx + qy * qy + qz * qz), TINY)
-                        qx, qy, qz = qx / q, qy / q, qz / q
+                        way_mm = np.float32(math.sqrt(qx * qx + qy * qy + qz * qz))
+                        per_way = ONE / (way_mm if way_mm > TINY else TINY)
+                        qx, qy, qz = qx * per_way, qy * per_way, qz * per_way
                     c = material[1] * max(nx * qx + ny * qy + nz * qz, ZERO)
                     dr += c * lights[m, 3]
                     dg += c * lights[m, 4]

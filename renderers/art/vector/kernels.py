@@ -84,8 +84,8 @@ def way_out(middle: Lanes, p: Lanes, reach: Lanes) -> Lanes:
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def unit(x: Lanes, y: Lanes, z: Lanes) -> tuple[Lanes, Lanes, Lanes]:
     """Give vectors of length one."""
-    length = maximum(sqrt(x * x + y * y + z * z), TINY)
-    return x / length, y / length, z / length
+    scale = ONE / maximum(sqrt(x * x + y * y + z * z), TINY)
+    return x * scale, y * scale, z * scale
 
 
 def classic_packets(width: int) -> Callable[..., None]:
@@ -116,7 +116,7 @@ def classic_packets(width: int) -> Callable[..., None]:
         head = 0
         zero = full(ZERO, width)
         ox, oy, oz, sx, sy, sz = zero, zero, zero, zero, zero, zero
-        h, near, px, py, pz = zero, zero, zero, zero, zero
+        h, near, per_mm, px, py, pz = zero, zero, zero, zero, zero, zero
         r, g, b, t, d = zero, zero, zero, zero, zero
         none = full(np.int32(0), width) - 1
         i, end, ray, wait, current = none + 1, none + 1, none, none, none
@@ -167,6 +167,7 @@ def classic_packets(width: int) -> Callable[..., None]:
                 end = select(free, gather(ends, at_row, new), end)
                 wait = select(free, -1, wait)
                 current = select(free, -1, current)
+                per_mm = ONE / h
                 px, py, pz = per_voxel(sx), per_voxel(sy), per_voxel(sz)
                 continue
             while True:
@@ -259,9 +260,9 @@ def classic_packets(width: int) -> Callable[..., None]:
                     dg += c * lights[m, 4]
                     db += c * lights[m, 5]
                     if material[2] > ZERO:
-                        hx = qx - sx * spacing[0] / h
-                        hy = qy - sy * spacing[1] / h
-                        hz = qz - sz * spacing[2] / h
+                        hx = qx - sx * spacing[0] * per_mm
+                        hy = qy - sy * spacing[1] * per_mm
+                        hz = qz - sz * spacing[2] * per_mm
                         q = maximum(sqrt(hx * hx + hy * hy + hz * hz), TINY)
                         c = maximum((nx * hx + ny * hy + nz * hz) / q, ZERO)
                         c = material[2] * power(c, material[3])
