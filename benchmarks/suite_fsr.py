@@ -1,6 +1,7 @@
 """The Fuzzy-Set Renderer: splats beside VTK's, the surface and the finished picture."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +16,12 @@ from benchmarks.references import (
     rgb_over_black,
     surface_counters,
 )
-from benchmarks.scenes import VIEWS, SubjectSource, subjects
+from benchmarks.scenes import VIEWS, SubjectSource, phantom_subject, subjects
 from benchmarks.schema import Setting
 from benchmarks.timing import measure
 from renderers.art import ActiveRayTracer
 from renderers.fsr import FuzzySetRenderer
+from renderers.fsr.classic import SplatMode
 from renderers.scene import Camera, GBuffer, Projection, image_error, ssim
 from renderers.shading import CameraPass, ScopeLight, ScopeShader, Tier, scope_picture
 
@@ -35,6 +37,7 @@ class FsrPlan:
 
     def __init__(self, quick: bool) -> None:
         self._size = QUICK_SIZE if quick else FULL_SIZE
+        self._quick = quick
         self._budget_s = 0.3 if quick else 3.0
         self._subjects = subjects(quick)
         self._peer = PeerProcess("benchmarks.peers_splats")
@@ -44,6 +47,8 @@ class FsrPlan:
     def tasks(self) -> list[Task]:
         """List the tasks, baselines first."""
         found = []
+        for source in splat_subjects(self._quick):
+            found += self._classic(source, "inside")
         for source in self._subjects:
             for view in VIEWS:
                 found += self._classic(source, view)
@@ -98,11 +103,11 @@ class FsrPlan:
             made = Measured(answer.timing, counters={"splats": renderer.splat_count})
             return compare(self._peer.picture(answer), made)
 
-        def own(points: bool) -> Callable[[], Measured]:
+        def own(mode: SplatMode) -> Callable[[], Measured]:
             def draw() -> Measured:
                 renderer = self._renderer(source, 1)
                 camera = self._pinhole(source, view)
-                renderer.points = points
+                renderer.mode = mode
                 timing, image = measure(
                     lambda: renderer.render(camera), budget_s=self._budget_s
                 )
@@ -124,12 +129,13 @@ class FsrPlan:
                 Task(
                     "fsr",
                     case,
-                    mode,
-                    own(points),
-                    settings | {"series": mode},
+                    name,
+                    own(mode),
+                    settings | {"series": name},
                     baseline=PEER,
                 )
-                for mode, points in (("FSR gaussian", False), ("FSR points", True))
+                for mode in SplatMode
+                for name in (f"FSR {mode.value}",)
             ),
         ]
 
@@ -277,6 +283,18 @@ class ScopeStudio:
         """End the threads."""
         self._shader.close()
         self._camera_pass.close()
+
+
+def splat_subjects(quick: bool) -> tuple[SubjectSource, ...]:
+    """Give the phantom at the spacings that make 50,000 and 500,000 splats.
+
+    A quick run does without the larger one.
+    """
+    sizes = (("50k", 1.49), ("500k", 0.66))
+    return tuple(
+        SubjectSource(f"phantom_{name}", partial(phantom_subject, spacing_mm))
+        for name, spacing_mm in (sizes[:1] if quick else sizes)
+    )
 
 
 register("fsr", FsrPlan)

@@ -11,6 +11,7 @@ from benchmarks.suite_fsr import PEER, FsrPlan
 
 def plan_for(ball: SubjectSource, monkeypatch: pytest.MonkeyPatch) -> FsrPlan:
     monkeypatch.setattr("benchmarks.suite_fsr.subjects", lambda quick: (ball,))
+    monkeypatch.setattr("benchmarks.suite_fsr.splat_subjects", lambda quick: ())
     monkeypatch.setattr("benchmarks.suite_fsr.SCOPE_SIZE", 64)
     plan = FsrPlan(quick=True)
     plan._size = 64
