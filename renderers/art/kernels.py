@@ -38,8 +38,8 @@ are good to 6e-5 voxel at 1024 voxels, so no rounding can leap over a sample tha
 counts."""
 
 BISECTIONS = 6
-"""Halvings of the step around a surface, before its slope tells the rest: together to
-1e-3 of a voxel from one voxel (measured), below what the grid itself is worth."""
+"""Halvings of the step around a surface. In the sixty-fourth of a voxel that is left of
+one voxel the field is all but straight, and its slope tells the rest."""
 
 LAST_PART = np.float32(1 / (1 << BISECTIONS))
 """Width of the last bracket, in steps."""
