@@ -62,7 +62,7 @@ def maxillary(parameters: PhantomParameters, side: Side) -> Field:
         root = Ellipsoid(apex, (2.2, 2.0, 3.0))
         body = smooth_max(1.5, body, 0.6 - root)
     # The ethmoid comes first where both want to be.
-    wall = 2 * parameters.mucosa_mm + 0.3
+    wall = 2 * parameters.mucosa_mm + 0.7
     body = smooth_max(0.8, body, wall - ethmoid_block(parameters, side))
     if parameters.has("haller", side):
         body = smooth_max(0.8, body, wall - haller())
