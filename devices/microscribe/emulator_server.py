@@ -104,9 +104,10 @@ class EmulatorServer:
         ``commands`` is a descriptor with an action's name on every line; its end, or
         the parent's if so wished, ends the service, too.
         """
+        # Before the port is told: the parent may die of what it hears.
+        parent = os.getppid() if dies_with_parent else None
         if self._announce is not None:
             self._announce(self._port.name)
-        parent = os.getppid() if dies_with_parent else None
         while not self._stopped and not self.arm.lost_for_good:
             watched = [self._wake_read, *self._port.sources()]
             watched += [] if commands is None else [commands]
