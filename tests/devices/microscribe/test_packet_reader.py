@@ -118,7 +118,8 @@ def test_no_confirmed_packet_was_not_sent(
     assert 0 <= lost <= 2
     assert got[:1] == sent[:1]
     assert got[len(got) - (len(sent) - 4) :] == sent[3:-1]
-    if lost:
+    # a packet that is missing as a whole leaves no trace on this line
+    if lost and not (kind == "cut" and at == 0):
         assert reader.counters.framing + reader.counters.noise > 0
 
 

@@ -150,21 +150,24 @@ def test_garbage_on_the_line_gives_no_pose_and_the_next_message_does(
             assert source.drain() == []
 
 
+@pytest.mark.parametrize(
+    ("wanted", "expected"), [(None, [0.0, 1.0, 2.0]), ("B", [10.0, 11.0, 12.0])]
+)
 def test_the_first_tool_is_followed_unless_one_is_named(
-    listener: socket.socket,
+    listener: socket.socket, wanted: str | None, expected: list[float]
 ) -> None:
+    # One listener each: a source that lost its peer knocks again until it is closed.
     both = b"".join(
         message(10 * k + i, 1.0 + i, name)
         for i in range(3)
         for k, name in enumerate(("A", "B"))
     )
-    for wanted, expected in ((None, [0.0, 1.0, 2.0]), ("B", [10.0, 11.0, 12.0])):
-        with at(listener, wanted) as source:
-            peer, _ = listener.accept()
-            with peer:
-                peer.sendall(both)
-                assert xs([source.read(30.0) for _ in range(3)]) == expected
-                assert source.tool == (wanted or "A")
+    with at(listener, wanted) as source:
+        peer, _ = listener.accept()
+        with peer:
+            peer.sendall(both)
+            assert xs([source.read(30.0) for _ in range(3)]) == expected
+            assert source.tool == (wanted or "A")
 
 
 def test_time_always_rises_whatever_the_peers_clock_does(
