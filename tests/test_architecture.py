@@ -110,7 +110,7 @@ def test_only_kernels_are_compiled_and_only_vectors_extend_the_compiler() -> Non
     assert not [
         at(path, node)
         for path in SOURCES
-        if path not in (*VECTORS, ROOT / "renderers/shading/lanes/kernels.py")
+        if path not in VECTORS
         for node, name in imported(parsed(path))
         if name.partition(".")[0] == "llvmlite" or name.startswith("numba.")
     ]

@@ -30,6 +30,7 @@ from renderers.simd.functions import (
     select,
     sqrt,
 )
+from renderers.simd.interleaved import gather_pairs, rows_alike, unzip3, zip3
 from renderers.simd.memory import (
     gather,
     gather_u8,
@@ -67,6 +68,7 @@ __all__ = [
     "floor",
     "full",
     "gather",
+    "gather_pairs",
     "gather_u8",
     "greatest",
     "i32",
@@ -83,6 +85,7 @@ __all__ = [
     "rank",
     "row",
     "rows4",
+    "rows_alike",
     "select",
     "sqrt",
     "store",
@@ -91,4 +94,6 @@ __all__ = [
     "store_spread",
     "store_triples",
     "store_where",
+    "unzip3",
+    "zip3",
 ]

@@ -182,14 +182,15 @@ def store_packed(typingctx: Any, array: Any, index: Any, x: Any, mask: Any) -> A
     return signature(types.void, array, types.intp, x, mask), generate
 
 
-def _gather(
+def gather_lanes(
     builder: Any, base: Any, index: Any, mask: Any, step: Any, vector: Vector
 ) -> Any:
+    """Take a lane at every index, counted in steps of an LLVM type, where allowed."""
     kind, count = vector.llvm, vector.count
     at = builder.gep(base, [index], source_etype=step)
     # llvmlite gives a vector of addresses the type of one
     at.type = ir.VectorType(ir.PointerType(), count)
-    align = ir.Constant(I32, 1 if step == BYTE else _align(kind.element))
+    align = ir.Constant(I32, _align(step))
     return call_llvm(
         builder,
         f"llvm.masked.gather.{mangled(kind)}.v{count}p0",
@@ -212,7 +213,7 @@ def gather(typingctx: Any, array: Any, index: Any, mask: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         base = data(context, builder, sig.args[0], args[0])
         step = ELEMENTS[vector.element]
-        return _gather(builder, base, args[1], args[2], step, vector)
+        return gather_lanes(builder, base, args[1], args[2], step, vector)
 
     return signature(vector, array, index, mask), generate
 
@@ -231,7 +232,7 @@ def gather_u8(typingctx: Any, array: Any, index: Any, mask: Any) -> Any:
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         base = data(context, builder, sig.args[0], args[0])
-        words = _gather(builder, base, args[1], args[2], BYTE, vector)
+        words = gather_lanes(builder, base, args[1], args[2], BYTE, vector)
         low = splat(builder, ir.Constant(I32, 255), vector.count)
         return builder.and_(words, low)
 

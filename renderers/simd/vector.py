@@ -9,7 +9,7 @@ is contracted or reassociated.
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-from llvmlite import ir as ir  # type: ignore[import-untyped]
+from llvmlite import ir as ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, lower_cast, models, register_model

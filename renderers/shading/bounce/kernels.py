@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.shading.lanes.kernels import Four, Lanes, rows_alike
+from renderers.shading.lanes.kernels import Four, Lanes
 from renderers.shading.surface.block import (
     BOUNCE,
     CELL,
@@ -29,6 +29,7 @@ from renderers.simd import (
     load,
     maximum,
     minimum,
+    rows_alike,
     select,
     store,
     store_where,

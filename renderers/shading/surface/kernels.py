@@ -13,7 +13,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.shading.bounce.kernels import PLANES, lift, spread_grid
-from renderers.shading.lanes.kernels import unzip3, zip3
 from renderers.shading.light.kernels import light
 from renderers.shading.surface.block import (
     BLUE,
@@ -59,6 +58,8 @@ from renderers.simd import (
     select,
     store,
     store_where,
+    unzip3,
+    zip3,
 )
 
 f32 = np.float32

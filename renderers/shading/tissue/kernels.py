@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.shading.detail.kernels import mottle, tap_octave
-from renderers.shading.lanes.kernels import Lanes, gather_pairs
+from renderers.shading.lanes.kernels import Lanes
 from renderers.shading.relief.kernels import bump
 from renderers.shading.surface.block import (
     ADD_BLUE,
@@ -41,7 +41,16 @@ from renderers.shading.surface.block import (
     N,
     W,
 )
-from renderers.simd import any_, full, load, maximum, minimum, rows4, store
+from renderers.simd import (
+    any_,
+    full,
+    gather_pairs,
+    load,
+    maximum,
+    minimum,
+    rows4,
+    store,
+)
 from renderers.simd import f32 as to_real
 from renderers.simd import i32 as to_whole
 
