@@ -79,6 +79,10 @@ class BytePort(Protocol):
         """Read as ``read`` does, but end when the line falls quiet after a byte."""
         ...
 
+    def read_some(self, least: int, timeout_s: float) -> bytes:
+        """Return all there is once ``least`` bytes are; fewer after the timeout."""
+        ...
+
     def write(self, data: bytes) -> None:
         """Hand all of ``data`` to the line."""
         ...
@@ -147,6 +151,10 @@ class MemoryPort:
                 break
             data += more
         return data
+
+    def read_some(self, least: int, timeout_s: float) -> bytes:
+        """Return all there is once ``least`` bytes are; fewer after the timeout."""
+        return self.read(max(least, len(self._in.data)), timeout_s)
 
     def write(self, data: bytes) -> None:
         """Append ``data`` to what the far end will read."""

@@ -11,6 +11,9 @@ from devices.port import DeviceError, DeviceReason
 # Up to here a sleep is cut short by nobody: waiting for an event costs more.
 SHORT_PAUSE_S = 0.05
 
+# Between two looks whether an arm that is to be homed is still there to be.
+HOMING_LOOK_S = 0.1
+
 # While nobody waits for the very next pose a stream is read in batches: a wake-up finds
 # cold caches, which doubles the cost of a pose, and a frame loop looks less often.
 BATCH_S = 0.012
@@ -24,7 +27,7 @@ class ArmThread:
         self._keeper = keeper
         self._stop = threading.Event()
         self._error: Exception | None = None
-        self._home_wanted = False
+        self._homing: threading.Event | None = None
         self._thread = threading.Thread(target=self._run, name="microscribe")
         # A forgotten arm must not keep the interpreter; atexit still ends its session.
         self._thread.daemon = True
@@ -32,10 +35,10 @@ class ArmThread:
 
     def home(self) -> None:
         """Home the arm and wait until it was done; raise if it cannot be."""
-        with self.queue.changed:
-            self._home_wanted = True
-            self.queue.changed.wait_for(lambda: not self._home_wanted or self._over())
-            self._refuse()
+        homing = self._homing = threading.Event()
+        while not (homing.wait(HOMING_LOOK_S) or self._over()):
+            pass
+        self._refuse()
 
     def stop(self) -> None:
         """End the session and the thread; harmless when repeated."""
@@ -64,10 +67,10 @@ class ArmThread:
         losses = 0
         try:
             while not self._stop.is_set():
-                if self._home_wanted and keeper.home():
-                    self._home_wanted = False
-                    queue.put(())
-                poses = keeper.step(0.0 if queue.awaited else BATCH_S)
+                if self._homing is not None and keeper.home():
+                    self._homing.set()
+                    self._homing = None
+                poses = keeper.step(0.0 if queue.is_awaited else BATCH_S)
                 if poses:
                     queue.put(poses)
                 if keeper.losses > losses and keeper.trouble is not None:
@@ -79,7 +82,7 @@ class ArmThread:
             self._error = error
         finally:
             self._release()
-            queue.put(())
+            queue.wake()
 
     def _pause(self, seconds: float) -> None:
         if seconds > SHORT_PAUSE_S:

@@ -106,6 +106,16 @@ class SerialPort:
         except _PORT_ERRORS as error:
             raise self._gone() from error
 
+    def read_some(self, least: int, timeout_s: float) -> bytes:
+        """Return all there is once ``least`` bytes are; fewer after the timeout."""
+        try:
+            if self._file is not None:
+                return self._file.read_some(least, timeout_s)
+            count = max(least, int(self._serial.in_waiting))
+            return self.read(count, timeout_s)
+        except _PORT_ERRORS as error:
+            raise self._gone() from error
+
     def write(self, data: bytes) -> None:
         """Hand all of ``data`` to the line."""
         try:

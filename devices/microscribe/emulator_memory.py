@@ -231,6 +231,10 @@ class EmulatedPort:
             data += more
         return data
 
+    def read_some(self, least: int, timeout_s: float) -> bytes:
+        """Return all there is once ``least`` bytes are; fewer after the timeout."""
+        return self.read(max(least, self.waiting), timeout_s)
+
     def write(self, data: bytes) -> None:
         """Hand all of ``data`` to the line."""
         try:

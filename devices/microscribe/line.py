@@ -54,6 +54,10 @@ class Line:
         """Wait for ``count`` bytes or the timeout; return what came."""
         return self._take(self.port.read(count, timeout_s))
 
+    def receive_some(self, least: int, timeout_s: float) -> list[Event]:
+        """Wait for ``least`` bytes or the timeout; take all that came."""
+        return self._take(self.port.read_some(least, timeout_s))
+
     def receive_burst(
         self, count: int, timeout_s: float, quiet_s: float
     ) -> list[Event]:

@@ -144,8 +144,7 @@ class ArmLink:
         until = now + allowed
         while now < until:
             # A burst is taken whole, a trickle packet by packet.
-            count = max(session.missing_bytes, self.port.waiting)
-            events = self.line.receive(count, until - now)
+            events = self.line.receive_some(session.missing_bytes, until - now)
             now = clock.now()
             self._chunks.append((session.received, now))
             found = [

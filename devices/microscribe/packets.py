@@ -8,6 +8,7 @@ no number. A flipped bit 0 to 6 cannot be seen here.
 import struct
 from dataclasses import dataclass
 from functools import cache
+from typing import NamedTuple
 
 # Bits 1-0 of a command; not in numeric order.
 _ENCODERS = {0b00: 0, 0b01: 5, 0b11: 6, 0b10: 7}
@@ -61,8 +62,7 @@ class Layout:
         return _LENGTHS[self.command]
 
 
-@dataclass(frozen=True, slots=True)
-class Packet:
+class Packet(NamedTuple):
     """One decoded standard packet."""
 
     command: int

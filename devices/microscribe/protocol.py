@@ -10,6 +10,7 @@ Whoever owns the port and the clock is somebody else: a timeout is told as
 from collections import deque
 from dataclasses import dataclass
 from enum import IntEnum, auto
+from typing import NamedTuple
 
 from devices.microscribe import commands
 from devices.microscribe.commands import Command, Query
@@ -109,8 +110,7 @@ class BadReply:
     raw: bytes
 
 
-@dataclass(frozen=True, slots=True)
-class Sample:
+class Sample(NamedTuple):
     """A standard packet."""
 
     packet: Packet

@@ -18,6 +18,9 @@ if sys.platform != "win32":
 # A shorter pause is not worth a wake-up of its own.
 SHORT_PAUSE_S = 0.0003
 
+# What a kernel holds for a terminal.
+LARGEST_READ = 4096
+
 
 class TerminalFile:
     """An open terminal whose reads do not block; raises OSError when it has gone."""
@@ -26,6 +29,7 @@ class TerminalFile:
         self.byte_s = 0.0
         """Seconds that one byte takes on the line."""
         self._file = file
+        self._watched = (file,)
         self._count = array("i", (0,))
 
     @property
@@ -56,12 +60,36 @@ class TerminalFile:
                     left += pause
                 else:
                     time.sleep(pause)
-            if not select.select((self._file,), (), (), left)[0]:
+            if not select.select(self._watched, (), (), left)[0]:
                 break
             part = self._read_now(count - len(data))
             if not part:
                 raise OSError(0, "the far end is gone")
             data += part
+        return data
+
+    def read_some(self, least: int, timeout_s: float) -> bytes:
+        """Return all there is once ``least`` bytes are; fewer after the timeout.
+
+        Whole packets take one wake-up and one read.
+        """
+        data = b""
+        until = None
+        left = max(timeout_s, 0.0)
+        while select.select(self._watched, (), (), left)[0]:
+            part = self._read_now(LARGEST_READ)
+            if not part:
+                raise OSError(0, "the far end is gone")
+            data += part
+            missing = least - len(data)
+            if missing <= 0:
+                break
+            if until is None:
+                until = time.monotonic() + left
+            pause = min(missing * self.byte_s, left)
+            if pause >= SHORT_PAUSE_S:
+                time.sleep(pause)
+            left = max(until - time.monotonic(), 0.0)
         return data
 
     def write(self, data: bytes) -> int:
@@ -74,6 +102,7 @@ class TerminalFile:
     def forget(self) -> None:
         """Let go of the file; whoever opens one next may be given its number."""
         self._file = -1
+        self._watched = (-1,)
 
     def _read_now(self, count: int) -> bytes:
         """Return what is there; terminals say "nothing" in both of these ways."""

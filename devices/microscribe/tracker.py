@@ -4,8 +4,11 @@ Keeps what one packet does not know: how often counts and timer have wrapped, ho
 the arm was, when it was last believed.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
 
 from devices.microscribe.alignment import TICKS_PER_S, ClockAlignment
 from devices.microscribe.arm import FIELD, JOINTS, ArmGeometry, Encoders
@@ -36,8 +39,6 @@ EARLIEST_S = 0.02
 # The index pulse of a sixth encoder comes on this button line; it is no pedal.
 _INDEX_PULSE = 0b100
 
-_HALF_FIELD = FIELD // 2
-
 
 @dataclass(slots=True)
 class SampleTracker:
@@ -59,32 +60,43 @@ class SampleTracker:
     _goes_on: bool = False
     """Whether the next sample's counts continue the last one's."""
     _host_time_s: float = 0.0
-    _counts: tuple[int, ...] = (0,) * JOINTS
+    _counts: NDArray[np.int64] = field(init=False)
+    _reading: NDArray[np.int64] = field(init=False)
+    """The newest packet's counts as they came."""
     _refusals: int = 0
     _forward: ForwardKinematics = field(init=False)
-    _limits: list[tuple[int, float]] = field(init=False)
-    """Per joint: counts modulo which steps are told apart, and counts per tick."""
+    _continue: Callable[..., bool] = field(init=False)
+    _windows: NDArray[np.int64] = field(init=False)
+    """Per joint: counts modulo which steps are told apart."""
+    _fastest: NDArray[np.float64] = field(init=False)
+    """Per joint: counts per tick."""
     _pedals: int = field(init=False)
 
     def __post_init__(self) -> None:
+        # Imported here: this module's names are needed where nothing is compiled.
+        from devices.microscribe.kernels import continue_counts
+
+        self._continue = continue_counts
         turns = self.encoders.turn
+        self._counts = np.zeros(JOINTS, dtype=np.int64)
+        self._reading = self._counts.copy()
         self.watch = EncoderWatch([turn > 1 for turn in turns])
         self._forward = ForwardKinematics(self.geometry, self.encoders)
         self._pedals = ~_INDEX_PULSE if turns[5] > 1 else ~0
         per_tick = LARGEST_RATE_DEG_S / 360.0 / TICKS_PER_S
         # Where whole turns fit into the field, the winding bits change no angle.
+        self._windows = np.array(
+            [turn if turn > 1 and FIELD % turn == 0 else FIELD for turn in turns]
+        )
         # What a joint without encoder sends is nobody's motion.
-        self._limits = [
-            (turn if FIELD % turn == 0 else FIELD, turn * per_tick)
-            if turn > 1
-            else (FIELD, float("inf"))
-            for turn in turns
-        ]
+        self._fastest = np.array(
+            [turn * per_tick if turn > 1 else float("inf") for turn in turns]
+        )
 
     @property
     def counts(self) -> tuple[int, ...]:
         """Get the unwrapped counts of the last accepted sample."""
-        return self._counts
+        return tuple(self._counts.tolist())
 
     def accept(self, packet: Packet, host_time_s: float) -> Pose | None:
         """Return the pose of a packet with timer and six counts, or None if refused.
@@ -95,9 +107,20 @@ class SampleTracker:
         if packet.timer is None or len(packet.counts) != JOINTS:
             raise ValueError(f"a pose needs a timer and six counts, got {packet}")
         flags = PoseFlag.NONE
-        ticks, counts = self._ticks_at(packet.timer, host_time_s), packet.counts
+        ticks = self._ticks_at(packet.timer, host_time_s)
+        self._reading[:] = packet.counts
+        counts = self._reading.copy()
         if self._goes_on:
-            counts, plausible = self._continued(counts, ticks - self._ticks)
+            plausible = self._continue(
+                self._reading,
+                self._counts,
+                FIELD,
+                self._windows,
+                self._fastest,
+                ticks - self._ticks,
+                ALLOWED_COUNTS,
+                counts,
+            )
             misread = self._too_early(ticks, host_time_s)
             if misread or not plausible:
                 if self._refusals < LARGEST_REFUSALS:
@@ -114,7 +137,7 @@ class SampleTracker:
         self._goes_on = True
         self._host_time_s = host_time_s
         time_s = ticks / TICKS_PER_S
-        self.watch.observe(counts, time_s)
+        self.watch.observe(counts.tolist(), time_s)
         return Pose.of_rigid(
             time_s,
             self.alignment.observe(ticks, host_time_s),
@@ -162,24 +185,3 @@ class SampleTracker:
     def _too_early(self, ticks: int, host_time_s: float) -> bool:
         slack = EARLIEST_S if self.alignment.settled else POWER_CUT_S
         return self.alignment.earliness(ticks, host_time_s) > slack
-
-    def _continued(
-        self, reading: Sequence[int], ticks: int
-    ) -> tuple[tuple[int, ...], bool]:
-        """Continue counts over the wraps of their field; say whether a hand can do it.
-
-        Right as long as no joint turns by half its field between two samples.
-        """
-        counts = []
-        plausible = True
-        for new, old, (window, per_tick) in zip(
-            reading, self._counts, self._limits, strict=True
-        ):
-            step = (new - old + _HALF_FIELD) % FIELD - _HALF_FIELD
-            counts.append(old + step)
-            if window != FIELD:
-                half = window // 2
-                step = (step + half) % window - half
-            if abs(step) > per_tick * ticks + ALLOWED_COUNTS:
-                plausible = False
-        return tuple(counts), plausible

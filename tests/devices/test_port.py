@@ -58,6 +58,28 @@ def test_what_waits_can_be_told_and_read_as_a_burst() -> None:
         _ = near.waiting
 
 
+@given(st.lists(st.binary(min_size=1, max_size=20), min_size=1, max_size=10))
+def test_some_is_all_that_is_there(chunks: list[bytes]) -> None:
+    near, far = memory_port_pair()
+    for chunk in chunks:
+        near.write(chunk)
+    near.close()
+    assert far.read_some(1, 5.0) == b"".join(chunks)
+    with pytest.raises(DeviceError):
+        far.read_some(1, 0.0)
+
+
+def test_some_waits_for_the_least() -> None:
+    near, far = memory_port_pair()
+    near.write(b"a")
+    assert far.read_some(3, 0.0) == b"a"
+    writer = threading.Timer(0.02, near.write, (b"bcd",))
+    near.write(b"a")
+    writer.start()
+    assert far.read_some(4, 5.0) == b"abcd"
+    writer.join()
+
+
 def test_the_hosts_clock_goes_on() -> None:
     clock = HostClock()
     begin = clock.now()

@@ -91,7 +91,7 @@ class Rehearsal:
         """How far each pose is from where the arm stands still."""
         profile = self.line.arm.profile
         forward = ForwardKinematics(profile.geometry, profile.encoders)
-        tip = forward.device_from_tip(profile.home_counts)[:3, 3]
+        tip = forward.device_from_tip(np.array(profile.home_counts))[:3, 3]
         return [float(np.linalg.norm(pose.tip_mm - tip)) for pose in poses]
 
     def steady(self, poses: list[Pose]) -> None:

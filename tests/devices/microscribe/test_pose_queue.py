@@ -55,4 +55,4 @@ def test_a_reader_is_woken_by_a_pose() -> None:
     queue, poses = _queue(), _poses(1)
     threading.Timer(0.01, queue.put, (poses,)).start()
     assert queue.read(30.0) is poses[0]
-    assert queue.awaited == 0
+    assert not queue.is_awaited

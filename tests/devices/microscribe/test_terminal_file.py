@@ -1,5 +1,7 @@
 import os
+import socket
 import sys
+import threading
 import time
 from collections.abc import Iterator
 
@@ -53,8 +55,37 @@ def test_a_timeout_gives_what_has_come(ends: tuple[int, TerminalFile]) -> None:
     assert file.read(3, 0.01, 0.01) == b"a"
 
 
+def test_some_is_all_that_is_there_once_the_least_is(
+    ends: tuple[int, TerminalFile],
+) -> None:
+    master, file = ends
+    assert file.read_some(2, 0.0) == b""
+    os.write(master, b"abc")
+    assert file.read_some(2, 30.0) == b"abc"
+    os.write(master, b"d")
+    # the least does not come: what has come is not lost
+    assert file.read_some(2, 0.01) == b"d"
+    rest = threading.Timer(0.02, os.write, (master, b"fgh"))
+    os.write(master, b"e")
+    rest.start()
+    file.byte_s = 1e-3
+    assert file.read_some(4, 30.0) == b"efgh"
+    rest.join()
+
+
+def test_some_tells_that_the_far_end_is_gone() -> None:
+    near, far = socket.socketpair()
+    with near:
+        near.setblocking(False)
+        far.close()
+        with pytest.raises(OSError, match="gone"):
+            TerminalFile(near.fileno()).read_some(1, 30.0)
+
+
 def test_a_forgotten_file_is_not_read() -> None:
     file = TerminalFile(0)
     file.forget()
     with pytest.raises((OSError, ValueError)):
         file.read(1, 0.1, 0.1)
+    with pytest.raises((OSError, ValueError)):
+        file.read_some(1, 0.1)

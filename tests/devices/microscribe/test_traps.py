@@ -154,7 +154,10 @@ def test_t10_parameter_words_are_signed() -> None:
 
 def test_t11_an_encoder_that_is_not_there_turns_nothing() -> None:
     forward = ForwardKinematics(DX40937.geometry, DX40937.encoders)
-    tips = [forward.device_from_tip((*HOME_COUNTS[:5], n)) for n in (0, 8416, 16383)]
+    tips = [
+        forward.device_from_tip(np.array((*HOME_COUNTS[:5], n)))
+        for n in (0, 8416, 16383)
+    ]
     assert (tips[0] == tips[1]).all()
     assert (tips[0] == tips[2]).all()
 
@@ -284,7 +287,7 @@ def test_t22_a_stylus_in_line_with_the_forearm_is_still_a_pose() -> None:
     geometry = ArmGeometry.from_words(DX40937.dh_words, DX40937.beta_word)
     forward = ForwardKinematics(geometry, Encoders(DX40937.encoders.turn))
     for count in (0, 2048):
-        frame = forward.device_from_tip((*HOME_COUNTS[:4], count, 0))
+        frame = forward.device_from_tip(np.array((*HOME_COUNTS[:4], count, 0)))
         assert np.abs(frame[:3, :3] @ frame[:3, :3].T - np.eye(3)).max() < 1e-12
 
 
