@@ -106,6 +106,7 @@ def _fly(
             seed=SEED,
             has_instrument=True,
             threads=options.threads,
+            progress=stages,
         )
         size = (options.size, options.size)
         middle_s = path.duration_s / 2

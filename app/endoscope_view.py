@@ -20,6 +20,8 @@ from renderers.shading import (
 from renderers.shading.bands import RowBands
 from scenarios import View
 
+SIGHT_STAGE = "Finding what can be seen from where"
+
 
 @dataclass(frozen=True, slots=True)
 class Frame:
@@ -49,12 +51,16 @@ class EndoscopeView:
         tier: Tier,
         seed: int,
         threads: int,
+        progress: Progress | None = None,
     ) -> None:
-        """Extract the fuzzy set and set up the light.
+        """Extract the fuzzy set, find what can be seen from where, set up the light.
 
         instrument: mesh of the tool beside the scope, or None.
         """
         self.renderer = FuzzySetRenderer(room.scene, threads=threads)
+        tell = progress or (lambda stage, share: None)
+        tell(SIGHT_STAGE, 0.0)
+        self.renderer.look_up_sight(progress=lambda share: tell(SIGHT_STAGE, share))
         self._shader = ScopeShader(room.surface, tier, seed=seed, threads=threads)
         self._camera_pass = CameraPass(threads=threads)
         self._light = ScopeLight(ring_radius_mm)

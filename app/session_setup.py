@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.endoscope_view import EndoscopeView
-from app.operating_room import OperatingRoom
+from app.operating_room import OperatingRoom, Progress
 from devices import ProbePath
 from renderers.shading import Tier
 from scenarios import Sample, Scenario, Session, View, tip_frame
@@ -34,8 +34,9 @@ def build_view(
     seed: int,
     has_instrument: bool,
     threads: int,
+    progress: Progress | None = None,
 ) -> EndoscopeView:
-    """Set up the picture."""
+    """Set up the picture; seconds for a head that is seen for the first time."""
     # Imported here: building meshes loads a large library.
     from scenarios.instruments import suction_tube
 
@@ -46,6 +47,7 @@ def build_view(
         tier=Tier[tier],
         seed=seed,
         threads=threads,
+        progress=progress,
     )
 
 

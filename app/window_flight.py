@@ -213,6 +213,7 @@ class WindowFlight(QObject):
             seed=SEED,
             has_instrument=has_instrument,
             threads=order.threads,
+            progress=self._stage,
         )
         middle_s = order.path.duration_s / 2
         view.warm_up(path_view(scenario, room, order.path, middle_s, size), self._stage)

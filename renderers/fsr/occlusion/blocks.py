@@ -101,8 +101,20 @@ class Blocks:
         bounds = [*range(0, len(self._occupied), BLOCKS_PER_PART), len(self._occupied)]
         self._parts = list(itertools.pairwise(bounds))
         self._shown = np.zeros(len(self._occupied), np.uint8)
+        self._all = np.ones(len(self._occupied), np.uint8)
         self._distances = np.zeros(len(self._occupied), np.float32)
         self._heads = np.zeros(DISTANCE_STEPS + 1, np.int64)
+
+    @property
+    def numbers(self) -> NDArray[np.int32]:
+        """Get the places of the blocks on their grid, ``(k * ny + j) * nx + i``."""
+        return self._occupied
+
+    @property
+    def places(self) -> NDArray[np.int64]:
+        """Get the blocks' grid coordinates ``(b, 3)``, (i, j, k)."""
+        grid = self._deep, self._high, self._wide
+        return np.stack(np.unravel_index(self._occupied, grid)[::-1], axis=-1)
 
     def sort(self, rows: SparseRows, shift: int) -> BlockOrder:
         """Give the order that brings a set's elements block by block.
@@ -153,12 +165,13 @@ class Blocks:
         near_reach_mm: float,
         far_from_mm: float,
         hide: bool = True,
+        allowed: NDArray[np.uint8] | None = None,
     ) -> Visible:
         """Mark blocks that reach into the view and are not hidden.
 
         radius_mm: of an element with its disc. near_reach_mm, far_from_mm: fine
         elements are wanted up to, coarse ones from this distance. hide: without,
-        only the view counts.
+        no cones are traced. allowed: per block, 0 for those known to be hidden.
         """
         distance = self._distance
         nz, ny, nx = distance.shape
@@ -212,6 +225,7 @@ class Blocks:
                 camera.height,
                 SQUARE_PX,
                 ends,
+                self._all if allowed is None else allowed,
                 self._shown,
                 self._distances,
             )

@@ -123,15 +123,16 @@ def flag_blocks(
     blocks: I32, first: int, end: int, across: int, along: int, edge: float,
     camera_from_voxel: F64, radius: float, planes: F64, near_reach: float,
     far_from: float, projection: int, extent: float, width: int, height: int,
-    side: int, ends: F32, shown: U8, distances: F32,
+    side: int, ends: F32, allowed: U8, shown: U8, distances: F32,
 ) -> tuple[int, int]:  # fmt: skip
     """Mark the blocks that may show: 1 beyond `far_from`, 2 nearer than `near_reach`.
 
     blocks: indices of those with elements, `first`..`end` - 1 to be done, of a grid
     `across` x `along` x any. edge: voxels per side. radius: of the ball around a
     block with its elements' discs (mm). planes: camera frame ``(p, 4)``, positive
-    inside. ends: from `trace_cones`. shown, distances: per block of the list, the
-    mark, 0 where nothing shows, and the distance of its middle (mm).
+    inside. ends: from `trace_cones`. allowed: per block of the list, 0 for those that
+    are hidden anyway. shown, distances: per block of the list, the mark, 0 where
+    nothing shows, and the distance of its middle (mm).
     Returns (blocks in view, of them hidden).
     """
     m = camera_from_voxel
@@ -157,6 +158,9 @@ def flag_blocks(
         if outside:
             continue
         met += 1
+        if not allowed[n]:
+            hidden += 1
+            continue
         distance = math.sqrt(x * x + y * y + z * z)
         near = distance - radius
         rho = math.sqrt(x * x + y * y)

@@ -10,6 +10,7 @@ from renderers.fsr.occlusion import FAR, NEAR, Blocks
 from renderers.fsr.occlusion.blocks import BLOCK_SHIFT, Runs
 from renderers.fsr.projection.kernels import RECORD
 from renderers.fsr.scope.blocked_surfels import BlockedSurfels, sort_surfels
+from renderers.fsr.scope.disc_bounds import disc_bounds
 from renderers.fsr.scope.kernel_set import KernelSet, best_kernels
 from renderers.fsr.scope.kernels import fill_holes
 from renderers.fsr.scope.scratch import TileScratch, lined_up
@@ -28,6 +29,7 @@ from renderers.fsr.scope.tiles import (
 )
 from renderers.fsr.surfels import extract_surfels
 from renderers.fsr.thread_team import ThreadTeam
+from renderers.fsr.visibility import BlockBounds, Standpoint, VisibleSets
 from renderers.scene import Camera, GBuffer, Projection, Volume
 
 SIGMA_PER_SPACING = 0.6
@@ -76,6 +78,8 @@ class SurfelRasterizer:
     ) -> None:
         self._kernels = kernels or best_kernels()
         coarse, fine = extract_surfels(distance), extract_surfels(distance, refine=2)
+        self._distance = distance
+        self._standpoint: Standpoint | None = None
         self._blocks = Blocks(distance, coarse.rows, fine.rows)
         self._coarse = sort_surfels(coarse, self._blocks, BLOCK_SHIFT)
         self._fine = sort_surfels(fine, self._blocks, BLOCK_SHIFT + 1)
@@ -94,6 +98,23 @@ class SurfelRasterizer:
     def splat_count(self) -> int:
         """Get the number of surfels in both sets."""
         return len(self._coarse) + len(self._fine)
+
+    def bounds(self) -> BlockBounds:
+        """Say where the discs of each block are, for sets of visible blocks."""
+        reach = SIGMA_PER_SPACING * RADIUS_SIGMAS
+        near_mm = BEHIND_MM + 0.5 * self._coarse.spacing_mm
+        return disc_bounds(
+            (self._coarse, self._fine), self._blocks, self._distance, reach, near_mm
+        )
+
+    def look_from(self, sets: VisibleSets | None) -> None:
+        """Use the sets of visible blocks in place of cones, or cones again.
+
+        The pictures are the same. Raises ValueError for sets of other blocks.
+        """
+        self._standpoint = None
+        if sets is not None:
+            self._standpoint = Standpoint(sets, self._distance, self._blocks.numbers)
 
     def draw(self, camera: Camera, team: ThreadTeam) -> GBuffer:
         """Find the air surface; the bits do not depend on the team's size.
@@ -170,13 +191,17 @@ class SurfelRasterizer:
             self._ranges = np.empty(room + SQUARE, np.int32)
         # a grid point is up to half a spacing's diagonal from its surfel
         slack = self._coarse.spacing_mm
+        allowed = None
+        if self._standpoint is not None:
+            allowed = self._standpoint.seen_from(camera.eye_mm)
         blocks = self._blocks.visible(
             camera,
             team,
             radius_mm=reach * self._coarse.spacing_mm + slack,
             near_reach_mm=near,
             far_from_mm=coarse_from,
-            hide=self._hide,
+            hide=self._hide and allowed is None,
+            allowed=allowed,
         )
         visible = listed = kept = 0
         for surfels, mark, low, high in (
@@ -195,6 +220,7 @@ class SurfelRasterizer:
             "culled rows": self._rows - kept,
             "blocks in view": blocks.in_view,
             "hidden blocks": blocks.hidden,
+            "looked up": int(allowed is not None),
         }
         return listed
 
