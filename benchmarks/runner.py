@@ -13,6 +13,7 @@ from benchmarks import (
     suite_devices,
     suite_fsr,
     suite_startup,
+    suite_visibility,
 )
 from benchmarks.chart import draw_charts
 from benchmarks.machine import commit, is_same_machine, machine
@@ -29,7 +30,14 @@ from benchmarks.schema import (
     seconds_by,
 )
 
-BUILT_IN = (suite_art, suite_devices, suite_fsr, suite_startup, suite_anatomy)
+BUILT_IN = (
+    suite_art,
+    suite_devices,
+    suite_fsr,
+    suite_visibility,
+    suite_startup,
+    suite_anatomy,
+)
 """Importing a suite's module registers it."""
 
 QUICK_LIMIT_S = 165.0
