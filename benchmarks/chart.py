@@ -1,12 +1,11 @@
 """Run time against error: one picture for each scene, one panel for each quantity."""
 
-import os
-import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from benchmarks.schema import Row
+from renderers.scene import whole_file
 
 QUANTITIES = ("wall", "see-through", "shaded", "surface", "picture")
 PANEL_INCHES = (3.8, 3.6)
@@ -126,17 +125,10 @@ def _draw_panel(axes: Any, title: str, series: dict[str, list[Row]]) -> None:
 
 
 def _save(figure: Any, stem: Path) -> list[Path]:
-    stem.parent.mkdir(parents=True, exist_ok=True)
     files = []
     for kind in ("png", "svg"):
         path = stem.with_suffix(f".{kind}")
-        handle, temporary = tempfile.mkstemp(dir=stem.parent, suffix=".part")
-        os.close(handle)
-        try:
-            figure.savefig(temporary, format=kind, dpi=130)
-            os.replace(temporary, path)
-        except BaseException:
-            Path(temporary).unlink(missing_ok=True)
-            raise
+        with whole_file(path) as beside:
+            figure.savefig(beside, format=kind, dpi=130)
         files.append(path)
     return files

@@ -5,14 +5,13 @@ from what it has.
 """
 
 import math
-import os
-import tempfile
 from pathlib import Path
 from typing import Literal
 
 import msgspec
 
 from benchmarks.machine import Machine
+from renderers.scene import whole_file
 
 SCHEMA_VERSION = 1
 
@@ -154,13 +153,6 @@ def load_results(path: Path) -> Results:
 
 def save_results(results: Results, path: Path) -> None:
     """Replace ``results.json`` as a whole."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     content = msgspec.json.format(msgspec.json.encode(results), indent=1)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content + b"\n")
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    with whole_file(path) as beside:
+        beside.write_bytes(content + b"\n")

@@ -12,9 +12,7 @@ is read up to its last complete chunk, so a crash costs half a second at most.
 """
 
 import json
-import os
 import struct
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
@@ -23,6 +21,7 @@ from typing import Any, Literal, Self
 import msgspec
 import numpy as np
 
+from renderers.scene import whole_file
 from scenarios.session import Sample
 
 SCHEMA_VERSION = 1
@@ -130,16 +129,8 @@ _TOPICS: dict[str, type[SampleRecord] | type[FrameRecord] | type[EventRecord]] =
 def write_json(path: Path, value: object) -> None:
     """Write JSON for people, atomically."""
     text = json.dumps(msgspec.to_builtins(value), indent=2, allow_nan=False) + "\n"
-    handle, name = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        # mkstemp makes files that only their owner may read
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        os.unlink(name)
-        raise
+    with whole_file(path) as beside:
+        beside.write_text(text, "utf-8")
 
 
 class SessionRecorder:

@@ -13,6 +13,7 @@ from renderers.scene.transfer import (
     opacity_from_extinction,
 )
 from renderers.scene.volume import AIR_HU, Volume
+from renderers.scene.whole_file import whole_file
 
 __all__ = [
     "AIR_HU",
@@ -38,4 +39,5 @@ __all__ = [
     "save_png",
     "srgb_from_linear",
     "ssim",
+    "whole_file",
 ]

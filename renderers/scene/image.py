@@ -1,12 +1,12 @@
 """A picture in linear light, and the one place where it becomes sRGB."""
 
-import os
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from renderers.scene.whole_file import whole_file
 
 
 def srgb_from_linear(linear: NDArray[np.floating]) -> NDArray[np.float32]:
@@ -64,14 +64,5 @@ def save_png(
     info = PngInfo()
     for key, value in (text or {}).items():
         info.add_text(key, value)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            PngImage.fromarray(pixels).save(file, format="PNG", pnginfo=info)
-        # mkstemp makes files that only their owner may read
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        os.unlink(name)
-        raise
+    with whole_file(path) as beside:
+        PngImage.fromarray(pixels).save(beside, format="PNG", pnginfo=info)

@@ -1,0 +1,55 @@
+import stat
+from pathlib import Path
+
+import pytest
+
+from renderers.scene.whole_file import whole_file
+
+
+def test_a_file_takes_its_place_when_it_is_whole(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "a.txt"
+    with whole_file(path) as beside:
+        assert beside.parent == path.parent
+        assert beside.suffix == ".txt"
+        beside.write_text("one", "utf-8")
+        assert not path.exists()
+    assert path.read_text("utf-8") == "one"
+    assert stat.S_IMODE(path.stat().st_mode) == 0o644
+    assert list(path.parent.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt, SystemExit])
+def test_half_a_file_leaves_the_old_one(
+    tmp_path: Path, error: type[BaseException]
+) -> None:
+    path = tmp_path / "a.txt"
+    path.write_text("old", "utf-8")
+
+    def write() -> None:
+        with whole_file(path) as beside:
+            beside.write_text("ne", "utf-8")
+            raise error
+
+    with pytest.raises(error):
+        write()
+    assert path.read_text("utf-8") == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_writer_may_have_replaced_the_other_file_itself(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    with whole_file(path) as beside:
+        third = tmp_path / "third"
+        third.write_text("three", "utf-8")
+        third.replace(beside)
+    assert path.read_text("utf-8") == "three"
+
+
+def test_what_cannot_be_replaced_is_told(tmp_path: Path) -> None:
+    (tmp_path / "folder.txt" / "full").mkdir(parents=True)
+    with (
+        pytest.raises(OSError, match=r"folder\.txt"),
+        whole_file(tmp_path / "folder.txt") as beside,
+    ):
+        beside.write_text("x", "utf-8")
+    assert [p.name for p in tmp_path.iterdir()] == ["folder.txt"]
