@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.culling.kernels import cull_rows
+from renderers.fsr.culling.kernels import cull_rows, list_spans
 from renderers.fsr.sparse_rows import SparseRows
 from renderers.scene import Camera, Projection
 from renderers.scene.camera import STOP_MARGIN_PX
@@ -90,43 +90,38 @@ def eye_voxel(rows: SparseRows, camera: Camera) -> NDArray[np.int64]:
     return np.clip(np.rint(voxel), 0, top).astype(np.int64)
 
 
-class DisplayRoom:
-    """Hold memory for the lists of one set, kept from view to view.
+@dataclass(frozen=True, slots=True)
+class ClippedRows:
+    """Hold what the view leaves of a set's rows.
 
-    index: ``(n + spare,)`` int32 into the set's arrays; row: the elements' rows.
+    spans: ``(k, 3)`` int32, a row ``k * ny + j`` and its first and last + 1 element,
+        far rows first. count: elements in all of them.
     """
 
-    def __init__(self, elements: int, spare: int = 0) -> None:
-        self.index: NDArray[np.int32] = np.zeros(elements + spare, np.int32)
-        self.row: NDArray[np.int32] = np.empty(elements, np.int32)
-
-
-@dataclass(frozen=True, slots=True)
-class Listed:
-    """Say how much of a `DisplayRoom` one view fills, and how many rows it kept."""
-
+    spans: NDArray[np.int32]
     count: int
-    rows_kept: int
 
 
-def list_elements(
+def clip_rows(
     rows: SparseRows,
     camera: Camera,
     margin_mm: float,
-    room: DisplayRoom,
     *,
     reach_mm: float = math.inf,
-) -> Listed:
-    """Cull and order a set for one view, far to near, into `room`.
+    room: NDArray[np.int32] | None = None,
+) -> ClippedRows:
+    """Cull a set for one view, whole rows at a time.
 
     margin_mm: radius of an element; nothing that reaches into the view is lost.
     reach_mm: leave out elements whose grid point is farther from the eye.
+    room: memory for the spans, ``(rows, 3)``.
     """
     matrix = rows.world_from_voxel
     # a plane a.p + d of the world is (a M) v + d of the voxel frame
     planes = np.ascontiguousarray(view_planes(camera, margin_mm) @ matrix)
     nz, ny, nx = rows.shape
-    count, kept = cull_rows(
+    spans = np.empty((ny * nz, 3), np.int32) if room is None else room
+    kept, count = cull_rows(
         rows.offsets,
         rows.x,
         nx,
@@ -137,10 +132,9 @@ def list_elements(
         np.ascontiguousarray(matrix[:3, :3].T),
         float(reach_mm),
         eye_voxel(rows, camera),
-        room.index,
-        room.row,
+        spans,
     )
-    return Listed(count, kept)
+    return ClippedRows(spans[:kept], count)
 
 
 def build_display_list(
@@ -151,16 +145,17 @@ def build_display_list(
     reach_mm: float = math.inf,
     back_to_front: bool = True,
 ) -> DisplayList:
-    """Do as `list_elements` and give the elements themselves.
+    """Cull as `clip_rows` does, and give the elements that are left.
 
     back_to_front: far to near, else near to far.
     """
-    room = DisplayRoom(len(rows))
-    listed = list_elements(rows, camera, margin_mm, room, reach_mm=reach_mm)
-    index, row = room.index[: listed.count], room.row[: listed.count]
+    clipped = clip_rows(rows, camera, margin_mm, reach_mm=reach_mm)
+    index, row = np.empty((2, clipped.count), np.int32)
+    eye_column = int(eye_voxel(rows, camera)[0])
+    list_spans(clipped.spans, len(clipped.spans), rows.x, eye_column, index, row)
     if not back_to_front:
         index, row = np.ascontiguousarray(index[::-1]), np.ascontiguousarray(row[::-1])
-    return DisplayList(index, row, listed.rows_kept)
+    return DisplayList(index, row, len(clipped.spans))
 
 
 def sorted_by_distance(

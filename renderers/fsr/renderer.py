@@ -1,5 +1,6 @@
 """The Fuzzy-Set Renderer: a scene and a camera become a picture, without a window."""
 
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.classic import SplatMode, SplatRasterizer
+from renderers.fsr.classic.film import draw_film
 from renderers.fsr.classic.motion_gauge import MotionGauge
 from renderers.fsr.fuzzy_set import FuzzySet, Inclusion, extract_fuzzy_set
 from renderers.fsr.scope import SurfelRasterizer
@@ -61,6 +63,17 @@ class FuzzySetRenderer:
         return extract_fuzzy_set(self.scene.volume, self._inclusion, self._threshold)
 
     @property
+    def threshold(self) -> float:
+        """Get what F must reach for a voxel to be splatted; may be set anew."""
+        return self._threshold
+
+    @threshold.setter
+    def threshold(self, value: float) -> None:
+        self._threshold = value
+        for name in ("fuzzy_set", "_classic"):
+            self.__dict__.pop(name, None)
+
+    @property
     def counters(self) -> dict[str, int]:
         """Get what the last picture took: splats, rows, fragments."""
         return dict(self._counters)
@@ -101,6 +114,16 @@ class FuzzySetRenderer:
         )
         self._counters = {"splats": len(self.fuzzy_set), **self._classic.counters}
         return image
+
+    def film(self, cameras: Iterable[Camera]) -> Iterator[Image]:
+        """Draw mode `classic` view by view, culling each while another is drawn.
+
+        The pictures of `render`, to the bit; cameras are taken one ahead.
+        """
+        views = ((camera, self.mode or self._gauge.mode(camera)) for camera in cameras)
+        for image in draw_film(self._classic, self._team, views):
+            self._counters = {"splats": len(self.fuzzy_set), **self._classic.counters}
+            yield image
 
     def gbuffer(self, camera: Camera) -> GBuffer:
         """Find the air surface behind each pixel: the geometry of mode `scope`.

@@ -175,8 +175,27 @@ def store_packed(typingctx: Any, array: Any, index: Any, x: Any, mask: Any) -> A
         kind = x.llvm
         at = builder.gep(base, [args[1]], source_etype=kind.element)
         at = builder.bitcast(at, ir.PointerType())
-        name = f"llvm.masked.compressstore.{mangled(kind)}"
-        call_llvm(builder, name, ir.VoidType(), [args[2], at, args[3]])
+        if kind.count * _align(kind.element) > 64:
+            # more than LLVM 22 can pack at once without a fault
+            name = f"llvm.masked.compressstore.{mangled(kind)}"
+            call_llvm(builder, name, ir.VoidType(), [args[2], at, args[3]])
+            return context.get_dummy_value()
+        # Packed in a register, then stored: Zen 4 takes sixty cycles to do both at
+        # once (1.3 ns instead of 0.12 for each of sixteen lanes).
+        name = f"llvm.experimental.vector.compress.{mangled(kind)}"
+        rest = ir.Constant(kind, ir.Undefined)
+        packed = call_llvm(builder, name, kind, [args[2], args[3], rest])
+        mask_bits = ir.IntType(kind.count)
+        bits = builder.bitcast(args[3], mask_bits)
+        found = call_llvm(builder, f"llvm.ctpop.i{kind.count}", mask_bits, [bits])
+        # as many lowest bits as lanes were found; all of them shift out to nothing
+        wide = ir.IntType(2 * kind.count)
+        ones = builder.shl(ir.Constant(wide, 1), builder.zext(found, wide))
+        ones = builder.trunc(builder.sub(ones, ir.Constant(wide, 1)), mask_bits)
+        first = builder.bitcast(ones, args[3].type)
+        align = ir.Constant(I32, _align(kind.element))
+        name = f"llvm.masked.store.{mangled(kind)}.p0"
+        call_llvm(builder, name, ir.VoidType(), [packed, at, align, first])
         return context.get_dummy_value()
 
     return signature(types.void, array, types.intp, x, mask), generate

@@ -8,22 +8,23 @@ from renderers.simd_guard import vector_problem
 
 @dataclass(frozen=True, slots=True)
 class KernelSet:
-    """Hold what projects splats and composites a tile's.
+    """Hold what lists and projects splats and composites tiles.
 
     All sets give equal bits.
     """
 
-    project_splats: Callable[..., tuple[int, int]]
-    draw_tile: Callable[..., int]
-    draw_sheets: Callable[..., int]
+    take_shell: Callable[..., int]
+    project_splats: Callable[..., int]
+    draw_tiles: Callable[..., int]
 
 
 def scalar_kernels() -> KernelSet:
     """Give the functions that every machine compiles."""
-    from renderers.fsr.classic.kernels import draw_sheets, draw_tile
+    from renderers.fsr.classic.kernels import draw_tiles
     from renderers.fsr.classic.projection.kernels import project_splats
+    from renderers.fsr.classic.shells.kernels import take_shell
 
-    return KernelSet(project_splats, draw_tile, draw_sheets)
+    return KernelSet(take_shell, project_splats, draw_tiles)
 
 
 def best_kernels() -> KernelSet:
@@ -31,6 +32,7 @@ def best_kernels() -> KernelSet:
     if vector_problem():
         return scalar_kernels()
     from renderers.fsr.classic.projection.vector.kernels import project_splats
-    from renderers.fsr.classic.vector.kernels import draw_sheets, draw_tile
+    from renderers.fsr.classic.shells.vector.kernels import take_shell
+    from renderers.fsr.classic.vector.kernels import draw_tiles
 
-    return KernelSet(project_splats, draw_tile, draw_sheets)
+    return KernelSet(take_shell, project_splats, draw_tiles)

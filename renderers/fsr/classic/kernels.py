@@ -12,7 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.fsr.classic.projection.kernels import CUT, KEYS, RECORD, absorbed
+from renderers.fsr.classic.projection.kernels import CUT, RECORD, absorbed
+from renderers.fsr.classic.shells.kernels import key_of
 from renderers.fsr.classic.tiles import (
     ACROSS,
     SIDE,
@@ -24,6 +25,7 @@ from renderers.fsr.classic.tiles import (
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
+I64 = NDArray[np.int64]
 Real = float | np.float32
 
 EDGE = math.exp(-0.5 * CUT**2)
@@ -59,9 +61,9 @@ def squares_of_box(box_x: int, box_y: int, left: int, top: int) -> Any:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _footprint(dx: Any, slim: Any, cross: Any, rest: Any) -> Any:
+def _footprint(z: Any) -> Any:
     """Weigh a pixel: one at the centre, zero from the cut on."""
-    z = max(dx * (dx * slim + cross) + rest, np.float32(-0.57))
+    z = max(z, np.float32(-0.57))
     g = z * FALL[2] + FALL[1]
     g = g * z + FALL[0]
     g = g * z + _ONE
@@ -72,24 +74,48 @@ def _footprint(dx: Any, slim: Any, cross: Any, rest: Any) -> Any:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def open_tile(left: int, top: int, width: int, height: int, state: F32) -> Any:
-    """Let all light through where the picture is, none beyond; give its squares."""
-    alive = np.int64(0)
-    for k in range(SQUARES):
-        x = left + k % ACROSS * SIDE
-        y = top + k // ACROSS * SIDE
-        if x < width and y < height:
-            alive |= np.int64(1) << k
-        for p in range(SQUARE):
-            ahead = x + p % SIDE < width and y + p // SIDE < height
-            state[k * STATE + p] = 1 if ahead else 0
-            for c in range(1, 4):
-                state[k * STATE + c * SQUARE + p] = 0
-    return alive
+def limit_tile(limit_mm: F32, left: int, top: int, limits: F32) -> bool:
+    """Lay a tile's part of the limits out in squares; say whether there is any."""
+    found = False
+    height, width = limit_mm.shape
+    for y in range(top, min(top + TILE_SIDE, height)):
+        for x in range(left, min(left + TILE_SIDE, width)):
+            k = (y - top) // SIDE * ACROSS + (x - left) // SIDE
+            p = (y - top) % SIDE * SIDE + (x - left) % SIDE
+            limits[k * SQUARE + p] = limit_mm[y, x]
+            found = found or limit_mm[y, x] != np.inf
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def open_tiles(
+    tiles: I32, across: int, width: int, height: int, states: F32, depths: F32,
+    alive: I64,
+) -> None:  # fmt: skip
+    """Let all light through where the picture is, none beyond.
+
+    tiles: those to open. states: ``(tiles, STATE * SQUARES)``. depths: a value per
+    pixel of each tile, or none. alive: each tile's squares that take light, as bits.
+    """
+    for n in range(tiles.shape[0]):
+        t = tiles[n]
+        left = t % across * TILE_SIDE
+        top = t // across * TILE_SIDE
+        alive[t] = 0
+        states[t] = 0
+        depths[t] = np.inf
+        for k in range(SQUARES):
+            x = left + k % ACROSS * SIDE
+            y = top + k // ACROSS * SIDE
+            if x < width and y < height:
+                alive[t] |= np.int64(1) << k
+            for p in range(SQUARE):
+                ahead = x + p % SIDE < width and y + p // SIDE < height
+                states[t, k * STATE + p] = 1 if ahead else 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def close_tile(
+def _close_tile(
     state: F32, depths: F32, left: int, top: int, with_depth: bool, image: F32,
     depth: F32,
 ) -> None:  # fmt: skip
@@ -109,23 +135,11 @@ def close_tile(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def draw_tile(
-    records: F32, boxes: I32, items: I32, left: int, top: int,
-    points: bool, cut: Real, with_depth: bool, limits: F32, columns: F32,
-    lines: F32, state: F32, depths: F32, image: F32, depth: F32,
-) -> int:  # fmt: skip
-    """Blend a tile's splats one by one, near ones first, and write its pixels.
-
-    boxes: the memory of `records`. items: which of them, in order. cut: a square
-    whose pixels all have T at or below this takes no more. limits: per pixel of the
-    tile, depth from which nothing is seen, in squares; no elements where there is
-    none. columns, lines: per pixel, in squares, its place in the tile. state, depths:
-    scratch. depth: where T first falls to one half. Returns the
-    fragments: the pixels of the squares drawn.
-    """
-    alive = open_tile(left, top, image.shape[1], image.shape[0], state)
-    if with_depth:
-        depths[:] = np.inf
+def _blend_splats(
+    records: F32, boxes: I32, items: I32, left: int, top: int, points: bool, cut: Real,
+    limits: F32, with_depth: bool, state: F32, depths: F32, alive: Any,
+) -> Any:  # fmt: skip
+    """Blend a tile's splats one by one; give its live squares, and those drawn."""
     squares = 0
     for m in range(items.shape[0]):
         if alive == 0:
@@ -147,14 +161,17 @@ def draw_tile(
                 continue
             squares += 1
             bright = False
+            x0 = np.float32(k % ACROSS * SIDE) - x
+            y0 = np.float32(k // ACROSS * SIDE) - y
             for p in range(SQUARE):
-                dx = columns[k * SQUARE + p] - x
-                dy = lines[k * SQUARE + p] - y
+                dx = np.float32(p % SIDE) + x0
+                dy = np.float32(p // SIDE) + y0
                 if points:
                     inside = -half <= dx < half and -half <= dy < half
                     w = gain if inside else _ZERO
                 else:
-                    w = _footprint(dx, slim, dy * cross, dy * dy * flat) * gain
+                    z = dx * (dx * slim + dy * cross) + dy * dy * flat
+                    w = _footprint(z) * gain
                 if limits.size > 0 and not far < limits[k * SQUARE + p]:
                     w = _ZERO
                 at = k * STATE + p
@@ -169,8 +186,7 @@ def draw_tile(
                 bright = bright or after > cut
             if not bright:
                 alive &= ~(np.int64(1) << k)
-    close_tile(state, depths, left, top, with_depth, image, depth)
-    return squares * SQUARE
+    return alive, squares
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -200,28 +216,18 @@ def _end_sheet(
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def sheet_of(depth: Real, low: Real, scale: Real, thickness: Real) -> Any:
     """Number a depth's sheet by its key, so that no sheet is come back to."""
-    step = min(max((depth - low) * scale, _ZERO), np.float32(KEYS - 1))
-    return math.floor(np.floor(step) / thickness)
+    return math.floor(key_of(depth, low, scale) / thickness)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def draw_sheets(
-    records: F32, boxes: I32, items: I32, left: int, top: int,
-    low: Real, scale: Real, thickness: Real, cut: Real, with_depth: bool, limits: F32,
-    columns: F32, lines: F32, state: F32, depths: F32, sums: F32, sheets: I32, far: F32,
-    image: F32, depth: F32,
-) -> int:  # fmt: skip
-    """Do as `draw_tile`, but sum optical depth per sheet of depth.
-
-    low, scale: map depth to the keys by which items are in order. thickness: of a
-    sheet, in keys. sums: as state. sheets, far: per square, the sheet that it sums and
-    the depth of the sheet's middle.
-    """
-    alive = open_tile(left, top, image.shape[1], image.shape[0], state)
-    if with_depth:
-        depths[:] = np.inf
+def _sum_sheets(
+    records: F32, boxes: I32, items: I32, left: int, top: int, low: Real, scale: Real,
+    thickness: Real, cut: Real, limits: F32, with_depth: bool, sums: F32, sheets: I32,
+    far: F32, state: F32, depths: F32, alive: Any,
+) -> Any:  # fmt: skip
+    """Do as `_blend_splats`, but sum optical depth per sheet of depth."""
     sums[:] = 0
-    sheets[:] = -(1 << 30)
+    sheets[:] = -1
     squares = 0
     for m in range(items.shape[0]):
         if alive == 0:
@@ -247,10 +253,13 @@ def draw_sheets(
                     alive &= ~(np.int64(1) << k)
                     continue
             squares += 1
+            x0 = np.float32(k % ACROSS * SIDE) - x
+            y0 = np.float32(k // ACROSS * SIDE) - y
             for p in range(SQUARE):
-                dx = columns[k * SQUARE + p] - x
-                dy = lines[k * SQUARE + p] - y
-                w = _footprint(dx, slim, dy * cross, dy * dy * flat) * gain
+                dx = np.float32(p % SIDE) + x0
+                dy = np.float32(p // SIDE) + y0
+                z = dx * (dx * slim + dy * cross) + dy * dy * flat
+                w = _footprint(z) * gain
                 if limits.size > 0 and not here < limits[k * SQUARE + p]:
                     w = _ZERO
                 at = k * STATE + p
@@ -258,6 +267,53 @@ def draw_sheets(
                 for c in range(3):
                     sums[at + (c + 1) * SQUARE] += w * records[o + 8 + c]
     for k in range(SQUARES):
-        _end_sheet(k, sums, cut, with_depth, state, depths, far)
-    close_tile(state, depths, left, top, with_depth, image, depth)
-    return squares * SQUARE
+        if sheets[k] < 0:
+            continue
+        if not _end_sheet(k, sums, cut, with_depth, state, depths, far):
+            alive &= ~(np.int64(1) << k)
+    return alive, squares
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def draw_tiles(
+    records: F32, boxes: I32, items: I32, start: I64, tiles: I32, across: int,
+    points: bool, cut: Real, sheets_of: F32, limit_mm: F32, last: bool, limits: F32,
+    sums: F32, sheets: I32, far: F32, states: F32, depths: F32, alive: I64, image: F32,
+    depth: F32,
+) -> int:  # fmt: skip
+    """Blend splats into tiles, near ones first; write the tiles that are finished.
+
+    boxes: the memory of `records`. items, start: which of them, tile by tile. tiles:
+    those to draw. cut: a square whose pixels all have T at or below this takes no
+    more. sheets_of: low and scale, which map depth to the keys by which items are in
+    order, and a sheet's thickness in keys; no elements where splats are blended one by
+    one. limit_mm: per pixel of the picture the depth from which nothing is seen; no
+    elements where there is none. last: no more splats will come. limits, sums,
+    sheets, far: scratch of a tile. states, depths, alive: see `open_tiles`. depth:
+    where T first falls to one half; no elements where it is not wanted. Returns the
+    fragments: the pixels of the squares drawn.
+    """
+    fragments = 0
+    with_depth = depth.size > 0
+    for n in range(tiles.shape[0]):
+        t = tiles[n]
+        left = t % across * TILE_SIDE
+        top = t // across * TILE_SIDE
+        some = limit_mm.size > 0 and limit_tile(limit_mm, left, top, limits)
+        bound = limits if some else limits[:0]
+        listed = items[start[t] : start[t + 1]]
+        if sheets_of.size > 0:
+            alive[t], squares = _sum_sheets(
+                records, boxes, listed, left, top, sheets_of[0], sheets_of[1],
+                sheets_of[2], cut, bound, with_depth, sums, sheets, far, states[t],
+                depths[t], alive[t],
+            )  # fmt: skip
+        else:
+            alive[t], squares = _blend_splats(
+                records, boxes, listed, left, top, points, cut, bound, with_depth,
+                states[t], depths[t], alive[t],
+            )  # fmt: skip
+        fragments += squares * SQUARE
+        if last or alive[t] == 0:
+            _close_tile(states[t], depths[t], left, top, with_depth, image, depth)
+    return fragments

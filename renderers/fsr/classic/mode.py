@@ -1,4 +1,4 @@
-"""How splats are drawn: fast, or right."""
+"""How splats are drawn: fast, or right; and in which order."""
 
 from enum import Enum
 
@@ -16,3 +16,16 @@ class SplatMode(Enum):
     POINTS = "points"
     GAUSSIAN = "gaussian"
     SHEET = "sheet"
+
+
+class Traversal(Enum):
+    """Name an order of splats.
+
+    DISTANCE: from the eye, counted, not compared; does not change when the eye only
+    turns. GRID: that of 1995, slices, rows and columns from the far side to the eye's
+    own, which needs no sort; in a perspective view wide footprints of that slice shine
+    through nearer walls beside them.
+    """
+
+    DISTANCE = "distance"
+    GRID = "grid"

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.classic.projection.kernels import paint_splats
+from renderers.fsr.classic.painting.kernels import paint_splats
 from renderers.fsr.fuzzy_set import FuzzySet
 from renderers.scene import Scene
 
@@ -17,7 +17,9 @@ class PaintedSet:
     from splat to splat. Neither depends on the eye.
 
     rows: where splats are. places: ``(n, 4)`` float32, grid place (i, j, k) and
-    extinction times volume (mm^2). paints: ``(n, 4)`` float32 linear RGB, lit.
+    extinction times volume (mm^2). paints: ``(n, 4)`` float32 linear RGB, lit, and
+    the size in grid steps. columns: ``(n,)`` float32, grid place i once more.
+    widest_mm: the largest spacing. sheet_mm: their mean.
     """
 
     def __init__(self, fuzzy_set: FuzzySet, scene: Scene) -> None:
@@ -30,6 +32,8 @@ class PaintedSet:
         # one to spare: vectors read the first splat where they have none
         room = max(len(fuzzy_set), 1)
         self.rows = fuzzy_set.rows
+        self.widest_mm = float(scene.volume.spacing_mm.max())
+        self.sheet_mm = float(np.prod(scene.volume.spacing_mm) ** (1 / 3))
         self.places: NDArray[np.float32] = np.zeros((room, 4), np.float32)
         self.paints: NDArray[np.float32] = np.zeros((room, 4), np.float32)
         paint_splats(
@@ -49,3 +53,4 @@ class PaintedSet:
             self.places,
             self.paints,
         )
+        self.columns: NDArray[np.float32] = np.ascontiguousarray(self.places[:, 0])

@@ -1,28 +1,58 @@
-"""Memory in which one thread draws its tiles of mode `classic`."""
+"""Memory in which tiles of mode `classic` are drawn."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.classic.tiles import ACROSS, SIDE, SQUARE, SQUARES, STATE
+from renderers.fsr.classic.tiles import SQUARE, SQUARES, STATE
 from renderers.fsr.scope.scratch import lined_up
 
 
 class TileScratch:
-    """Hold a tile's light and colours, its depth, and a sheet being summed.
+    """Hold what one thread needs of the tile it draws.
 
-    state, sums: four floats a pixel. depths, limits: one. sheets, far: one a square.
-    columns, lines: the place of every pixel in the tile.
+    limits: a float a pixel. sums: four of a sheet. sheets, far: one a square.
     """
 
     def __init__(self) -> None:
-        self.state: NDArray[np.float32] = lined_up(SQUARES * STATE)
-        self.sums: NDArray[np.float32] = lined_up(SQUARES * STATE)
-        self.depths: NDArray[np.float32] = lined_up(SQUARES * SQUARE)
         self.limits: NDArray[np.float32] = lined_up(SQUARES * SQUARE)
-        self.far: NDArray[np.float32] = lined_up(SQUARES)
+        self.sums: NDArray[np.float32] = lined_up(SQUARES * STATE)
         self.sheets: NDArray[np.int32] = lined_up(SQUARES, np.int32)
-        self.columns: NDArray[np.float32] = lined_up(SQUARES * SQUARE)
-        self.lines: NDArray[np.float32] = lined_up(SQUARES * SQUARE)
-        square, pixel = np.divmod(np.arange(SQUARES * SQUARE), SQUARE)
-        self.columns[:] = square % ACROSS * SIDE + pixel % SIDE
-        self.lines[:] = square // ACROSS * SIDE + pixel // SIDE
+        self.far: NDArray[np.float32] = lined_up(SQUARES)
+
+
+class TileStates:
+    """Hold the tiles of a picture between one piece of its splats and the next.
+
+    states: ``(tiles, 4 floats a pixel)`` light and colours. depths: ``(tiles, one a
+    pixel)``, or none. alive: ``(tiles,)`` int64, the squares that take light, a bit
+    each; all, until a tile is opened. start: room for the tiles' lists.
+    """
+
+    def __init__(self, down: int, across: int, with_depth: bool) -> None:
+        tiles = down * across
+        self.shape = down, across, with_depth
+        self.states: NDArray[np.float32] = lined_up(tiles * SQUARES * STATE)
+        self.states = self.states.reshape(tiles, -1)
+        depths = SQUARES * SQUARE if with_depth else 0
+        self.depths: NDArray[np.float32] = lined_up(tiles * depths)
+        self.depths = self.depths.reshape(tiles, depths)
+        self.alive: NDArray[np.int64] = np.full(tiles, -1, np.int64)
+        self.start: NDArray[np.int64] = np.empty(tiles + 2, np.int64)
+
+    def to_draw(self, *, all_: bool) -> NDArray[np.int32]:
+        """List the tiles that take light: those with splats, or all of them."""
+        has_splats = np.diff(self.start[:-1]) > 0
+        return np.flatnonzero((self.alive != 0) & (all_ | has_splats)).astype(np.int32)
+
+    def waiting_sets(self) -> NDArray[np.int32]:
+        """Give ``(down + 3, across + 3)`` sets of tiles that take light, as bits.
+
+        See `take_shell`.
+        """
+        down, across, _ = self.shape
+        one = np.zeros((down + 4, across + 4), np.int32)
+        one[1 : down + 1, 1 : across + 1] = self.alive.reshape(down, across) != 0
+        beside = one[:, :-1] | one[:, 1:]
+        below = one[:-1, :-1] | one[1:, :-1]
+        all_ = beside[:-1] | beside[1:]
+        return one[:-1, :-1] | beside[:-1] << 1 | below << 2 | all_ << 3

@@ -26,20 +26,32 @@ def _turn(step: int, n: int, eye: int) -> int:
     return eye
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _first_from(x: U16, first: int, end: int, column: int) -> int:
+    """Find the first of a row's elements that is not before a column."""
+    while first < end:
+        middle = (first + end) >> 1
+        if x[middle] < column:
+            first = middle + 1
+        else:
+            end = middle
+    return first
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def cull_rows(
     offsets: I64, x: U16, nx: int, ny: int, nz: int, planes: F64, eye_mm: F64,
-    axes_mm: F64, reach_mm: float, eye_index: I64, index: I32, row_of: I32,
+    axes_mm: F64, reach_mm: float, eye_index: I64, spans: I32,
 ) -> tuple[int, int]:  # fmt: skip
-    """List the elements of all rows inside the view, far to near.
+    """Clip all rows against the view; list what is left of them, far to near.
 
     planes: ``(p, 4)`` float64, a point (i, j, k) is inside where
         ``a i + b j + c k + d >= 0`` for all of them.
     eye_mm, axes_mm: world position of voxel 0 from the eye, and ``(3, 3)`` world
         steps of i, j, k in rows; elements farther than `reach_mm` are left out.
     eye_index: the eye's voxel (i, j, k), clamped into the grid.
-    index, row_of: room for every element and its row ``k * ny + j``.
-    Returns (elements, rows kept).
+    spans: ``(rows, 3)``, a row ``k * ny + j`` and its first and last + 1 element.
+    Returns (spans, elements).
     """
     n = 0
     kept = 0
@@ -92,39 +104,35 @@ def cull_rows(
                     high = -1.0
             if high < low:
                 continue
-            lo = math.ceil(low - 1e-6)
-            hi = math.floor(high + 1e-6)
-            # binary search for the ends of the clipped interval
-            a = first
-            b_ = end
-            while a < b_:
-                middle = (a + b_) >> 1
-                if x[middle] < lo:
-                    a = middle + 1
-                else:
-                    b_ = middle
-            first = a
-            b_ = end
-            while a < b_:
-                middle = (a + b_) >> 1
-                if x[middle] <= hi:
-                    a = middle + 1
-                else:
-                    b_ = middle
-            end = a
+            first = _first_from(x, first, end, math.ceil(low - 1e-6))
+            end = _first_from(x, first, end, math.floor(high + 1e-6) + 1)
             if first == end:
                 continue
+            spans[kept, 0] = row
+            spans[kept, 1] = first
+            spans[kept, 2] = end
             kept += 1
-            s = first
-            while s < end and x[s] < eye_index[0]:
-                index[n] = s
-                row_of[n] = row
-                n += 1
-                s += 1
-            t = end - 1
-            while t >= s:
-                index[n] = t
-                row_of[n] = row
-                n += 1
-                t -= 1
-    return n, kept
+            n += end - first
+    return kept, n
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def list_spans(
+    spans: I32, kept: int, x: U16, eye_column: int, index: I32, row_of: I32
+) -> None:
+    """List the elements of the first spans: each row from both ends to the eye's."""
+    n = 0
+    for span in range(kept):
+        s = spans[span, 1]
+        end = spans[span, 2]
+        while s < end and x[s] < eye_column:
+            index[n] = s
+            row_of[n] = spans[span, 0]
+            n += 1
+            s += 1
+        t = end - 1
+        while t >= s:
+            index[n] = t
+            row_of[n] = spans[span, 0]
+            n += 1
+            t -= 1

@@ -1,8 +1,7 @@
-"""Splats of mode `classic`: lit once for all views, then projected for each.
+"""Splats of mode `classic`, projected for one view.
 
-Diffuse light and the classified colour do not depend on where the eye is, so a set is
-painted once. Projection is the affine map at the splat's centre (Zwicker et al., EWA
-splatting, IEEE TVCG 2002), for three lens laws.
+Projection is the affine map at the splat's centre (Zwicker et al., EWA splatting,
+IEEE TVCG 2002), for three lens laws.
 """
 
 import math
@@ -12,14 +11,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.fsr.classic.ordering.kernels import NOWHERE
 from renderers.fsr.classic.tiles import SIDE, TILE_SHIFT
 
 F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
-I64 = NDArray[np.int64]
-I16 = NDArray[np.int16]
-U16 = NDArray[np.uint16]
 Real = float | np.float32
 
 RECORD = 12
@@ -31,12 +27,6 @@ bits, sixteen each from the lowest."""
 ANTIALIAS = 0.3
 """Squared pixels added to a footprint's covariance, so that small ones keep mass."""
 
-KEYS = 4096
-"""Distances told apart by the order: of 130 mm, steps of 32 microns."""
-
-NOWHERE = 255
-"""A range of tiles that ends before it begins."""
-
 CUT = 3.0
 """Sigmas at which a footprint ends."""
 
@@ -45,17 +35,16 @@ OPAQUEST = 1.0 - 1e-6
 OVERLAP = 1e-4
 """Pixels added to half a point's side: rounding must not open gaps between them."""
 
-_UNDEFINED = -32768
 _ONE = np.float32(1)
 _ZERO = np.float32(0)
 _HALF = np.float32(0.5)
-_LOG2E = np.float32(1 / math.log(2))
+LOG2E = np.float32(1 / math.log(2))
 
 # 2^x on -0.5..0.5
-_POWER = tuple(np.float32(math.log(2) ** k / math.factorial(k)) for k in range(1, 7))
+POWER = tuple(np.float32(math.log(2) ** k / math.factorial(k)) for k in range(1, 7))
 
 # Abramowitz and Stegun 4.4.49: arctan(x) / x on 0..1, error below 2e-8.
-_ATAN = (
+ATAN = (
     np.float32(-0.3333314528), np.float32(0.1999355085), np.float32(-0.1420889944),
     np.float32(0.1065626393), np.float32(-0.0752896400), np.float32(0.0429096138),
     np.float32(-0.0161657367), np.float32(0.0028662257),
@@ -68,13 +57,13 @@ def polar_angle(rho: Any, z: Any) -> Any:
     size = abs(z)
     x = min(rho, size) / max(max(rho, size), np.float32(1e-30))
     s = x * x
-    p = s * _ATAN[7] + _ATAN[6]
-    p = p * s + _ATAN[5]
-    p = p * s + _ATAN[4]
-    p = p * s + _ATAN[3]
-    p = p * s + _ATAN[2]
-    p = p * s + _ATAN[1]
-    p = p * s + _ATAN[0]
+    p = s * ATAN[7] + ATAN[6]
+    p = p * s + ATAN[5]
+    p = p * s + ATAN[4]
+    p = p * s + ATAN[3]
+    p = p * s + ATAN[2]
+    p = p * s + ATAN[1]
+    p = p * s + ATAN[0]
     a = p * s * x + x
     if rho > size:
         a = np.float32(0.5 * math.pi) - a
@@ -90,105 +79,34 @@ def absorbed(depth: Real) -> Any:
         p = p * depth + np.float32(1 / 6)
         p = p * depth - _HALF
         return depth * (p * depth + _ONE)
-    y = max(-depth * _LOG2E, np.float32(-126))
+    y = max(-depth * LOG2E, np.float32(-126))
     n = math.floor(y + _HALF)
     f = y - np.float32(n)
-    p = f * _POWER[5] + _POWER[4]
-    p = p * f + _POWER[3]
-    p = p * f + _POWER[2]
-    p = p * f + _POWER[1]
-    p = p * f + _POWER[0]
+    p = f * POWER[5] + POWER[4]
+    p = p * f + POWER[3]
+    p = p * f + POWER[2]
+    p = p * f + POWER[1]
+    p = p * f + POWER[0]
     p = p * f + _ONE
     return _ONE - np.float32(math.ldexp(p, n))
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _decode(octahedral: I16, s: int) -> tuple[float, float, float]:
-    """Unpack a normal; zeros where the gradient vanished."""
-    if octahedral[s, 0] == _UNDEFINED:
-        return 0.0, 0.0, 0.0
-    x = octahedral[s, 0] / 32767.0
-    y = octahedral[s, 1] / 32767.0
-    z = 1.0 - abs(x) - abs(y)
-    if z < 0:
-        a = (1.0 - abs(y)) * (1.0 if x >= 0 else -1.0)
-        y = (1.0 - abs(x)) * (1.0 if y >= 0 else -1.0)
-        x = a
-    r = 1.0 / math.sqrt(x * x + y * y + z * z)
-    return x * r, y * r, z * r
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def paint_splats(
-    offsets: I64, x: U16, ny: int, octahedral: I16, value: F32,
-    world_from_voxel: F64, volume_mm3: float, table: F32, table_low: float,
-    table_scale: float, lights: F64, ambient: float, diffuse: float, places: F32,
-    paints: F32,
-) -> None:  # fmt: skip
-    """Write what all views share: grid places with optical mass, lit colours.
-
-    table: ``(m, 4)`` colour and extinction over densities. lights: ``(l, 7)`` vector,
-    colour, 1 if local. places: ``(n, 4)`` i, j, k and extinction times volume (mm^2).
-    paints: ``(n, 4)`` linear RGB, the last unused.
-    """
-    m = world_from_voxel
-    for row in range(offsets.shape[0] - 1):
-        j = float(row % ny)
-        k = float(row // ny)
-        for s in range(offsets[row], offsets[row + 1]):
-            i = float(x[s])
-            t = (value[s] - table_low) * table_scale + 0.5
-            c = min(max(int(t), 0), table.shape[0] - 1)
-            nx, ny_, nz = _decode(octahedral, s)
-            red = ambient
-            green = ambient
-            blue = ambient
-            if nx == 0 and ny_ == 0 and nz == 0:
-                # no normal, no shading: the plain colour
-                red = green = blue = 1.0
-            else:
-                for light in range(lights.shape[0]):
-                    lx, ly, lz = lights[light, 0], lights[light, 1], lights[light, 2]
-                    if lights[light, 6] > 0:
-                        lx -= m[0, 0] * i + m[0, 1] * j + m[0, 2] * k + m[0, 3]
-                        ly -= m[1, 0] * i + m[1, 1] * j + m[1, 2] * k + m[1, 3]
-                        lz -= m[2, 0] * i + m[2, 1] * j + m[2, 2] * k + m[2, 3]
-                        r = 1.0 / max(math.sqrt(lx * lx + ly * ly + lz * lz), 1e-9)
-                        lx *= r
-                        ly *= r
-                        lz *= r
-                    f = diffuse * max(nx * lx + ny_ * ly + nz * lz, 0.0)
-                    red += f * lights[light, 3]
-                    green += f * lights[light, 4]
-                    blue += f * lights[light, 5]
-            places[s, 0] = i
-            places[s, 1] = j
-            places[s, 2] = k
-            places[s, 3] = table[c, 3] * volume_mm3
-            paints[s, 0] = table[c, 0] * red
-            paints[s, 1] = table[c, 1] * green
-            paints[s, 2] = table[c, 2] * blue
-            paints[s, 3] = 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def project_splats(
     index: I32, n: int, places: F32, paints: F32, base: F32, matrix: F32, sigma: Real,
-    projection: int, scale: Real, width: int, height: int, nearest: Real, peaks: F32,
-    points: bool, sheet_share: Real, depth_low: Real, depth_scale: Real, records: F32,
-    boxes: I32, heads: I32, near: I32,
-) -> tuple[int, int]:  # fmt: skip
+    projection: int, scale: Real, width: int, height: int, widest: Real, peaks: F32,
+    points: bool, sheet_share: Real, records: F32, boxes: I32, ranges: I32,
+) -> int:  # fmt: skip
     """Write records of the first n splats; give the number of those that may show.
 
     index: says which. base: a grid point near the eye, from which places
     are counted. matrix: ``(3, 4)``, camera frame from grid steps away from it.
-    sigma: of a footprint, in grid steps. scale: pixels per radian, tangent or mm.
-    nearest: splats of a squared angular sigma above this are listed in `near`
-    instead, the second number given; orthographic ones never are. points: squares of
-    constant opacity. sheet_share: not zero in sheets, where a peak is an optical
-    depth: the footprint's sum over sigma squared. depth_low, depth_scale: map depth to
-    `KEYS`. boxes: the memory of `records`. heads: ``(n, 4)`` first and last tile column
-    and row, a byte each from the lowest, `NOWHERE` for what does not show; the key.
+    sigma: of a footprint of size one, in grid steps. scale: pixels per radian,
+    tangent or mm. widest: splats of a squared angular sigma above this are left out;
+    orthographic ones never are. points: squares of constant opacity. sheet_share: not
+    zero in sheets, where a peak is an optical depth: the footprint's sum over sigma
+    squared. boxes: the memory of `records`. ranges: first and last tile column and
+    row, a byte each from the lowest, `NOWHERE` for what does not show.
     """
     m = matrix
     s2 = sigma * sigma
@@ -197,11 +115,9 @@ def project_splats(
     half_height = np.float32(0.5 * height)
     top = np.float32(peaks.shape[0] - 1)
     visible = 0
-    nears = 0
     for e in range(n):
         s = index[e]
-        heads[e, 0] = NOWHERE
-        heads[e, 1] = KEYS - 1
+        ranges[e] = NOWHERE
         dx = places[s, 0] - base[0]
         dy = places[s, 1] - base[1]
         dz = places[s, 2] - base[2]
@@ -256,18 +172,18 @@ def project_splats(
             xx = xx + p * p
             xy = xy + p * q
             yy = yy + q * q
+        q = paints[s, 3] * paints[s, 3]
         # pixels of one projected voxel; a lattice has this area per splat
-        cell = np.float32(math.sqrt(max(xx * yy - xy * xy, np.float32(1e-30))))
+        cell = np.float32(math.sqrt(max(xx * yy - xy * xy, np.float32(1e-30)))) * q
         before = cell * s2
-        if projection != 2 and not before <= d2 * area * nearest:
-            near[nears] = s
-            nears += 1
+        if projection != 2 and not before <= d2 * area * widest:
             continue
+        q = q * s2
         tau = places[s, 3] * area / cell
         side = max(np.float32(math.sqrt(cell)), _ONE) * _HALF + np.float32(OVERLAP)
-        xx = xx * s2 + soften
-        yy = yy * s2 + soften
-        xy = xy * s2
+        xx = xx * q + soften
+        yy = yy * q + soften
+        xy = xy * q
         root = np.float32(math.sqrt(xx * yy - xy * xy))
         det = root * root
         peak: Any
@@ -298,10 +214,7 @@ def project_splats(
         left, right, top_, bottom = int(x0), int(x1), int(y0), int(y1)
         columns = left >> TILE_SHIFT | right >> TILE_SHIFT << 8
         rows = top_ >> TILE_SHIFT | bottom >> TILE_SHIFT << 8
-        heads[e, 0] = np.int32(columns | rows << 16)
-        depth = z if projection == 2 else distance
-        step = (depth - depth_low) * depth_scale
-        heads[e, 1] = int(min(max(step, _ZERO), np.float32(KEYS - 1)))
+        ranges[e] = np.int32(columns | rows << 16)
         record = records[e]
         record[0] = u
         record[1] = v
@@ -309,11 +222,11 @@ def project_splats(
         record[3] = -xy / det
         record[4] = xx / det
         record[5] = peak
-        record[6] = depth
+        record[6] = z if projection == 2 else distance
         boxes[e, 7] = left // SIDE | right // SIDE << 16
         record[8] = paints[s, 0]
         record[9] = paints[s, 1]
         record[10] = paints[s, 2]
         boxes[e, 11] = top_ // SIDE | bottom // SIDE << 16
         visible += 1
-    return visible, nears
+    return visible

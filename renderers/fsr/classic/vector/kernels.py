@@ -14,6 +14,7 @@ from renderers.fsr.classic.kernels import (
     EDGE,
     FALL,
     FLAT,
+    limit_tile,
     sheet_of,
     squares_of_box,
 )
@@ -25,6 +26,7 @@ from renderers.fsr.classic.tiles import (
     SQUARE,
     SQUARES,
     STATE,
+    TILE_SIDE,
 )
 from renderers.simd import (
     absolute,
@@ -43,6 +45,7 @@ from renderers.simd import (
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
+I64 = NDArray[np.int64]
 Real = float | np.float32
 
 _DE_BRUIJN = 0x03F79D71B4CB0A89
@@ -81,9 +84,9 @@ def _squares_of_ellipse(dx: Any, dy: Any, curve: Any, twist: Any, rise: Any) -> 
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _footprint(dx: Any, curve: Real, cross: Any, rest: Any) -> Any:
+def _footprint(z: Any) -> Any:
     """Weigh pixels: one at the centre, zero from the cut on."""
-    z = maximum(dx * (dx * curve + cross) + rest, np.float32(-0.57))
+    z = maximum(z, np.float32(-0.57))
     g = z * FALL[2] + FALL[1]
     g = g * z + FALL[0]
     g = g * z + _ONE
@@ -91,24 +94,6 @@ def _footprint(dx: Any, curve: Real, cross: Any, rest: Any) -> Any:
     g = g * g
     g = g * g
     return maximum(g - np.float32(EDGE), _ZERO)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _open_tile(left: int, top: int, width: int, height: int, state: F32) -> Any:
-    """Let all light through where the picture is, none beyond; give its squares."""
-    alive = np.int64(0)
-    zero = full(_ZERO, SQUARE)
-    for k in range(SQUARES):
-        x = left + k % ACROSS * SIDE
-        y = top + k // ACROSS * SIDE
-        if x < width and y < height:
-            alive |= np.int64(1) << k
-        ahead = (lanes(SQUARE) & 3) < width - x
-        ahead &= (lanes(SQUARE) >> 2) < height - y
-        store(state, k * STATE, select(ahead, full(_ONE, SQUARE), _ZERO))
-        for c in range(SQUARE, STATE, SQUARE):
-            store(state, k * STATE + c, zero)
-    return alive
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -150,17 +135,15 @@ def _close_tile(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def draw_tile(
-    records: F32, boxes: I32, items: I32, left: int, top: int,
-    points: bool, cut: Real, with_depth: bool, limits: F32, columns: F32,
-    lines: F32, state: F32, depths: F32, image: F32, depth: F32,
-) -> int:  # fmt: skip
+def _blend_splats(
+    records: F32, boxes: I32, items: I32, left: int, top: int, points: bool, cut: Real,
+    limits: F32, with_depth: bool, state: F32, depths: F32, alive: Any,
+) -> Any:  # fmt: skip
     """Do as the scalar twin."""
-    alive = _open_tile(left, top, image.shape[1], image.shape[0], state)
-    if with_depth:
-        depths[:] = np.inf
     limited = limits.size > 0
     one = np.int64(1)
+    a = f32(lanes(SQUARE) & 3)
+    b = f32(lanes(SQUARE) >> 2)
     squares = 0
     for m in range(items.shape[0]):
         if alive == 0:
@@ -184,15 +167,18 @@ def draw_tile(
             k = _POWERS[((live & -live) * _DE_BRUIJN) >> 58 & 63]
             live &= live - one
             squares += 1
-            at = k * SQUARE
-            dx = load(columns, at, SQUARE) - x
-            dy = load(lines, at, SQUARE) - y
+            x0 = np.float32((k & 7) * SIDE) - x
+            y0 = np.float32((k >> 3) * SIDE) - y
             if points:
+                dx = a + x0
+                dy = b + y0
                 inside = (dx >= -curve) & (dx < curve)
                 inside &= (dy >= -curve) & (dy < curve)
                 w = select(inside, gain, dx * _ZERO)
             else:
-                w = _footprint(dx, slim, dy * cross, dy * dy * flat) * gain
+                dx = a + x0
+                dy = b + y0
+                w = _footprint(dx * (dx * slim + dy * cross) + dy * dy * flat) * gain
             if limited:
                 w = select(load(limits, k * SQUARE, SQUARE) > far, w, _ZERO)
             at = k * STATE
@@ -213,8 +199,7 @@ def draw_tile(
                 store(depths, k * SQUARE, select(fallen, far, old))
             if not any_(after > cut):
                 alive &= ~(one << k)
-    _close_tile(state, depths, left, top, with_depth, image, depth)
-    return squares * SQUARE
+    return alive, squares
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -244,20 +229,18 @@ def _end_sheet(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def draw_sheets(
-    records: F32, boxes: I32, items: I32, left: int, top: int,
-    low: Real, scale: Real, thickness: Real, cut: Real, with_depth: bool, limits: F32,
-    columns: F32, lines: F32, state: F32, depths: F32, sums: F32, sheets: I32, far: F32,
-    image: F32, depth: F32,
-) -> int:  # fmt: skip
+def _sum_sheets(
+    records: F32, boxes: I32, items: I32, left: int, top: int, low: Real, scale: Real,
+    thickness: Real, cut: Real, limits: F32, with_depth: bool, sums: F32, sheets: I32,
+    far: F32, state: F32, depths: F32, alive: Any,
+) -> Any:  # fmt: skip
     """Do as the scalar twin."""
-    alive = _open_tile(left, top, image.shape[1], image.shape[0], state)
-    if with_depth:
-        depths[:] = np.inf
     sums[:] = 0
-    sheets[:] = -(1 << 30)
+    sheets[:] = -1
     limited = limits.size > 0
     one = np.int64(1)
+    a = f32(lanes(SQUARE) & 3)
+    b = f32(lanes(SQUARE) >> 2)
     squares = 0
     for m in range(items.shape[0]):
         if alive == 0:
@@ -287,10 +270,11 @@ def draw_sheets(
                     alive &= ~(one << k)
                     continue
             squares += 1
-            at = k * SQUARE
-            dx = load(columns, at, SQUARE) - x
-            dy = load(lines, at, SQUARE) - y
-            w = _footprint(dx, slim, dy * cross, dy * dy * flat) * gain
+            x0 = np.float32((k & 7) * SIDE) - x
+            y0 = np.float32((k >> 3) * SIDE) - y
+            dx = a + x0
+            dy = b + y0
+            w = _footprint(dx * (dx * slim + dy * cross) + dy * dy * flat) * gain
             if limited:
                 w = select(load(limits, k * SQUARE, SQUARE) > here, w, _ZERO)
             at = k * STATE
@@ -302,6 +286,42 @@ def draw_sheets(
             at += SQUARE
             store(sums, at, load(sums, at, SQUARE) + w * blue)
     for k in range(SQUARES):
-        _end_sheet(k, sums, cut, with_depth, state, depths, far)
-    _close_tile(state, depths, left, top, with_depth, image, depth)
-    return squares * SQUARE
+        if sheets[k] < 0:
+            continue
+        if not _end_sheet(k, sums, cut, with_depth, state, depths, far):
+            alive &= ~(one << k)
+    return alive, squares
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def draw_tiles(
+    records: F32, boxes: I32, items: I32, start: I64, tiles: I32, across: int,
+    points: bool, cut: Real, sheets_of: F32, limit_mm: F32, last: bool, limits: F32,
+    sums: F32, sheets: I32, far: F32, states: F32, depths: F32, alive: I64, image: F32,
+    depth: F32,
+) -> int:  # fmt: skip
+    """Do as the scalar twin."""
+    fragments = 0
+    with_depth = depth.size > 0
+    for n in range(tiles.shape[0]):
+        t = tiles[n]
+        left = t % across * TILE_SIDE
+        top = t // across * TILE_SIDE
+        some = limit_mm.size > 0 and limit_tile(limit_mm, left, top, limits)
+        bound = limits if some else limits[:0]
+        listed = items[start[t] : start[t + 1]]
+        if sheets_of.size > 0:
+            alive[t], squares = _sum_sheets(
+                records, boxes, listed, left, top, sheets_of[0], sheets_of[1],
+                sheets_of[2], cut, bound, with_depth, sums, sheets, far, states[t],
+                depths[t], alive[t],
+            )  # fmt: skip
+        else:
+            alive[t], squares = _blend_splats(
+                records, boxes, listed, left, top, points, cut, bound, with_depth,
+                states[t], depths[t], alive[t],
+            )  # fmt: skip
+        fragments += squares * SQUARE
+        if last or alive[t] == 0:
+            _close_tile(states[t], depths[t], left, top, with_depth, image, depth)
+    return fragments

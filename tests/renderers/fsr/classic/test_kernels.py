@@ -1,59 +1,26 @@
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
-from renderers.fsr import FuzzySet, Inclusion, extract_fuzzy_set
+from renderers.fsr import FuzzySet
 from renderers.fsr.classic import SplatMode, SplatRasterizer
 from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import (
     Camera,
-    PhongMaterial,
-    Projection,
     Scene,
-    TransferFunction,
     Volume,
 )
 
-
-def transfer(kappa: float) -> TransferFunction:
-    return TransferFunction(
-        np.array([0.0, 50.0, 200.0]),
-        np.tile([0.8, 0.6, 0.4], (3, 1)),
-        np.array([0.0, kappa, kappa]),
-    )
-
-
-def unlit(volume: Volume, kappa: float) -> tuple[FuzzySet, Scene]:
-    scene = Scene(
-        volume,
-        transfer(kappa),
-        lights=(),
-        material=PhongMaterial(ambient=1.0, diffuse=0.0),
-    )
-    inclusion = Inclusion.opacity(scene.transfer_function, 1.0)
-    return extract_fuzzy_set(volume, inclusion, 1e-4), scene
-
-
-def slab(layers: int = 6, spacing: tuple[float, float, float] = (1, 1, 1)) -> Volume:
-    values = np.full((layers, 40, 40), 100, np.float32)
-    return Volume(values, np.array(spacing, float), np.zeros(3), background=0.0)
-
-
-def above(volume: Volume, half_mm: float = 8.0, size: int = 120) -> Camera:
-    x, y, _ = volume.center_mm
-    return Camera.looking_at(
-        (x, y, 80.0),
-        (x, y, 0.0),
-        up=(0, 1, 0),
-        extent=half_mm,
-        size=(size, size),
-        projection=Projection.ORTHOGRAPHIC,
-    )
+Splats = tuple[FuzzySet, Scene]
 
 
 def test_what_is_behind_an_instrument_is_hidden_pixel_by_pixel(
     team: ThreadTeam,
+    slab: Callable[..., Volume],
+    above: Callable[..., Camera],
+    unlit: Callable[..., Splats],
 ) -> None:
     volume = slab()
     drawer = SplatRasterizer(*unlit(volume, 0.3))
@@ -72,7 +39,12 @@ def test_what_is_behind_an_instrument_is_hidden_pixel_by_pixel(
         drawer.draw(camera, team, limit_mm=limit[:50])
 
 
-def test_depth_is_where_half_of_the_light_is_gone(team: ThreadTeam) -> None:
+def test_depth_is_where_half_of_the_light_is_gone(
+    team: ThreadTeam,
+    slab: Callable[..., Volume],
+    above: Callable[..., Camera],
+    unlit: Callable[..., Splats],
+) -> None:
     volume = slab()
     drawer = SplatRasterizer(*unlit(volume, 5.0))
     for mode in SplatMode:

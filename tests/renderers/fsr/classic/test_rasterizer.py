@@ -1,4 +1,5 @@
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -11,64 +12,24 @@ from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import (
     Camera,
     Light,
-    PhongMaterial,
     Projection,
     Scene,
     TransferFunction,
     Volume,
 )
 
-
-def transfer(kappa: float) -> TransferFunction:
-    return TransferFunction(
-        np.array([0.0, 50.0, 200.0]),
-        np.tile([0.8, 0.6, 0.4], (3, 1)),
-        np.array([0.0, kappa, kappa]),
-    )
-
-
-def unlit(volume: Volume, kappa: float) -> tuple[FuzzySet, Scene]:
-    scene = Scene(
-        volume,
-        transfer(kappa),
-        lights=(),
-        material=PhongMaterial(ambient=1.0, diffuse=0.0),
-    )
-    inclusion = Inclusion.opacity(scene.transfer_function, 1.0)
-    return extract_fuzzy_set(volume, inclusion, 1e-4), scene
-
-
-def slab(layers: int = 6, spacing: tuple[float, float, float] = (1, 1, 1)) -> Volume:
-    values = np.full((layers, 40, 40), 100, np.float32)
-    return Volume(values, np.array(spacing, float), np.zeros(3), background=0.0)
-
-
-def above(volume: Volume, half_mm: float = 8.0, size: int = 120) -> Camera:
-    x, y, _ = volume.center_mm
-    return Camera.looking_at(
-        (x, y, 80.0),
-        (x, y, 0.0),
-        up=(0, 1, 0),
-        extent=half_mm,
-        size=(size, size),
-        projection=Projection.ORTHOGRAPHIC,
-    )
-
-
-def blob(seed: int = 0) -> tuple[FuzzySet, Scene]:
-    """Splats of many densities and normals."""
-    rng = np.random.default_rng(seed)
-    volume = Volume(
-        rng.uniform(0, 120, (9, 10, 11)).astype(np.float32), np.ones(3), np.zeros(3)
-    )
-    scene = Scene(volume, transfer(0.8))
-    return extract_fuzzy_set(volume, Inclusion.density(0, 120), 60.0), scene
+Splats = tuple[FuzzySet, Scene]
 
 
 @pytest.mark.parametrize("kappa", [0.02, 0.2, 1.0])
 @pytest.mark.parametrize("spacing", [(1, 1, 1), (1, 1, 2.5), (1.4, 1, 1)])
 def test_a_uniform_slab_has_the_right_mean_opacity_and_little_ripple(
-    team: ThreadTeam, kappa: float, spacing: tuple[float, float, float]
+    team: ThreadTeam,
+    kappa: float,
+    spacing: tuple[float, float, float],
+    slab: Callable[..., Volume],
+    above: Callable[..., Camera],
+    unlit: Callable[..., Splats],
 ) -> None:
     volume = slab(spacing=spacing)
     image = SplatRasterizer(*unlit(volume, kappa)).draw(above(volume), team)
@@ -83,21 +44,34 @@ def test_a_uniform_slab_has_the_right_mean_opacity_and_little_ripple(
 
 
 @pytest.mark.parametrize("kappa", [0.05, 0.5])
-def test_point_splats_have_the_right_mean(team: ThreadTeam, kappa: float) -> None:
+def test_point_splats_have_the_right_mean(
+    team: ThreadTeam,
+    kappa: float,
+    slab: Callable[..., Volume],
+    above: Callable[..., Camera],
+    unlit: Callable[..., Splats],
+) -> None:
     volume = slab()
     drawer = SplatRasterizer(*unlit(volume, kappa))
     image = drawer.draw(above(volume, 7.3), team, SplatMode.POINTS)
     assert image.rgba[..., 3].mean() == pytest.approx(-math.expm1(-kappa * 6), rel=0.05)
 
 
-def test_a_thick_wall_is_opaque(team: ThreadTeam) -> None:
+def test_a_thick_wall_is_opaque(
+    team: ThreadTeam,
+    slab: Callable[..., Volume],
+    above: Callable[..., Camera],
+    unlit: Callable[..., Splats],
+) -> None:
     volume = slab()
     image = SplatRasterizer(*unlit(volume, 5.0)).draw(above(volume), team)
     assert image.rgba[..., 3].min() >= 0.99
     assert np.ptp(image.rgba[..., 3]) * 255 < 1
 
 
-def test_small_splats_keep_their_optical_depth(team: ThreadTeam) -> None:
+def test_small_splats_keep_their_optical_depth(
+    team: ThreadTeam, above: Callable[..., Camera], unlit: Callable[..., Splats]
+) -> None:
     """One voxel seen at any size has the same integral of optical depth."""
     values = np.zeros((5, 5, 5), np.float32)
     values[2, 2, 2] = 100
@@ -109,9 +83,14 @@ def test_small_splats_keep_their_optical_depth(team: ThreadTeam) -> None:
         assert total == pytest.approx(1e-3, rel=0.06)
 
 
-def test_an_empty_set_gives_a_transparent_picture(team: ThreadTeam) -> None:
+def test_an_empty_set_gives_a_transparent_picture(
+    team: ThreadTeam,
+    slab: Callable[..., Volume],
+    above: Callable[..., Camera],
+    of_one_kappa: Callable[[float], TransferFunction],
+) -> None:
     volume = slab()
-    scene = Scene(volume, transfer(1.0))
+    scene = Scene(volume, of_one_kappa(1.0))
     empty = extract_fuzzy_set(volume, Inclusion.density(0, 200), 150.0)
     drawer = SplatRasterizer(empty, scene)
     assert not drawer.draw(above(volume), team).rgba.any()
@@ -119,7 +98,7 @@ def test_an_empty_set_gives_a_transparent_picture(team: ThreadTeam) -> None:
 
 
 def test_bits_do_not_depend_on_the_number_of_threads(
-    team: ThreadTeam, three: ThreadTeam
+    team: ThreadTeam, three: ThreadTeam, blob: Callable[..., Splats]
 ) -> None:
     drawer = SplatRasterizer(*blob())
     for projection, extent in zip(Projection, (0.7, 0.7, 6.0), strict=True):
@@ -163,7 +142,7 @@ def sorted_picture(
 
 
 def test_grid_order_gives_the_picture_of_sorting_by_depth(
-    team: ThreadTeam,
+    team: ThreadTeam, blob: Callable[..., Splats]
 ) -> None:
     """Along an axis the orders differ only among the splats of one slice."""
     fuzzy, scene = blob(3)
@@ -182,7 +161,7 @@ def test_grid_order_gives_the_picture_of_sorting_by_depth(
 
 
 def test_an_eye_among_the_splats_sees_a_finite_picture(
-    team: ThreadTeam,
+    team: ThreadTeam, blob: Callable[..., Splats]
 ) -> None:
     drawer = SplatRasterizer(*blob())
     for projection in (Projection.EQUIDISTANT, Projection.PERSPECTIVE):
@@ -196,7 +175,7 @@ def test_an_eye_among_the_splats_sees_a_finite_picture(
 
 
 def test_a_local_light_far_away_equals_an_infinite_one(
-    team: ThreadTeam,
+    team: ThreadTeam, blob: Callable[..., Splats]
 ) -> None:
     fuzzy, scene = blob()
     direction = np.array([0.48, 0.6, 0.64])
@@ -217,7 +196,12 @@ def test_a_local_light_far_away_equals_an_infinite_one(
 @pytest.mark.parametrize("kappa", [0.02, 0.2, 1.0])
 @pytest.mark.parametrize("spacing", [(1, 1, 1), (1, 1, 2.5), (1.4, 1, 1)])
 def test_sheets_of_a_slab_have_its_mean_and_no_ripple(
-    team: ThreadTeam, kappa: float, spacing: tuple[float, float, float]
+    team: ThreadTeam,
+    kappa: float,
+    spacing: tuple[float, float, float],
+    slab: Callable[..., Volume],
+    above: Callable[..., Camera],
+    unlit: Callable[..., Splats],
 ) -> None:
     volume = slab(spacing=spacing)
     drawer = SplatRasterizer(*unlit(volume, kappa))
@@ -234,7 +218,10 @@ def test_sheets_of_a_slab_have_its_mean_and_no_ripple(
 @pytest.mark.parametrize("mode", [SplatMode.GAUSSIAN, SplatMode.SHEET])
 @pytest.mark.parametrize("projection", [Projection.EQUIDISTANT, Projection.PERSPECTIVE])
 def test_a_wall_third_of_a_millimetre_ahead_is_opaque(
-    team: ThreadTeam, mode: SplatMode, projection: Projection
+    team: ThreadTeam,
+    mode: SplatMode,
+    projection: Projection,
+    unlit: Callable[..., Splats],
 ) -> None:
     values = np.zeros((24, 24, 24), np.float32)
     values[:, 12:] = 100
@@ -257,7 +244,9 @@ def test_a_wall_third_of_a_millimetre_ahead_is_opaque(
     assert 0.1 < image.depth_mm[48, 48] < 0.8
 
 
-def test_a_turntable_does_not_pop(team: ThreadTeam) -> None:
+def test_a_turntable_does_not_pop(
+    team: ThreadTeam, blob: Callable[..., Splats]
+) -> None:
     """Views a quarter of a degree apart, across 45 degrees; no frame jumps."""
     fuzzy, scene = blob(5)
     drawer = SplatRasterizer(fuzzy, scene)
@@ -281,7 +270,7 @@ def test_a_turntable_does_not_pop(team: ThreadTeam) -> None:
 
 
 def test_leaving_out_what_has_no_light_changes_less_than_that_light(
-    team: ThreadTeam,
+    team: ThreadTeam, blob: Callable[..., Splats]
 ) -> None:
     fuzzy, scene = blob()
     camera = Camera.looking_at((5, -12, 6), (5, 5, 4), extent=0.4, size=(90, 90))
@@ -293,7 +282,9 @@ def test_leaving_out_what_has_no_light_changes_less_than_that_light(
     assert 0 < np.abs(all_ - cut).max() <= 1.5 / 64
 
 
-def test_sixty_five_thousand_splats_on_one_pixel(team: ThreadTeam) -> None:
+def test_sixty_five_thousand_splats_on_one_pixel(
+    team: ThreadTeam, unlit: Callable[..., Splats]
+) -> None:
     """A column of voxels seen along itself from far away."""
     volume = Volume(np.full((256, 16, 16), 100, np.float32), np.ones(3), np.zeros(3))
     _, scene = unlit(volume, 0.05)  # 1e-5 of opacity at the pixel
@@ -319,7 +310,7 @@ def test_sixty_five_thousand_splats_on_one_pixel(team: ThreadTeam) -> None:
 
 @pytest.mark.parametrize("mode", SplatMode)
 def test_splats_behind_or_off_the_picture_leave_no_trace(
-    team: ThreadTeam, mode: SplatMode
+    team: ThreadTeam, mode: SplatMode, blob: Callable[..., Splats]
 ) -> None:
     drawer = SplatRasterizer(*blob())
     for eye, target in (((5, 40, 4), (5, 90, 4)), ((5, 40, 4), (90, 40, 4))):
@@ -330,7 +321,12 @@ def test_splats_behind_or_off_the_picture_leave_no_trace(
         assert drawer.counters["visible"] == 0
 
 
-def test_pictures_of_too_many_pixels_are_refused(team: ThreadTeam) -> None:
+def test_pictures_of_too_many_pixels_are_refused(
+    team: ThreadTeam,
+    slab: Callable[..., Volume],
+    above: Callable[..., Camera],
+    blob: Callable[..., Splats],
+) -> None:
     drawer = SplatRasterizer(*blob())
     with pytest.raises(ValueError, match="may have"):
         drawer.draw(above(slab(), size=9000), team)

@@ -10,18 +10,19 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.fsr.classic.ordering.kernels import NOWHERE
 from renderers.fsr.classic.projection.kernels import (
     ANTIALIAS,
+    ATAN,
     CUT,
-    KEYS,
-    NOWHERE,
+    LOG2E,
     OPAQUEST,
     OVERLAP,
+    POWER,
 )
 from renderers.fsr.classic.tiles import TILE_SHIFT
 from renderers.simd import (
     absolute,
-    any_,
     as_f32,
     count,
     f32,
@@ -37,7 +38,7 @@ from renderers.simd import (
     rows4,
     select,
     sqrt,
-    store_packed,
+    store,
 )
 
 F32 = NDArray[np.float32]
@@ -48,28 +49,21 @@ _W = 16
 _ONE = np.float32(1)
 _ZERO = np.float32(0)
 _HALF = np.float32(0.5)
-_LOG2E = np.float32(1 / math.log(2))
-_POWER = tuple(np.float32(math.log(2) ** k / math.factorial(k)) for k in range(1, 7))
-_ATAN = (
-    np.float32(-0.3333314528), np.float32(0.1999355085), np.float32(-0.1420889944),
-    np.float32(0.1065626393), np.float32(-0.0752896400), np.float32(0.0429096138),
-    np.float32(-0.0161657367), np.float32(0.0028662257),
-)  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _polar_angle(rho: Any, z: Any) -> Any:
+def polar_angle(rho: Any, z: Any) -> Any:
     """Give atan2(rho, z) in 0..pi for rho >= 0."""
     size = absolute(z)
     x = minimum(rho, size) / maximum(maximum(rho, size), np.float32(1e-30))
     s = x * x
-    p = s * _ATAN[7] + _ATAN[6]
-    p = p * s + _ATAN[5]
-    p = p * s + _ATAN[4]
-    p = p * s + _ATAN[3]
-    p = p * s + _ATAN[2]
-    p = p * s + _ATAN[1]
-    p = p * s + _ATAN[0]
+    p = s * ATAN[7] + ATAN[6]
+    p = p * s + ATAN[5]
+    p = p * s + ATAN[4]
+    p = p * s + ATAN[3]
+    p = p * s + ATAN[2]
+    p = p * s + ATAN[1]
+    p = p * s + ATAN[0]
     a = p * s * x + x
     a = select(rho > size, np.float32(0.5 * math.pi) - a, a)
     return select(z < _ZERO, np.float32(math.pi) - a, a)
@@ -83,14 +77,14 @@ def absorbed(depth: Any) -> Any:
     p = p * depth + np.float32(1 / 6)
     p = p * depth - _HALF
     thin = depth * (p * depth + _ONE)
-    y = maximum(-depth * _LOG2E, np.float32(-126))
+    y = maximum(-depth * LOG2E, np.float32(-126))
     n = floor(y + _HALF)
     f = y - n
-    p = f * _POWER[5] + _POWER[4]
-    p = p * f + _POWER[3]
-    p = p * f + _POWER[2]
-    p = p * f + _POWER[1]
-    p = p * f + _POWER[0]
+    p = f * POWER[5] + POWER[4]
+    p = p * f + POWER[3]
+    p = p * f + POWER[2]
+    p = p * f + POWER[1]
+    p = p * f + POWER[0]
     p = p * f + _ONE
     rest = p * as_f32((i32(n) + 127) << 23)
     return select(depth < np.float32(0.25), thin, _ONE - rest)
@@ -99,11 +93,10 @@ def absorbed(depth: Any) -> Any:
 @njit(cache=True, nogil=True, error_model="numpy")
 def project_splats(
     index: I32, n: int, places: F32, paints: F32, base: F32, matrix: F32, sigma: Real,
-    projection: int, scale: Real, width: int, height: int, nearest: Real, peaks: F32,
-    points: bool, sheet_share: Real, depth_low: Real, depth_scale: Real, records: F32,
-    boxes: I32, heads: I32, near: I32,
-) -> tuple[int, int]:  # fmt: skip
-    """Do as the scalar twin; all but paints and peaks have sixteen to spare."""
+    projection: int, scale: Real, width: int, height: int, widest: Real, peaks: F32,
+    points: bool, sheet_share: Real, records: F32, boxes: I32, ranges: I32,
+) -> int:  # fmt: skip
+    """Do as the scalar twin; index, records and ranges have sixteen to spare."""
     m = matrix
     s2 = sigma * sigma
     soften = np.float32(ANTIALIAS)
@@ -113,7 +106,6 @@ def project_splats(
     right = np.float32(width)
     bottom = np.float32(height)
     visible = 0
-    nears = 0
     for e in range(0, n, _W):
         met = lanes(_W) < n - e
         s = select(met, load(index, e, _W), np.int32(0))
@@ -132,7 +124,7 @@ def project_splats(
         d2 = rho2 + z * z
         distance = sqrt(d2)
         if projection == 0:
-            r = _polar_angle(rho, z) * scale
+            r = polar_angle(rho, z) * scale
             rr = z * scale / d2
             rz = -rho * scale / d2
             tt = select(off_axis, r / rho, scale / distance)
@@ -167,20 +159,18 @@ def project_splats(
             xx += p * p
             xy += p * q
             yy += q * q
-        cell = sqrt(maximum(xx * yy - xy * xy, np.float32(1e-30)))
+        red, green, blue, size = rows4(paints, s)
+        q = size * size
+        cell = sqrt(maximum(xx * yy - xy * xy, np.float32(1e-30))) * q
         before = cell * s2
         if projection != 2:
-            far = before <= d2 * area * nearest
-            close = met & ~far
-            if any_(close):
-                store_packed(near, nears, s, close)
-                nears += count(close)
-            met &= far
+            met &= before <= d2 * area * widest
+        q *= s2
         tau = mass * area / cell
         side = maximum(sqrt(cell), _ONE) * _HALF + np.float32(OVERLAP)
-        xx = xx * s2 + soften
-        yy = yy * s2 + soften
-        xy = xy * s2
+        xx = xx * q + soften
+        yy = yy * q + soften
+        xy = xy * q
         root = sqrt(xx * yy - xy * xy)
         det = root * root
         if points:
@@ -208,20 +198,14 @@ def project_splats(
         b0, b1, b2, b3 = i32(x0), i32(x1), i32(y0), i32(y1)
         tiles = (b0 >> TILE_SHIFT) | ((b1 >> TILE_SHIFT) << 8)
         tiles |= ((b2 >> TILE_SHIFT) << 16) | ((b3 >> TILE_SHIFT) << 24)
-        tiles = select(met, tiles, np.int32(NOWHERE))
+        store(ranges, e, select(met, tiles, np.int32(NOWHERE)))
         depth = z if projection == 2 else distance
-        step = (depth - depth_low) * depth_scale
-        step = minimum(maximum(step, _ZERO), np.float32(KEYS - 1))
-        key = select(met, i32(step), np.int32(KEYS - 1))
-        red, green, blue, _ = rows4(paints, s)
         box_x = as_f32((b0 >> 2) | ((b1 >> 2) << 16))
         box_y = as_f32((b2 >> 2) | ((b3 >> 2) << 16))
         curve = side if points else yy / det
-        row = lanes(_W) + np.int32(e)
-        put_rows4(heads, row, tiles, key, key, key)
-        row = row * 3
+        row = (lanes(_W) + np.int32(e)) * 3
         put_rows4(records, row, u, v, curve, -xy / det)
         put_rows4(records, row + 1, xx / det, peak, depth, box_x)
         put_rows4(records, row + 2, red, green, blue, box_y)
         visible += count(met)
-    return visible, nears
+    return visible

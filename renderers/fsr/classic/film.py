@@ -1,0 +1,35 @@
+"""One view after the other, in two stages at a time.
+
+As in the renderer of 1995, one process culls while another draws: here threads, since
+compiled code holds no lock of the interpreter.
+"""
+
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+
+from renderers.fsr.classic.mode import SplatMode
+from renderers.fsr.classic.rasterizer import SplatRasterizer
+from renderers.fsr.classic.splat_list import SplatList
+from renderers.fsr.thread_team import ThreadTeam
+from renderers.scene import Camera, Image
+
+
+def draw_film(
+    rasterizer: SplatRasterizer,
+    team: ThreadTeam,
+    views: Iterable[tuple[Camera, SplatMode]],
+) -> Iterator[Image]:
+    """Draw views, culling each while the one before is drawn.
+
+    Pictures are those of `SplatRasterizer.draw` to the bit. A view is taken one
+    picture ahead.
+    """
+    with ThreadPoolExecutor(1, thread_name_prefix="culling") as culling:
+        next_: Future[SplatList] | None = None
+        for camera, mode in views:
+            culled = next_
+            next_ = culling.submit(rasterizer.prepare, camera, mode)
+            if culled is not None:
+                yield rasterizer.draw_list(culled.result(), team)
+        if next_ is not None:
+            yield rasterizer.draw_list(next_.result(), team)

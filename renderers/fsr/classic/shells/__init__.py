@@ -1,0 +1,1 @@
+"""Elements of a set between two distances from the eye."""

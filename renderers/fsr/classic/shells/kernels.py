@@ -1,0 +1,145 @@
+"""Elements of clipped rows between two distances from the eye.
+
+A row's own nearest and farthest distance tell whether a shell meets it at all.
+Depths are found to the bit as projection finds them, so that no splat changes shell.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from renderers.fsr.classic.ordering.kernels import KEYS
+
+F32 = NDArray[np.float32]
+I32 = NDArray[np.int32]
+I64 = NDArray[np.int64]
+Real = float | np.float32
+
+BINS = 64
+"""Steps of depth in which a survey counts elements."""
+
+SLACK_MM = np.float32(1e-2)
+"""More than a row's bounds, made of other sums, can be off."""
+
+_ZERO = np.float32(0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def key_of(depth: Real, low: Real, scale: Real) -> Any:
+    """Give a depth's step among the `KEYS`, a whole number as float32."""
+    step = min(max((depth - low) * scale, _ZERO), np.float32(KEYS - 1))
+    return np.floor(step)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def depth_of(dx: Real, dy: Real, dz: Real, m: F32, flat: bool) -> Any:
+    """Give the distance from the eye, or along a flat view."""
+    z = dx * m[2, 0] + dy * m[2, 1] + dz * m[2, 2] + m[2, 3]
+    if flat:
+        return z
+    x = dx * m[0, 0] + dy * m[0, 1] + dz * m[0, 2] + m[0, 3]
+    y = dx * m[1, 0] + dy * m[1, 1] + dz * m[1, 2] + m[1, 3]
+    return np.float32(math.sqrt(x * x + y * y + z * z))
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def row_bounds(
+    first: Real, last: Real, dy: Real, dz: Real, m: F32, flat: bool
+) -> tuple[Any, Any]:
+    """Bound the depths of a row between two steps from the base along it."""
+    a = depth_of(first, dy, dz, m, flat)
+    b = depth_of(last, dy, dz, m, flat)
+    near = min(a, b)
+    if not flat:
+        along = _ZERO
+        square = _ZERO
+        for c in range(3):
+            along += m[c, 0] * (dy * m[c, 1] + dz * m[c, 2] + m[c, 3])
+            square += m[c, 0] * m[c, 0]
+        foot = -along / square
+        if first < foot < last:
+            near = depth_of(foot, dy, dz, m, flat)
+    return near - SLACK_MM, max(a, b) + SLACK_MM
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def survey_spans(
+    spans: I32, ny: int, columns: F32, base: F32, matrix: F32, flat: bool, low: Real,
+    scale: Real, near_mm: Real, bounds: I32, bins: I64, near: I32,
+) -> int:  # fmt: skip
+    """Bound the depths of spans, count their elements by depth, list the near ones.
+
+    spans: ``(k, 3)`` row, first and last + 1 element. columns: of the set's elements.
+    base, matrix: see `project_splats`. flat: depth is along the view axis. low, scale:
+    map it to keys. bounds: ``(k, 2)`` lowest and highest key. bins: counts by the
+    middles of rows, `BINS` for all keys. near: room for the elements nearer than
+    `near_mm`. Returns how many these are.
+    """
+    nears = 0
+    bins[:] = 0
+    per_bin = np.float32(BINS / KEYS)
+    for span in range(spans.shape[0]):
+        row, first, end = spans[span, 0], spans[span, 1], spans[span, 2]
+        dy = np.float32(row % ny) - base[1]
+        dz = np.float32(row // ny) - base[2]
+        a = columns[first] - base[0]
+        b = columns[end - 1] - base[0]
+        shortest, longest = row_bounds(a, b, dy, dz, matrix, flat)
+        bounds[span, 0] = int(key_of(shortest, low, scale))
+        bounds[span, 1] = int(key_of(longest, low, scale))
+        middle = np.float32(0.5) * (shortest + longest)
+        bins[int(key_of(middle, low, scale) * per_bin)] += end - first
+        if shortest < near_mm:
+            for s in range(first, end):
+                if depth_of(columns[s] - base[0], dy, dz, matrix, flat) < near_mm:
+                    near[nears] = s
+                    nears += 1
+    return nears
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def depths_of_places(
+    places: F32, base: F32, matrix: F32, flat: bool, depths: F32
+) -> None:
+    """Give the depths of single places."""
+    for s in range(depths.shape[0]):
+        dx, dy, dz = places[s, 0] - base[0], places[s, 1] - base[1], places[s, 2]
+        depths[s] = depth_of(dx, dy, dz - base[2], matrix, flat)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def take_shell(
+    spans: I32, bounds: I32, ny: int, columns: F32, base: F32, matrix: F32,
+    projection: int, low: Real, scale: Real, near_mm: Real, first_key: int,
+    end_key: int, lens: Real, reach_mm: Real, width: int, height: int, waiting: I32,
+    index: I32, keys: I32,
+) -> int:  # fmt: skip
+    """List elements of spans whose key is one of first_key..end_key - 1, and the keys.
+
+    See `survey_spans`; near elements are left out. lens: pixels per radian, tangent or
+    mm. reach_mm: radius of an element. waiting: ``(down + 3, across + 3)`` sets of
+    tiles beginning at a tile, the first one beyond the picture: bit r + 2 d tells
+    whether any of the tiles up to r to the right and d below still takes light; no
+    elements where all do. Those that only finished tiles could show are left out, or
+    not: it changes no pixel, and this twin does not. Returns the number listed; index
+    and keys have sixteen to spare.
+    """
+    n = 0
+    flat = projection == 2
+    for span in range(spans.shape[0]):
+        if bounds[span, 1] < first_key or bounds[span, 0] >= end_key:
+            continue
+        row, first, end = spans[span, 0], spans[span, 1], spans[span, 2]
+        dy = np.float32(row % ny) - base[1]
+        dz = np.float32(row // ny) - base[2]
+        for s in range(first, end):
+            depth = depth_of(columns[s] - base[0], dy, dz, matrix, flat)
+            key = int(key_of(depth, low, scale))
+            if first_key <= key < end_key and not depth < near_mm:
+                index[n] = s
+                keys[n] = key
+                n += 1
+    return n

@@ -1,0 +1,1 @@
+"""Shells of elements taken sixteen at a time."""

@@ -1,0 +1,94 @@
+"""Scenes that the tests of mode `classic` share."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from renderers.fsr import FuzzySet, Inclusion, extract_fuzzy_set
+from renderers.scene import (
+    Camera,
+    PhongMaterial,
+    Projection,
+    Scene,
+    TransferFunction,
+    Volume,
+)
+
+Splats = tuple[FuzzySet, Scene]
+
+
+def transfer(kappa: float) -> TransferFunction:
+    return TransferFunction(
+        np.array([0.0, 50.0, 200.0]),
+        np.tile([0.8, 0.6, 0.4], (3, 1)),
+        np.array([0.0, kappa, kappa]),
+    )
+
+
+@pytest.fixture(scope="session")
+def of_one_kappa() -> Callable[[float], TransferFunction]:
+    """Give one colour and one extinction from density 50 on."""
+    return transfer
+
+
+@pytest.fixture(scope="session")
+def unlit() -> Callable[[Volume, float], Splats]:
+    """Give all voxels of a volume that are not clear, in their own colour."""
+
+    def make(volume: Volume, kappa: float) -> Splats:
+        scene = Scene(
+            volume,
+            transfer(kappa),
+            lights=(),
+            material=PhongMaterial(ambient=1.0, diffuse=0.0),
+        )
+        inclusion = Inclusion.opacity(scene.transfer_function, 1.0)
+        return extract_fuzzy_set(volume, inclusion, 1e-4), scene
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def slab() -> Callable[..., Volume]:
+    """Give 40 x 40 voxels in some layers."""
+
+    def make(
+        layers: int = 6, spacing: tuple[float, float, float] = (1, 1, 1)
+    ) -> Volume:
+        values = np.full((layers, 40, 40), 100, np.float32)
+        return Volume(values, np.array(spacing, float), np.zeros(3), background=0.0)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def above() -> Callable[..., Camera]:
+    """Give a view from 80 mm above a volume's first slice, along its columns."""
+
+    def make(volume: Volume, half_mm: float = 8.0, size: int = 120) -> Camera:
+        x, y, _ = volume.center_mm
+        return Camera.looking_at(
+            (x, y, 80.0),
+            (x, y, 0.0),
+            up=(0, 1, 0),
+            extent=half_mm,
+            size=(size, size),
+            projection=Projection.ORTHOGRAPHIC,
+        )
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def blob() -> Callable[..., Splats]:
+    """Give splats of many densities and normals."""
+
+    def make(seed: int = 0) -> Splats:
+        rng = np.random.default_rng(seed)
+        values = rng.uniform(0, 120, (9, 10, 11)).astype(np.float32)
+        volume = Volume(values, np.ones(3), np.zeros(3))
+        scene = Scene(volume, transfer(0.8))
+        return extract_fuzzy_set(volume, Inclusion.density(0, 120), 60.0), scene
+
+    return make
