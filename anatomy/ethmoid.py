@@ -59,7 +59,7 @@ def fovea(parameters: PhantomParameters) -> Field:
 def lamina_papyracea(parameters: PhantomParameters, side: Side) -> Field:
     """Give the lateral position of the middle of the orbit's medial wall."""
     scale = parameters.scale("ethmoid", side)
-    width = np.array([12.3, 14.0, 15.4, 16.5, 16.8]) - MEDIAL_MM
+    width = np.array([12.7, 14.4, 15.5, 16.4, 16.7]) - MEDIAL_MM
     table = depth_table(
         [10, 20, 35, 50, 56], [float(v) for v in MEDIAL_MM + scale * width], 2.0
     )
@@ -70,14 +70,16 @@ def lamina_papyracea(parameters: PhantomParameters, side: Side) -> Field:
 def basal_lamella() -> Field:
     """Give the depth y of the basal lamella over the height."""
     return height_table(
-        [18, 22, 27, 32, 37, 44, 52], [-50, -46.9, -43.8, -39.3, -32.7, -32.1, -31.5]
+        [18, 22, 27, 33, 39, 45, 52], [-50, -47.8, -45.2, -40.6, -32.6, -34.4, -35.6]
     )
 
 
 def ethmoid_block(parameters: PhantomParameters, side: Side) -> Field:
     """Build the space of all ethmoid cells of one side, between its outer walls."""
     medial = height_table([22, 30, 45, 50], [6.9, 5.9, 5.0, 4.6])
-    bottom = depth_table([15, 20, 26, 30, 34, 54], [38, 34, 26.2, 24.4, 24.4, 27])
+    bottom = depth_table(
+        [15, 20, 26, 30, 34, 42, 46, 54], [38, 34, 26.2, 24.4, 24.4, 25.2, 27, 28.4]
+    )
     face = parameters.mucosa_mm + parameters.cell_bone_mm / 2
     lateral = lamina_papyracea(parameters, side) - face
     roof = fovea(parameters) - (parameters.mucosa_mm + FOVEA_BONE_MM)

@@ -45,7 +45,7 @@ _PAIRED = {
     "frontal ostium": (8, -11.5, 54.5, 2.4),
     "frontal sinus": (11.4, -5, 66.3, 6.8),
     "agger nasi": (8.4, -8.2, 38.5, 2.8),
-    "basal lamella": (9, -31.5, 36.9, 1.0),
+    "basal lamella": (9, -34.0, 38.1, 1.0),
     "superior turbinate": (5.0, -45, 36, 1.0),
     "sphenoethmoidal recess": (3.3, -47, 29.5, 1.5),
     "sphenoid ostium": (3.6, -53.5, 34.5, 1.55),

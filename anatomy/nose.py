@@ -37,9 +37,9 @@ SPUR_MM = 2.6
 def septum_face(parameters: PhantomParameters, side: Side) -> Field:
     """Give the lateral position of the septum's mucosa, with a spur if there is one."""
     face: Field = height_table(
-        [0, 4, 12, 20, 30, 45], [2.0, 1.3, 1.4, 1.5, 1.7, 1.0], 1.5
+        [0, 4, 12, 20, 30, 45], [2.0, 1.3, 1.4, 1.5, 1.77, 1.0], 1.5
     )
-    thin_rear = depth_table([22, 46], [0.0, -0.5], 3.0)
+    thin_rear = depth_table([22, 45, 52], [0.0, -0.5, -0.25], 3.0)
     swell_body = depth_table([-2, 10, 22], [0.0, 0.45, 0.0], 4.0) * height_table(
         [18, 26, 34], [0.0, 1.0, 0.0], 3.0
     )

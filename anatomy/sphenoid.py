@@ -78,4 +78,6 @@ def onodi_outlet() -> Field:
 
 def sphenoid_ostium() -> Field:
     """Build the sphenoid ostium in the sphenoethmoidal recess."""
-    return Chain(((3.6, -51.5, 34.5), (5.2, -58, 34.5)), (1.55, 1.55))
+    return Chain(
+        ((3.1, -47.0, 29.5), (3.4, -51.0, 33.8), (5.2, -58, 34.5)), (1.6, 1.65, 1.55)
+    )

@@ -241,7 +241,7 @@ def _midface(parameters: PhantomParameters) -> list[Solid]:
     )
     # Between the nose, the orbit and the frontal sinus there is little but bone.
     beak = smooth_max(2.0, abs(u - 8.5) - 4.5, smooth_max(2.0, abs(y + 9) - 9, 40 - z))
-    beak = smooth_max(2.0, beak, z - 58.0)
+    beak = smooth_max(2.0, beak, z - 58.0, z - skull_base(parameters) - 1.2)
     lacrimal = smooth_max(
         2.0, abs(u - 9.5) - 3.5, smooth_max(2, abs(y + 12) - 8, z - 40)
     )
@@ -267,7 +267,7 @@ def _midface(parameters: PhantomParameters) -> list[Solid]:
         Solid(zygoma, "cancellous bone", Label.THICK_BONE),
         Solid(zygoma, "bone", Label.THICK_BONE, 0.6, -0.6),
         Solid(lacrimal, "mucosa", Label.MUCOSA),
-        Solid(beak, "cancellous bone", Label.THICK_BONE),
+        Solid(beak, "cancellous bone", Label.THICK_BONE, steepness=3.0),
         Solid(process, "bone", Label.THICK_BONE),
         Solid(pyramid, "skin", Label.SKIN, steepness=2.0),
         Solid(alar, "cartilage", Label.SEPTAL_CARTILAGE, 0.0, 0.5, 1.2),

@@ -45,7 +45,7 @@ def middle_lean(parameters: PhantomParameters, side: Side) -> Field:
     low = (
         (8.0, 6.7, 5.7)
         if parameters.has("paradoxical-turbinate", side)
-        else (6.8, 6.1, 5.6)
+        else (6.75, 5.68, 5.36)
     )
     return height_table([20, 26, 30, 38, 45], [*low, 4.9, 4.3], 3.0)
 
@@ -84,7 +84,7 @@ def _inferior(parameters: PhantomParameters) -> Field:
         depth_table(depths, [0.1, 1.9, 3.2, 4.3, 4.8, 4.8, 4.6, 3.4, 0.2], 0.3),
     )
     inferior_tube = smooth_max(1.0, inferior, abs(y + 27.75) - 23.4)
-    root = smooth_max(0.8, 9.2 - u, abs(z - 0.30 * u - 11.7) - 1.1)
+    root = smooth_max(0.8, 9.2 - u, abs(z - 0.30 * u - 11.3) - 1.1)
     root = smooth_max(0.8, root, u - 15.0)
     root = smooth_max(1.5, root, abs(y + 27.5) - 21.5)
     return smooth_min(1.5, inferior_tube, root)
@@ -96,23 +96,23 @@ def _middle(parameters: PhantomParameters, side: Side) -> Field:
     # leans and is bowed along y.
     bowed = u - middle_bow() + (1.0 if parameters.uncinectomy else 0.0)
     depths = [14.5, 16.5, 20, 28, 42, 51, 53]
-    centers = (5.9, 6.0, 6.4, 6.9, 7.1, 6.9, 6.9)
+    centers = (5.9, 6.0, 6.3, 6.6, 6.7, 6.7, 6.8)
     curl = 0.9 if parameters.has("paradoxical-turbinate", side) else 0.0
-    widths = (1.6, 2.0 + g, 1.9 + g, 1.6 + 0.8 * g)
-    heights = (3.2, 4.0, 3.4, 3.0)
+    widths = (1.6, 2.0 + g, 1.8 + g, 1.5 + 0.8 * g)
+    heights = (3.2, 4.0, 3.3, 2.9)
     if parameters.has("concha-bullosa", side):
         # The air cell of 1.8 mm half width lies behind bone and mucosa.
         widths, heights = (2.0, 2.9 + 0.5 * g, 2.8 + 0.5 * g, 1.9), (3.6, 5.2, 4.8, 3.2)
     head = FlatTube(
         depth_table(depths, [c + curl for c in centers]) + (u - bowed),
-        depth_table(depths, [26.5, 25.5, 23.6, 22.2, 21.4, 21.6, 21.8]),
+        depth_table(depths, [26.5, 25.5, 23.6, 22.5, 22.0, 21.8, 21.8]),
         depth_table(depths, [0.6, *widths, 1.2, 0.3], 0.4),
         depth_table(depths, [1.4, *heights, 2.2, 0.5], 0.4),
     )
     head_tube = smooth_max(1.2, head, abs(y + 33.75) - 19.4)
-    edge = depth_table([14, 20, 28, 42, 52], [27, 23.6, 22.2, 21.4, 21.6])
+    edge = depth_table([14, 20, 28, 42, 52], [27, 23.6, 22.5, 22.0, 21.8])
     lean = middle_lean(parameters, side)
-    reach = 18 - 0.05 * smooth_max(2.0, z - 36, 0.0)
+    reach = 18.7 - 0.05 * smooth_max(2.0, z - 36, 0.0)
     lamella = smooth_max(
         0.6, abs(bowed - lean) - 0.65, smooth_max(1.0, edge - z, abs(y + 34) - reach)
     )

@@ -9,12 +9,12 @@ def lateral_wall() -> Field:
     It steps inwards where the ethmoid begins: the roof of the middle meatus.
     """
     return height_table(
-        [-20, 2, 8, 20, 25, 29, 60], [11.5, 12.6, 13.2, 12.6, 10.5, 4.3, 3.3], 1.0
+        [-20, 2, 8, 20, 25, 29, 60], [11.5, 12.6, 13.2, 13.0, 10.9, 4.3, 3.3], 1.0
     )
 
 
 def sphenoid_face() -> Field:
     """Give the depth y of the wall between nose and sphenoid over the height."""
     return height_table(
-        [16, 20, 22.5, 25, 44, 80], [-60, -59, -57, -54.3, -52, -47], 1.0
+        [16, 20, 22.5, 25, 44, 80], [-60, -59, -56.6, -53.6, -52, -47], 1.0
     )

@@ -137,7 +137,7 @@ def plan_suction(
         distance,
         duration_s=DURATION_S,
         radius_mm=SUCTION_MM / 2,
-        margin_mm=0.5,
+        margin_mm=1.0,
         reach_mm=75.0,
     )
     basis = scope.basis(scope.moments)

@@ -8,6 +8,8 @@ from devices import ProbePath, load_probe_path
 from scenarios import Scenario, load_scenario, shaft_clearance, tip_frame
 
 SHAFT_MM = 110.0
+SUCTION_MM = (2.4, 70.0)
+"""The tube's diameter and length that the path was planned for."""
 
 
 @pytest.fixture(scope="module")
@@ -29,6 +31,13 @@ def test_shaft_and_tip_stay_out_of_tissue(
     ]
     # poses come back from the arm within .3 mm; the path itself must be clear
     assert min(gaps) > 0.1
+    tube = [
+        shaft_clearance(
+            phantom.distance, tip_frame(t, a), SUCTION_MM[0] / 2, SUCTION_MM[1]
+        ).gap_mm
+        for t, a in zip(path.instrument_tip_mm, path.instrument_axis, strict=True)
+    ]
+    assert min(tube) > 0.1
     # and it is a flight through a nose, not through the open air
     assert sum(gap < 5.0 for gap in gaps) > 0.7 * len(gaps)
 

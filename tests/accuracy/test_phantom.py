@@ -86,7 +86,7 @@ def test_the_default_head_has_average_sinuses(head: Phantom) -> None:
         assert ml["sphenoid"] == pytest.approx(4.4, abs=0.7)
         assert ml["ethmoid"] == pytest.approx(6.0, abs=1.0)
         rear = volume_ml(head, (Label.POSTERIOR_ETHMOID_AIR,), side)
-        assert 0.49 < 1 - rear / ml["ethmoid"] < 0.62
+        assert 0.56 < 1 - rear / ml["ethmoid"] < 0.60
 
 
 def spine_distances(parameters: PhantomParameters) -> dict[str, float]:
@@ -133,41 +133,6 @@ def test_distances_from_the_spine_are_those_published() -> None:
 def test_the_airway_is_one_piece_that_drains_through_its_ostia(head: Phantom) -> None:
     assert ndimage.label(head.distance.values < 0)[1] == 1
     assert leaks(head) == []
-
-
-def widest(phantom: Phantom, start: str, goal: str) -> float:
-    """Find the radius of the widest ball that passes between two landmarks."""
-    d, o, h = phantom.distance.values, phantom.ct.origin_mm, phantom.spacing_mm
-
-    def near(key: str) -> tuple[int, int, int]:
-        at = np.round((phantom.landmarks[key].position_mm - o) / h)[::-1].astype(int)
-        k, j, i = (slice(max(a - 3, 0), a + 4) for a in at)
-        box = d[k, j, i]
-        z, y, x = np.unravel_index(int(np.argmin(box)), box.shape)
-        return k.start + int(z), j.start + int(y), i.start + int(x)
-
-    a, b = near(start), near(goal)
-    low, high = 0.0, 6.0
-    for _ in range(10):
-        radius = 0.5 * (low + high)
-        pieces, _ = ndimage.label(d < -radius)
-        joined = pieces[a] == pieces[b] and pieces[a] > 0
-        low, high = (radius, high) if joined else (low, radius)
-    return low
-
-
-@pytest.mark.parametrize("side", ["right", "left"])
-def test_the_ways_of_a_decongested_nose_are_wide_enough(
-    head: Phantom, side: str
-) -> None:
-    nostril = f"nostril, {side}"
-    assert widest(head, nostril, "nasopharynx") > 2.2
-    assert widest(head, nostril, f"middle meatus, {side}") > 1.3
-    # Ostia, as diameters: the published 3-5, 2-4.5 and 2-6 mm less half a voxel.
-    pharynx = "nasopharynx"
-    assert 2.4 < 2 * widest(head, pharynx, f"maxillary sinus, {side}") < 5.0
-    assert 1.7 < 2 * widest(head, pharynx, f"sphenoid sinus, {side}") < 4.5
-    assert 1.7 < 2 * widest(head, pharynx, f"frontal sinus, {side}") < 6.0
 
 
 def test_labels_and_distance_agree_with_the_model(head: Phantom) -> None:
