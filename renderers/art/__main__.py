@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
 
+from renderers.art.policy import CellPolicy, Dataflow
 from renderers.art.spool import SpoolError
 from renderers.art.transport import TransportError
 
@@ -69,6 +70,12 @@ def main(arguments: list[str] | None = None) -> int:
         "--cache-cells", type=int, help="cells a rank keeps; all by default"
     )
     parser.add_argument(
+        "--dataflow",
+        choices=[way.value for way in Dataflow],
+        default=Dataflow.MIGRATING.value,
+        help="how ranks share cells",
+    )
+    parser.add_argument(
         "--lease",
         type=float,
         default=15.0,
@@ -118,12 +125,13 @@ def _run_ranks(options: argparse.Namespace, ending: Callable[[], bool]) -> int:
 
     transport = MpiTransport()
     rank = Rank(transport)
+    policy = CellPolicy(options.cache_cells, Dataflow(options.dataflow))
     status = 0
     try:
         if transport.rank > 0:
-            follow(rank, DataStore(options.spool / "data"), options.cache_cells)
+            follow(rank, DataStore(options.spool / "data"), policy)
         else:
-            team = RankTeam(rank, options.cache_cells)
+            team = RankTeam(rank, policy)
             try:
                 run_worker(
                     options.spool,

@@ -125,7 +125,7 @@ def cube_distances(
 
 
 class CellShare:
-    """The raw cells that one rank keeps for everybody.
+    """The raw cells that one rank keeps for others.
 
     A rank on its own keeps the volume itself and cuts blocks when asked; one of many
     copies its own cells, and the rest of the volume need not be in its memory.
@@ -135,20 +135,45 @@ class CellShare:
         self, grid: CellGrid, values: NDArray[Any], cells: NDArray[np.int64] | None
     ) -> None:
         """Keep `cells` of a volume, or the whole volume when `cells` is None."""
-        if values.shape != grid.shape:
-            raise ValueError(f"values {values.shape} do not fit the grid {grid.shape}")
         self.grid = grid
         self.dtype = values.dtype
-        self._values = values if cells is None else None
-        self._blocks = (
-            {} if cells is None else {int(c): grid.block(values, int(c)) for c in cells}
-        )
+        self._whole = cells is None
+        self._blocks: dict[int, NDArray[Any]] = {}
+        self.replace(values)
+        if cells is not None:
+            self._blocks = {int(c): grid.block(values, int(c)) for c in cells}
+
+    def __len__(self) -> int:
+        """Count the blocks that lie apart from the volume."""
+        return len(self._blocks)
+
+    def replace(self, values: NDArray[Any]) -> None:
+        """Cut later blocks from other values: the volume after an edit."""
+        if values.shape != self.grid.shape or values.dtype != self.dtype:
+            raise ValueError(
+                f"values {values.shape} of {values.dtype} do not fit the grid "
+                f"{self.grid.shape} of {self.dtype}"
+            )
+        # For many ranks this is a mapped file: what is not read takes no memory.
+        self._values = values
 
     def block(self, cell: int) -> NDArray[Any]:
         """Get a cell's block; raise KeyError when another rank keeps it."""
-        if self._values is not None:
+        if self._whole:
             return self.grid.block(self._values, cell)
         return self._blocks[cell]
+
+    def put(self, cell: int, block: NDArray[Any]) -> None:
+        """Keep a block that came from another rank."""
+        self._blocks[cell] = block
+
+    def drop(self, cell: int) -> None:
+        """Keep a block no longer."""
+        self._blocks.pop(cell, None)
+
+    def renew(self, cell: int) -> None:
+        """Cut a block anew."""
+        self._blocks[cell] = self.grid.block(self._values, cell)
 
     def decode(self, payload: bytes) -> NDArray[Any]:
         """Read a block back from the bytes of a Data message."""

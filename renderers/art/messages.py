@@ -3,14 +3,14 @@
 A message is a header of 64 bytes, little-endian, and a payload of raw bytes. Nothing
 that arrives is ever unpickled.
 
-Kinds are the object-dataflow words of the 1995 paper, of which cells with static homes
-need two, and the control of a frame. Numbers 2, 4 and 5 belong to the paper's Forward,
-InvalidateRequest and Invalidate, which moving cells speak.
+The first five kinds are those of the 1995 paper (section 3). KEEP, ADOPT and ADOPTED
+are added: with them every request to drop a cell is answered once, and the last copy of
+a cell can leave a rank that has no room (docs/ranks.md). The rest control a frame.
 """
 
 import zlib
-from dataclasses import dataclass
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,9 +20,12 @@ LARGEST_PAYLOAD = 1 << 28
 
 _HEADER = np.dtype(
     {
-        "names": ["magic", "kind", "source", "target", "cell", "frame", "size", "crc"],
-        "formats": ["<u4", "u1", "<u2", "<u2", "<u4", "<u4", "<u4", "<u4"],
-        "offsets": [0, 4, 6, 8, 12, 16, 20, 24],
+        "names": [
+            *("magic", "kind", "source", "target", "cell", "frame", "size", "crc"),
+            *("generation", "who", "aux", "sequence"),
+        ],
+        "formats": ["<u4", "u1", "<u2", "<u2", *["<u4"] * 8],
+        "offsets": [0, 4, 6, 8, *range(12, 44, 4)],
         "itemsize": HEADER_BYTES,
     }
 )
@@ -37,9 +40,21 @@ class MessageKind(IntEnum):
     """Name what a message asks or brings."""
 
     REQUEST = 1
-    """To a cell's home: I have reserved a slot; send me the cell."""
+    """To a cell's home: I have reserved a slot; get me the cell."""
+    FORWARD = 2
+    """From the home to a holder: send the cell to rank `who`."""
     DATA = 3
-    """The cell's raw values."""
+    """The cell's raw values; `aux` is the generation that changed them last."""
+    INVALIDATE_REQUEST = 4
+    """To the home: may I drop the cell? Answered once, by INVALIDATE or KEEP."""
+    INVALIDATE = 5
+    """From the home: drop it."""
+    KEEP = 6
+    """From the home: keep it, for nobody else holds it or can take it over."""
+    ADOPT = 7
+    """From the home to a holder: will you be the owner, whose copy must stay?"""
+    ADOPTED = 8
+    """To the home: yes (`aux` is 1) or no (0)."""
     BEGIN = 16
     """From rank 0: draw this; the payload is the job."""
     REGION = 17
@@ -49,16 +64,22 @@ class MessageKind(IntEnum):
     FAILED = 19
     """To rank 0: I cannot take part; the payload says why."""
     END = 20
-    """From rank 0: leave this frame, finished or not."""
+    """From rank 0: leave this frame. `aux` is 1 when it broke: forget its cells too."""
     STOP = 21
     """From rank 0: there will be no more frames."""
+    CANCEL = 22
+    """From rank 0: drop your rays of this frame, then say DONE as usual."""
 
 
-@dataclass(frozen=True, slots=True)
-class Message:
+CELL_KINDS = frozenset(MessageKind(number) for number in range(1, 9))
+"""Those that a node handles; the others are between the drivers of ranks."""
+
+
+class Message(NamedTuple):
     """Carry one record from rank `source` to rank `target`.
 
-    cell: only for REQUEST and DATA. frame: numbers grow and are never used again.
+    frame: numbers grow and are never used again. cell, generation, who, aux: as the
+    kind says. generation: of the volume; it changes only between frames.
     """
 
     kind: MessageKind
@@ -67,9 +88,12 @@ class Message:
     frame: int
     cell: int = 0
     payload: bytes = b""
+    generation: int = 0
+    who: int = 0
+    aux: int = 0
 
-    def encode(self) -> bytes:
-        """Write header and payload."""
+    def encode(self, sequence: int = 0) -> bytes:
+        """Write header and payload. sequence: counts the messages of a pair."""
         header = np.zeros((), _HEADER)
         header["magic"] = _MAGIC
         header["kind"] = self.kind
@@ -79,6 +103,10 @@ class Message:
         header["frame"] = self.frame
         header["size"] = len(self.payload)
         header["crc"] = zlib.crc32(self.payload)
+        header["generation"] = self.generation
+        header["who"] = self.who
+        header["aux"] = self.aux
+        header["sequence"] = sequence & 0xFFFFFFFF
         return header.tobytes() + self.payload
 
     @classmethod
@@ -107,4 +135,12 @@ class Message:
             int(header["frame"]),
             int(header["cell"]),
             payload,
+            int(header["generation"]),
+            int(header["who"]),
+            int(header["aux"]),
         )
+
+
+def sequence_of(record: bytes) -> int:
+    """Read the number that `Message.encode` was given, modulo 2**32."""
+    return int.from_bytes(record[40:44], "little")

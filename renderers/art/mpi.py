@@ -7,12 +7,19 @@ alternating tags came out 1 3 5 7 9 0 2 4 6 8).
 
 import os
 import time
-from collections import deque
+from collections import Counter, deque
+from collections.abc import Sequence
 
 import numpy as np
 from mpi4py import MPI
 
-from renderers.art.messages import HEADER_BYTES, LARGEST_PAYLOAD, Message
+from renderers.art.messages import (
+    HEADER_BYTES,
+    LARGEST_PAYLOAD,
+    Message,
+    ProtocolError,
+    sequence_of,
+)
 from renderers.art.transport import TransportError
 
 _TAG = 1
@@ -35,10 +42,20 @@ class MpiTransport:
         self._comm = (communicator or MPI.COMM_WORLD).Dup()
         self.rank = self._comm.Get_rank()
         self.ranks = self._comm.Get_size()
+        self._near = self._ranks_of_this_node()
+        self._sent: Counter[int] = Counter()
+        self._received: Counter[int] = Counter()
         self._to_self: deque[Message] = deque()
         self._sending: list[tuple[MPI.Request, bytes]] = []
         self._idle_since: float | None = None
         self._waiting_since: float | None = None
+
+    def distances(self, rank: int) -> Sequence[int]:
+        """Get 0 for a rank itself, 1 on the same machine, 2 elsewhere."""
+        here = self._near[rank]
+        row = [1 if node == here else 2 for node in self._near]
+        row[rank] = 0
+        return row
 
     def send(self, message: Message) -> None:
         """Send without waiting; the bytes are kept until MPI has taken them."""
@@ -46,7 +63,8 @@ class MpiTransport:
             self._to_self.append(message)
             return
         self._waiting_since = None
-        record = message.encode()
+        record = message.encode(self._sent[message.target])
+        self._sent[message.target] += 1
         request = self._comm.Isend([record, MPI.BYTE], message.target, _TAG)
         self._sending.append((request, record))
 
@@ -68,7 +86,7 @@ class MpiTransport:
             )
         record = np.empty(size, np.uint8)
         matched.Recv([record, MPI.BYTE])
-        return Message.decode(record.tobytes())
+        return self._in_order(status.Get_source(), record.tobytes())
 
     def rest(self, waiting: bool) -> None:
         """Yield the processor, then sleep; raise TransportError after long silence."""
@@ -99,3 +117,25 @@ class MpiTransport:
     def abort(self) -> None:
         """End all ranks at once."""
         self._comm.Abort(1)
+
+    def _in_order(self, source: int, record: bytes) -> Message:
+        # Cells would be lost or kept for ever if a pair's messages changed places.
+        message = Message.decode(record)
+        due = self._received[source] & 0xFFFFFFFF
+        if sequence_of(record) != due or message.source != source:
+            raise ProtocolError(
+                f"message {sequence_of(record)} of rank {message.source} came from "
+                f"rank {source} where its number {due} was due"
+            )
+        self._received[source] += 1
+        return message
+
+    def _ranks_of_this_node(self) -> list[int]:
+        """Name each rank's machine by the lowest rank on it; all ranks together."""
+        local = self._comm.Split_type(MPI.COMM_TYPE_SHARED)
+        lowest = np.array([self.rank], np.int64)
+        local.Bcast(lowest)
+        local.Free()
+        names = np.empty(self.ranks, np.int64)
+        self._comm.Allgather(lowest, names)
+        return [int(name) for name in names]

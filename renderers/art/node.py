@@ -2,68 +2,74 @@
 
 A node traces the regions it was dealt. A ray that meets a cell which is not here stops;
 its packet is parked, the cell requested from its home, and the packet goes on when the
-cell comes. Nothing here knows MPI, clocks or threads of its own.
+cell comes. Nothing here knows MPI, clocks or threads of its own, nor what a packet is.
+
+Where cells migrate, the home forwards the request to the nearest holder, and a rank
+asks the home before it drops a cell. Where they do not, the home itself has the cell
+and a copy is dropped without asking.
 """
 
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Iterable
+from typing import Generic
 
 from renderers.art.cache import CellCache, CellState
-from renderers.art.cells import CellGrid
 from renderers.art.directory import Directory
-from renderers.art.march import COUNTERS, March
-from renderers.art.messages import Message, MessageKind, ProtocolError
-from renderers.art.rays import RayPacket, RayStack
-from renderers.art.regions import region_payload
+from renderers.art.messages import CELL_KINDS, Message, MessageKind, ProtocolError
+from renderers.art.rays import P, RayStack
+from renderers.art.work import Work
 
 MOST_PENDING = 32
-"""Requests in flight from one rank, at most; bounds what it can be sent at once."""
+"""Requests in flight from one rank, at most, and as many wishes to drop a cell; bounds
+what it can be sent at once."""
 
 _STORY = 4096
 
-Run = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[Any]]
-"""Something like `map`, which may use threads."""
 
-
-class Node:
+class Node(Generic[P]):
     """Trace this rank's packets and serve the cells whose home it is."""
 
     def __init__(
         self,
-        march: March,
-        grid: CellGrid,
+        work: Work[P],
         directory: Directory,
         cache: CellCache,
         *,
+        migrates: bool,
+        stamps: bool = True,
+        most_pending: int = MOST_PENDING,
         validate: bool = False,
     ) -> None:
         """Join the parts.
 
-        validate: check every invariant after each step.
+        migrates: cells have owners that change. stamps: the use of cells is noted, as
+        it must be where any may have to go. validate: check every invariant of this
+        rank after each step.
         """
         self.rank = directory.rank
+        self.work = work
         self.directory = directory
         self.cache = cache
         self.frame = 0
-        self.counters = np.zeros(len(COUNTERS), np.int64)
+        self.generation = 0
         self.requests = 0
-        self._march = march
-        self._shift = grid.shift
+        self._migrates = migrates
+        self._stamps = stamps
+        self.most_pending = most_pending
         self._validate = validate
-        self._run: Run = map
-        self._stack = RayStack()
+        self._stack: RayStack[P] = RayStack()
         self._wanted: dict[int, None] = {}
+        self._changed: dict[int, int] = {}
         self._clock = 0
-        self._story: deque[str] = deque(maxlen=_STORY)
+        self._story: deque[Message] = deque(maxlen=_STORY)
 
     @property
     def is_finished(self) -> bool:
-        """Tell whether no ray is unfinished and no cell is on its way."""
-        return not self._stack and not self._wanted and not self.cache.pending
+        """Tell whether no ray is unfinished and no cell is on its way or in question.
+
+        When this holds for every rank, no message about a cell is in flight.
+        """
+        return not self._stack and not self._wanted and not self.is_waiting
 
     @property
     def is_active(self) -> bool:
@@ -72,22 +78,19 @@ class Node:
 
     @property
     def is_waiting(self) -> bool:
-        """Tell whether another rank owes this one a cell."""
-        return self.cache.pending > 0
-
-    def use(self, run: Run) -> None:
-        """Run packets with `map` or with an executor's, which may use threads."""
-        self._run = run
+        """Tell whether another rank owes this one an answer."""
+        return self.cache.pending > 0 or self.cache.asked > 0
 
     def tally(self) -> dict[str, int]:
         """Get what this node has done so far."""
-        tally = {name: int(n) for name, n in zip(COUNTERS, self.counters, strict=True)}
-        tally["cells_fetched"] = self.cache.fetches
-        tally["cells_evicted"] = self.cache.evictions
-        tally["requests"] = self.requests
-        return tally
+        return self.work.tally() | {
+            "cells_fetched": self.cache.fetches,
+            "cells_evicted": self.cache.evictions,
+            "requests": self.requests,
+            "owners_moved": self.directory.moves,
+        }
 
-    def begin(self, frame: int, packets: Iterable[RayPacket]) -> None:
+    def begin(self, frame: int, packets: Iterable[P]) -> None:
         """Start a frame. Cells kept from the frame before stay."""
         if frame <= self.frame:
             raise ProtocolError(f"frame {frame} cannot follow frame {self.frame}")
@@ -95,28 +98,56 @@ class Node:
         for packet in packets:
             self._stack.push(packet)
 
-    def leave(self) -> None:
-        """Drop what is left of the frame."""
+    def cancel(self) -> None:
+        """Drop what is left of the frame; cells on their way still come."""
         self._stack.clear()
         self._wanted.clear()
-        self.cache.forget_waiting()
+        self.cache.no_ray_waits()
+
+    def edit(self, generation: int, changed: Iterable[int]) -> None:
+        """Go on with a volume in which some cells were changed.
+
+        Between frames only, and on every rank alike. The owners read their cells anew
+        from the share's source, which the caller replaced; all other copies go.
+        """
+        if not self.is_finished:
+            raise ProtocolError("a volume can only change between frames")
+        if generation <= self.generation:
+            raise ProtocolError(
+                f"generation {generation} cannot follow {self.generation}"
+            )
+        self.generation = generation
+        for cell in changed:
+            self._changed[cell] = generation
+            self.directory.forget_replicas(cell)
+            if self.cache.owns(cell):
+                self.work.renew(cell)
+                self.cache.renew(cell, generation)
+            elif self.cache.holds(cell):
+                self.work.hide(cell)
+                self.cache.drop(cell)
+        if self._validate:
+            self.check()
 
     def handle(self, message: Message) -> list[Message]:
-        """Take one message of this frame; return what is to be sent because of it."""
-        if message.frame != self.frame:
+        """Take one message about a cell; return what is to be sent because of it."""
+        if message.generation != self.generation:
             raise ProtocolError(
-                f"a message of frame {message.frame} came in frame {self.frame}"
+                f"a message of generation {message.generation} came in generation "
+                f"{self.generation}"
             )
-        self._story.append(
-            f"{message.kind.name} of cell {message.cell} from {message.source} "
-            f"to {message.target}"
-        )
-        if message.kind is MessageKind.REQUEST:
-            replies = [self.directory.answer(message)]
-        elif message.kind is MessageKind.DATA:
-            replies = self._arrive(message)
-        else:
+        if message.kind not in CELL_KINDS:
             raise ProtocolError(f"a node cannot handle {message.kind.name}")
+        self._story.append(message)
+        try:
+            replies = self._answer(message)
+        except ProtocolError as error:
+            raise ProtocolError(
+                f"rank {self.rank}: {error}. What happened before: "
+                f"{self.story(message.cell)}"
+            ) from error
+        if self._wanted:
+            replies += self._fetch()
         if self._validate:
             self.check()
         return replies
@@ -126,24 +157,32 @@ class Node:
         messages: list[Message] = []
         packets = self._stack.pop(budget)
         self._clock += 1
-        for packet, counters in zip(
-            packets, self._run(self._march_packet, packets), strict=True
-        ):
-            self.counters += counters
-            missing = packet.missing_cells()
-            if missing:
-                self._stack.park(packet, missing)
-                self._want(missing)
+        stops = self.work.run(packets, self._clock if self._stamps else 0)
+        for packet, missing in zip(packets, stops, strict=True):
+            if missing is None:
+                self._stack.resume(packet)
+            elif missing:
+                self._stop(packet, missing)
             else:
                 messages.append(self._finished(packet))
-        messages += self._fetch()
+        if self._wanted:
+            messages += self._fetch()
         if self._validate:
             self.check()
         return messages
 
+    def story(self, cell: int) -> str:
+        """Tell what was said to this rank about a cell lately."""
+        return "; ".join(
+            f"{m.kind.name} of cell {m.cell} from {m.source}"
+            for m in self._story
+            if m.cell == cell
+        )
+
     def check(self) -> None:
         """Raise AssertionError when an invariant of this rank is broken."""
         self.cache.check()
+        self.directory.check()
         self._stack.check()
         waited = self._stack.waited_for()
         # A packet woken by one cell still stands before its others.
@@ -153,49 +192,137 @@ class Node:
             assert pending or cell in self._wanted, f"nobody asked for cell {cell}"
         for cell in self._wanted:
             assert self.cache.state(cell) is CellState.INVALID
-        assert self.cache.pending <= MOST_PENDING
+        assert self.cache.pending <= self.most_pending
+        for cell in self.cache.cells():
+            if self.cache.holds(cell):
+                newest = self._changed.get(cell, 0)
+                assert self.cache.version(cell) == newest, f"cell {cell} is stale"
+        if self._wanted and not self.cache.pending and not self.cache.asked:
+            # Else nothing would ever happen again. What is left are cells that came
+            # and were not used yet, or that are kept; the former's rays can go on.
+            assert self._stack.active, "all slots are taken and no ray can go on"
 
-    def _march_packet(self, packet: RayPacket) -> NDArray[np.int64]:
-        clock = self._clock if self.cache.may_evict else 0
-        return self._march.run(packet, self.cache.view, self._shift, clock)
-
-    def _want(self, cells: list[int]) -> None:
+    def _stop(self, packet: P, missing: list[int]) -> None:
+        here = [cell for cell in missing if self.cache.holds(cell)]
+        for cell in here:
+            # Owned from the start, and no ray has met it until now.
+            self.work.show(cell, self.cache.slot(cell))
         # Never a cell that is on its way: it would be fetched again when nobody needs
         # it, and a cell that no ray uses is never evicted.
-        for cell in cells:
+        for cell in missing:
             if self.cache.state(cell) is CellState.INVALID:
                 self._wanted[cell] = None
+        if here:
+            self._stack.push(packet)
+        else:
+            self._stack.park(packet, missing)
 
-    def _finished(self, packet: RayPacket) -> Message:
-        payload = region_payload(packet.region, packet.value, packet.depth)
+    def _finished(self, packet: P) -> Message:
+        payload = self.work.result(packet)
         return Message(MessageKind.REGION, self.rank, 0, self.frame, payload=payload)
+
+    def _say(
+        self,
+        kind: MessageKind,
+        target: int,
+        cell: int,
+        payload: bytes = b"",
+        *,
+        aux: int = 0,
+    ) -> Message:
+        return Message(
+            kind,
+            self.rank,
+            target,
+            self.frame,
+            cell,
+            payload,
+            generation=self.generation,
+            aux=aux,
+        )
 
     def _fetch(self) -> list[Message]:
         """Ask for wanted cells while there is room; take the local ones at once."""
         messages: list[Message] = []
-        for cell in list(self._wanted):
-            if self.cache.pending >= MOST_PENDING or not self.cache.reserve(cell):
-                break
+        while self._wanted and self.cache.pending < self.most_pending:
+            cell = next(iter(self._wanted))
+            if not self.cache.reserve(cell):
+                if self._migrates:
+                    return messages + self._ask_for_room()
+                if not self._make_room():
+                    break
+                self.cache.reserve(cell)
             del self._wanted[cell]
             home = self.directory.home(cell)
-            if home == self.rank:
-                self.cache.store(cell, self.directory.share.block(cell))
+            if home == self.rank and not self._migrates:
+                self.work.show(cell, self.cache.slot(cell))
+                self.cache.store(cell)
                 self._stack.wake(cell)
             else:
-                self.requests += 1
-                messages.append(
-                    Message(MessageKind.REQUEST, self.rank, home, self.frame, cell)
-                )
+                self.requests += home != self.rank
+                messages.append(self._say(MessageKind.REQUEST, home, cell))
         return messages
 
+    def _make_room(self) -> bool:
+        cell = self.cache.victim()
+        if cell is None:
+            return False
+        self.work.hide(cell)
+        self.cache.drop(cell)
+        self.cache.evictions += 1
+        return True
+
+    def _ask_for_room(self) -> list[Message]:
+        """Ask homes for leave to drop the cells used longest ago."""
+        messages: list[Message] = []
+        enough = min(len(self._wanted), self.most_pending)
+        while self.cache.asked < enough:
+            cell = self.cache.victim()
+            if cell is None:
+                break
+            self.cache.ask(cell)
+            home = self.directory.home(cell)
+            messages.append(self._say(MessageKind.INVALIDATE_REQUEST, home, cell))
+        return messages
+
+    def _answer(self, message: Message) -> list[Message]:
+        kind, cell = message.kind, message.cell
+        if kind is MessageKind.DATA:
+            return self._arrive(message)
+        if kind is MessageKind.REQUEST and not self._migrates:
+            self.directory.expect(message)
+            return [self._data(cell, message.source)]
+        if not self._migrates:
+            raise ProtocolError(f"{kind.name} came where cells do not migrate")
+        if kind is MessageKind.FORWARD:
+            ready = self.cache.serve(cell, message.who)
+            return [self._data(cell, message.who)] if ready else []
+        if kind is MessageKind.INVALIDATE:
+            self.cache.purge(cell)
+            self.work.hide(cell)
+            return []
+        if kind is MessageKind.KEEP:
+            self.cache.keep(cell)
+            return []
+        if kind is MessageKind.ADOPT:
+            yes = self.cache.adopt(cell)
+            return [self._say(MessageKind.ADOPTED, message.source, cell, aux=int(yes))]
+        return [self.directory.handle(message)]
+
+    def _data(self, cell: int, target: int) -> Message:
+        payload = self.work.payload(cell)
+        held = self.cache.holds(cell) and self._migrates
+        version = self.cache.version(cell) if held else self._changed.get(cell, 0)
+        return self._say(MessageKind.DATA, target, cell, payload, aux=version)
+
     def _arrive(self, message: Message) -> list[Message]:
-        try:
-            block = self.directory.share.decode(message.payload)
-            self.cache.store(message.cell, block)
-        except (ProtocolError, ValueError) as error:
-            story = "; ".join(
-                line for line in self._story if f"cell {message.cell} " in line
+        cell = message.cell
+        if message.aux != self._changed.get(cell, 0):
+            raise ProtocolError(
+                f"cell {cell} came as generation {message.aux} left it, not "
+                f"{self._changed.get(cell, 0)}"
             )
-            raise ProtocolError(f"{error}. What happened before: {story}") from error
-        self._stack.wake(message.cell)
-        return self._fetch()
+        deferred = self.cache.store(cell, message.aux, fresh=bool(self._stack))
+        self.work.fill(cell, self.cache.slot(cell), message.payload)
+        self._stack.wake(cell)
+        return [self._data(cell, rank) for rank in deferred]

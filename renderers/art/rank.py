@@ -1,8 +1,12 @@
 """One rank's part in frame after frame: its node, driven over a transport.
 
 Rank 0 also gathers the picture. A frame is complete when every rank has said DONE, for
-a rank that is done has no unfinished ray and waits for no cell: then no message of the
-frame is on its way except the control of the frame itself. END lets the ranks go.
+a rank that is done has no unfinished ray and waits for no answer: then no message of
+the frame is on its way except the control of the frame itself. END lets the ranks go.
+
+A frame is given up by CANCEL, after which it completes without rays; the cells stay in
+order. A frame that broke, because a rank could not take part, ends at once; what its
+nodes know of cells is then worth nothing, and `is_broken` tells that.
 """
 
 from collections import Counter, deque
@@ -10,8 +14,8 @@ from collections.abc import Iterable
 
 import msgspec
 
-from renderers.art.messages import Message, MessageKind, ProtocolError
-from renderers.art.node import Node
+from renderers.art.messages import CELL_KINDS, Message, MessageKind, ProtocolError
+from renderers.art.node_maker import MarchNode
 from renderers.art.rays import RayPacket
 from renderers.art.regions import Gather
 from renderers.art.transport import RankRefusedError, Transport
@@ -32,7 +36,7 @@ class Rank:
         self.transport = transport
         self.frame = 0
         self.orders: deque[Message] = deque()
-        self._node: Node | None = None
+        self._node: MarchNode | None = None
         self._gather: Gather | None = None
         self._early: list[Message] = []
         self._before: dict[str, int] = {}
@@ -40,6 +44,8 @@ class Rank:
         """What the frame has cost all ranks that are done (rank 0 only)."""
         self._done_ranks: set[int] = set()
         self._said_done = False
+        self.is_broken = False
+        """The frame that ended last left cells in disorder: make new nodes."""
 
     @property
     def is_drawing(self) -> bool:
@@ -49,7 +55,7 @@ class Rank:
     def begin(
         self,
         frame: int,
-        node: Node,
+        node: MarchNode,
         packets: Iterable[RayPacket],
         gather: Gather | None = None,
     ) -> None:
@@ -58,6 +64,7 @@ class Rank:
             raise ValueError("rank 0, and only rank 0, gathers the picture")
         node.begin(frame, packets)
         self.frame, self._node, self._gather = frame, node, gather
+        self.is_broken = False
         self._before = node.tally()
         self.cost.clear()
         self._done_ranks.clear()
@@ -92,16 +99,25 @@ class Rank:
         """Give the processor away after a step without work."""
         self.transport.rest(self._node is not None and self._node.is_waiting)
 
-    def order(self, kind: MessageKind, frame: int, payload: bytes = b"") -> None:
+    def order(
+        self, kind: MessageKind, frame: int, payload: bytes = b"", *, aux: int = 0
+    ) -> None:
         """Send every other rank a control message; rank 0 only."""
         for target in range(1, self.transport.ranks):
-            message = Message(kind, self.transport.rank, target, frame, 0, payload)
+            source = self.transport.rank
+            message = Message(kind, source, target, frame, 0, payload, aux=aux)
             self.transport.send(message)
 
+    def cancel(self) -> None:
+        """Give the frame's rays up everywhere; it still has to complete."""
+        self.order(MessageKind.CANCEL, self.frame)
+        if self._node is not None:
+            self._node.cancel()
+
     def end(self) -> None:
-        """Leave the frame, finished or not; rank 0 takes the others along."""
-        if self.transport.rank == 0:
-            self.order(MessageKind.END, self.frame)
+        """Leave the frame and take the others along; it breaks when not complete."""
+        self.is_broken = not self.is_complete
+        self.order(MessageKind.END, self.frame, aux=int(self.is_broken))
         self._leave()
 
     def fail(self, frame: int, reason: str) -> None:
@@ -110,8 +126,6 @@ class Rank:
         self._say(MessageKind.FAILED, 0, reason.encode())
 
     def _leave(self) -> None:
-        if self._node is not None:
-            self._node.leave()
         self._node = None
         self._gather = None
 
@@ -129,11 +143,14 @@ class Rank:
             self.orders.append(message)
         elif message.frame > self.frame:
             self._early.append(message)
+        elif kind is MessageKind.END and message.frame == self.frame:
+            self.is_broken = bool(message.aux)
+            self._leave()
         elif message.frame < self.frame or self._node is None:
             return
-        elif kind is MessageKind.END:
-            self._leave()
-        elif kind in (MessageKind.REQUEST, MessageKind.DATA):
+        elif kind is MessageKind.CANCEL:
+            self._node.cancel()
+        elif kind in CELL_KINDS:
             self._send_all(self._node.handle(message))
         elif self._gather is None:
             raise ProtocolError(f"rank {self.transport.rank} was sent {kind.name}")

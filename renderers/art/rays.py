@@ -3,11 +3,14 @@
 from collections import deque
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderers.art.regions import Region
+
+P = TypeVar("P")
 
 TILE_PX = 8
 """Edge of the squares of pixels whose rays march together: they share cells."""
@@ -65,16 +68,16 @@ class RayPacket:
         return np.unique(waiting).tolist() if waiting.size else []
 
 
-class RayStack:
+class RayStack(Generic[P]):
     """Keep active packets apart from inactive ones, which wait for cells.
 
     Inactive packets are found by cell, never by a scan of the stack.
     """
 
     def __init__(self) -> None:
-        self._active: deque[RayPacket] = deque()
-        self._inactive: dict[int, list[RayPacket]] = {}
-        self._needs: dict[RayPacket, list[int]] = {}
+        self._active: deque[P] = deque()
+        self._inactive: dict[int, list[P]] = {}
+        self._needs: dict[P, list[int]] = {}
 
     def __len__(self) -> int:
         return len(self._active) + len(self._needs)
@@ -84,15 +87,19 @@ class RayStack:
         """Count the packets that can go on."""
         return len(self._active)
 
-    def push(self, packet: RayPacket) -> None:
+    def push(self, packet: P) -> None:
         """Add a packet that can go on."""
         self._active.append(packet)
 
-    def pop(self, most: int) -> list[RayPacket]:
+    def resume(self, packet: P) -> None:
+        """Put back a packet that was interrupted; it is the next to go on."""
+        self._active.appendleft(packet)
+
+    def pop(self, most: int) -> list[P]:
         """Take up to `most` active packets off the stack, first come first served."""
         return [self._active.popleft() for _ in range(min(most, len(self._active)))]
 
-    def park(self, packet: RayPacket, cells: list[int]) -> None:
+    def park(self, packet: P, cells: list[int]) -> None:
         """Let a packet wait until any of `cells` comes."""
         if not cells:
             raise ValueError("a packet cannot wait for nothing")

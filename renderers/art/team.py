@@ -11,7 +11,8 @@ from renderers.art.data_store import DataStore
 from renderers.art.job import ScopeWork, SnapshotRequest, decode_request
 from renderers.art.march import FrameRays, March
 from renderers.art.messages import MessageKind
-from renderers.art.node import Node
+from renderers.art.node_maker import MarchNode, make_node
+from renderers.art.policy import CellPolicy
 from renderers.art.rank import Rank
 from renderers.art.rays import RayPacket
 from renderers.art.regions import Gather, deal_regions
@@ -20,9 +21,9 @@ from renderers.art.tracer import (
     ActiveRayTracer,
     RenderStoppedError,
     classic_image,
-    make_node,
     scope_gbuffer,
 )
+from renderers.art.transport import Transport
 from renderers.scene import Camera, GBuffer, Image, Scene
 
 Progress = Callable[[float], bool]
@@ -98,34 +99,38 @@ class SerialTeam:
 class _Prepared:
     """Keep one rank's node for the next request of the same scene."""
 
-    def __init__(self, rank: int, ranks: int, cache_cells: int | None) -> None:
-        self._place = rank, ranks
-        self._cache_cells = cache_cells
-        self._kept: tuple[bytes, March, Node] | None = None
+    def __init__(self, transport: Transport, policy: CellPolicy) -> None:
+        self._transport = transport
+        self._policy = policy
+        self._kept: tuple[bytes, March, MarchNode] | None = None
 
-    def node(self, request: SnapshotRequest, scene: Scene) -> tuple[March, Node]:
+    def node(self, request: SnapshotRequest, scene: Scene) -> tuple[March, MarchNode]:
         key = scene_key(request)
         if self._kept is None or self._kept[0] != key:
-            rank, ranks = self._place
-            march, node = make_node(
+            march, node, _ = make_node(
                 scene,
                 "scope" if isinstance(request.work, ScopeWork) else "classic",
                 request.to_quality(),
-                rank=rank,
-                ranks=ranks,
-                cache_cells=self._cache_cells,
+                rank=self._transport.rank,
+                ranks=self._transport.ranks,
+                dataflow=self._policy.dataflow,
+                distances=self._transport.distances,
+                cache_cells=self._policy.cache_cells,
             )
             self._kept = key, march, node
         return self._kept[1:]
+
+    def forget(self) -> None:
+        self._kept = None
 
 
 class RankTeam:
     """Trace with all ranks of a transport; lives on rank 0."""
 
-    def __init__(self, rank: Rank, cache_cells: int | None = None) -> None:
+    def __init__(self, rank: Rank, policy: CellPolicy | None = None) -> None:
         self.ranks = rank.transport.ranks
         self._rank = rank
-        self._prepared = _Prepared(0, self.ranks, cache_cells)
+        self._prepared = _Prepared(rank.transport, policy or CellPolicy())
 
     def trace(
         self, request: SnapshotRequest, scene: Scene, progress: Progress
@@ -136,22 +141,18 @@ class RankTeam:
         rank.order(MessageKind.BEGIN, frame, msgspec.json.encode(request))
         camera = traced_camera(request)
         gather = Gather(camera.width, camera.height)
-        pixels = gather.missing
         try:
             march, node = self._prepared.node(request, scene)
             rank.begin(frame, node, _packets(march, camera, 0, self.ranks), gather)
-            looked = time.monotonic()
-            while not rank.is_complete:
-                if not rank.step():
-                    rank.rest()
-                if time.monotonic() - looked > _LOOK_S:
-                    looked = time.monotonic()
-                    if not progress(1 - gather.missing / pixels):
-                        raise RenderStoppedError("the picture was given up")
+            stopped = self._complete(gather, progress)
         finally:
             # Frame numbers are never used again, also when this one never began.
             rank.frame = frame
             rank.end()
+            if rank.is_broken:
+                self._prepared.forget()
+        if stopped:
+            raise RenderStoppedError("the picture was given up")
         found: GBuffer | Image
         if isinstance(request.work, ScopeWork):
             found = scope_gbuffer(gather, march)
@@ -163,11 +164,26 @@ class RankTeam:
         """Send the other ranks home."""
         self._rank.order(MessageKind.STOP, self._rank.frame + 1)
 
+    def _complete(self, gather: Gather, progress: Progress) -> bool:
+        """Draw until every rank is done; tell whether the picture was given up."""
+        pixels = gather.missing
+        looked = time.monotonic()
+        stopped = False
+        while not self._rank.is_complete:
+            if not self._rank.step():
+                self._rank.rest()
+            if not stopped and time.monotonic() - looked > _LOOK_S:
+                looked = time.monotonic()
+                if not progress(1 - gather.missing / pixels):
+                    stopped = True
+                    self._rank.cancel()
+        return stopped
 
-def follow(rank: Rank, data: DataStore, cache_cells: int | None = None) -> None:
+
+def follow(rank: Rank, data: DataStore, policy: CellPolicy | None = None) -> None:
     """Take part in what rank 0 orders until it says STOP; the loop of other ranks."""
     transport = rank.transport
-    prepared = _Prepared(transport.rank, transport.ranks, cache_cells)
+    prepared = _Prepared(transport, policy or CellPolicy())
     while True:
         if not rank.step():
             rank.rest()
@@ -176,10 +192,13 @@ def follow(rank: Rank, data: DataStore, cache_cells: int | None = None) -> None:
         order = rank.orders.popleft()
         if order.kind is MessageKind.STOP:
             return
+        if rank.is_broken:
+            prepared.forget()
         try:
             request = decode_request(order.payload)
             march, node = prepared.node(request, load_scene(data, request))
         except (ValueError, OSError) as error:
+            prepared.forget()
             rank.fail(order.frame, str(error))
             continue
         camera = traced_camera(request)

@@ -8,14 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderers.art.cache import CellCache
-from renderers.art.cells import CellGrid, CellShare, cube_distances
-from renderers.art.directory import Directory, homes
-from renderers.art.kernel_set import KernelSet, best_kernels
-from renderers.art.march import ClassicMarch, FrameRays, March, ScopeMarch
-from renderers.art.node import Node
+from renderers.art.kernel_set import KernelSet
+from renderers.art.march import FrameRays, March
+from renderers.art.node_maker import MarchNode, make_node
 from renderers.art.quality import Quality
 from renderers.art.regions import Gather, deal_regions
+from renderers.art.work import MarchWork
 from renderers.scene import Camera, GBuffer, Image, Scene
 
 PACKETS_A_SLICE = 8
@@ -75,8 +73,7 @@ class ActiveRayTracer:
         self._cache_cells = cache_cells
         self._validate = validate
         self._kernels = kernels
-        self._nodes: dict[str, Node] = {}
-        self._marches: dict[str, March] = {}
+        self._made: dict[str, tuple[March, MarchNode, MarchWork]] = {}
 
     def render(
         self, camera: Camera, progress: Callable[[float], bool] | None = None
@@ -93,7 +90,7 @@ class ActiveRayTracer:
     ) -> GBuffer:
         """Find the air surface behind each pixel (mode `scope`)."""
         gather = self._trace("scope", camera, progress)
-        return scope_gbuffer(gather, self._marches["scope"])
+        return scope_gbuffer(gather, self._made["scope"][0])
 
     def _trace(
         self,
@@ -103,32 +100,31 @@ class ActiveRayTracer:
     ) -> Gather:
         began = time.perf_counter()
         with ThreadPoolExecutor(self._threads) as pool:
-            node = self._node(mode)
+            march, node, work = self._node(mode)
             gather = Gather(camera.width, camera.height)
             before = node.tally()
             rays = FrameRays.of(camera)
-            march = self._marches[mode]
             regions = deal_regions(camera.width, camera.height, 0, 1)
             run = pool.map if self._threads > 1 else map
-            node.use(run)
+            work.use(run)
             node.begin(node.frame + 1, run(lambda r: march.start(r, rays), regions))
             pixels = gather.missing
             while not node.is_finished:
                 for message in node.advance(PACKETS_A_SLICE):
                     gather.add_payload(message.payload)
                 if progress and not progress(1 - gather.missing / pixels):
-                    node.leave()
+                    node.cancel()
                     raise RenderStoppedError("the picture was given up")
         after = node.tally()
         counters = {key: after[key] - before[key] for key in after}
-        counters["cells_occupied"] = node.cache.occupied
-        counters["cells"] = node.cache.grid.cells
+        counters["cells_occupied"] = work.occupied
+        counters["cells"] = work.bricks.grid.cells
         self.report = RenderReport(time.perf_counter() - began, counters)
         return gather
 
-    def _node(self, mode: str) -> Node:
-        if mode not in self._nodes:
-            march, node = make_node(
+    def _node(self, mode: str) -> tuple[March, MarchNode, MarchWork]:
+        if mode not in self._made:
+            self._made[mode] = make_node(
                 self.scene,
                 mode,
                 self.quality,
@@ -137,50 +133,7 @@ class ActiveRayTracer:
                 validate=self._validate,
                 kernels=self._kernels,
             )
-            self._nodes[mode] = node
-            self._marches[mode] = march
-        return self._nodes[mode]
-
-
-def make_node(
-    scene: Scene,
-    mode: str,
-    quality: Quality,
-    *,
-    rank: int = 0,
-    ranks: int = 1,
-    cell_side: int = 8,
-    cache_cells: int | None = None,
-    validate: bool = False,
-    kernels: KernelSet | None = None,
-) -> tuple[March, Node]:
-    """Prepare one rank for a scene in mode `classic` or `scope`.
-
-    kernels: the compiled functions; None for the fastest this machine has.
-    """
-    surface = scene.surface
-    if mode == "scope" and surface is None:
-        raise ValueError("the scene has no air surface; mode scope needs one")
-    volume = scene.volume if surface is None or mode == "classic" else surface.distance
-    grid = CellGrid(volume.shape, cell_side)
-    ranges = grid.value_ranges(volume.values)
-    march: March
-    if mode == "classic":
-        span = float(ranges[:, 0].min()), float(ranges[:, 1].max())
-        march = ClassicMarch(scene, quality, span, kernels or best_kernels())
-    elif mode == "scope":
-        march = ScopeMarch(scene, quality, kernels or best_kernels())
-    else:
-        raise ValueError(f"mode must be classic or scope, got {mode!r}")
-    clear = march.clear if quality.skip_empty else np.zeros((0, 2), np.float32)
-    seen = grid.occupied(ranges, clear)
-    leap = cube_distances(volume.values, clear)
-    cache = CellCache(grid, volume.spacing_mm, seen, leap, capacity=cache_cells)
-    mine = None
-    if ranks > 1:
-        mine = np.flatnonzero(seen & (homes(grid.cells, ranks) == rank))
-    directory = Directory(rank, ranks, grid, CellShare(grid, volume.values, mine))
-    return march, Node(march, grid, directory, cache, validate=validate)
+        return self._made[mode]
 
 
 def classic_image(gather: Gather) -> Image:

@@ -5,6 +5,7 @@ over all kinds, and promises no other order. Nothing else is assumed.
 """
 
 from collections import deque
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -31,6 +32,10 @@ class Transport(Protocol):
     @property
     def ranks(self) -> int:
         """Get the number of ranks."""
+        ...
+
+    def distances(self, rank: int) -> Sequence[int]:
+        """Get what separates a rank from each rank: 0 itself, 1 near, 2 far."""
         ...
 
     def send(self, message: Message) -> None:
@@ -73,6 +78,10 @@ class LoopBack:
         """Count the messages sent and not taken."""
         return sum(len(queue) for queue in self._queues.values())
 
+    def flying(self) -> list[Message]:
+        """Read the messages sent and not taken."""
+        return [Message.decode(r) for queue in self._queues.values() for r in queue]
+
     def put(self, message: Message) -> None:
         """Queue a message."""
         if not 0 <= message.target < self.ranks:
@@ -96,6 +105,10 @@ class LoopBackEnd:
         self.rank = rank
         self.ranks = joint.ranks
         self._joint = joint
+
+    def distances(self, rank: int) -> Sequence[int]:
+        """Give all others the same distance."""
+        return [int(other != rank) for other in range(self.ranks)]
 
     def send(self, message: Message) -> None:
         """Queue a message."""

@@ -96,23 +96,40 @@ def camera() -> Camera:
     )
 
 
-@pytest.mark.parametrize("number", [2, pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("number", "dataflow", "cells"),
+    [
+        (2, "migrating", 60),
+        pytest.param(2, "static", 9, marks=pytest.mark.slow),
+        pytest.param(2, "replicated", 9, marks=pytest.mark.slow),
+        pytest.param(3, "migrating", 36, marks=pytest.mark.slow),
+        pytest.param(4, "migrating", 26, marks=pytest.mark.slow),
+        pytest.param(7, "migrating", 20, marks=pytest.mark.slow),
+    ],
+)
 def test_ranks_draw_the_same_bits_as_one_process(
-    tmp_path: Path, scene: Scene, camera: Camera, number: int
+    tmp_path: Path,
+    scene: Scene,
+    camera: Camera,
+    number: int,
+    dataflow: str,
+    cells: int,
 ) -> None:
     client = SnapshotClient(tmp_path / "spool")
     jobs = [
         client.submit(client.request_classic(scene, camera, quality=quality))
         for quality in ("snapshot", "preview")
     ]
-    with ranks(number, client.spool.folder, "--once", "--cache-cells", "9") as child:
+    options = ["--once", "--cache-cells", str(cells), "--dataflow", dataflow]
+    with ranks(number, client.spool.folder, *options) as child:
         snapshots = [client.wait(job, timeout_s=120) for job in jobs]
         said, _ = child.communicate(timeout=30)
         assert (said, child.returncode) == ("", 0)
     for quality, snapshot in zip(("snapshot", "preview"), snapshots, strict=True):
         expected = ActiveRayTracer(scene, quality, threads=1).render(camera)
         assert snapshot.result.ranks == number
-        assert snapshot.result.counters["requests"] > 0
+        sent = snapshot.result.counters["requests"]
+        assert (sent == 0) == (dataflow == "replicated")
         assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
     wait_until_gone(client.spool.folder)
 

@@ -103,6 +103,23 @@ def test_a_share_of_copies_holds_the_same_bytes() -> None:
         some.block(2)
 
 
+def test_a_share_changes_with_what_moves_and_what_is_edited() -> None:
+    values = random_values((20, 18, 33))
+    grid = CellGrid((20, 18, 33))
+    share = CellShare(grid, values, np.array([1]))
+    share.put(7, grid.block(values, 7))
+    assert len(share) == 2
+    assert np.array_equal(share.block(7), grid.block(values, 7))
+    share.drop(7)
+    with pytest.raises(KeyError):
+        share.block(7)
+    edited = values + 1
+    share.replace(edited)
+    assert np.array_equal(share.block(1), grid.block(values, 1))
+    share.renew(1)
+    assert np.array_equal(share.block(1), grid.block(edited, 1))
+
+
 def test_mistakes_are_named() -> None:
     with pytest.raises(ValueError, match="cell side must be one of"):
         CellGrid((9, 9, 9), 12)

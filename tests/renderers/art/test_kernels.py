@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from renderers.art.kernels import BISECTIONS, leap_out, per_voxel
 from renderers.art.march import FrameRays
+from renderers.art.node_maker import make_node
 from renderers.art.quality import Quality
 from renderers.art.rays import RayPacket
 from renderers.art.regions import Region
-from renderers.art.tracer import make_node
 from renderers.reference import sobel_gradient
 from renderers.scene import Camera, Scene, Volume
 
@@ -43,7 +43,7 @@ def at(field: NDArray[np.float32], point: NDArray[np.float32]) -> NDArray[np.flo
 
 def trace(scene: Scene, mode: str, camera: Camera) -> tuple[RayPacket, RayPacket]:
     """Give rays before and after the compiled march."""
-    march, node = make_node(scene, mode, Quality(0.5, 1 / 255, skip_empty=False))
+    march, node, _ = make_node(scene, mode, Quality(0.5, 1 / 255, skip_empty=False))
     rays = FrameRays.of(camera)
     before, packet = march.start(WHOLE, rays), march.start(WHOLE, rays)
     node.begin(1, [packet])

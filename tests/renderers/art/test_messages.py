@@ -5,7 +5,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from renderers.art.messages import HEADER_BYTES, Message, MessageKind, ProtocolError
+from renderers.art.messages import (
+    HEADER_BYTES,
+    Message,
+    MessageKind,
+    ProtocolError,
+    sequence_of,
+)
 
 messages = st.builds(
     Message,
@@ -15,6 +21,7 @@ messages = st.builds(
     st.integers(0, 2**32 - 1),
     st.integers(0, 2**32 - 1),
     st.binary(max_size=200),
+    *[st.integers(0, 2**32 - 1)] * 3,
 )
 
 
@@ -22,6 +29,13 @@ messages = st.builds(
 def test_a_message_survives_its_bytes(message: Message) -> None:
     record = message.encode()
     assert len(record) == HEADER_BYTES + len(message.payload)
+    assert Message.decode(record) == message
+
+
+@given(messages, st.integers(0, 2**40))
+def test_a_message_carries_its_number(message: Message, number: int) -> None:
+    record = message.encode(number)
+    assert sequence_of(record) == number % 2**32
     assert Message.decode(record) == message
 
 
@@ -42,8 +56,8 @@ def test_a_cut_or_damaged_message_is_refused(
 
 def test_an_unknown_kind_is_refused() -> None:
     record = bytearray(Message(MessageKind.DATA, 0, 1, 1).encode())
-    record[4] = 2
-    with pytest.raises(ProtocolError, match="no message has kind 2"):
+    record[4] = 9
+    with pytest.raises(ProtocolError, match="no message has kind 9"):
         Message.decode(bytes(record))
     record[0] ^= 255
     with pytest.raises(ProtocolError, match="does not begin like one"):

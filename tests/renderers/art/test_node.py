@@ -3,21 +3,29 @@ import pytest
 from renderers.art.cache import CellState
 from renderers.art.march import FrameRays
 from renderers.art.messages import Message, MessageKind, ProtocolError
-from renderers.art.node import MOST_PENDING, Node
+from renderers.art.node import MOST_PENDING
+from renderers.art.node_maker import MarchNode, make_node
+from renderers.art.policy import Dataflow
 from renderers.art.quality import Quality
 from renderers.art.regions import deal_regions
-from renderers.art.tracer import make_node
 from renderers.scene import Camera, Scene
 
 
-def begun(scene: Scene, camera: Camera, rank: int, cells: int | None = None) -> Node:
-    march, node = make_node(
+def begun(
+    scene: Scene,
+    camera: Camera,
+    rank: int,
+    cells: int | None = None,
+    dataflow: Dataflow = Dataflow.STATIC,
+) -> MarchNode:
+    march, node, _ = make_node(
         scene,
         "classic",
         Quality(0.5, 0.0),
         rank=rank,
         ranks=2,
         cache_cells=cells,
+        dataflow=dataflow,
         validate=True,
     )
     rays = FrameRays.of(camera)
@@ -80,21 +88,60 @@ def test_what_the_protocol_forbids_is_told_with_its_story(
     asker.handle(answer)
     with pytest.raises(ProtocolError, match=r"VALID, not PENDING\. .*DATA of cell"):
         asker.handle(answer)
-    with pytest.raises(ProtocolError, match="a message of frame 7 came in frame 1"):
-        asker.handle(Message(MessageKind.REQUEST, 1, 0, 7))
     with pytest.raises(ProtocolError, match="cannot handle STOP"):
         asker.handle(Message(MessageKind.STOP, 1, 0, 1))
     with pytest.raises(ProtocolError, match="cannot follow frame 1"):
         asker.begin(1, [])
 
 
-def test_leaving_forgets_rays_and_keeps_cells(scene: Scene, outside: Camera) -> None:
+def test_cancelling_drops_rays_and_keeps_cells(scene: Scene, outside: Camera) -> None:
+    node, other = begun(scene, outside, 0), begun(scene, outside, 1)
+    asked: list[Message] = []
+    while not asked:
+        asked = requests(node.advance(1))
+    held = len([c for c in node.cache.cells() if node.cache.holds(c)])
+    node.cancel()
+    assert (node.is_active, node.is_finished) == (False, False)
+    for request in asked:
+        for answer in other.handle(request):
+            node.handle(answer)
+    assert not node.is_waiting
+    assert len(node.cache.cells()) == held + len(asked)
+
+
+def test_a_cell_moves_by_way_of_its_home(scene: Scene, outside: Camera) -> None:
+    nodes = [begun(scene, outside, r, None, Dataflow.MIGRATING) for r in (0, 1)]
+    asked: list[Message] = []
+    while not asked:
+        asked = requests(nodes[0].advance(1))
+    request = asked[0]
+    home = nodes[0].directory.home(request.cell)
+    assert request.target == home
+    (forward,) = nodes[home].handle(request)
+    assert (forward.kind, forward.target) == (MessageKind.FORWARD, 1)
+    (data,) = nodes[1].handle(forward)
+    assert (data.kind, data.target, data.who) == (MessageKind.DATA, 0, 0)
+    nodes[0].handle(data)
+    assert nodes[0].cache.state(request.cell) is CellState.VALID
+    assert nodes[1].cache.owns(request.cell)
+    assert not nodes[0].cache.owns(request.cell)
+
+
+def test_words_of_moving_cells_are_refused_where_cells_stay(
+    scene: Scene, outside: Camera
+) -> None:
     node = begun(scene, outside, 0)
-    for _ in range(5):
-        node.advance(4)
-    held = node.cache.fetches
-    assert held > 0
-    node.leave()
-    node.check()
-    assert node.is_finished
-    assert sum(node.cache.state(c) is CellState.VALID for c in range(100)) == held
+    with pytest.raises(ProtocolError, match="KEEP came where cells do not migrate"):
+        node.handle(Message(MessageKind.KEEP, 1, 0, 1, 3))
+
+
+def test_a_volume_changes_between_frames_only(scene: Scene, outside: Camera) -> None:
+    node = begun(scene, outside, 0)
+    with pytest.raises(ProtocolError, match="only change between frames"):
+        node.edit(1, [])
+    node.cancel()
+    node.edit(3, [])
+    with pytest.raises(ProtocolError, match="generation 3 cannot follow 3"):
+        node.edit(3, [])
+    with pytest.raises(ProtocolError, match="of generation 1 came in generation 3"):
+        node.handle(Message(MessageKind.REQUEST, 1, 0, 1, 0, generation=1))

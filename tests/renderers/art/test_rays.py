@@ -31,7 +31,7 @@ def test_a_packet_wakes_once_by_any_of_its_cells(seed: int) -> None:
         {int(c) for c in rng.integers(0, 7, rng.integers(1, 5))}
         for _ in range(rng.integers(1, 12))
     ]
-    stack = RayStack()
+    stack: RayStack[RayPacket] = RayStack()
     waiting = []
     for cells in needs:
         made = packet([0])
@@ -50,7 +50,7 @@ def test_a_packet_wakes_once_by_any_of_its_cells(seed: int) -> None:
 
 
 def test_first_come_first_served() -> None:
-    stack = RayStack()
+    stack: RayStack[RayPacket] = RayStack()
     packets = [packet([-1]) for _ in range(5)]
     for made in packets:
         stack.push(made)
@@ -60,4 +60,4 @@ def test_first_come_first_served() -> None:
 
 def test_nothing_cannot_be_waited_for() -> None:
     with pytest.raises(ValueError, match="wait for nothing"):
-        RayStack().park(packet([-1]), [])
+        RayStack[RayPacket]().park(packet([-1]), [])

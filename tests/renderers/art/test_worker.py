@@ -15,6 +15,7 @@ from renderers.art.client import (
     WorkerLostError,
 )
 from renderers.art.job import ScopeWork, SnapshotRequest
+from renderers.art.policy import CellPolicy, Dataflow
 from renderers.art.rank import Rank
 from renderers.art.spool import JobState, Spool
 from renderers.art.team import RankTeam, SerialTeam, Traced, follow
@@ -23,6 +24,9 @@ from renderers.art.worker import MOST_ATTEMPTS, run_worker
 from renderers.scene import Camera, Image, Material, Mesh, Scene
 
 Go = Callable[[float], bool]
+
+
+POLICY = CellPolicy(5, Dataflow.STATIC)
 
 
 @pytest.fixture
@@ -252,7 +256,7 @@ def test_a_team_of_ranks_delivers_the_same_bytes(
     ranks = [Rank(ThreadedEnd(joint, rank)) for rank in range(3)]
     data = Spool(client.spool.folder).data
     others = [
-        threading.Thread(target=follow, args=(rank, data, 5)) for rank in ranks[1:]
+        threading.Thread(target=follow, args=(rank, data, POLICY)) for rank in ranks[1:]
     ]
     for other in others:
         other.start()
@@ -263,7 +267,7 @@ def test_a_team_of_ranks_delivers_the_same_bytes(
     again = client.request_classic(scene, outside, samples=4)
     for request in (good, cancelled, again):
         client.submit(request)
-    served = run_worker(client.spool.folder, once=True, team=RankTeam(ranks[0], 5))
+    served = run_worker(client.spool.folder, once=True, team=RankTeam(ranks[0], POLICY))
     for other in others:
         other.join(10)
         assert not other.is_alive()

@@ -1,0 +1,72 @@
+"""The cells that rays can read, as bricks of value and gradient."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.art.cells import CellGrid
+from renderers.art.preparation import build_brick
+from renderers.art.views import CellView
+
+_FIRST_SLOTS = 64
+
+
+class Bricks:
+    """Keep a brick a slot, made as slots are first filled.
+
+    A brick is float32 ``(side + 1)**3`` voxels of (value, gradient x y z).
+    """
+
+    def __init__(
+        self,
+        grid: CellGrid,
+        spacing_mm: NDArray[np.float64],
+        leap: NDArray[np.uint8],
+        stamp: NDArray[np.int64],
+    ) -> None:
+        """Take the distances of `cube_distances` and the stamps of a `CellCache`."""
+        self.grid = grid
+        self._inverse_spacing = (1 / np.asarray(spacing_mm)).astype(np.float32)
+        self._size = np.array(grid.shape[::-1], np.int32)
+        self._floats = (grid.side + 1) ** 3 * 4
+        self.view = CellView(
+            top=self._size - 2,
+            counts=np.array(grid.counts[::-1], np.int32),
+            leap=leap,
+            slots=np.full(grid.cells, -1, np.int32),
+            samples=np.zeros(0, np.float32),
+            stamp=stamp,
+        )
+
+    @property
+    def bytes(self) -> int:
+        """Get the memory of all bricks and of the distances."""
+        return self.view.samples.nbytes + self.view.leap.nbytes
+
+    def shows(self, cell: int) -> bool:
+        """Tell whether rays can read a cell."""
+        return bool(self.view.slots[cell] >= 0)
+
+    def show(self, cell: int, slot: int, block: NDArray[np.generic]) -> None:
+        """Make a cell's brick from its raw values with their ghosts."""
+        n = self._floats
+        if self.view.samples.size < (slot + 1) * n:
+            self._grow(slot + 1)
+        build_brick(
+            np.array(block, dtype=np.float32, order="C"),
+            np.array(self.grid.start(cell)[::-1], np.int32),
+            self._size,
+            self._inverse_spacing,
+            self.view.samples[slot * n : (slot + 1) * n],
+        )
+        self.view.slots[cell] = slot
+
+    def hide(self, cell: int) -> None:
+        """Let rays stop at a cell again."""
+        self.view.slots[cell] = -1
+
+    def _grow(self, slots: int) -> None:
+        before = self.view.samples.size // self._floats
+        most = len(self.view.stamp)
+        after = min(max(slots, 2 * before, min(_FIRST_SLOTS, most)), most)
+        added = np.zeros((after - before) * self._floats, np.float32)
+        self.view = self.view._replace(samples=np.append(self.view.samples, added))

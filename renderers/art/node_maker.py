@@ -1,0 +1,119 @@
+"""A scene made ready for one rank: its march, its cells, its node."""
+
+import numpy as np
+
+from renderers.art.bricks import Bricks
+from renderers.art.cache import CellCache
+from renderers.art.cells import CellGrid, CellShare, cube_distances
+from renderers.art.directory import (
+    Directory,
+    Distances,
+    deal_owners,
+    homes,
+    ring_distances,
+)
+from renderers.art.kernel_set import KernelSet, best_kernels
+from renderers.art.march import ClassicMarch, March, ScopeMarch
+from renderers.art.node import Node
+from renderers.art.policy import Dataflow
+from renderers.art.quality import Quality
+from renderers.art.rays import RayPacket
+from renderers.art.work import MarchWork
+from renderers.scene import Scene
+
+MarchNode = Node[RayPacket]
+
+MOST_WORKING = 64
+"""Slots of a cache that owned cells leave free, at most: twice the requests in flight.
+Of less room than that, half is left free and half is for cells whose owner gives up."""
+
+
+def slots_of(cells: int, ranks: int, wanted: int | None) -> tuple[int, int]:
+    """Get a rank's slots and how many of them may be owned cells, where cells migrate.
+
+    wanted: slots; None for as many as there are cells. Raise ValueError when all ranks
+    together could not hold every cell and still work.
+    """
+    share = -(-cells // ranks)
+    slots = max(cells, share + 1) if wanted is None else wanted
+    if slots < share + 1:
+        raise ValueError(
+            f"{cells} cells over {ranks} ranks need caches of at least {share + 1} "
+            f"cells each, got {slots}; take more ranks or larger caches"
+        )
+    return slots, slots - min(MOST_WORKING, (slots - share + 1) // 2)
+
+
+def make_node(
+    scene: Scene,
+    mode: str,
+    quality: Quality,
+    *,
+    rank: int = 0,
+    ranks: int = 1,
+    dataflow: Dataflow = Dataflow.STATIC,
+    distances: Distances | None = None,
+    cell_side: int = 8,
+    cache_cells: int | None = None,
+    validate: bool = False,
+    kernels: KernelSet | None = None,
+) -> tuple[March, MarchNode, MarchWork]:
+    """Prepare one rank for a scene in mode `classic` or `scope`.
+
+    distances: what separates ranks; None where it makes no difference. cache_cells:
+    cells a rank has ready; None for all that can be seen. kernels: the compiled
+    functions; None for the fastest this machine has.
+    """
+    surface = scene.surface
+    if mode == "scope" and surface is None:
+        raise ValueError("the scene has no air surface; mode scope needs one")
+    volume = scene.volume if surface is None or mode == "classic" else surface.distance
+    grid = CellGrid(volume.shape, cell_side)
+    ranges = grid.value_ranges(volume.values)
+    march: March
+    if mode == "classic":
+        span = float(ranges[:, 0].min()), float(ranges[:, 1].max())
+        march = ClassicMarch(scene, quality, span, kernels or best_kernels())
+    elif mode == "scope":
+        march = ScopeMarch(scene, quality, kernels or best_kernels())
+    else:
+        raise ValueError(f"mode must be classic or scope, got {mode!r}")
+    clear = march.clear if quality.skip_empty else np.zeros((0, 2), np.float32)
+    seen = grid.occupied(ranges, clear)
+    leap = cube_distances(volume.values, clear)
+
+    if not 0 <= rank < ranks:
+        raise ValueError(f"rank must be 0 to {ranks - 1}, got {rank}")
+    full = int(np.count_nonzero(seen))
+    migrates = dataflow is Dataflow.MIGRATING and ranks > 1
+    home = homes(grid.cells, ranks)
+    owner = deal_owners(seen, ranks) if migrates else home
+    mine: np.ndarray[tuple[int], np.dtype[np.int64]] | None
+    if migrates:
+        cache = CellCache(*slots_of(full, ranks, cache_cells))
+        mine = np.flatnonzero(owner == rank)
+        for cell in mine.tolist():
+            cache.own(cell)
+    else:
+        if cache_cells is not None and cache_cells < 1:
+            raise ValueError(f"a cache needs at least 1 cell, got {cache_cells}")
+        cache = CellCache(max(min(cache_cells or full, full), 1))
+        mine = np.flatnonzero(seen & (home == rank))
+        if dataflow is Dataflow.REPLICATED or ranks == 1:
+            home, mine = np.full(grid.cells, rank), None
+    work = MarchWork(
+        march,
+        Bricks(grid, volume.spacing_mm, leap, cache.stamp),
+        CellShare(grid, volume.values, mine),
+        keeps_raw=migrates,
+        occupied=full,
+    )
+    node = Node(
+        work,
+        Directory(rank, home, owner, distances or ring_distances(ranks)),
+        cache,
+        migrates=migrates,
+        stamps=cache.capacity < full,
+        validate=validate,
+    )
+    return march, node, work

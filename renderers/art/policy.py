@@ -1,0 +1,25 @@
+"""How ranks share the cells of a volume: the ways of the literature, one code."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Dataflow(Enum):
+    """Choose who has which cells.
+
+    REPLICATED: every rank the whole volume; nothing is sent. STATIC: each cell stays
+    with its home, which sends copies: object dataflow before the 1995 paper. MIGRATING:
+    the paper's, cells move to where they are used and homes only know where they are.
+    """
+
+    REPLICATED = "replicated"
+    STATIC = "static"
+    MIGRATING = "migrating"
+
+
+@dataclass(frozen=True, slots=True)
+class CellPolicy:
+    """Set how ranks share cells. cache_cells: that a rank keeps; None for all."""
+
+    cache_cells: int | None = None
+    dataflow: Dataflow = Dataflow.MIGRATING

@@ -1,0 +1,1 @@
+"""The rank protocol on a simulated machine: discrete events on a torus of ranks."""

@@ -1,0 +1,138 @@
+"""What a node has to do: rays to move, and the values of cells to hand on."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.art.bricks import Bricks
+from renderers.art.cells import CellShare
+from renderers.art.march import COUNTERS, March
+from renderers.art.messages import ProtocolError
+from renderers.art.rays import P, RayPacket
+from renderers.art.regions import region_payload
+
+Run = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[Any]]
+"""Something like `map`, which may use threads."""
+
+
+class Work(Protocol[P]):
+    """Promise what a node needs, whatever a packet is.
+
+    The ray tracer, the simulation and the exhaustive tests of the protocol each have
+    one; the node is the same.
+    """
+
+    def run(self, packets: list[P], clock: int) -> Sequence[list[int] | None]:
+        """Move packets; tell the cells each stopped at, none when it is finished.
+
+        None stands for a packet that was only interrupted, and goes on next.
+        clock: stamped on the slots of cells that are used, unless it is 0.
+        """
+        ...
+
+    def tally(self) -> dict[str, int]:
+        """Get what moving rays has cost so far, by name."""
+        ...
+
+    def result(self, packet: P) -> bytes:
+        """Write what a finished packet found."""
+        ...
+
+    def payload(self, cell: int) -> bytes:
+        """Write a held cell's raw values."""
+        ...
+
+    def fill(self, cell: int, slot: int, payload: bytes) -> None:
+        """Take a cell that came; show it."""
+        ...
+
+    def show(self, cell: int, slot: int) -> None:
+        """Let rays use a held cell."""
+        ...
+
+    def hide(self, cell: int) -> None:
+        """Forget a cell, for rays and as raw values."""
+        ...
+
+    def renew(self, cell: int) -> None:
+        """Read an owned cell anew after an edit."""
+        ...
+
+
+class MarchWork:
+    """March packets of rays through bricks.
+
+    keeps_raw: raw values of cells that came are kept, to be handed on; without, only
+    this rank's share is. occupied: cells that may hold something to be seen.
+    """
+
+    def __init__(
+        self,
+        march: March,
+        bricks: Bricks,
+        share: CellShare,
+        *,
+        keeps_raw: bool,
+        occupied: int,
+    ) -> None:
+        self.bricks = bricks
+        self.share = share
+        self.occupied = occupied
+        self.counters = np.zeros(len(COUNTERS), np.int64)
+        self._march = march
+        self._keeps_raw = keeps_raw
+        self._map: Run = map
+
+    def use(self, run: Run) -> None:
+        """Run packets with `map` or with an executor's, which may use threads."""
+        self._map = run
+
+    def tally(self) -> dict[str, int]:
+        """Get the kernels' counters."""
+        return {name: int(n) for name, n in zip(COUNTERS, self.counters, strict=True)}
+
+    def run(self, packets: list[RayPacket], clock: int) -> list[list[int]]:
+        """March each packet until its rays end or miss a cell."""
+        view, shift = self.bricks.view, self.bricks.grid.shift
+
+        def march(packet: RayPacket) -> NDArray[np.int64]:
+            return self._march.run(packet, view, shift, clock)
+
+        for counters in self._map(march, packets):
+            self.counters += counters
+        return [packet.missing_cells() for packet in packets]
+
+    def result(self, packet: RayPacket) -> bytes:
+        """Write a region with its values and depths."""
+        return region_payload(packet.region, packet.value, packet.depth)
+
+    def payload(self, cell: int) -> bytes:
+        """Write a block with its ghosts."""
+        return self.share.block(cell).tobytes()
+
+    def fill(self, cell: int, slot: int, payload: bytes) -> None:
+        """Make a brick of a block that came; raise ProtocolError at a wrong size."""
+        try:
+            block = self.share.decode(payload)
+        except ValueError as error:
+            raise ProtocolError(f"cell {cell} came damaged: {error}") from error
+        if self._keeps_raw:
+            self.share.put(cell, block)
+        self.bricks.show(cell, slot, block)
+
+    def show(self, cell: int, slot: int) -> None:
+        """Make a brick of a block of this rank's own."""
+        self.bricks.show(cell, slot, self.share.block(cell))
+
+    def hide(self, cell: int) -> None:
+        """Take a brick away, and the block unless it is this rank's to keep."""
+        self.bricks.hide(cell)
+        if self._keeps_raw:
+            self.share.drop(cell)
+
+    def renew(self, cell: int) -> None:
+        """Cut a block anew from the share's source."""
+        self.bricks.hide(cell)
+        self.share.renew(cell)

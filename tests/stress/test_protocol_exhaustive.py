@@ -1,0 +1,161 @@
+"""Small systems of ranks in every interleaving, whole and with rules taken away.
+
+The graph of states must end nowhere but where all rays are finished and have no cycle,
+which means that every schedule finishes. The second half takes one rule away at a time
+and shows that the exploration finds out.
+"""
+
+from collections.abc import Callable
+
+import pytest
+
+from renderers.art.cache import CellCache, CellState
+from renderers.art.messages import MessageKind
+from tests.stress.exploration import Exploration, Rays, System
+
+
+def two_ranks() -> System:
+    """Each owns one cell and wants the other's, twice."""
+    return System([0, 1], [1, 0], [(2, 1), (2, 1)], [[[0, 1]], [[1, 0, 1]]])
+
+
+def three_ranks() -> System:
+    """Two cells; the third rank owns nothing and has one slot."""
+    rays: Rays = [[[1, 0]], [[0]], [[0, 1]]]
+    return System([0, 1], [2, 0], [(2, 1), (2, 1), (1, 0)], rays)
+
+
+def moving() -> System:
+    """One slot to work with and another to adopt a cell: owners change."""
+    rays: Rays = [[[1, 2]], [[0]], [[1]]]
+    return System([0, 1, 2], [2, 0, 1], [(2, 1), (3, 2), (2, 1)], rays)
+
+
+def edited() -> System:
+    """Two frames; cell 0 changes between them."""
+    rays: Rays = [[[1]], [[0]], [[0, 1]]]
+    second: Rays = [[[0]], [[0]], [[1]]]
+    return System([0, 1], [2, 0], [(2, 1)] * 3, rays, second)
+
+
+def tight() -> System:
+    """Three cells, one slot to work with at each rank, two rays at one."""
+    rays: Rays = [[[1, 2]], [[2], [0]], [[0, 1]]]
+    return System([0, 1, 2], [1, 2, 0], [(2, 1)] * 3, rays)
+
+
+def crowded() -> System:
+    """Rays that come back to cells, two packets a rank, two cells to one owner."""
+    rays: Rays = [[[2], [1]], [[0, 2], [2, 0]], [[1, 0]]]
+    return System([0, 0, 1], [2, 2, 0], [(3, 2), (3, 2), (2, 1)], rays)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        two_ranks,
+        three_ranks,
+        moving,
+        edited,
+        pytest.param(tight, marks=pytest.mark.slow),
+        pytest.param(crowded, marks=pytest.mark.slow),
+    ],
+)
+def test_every_schedule_finishes_and_breaks_nothing(make: Callable[[], System]) -> None:
+    found = Exploration(make())
+    assert found.failure == ""
+    longest = found.longest()
+    print(make.__name__, found.states, longest, sorted(found.kinds))
+    assert longest is not None, "some schedule goes on for ever"
+    assert found.states > 30
+    if make is moving:
+        assert MessageKind.ADOPTED in found.kinds
+
+
+class Hasty(CellCache):
+    """Ablation: a rank that still waits for a cell is told to pass it on, and tries."""
+
+    def serve(self, cell: int, rank: int) -> bool:
+        return True
+
+
+class Careless(CellCache):
+    """Ablation: a cell that came may go before any ray has used it."""
+
+    def store(self, cell: int, version: int = 0, *, fresh: bool = True) -> list[int]:
+        return super().store(cell, version, fresh=False)
+
+
+class Impatient(CellCache):
+    """Ablation: a rank does not remember that it has asked, and asks again."""
+
+    def check(self) -> None:
+        pass
+
+    def reserve(self, cell: int) -> bool:
+        self.asked = 0
+        return super().reserve(cell)
+
+    def ask(self, cell: int) -> None:
+        self._expect(cell, CellState.VALID, "given up")
+        self.asked += 1
+
+    def purge(self, cell: int) -> None:
+        self._expect(cell, CellState.VALID, "purged")
+        self.asked = 0
+        self._release(cell)
+
+    def keep(self, cell: int) -> None:
+        self.asked = 0
+
+
+def test_without_deferral_a_cell_is_passed_on_that_never_came() -> None:
+    system = three_ranks()
+    found = Exploration(System(**{**vars(system), "cache": Hasty, "nodes": []}))
+    assert "is to be sent and is not here" in found.failure
+
+
+@pytest.mark.parametrize("make", [three_ranks, moving])
+def test_without_order_between_kinds_the_directory_is_wrong(
+    make: Callable[[], System],
+) -> None:
+    found = Exploration(System(**{**vars(make()), "fifo": False, "nodes": []}))
+    assert found.failure
+    assert found.failure != "stuck"
+
+
+def test_an_unanswered_wish_leaves_a_rank_stuck() -> None:
+    found = Exploration(System(**{**vars(moving()), "answers": False, "nodes": []}))
+    assert found.failure == "stuck"
+
+
+def test_without_a_slot_to_work_with_all_are_stuck() -> None:
+    found = Exploration(System([0, 1], [1, 0], [(1, 1)] * 2, [[[1]], [[0]]]))
+    assert found.failure in ("stuck", "all slots are taken and no ray can go on")
+
+
+def test_a_rank_that_leaves_when_it_is_done_takes_its_cells_along() -> None:
+    found = Exploration(System(**{**vars(two_ranks()), "stays": False, "nodes": []}))
+    assert found.failure == "stuck"
+
+
+def test_without_the_list_of_changes_a_stale_cell_is_found() -> None:
+    found = Exploration(System(**{**vars(edited()), "tells": False, "nodes": []}))
+    assert "is held as generations {0, 1} left it" in found.failure
+
+
+def test_asking_twice_is_refused() -> None:
+    found = Exploration(System(**{**vars(moving()), "cache": Impatient, "nodes": []}))
+    assert "would drop cell 0 twice" in found.failure
+
+
+def test_without_fresh_cells_some_schedule_goes_on_for_ever() -> None:
+    def explore(cache: type[CellCache]) -> Exploration:
+        rays: Rays = [[[1], [2]], []]
+        owner, home, slots = [0, 1, 1], [1, 0, 1], [(2, 1), (3, 2)]
+        return Exploration(System(owner, home, slots, rays, cache=cache))
+
+    for cache, ends in ((CellCache, True), (Careless, False)):
+        found = explore(cache)
+        assert found.failure == ""
+        assert (found.longest() is not None) == ends
