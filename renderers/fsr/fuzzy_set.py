@@ -131,8 +131,9 @@ def extract_fuzzy_set(
 ) -> FuzzySet:
     """Collect the voxels with F(gradient magnitude, density) >= `threshold`.
 
-    Raises ValueError when the threshold is not finite.
+    Raises ValueError when the threshold or a voxel is not finite.
     """
+    _refuse_no_numbers(volume)
     if not np.isfinite(threshold):
         raise ValueError(f"the inclusion threshold must be finite, got {threshold}")
     nz, ny, _ = volume.shape
@@ -157,8 +158,9 @@ def update_fuzzy_set(
 
     Equal to extracting the whole changed volume. Neighbours of changed voxels have
     other normals, so the rows next to them are taken anew as well. Raises ValueError
-    when the set is of another grid.
+    when the set is of another grid or a voxel is not finite.
     """
+    _refuse_no_numbers(volume)
     nz, ny, _ = volume.shape
     if fuzzy_set.rows.shape != volume.shape:
         raise ValueError(
@@ -189,6 +191,16 @@ def update_fuzzy_set(
     offsets = np.concatenate([[0], np.cumsum(counts)])
     rows = SparseRows(volume.shape, volume.world_from_voxel, offsets, x)
     return FuzzySet(rows, octahedral, value, share)
+
+
+def _refuse_no_numbers(volume: Volume) -> None:
+    """Raise ValueError for voxels that are no finite numbers: none has a place in F."""
+    if volume.values.dtype.kind == "f" and not np.all(np.isfinite(volume.value_range)):
+        count = np.count_nonzero(~np.isfinite(volume.values))
+        raise ValueError(
+            f"{count} of {volume.values.size} voxels are not finite; replace them, say "
+            f"by the background {volume.background:g}, before extraction"
+        )
 
 
 Elements = tuple[

@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.fsr.classic.ordering.kernels import list_run, list_tile
 from renderers.fsr.classic.projection.kernels import CUT, RECORD, absorbed
 from renderers.fsr.classic.shells.kernels import key_of
 from renderers.fsr.classic.tiles import (
@@ -89,16 +90,15 @@ def limit_tile(limit_mm: F32, left: int, top: int, limits: F32) -> bool:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def open_tiles(
-    tiles: I32, across: int, width: int, height: int, states: F32, depths: F32,
-    alive: I64,
+    first: int, end: int, across: int, width: int, height: int, states: F32,
+    depths: F32, alive: I64,
 ) -> None:  # fmt: skip
     """Let all light through where the picture is, none beyond.
 
-    tiles: those to open. states: ``(tiles, STATE * SQUARES)``. depths: a value per
+    first, end: which tiles. states: ``(tiles, STATE * SQUARES)``. depths: a value per
     pixel of each tile, or none. alive: each tile's squares that take light, as bits.
     """
-    for n in range(tiles.shape[0]):
-        t = tiles[n]
+    for t in range(first, end):
         left = t % across * TILE_SIDE
         top = t // across * TILE_SIDE
         alive[t] = 0
@@ -276,32 +276,40 @@ def _sum_sheets(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_tiles(
-    records: F32, boxes: I32, items: I32, start: I64, tiles: I32, across: int,
-    points: bool, cut: Real, sheets_of: F32, limit_mm: F32, last: bool, limits: F32,
-    sums: F32, sheets: I32, far: F32, states: F32, depths: F32, alive: I64, image: F32,
-    depth: F32,
+    records: F32, boxes: I32, ranges: I32, parts: I64, first: int, end: int,
+    across: int, points: bool, cut: Real, sheets_of: F32, limit_mm: F32, last: bool,
+    items: I32, limits: F32, sums: F32, sheets: I32, far: F32, states: F32, depths: F32,
+    alive: I64, image: F32, depth: F32,
 ) -> int:  # fmt: skip
     """Blend splats into tiles, near ones first; write the tiles that are finished.
 
-    boxes: the memory of `records`. items, start: which of them, tile by tile. tiles:
-    those to draw. cut: a square whose pixels all have T at or below this takes no
-    more. sheets_of: low and scale, which map depth to the keys by which items are in
-    order, and a sheet's thickness in keys; no elements where splats are blended one by
-    one. limit_mm: per pixel of the picture the depth from which nothing is seen; no
-    elements where there is none. last: no more splats will come. limits, sums,
-    sheets, far: scratch of a tile. states, depths, alive: see `open_tiles`. depth:
-    where T first falls to one half; no elements where it is not wanted. Returns the
-    fragments: the pixels of the squares drawn.
+    boxes: the memory of `records`. ranges, parts: see `list_run`. first, end: the tiles
+    first..end - 1, in one row. cut: a square whose pixels all have T at or below this
+    takes no more. sheets_of: low and scale, which map depth to the keys by which items
+    are in order, and a sheet's thickness in keys; no elements where splats are blended
+    one by one. limit_mm: per pixel of the picture the depth from which nothing is seen;
+    no elements where there is none. last: no more splats will come. items: ``(3, n)``
+    scratch for all splats and sixteen more; limits, sums, sheets, far: of a tile.
+    states, depths, alive: see `open_tiles`. depth: where T first falls to one half; no
+    elements where it is not wanted. Returns the fragments: the pixels of the squares
+    drawn.
     """
     fragments = 0
     with_depth = depth.size > 0
-    for n in range(tiles.shape[0]):
-        t = tiles[n]
-        left = t % across * TILE_SIDE
-        top = t // across * TILE_SIDE
-        some = limit_mm.size > 0 and limit_tile(limit_mm, left, top, limits)
-        bound = limits if some else limits[:0]
-        listed = items[start[t] : start[t + 1]]
+    row = first // across
+    top = row * TILE_SIDE
+    column = first - row * across
+    some = list_run(
+        ranges, parts, row, column, column + end - first - 1, items[0], items[1]
+    )
+    for t in range(first, end):
+        if alive[t] == 0:
+            continue
+        column = t - row * across
+        left = column * TILE_SIDE
+        limited = limit_mm.size > 0 and limit_tile(limit_mm, left, top, limits)
+        bound = limits if limited else limits[:0]
+        listed = items[2, : list_tile(items[0], items[1], some, column, items[2])]
         if sheets_of.size > 0:
             alive[t], squares = _sum_sheets(
                 records, boxes, listed, left, top, sheets_of[0], sheets_of[1],

@@ -15,7 +15,6 @@ from renderers.fsr.classic.kernel_set import KernelSet, best_kernels
 from renderers.fsr.classic.kernels import open_tiles
 from renderers.fsr.classic.mode import SplatMode, Traversal
 from renderers.fsr.classic.ordered_splats import OrderedSplats, Piece
-from renderers.fsr.classic.ordering.kernels import bin_splats
 from renderers.fsr.classic.painted_set import PaintedSet
 from renderers.fsr.classic.projected_splats import ProjectedSplats
 from renderers.fsr.classic.scratch import TileScratch, TileStates
@@ -27,9 +26,6 @@ from renderers.scene import Camera, Image, Scene
 
 LEAST_LIGHT = 1 / 1024
 """Light below which a square of pixels takes no more: a quarter of a code."""
-
-GROUP = 8
-"""Tiles that one thread draws at a time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +59,6 @@ class SplatRasterizer:
         self._ordered = OrderedSplats(self._painted, self._kernels)
         self._splats = ProjectedSplats(self._kernels)
         self._tiles = TileStates(1, 1, False)
-        self._items: NDArray[np.int32] = np.empty(0, np.int32)
         self._local = threading.local()
         self.counters: dict[str, int] = {}
 
@@ -145,64 +140,59 @@ class SplatRasterizer:
         is_new: bool,
         team: ThreadTeam,
     ) -> int:
-        """Project, list and draw a piece of a list; give the fragments."""
-        tiles, height, width = self._tiles, *canvas.image.shape[:2]
+        """Project and draw a piece of a list; give the fragments."""
+        tiles, projected = self._tiles, self._splats
+        height, width, _ = canvas.image.shape
         across = tiles.shape[1]
-        self._splats.update(piece, splats, team)
-        self._bin(across)
-        waiting = tiles.to_draw(all_=is_new or piece.last)
-        records = self._splats.records.reshape(-1)
-        boxes = self._splats.boxes.reshape(-1)
-        memory = tiles.states, tiles.depths, tiles.alive
+        projected.update(piece, splats, team)
+        records = projected.records.reshape(-1)
+        boxes = projected.boxes.reshape(-1)
 
-        def draw(begin: int) -> int:
-            group = waiting[begin : begin + GROUP]
+        def draw(run: tuple[int, int]) -> int:
+            first, end = run
             if is_new:
-                open_tiles(group, across, width, height, *memory)
-            scratch = self._scratch()
+                open_tiles(
+                    first,
+                    end,
+                    across,
+                    width,
+                    height,
+                    tiles.states,
+                    tiles.depths,
+                    tiles.alive,
+                )
+            scratch = self._scratch(len(projected.ranges))
             return self._kernels.draw_tiles(
                 records,
                 boxes,
-                self._items,
-                tiles.start,
-                group,
+                projected.ranges,
+                projected.parts,
+                first,
+                end,
                 across,
                 splats.mode is SplatMode.POINTS,
                 np.float32(self._least_light),
                 splats.sheets,
                 canvas.limit_mm,
                 piece.last,
+                scratch.items,
                 scratch.limits,
                 scratch.sums,
                 scratch.sheets,
                 scratch.far,
-                *memory,
+                tiles.states,
+                tiles.depths,
+                tiles.alive,
                 canvas.image,
                 canvas.depth,
             )
 
-        return sum(team.map(draw, range(0, len(waiting), GROUP)))
+        return sum(team.map(draw, tiles.runs()))
 
-    def _bin(self, across: int) -> None:
-        """List the splats of a piece per tile."""
-        splats, tiles = self._splats, self._tiles
-        while True:
-            entries = bin_splats(
-                splats.ranges,
-                splats.parts,
-                tiles.alive,
-                across,
-                tiles.start,
-                self._items,
-            )
-            if entries <= len(self._items):
-                return
-            self._items = np.empty(entries * 3 // 2, np.int32)
-
-    def _scratch(self) -> TileScratch:
+    def _scratch(self, splats: int) -> TileScratch:
         scratch: TileScratch | None = getattr(self._local, "scratch", None)
-        if scratch is None:
-            scratch = self._local.scratch = TileScratch()
+        if scratch is None or scratch.items.shape[1] < splats:
+            scratch = self._local.scratch = TileScratch(splats)
         return scratch
 
 

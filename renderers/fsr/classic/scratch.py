@@ -6,14 +6,19 @@ from numpy.typing import NDArray
 from renderers.fsr.classic.tiles import SQUARE, SQUARES, STATE
 from renderers.fsr.scope.scratch import lined_up
 
+RUN = 8
+"""Tiles side by side that one thread draws at a time."""
+
 
 class TileScratch:
     """Hold what one thread needs of the tile it draws.
 
-    limits: a float a pixel. sums: four of a sheet. sheets, far: one a square.
+    items: ``(3, n)`` room for lists of splats. limits: a float a pixel. sums: four of a
+    sheet. sheets, far: one a square.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, splats: int) -> None:
+        self.items: NDArray[np.int32] = np.empty((3, splats), np.int32)
         self.limits: NDArray[np.float32] = lined_up(SQUARES * SQUARE)
         self.sums: NDArray[np.float32] = lined_up(SQUARES * STATE)
         self.sheets: NDArray[np.int32] = lined_up(SQUARES, np.int32)
@@ -25,7 +30,7 @@ class TileStates:
 
     states: ``(tiles, 4 floats a pixel)`` light and colours. depths: ``(tiles, one a
     pixel)``, or none. alive: ``(tiles,)`` int64, the squares that take light, a bit
-    each; all, until a tile is opened. start: room for the tiles' lists.
+    each; all, until a tile is opened.
     """
 
     def __init__(self, down: int, across: int, with_depth: bool) -> None:
@@ -37,12 +42,20 @@ class TileStates:
         self.depths: NDArray[np.float32] = lined_up(tiles * depths)
         self.depths = self.depths.reshape(tiles, depths)
         self.alive: NDArray[np.int64] = np.full(tiles, -1, np.int64)
-        self.start: NDArray[np.int64] = np.empty(tiles + 2, np.int64)
 
-    def to_draw(self, *, all_: bool) -> NDArray[np.int32]:
-        """List the tiles that take light: those with splats, or all of them."""
-        has_splats = np.diff(self.start[:-1]) > 0
-        return np.flatnonzero((self.alive != 0) & (all_ | has_splats)).astype(np.int32)
+    def runs(self) -> list[tuple[int, int]]:
+        """List first and last + 1 of tiles that are drawn at a time, in one row each.
+
+        Rows that take no more light are left out.
+        """
+        down, across, _ = self.shape
+        starts = range(0, across, RUN)
+        every = [
+            (row * across + start, row * across + min(start + RUN, across))
+            for row in range(down)
+            for start in starts
+        ]
+        return [(first, end) for first, end in every if self.alive[first:end].any()]
 
     def waiting_sets(self) -> NDArray[np.int32]:
         """Give ``(down + 3, across + 3)`` sets of tiles that take light, as bits.

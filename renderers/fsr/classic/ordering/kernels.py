@@ -1,4 +1,4 @@
-"""Splats put in order by counting, first by distance, then by tile.
+"""Splats put in order of distance by counting, and picked out for each tile.
 
 Counting takes two passes whatever the order was before and needs no comparison.
 """
@@ -42,38 +42,34 @@ def order_by_keys(index: I32, keys: I32, parts: I64, counts: I32, ordered: I32) 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def bin_splats(
-    ranges: I32, parts: I64, alive: I64, across: int, start: I64, items: I32
+def list_run(
+    ranges: I32, parts: I64, row: int, first: int, last: int, items: I32, own: I32
 ) -> int:
-    """List the numbers of splats per tile, order kept; finished tiles get none.
+    """List the splats that meet any of some tiles side by side, order kept.
 
     ranges: first and last tile column and row, a byte each from the lowest. parts:
-    ``(p, 2)``, first and last + 1 of the splats of each part. start: room for tiles +
-    2; the items of tile t are then ``start[t] : start[t + 1]``. Returns the entries;
-    where they exceed `items`, nothing was written and the caller makes room.
+    ``(p, 2)``, first and last + 1 of the splats of each part. row, first, last: of the
+    tiles. items, own: which splats, and their ranges. Returns their number.
     """
-    tiles = alive.shape[0]
-    start[:] = 0
+    n = 0
     for part in range(parts.shape[0]):
         for s in range(parts[part, 0], parts[part, 1]):
             r = ranges[s]
-            for b in range(r >> 16 & 255, (r >> 24 & 255) + 1):
-                for a in range(r & 255, (r >> 8 & 255) + 1):
-                    t = b * across + a
-                    if alive[t] != 0:
-                        start[t + 2] += 1
-    for t in range(tiles):
-        start[t + 2] += start[t + 1]
-    entries = start[tiles + 1]
-    if entries > items.shape[0]:
-        return int(entries)
-    for part in range(parts.shape[0]):
-        for s in range(parts[part, 0], parts[part, 1]):
-            r = ranges[s]
-            for b in range(r >> 16 & 255, (r >> 24 & 255) + 1):
-                for a in range(r & 255, (r >> 8 & 255) + 1):
-                    t = b * across + a
-                    if alive[t] != 0:
-                        items[start[t + 1]] = s
-                        start[t + 1] += 1
-    return int(entries)
+            beside = r & 255 > last or (r >> 8) & 255 < first
+            if beside or (r >> 16) & 255 > row or (r >> 24) & 255 < row:
+                continue
+            items[n] = s
+            own[n] = r
+            n += 1
+    return n
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def list_tile(items: I32, own: I32, n: int, column: int, listed: I32) -> int:
+    """List those of the first n splats of a run that meet its tile in a column."""
+    found = 0
+    for s in range(n):
+        if own[s] & 255 <= column <= (own[s] >> 8) & 255:
+            listed[found] = items[s]
+            found += 1
+    return found

@@ -18,6 +18,7 @@ from renderers.fsr.classic.kernels import (
     sheet_of,
     squares_of_box,
 )
+from renderers.fsr.classic.ordering.vector.kernels import list_run, list_tile
 from renderers.fsr.classic.projection.kernels import CUT, RECORD
 from renderers.fsr.classic.projection.vector.kernels import absorbed
 from renderers.fsr.classic.tiles import (
@@ -295,21 +296,28 @@ def _sum_sheets(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_tiles(
-    records: F32, boxes: I32, items: I32, start: I64, tiles: I32, across: int,
-    points: bool, cut: Real, sheets_of: F32, limit_mm: F32, last: bool, limits: F32,
-    sums: F32, sheets: I32, far: F32, states: F32, depths: F32, alive: I64, image: F32,
-    depth: F32,
+    records: F32, boxes: I32, ranges: I32, parts: I64, first: int, end: int,
+    across: int, points: bool, cut: Real, sheets_of: F32, limit_mm: F32, last: bool,
+    items: I32, limits: F32, sums: F32, sheets: I32, far: F32, states: F32, depths: F32,
+    alive: I64, image: F32, depth: F32,
 ) -> int:  # fmt: skip
     """Do as the scalar twin."""
     fragments = 0
     with_depth = depth.size > 0
-    for n in range(tiles.shape[0]):
-        t = tiles[n]
-        left = t % across * TILE_SIDE
-        top = t // across * TILE_SIDE
-        some = limit_mm.size > 0 and limit_tile(limit_mm, left, top, limits)
-        bound = limits if some else limits[:0]
-        listed = items[start[t] : start[t + 1]]
+    row = first // across
+    top = row * TILE_SIDE
+    column = first - row * across
+    some = list_run(
+        ranges, parts, row, column, column + end - first - 1, items[0], items[1]
+    )
+    for t in range(first, end):
+        if alive[t] == 0:
+            continue
+        column = t - row * across
+        left = column * TILE_SIDE
+        limited = limit_mm.size > 0 and limit_tile(limit_mm, left, top, limits)
+        bound = limits if limited else limits[:0]
+        listed = items[2, : list_tile(items[0], items[1], some, column, items[2])]
         if sheets_of.size > 0:
             alive[t], squares = _sum_sheets(
                 records, boxes, listed, left, top, sheets_of[0], sheets_of[1],

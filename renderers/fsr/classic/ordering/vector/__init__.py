@@ -1,0 +1,1 @@
+"""Tile lists made sixteen splats at a time."""

@@ -1,0 +1,220 @@
+"""Splats at the edges of what can be asked of mode `classic`."""
+
+import hashlib
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from renderers.fsr import Inclusion, extract_fuzzy_set
+from renderers.fsr.classic import SplatMode, SplatRasterizer
+from renderers.fsr.classic.ordering.kernels import KEYS, order_by_keys
+from renderers.fsr.footprint import gaussian_footprint, peak_table
+from renderers.fsr.thread_team import ThreadTeam
+from renderers.scene import (
+    Camera,
+    Image,
+    PhongMaterial,
+    Projection,
+    Scene,
+    TransferFunction,
+    Volume,
+)
+
+TEAM = ThreadTeam(2)
+
+
+def drawer_of(
+    volume: Volume, kappa: float, *, least: float = 50.0, least_light: float = 0.0
+) -> SplatRasterizer:
+    transfer = TransferFunction(
+        np.array([49.0, 50.0]), np.ones((2, 3)), np.array([0, kappa])
+    )
+    plain = PhongMaterial(ambient=1.0, diffuse=0.0)
+    scene = Scene(volume, transfer, lights=(), material=plain)
+    fuzzy = extract_fuzzy_set(volume, Inclusion.density(0, 100), least)
+    return SplatRasterizer(fuzzy, scene, least_light=least_light)
+
+
+def full(shape: tuple[int, int, int]) -> Volume:
+    """Fill a volume around the origin."""
+    half = (np.array(shape[::-1]) - 1) / 2
+    return Volume(np.full(shape, 100, np.float32), np.ones(3), -half)
+
+
+def from_above(half_mm: float, size: int) -> Camera:
+    return Camera.looking_at(
+        (0, 0, 4e3),
+        (0, 0, 0),
+        up=(0, 1, 0),
+        extent=half_mm,
+        size=(size, size),
+        projection=Projection.ORTHOGRAPHIC,
+    )
+
+
+def bits(image: Image) -> str:
+    return hashlib.sha256(image.rgba.tobytes()).hexdigest()
+
+
+@pytest.mark.parametrize("mode", SplatMode)
+@pytest.mark.parametrize("projection", Projection)
+def test_an_empty_set_is_background(mode: SplatMode, projection: Projection) -> None:
+    drawer = drawer_of(full((4, 4, 4)), 1.0, least=101.0)
+    camera = Camera.looking_at(
+        (0, -9, 0), (0, 0, 0), extent=1.0, size=(40, 70), projection=projection
+    )
+    image = drawer.draw(camera, TEAM, mode, with_depth=True)
+    assert not image.rgba.any()
+    assert image.depth_mm is not None
+    assert np.all(np.isposinf(image.depth_mm))
+
+
+@pytest.mark.parametrize(
+    ("opacity", "bound"), [(1e-5, 1e-4), (1e-4, 1e-4), (1 / 255, 6e-6)]
+)
+def test_65536_faint_splats_on_one_pixel(opacity: float, bound: float) -> None:
+    """A column of voxels inside one pixel of 80 mm, against float64."""
+    scale = 1 / 80
+    variance = (0.6 * scale) ** 2 + 0.3
+    peaks = peak_table(1024).astype(np.float64)
+    # which extinction gives that peak: by bisection of the same, rising, formula
+    low, high = 0.0, 1e5
+    for _ in range(80):
+        kappa = 0.5 * (low + high)
+        share = -math.expm1(-kappa * (0.6 * scale) ** 2 / variance)
+        peak = float(np.interp(share, np.linspace(0, 1, 1024), peaks))
+        low, high = (kappa, high) if peak < opacity else (low, kappa)
+    drawer = drawer_of(full((256, 16, 16)), kappa)
+    alpha = float(drawer.draw(from_above(40.0, 1), TEAM).rgba[0, 0, 3])
+    assert drawer.counters["visible"] == 65536
+    aside = (np.arange(16) - 7.5) * scale
+    weight = gaussian_footprint((aside[:, None] ** 2 + aside**2) / variance)
+    truth = -math.expm1(256 * np.log1p(-peak * weight).sum())
+    assert abs(alpha - truth) < bound
+
+
+def test_a_million_splats_off_the_picture_cost_rows_only() -> None:
+    drawer = drawer_of(full((100, 100, 100)), 1.0)
+    for eye, target in (((0, -90, 0), (0, -200, 0)), ((0, -90, 0), (400, -90, 0))):
+        camera = Camera.looking_at(
+            eye, target, extent=0.5, size=(64, 64), projection=Projection.PERSPECTIVE
+        )
+        assert not drawer.draw(camera, TEAM).rgba.any()
+        assert drawer.counters["listed"] == 0
+        assert drawer.counters["culled rows"] == drawer.counters["rows"] == 10_000
+        assert drawer.counters["fragments"] == 0
+
+
+@pytest.mark.parametrize("mode", SplatMode)
+@pytest.mark.parametrize("projection", [Projection.EQUIDISTANT, Projection.PERSPECTIVE])
+@pytest.mark.parametrize(
+    "offset", [0.0, 1e-6, -1e-6, 0.01, 0.08, 0.3, 0.5, 1.0, -0.3, -1.0]
+)
+def test_a_splat_at_the_eye_leaves_a_finite_picture(
+    offset: float, projection: Projection, mode: SplatMode
+) -> None:
+    """In the middle of a voxel, behind it, just before it, at the split's limits."""
+    drawer = drawer_of(full((5, 5, 5)), 0.5)
+    camera = Camera.looking_at(
+        (0, -offset, 0), (0, 9, 0), extent=0.9, size=(70, 50), projection=projection
+    )
+    image = drawer.draw(camera, TEAM, mode, with_depth=True)
+    assert np.all(np.isfinite(image.rgba))
+    assert 0 <= image.rgba[..., 3].min() <= image.rgba[..., 3].max() <= 1
+    # parts of parts: eight for each of the nearest, and of their nearest
+    assert drawer.counters["visible"] < 125 * 8**3
+
+
+def test_voxels_flat_to_a_thousandth_keep_their_footprint_and_mass() -> None:
+    """Seen on edge their covariance is singular but for the least width of a pixel."""
+    values = np.full((40, 12, 12), 100, np.float32)
+    volume = Volume(values, np.array([1, 1, 1e-3]), np.array([-5.5, -5.5, -0.0195]))
+    drawer = drawer_of(volume, 0.05)
+    for towards in ((0.0, 1.0, 0.0), (0.0, 1.0, 1e-4), (1.0, 0.4, 1e-7)):
+        camera = Camera.looking_at(
+            -20 * np.array(towards),
+            (0, 0, 0),
+            extent=10.0,
+            size=(160, 160),
+            projection=Projection.ORTHOGRAPHIC,
+        )
+        alpha = drawer.draw(camera, TEAM, SplatMode.SHEET).rgba[..., 3]
+        assert np.all(np.isfinite(alpha))
+        depth = -np.log1p(-alpha.astype(np.float64)).sum() * (20 / 160) ** 2
+        assert depth == pytest.approx(0.05 * 12 * 12 * 0.04, rel=0.02)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_voxels_that_are_no_numbers_are_refused(bad: float) -> None:
+    values = full((4, 5, 6)).values.copy()
+    values[1, 2, 3] = bad
+    volume = Volume(values, np.ones(3), np.zeros(3))
+    with pytest.raises(ValueError, match="1 of 120 voxels"):
+        drawer_of(volume, 1.0)
+
+
+@given(
+    keys=st.lists(st.sampled_from([0, 1, 7, KEYS - 1]), max_size=200),
+    cut=st.integers(0, 200),
+)
+def test_equal_distances_are_ordered_by_number(keys: list[int], cut: int) -> None:
+    """What a stable sort gives, from parts as from a whole."""
+    number = np.arange(len(keys), dtype=np.int32)
+    key = np.array(keys, np.int32)
+    middle = min(cut, len(keys))
+    ordered = np.empty(len(keys), np.int32)
+    parts = np.array([[0, middle], [middle, len(keys)]])
+    counts = np.empty(KEYS, np.int32)
+    assert order_by_keys(number, key, parts, counts, ordered) == len(keys)
+    np.testing.assert_array_equal(ordered, np.argsort(key, kind="stable"))
+
+
+@pytest.mark.parametrize("mode", SplatMode)
+def test_a_slice_of_equal_depths_has_one_picture(mode: SplatMode) -> None:
+    """Extracted whole or in any order of boxes, drawn by one thread or by three."""
+    rng = np.random.default_rng(1)
+    values = np.zeros((2, 60, 60), np.float32)
+    values[0] = rng.uniform(40, 100, (60, 60))
+    volume = Volume(values, np.ones(3), np.array([-29.5, -29.5, 0]))
+    drawer = drawer_of(volume, 2.0)
+    seen = {
+        bits(drawer.draw(from_above(31.0, 130), ThreadTeam(threads), mode))
+        for threads in (1, 2, 3)
+    }
+    assert len(seen) == 1
+
+
+@pytest.mark.parametrize("opacity", [0.999999, 1.0])
+@pytest.mark.parametrize("mode", [SplatMode.GAUSSIAN, SplatMode.SHEET])
+def test_opacity_one_is_opaque_and_finite(mode: SplatMode, opacity: float) -> None:
+    kappa = -math.log1p(-min(opacity, 1 - 2**-24))
+    drawer = drawer_of(full((6, 30, 30)), kappa)
+    rgba = drawer.draw(from_above(8.0, 100), TEAM, mode).rgba
+    assert np.all(np.isfinite(rgba))
+    assert rgba[..., 3].min() >= 1 - 1e-5
+    assert rgba[..., 3].max() <= 1
+
+
+@pytest.mark.parametrize("pixels_per_mm", [0.05, 0.2, 0.5, 0.8])
+@pytest.mark.parametrize("mode", [SplatMode.GAUSSIAN, SplatMode.SHEET])
+def test_splats_below_half_a_pixel_keep_their_mass(
+    mode: SplatMode, pixels_per_mm: float
+) -> None:
+    """Single voxels anywhere in a pixel; their optical depth within two percent."""
+    rng = np.random.default_rng(3)
+    values = np.zeros((30, 200, 200), np.float32)
+    at = rng.integers(10, 190, (2000, 2))
+    values[rng.integers(0, 30, 2000), at[:, 0], at[:, 1]] = 100
+    count = np.count_nonzero(values)
+    volume = Volume(values, np.ones(3), np.array([-99.6, -99.3, -15]))
+    half_mm = 100.0
+    size = round(2 * half_mm * pixels_per_mm)
+    # each a thousand times what float32 can take from the light
+    kappa = 1e-4 / pixels_per_mm**2
+    drawer = drawer_of(volume, kappa)
+    alpha = drawer.draw(from_above(half_mm, size), TEAM, mode).rgba[..., 3]
+    depth = -np.log1p(-alpha.astype(np.float64)).sum() / pixels_per_mm**2
+    assert depth == pytest.approx(kappa * count, rel=0.02)
