@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.fsr.projection.kernels import NEAR_VARIANCE, RECORD
+from renderers.fsr.projection.kernels import RECORD
 from renderers.fsr.scope.tiles import (
     BLOCK,
     BLOCK_SQUARES,
@@ -68,15 +68,15 @@ def _smaller(x: Real, y: Real) -> Any:
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _spans(
-    records: F32, o: int, boxes: I32, s: int, share: Real, left: int, top: int,
-    starts: I32, ends: I32,
+    records: F32, o: int, boxes: I32, s: int, left: int, top: int, starts: I32,
+    ends: I32,
 ) -> tuple[int, int]:  # fmt: skip
-    """Find the squares of every strip that a share of the ellipse meets."""
+    """Find the squares of every strip that the ellipse meets."""
     for strip in range(SQUARES_Y):
         y = np.float32(strip * SIDE + top)
         dy = y + (np.float32(0.5 * SIDE) - records[o + 10])
         d = _larger(abs(dy) - np.float32(1.5), _ZERO)
-        rest = share - d * d * records[o + 11]
+        rest = _ONE - d * d * records[o + 11]
         wide = np.float32(math.sqrt(_larger(rest * records[o + 13], _ZERO)))
         wide += np.float32(1.5) * abs(records[o + 12])
         middle = dy * records[o + 12] + (records[o + 9] - np.float32(left))
@@ -223,10 +223,12 @@ def write_squares(
 def draw_tile(
     records: F32, boxes: I32, items: I32, n: int, rays: F32, left: int, top: int,
     core: Real, behind: Real, refresh: int, nearest: F32, sums: F32, far: F32,
-    starts: I32, ends: I32, depth: F32, normal: F32, coverage: F32,
+    starts: I32, ends: I32, squares: I32, until: I32, depth: F32, normal: F32,
+    coverage: F32,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Draw one tile's surfels and write its part of the G-buffer, as the vector twin.
 
+    squares, until: not used; here squares are found twice.
     Returns (fragments, surfels left out, pixels left empty).
     """
     for k in range(SQUARES):
@@ -235,7 +237,7 @@ def draw_tile(
             nearest[k * SQUARE + i] = _INF if outside else _ZERO
     sums[:] = 0
     far[:] = 0
-    squares = 0
+    fragments = 0
     hidden = 0
     for m in range(n):
         s = items[m]
@@ -245,11 +247,10 @@ def draw_tile(
         if farthest(far, boxes, s, left, top) * records[o + 14] >= _ONE:
             hidden += 1
             continue
-        share = core if records[o + 11] > NEAR_VARIANCE else _ONE
-        first, end = _spans(records, o, boxes, s, share, left, top, starts, ends)
+        first, end = _spans(records, o, boxes, s, left, top, starts, ends)
         for strip in range(first, end):
             a, b = starts[strip], ends[strip]
-            squares += b - a
+            fragments += b - a
             base = strip * SQUARES_X
             _hide(records, o, core, rays, nearest, base + a, base + b)
     _refresh(nearest, far)
@@ -261,15 +262,14 @@ def draw_tile(
         o = s * RECORD
         if farthest(far, boxes, s, left, top) * (records[o + 14] - behind) >= _ONE:
             continue
-        first, end = _spans(records, o, boxes, s, _ONE, left, top, starts, ends)
+        first, end = _spans(records, o, boxes, s, left, top, starts, ends)
         for strip in range(first, end):
             a, b = starts[strip], ends[strip]
-            squares += b - a
             base = strip * SQUARES_X
             _add(records, o, rays, nearest, sums, base + a, base + b)
     empty = _resolve(sums, rays)
     write_squares(sums, left, top, False, depth, normal, coverage)
-    return squares * SQUARE, hidden, empty
+    return fragments * SQUARE, hidden, empty
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

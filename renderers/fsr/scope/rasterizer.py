@@ -162,6 +162,8 @@ class SurfelRasterizer:
                 scratch.far,
                 scratch.starts,
                 scratch.ends,
+                scratch.squares,
+                scratch.until,
                 result.depth_mm,
                 result.normal,
                 result.coverage,

@@ -5,9 +5,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.scope.tiles import BLOCKS, SQUARE, SQUARES, SQUARES_Y, SUMS
+from renderers.fsr.scope.tiles import (
+    BLOCKS,
+    SPARE_SQUARES,
+    SQUARE,
+    SQUARES,
+    SQUARES_Y,
+    SUMS,
+)
 
 _LINE = 64
+
+MOST_SQUARES = 1 << 15
+"""Squares of a tile's surfels that are remembered; those of a tile in the default head
+are 10,000 to 20,000. Further ones are found twice."""
 
 
 def lined_up(count: int, dtype: Any = np.float32) -> NDArray[Any]:
@@ -22,11 +33,15 @@ class TileScratch:
     """Hold a tile's nearest cores, its sums and its list of surfels.
 
     items: room for the surfels of a tile. nearest: a value per pixel. sums: five per
-    pixel. far: one per block. starts, ends: one per row of squares.
+    pixel. far: one per block. starts, ends: one per row of squares. squares, until:
+    the squares of one surfel after another, and where those of each end.
     """
 
     def __init__(self, items: int) -> None:
         self.items: NDArray[np.int32] = np.empty(items, np.int32)
+        self.until: NDArray[np.int32] = np.empty(items, np.int32)
+        squares = MOST_SQUARES + SPARE_SQUARES
+        self.squares: NDArray[np.int32] = lined_up(squares, np.int32)
         self.nearest: NDArray[np.float32] = lined_up(SQUARES * SQUARE)
         self.sums: NDArray[np.float32] = lined_up(SQUARES * SUMS)
         self.far: NDArray[np.float32] = lined_up(BLOCKS)

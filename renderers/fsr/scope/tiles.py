@@ -18,6 +18,10 @@ SQUARES_X = TILE_WIDTH // SIDE
 SQUARES_Y = TILE_HEIGHT // SIDE
 SQUARES = SQUARES_X * SQUARES_Y
 
+SPARE_SQUARES = SQUARES + 2 * SQUARE
+"""Room that one more disc needs in a list of squares: all of them, and what its last
+vector writes beyond."""
+
 RAY = 3 * SQUARE
 """Floats of a square's rays: x, y, z in the camera frame."""
 

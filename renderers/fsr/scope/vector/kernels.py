@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.fsr.projection.kernels import NEAR_VARIANCE, RECORD
+from renderers.fsr.projection.kernels import RECORD
 from renderers.fsr.scope.kernels import farthest, write_squares
 from renderers.fsr.scope.tiles import (
     BLOCK_SQUARES,
@@ -18,6 +18,7 @@ from renderers.fsr.scope.tiles import (
     BLOCKS_Y,
     RAY,
     SIDE,
+    SPARE_SQUARES,
     SQUARE,
     SQUARES,
     SQUARES_X,
@@ -78,20 +79,21 @@ def list_tile(ranges: I32, n: int, column: int, row: int, items: I32) -> int:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _spans(
-    records: F32, o: int, boxes: I32, s: int, share: Real, left: int, top: int,
-    starts: I32, ends: I32,
-) -> tuple[int, int]:  # fmt: skip
-    """Find the squares of every strip that a share of the ellipse meets.
+def _list_squares(
+    records: F32, o: int, boxes: I32, s: int, left: int, top: int, starts: I32,
+    ends: I32, squares: I32, at: int,
+) -> int:  # fmt: skip
+    """List the squares that an ellipse meets from place `at` on; return the end.
 
-    Strips are rows of squares. Returns the first strip and the end of the strips.
+    A run of squares is written as whole vectors and counted afterwards: a loop over
+    each of many short runs would end where no processor expects it.
     """
     strip = lanes(SQUARES_Y)
     y = strip * SIDE + np.int32(top)
     # the strip's pixel centres lie within 1.5 of its middle
     dy = f32(y) + (np.float32(0.5 * SIDE) - records[o + 10])
     d = maximum(absolute(dy) - np.float32(1.5), _ZERO)
-    rest = share - d * d * records[o + 11]
+    rest = _ONE - d * d * records[o + 11]
     wide = sqrt(maximum(rest * records[o + 13], _ZERO))
     wide += np.float32(1.5) * abs(records[o + 12])
     middle = dy * records[o + 12] + (records[o + 9] - np.float32(left))
@@ -100,12 +102,18 @@ def _spans(
     last = i32(maximum(past, _ZERO))
     met = (rest >= _ZERO) & (past >= _ZERO) & (first <= last)
     zero = full(np.int32(0), SQUARES_Y)
-    store(starts, 0, select(met, first >> 2, zero))
-    store(ends, 0, select(met, (last >> 2) + 1, zero))
-    return (
-        max(boxes[s, 2] - top, 0) // SIDE,
-        min(boxes[s, 3] - top, TILE_HEIGHT - 1) // SIDE + 1,
-    )
+    first = select(met, first >> 2, zero)
+    store(starts, 0, first + strip * SQUARES_X)
+    store(ends, 0, select(met, (last >> 2) + 1, zero) - first)
+    high = max(boxes[s, 2] - top, 0) // SIDE
+    low = min(boxes[s, 3] - top, TILE_HEIGHT - 1) // SIDE
+    for row in range(high, low + 1):
+        run = lanes(SQUARE) + starts[row]
+        store(squares, at, run)
+        if ends[row] > SQUARE:
+            store(squares, at + SQUARE, run + SQUARE)
+        at += ends[row]
+    return at
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -123,13 +131,15 @@ def _refresh(nearest: F32, far: F32) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _hide(
-    records: F32, o: int, core: Real, rays: F32, nearest: F32, square: int, end: int
-) -> None:
-    """Keep the nearest q under the core in a run of squares."""
+    records: F32, o: int, core: Real, rays: F32, nearest: F32, squares: I32,
+    begin: int, end: int,
+) -> None:  # fmt: skip
+    """Keep the nearest q under the core in the squares listed at `begin`..`end`."""
     cx, cy, cz = records[o], records[o + 1], records[o + 2]
     mx, my, mz = records[o + 3], records[o + 4], records[o + 5]
     limit = records[o + 15] * core
-    for k in range(square, end):
+    for i in range(begin, end):
+        k = squares[i]
         rx = load(rays, k * RAY, SQUARE)
         ry = load(rays, k * RAY + SQUARE, SQUARE)
         rz = load(rays, k * RAY + 2 * SQUARE, SQUARE)
@@ -145,14 +155,16 @@ def _hide(
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _add(
-    records: F32, o: int, rays: F32, limits: F32, sums: F32, square: int, end: int
-) -> None:
-    """Sum weight, depth and normal under the disc, up to the depth limit."""
+    records: F32, o: int, rays: F32, limits: F32, sums: F32, squares: I32, begin: int,
+    end: int,
+) -> None:  # fmt: skip
+    """Sum weight, depth and normal in the listed squares, up to the depth limit."""
     cx, cy, cz = records[o], records[o + 1], records[o + 2]
     mx, my, mz = records[o + 3], records[o + 4], records[o + 5]
     nx, ny, nz = records[o + 6], records[o + 7], records[o + 8]
     inverse = _ONE / records[o + 15]
-    for k in range(square, end):
+    for i in range(begin, end):
+        k = squares[i]
         rx = load(rays, k * RAY, SQUARE)
         ry = load(rays, k * RAY + SQUARE, SQUARE)
         rz = load(rays, k * RAY + 2 * SQUARE, SQUARE)
@@ -237,21 +249,28 @@ def _resolve(
 def draw_tile(
     records: F32, boxes: I32, items: I32, n: int, rays: F32, left: int, top: int,
     core: Real, behind: Real, refresh: int, nearest: F32, sums: F32, far: F32,
-    starts: I32, ends: I32, depth: F32, normal: F32, coverage: F32,
+    starts: I32, ends: I32, squares: I32, until: I32, depth: F32, normal: F32,
+    coverage: F32,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Draw one tile's surfels, near ones first, and write its part of the G-buffer.
 
-    items: the first n say which. rays: ``(SQUARES * RAY,)``, this tile's.
-    core: squared share of the radius that hides what lies behind. behind: depth in
-    mm behind the nearest core that still counts. nearest, sums, far, starts, ends:
-    scratch of a value a pixel, five a pixel, one a block, one a strip twice.
+    items: the first n say which; it is written over. rays: ``(SQUARES * RAY,)``, this
+    tile's. core: squared share of the radius that hides what lies behind. behind:
+    depth in mm behind the nearest core that still counts. nearest, sums, far, starts,
+    ends: scratch of a value a pixel, five a pixel, one a block, one a strip twice.
+    squares, until: scratch of some squares a surfel, more than `SPARE_SQUARES`, and of
+    a value a surfel.
     Surfels behind the farthest depth of their blocks are left out: they could change
     nothing. Returns (fragments, surfels left out, pixels left empty).
     """
     _clear(rays, nearest, sums)
     far[:] = 0
-    squares = 0
+    fragments = 0
     hidden = 0
+    kept = 0
+    at = 0
+    room = squares.shape[0] - SPARE_SQUARES
+    rest = n
     for m in range(n):
         s = items[m]
         o = s * RECORD
@@ -260,33 +279,39 @@ def draw_tile(
         if farthest(far, boxes, s, left, top) * records[o + 14] >= _ONE:
             hidden += 1
             continue
-        # the core of a disc too near to be an ellipse may be anywhere in its box
-        share = core if records[o + 11] > NEAR_VARIANCE else _ONE
-        first, end = _spans(records, o, boxes, s, share, left, top, starts, ends)
-        for strip in range(first, end):
-            a, b = starts[strip], ends[strip]
-            squares += b - a
-            base = strip * SQUARES_X
-            _hide(records, o, core, rays, nearest, base + a, base + b)
+        end = _list_squares(records, o, boxes, s, left, top, starts, ends, squares, at)
+        _hide(records, o, core, rays, nearest, squares, at, end)
+        fragments += end - at
+        if rest < n:
+            continue
+        if end > room:
+            # the squares of this one and all that follow are found again below
+            rest = m
+            continue
+        items[kept] = s
+        until[kept] = end
+        kept += 1
+        at = end
     _refresh(nearest, far)
     for k in range(SQUARES):
         q = load(nearest, k * SQUARE, SQUARE)
         # a pixel without any core is a hole, not a view of whatever is left
         limit = select(q > _ZERO, _ONE / q + behind, _ZERO)
         store(nearest, k * SQUARE, limit)
-    for m in range(n):
+    at = 0
+    for m in range(kept):
+        end = until[m]
+        _add(records, items[m] * RECORD, rays, nearest, sums, squares, at, end)
+        at = end
+    for m in range(rest, n):
         s = items[m]
         o = s * RECORD
         if farthest(far, boxes, s, left, top) * (records[o + 14] - behind) >= _ONE:
             continue
-        first, end = _spans(records, o, boxes, s, _ONE, left, top, starts, ends)
-        for strip in range(first, end):
-            a, b = starts[strip], ends[strip]
-            squares += b - a
-            base = strip * SQUARES_X
-            _add(records, o, rays, nearest, sums, base + a, base + b)
+        end = _list_squares(records, o, boxes, s, left, top, starts, ends, squares, 0)
+        _add(records, o, rays, nearest, sums, squares, 0, end)
     height, width = depth.shape
     empty = _resolve(sums, rays, left, top, width, height, depth, normal, coverage)
     if width % SIDE or height % SIDE:
         write_squares(sums, left, top, True, depth, normal, coverage)
-    return squares * SQUARE, hidden, empty
+    return fragments * SQUARE, hidden, empty
