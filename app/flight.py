@@ -1,9 +1,11 @@
 """The live loop: poses in, frames out, everything recorded."""
 
+import gc
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
 import numpy as np
 
@@ -82,36 +84,82 @@ def fly(
     device pass through; what was recorded before is on disk.
     """
     timing = Timing()
-    number = 0
-    started = shown = time.perf_counter()
-    while True:
-        newest: tuple[Pose, Sample] | None = None
-        for pose in _arrived(source):
-            sample = aim.complete(pose)
-            if sample.time_s >= until_s:
-                timing.wall_s = time.perf_counter() - started
-                return timing
-            if sample.time_s < 0.0:
-                started = shown = time.perf_counter()
+    frames = _FrameRecorder(recorder)
+    with _settled_memory(), frames:
+        number = 0
+        started = shown = time.perf_counter()
+        while True:
+            newest: tuple[Pose, Sample] | None = None
+            for pose in _arrived(source):
+                sample = aim.complete(pose)
+                if sample.time_s >= until_s:
+                    timing.wall_s = time.perf_counter() - started
+                    return timing
+                if sample.time_s < 0.0:
+                    started = shown = time.perf_counter()
+                    continue
+                session.step(sample)
+                newest = pose, sample
+                recorder.add(SampleRecord.of(sample))
+            if newest is None:
                 continue
-            session.step(sample)
-            newest = pose, sample
-            recorder.add(SampleRecord.of(sample))
-        if newest is None:
-            continue
-        pose, sample = newest
-        begun = time.perf_counter()
-        seen = session.view(sample)
-        frame = view.draw(seen, number=number, elapsed_s=begun - shown)
-        timing.frame_ms.append((time.perf_counter() - begun) * 1e3)
-        timing.pose_age_ms.append((time.monotonic() - pose.host_time_s) * 1e3)
-        shown = begun
-        index = recorder.samples - 1
-        recorder.add(
-            FrameRecord(number, index, frame.gain, seen.clearance_mm, frame.blake2b)
-        )
-        on_frame(seen, frame, sample, number)
-        number += 1
+            pose, sample = newest
+            begun = time.perf_counter()
+            seen = session.view(sample)
+            frame = view.draw(seen, number=number, elapsed_s=begun - shown)
+            timing.frame_ms.append((time.perf_counter() - begun) * 1e3)
+            timing.pose_age_ms.append((time.monotonic() - pose.host_time_s) * 1e3)
+            shown = begun
+            frames.add(number, seen, frame)
+            on_frame(seen, frame, sample, number)
+            number += 1
+
+
+class _FrameRecorder:
+    """Record each frame when the next is there, since its hash is not made at once.
+
+    A context manager: the last frame is recorded at its end, whatever ends it.
+    """
+
+    def __init__(self, recorder: SessionRecorder) -> None:
+        self._recorder = recorder
+        self._last: tuple[int, int, View, Frame] | None = None
+
+    def add(self, number: int, seen: View, frame: Frame) -> None:
+        """Take a frame of the newest sample."""
+        self._record()
+        self._last = number, self._recorder.samples - 1, seen, frame
+
+    def _record(self) -> None:
+        if self._last is not None:
+            number, sample, seen, frame = self._last
+            self._last = None
+            self._recorder.add(
+                FrameRecord(
+                    number, sample, frame.gain, seen.clearance_mm, frame.blake2b
+                )
+            )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._record()
+
+
+@contextmanager
+def _settled_memory() -> Iterator[None]:
+    """Keep the collector of garbage off what was there before.
+
+    The compiler leaves half a million objects; looking through them takes as long as
+    several frames.
+    """
+    gc.collect()
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
 
 
 def _arrived(source: OrderedPoses) -> Iterator[Pose]:

@@ -51,6 +51,22 @@ def _distance(values: F32, nx: int, ny: int, x: float, y: float, z: float) -> fl
     return float(low + fz * (c + fy * (d - c) - low))
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _enter(
+    x: float, y: float, z: float, sx: float, sy: float, sz: float, nx: int, ny: int,
+    nz: int,
+) -> float:  # fmt: skip
+    """Give the depth at which a line is first inside the grid; +inf if it never is."""
+    low, high = 0.0, math.inf
+    for p, s, n in ((x, sx, nx), (y, sy, ny), (z, sz, nz)):
+        if abs(s) > 1e-12:
+            a, b = -p / s, (n - 1 - p) / s
+            low, high = max(low, min(a, b)), min(high, max(a, b))
+        elif p < 0 or p > n - 1:
+            low = math.inf
+    return low if low <= high else math.inf
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def trace_cones(
     values: F32, nx: int, ny: int, nz: int, voxel_from_camera: F64, projection: int,
@@ -62,6 +78,8 @@ def trace_cones(
     A cone around the square's rays ends where a ball of tissue spans it: where the
     signed distance exceeds the cone's radius by `margin` (mm). The distance changes
     by less than its argument, so stepping by what is missing passes no such place.
+    A cone from outside the grid begins where it enters; what lies behind tissue there
+    is hidden by the face at which the grid cuts through it.
     Rows `first`..`end` - 1 of squares are done; +inf where the cone leaves the grid.
     """
     m = voxel_from_camera
@@ -95,9 +113,12 @@ def trace_cones(
             sx = m[0, 0] * dx + m[0, 1] * dy + m[0, 2] * dz
             sy = m[1, 0] * dx + m[1, 1] * dy + m[1, 2] * dz
             sz = m[2, 0] * dx + m[2, 1] * dy + m[2, 2] * dz
-            t = 0.0
             ends[row, column] = np.inf
-            in_air = False
+            t = _enter(m[0, 3], m[1, 3], m[2, 3], sx, sy, sz, nx, ny, nz)
+            # outside there is air
+            in_air = t > 0
+            # a hair further, or rounding would leave it outside
+            t += 1e-3 if in_air else 0.0
             for _ in range(512):
                 x = m[0, 3] + t * sx
                 y = m[1, 3] + t * sy

@@ -45,9 +45,10 @@ CORE_SIGMAS2 = 2.9
 BEHIND_MM = 0.6
 """Depth behind the nearest core that belongs to the same surface."""
 
-NEAR_SPACINGS = 16.0
-"""Fine surfels nearer than this many coarse spacings (8 mm at 0.5 mm): there a coarse
-disc is 30 pixels wide, silhouettes grow and small openings close."""
+NEAR_SPACINGS = 24.0
+"""Fine surfels nearer than this many coarse spacings (12 mm at 0.5 mm): there a coarse
+disc is 20 pixels wide and more, silhouettes grow and small openings close. With 8 mm
+an ethmoid cell of 1 mm seen from 10 mm was closed; the surfels are 5 % fewer."""
 
 FACING = 0.004
 """Least cosine to the eye. A wall seen more flatly is less than a pixel high."""

@@ -19,6 +19,7 @@ from renderers.scene.facets.bounds.kernels import (
     BOXED,
     PERSPECTIVE,
     UNSEEN,
+    bound_cap,
     bound_equidistant,
     bound_plane,
 )
@@ -175,8 +176,16 @@ def draw_facets(
         away = math.sqrt(a * a + b * b + c * c)
         if not flat and away > spheres[g, 3]:
             slip = math.asin(spheres[g, 3] / away)
-            if math.atan2(math.sqrt(a * a + b * b), c) - slip > widest:
+            sine = math.sqrt(a * a + b * b)
+            theta = math.atan2(sine, c)
+            if theta - slip > widest:
                 continue
+            if projection != PERSPECTIVE:
+                up, more = bound_cap(b, sine, theta, slip)
+                row = middle_y - up * pixels_per_unit
+                reach = more * pixels_per_unit + MARGIN_PX
+                if row + reach < begin or row - reach > end - 1:
+                    continue
         for m in range(first[g], first[g + 1]):
             _place(pieces, m, turn, shift, p)
             if projection == PERSPECTIVE or flat:

@@ -28,6 +28,24 @@ UNSEEN = -1.0
 BOXED = -2.0
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def bound_cap(
+    y: float, sine: float, theta: float, slip: float
+) -> tuple[float, float]:
+    """Bound the equidistant picture of a cap of directions, in radians.
+
+    y, sine: the middle's height and distance from the view axis, of any length. theta:
+    its angle from the axis. slip: the cap's half angle. Returns the height in the
+    picture of its middle and how far from there it reaches in any direction, which
+    may be infinite.
+    """
+    outermost = theta + slip
+    if outermost >= OUTERMOST:
+        return 0.0, math.inf
+    k = theta / sine if sine > 0 else 0.0
+    return k * y, slip * max(outermost / math.sin(outermost), 1.0)
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def bound_equidistant(p: Doubles, widest: float, box: Doubles, at: Doubles) -> float:
     """Bound a triangle's picture ``box = (x0, x1, y0, y1)`` in radians.
@@ -91,12 +109,11 @@ def bound_equidistant(p: Doubles, widest: float, box: Doubles, at: Doubles) -> f
     bounded = slip < 0.49 * math.pi
     if bounded and theta - slip > widest:
         return UNSEEN
-    outermost = theta + slip
-    if bounded and outermost < OUTERMOST:
+    y, more = bound_cap(my, sine, theta, slip)
+    if bounded and more < math.inf:
         k = theta / sine if sine > 0 else 0.0
-        more = slip * max(outermost / math.sin(outermost), 1.0)
         x0, x1 = k * mx - more, k * mx + more
-        y0, y1 = k * my - more, k * my + more
+        y0, y1 = y - more, y + more
     else:
         x0 = y0 = -math.inf
         x1 = y1 = math.inf

@@ -89,13 +89,13 @@ def test_a_sphere_seen_from_inside(
 
 @given(
     tilt=st.floats(-0.9, 0.9),
-    distance=st.floats(1.0, 9.0),
+    distance=st.floats(1.0, 13.0),
     projection=st.sampled_from([Projection.EQUIDISTANT, Projection.PERSPECTIVE]),
 )
 def test_depth_is_exact_on_a_plane(
     team: ThreadTeam, tilt: float, distance: float, projection: Projection
 ) -> None:
-    """Also where fine elements (nearer than 8 mm) hand over to coarse ones."""
+    """Also where fine elements (nearer than 12 mm) hand over to coarse ones."""
     k = np.indices((11, 49, 49))[0] * 0.5
     volume = Volume(
         (2.0 - k).astype(np.float32), np.full(3, 0.5), np.array([-12.0, -12.0, 0.0])
