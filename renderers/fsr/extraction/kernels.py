@@ -118,6 +118,17 @@ THIN_SLOPE_2 = 0.8
 thin wall; elsewhere a swept field has .85 to 1.12, squared .72 to 1.25."""
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _level(
+    values: F32, nx: int, ny: int, nz: int, x: float, y: float, z: float
+) -> Any:
+    """Interpolate trilinearly; beyond the grid its last cell goes on."""
+    i = min(max(math.floor(x), 0), nx - 2)
+    j = min(max(math.floor(y), 0), ny - 2)
+    k = min(max(math.floor(z), 0), nz - 2)
+    return _trilinear(values, nx, ny, x, y, z, i, j, k)[0]
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def surfel_rows(
     values: F32, nx: int, ny: int, nz: int, spacing: F64, half: F32,
@@ -139,6 +150,7 @@ def surfel_rows(
     hy = spacing[1] / refine
     hz = spacing[2] / refine
     reach = 2.0 * max(spacing[0], spacing[1], spacing[2])
+    step = 0.5 / refine
     n = offsets[row]
     while row < ey * ez:
         if n + ex > x.shape[0]:
@@ -159,9 +171,17 @@ def surfel_rows(
             pz = z
             i = min(ei // refine, nx - 2)
             d, gx, gy, gz = _trilinear(values, nx, ny, px, py, pz, i, j, k)
-            gx /= spacing[0]
-            gy /= spacing[1]
-            gz /= spacing[2]
+            # the least that the test below asks of any slope
+            if abs(d) > 0.7072 * max(hx, hy, hz):
+                continue
+            # The slope of one cell may be that of the wrong side: in a narrow cleft the
+            # cell beside the wall slopes and its neighbour in the middle does not.
+            u = _level(values, nx, ny, nz, px + step, py, pz)
+            gx = (u - _level(values, nx, ny, nz, px - step, py, pz)) / hx
+            u = _level(values, nx, ny, nz, px, py + step, pz)
+            gy = (u - _level(values, nx, ny, nz, px, py - step, pz)) / hy
+            u = _level(values, nx, ny, nz, px, py, pz + step)
+            gz = (u - _level(values, nx, ny, nz, px, py, pz - step)) / hz
             g2 = gx * gx + gy * gy + gz * gz
             if not g2 > 1e-12:
                 continue
