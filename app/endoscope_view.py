@@ -89,21 +89,46 @@ class EndoscopeView:
         progress(stage, 0.0)
         buffer = self.gbuffer(view)
         progress(stage, 0.5)
-        radiance = self._shader.shade(buffer, view.camera, self._light)
+        radiance = self.light(view, buffer)
         progress(stage, 0.8)
-        self._camera_pass.finish(
-            radiance, buffer, view.camera, gain=meter(radiance), frame_number=0
-        )
+        self.expose(view, buffer, radiance, gain=meter(radiance), number=0)
         progress(stage, 1.0)
 
     def gbuffer(self, view: View) -> GBuffer:
         """Find what each pixel shows, the instrument in front of or behind tissue."""
-        tissue = self.renderer.gbuffer(view.camera)
+        buffer = self.tissue(view)
+        self.add_instrument(view, buffer)
+        return buffer
+
+    def tissue(self, view: View) -> GBuffer:
+        """Find the tissue that each pixel shows: the first stage of a frame."""
+        return self.renderer.gbuffer(view.camera)
+
+    def add_instrument(self, view: View, buffer: GBuffer) -> None:
+        """Draw the instrument where it is nearer: the second stage."""
         if self.instrument is not None:
             self.instrument.draw(
-                tissue, view.camera, view.world_from_instrument, self._bands.run
+                buffer, view.camera, view.world_from_instrument, self._bands.run
             )
-        return tissue
+
+    def light(self, view: View, buffer: GBuffer) -> NDArray[np.float32]:
+        """Give linear radiance ``(h, w, 3)``: the third stage."""
+        return self._shader.shade(buffer, view.camera, self._light)
+
+    def expose(
+        self,
+        view: View,
+        buffer: GBuffer,
+        radiance: NDArray[np.float32],
+        *,
+        gain: float,
+        number: int,
+    ) -> NDArray[np.uint8]:
+        """Take the picture: the fourth stage."""
+        pixels, _ = self._camera_pass.finish(
+            radiance, buffer, view.camera, gain=gain, frame_number=number
+        )
+        return pixels
 
     def draw(
         self, view: View, *, number: int, elapsed_s: float, gain: float | None = None
@@ -128,14 +153,13 @@ class EndoscopeView:
         elapsed_s: time since the last frame; the automatic gain follows with it.
         gain: a fixed gain instead, for replays.
         """
-        radiance = self._shader.shade(buffer, view.camera, self._light)
+        radiance = self.light(view, buffer)
         if gain is None:
             gain = self._auto_gain.follow(meter(radiance), elapsed_s)
-        pixels, gain = self._camera_pass.finish(
-            radiance, buffer, view.camera, gain=gain, frame_number=number
-        )
-        return Frame(pixels, buffer, gain, self._hasher.submit(_blake2b, pixels))
+        pixels = self.expose(view, buffer, radiance, gain=gain, number=number)
+        return Frame(pixels, buffer, gain, self._hasher.submit(blake2b, pixels))
 
 
-def _blake2b(pixels: NDArray[np.uint8]) -> str:
+def blake2b(pixels: NDArray[np.uint8]) -> str:
+    """Hash a picture's bytes: 32 hexadecimal digits."""
     return hashlib.blake2b(pixels.data, digest_size=16).hexdigest()

@@ -39,6 +39,9 @@ WIDEST_SHARE = 1 / 8
 LEAST_SHARE = 1.5e-4
 """Of a picture's pixels: an opening of fewer is not counted."""
 
+RIM_SHARE = 0.75
+"""Of the pixels around an opening that must be about as near as its ground."""
+
 OPEN_SHARE = 0.25
 """Of an opening's pixels that must stay deep for it to be open."""
 
@@ -78,11 +81,11 @@ class Agreement:
 # angle of the scope, turn of its light post
 _VIEWS = (
     ("vestibule", "default", (6.4, 13, -9.5), (6, -6, 8.5), THICK_MM, 0, 0),
-    ("inferior turbinate", "default", (5.3, 1.5, 10.5), (6.2, -30, 7.5), THICK_MM, 0, 0),
-    ("middle turbinate", "default", (5, -4, 17.5), (6.8, -28, 24.5), THICK_MM, 0, 0),
+    ("turbinate", "default", (5.3, 1.5, 10.5), (6.2, -30, 7.5), THICK_MM, 0, 0),
+    ("middle meatus", "default", (5, -4, 17.5), (6.8, -28, 24.5), THICK_MM, 0, 0),
     ("recess", "default", (3.2, -43, 26), (3.8, -54, 35), THIN_MM, 0, 0),
     ("choana", "default", (4.6, -46, 7.5), (6.5, -70, 7.5), THICK_MM, 0, 0),
-    ("maxillary ostium", "operated", (8.2, -19, 22.3), (9, -35, 23), THIN_MM, 30, -95),
+    ("ostium", "operated", (8.6, -20.5, 22.5), (9, -35, 22), THIN_MM, 30, -95),
 )  # fmt: skip
 
 
@@ -93,7 +96,10 @@ def acceptance_views(size: int) -> list[NasalView]:
         eye_mm, target_mm = lps_from_ras(np.array([eye, target], np.float64))
         light = ScopeLight.for_diameter(diameter_mm)
         scope = Endoscope(
-            diameter_mm, angle_deg, FIELD_OF_VIEW_DEG, ring_radius_mm=light.ring_radius_mm
+            diameter_mm,
+            angle_deg,
+            FIELD_OF_VIEW_DEG,
+            ring_radius_mm=light.ring_radius_mm,
         )
         tip = tip_frame(eye_mm, target_mm - eye_mm)
         camera = scope.camera(tip, roll_deg, (size, size))
@@ -159,7 +165,8 @@ class Judge:
             picture[cut] = 0
         met = (truth.coverage > 0) & ~cut
         both = met & (found.coverage > 0)
-        both[both] = np.abs(found.depth_mm - truth.depth_mm)[both] < SAME_WALL_MM
+        apart = np.abs(found.depth_mm[both] - truth.depth_mm[both])
+        both[both] = apart < SAME_WALL_MM
         cosine = np.sum(found.normal[both] * truth.normal[both], axis=-1)
         openings, closed = count_openings(truth.depth_mm, found.depth_mm, met)
         agreement = Agreement(
@@ -204,19 +211,23 @@ def count_openings(
     """Count the small openings in a depth picture, and those that another one closes.
 
     met: pixels that count. An opening is a patch of pixels deeper by `OPENING_MM` than
-    what a square of `WIDEST_SHARE` of the picture's width finds around it.
+    what a square of `WIDEST_SHARE` of the picture's width finds around it, with a rim
+    on most sides: a corner of a passage has none towards the passage.
     """
-    from scipy.ndimage import grey_opening, label
+    from scipy.ndimage import binary_dilation, grey_opening, label
 
     side = max(3, round(WIDEST_SHARE * met.shape[1]))
     depth = np.where(met, truth_mm, 0.0)
-    rim = grey_opening(depth, size=(side, side))
-    patches, count = label(met & (depth > rim + OPENING_MM))
-    is_deep = found_mm > rim + OPENING_MM / 2
+    ground = grey_opening(depth, size=(side, side))
+    patches, count = label(met & (depth > ground + OPENING_MM))
+    is_deep = found_mm > ground + OPENING_MM / 2
     openings = closed = 0
     for patch in range(1, count + 1):
         within = patches == patch
         if within.sum() < LEAST_SHARE * met.size:
+            continue
+        rim = binary_dilation(within) & ~within
+        if np.mean(depth[rim] < np.median(ground[within]) + OPENING_MM) < RIM_SHARE:
             continue
         openings += 1
         closed += bool(is_deep[within].mean() < OPEN_SHARE)

@@ -11,6 +11,7 @@ from benchmarks import (
     suite_anatomy,
     suite_art,
     suite_devices,
+    suite_flight,
     suite_fsr,
     suite_startup,
     suite_visibility,
@@ -35,6 +36,7 @@ BUILT_IN = (
     suite_devices,
     suite_fsr,
     suite_visibility,
+    suite_flight,
     suite_startup,
     suite_anatomy,
 )

@@ -119,9 +119,7 @@ thin wall; elsewhere a swept field has .85 to 1.12, squared .72 to 1.25."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _level(
-    values: F32, nx: int, ny: int, nz: int, x: float, y: float, z: float
-) -> Any:
+def _level(values: F32, nx: int, ny: int, nz: int, x: float, y: float, z: float) -> Any:
     """Interpolate trilinearly; beyond the grid its last cell goes on."""
     i = min(max(math.floor(x), 0), nx - 2)
     j = min(max(math.floor(y), 0), ny - 2)

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from renderers.fsr.surfels import Surfels, extract_surfels
 from renderers.scene import Volume
@@ -73,3 +74,29 @@ def test_a_field_without_a_zero_has_no_surfels() -> None:
 def test_refinement_must_be_positive() -> None:
     with pytest.raises(ValueError, match="at least 1"):
         extract_surfels(ball((0.5,) * 3), 0)
+
+
+@pytest.mark.parametrize("refine", [1, 2])
+@pytest.mark.parametrize("width_mm", [0.8, 1.0, 1.4])
+def test_both_walls_of_a_narrow_cleft_are_covered(refine: int, width_mm: float) -> None:
+    """Also where the cell in the cleft's middle has no slope of its own."""
+    rng = np.random.default_rng(3)
+    k, j, i = np.indices((33, 33, 33))
+    grid = np.stack([i, j, k], -1) * 0.5 - 8
+    for _ in range(6):
+        across = rng.normal(size=3)
+        across /= np.linalg.norm(across)
+        shift = rng.uniform(-0.3, 0.3)
+        d = np.abs(grid @ across - shift) - width_mm / 2
+        volume = Volume(d.astype(np.float32), np.full(3, 0.5), np.full(3, -8.0))
+        surfels = extract_surfels(volume, refine)
+        p = positions(surfels)
+        anywhere = rng.uniform(-5, 5, (2000, 3))
+        for side in (-1, 1):
+            off = anywhere @ across - shift - side * width_mm / 2
+            wall = anywhere - off[:, None] * across
+            wall = wall[np.all(np.abs(wall) < 5, axis=1)]
+            own = surfels.normal @ (-side * across) > 0.5
+            distance, _ = cKDTree(p[own]).query(wall)
+            # what hides is the core of a disc, 1.02 spacings in radius
+            assert distance.max() < 0.95 * 0.5 / refine

@@ -29,9 +29,7 @@ BOXED = -2.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def bound_cap(
-    y: float, sine: float, theta: float, slip: float
-) -> tuple[float, float]:
+def bound_cap(y: float, sine: float, theta: float, slip: float) -> tuple[float, float]:
     """Bound the equidistant picture of a cap of directions, in radians.
 
     y, sine: the middle's height and distance from the view axis, of any length. theta:

@@ -1,0 +1,105 @@
+"""The splatted endoscope picture against the ray-traced one, and what it must show.
+
+Bounds: SSIM of each picture and of their mean, RMSE in 8-bit codes, hues and glints as
+measured on pictures of the same anatomy by a research renderer.
+"""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from benchmarks.nasal_views import (
+    Agreement,
+    Judge,
+    NasalView,
+    acceptance_views,
+    path_views,
+)
+from renderers.scene import Camera
+from renderers.shading import Tier
+
+SIZE = 512
+LEAST_SSIM, LEAST_MEAN_SSIM = 0.95, 0.975
+MOST_RMSE_CODES = 11.0
+MOST_NORMAL_DEG = 2.0
+
+WORST = ("choana", "flight at 8.12 s")
+"""One wide view, and one into a narrow cleft that had pinholes."""
+
+
+def is_alike(agreement: Agreement) -> bool:
+    return (
+        agreement.ssim >= LEAST_SSIM
+        and agreement.rmse_codes <= MOST_RMSE_CODES
+        and agreement.normal_deg <= MOST_NORMAL_DEG
+        and agreement.holes == agreement.closed == 0
+    )
+
+
+def views() -> list[NasalView]:
+    return acceptance_views(SIZE) + path_views(SIZE, 20)
+
+
+@pytest.fixture(scope="module")
+def judges() -> dict[str, Judge]:
+    return {}
+
+
+def judge_of(judges: dict[str, Judge], view: NasalView) -> Judge:
+    if view.head not in judges:
+        judges[view.head] = Judge(view.head)
+    return judges[view.head]
+
+
+@pytest.mark.parametrize("name", WORST)
+def test_two_views_are_alike(judges: dict[str, Judge], name: str) -> None:
+    (view,) = (view for view in views() if view.name == name)
+    agreement, _, _ = judge_of(judges, view).compare(view)
+    assert is_alike(agreement), agreement
+
+
+@pytest.mark.slow
+def test_all_named_views_and_the_whole_flight_are_alike(
+    judges: dict[str, Judge],
+) -> None:
+    found = {v.name: judge_of(judges, v).compare(v)[0] for v in views()}
+    assert len(found) == 26
+    assert {name: a for name, a in found.items() if not is_alike(a)} == {}
+    assert np.mean([a.ssim for a in found.values()]) >= LEAST_MEAN_SSIM
+    assert sum(a.openings for a in found.values()) > 15
+
+
+def inside_stop(camera: Camera, picture: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Give the pixels ``(n, 3)`` of the round field."""
+    return picture[np.any(camera.lens_table() != 0, axis=-1)].astype(np.float64)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tier", [Tier.LIVE, Tier.FULL])
+def test_mucosa_has_its_hue_and_glints_and_is_neither_burnt_nor_black(
+    tier: Tier,
+) -> None:
+    judges = {head: Judge(head, tier) for head in ("default", "operated")}
+    for view in acceptance_views(SIZE):
+        _, picture, _ = judges[view.head].compare(view)
+        pixels = inside_stop(view.camera, picture)
+        lit = pixels[pixels.max(axis=1) > 60].mean(axis=0)
+        red_green, green_blue = lit[0] / lit[1], lit[1] / lit[2]
+        if view.name == "vestibule":
+            # dry skin: tan and without a glint
+            assert 1.3 < red_green < 1.7
+            assert 1.1 < green_blue < 1.4
+            assert not np.any(pixels.min(axis=1) >= 225)
+        else:
+            assert 1.7 <= red_green <= 2.3, view.name
+            assert 0.93 <= green_blue <= 1.05, view.name
+        if view.name in ("middle meatus", "choana"):
+            # wet convexities and walls that face the scope
+            assert np.any(pixels.min(axis=1) >= 225), view.name
+        assert np.mean(pixels.min(axis=1) >= 225) <= 0.04
+        assert np.mean(pixels.max(axis=1) >= 252) <= 0.08
+        tenth = np.percentile(pixels.max(axis=1), 10)
+        # the far wall of the nasopharynx fills the view and is evenly lit
+        assert 15 <= tenth <= (125 if view.name == "choana" else 85), view.name
+    for judge in judges.values():
+        judge.close()
