@@ -10,6 +10,7 @@ from app.versions import versions
 from benchmarks import (
     suite_anatomy,
     suite_art,
+    suite_art_scaling,
     suite_devices,
     suite_flight,
     suite_fsr,
@@ -20,6 +21,7 @@ from benchmarks.chart import draw_charts
 from benchmarks.machine import commit, is_same_machine, machine
 from benchmarks.plan import SUITES, Measured, Suite, Task, UnavailableError
 from benchmarks.report import print_results
+from benchmarks.scaling_report import report_scaling
 from benchmarks.schema import (
     Results,
     Row,
@@ -33,6 +35,7 @@ from benchmarks.schema import (
 
 BUILT_IN = (
     suite_art,
+    suite_art_scaling,
     suite_devices,
     suite_fsr,
     suite_visibility,
@@ -76,7 +79,7 @@ def run_bench(
                 f"Interrupted; {path} has {len(results.rows)} rows to go on from."
             )
             raise
-    charts = draw_charts(results.rows, out)
+    charts = draw_charts(results.rows, out) + report_scaling(results.rows, out)
     if as_json:
         print_json(results)
     else:

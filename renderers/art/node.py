@@ -77,6 +77,16 @@ class Node(Generic[P]):
         return self._stack.active > 0
 
     @property
+    def has_rays(self) -> bool:
+        """Tell whether any ray is unfinished."""
+        return bool(self._stack)
+
+    @property
+    def waiting_packets(self) -> int:
+        """Count the packets that wait for a cell."""
+        return len(self._stack) - self._stack.active
+
+    @property
     def is_waiting(self) -> bool:
         """Tell whether another rank owes this one an answer."""
         return self.cache.pending > 0 or self.cache.asked > 0

@@ -1,0 +1,264 @@
+"""A machine of simulated ranks: discrete events in order of time."""
+
+import heapq
+from collections import Counter
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+
+from renderers.art.messages import HEADER_BYTES, Message, MessageKind, ProtocolError
+from renderers.art.node import Node
+from renderers.art.simulator.replay import ReplayWork, Visits
+from renderers.art.simulator.torus import Torus
+
+SimulatedNode = Node[Visits]
+
+_AT_HOME = (
+    MessageKind.REQUEST,
+    MessageKind.INVALIDATE_REQUEST,
+    MessageKind.ADOPTED,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Costs:
+    """Set what a machine's actions cost, seconds.
+
+    send_s: start-up of a send. receive_s: taking a message. handle_s: what a node does
+    about one. copy_s: handing one byte of a cell from or to the network. poll_s: a look
+    for messages. scan_s: passing over one packet that waits, when another is looked
+    for (the paper scans its ray stack; 0 where waiting packets are found by cell).
+    slice_s: work between two polls. link: bytes/s of a link. hop_s: for each link.
+    lru_share: of the cost of visits, what keeping their order costs.
+    """
+
+    send_s: float
+    receive_s: float
+    handle_s: float
+    copy_s: float
+    poll_s: float
+    scan_s: float
+    slice_s: float
+    link: float
+    hop_s: float
+    lru_share: float = 0.0
+
+
+T3D = Costs(
+    send_s=1.5e-6,
+    receive_s=1.5e-6,
+    handle_s=2e-6,
+    copy_s=1 / 300e6,
+    poll_s=0.5e-6,
+    scan_s=0.0,
+    slice_s=1.1e-3,
+    link=150e6,
+    hop_s=50e-9,
+    lru_share=0.025,
+)
+"""The machine of the paper. Its text gives send_s, link, the share of LRU, and by its
+times slice_s, one ray; the rest are assumptions for a processor of 150 MHz."""
+
+
+TODAY = Costs(
+    send_s=5e-6,
+    receive_s=5e-6,
+    handle_s=10e-6,
+    copy_s=1 / 3e9,
+    poll_s=0.4e-6,
+    scan_s=0.0,
+    slice_s=75e-6,
+    link=1e9,
+    hop_s=1e-6,
+)
+"""A cluster of today's cores with these nodes in Python: a message of up to 2 KiB takes
+4 to 26 us one way within a machine and an empty poll .4 us (mpi4py 4.1, MPICH 5.0, two
+cores); handling one takes 5 to 15 us. The network between machines is an assumption."""
+
+
+@dataclass(slots=True)
+class Ledger:
+    """Say where a rank's time went, seconds; the parts sum to the whole."""
+
+    render: float = 0.0
+    lru: float = 0.0
+    scan: float = 0.0
+    directory: float = 0.0
+    receive: float = 0.0
+    send: float = 0.0
+    poll: float = 0.0
+    idle: float = 0.0
+
+    def parts(self) -> dict[str, float]:
+        """Get the parts by name."""
+        return {name: getattr(self, name) for name in self.__slots__}
+
+
+@dataclass(slots=True)
+class _Rank:
+    node: SimulatedNode
+    work: ReplayWork
+    frames: list[list[Visits]]
+    inbox: list[tuple[float, int, Message]] = field(default_factory=list)
+    idle_since: float | None = None
+    due: int = 0
+    """Number of the turn that counts; one planned earlier was overtaken."""
+    ledger: Ledger = field(default_factory=Ledger)
+    ends: list[float] = field(default_factory=list)
+
+
+class Machine:
+    """Run nodes on a torus until all their frames are drawn.
+
+    A rank handles messages only between slices. It begins its next frame when it has no
+    rays left, without waiting for others. Control of frames and the gathering of the
+    picture are left out.
+    """
+
+    def __init__(
+        self,
+        costs: Costs,
+        torus: Torus,
+        ranks: Iterable[tuple[SimulatedNode, ReplayWork, list[list[Visits]]]],
+        *,
+        payload_bytes: int,
+        watch: Callable[["Machine", Message], None] | None = None,
+    ) -> None:
+        """Take each rank's node, work, and packets by frame.
+
+        payload_bytes: of a cell on its way. watch: called after each message handled.
+        """
+        self.torus = torus
+        self.sent: Counter[MessageKind] = Counter()
+        self.data_by_hops: Counter[int] = Counter()
+        self.events = 0
+        self.seconds = 0.0
+        self._costs = costs
+        self._payload_bytes = payload_bytes
+        self._watch = watch
+        self._ranks = [_Rank(*rank) for rank in ranks]
+        self._queue: list[tuple[float, int, int]] = []
+        self._number = 0
+        self._last_arrival: dict[tuple[int, int], float] = {}
+
+    @property
+    def nodes(self) -> list[SimulatedNode]:
+        """Get the nodes in order of rank."""
+        return [rank.node for rank in self._ranks]
+
+    @property
+    def ledgers(self) -> list[Ledger]:
+        """Get the ledgers in order of rank."""
+        return [rank.ledger for rank in self._ranks]
+
+    def frame_ends(self) -> list[float]:
+        """Get the time at which the last rank finished each frame."""
+        return [max(ends) for ends in zip(*(r.ends for r in self._ranks), strict=True)]
+
+    def flying(self) -> list[Message]:
+        """List the messages sent and not handled."""
+        return [message for rank in self._ranks for _, _, message in rank.inbox]
+
+    def run(self) -> float:
+        """Draw all frames; get the seconds it took. What is idle until then is told."""
+        for number in range(len(self._ranks)):
+            self._schedule(number, 0.0)
+        while self._queue:
+            now, turn, number = heapq.heappop(self._queue)
+            if self._ranks[number].due == turn:
+                self.events += 1
+                self._turn(number, now)
+        for rank in self._ranks:
+            if rank.frames or not rank.node.is_finished or rank.inbox:
+                raise ProtocolError(f"rank {rank.node.rank} did not finish")
+        self.seconds = max(rank.ends[-1] for rank in self._ranks if rank.ends)
+        for rank in self._ranks:
+            assert rank.idle_since is not None
+            rank.ledger.idle += max(self.seconds - rank.idle_since, 0.0)
+        return self.seconds
+
+    def _schedule(self, number: int, when: float) -> None:
+        self._number += 1
+        self._ranks[number].due = self._number
+        heapq.heappush(self._queue, (when, self._number, number))
+
+    def _turn(self, number: int, now: float) -> None:
+        rank, costs = self._ranks[number], self._costs
+        if rank.idle_since is not None:
+            rank.ledger.idle += now - rank.idle_since
+            rank.idle_since = None
+        now = self._take(rank, now)
+        node, work = rank.node, rank.work
+        if not node.has_rays and rank.frames:
+            node.begin(node.frame + 1, rank.frames.pop(0))
+        if node.is_active:
+            before = work.spent_s
+            messages = node.advance(1)
+            spent = work.spent_s - before
+            rank.ledger.render += spent * (1 - costs.lru_share)
+            rank.ledger.lru += spent * costs.lru_share
+            now += spent
+            if costs.scan_s:
+                scan = costs.scan_s * node.waiting_packets
+                rank.ledger.scan += scan
+                now += scan
+            now = self._send(rank, messages, now)
+            if not node.has_rays:
+                rank.ends.append(now)
+            self._schedule(number, now)
+        elif not node.has_rays and rank.frames:
+            rank.ends.append(now)
+            self._schedule(number, now)
+        else:
+            if not node.has_rays and len(rank.ends) < node.frame:
+                rank.ends.append(now)
+            rank.idle_since = now
+            if rank.inbox:
+                self._schedule(number, max(now, rank.inbox[0][0]))
+
+    def _take(self, rank: _Rank, now: float) -> float:
+        costs, ledger = self._costs, rank.ledger
+        ledger.poll += costs.poll_s
+        now += costs.poll_s
+        while rank.inbox and rank.inbox[0][0] <= now:
+            message = heapq.heappop(rank.inbox)[2]
+            cost = costs.receive_s + costs.handle_s
+            if message.kind is MessageKind.DATA:
+                cost += self._payload_bytes * costs.copy_s
+            if message.kind in _AT_HOME:
+                ledger.directory += cost
+            else:
+                ledger.receive += cost
+            now = self._send(rank, rank.node.handle(message), now + cost)
+            if self._watch is not None:
+                self._watch(self, message)
+        return now
+
+    def _send(self, rank: _Rank, messages: list[Message], now: float) -> float:
+        costs = self._costs
+        for message in messages:
+            if message.kind is MessageKind.REGION:
+                continue
+            source, target = message.source, message.target
+            size = HEADER_BYTES
+            cost = costs.send_s
+            if message.kind is MessageKind.DATA:
+                size += self._payload_bytes
+                cost += self._payload_bytes * costs.copy_s
+                self.data_by_hops[self.torus.hops(source, target)] += 1
+            arrival = now
+            if source != target:
+                now += cost
+                rank.ledger.send += cost
+                arrival = self.torus.carry(source, target, size, now)
+                self.sent[message.kind] += 1
+            pair = source, target
+            if arrival < self._last_arrival.get(pair, 0.0):
+                raise ProtocolError(f"a message of {pair} overtook another")
+            self._last_arrival[pair] = arrival
+            self._number += 1
+            other = self._ranks[target]
+            heapq.heappush(other.inbox, (arrival, self._number, message))
+            if other.idle_since is not None and other is not rank:
+                head = other.inbox[0][0]
+                self._schedule(target, max(head, other.idle_since))
+        return now

@@ -1,0 +1,85 @@
+"""A torus of ranks in three dimensions: ways, hops, and links that are busy."""
+
+import math
+from functools import cache
+
+
+def torus_shape(ranks: int) -> tuple[int, int, int]:
+    """Get the most cubic torus of so many ranks, longest side first."""
+    if ranks < 1:
+        raise ValueError(f"a torus needs at least 1 rank, got {ranks}")
+    best = (ranks, 1, 1)
+    for z in range(1, round(ranks ** (1 / 3)) + 1):
+        if ranks % z:
+            continue
+        rest = ranks // z
+        y = max(d for d in range(1, math.isqrt(rest) + 1) if rest % d == 0)
+        if y >= z:
+            best = (rest // y, y, z)
+    return best
+
+
+class Torus:
+    """Carry messages by dimension-order routing, the shorter way around each ring.
+
+    A link carries one message at a time in each direction. A message takes its whole
+    way at once when the last of its links is free (wormhole routing without virtual
+    channels, a cautious reading of the T3D's network).
+    """
+
+    def __init__(self, ranks: int, bytes_per_s: float, hop_s: float) -> None:
+        self.ranks = ranks
+        self.shape = torus_shape(ranks)
+        self.carried = 0
+        """Bytes times hops."""
+        self._bytes_per_s = bytes_per_s
+        self._hop_s = hop_s
+        self._free: dict[int, float] = {}
+        self._rows: dict[int, bytes] = {}
+        self._way = cache(self._find_way)
+
+    def place(self, rank: int) -> tuple[int, int, int]:
+        """Get a rank's coordinates."""
+        nx, ny, _ = self.shape
+        return rank % nx, rank // nx % ny, rank // (nx * ny)
+
+    def hops(self, rank: int, other: int) -> int:
+        """Count the links between two ranks."""
+        return self.distances(rank)[other]
+
+    def distances(self, rank: int) -> bytes:
+        """Get the hops from a rank to each rank."""
+        if rank not in self._rows:
+            here = self.place(rank)
+            rings = [
+                [min((k - a) % n, (a - k) % n) for k in range(n)]
+                for a, n in zip(here, self.shape, strict=True)
+            ]
+            self._rows[rank] = bytes(
+                x + y + z for z in rings[2] for y in rings[1] for x in rings[0]
+            )
+        return self._rows[rank]
+
+    def carry(self, source: int, target: int, size: int, now_s: float) -> float:
+        """Send `size` bytes; get the time at which the last of them has arrived."""
+        way = self._way(source, target)
+        free = self._free
+        begin_s = max([now_s, *[free.get(link, 0.0) for link in way]])
+        held_s = size / self._bytes_per_s
+        for link in way:
+            free[link] = begin_s + held_s
+        self.carried += size * len(way)
+        return begin_s + len(way) * self._hop_s + held_s
+
+    def _find_way(self, source: int, target: int) -> tuple[int, ...]:
+        at, end = list(self.place(source)), self.place(target)
+        nx, ny, _ = self.shape
+        way = []
+        for axis, size in enumerate(self.shape):
+            forward = (end[axis] - at[axis]) % size
+            step = 1 if 2 * forward <= size else -1
+            while at[axis] != end[axis]:
+                rank = at[0] + nx * (at[1] + ny * at[2])
+                way.append(6 * rank + 2 * axis + (step > 0))
+                at[axis] = (at[axis] + step) % size
+        return tuple(way)
