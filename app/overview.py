@@ -39,6 +39,6 @@ def _name(node: ast.FunctionDef) -> str:
     for decorator in node.decorator_list:
         if isinstance(decorator, ast.Call):
             for keyword in decorator.keywords:
-                if keyword.arg == "name":
-                    return str(ast.literal_eval(keyword.value))
+                if keyword.arg == "name" and isinstance(keyword.value, ast.Constant):
+                    return str(keyword.value.value)
     return node.name

@@ -1,6 +1,7 @@
 """DICOM folders written for the purpose, good and bad."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ def write_slice(
     series: str = "1.2.3",
     orientation: tuple[float, ...] = (1, 0, 0, 0, 1, 0),
     spacing: tuple[float, float] = (0.5, 0.7),
-    **more: object,
+    **more: Any,
 ) -> None:
     """Write a slice; spacing is between rows, between columns, as in the standard."""
     meta = FileMetaDataset()
@@ -49,14 +50,14 @@ def write_slice(
     image.save_as(file, enforce_file_format=True)
 
 
-def write_stack(folder: Path, count: int = 8, **more: object) -> NDArray[np.int16]:
+def write_stack(folder: Path, count: int = 8, **more: Any) -> NDArray[np.int16]:
     """Write slices 2 mm apart in an order that is not their own."""
     folder.mkdir(parents=True, exist_ok=True)
     rng = np.random.default_rng(5)
     values = rng.integers(0, 3000, (count, 12, 10)).astype(np.int16)
     for n, k in enumerate(rng.permutation(count)):
         place = np.array([-30.0, -20.0, 2.0 * k])
-        write_slice(folder / f"{n:03d}", values[k], place, **more)  # type: ignore[arg-type]
+        write_slice(folder / f"{n:03d}", values[k], place, **more)
     return values
 
 

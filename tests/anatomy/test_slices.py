@@ -1,5 +1,7 @@
 """Tilted and unevenly spaced stacks against fields that are known everywhere."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -108,8 +110,8 @@ def test_two_slices_at_one_place_are_refused() -> None:
         ),
     ],
 )
-def test_what_is_no_stack_is_refused(change: dict[str, object], message: str) -> None:
-    good: dict[str, object] = {
+def test_what_is_no_stack_is_refused(change: dict[str, Any], message: str) -> None:
+    good: dict[str, Any] = {
         "pixels": np.zeros((3, 4, 4)),
         "positions_mm": np.arange(9.0).reshape(3, 3),
         "row_direction": np.array([1.0, 0, 0]),
@@ -117,4 +119,4 @@ def test_what_is_no_stack_is_refused(change: dict[str, object], message: str) ->
         "spacing_mm": (1.0, 1.0),
     }
     with pytest.raises(ValueError, match=message):
-        SliceStack(**(good | change))  # type: ignore[arg-type]
+        SliceStack(**(good | change))

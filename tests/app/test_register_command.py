@@ -4,6 +4,7 @@ import io
 import json
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,8 +17,8 @@ from devices.registration_file import load_registration
 from scenarios import load_scenario
 
 
-def _options(out: Path, scenario: Path, **changes: object) -> RegisterOptions:
-    options = {
+def _options(out: Path, scenario: Path, **changes: Any) -> RegisterOptions:
+    options: dict[str, Any] = {
         "scenario": str(scenario),
         "device": None,
         "emulated": True,
@@ -29,7 +30,7 @@ def _options(out: Path, scenario: Path, **changes: object) -> RegisterOptions:
         "seed": 1,
         **changes,
     }
-    return RegisterOptions(**options)  # type: ignore[arg-type]
+    return RegisterOptions(**options)
 
 
 @pytest.mark.slow
