@@ -32,6 +32,8 @@ CAVITY_MM3 = 100.0
 NOSTRIL_MM2 = (12.0, 450.0)
 """Areas that the opening of one or of both nostrils can have."""
 
+NO_ROOM = "no air of the room is in the scan"
+
 MIDDLE_MM = 25.0
 """Half width of the slab about the middle of the head that holds the nasal airway."""
 
@@ -48,21 +50,35 @@ class Cavity:
 
 
 @dataclass(frozen=True, slots=True)
+class Opening:
+    """Describe one place where the airway meets the room; LPS mm, mm2."""
+
+    center_mm: NDArray[np.float64]
+    area_mm2: float
+
+    @property
+    def is_nostril(self) -> bool:
+        """Tell whether one nostril, or both together, can be so large."""
+        low, high = NOSTRIL_MM2
+        return low <= self.area_mm2 <= high
+
+
+@dataclass(frozen=True, slots=True)
 class Airways:
     """Hold what was found.
 
     field: float32 CT numbers above those of the surface, negative in air, without the
     specks of noise. outside_mm: float32,
     distance to the air of the room, 0 in it. labels: uint8; 0 is no inner air, 1 the
-    airway, 2 and more the cavities in their order. openings_mm: where the airway
-    opens to the room, largest first.
+    airway, 2 and more the cavities in their order. openings: where the airway meets
+    the room, largest first.
     """
 
     field: Volume
     outside_mm: Volume
     labels: Volume
     cavities: tuple[Cavity, ...]
-    openings_mm: tuple[NDArray[np.float64], ...]
+    openings: tuple[Opening, ...]
     airway_ml: float
     notes: tuple[str, ...]
 
@@ -87,7 +103,7 @@ def find_airways(ct: Volume, outside: Volume | None = None) -> Airways:
             reach = _distance_to(core, spacing)
         else:
             reach = np.full(air.shape, np.inf, np.float32)
-            notes.append("no air of the room is in the scan")
+            notes.append(NO_ROOM)
         # what the ball covers with its centre in the core, and a voxel for rounding
         away = np.maximum(reach - np.float32(BALL_MM + spacing), 0)
     else:
@@ -115,26 +131,23 @@ def find_airways(ct: Volume, outside: Volume | None = None) -> Airways:
         Cavity(ct.origin_mm + np.array(c)[::-1] * spacing, float(sizes[p]) / 1000)
         for p, c in zip(others, centers, strict=True)
     ]
-    low, high = NOSTRIL_MM2
-    listed = openings.get(main, [])
-    places = [
-        ct.origin_mm + place[::-1] * spacing
-        for area, place in listed
-        if low <= area <= high
-    ]
-    if listed and listed[0][0] > high:
+    places = tuple(
+        Opening(ct.origin_mm + place[::-1] * spacing, area)
+        for area, place in openings.get(main, [])
+    )
+    if places and places[0].area_mm2 > NOSTRIL_MM2[1]:
         notes.append(
-            f"the airway opens to the room over {listed[0][0]:.0f} mm2, more than "
-            "nostrils do: the face may be cut off"
+            f"the airway opens to the room over {places[0].area_mm2:.0f} mm2, more "
+            "than nostrils do: the face may be cut off"
         )
-    if not places:
+    if not any(place.is_nostril for place in places):
         notes.append("no nostril was found: the airway is closed, or the face is cut")
     return Airways(
         ct.with_values(field, AIR_HU - SURFACE_HU),
         ct.with_values(away, 0.0),
         ct.with_values(labels, 0.0),
         tuple(cavities),
-        tuple(places),
+        places,
         float(sizes[main]) / 1000,
         tuple(notes),
     )

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.distance.redistance import FARTHEST_MM
+from anatomy.midplane import Midplane
 from renderers.scene.volume import Volume
 
 RADIUS_MM = 0.6
@@ -15,7 +17,7 @@ LONGEST_MM = 100.0
 STEP_MM = 0.75
 
 MIDDLE_MM = 12.0
-"""Half width of the slab about the airway's middle that holds the nasal passages."""
+"""Half width of the slab about the head's midplane that holds the nasal passages."""
 
 MOST_CANDIDATES = 1500
 
@@ -24,6 +26,9 @@ WIDEST_DEG = 40.0
 
 STEEPEST_DEG = 60.0
 """Above the horizontal; a scope held steeper has no upright picture."""
+
+SHORTEST_MM = 20.0
+"""A way that one sees less far along is none."""
 
 LONG_MM = 70.0
 """From the nostril to the nasopharynx; a longer way is worth no more."""
@@ -65,28 +70,35 @@ def approach_from(distance: Volume, pivot_mm: NDArray[np.float64]) -> Approach:
     return Approach(pivot, ways[best], float(free[best]))
 
 
-def find_approach(airway: NDArray[np.bool_], distance: Volume) -> Approach:
+def find_approach(
+    passages: NDArray[np.bool_], distance: Volume, midplane: Midplane
+) -> Approach | None:
     """Find an entrance where no nostril is known: far in front, with a long way in.
 
-    airway: ``(nz, ny, nx)`` mask on the distance's grid. Raises ValueError where it
-    is nowhere wide enough.
+    passages: ``(nz, ny, nx)`` mask on the distance's grid, without the sinuses: ways
+    that begin or end in one lead nowhere. None where no way beside the midplane is
+    `SHORTEST_MM` long.
     """
-    fits = airway & (distance.values < -RADIUS_MM)
-    places = np.argwhere(fits)
-    if not len(places):
-        raise ValueError(f"no place of the airway is {2 * RADIUS_MM:g} mm wide")
+    closed = np.where(passages, distance.values, np.float32(FARTHEST_MM))
+    distance = distance.with_values(closed, FARTHEST_MM)
+    places = np.argwhere(closed < -RADIUS_MM)
     spacing = float(distance.spacing_mm[0])
-    middle = float(np.median(places[:, 2]))
-    near = np.abs(places[:, 2] - middle) * spacing <= MIDDLE_MM
-    places = places[near] if near.any() else places
+    aside = midplane.aside(distance.origin_mm + places[:, ::-1] * spacing)
+    places = places[np.abs(aside) <= MIDDLE_MM]
+    if not len(places):
+        return None
     # evenly through them, in a fixed order
     places = places[:: max(len(places) // MOST_CANDIDATES, 1)]
     points = distance.origin_mm + places[:, ::-1] * spacing
     ways = _ways()
     free = _free_lengths(distance, points, ways)
     height = np.abs(points[:, 2] - np.median(points[:, 2]))
-    worth = np.minimum(free.max(axis=1), LONG_MM) - DETOUR * (points[:, 1] + height)
+    longest = free.max(axis=1)
+    worth = np.minimum(longest, LONG_MM) - DETOUR * (points[:, 1] + height)
+    worth[longest < SHORTEST_MM] = -np.inf
     best = int(worth.argmax())
+    if longest[best] < SHORTEST_MM:
+        return None
     way = int(free[best].argmax())
     return Approach(points[best], ways[way], float(free[best, way]))
 

@@ -2,9 +2,10 @@
 
 ``ct.nrrd``, ``labels.seg.nrrd`` and ``landmarks.mrk.json`` open in 3D Slicer, and so do
 the volumes that a flight needs: ``distance.nrrd``, ``blood.nrrd``, ``skin.nrrd``; a
-second scan on the same grid is ``mr.nrrd``. ``face.nrrd`` is the distance to the skin
-of the whole head, on a coarser grid. ``case.json`` names them with their hashes.
-It is removed first and written last: a folder without it is no case.
+second scan on the same grid is ``mr.nrrd``, a phantom's are ``t1.nrrd`` and
+``t2.nrrd``. ``face.nrrd`` is the distance to the skin of the whole head, on a coarser
+grid. ``case.json`` names them with their hashes. It is removed first and written last:
+a folder without it is no case.
 """
 
 import colorsys
@@ -20,12 +21,14 @@ from numpy.typing import NDArray
 
 from anatomy.distance.redistance import DEEPEST_MM, FARTHEST_MM
 from anatomy.files import load_volume, save_volume, write_file
+from anatomy.histogram import find_peaks, transfer_of
 from anatomy.landmarks import Landmark
 from anatomy.markups import read_markups, write_markups
 from anatomy.parameters import PhantomParameters
 from anatomy.phantom import Phantom
 from anatomy.resonance import magnetic_resonance
 from anatomy.tissue import Label
+from renderers.scene.transfer import TransferFunction
 from renderers.scene.volume import AIR_HU, Volume
 
 SCHEMA_VERSION = 1
@@ -37,6 +40,8 @@ FILES = {
     "blood": ("blood.nrrd", 0.0),
     "skin": ("skin.nrrd", 0.0),
     "mr": ("mr.nrrd", AIR_HU),
+    "t1": ("t1.nrrd", 0.0),
+    "t2": ("t2.nrrd", 0.0),
     "face": ("face.nrrd", DEEPEST_MM),
 }
 """Of each volume: its file and what lies outside it."""
@@ -47,10 +52,51 @@ _T = TypeVar("_T")
 
 
 class CavityRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """Name an air space beside the airway; LPS mm, mL."""
+    """Name an air space beside the nasal passages; LPS mm, mL.
+
+    side: right, left or midline. is_open: one air with the passages in the scan.
+    """
 
     center_mm: tuple[float, float, float]
     volume_ml: float
+    side: str = "midline"
+    is_open: bool = False
+
+
+class OpeningRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """Say where the airway meets the room; LPS mm."""
+
+    center_mm: tuple[float, float, float]
+    area_mm2: float
+
+
+class TransferRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """Hold the transfer function that the scan's histogram asks for.
+
+    nodes: CT numbers. color: linear RGB at each. kappa_per_mm: extinction at each.
+    """
+
+    nodes: tuple[float, ...]
+    color: tuple[tuple[float, float, float], ...]
+    kappa_per_mm: tuple[float, ...]
+
+    @classmethod
+    def of(cls, function: TransferFunction) -> "TransferRecord":
+        """Put a function down."""
+        return msgspec.convert(
+            {
+                "nodes": function.nodes.tolist(),
+                "color": function.color.tolist(),
+                "kappa_per_mm": function.kappa_per_mm.tolist(),
+            },
+            cls,
+        )
+
+    def function(self) -> TransferFunction:
+        """Give the function; ValueError where the numbers are none."""
+        return TransferFunction(
+            np.array(self.nodes), np.array(self.color), np.array(self.kappa_per_mm)
+        )
 
 
 class SourceRecord(msgspec.Struct, frozen=True, kw_only=True):
@@ -77,9 +123,9 @@ class CaseRecord(msgspec.Struct, frozen=True, kw_only=True):
     """Hold what ``case.json`` says.
 
     label_names: by the labels' values in decimal.
-    parameters: of a phantom. sources, notes, airway_ml, cavities, approach: of a
-    scan; the second source is the second volume. sha256: of each volume's values, by
-    name.
+    parameters: of a phantom. sources, notes, airway_ml, cavities, openings, approach:
+    of a scan; the second source is the second volume. transfer: for mode `classic`.
+    sha256: of each volume's values, by name.
     """
 
     schema_version: int
@@ -91,7 +137,9 @@ class CaseRecord(msgspec.Struct, frozen=True, kw_only=True):
     label_names: dict[str, str] = {}  # msgspec copies it for each record
     airway_ml: float | None = None
     cavities: tuple[CavityRecord, ...] = ()
+    openings: tuple[OpeningRecord, ...] = ()
     approach: ApproachRecord | None = None
+    transfer: TransferRecord | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,8 +161,10 @@ class Case:
         return self.volumes["labels"]
 
 
-def write_case(phantom: Phantom, folder: Path | str) -> None:
-    """Write a phantom as a case folder, each file atomically."""
+def write_case(
+    phantom: Phantom, folder: Path | str, *, resonance: bool = False
+) -> None:
+    """Write a phantom as a case folder, each file atomically; resonance: T1, T2 too."""
     volumes = {
         "ct": phantom.ct,
         "labels": phantom.labels,
@@ -122,6 +172,8 @@ def write_case(phantom: Phantom, folder: Path | str) -> None:
         "blood": phantom.blood,
         "skin": phantom.skin,
     }
+    if resonance:
+        volumes["t1"], volumes["t2"] = magnetic_resonance(phantom)
     names = {
         int(value): Label(value).name.lower().replace("_", " ")
         for value in np.unique(phantom.labels.values)
@@ -131,6 +183,7 @@ def write_case(phantom: Phantom, folder: Path | str) -> None:
         spacing_mm=phantom.spacing_mm,
         parameters=phantom.parameters,
         sha256={},
+        transfer=TransferRecord.of(transfer_of(find_peaks(phantom.ct))),
     )
     store_case(Path(folder), volumes, names, phantom.landmarks, record)
 
@@ -164,12 +217,6 @@ def store_case(
     )
     write_file(folder / RECORD, msgspec.json.encode(finished) + b"\n")
     return finished
-
-
-def write_resonance(phantom: Phantom, folder: Path | str) -> None:
-    """Add ``t1.nrrd`` and ``t2.nrrd`` to a case folder."""
-    for name, volume in zip(("t1", "t2"), magnetic_resonance(phantom), strict=True):
-        save_volume(volume, Path(folder) / f"{name}.nrrd")
 
 
 def read_case(folder: Path | str) -> Case:

@@ -15,10 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.slices import Layout, SliceStack, straighten
+from anatomy.volume_header import MEMORY_SHARE, machine_memory
 from renderers.scene.volume import AIR_HU, Volume
 
 MOST_FILES = 20_000
 """A head at 0.3 mm has about a thousand slices."""
+
+WORKING_BYTES = 12
+"""For each pixel: it is held as a float, put into order, and resampled."""
 
 FEWEST_SLICES = 5
 """A series of fewer is a scout image, not a volume."""
@@ -126,6 +130,13 @@ def read_series(
     that is damaged or does not fit.
     """
     pydicom = importlib.import_module("pydicom")
+    need = series.rows * series.columns * len(series.files) * WORKING_BYTES
+    limit = int(MEMORY_SHARE * machine_memory())
+    if need > limit:
+        raise ValueError(
+            f"the series {series} needs {need:,} bytes; at most {limit:,} can be read "
+            "on this machine"
+        )
     pixels, positions = [], []
     axes = spacing = None
     for n, file in enumerate(series.files):

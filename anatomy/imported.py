@@ -7,17 +7,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.airways import (
+    NO_ROOM,
     Airways,
+    Opening,
     air_distance,
     box_around,
     find_airways,
     head_distance,
     skin_weight,
 )
-from anatomy.approach import Approach, approach_from, find_approach
+from anatomy.approach import (
+    SHORTEST_MM,
+    Approach,
+    approach_from,
+    find_approach,
+)
+from anatomy.chambers import AirSpaces, find_chambers
 from anatomy.face_points import face_points
 from anatomy.landmarks import Landmark
-from anatomy.scan import Scan, isotropic, patient_box
+from anatomy.midplane import Midplane, find_midplane
+from anatomy.scan import Modality, Scan, isotropic, patient_box
 from anatomy.tissue import TISSUES, Side, encode_blood
 from renderers.scene.volume import Volume
 
@@ -30,8 +39,13 @@ MARGIN_MM = 15.0
 NOSTRIL_RADIUS_MM = 5.0
 FACE_RADIUS_MM = 1.0
 
-SHORTEST_WAY_MM = 20.0
-"""A nostril from which one sees less far is left for a better entrance."""
+NOSTRIL_ASIDE_MM = 15.0
+"""From the head's midplane; further out air meets the room at an ear or a cheek."""
+
+NOSTRILS_APART_MM = 15.0
+"""In height and depth; lips and chin make openings of a nostril's size as well."""
+
+AT_NOSTRIL = "the scope enters at a nostril"
 
 ENTRANCE, WAY_END = "entrance", "end of the free way"
 
@@ -44,21 +58,28 @@ class ImportedHead:
 
     ct: int16 CT numbers. distance: float32 mm to the air surface, negative in air.
     blood, skin: uint8, as a phantom's; a scan does not show blood, so mucosa has the
-    mean of healthy ones. labels: uint8, 1 the airway, 2 and more separate cavities.
+    mean of healthy ones. labels: uint8, 1 the passages, 2 and more the chambers.
     face: float32 mm to the outside of the whole head, negative in the room, on a
-    coarse grid of its own. approach: how a scope comes in.
+    coarse grid of its own. approach: how a scope comes in, None where the scan does not
+    tell.
     """
 
     ct: Volume
     distance: Volume
     blood: Volume
     skin: Volume
-    labels: Volume
     face: Volume
     airways: Airways
-    approach: Approach
+    spaces: AirSpaces
+    midplane: Midplane
+    approach: Approach | None
     landmarks: dict[str, Landmark]
     notes: tuple[str, ...]
+
+    @property
+    def labels(self) -> Volume:
+        """Get which air each voxel belongs to."""
+        return self.spaces.labels
 
     @property
     def spacing_mm(self) -> float:
@@ -98,55 +119,115 @@ def import_head(
     report("Finding surfaces", 0.0)
     airways = find_airways(fine, outside)
     distance = air_distance(airways)
+    midplane = find_midplane(fine)
+    spaces = find_chambers(airways, distance, midplane)
     report("Finding surfaces", 1.0)
     blood = encode_blood(np.array(TISSUES["mucosa"].blood_fraction))
     ct = np.clip(np.rint(fine.values), -32768, 32767).astype(np.int16)
-    approach, found = _approach(airways, distance, pivot_mm)
-    marks = _landmarks(airways, approach)
-    face = face_points(rough.field, approach.pivot_mm)
-    for name, place in face.items():
+    nostrils = _nostrils(airways, midplane)
+    if pivot_mm is not None:
+        approach: Approach | None = approach_from(distance, pivot_mm)
+        found = "the scope enters where you said"
+    else:
+        suggested, found = _entrance(nostrils, spaces, distance, midplane)
+        is_sure = found == AT_NOSTRIL or scan.modality is Modality.CT
+        approach = suggested if is_sure else None
+        if suggested is not None and not is_sure:
+            found = (
+                "no nostril leads straight in, and in MR bone looks like air: name the "
+                "entrance with --pivot x y z; the longest way between the walls begins "
+                f"at {np.round(suggested.pivot_mm, 1).tolist()}"
+            )
+    marks = _landmarks(nostrils, approach)
+    for name, place in _face(rough, nostrils, approach, midplane).items():
         marks[name] = Landmark(name, Side.MIDLINE, place, FACE_RADIUS_MM)
-    notes = (*scan.notes, *dict.fromkeys((*rough.notes, *airways.notes, found)))
+    room = [note for note in rough.notes if note == NO_ROOM]
+    notes = (*scan.notes, *room, *airways.notes, found)
     return ImportedHead(
-        fine.with_values(ct, fine.background),
-        distance,
-        fine.with_values(np.full(fine.shape, blood, np.uint8), 0.0),
-        fine.with_values(skin_weight(airways), 0.0),
-        airways.labels,
-        head_distance(rough),
-        airways,
-        approach,
-        marks,
-        notes,
+        ct=fine.with_values(ct, fine.background),
+        distance=distance,
+        blood=fine.with_values(np.full(fine.shape, blood, np.uint8), 0.0),
+        skin=fine.with_values(skin_weight(airways), 0.0),
+        face=head_distance(rough),
+        airways=airways,
+        spaces=spaces,
+        midplane=midplane,
+        approach=approach,
+        landmarks=marks,
+        notes=tuple(dict.fromkeys(notes)),
     )
 
 
-def _approach(
-    airways: Airways, distance: Volume, pivot_mm: NDArray[np.float64] | None
-) -> tuple[Approach, str]:
+def _nostrils(airways: Airways, midplane: Midplane) -> list[Opening]:
+    """Choose the openings that are nostrils: in the middle, in front, at one height."""
+    openings = [
+        o
+        for o in airways.openings
+        if o.is_nostril and abs(midplane.aside(o.center_mm)) <= NOSTRIL_ASIDE_MM
+    ]
+    if not openings:
+        return []
+    first = min(openings, key=lambda o: float(o.center_mm[1])).center_mm
+    near = [
+        o
+        for o in openings
+        if np.abs(o.center_mm - first)[1:].max() <= NOSTRILS_APART_MM
+    ]
+    return near[:2]
+
+
+def _entrance(
+    nostrils: list[Opening],
+    spaces: AirSpaces,
+    distance: Volume,
+    midplane: Midplane,
+) -> tuple[Approach | None, str]:
     """Choose the way in; gives it with a sentence that says how it was chosen."""
-    if pivot_mm is not None:
-        return approach_from(distance, pivot_mm), "the scope enters where you said"
-    ways = [approach_from(distance, place) for place in airways.openings_mm]
-    ways = [way for way in ways if way.free_mm >= SHORTEST_WAY_MM]
+    ways = [approach_from(distance, opening.center_mm) for opening in nostrils]
+    ways = [way for way in ways if way.free_mm >= SHORTEST_MM]
     if ways:
         best = max(ways, key=lambda way: way.free_mm)
-        return best, "the scope enters at a nostril"
-    way = find_approach(airways.labels.values == 1, distance)
+        return best, AT_NOSTRIL
+    way = find_approach(spaces.passages(), distance, midplane)
+    if way is None:
+        return None, (
+            f"no straight way of {SHORTEST_MM:g} mm leads in beside the septum: name "
+            "the entrance with --pivot x y z"
+        )
     return way, (
         "no nostril leads straight in: the scope enters where the longest free way "
-        "begins; name another pivot where that is not the nose"
+        "beside the septum begins; name another entrance with --pivot x y z"
     )
 
 
-def _landmarks(airways: Airways, approach: Approach) -> dict[str, Landmark]:
+def _face(
+    rough: Airways,
+    nostrils: list[Opening],
+    approach: Approach | None,
+    midplane: Midplane,
+) -> dict[str, NDArray[np.float64]]:
+    """Find places of the skin around the nose, wherever that is known to be."""
+    if approach is not None:
+        return face_points(rough.field, approach.pivot_mm)
+    if nostrils:
+        return face_points(rough.field, nostrils[0].center_mm)
+    middle = rough.field.center_mm
+    middle = middle - midplane.aside(middle) * midplane.normal
+    return face_points(rough.field, middle)
+
+
+def _landmarks(
+    nostrils: list[Opening], approach: Approach | None
+) -> dict[str, Landmark]:
     """Name the way in, and the nostrils if there is one on each side."""
-    places = airways.openings_mm[:2]
-    end = approach.pivot_mm + approach.free_mm * approach.axis
-    found = [
-        Landmark(ENTRANCE, Side.MIDLINE, approach.pivot_mm, NOSTRIL_RADIUS_MM),
-        Landmark(WAY_END, Side.MIDLINE, end, NOSTRIL_RADIUS_MM),
-    ]
+    found = []
+    if approach is not None:
+        end = approach.pivot_mm + approach.free_mm * approach.axis
+        found += [
+            Landmark(ENTRANCE, Side.MIDLINE, approach.pivot_mm, NOSTRIL_RADIUS_MM),
+            Landmark(WAY_END, Side.MIDLINE, end, NOSTRIL_RADIUS_MM),
+        ]
+    places = [opening.center_mm for opening in nostrils]
     if len(places) == 2:
         # +x is the patient's left
         right, left = sorted(places, key=lambda place: float(place[0]))

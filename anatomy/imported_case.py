@@ -11,11 +11,16 @@ from anatomy.case import (
     ApproachRecord,
     CaseRecord,
     CavityRecord,
+    OpeningRecord,
     SourceRecord,
+    TransferRecord,
     store_case,
 )
+from anatomy.chambers import PASSAGES
+from anatomy.histogram import find_peaks, transfer_of
 from anatomy.imported import ImportedHead
-from anatomy.scan import Scan
+from anatomy.scan import Modality, Scan
+from anatomy.tissue import Side
 from renderers.scene.volume import Volume
 
 Triple = tuple[float, float, float]
@@ -52,9 +57,13 @@ def write_imported_case(
         "face": head.face,
         **(others or {}),
     }
-    airways, approach = head.airways, head.approach
-    names = {1: "airway"}
-    names |= {i: f"cavity {i - 1}" for i in range(2, len(airways.cavities) + 2)}
+    airways, approach, chambers = head.airways, head.approach, head.spaces.chambers
+    names = {PASSAGES: "airway"}
+    for number, chamber in enumerate(chambers, start=1):
+        side = "" if chamber.side is Side.MIDLINE else f" {chamber.side.name.lower()}"
+        names[PASSAGES + number] = f"cavity {number}{side}"
+    is_ct = sources[0].modality == Modality.CT.value
+    transfer = transfer_of(find_peaks(head.ct, bone=is_ct))
     record = CaseRecord(
         schema_version=SCHEMA_VERSION,
         spacing_mm=head.spacing_mm,
@@ -64,14 +73,26 @@ def write_imported_case(
         notes=head.notes,
         airway_ml=airways.airway_ml,
         cavities=tuple(
-            CavityRecord(center_mm=_triple(c.center_mm), volume_ml=c.volume_ml)
-            for c in airways.cavities
+            CavityRecord(
+                center_mm=_triple(c.center_mm),
+                volume_ml=c.volume_ml,
+                side=c.side.name.lower(),
+                is_open=c.is_open,
+            )
+            for c in chambers
         ),
-        approach=ApproachRecord(
+        openings=tuple(
+            OpeningRecord(center_mm=_triple(o.center_mm), area_mm2=o.area_mm2)
+            for o in airways.openings
+        ),
+        approach=None
+        if approach is None
+        else ApproachRecord(
             pivot_mm=_triple(approach.pivot_mm),
             axis=_triple(approach.axis),
             free_mm=approach.free_mm,
         ),
+        transfer=TransferRecord.of(transfer),
     )
     return store_case(folder, volumes, names, head.landmarks, record)
 

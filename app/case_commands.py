@@ -65,47 +65,46 @@ def snapshot(
     session: Path | None = None,
     *,
     time: float = 0.0,
+    case: Path | None = None,
     volume: Path | None = None,
     eye: Place | None = None,
     target: Place | None = None,
+    classic: Annotated[bool, Parameter(negative="")] = False,
     out: Path = Path("out/snapshot.png"),
     size: int = 512,
     ranks: int = 1,
     json: Json = False,
 ) -> int:
-    """Render one high-quality picture: of a session's moment or of a scan.
+    """Render one high-quality picture: of a session's moment, a case or a scan.
 
     Parameters
     ----------
     session
         A recorded session; its view at --time is rendered.
     time
-        Seconds into the session.
+        Seconds into the session, or along the case's exercise.
+    case
+        A case folder: seen from --eye, or along its exercise at --time; with a
+        session, where the case it was flown through lies now.
     volume
-        A CT scan (NRRD, NIfTI, MetaImage) instead of a session, with --eye and
-        --target.
+        A scan (DICOM folder, NRRD, NIfTI, MetaImage) with --eye and --target.
     eye
         Where to look from: x y z in millimetres, patient LPS.
     target
         Where to look at.
+    classic
+        Draw a case by its transfer function, not as an endoscope sees it.
     out
         PNG file to write.
     ranks
         MPI processes; 1 renders without MPI.
     """
-    from app.snapshot_command import run_snapshot
+    from app.snapshot_command import SnapshotOptions, run_snapshot
 
-    return run_snapshot(
-        session=session,
-        time_s=time,
-        volume=volume,
-        eye=eye,
-        target=target,
-        out=out,
-        size=size,
-        ranks=ranks,
-        as_json=json,
+    options = SnapshotOptions(
+        session, case, volume, time, eye, target, classic, out, size, ranks
     )
+    return run_snapshot(options, as_json=json)
 
 
 @app.command
@@ -213,3 +212,34 @@ def face(
     return run_face(
         surface=surface, case=case, landmarks=landmarks, out=out, as_json=json
     )
+
+
+@app.command
+def slices(
+    case: Path,
+    *,
+    at: Place | None = None,
+    show: Literal["ct", "mr", "both"] = "ct",
+    tint: bool = True,
+    out: Path | None = None,
+    json: Json = False,
+) -> int:
+    """Draw three planes of a case, and its histogram with the transfer function.
+
+    Parameters
+    ----------
+    case
+        A case folder, as import and phantom write.
+    at
+        Point the planes go through: x y z in millimetres, patient LPS; the entrance
+        when left out.
+    show
+        The CT, the second scan, or bone from the CT over soft tissue from the MR.
+    tint
+        Colour what was found: passages and cavities, or a phantom's labels.
+    out
+        PNG file to write; slices.png in the case when left out.
+    """
+    from app.slices_command import run_slices
+
+    return run_slices(case=case, at=at, show=show, tint=tint, out=out, as_json=json)

@@ -104,6 +104,11 @@ def _approach(folder: Path, case: Case) -> Approach:
     way = case.record.approach
     if way is not None:
         return Approach(np.array(way.pivot_mm), np.array(way.axis), way.free_mm)
+    if case.record.sources:
+        raise ValueError(
+            f"No entrance was found in the case {folder}; look for one with paravol "
+            f"slices {folder}, then import the scan again with --pivot x y z."
+        )
     nostrils = [case.landmarks[n].position_mm for n in NOSTRILS if n in case.landmarks]
     if not nostrils or "distance" not in case.volumes:
         raise ValueError(

@@ -17,6 +17,9 @@ from app.terminal import Stages, print_json, print_table
 
 LISTED_CAVITIES = 6
 
+LISTED_OPENING_MM2 = 5.0
+"""Smaller ones are a voxel or two."""
+
 
 @dataclass(frozen=True, slots=True)
 class ImportOptions:
@@ -55,8 +58,9 @@ def run_import(options: ImportOptions, *, as_json: bool) -> int:
             for old in (SCENARIO, PATH):
                 (out / old).unlink(missing_ok=True)
             record = write_imported_case(head, tuple(sources), out, others)
-            volumes = {"ct": head.ct, "distance": head.distance}
-            exercise_of(out, Case(volumes, head.landmarks, record))
+            if head.approach is not None:
+                volumes = {"ct": head.ct, "distance": head.distance}
+                exercise_of(out, Case(volumes, head.landmarks, record))
             (out / ".lock").unlink(missing_ok=True)
             stages("Writing the case", 1.0)
     _tell(options, head, record, quality, as_json=as_json)
@@ -111,32 +115,59 @@ def _tell(
             }
         )
         return
-    approach = head.approach
     rows = [
         ("scan", f"{record.sources[0].modality} {record.sources[0].name}"),
         ("case", f"{nx} x {ny} x {nz} voxels of {head.spacing_mm:g} mm"),
         ("airway", f"{head.airways.airway_ml:.1f} mL"),
         ("cavities", _cavities(head)),
+        ("leak check", _openings(head)),
+        ("levels", _levels(record)),
         ("nostrils", "; ".join(f"{n} {_place(p)}" for n, p in nostrils.items()) or "-"),
-        (
-            "entrance",
-            f"{_place(approach.pivot_mm)}, free for {approach.free_mm:.0f} mm",
-        ),
+        ("entrance", _entrance(head)),
     ]
     if quality:
         rows.append(("registration", ", ".join(f"{k} {v}" for k, v in quality.items())))
     rows += [("note", note) for note in head.notes]
     print_table(str(options.out), rows)
-    print(f"Fly through it with: paravol train --case {options.out} --input mouse")
+    print(f"Look at it with: paravol slices {options.out}")
+    if head.approach is not None:
+        print(f"Fly through it with: paravol train --case {options.out} --input mouse")
 
 
 def _cavities(head: ImportedHead) -> str:
-    cavities = head.airways.cavities
-    if not cavities:
+    chambers = head.spaces.chambers
+    if not chambers:
         return "none apart from the airway"
-    largest = ", ".join(f"{c.volume_ml:.1f}" for c in cavities[:LISTED_CAVITIES])
-    more = "" if len(cavities) <= LISTED_CAVITIES else ", ..."
-    return f"{len(cavities)}: {largest}{more} mL"
+    largest = ", ".join(
+        f"{c.volume_ml:.1f} {c.side.name.lower()}{'' if c.is_open else ' (closed)'}"
+        for c in chambers[:LISTED_CAVITIES]
+    )
+    more = "" if len(chambers) <= LISTED_CAVITIES else ", ..."
+    return f"{len(chambers)}, mL: {largest}{more}"
+
+
+def _openings(head: ImportedHead) -> str:
+    """Say where the airway meets the room: at the nostrils, or elsewhere as well."""
+    openings = [o for o in head.airways.openings if o.area_mm2 >= LISTED_OPENING_MM2]
+    if not openings:
+        return "the airway is closed to the room"
+    listed = "; ".join(
+        f"{o.area_mm2:.0f} mm2 at {_place(o.center_mm)}" for o in openings
+    )
+    return f"the airway meets the room over {listed}"
+
+
+def _levels(record: CaseRecord) -> str:
+    """Describe the transfer function by the numbers that its nodes stand on."""
+    assert record.transfer is not None
+    return "nodes at " + ", ".join(f"{node:.0f}" for node in record.transfer.nodes)
+
+
+def _entrance(head: ImportedHead) -> str:
+    approach = head.approach
+    if approach is None:
+        return "none found: see the note"
+    return f"{_place(approach.pivot_mm)}, free for {approach.free_mm:.0f} mm"
 
 
 def _place(point: np.ndarray[Any, np.dtype[np.float64]]) -> str:

@@ -1,8 +1,8 @@
 """The head on the table, ready to be drawn: phantom or case, scene, landmarks."""
 
 import hashlib
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from anatomy import PhantomParameters, classic_transfer_function, sinus_phantom
 from anatomy.approach import Approach
 from anatomy.case import read_case
-from renderers.scene import AirSurface, Scene
+from app.slice_views import SECOND, SliceViews
+from renderers.scene import AirSurface, Scene, Volume
 from scenarios import Scenario
 
 Progress = Callable[[str, float], None]
@@ -27,18 +28,25 @@ class OperatingRoom:
     surface_sha256: hash of the air distance values and where they lie.
     way_in: where a scope enters a patient's own head; None for a phantom, whose
         landmarks say it.
+    others: further scans of the head on the scene's grid, by their names in the case.
     """
 
     scene: Scene
     landmarks: dict[str, NDArray[np.float64]]
     surface_sha256: str
     way_in: Approach | None = None
+    others: Mapping[str, Volume] = field(default_factory=dict)
 
     @property
     def surface(self) -> AirSurface:
         """Get the surface that the endoscope sees."""
         assert self.scene.surface is not None
         return self.scene.surface
+
+    def slice_views(self) -> SliceViews:
+        """Get what navigation slices are cut from."""
+        volumes = {"ct": self.scene.volume, **self.others}
+        return SliceViews.of(volumes, self.scene.transfer_function)
 
     def positions(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
         """Look landmarks up; ValueError names an unknown one and those there are."""
@@ -58,7 +66,7 @@ def prepare_room(scenario: Scenario, progress: Progress) -> OperatingRoom:
     """
     head = scenario.head
     if head.case:
-        return _case_room(Path(head.case), progress)
+        return case_room(Path(head.case), progress)
     phantom = sinus_phantom(
         PhantomParameters(seed=head.seed),
         spacing_mm=head.spacing_mm,
@@ -73,8 +81,8 @@ def prepare_room(scenario: Scenario, progress: Progress) -> OperatingRoom:
     return OperatingRoom(scene, landmarks, surface_hash(surface))
 
 
-def _case_room(folder: Path, progress: Progress) -> OperatingRoom:
-    """Read a patient from a case folder."""
+def case_room(folder: Path, progress: Progress) -> OperatingRoom:
+    """Read a patient from a case folder; ValueError where it cannot be flown."""
     stage = "Head: reading the case"
     progress(stage, 0.0)
     case = read_case(folder)
@@ -91,9 +99,12 @@ def _case_room(folder: Path, progress: Progress) -> OperatingRoom:
     way_in = None
     if way is not None:
         way_in = Approach(np.array(way.pivot_mm), np.array(way.axis), way.free_mm)
-    scene = Scene(case.ct, classic_transfer_function(), surface=surface)
+    stored = case.record.transfer
+    transfer = classic_transfer_function() if stored is None else stored.function()
+    scene = Scene(case.ct, transfer, surface=surface)
     progress(stage, 1.0)
-    return OperatingRoom(scene, landmarks, surface_hash(surface), way_in)
+    others = {name: volumes[name] for name in SECOND if name in volumes}
+    return OperatingRoom(scene, landmarks, surface_hash(surface), way_in, others)
 
 
 def surface_hash(surface: AirSurface) -> str:

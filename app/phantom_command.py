@@ -11,7 +11,7 @@ from anatomy import (
     sinus_phantom,
     with_variants,
 )
-from anatomy.case import write_case, write_resonance
+from anatomy.case import write_case
 from anatomy.variants import without_variants
 from app.terminal import Stages, print_json
 
@@ -47,9 +47,7 @@ def run_phantom(
             progress=lambda stage, share: stages(f"Head: {stage}", share),
         )
         stages("Writing the case", 0.0)
-        write_case(phantom, out)
-        if resonance:
-            write_resonance(phantom, out)
+        write_case(phantom, out, resonance=resonance)
         stages("Writing the case", 1.0)
     nz, ny, nx = phantom.ct.shape
     files = sorted(file.name for file in out.iterdir() if file.is_file())

@@ -16,12 +16,14 @@ from PySide6.QtWidgets import (
 )
 
 from app.overview_scene import HeadModel
+from app.slice_views import SliceViews
 from app.window_flight import Instant, WindowFlight
 from app.window_gauges import Gauges
 from app.window_keys import HandEvents, KeyHelp
 from app.window_overview import OverviewView
 from app.window_picture import PictureView
 from app.window_readings import Readings
+from app.window_slices import SlicesView
 from app.window_style import STYLE_SHEET
 from renderers.scene import Mesh
 from scenarios import Score
@@ -71,6 +73,7 @@ class TraineeWindow(QMainWindow):
             order.scenario.scope.endoscope(), instrument, edge_samples
         )
         self._overview.changed.connect(self._on_overview_changed)
+        self._slices = SlicesView()
         self._lay_out()
         if order.input.controls is not None:
             self._hand = HandEvents(order.input.controls, self, self.picture)
@@ -81,6 +84,7 @@ class TraineeWindow(QMainWindow):
         self._timer.start(OVERVIEW_MS)
         flight.staged.connect(self._on_stage)
         flight.head_ready.connect(self._on_head)
+        flight.slices_ready.connect(self._on_slices)
         flight.touching.connect(self._on_touching)
         flight.registered.connect(self._on_registered)
         flight.arrived.connect(self._on_frame)
@@ -107,6 +111,7 @@ class TraineeWindow(QMainWindow):
         column.addWidget(title)
         column.addWidget(about)
         column.addWidget(self._overview, 1)
+        column.addWidget(self._slices)
         column.addWidget(keys)
         middle = QWidget()
         row = QHBoxLayout(middle)
@@ -137,6 +142,8 @@ class TraineeWindow(QMainWindow):
                 self._flight.roll.turn_deg -= ROLL_STEP_DEG
             case Qt.Key.Key_Right | Qt.Key.Key_Up:
                 self._flight.roll.turn_deg += ROLL_STEP_DEG
+            case Qt.Key.Key_M:
+                self._notify(self._slices.switch(), "Slices at the tip")
             case Qt.Key.Key_Space:
                 self._keep_moment()
             case _:
@@ -186,6 +193,10 @@ class TraineeWindow(QMainWindow):
     def _on_head(self, head: HeadModel) -> None:
         self._overview.scene.show_head(head)
         self._is_overview_stale = True
+
+    @Slot(object)
+    def _on_slices(self, views: SliceViews) -> None:
+        self._slices.show_head(views)
 
     @Slot(int)
     def _on_touching(self, touched: int) -> None:
@@ -281,6 +292,7 @@ class TraineeWindow(QMainWindow):
         begun = time.monotonic()
         if self._instant is not None:
             self._overview.scene.follow(self._instant.view)
+            self._slices.follow(self._instant.view.world_from_tip[:3, 3])
         self._overview.draw()
         ended = time.monotonic()
         self._overview_due_s = ended + (ended - begun) / OVERVIEW_SHARE

@@ -126,6 +126,8 @@ class WindowFlight(QObject):
     """A preparation and its done share, 0 to 1."""
     head_ready = Signal(object)
     """A `HeadModel`."""
+    slices_ready = Signal(object)
+    """`SliceViews` of the head."""
     touching = Signal(int)
     """Number of fiducials touched so far; the next one is wanted."""
     registered = Signal(object)
@@ -203,6 +205,7 @@ class WindowFlight(QObject):
         order, scenario = self.order, self.order.scenario
         room = prepare_room(scenario, self._stage)
         targets = room.positions(scenario.targets)
+        self.slices_ready.emit(room.slice_views())
         self.head_ready.emit(head_model(room.surface, targets))
         size = (order.size, order.size)
         has_instrument = order.input.has_instrument

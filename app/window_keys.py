@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
 from devices.controls import FINE_KEY, KEYS, PEDAL_KEYS, MouseKeys
 
 WINDOW_KEYS = {
+    "M": "slices: CT, MR, both",
     "Space": "keep this moment",
     "F": "full screen",
     "Q": "quit",

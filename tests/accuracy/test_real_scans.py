@@ -17,6 +17,7 @@ from anatomy.case import read_case
 from anatomy.imported import ImportedHead, import_head
 from anatomy.imported_case import source_record, write_imported_case
 from anatomy.scan import Modality, Scan, read_scan
+from anatomy.tissue import Side
 from app.case_exercise import exercise_of
 from app.operating_room import OperatingRoom, prepare_room
 from app.session_setup import build_view, path_view
@@ -139,9 +140,13 @@ def test_the_head_looks_the_same_from_every_slice(ct: Scan) -> None:
 def test_the_ct_has_a_nose(head: ImportedHead) -> None:
     assert 10 < head.airways.airway_ml < 80
     # orbits and turbinates are tissue, the passages beside the septum are air
-    assert head.approach.free_mm > 20
+    assert head.approach is not None
+    assert head.approach.free_mm >= 20
     assert head.distance.sample(head.approach.pivot_mm) < -0.5
-    assert abs(head.approach.pivot_mm[0] - -20) < 20
+    # in the nose, which lies 12 degrees aslant, on the right of its septum
+    assert abs(float(head.midplane.aside(head.approach.pivot_mm))) < 12
+    assert head.midplane.agreement > 0.9
+    assert head.approach.pivot_mm[1] < -70
     deep = head.airways.labels.values == 1
     assert (head.distance.values[deep] < 0).all()
     assert any("cut" in note for note in head.notes)
@@ -183,7 +188,12 @@ def test_the_ct_is_flown_through(ct: Scan, head: ImportedHead, tmp_path: Path) -
     assert np.array_equal(case.ct.values, head.ct.values)
     assert case.record.sources[0].modality == "CT"
     assert room.way_in is not None
+    assert head.approach is not None
     assert np.array_equal(room.way_in.pivot_mm, head.approach.pivot_mm)
+    # its own histogram's transfer function is what classic mode draws with
+    assert case.record.transfer is not None
+    stored = case.record.transfer.function()
+    assert np.array_equal(room.scene.transfer_function.nodes, stored.nodes)
 
 
 @needs_mr
@@ -192,7 +202,27 @@ def test_the_mr_is_flown_through(tmp_path: Path) -> None:
     scan = read_scan(MR)
     assert scan.modality is Modality.MR
     head = import_head(scan, 0.8)
-    _, pixels = room_of(scan, head, tmp_path)
-    check_picture(pixels)
-    # the face is blanked: nobody enters by a nostril
+    # the face is blanked: nobody enters by a nostril, and dark bone is no way in
     assert not any(name.startswith("nostril,") for name in head.landmarks)
+    assert head.approach is None
+    assert any("name the entrance with --pivot" in note for note in head.notes)
+    write_imported_case(head, (source_record(scan, "test"),), tmp_path / "no way")
+    with pytest.raises(ValueError, match="import the scan again with --pivot"):
+        exercise_of(tmp_path / "no way")
+    # both maxillary sinuses, each on its side, one air with the nose here
+    right, left = (
+        max(
+            (c for c in head.spaces.chambers if c.side is side),
+            key=lambda c: c.volume_ml,
+        )
+        for side in (Side.RIGHT, Side.LEFT)
+    )
+    assert 15 < right.volume_ml < 28
+    assert 15 < left.volume_ml < 28
+    assert right.center_mm[0] < -15
+    assert left.center_mm[0] > 15
+    assert abs(right.center_mm[2] - left.center_mm[2]) < 8
+    choana = np.array([4.1, -68.6, -52.5])
+    head = import_head(scan, 0.8, pivot_mm=choana)
+    _, pixels = room_of(scan, head, tmp_path / "way")
+    check_picture(pixels)

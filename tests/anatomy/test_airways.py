@@ -47,10 +47,10 @@ def test_airway_sinus_and_nostrils_are_told_apart() -> None:
     (sinus,) = found.cavities
     assert sinus.center_mm == pytest.approx([20, 0, 0], abs=0.3)
     assert sinus.volume_ml == pytest.approx(4 / 3 * np.pi * 6**3 / 1000, rel=0.05)
-    assert len(found.openings_mm) == 2
-    for place, side in zip(
-        sorted(found.openings_mm, key=lambda p: p[0]), (-6, 6), strict=True
-    ):
+    assert len(found.openings) == 2
+    assert all(opening.is_nostril for opening in found.openings)
+    places = [opening.center_mm for opening in found.openings]
+    for place, side in zip(sorted(places, key=lambda p: p[0]), (-6, 6), strict=True):
         assert place[[0, 2]] == pytest.approx([side, 0], abs=1.0)
         assert -40 < place[1] < -25
     assert found.notes == ()
@@ -94,7 +94,7 @@ def test_a_cut_face_is_said() -> None:
     )
     found = find_airways(cut)
     assert any("more than nostrils do" in note for note in found.notes)
-    assert found.openings_mm == ()
+    assert not any(opening.is_nostril for opening in found.openings)
 
 
 def test_skin_is_outside_and_mucosa_inside() -> None:

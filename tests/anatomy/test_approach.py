@@ -3,8 +3,17 @@
 import numpy as np
 import pytest
 
-from anatomy.approach import STEP_MM, approach_from, find_approach
+from anatomy.approach import (
+    MIDDLE_MM,
+    SHORTEST_MM,
+    STEP_MM,
+    approach_from,
+    find_approach,
+)
+from anatomy.midplane import Midplane
 from renderers.scene.volume import Volume
+
+MIDDLE = Midplane(np.array([1.0, 0, 0]), 0.0, 1.0)
 
 
 def tube(elevation_deg: float, length_mm: float, radius: float = 3.0) -> Volume:
@@ -38,18 +47,38 @@ def test_the_longest_way_runs_down_the_tube(elevation_deg: float) -> None:
 
 def test_an_entrance_is_found_at_the_front() -> None:
     distance = tube(15.0, 60.0)
-    found = find_approach(distance.values < 0, distance)
+    found = find_approach(distance.values < 0, distance, MIDDLE)
+    assert found is not None
     assert found.free_mm > 40
     assert found.pivot_mm[1] < 20
     assert distance.sample(found.pivot_mm) < -0.6
-    again = find_approach(distance.values < 0, distance)
+    again = find_approach(distance.values < 0, distance, MIDDLE)
+    assert again is not None
     assert np.array_equal(found.pivot_mm, again.pivot_mm)
     assert np.array_equal(found.axis, again.axis)
 
 
 def test_what_cannot_be_entered_is_refused() -> None:
     distance = tube(15.0, 60.0, radius=0.5)
-    with pytest.raises(ValueError, match=r"no place of the airway is 1\.2 mm wide"):
-        find_approach(distance.values < 0, distance)
+    assert find_approach(distance.values < 0, distance, MIDDLE) is None
     with pytest.raises(ValueError, match="outside the imported"):
         approach_from(distance, np.array([0.0, 900, 0]))
+
+
+def test_a_sinus_and_what_is_far_aside_are_no_entrance() -> None:
+    distance = tube(15.0, 60.0)
+    air = distance.values < 0
+    assert find_approach(np.zeros_like(air), distance, MIDDLE) is None
+    aside = Midplane(np.array([1.0, 0, 0]), MIDDLE_MM + 4.0, 1.0)
+    assert find_approach(air, distance, aside) is None
+    # a way ends where the passages do, though the air goes on
+    origin, step = distance.origin_mm[1], distance.spacing_mm[1]
+    near = air & (origin + step * np.arange(air.shape[1])[:, None] < 35)
+    found = find_approach(near, distance, MIDDLE)
+    assert found is not None
+    assert (found.pivot_mm + found.free_mm * found.axis)[1] < 36
+
+
+def test_a_way_of_less_than_two_centimetres_is_none() -> None:
+    short = tube(15.0, SHORTEST_MM - 4.0)
+    assert find_approach(short.values < 0, short, MIDDLE) is None

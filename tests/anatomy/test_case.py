@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from anatomy.case import read_case, write_case
+from anatomy.histogram import find_peaks, transfer_of
 from anatomy.parameters import PhantomParameters
 from anatomy.phantom import Phantom, build_phantom
+from anatomy.resonance import magnetic_resonance
 from anatomy.tissue import Label
 
 
@@ -45,6 +47,37 @@ def test_an_asymmetric_head_survives_writing_and_reading(
         mine = getattr(head, name)
         assert np.array_equal(case.volumes[name].values, mine.values)
         assert case.volumes[name].background == mine.background
+
+
+def test_mr_is_hashed_like_the_rest(head: Phantom, tmp_path: Path) -> None:
+    write_case(head, tmp_path, resonance=True)
+    case = read_case(tmp_path)
+    assert {"t1", "t2"} < case.record.sha256.keys()
+    for mine, name in zip(magnetic_resonance(head), ("t1", "t2"), strict=True):
+        assert case.volumes[name].values.tobytes() == mine.values.tobytes()
+    (tmp_path / "t2.nrrd").replace(tmp_path / "t1.nrrd")
+    write_case(head, tmp_path / "other", resonance=True)
+    (tmp_path / "other" / "t2.nrrd").replace(tmp_path / "t2.nrrd")
+    with pytest.raises(ValueError, match="holds a t1 volume that is not the one"):
+        read_case(tmp_path)
+    # written anew without MR, none is left over
+    write_case(head, tmp_path)
+    assert not (tmp_path / "t1.nrrd").exists()
+
+
+def test_the_transfer_function_comes_back_bit_for_bit(
+    head: Phantom, tmp_path: Path
+) -> None:
+    write_case(head, tmp_path)
+    stored = read_case(tmp_path).record.transfer
+    assert stored is not None
+    mine, again = transfer_of(find_peaks(head.ct)), stored.function()
+    for one, other in (
+        (mine.nodes, again.nodes),
+        (mine.color, again.color),
+        (mine.kappa_per_mm, again.kappa_per_mm),
+    ):
+        assert one.tobytes() == other.tobytes()
 
 
 def test_segments_carry_their_names(head: Phantom, tmp_path: Path) -> None:

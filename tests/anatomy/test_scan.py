@@ -1,5 +1,7 @@
 """Scans as they come: what the numbers mean, and what is refused."""
 
+import importlib
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -108,6 +110,50 @@ def test_archives_are_refused_by_name(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_bytes(b"PK\x03\x04" + bytes(200))
     with pytest.raises(ValueError, match=rf"{name.replace('.', '[.]')} is an archive"):
         read_scan(tmp_path / name)
+
+
+def test_a_gzip_that_unpacks_without_end_is_never_unpacked(tmp_path: Path) -> None:
+    """Of 400 MB of zeros behind a small header, only what it claims is read."""
+    resource = importlib.import_module("resource")
+    ct = head()
+    for ending in ("nii.gz", "nrrd"):
+        file = stored(ct, np.asarray(ct.values), tmp_path / f"a.{ending}")
+        content = file.read_bytes()
+        head_end = 0 if ending == "nii.gz" else content.index(b"\n\n") + 2
+        packer = zlib.compressobj(1, zlib.DEFLATED, 31)
+        packed = [packer.compress(zlib.decompress(content[head_end:], 31))]
+        packed += [packer.compress(bytes(1 << 24)) for _ in range(25)]
+        file.write_bytes(content[:head_end] + b"".join(packed) + packer.flush())
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        assert read_scan(file).volume.shape == ct.shape
+        grown_kb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+        assert grown_kb < 150_000
+
+
+CATALOGUE = {
+    "all air": (-1000, "the volume is the same everywhere"),
+    "constant": (40, "the volume is the same everywhere"),
+}
+
+
+@pytest.mark.parametrize("row", CATALOGUE)
+def test_a_volume_without_a_head_is_refused(tmp_path: Path, row: str) -> None:
+    value, complaint = CATALOGUE[row]
+    ct = head()
+    file = stored(ct, np.full(ct.shape, value, np.int16), tmp_path / "a.nrrd")
+    with pytest.raises(ValueError, match=complaint):
+        read_scan(file)
+
+
+@pytest.mark.parametrize("step", [3.5, 5.0])
+def test_steep_voxels_are_legal(tmp_path: Path, step: float) -> None:
+    """Five times as long as wide: the same numbers at the same places."""
+    ct = head()
+    tall = Volume(ct.values, np.array([1.0, 1.0, step]), ct.origin_mm)
+    scan = read_scan(stored(tall, np.asarray(tall.values), tmp_path / "a.nrrd"))
+    assert scan.volume.spacing_mm == pytest.approx([1, 1, step])
+    at = tall.world_from_voxel[:3] @ np.array([20, 18, 15, 1])
+    assert float(scan.volume.sample(at)) == tall.values[15, 18, 20]
 
 
 def test_nothing_there(tmp_path: Path) -> None:

@@ -4,12 +4,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 from scipy.spatial.transform import Rotation
 
 from anatomy.files import save_volume
 from anatomy.phantom import Phantom
+from anatomy.resonance import magnetic_resonance
 from anatomy.scan import Modality, read_scan
 from anatomy.volume_registration import register_volumes, resampled
 from renderers.scene.volume import Volume
@@ -73,6 +76,54 @@ def test_a_known_displacement_is_found(
     assert (
         np.median(on_grid.values[bone]) < -400 < -50 < np.median(on_grid.values[muscle])
     )
+
+
+SINUSES = [
+    f"{sinus}, {side}"
+    for sinus in (
+        "maxillary ostium", "ethmoid bulla", "frontal ostium", "sphenoid ostium"
+    )
+    for side in ("right", "left")
+]  # fmt: skip
+
+
+@settings(max_examples=3, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    angles=st.tuples(*[st.floats(-12, 12)] * 3),
+    shift=st.tuples(*[st.floats(-15, 15)] * 3),
+    seed=st.integers(0, 1000),
+)
+def test_t1_comes_to_lie_on_the_ct_at_the_sinuses(
+    phantom: Phantom,
+    tmp_path: Path,
+    angles: tuple[float, ...],
+    shift: tuple[float, ...],
+    seed: int,
+) -> None:
+    """The phantom's own T1 with Rician noise, in any pose of a head in a coil.
+
+    Measured: 0.19 mm at most at the ostia, on voxels of 1 mm.
+    """
+    there = moved(angles, shift)
+    t1, _ = magnetic_resonance(phantom)
+    noise = 0.02 * np.random.default_rng(seed).normal(size=(2, *t1.shape))
+    signal = 1000 * np.hypot(t1.values + noise[0], noise[1])
+    mr = Volume(
+        signal.astype(np.float32),
+        t1.spacing_mm,
+        there[:3, :3] @ t1.origin_mm + there[:3, 3],
+        there[:3, :3] @ t1.direction,
+        0.0,
+    )
+    save_volume(mr, tmp_path / "t1.nrrd")
+    scan = read_scan(tmp_path / "t1.nrrd", modality=Modality.MR)
+    found = register_volumes(phantom.ct, scan.volume)
+    targets = np.array([phantom.landmarks[name].position_mm for name in SINUSES])
+    residual = found.first_from_second @ there
+    errors = np.linalg.norm(
+        targets @ residual[:3, :3].T + residual[:3, 3] - targets, axis=1
+    )
+    assert errors.max() < 0.5
 
 
 @pytest.mark.slow

@@ -1,10 +1,13 @@
 """From a file to a flight: a made head goes all the way, mistakes do not."""
 
 import json
+import shutil
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
+from PIL import Image
 
 from anatomy.case import read_case
 from anatomy.files import load_volume, save_volume
@@ -59,7 +62,8 @@ def test_a_made_head_becomes_a_case(
     assert main(again) == 0
     told = json.loads(capsys.readouterr().out)
     # left is +x, and so is the sinus
-    (cavity,) = told["cavities"]
+    cave, cavity = told["cavities"]
+    assert (cave["side"], cave["is_open"]) == ("midline", True)
     assert cavity["center_mm"] == pytest.approx([25, 0, 0], abs=0.6)
     assert cavity["volume_ml"] == pytest.approx(4 / 3 * np.pi * 0.8**3, rel=0.1)
     assert told["nostrils"]["nostril, left"][0] == pytest.approx(7, abs=1)
@@ -67,6 +71,12 @@ def test_a_made_head_becomes_a_case(
     header = (case / "labels.seg.nrrd").read_bytes().split(b"\n\n")[0]
     assert b"Segment0_Name:=airway" in header
     assert b"Segment1_Name:=cavity 1" in header
+    assert b"Segment2_Name:=cavity 2 left" in header
+    assert (cavity["side"], cavity["is_open"]) == ("left", False)
+    # it leaks into the room nowhere but at the nostrils
+    openings = sorted(told["openings"], key=lambda o: o["center_mm"][0])
+    assert [o["center_mm"][0] for o in openings] == pytest.approx([-7, 7], abs=1)
+    assert told["transfer"]["nodes"] == sorted(told["transfer"]["nodes"])
     # the same scan gives the same case
     assert read_case(case).record == before.record
     assert not list(case.glob(".*"))
@@ -98,6 +108,63 @@ def test_a_pivot_of_ones_own(case: Path, scan: Path, tmp_path: Path) -> None:
     assert main([*words, "--pivot", "700", "0", "0"]) == 1
 
 
+def test_a_picture_of_the_slices_says_what_is_there(
+    case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "s.png"
+    words = ["slices", str(case), "--out", str(out), "--at"]
+    assert main([*words, "25", "0", "0", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["label"] == "cavity 2 left"
+    assert told["values"]["ct"] < -900
+    assert told["values"]["distance"] < -6
+    record = read_case(case).record
+    assert record.transfer is not None
+    assert told["nodes"] == list(record.transfer.nodes)
+    sheet = np.asarray(Image.open(out))
+    assert sheet.shape[0] > 900
+    assert sheet.std() > 20
+    assert main([*words, "0", "0", "500"]) == 1
+    assert "lies outside the case" in capsys.readouterr().err
+    assert main([*words, "0", "0", "0", "--show", "mr"]) == 1
+    assert "the case has no second scan" in capsys.readouterr().err
+
+
+def test_a_case_without_a_way_in_says_how_to_give_one(
+    case: Path, tmp_path: Path
+) -> None:
+    folder = tmp_path / "case"
+    shutil.copytree(case, folder)
+    (folder / "exercise.toml").unlink()
+    record = msgspec.structs.replace(read_case(case).record, approach=None)
+    (folder / "case.json").write_bytes(msgspec.json.encode(record))
+    with pytest.raises(ValueError, match=r"import the scan again with --pivot x y z"):
+        exercise_of(folder)
+
+
+@pytest.mark.slow
+def test_a_snapshot_of_a_case_sees_its_sinus(
+    case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """From the sinus' middle, all around is wall; from its exercise, there is depth."""
+    out = tmp_path / "s.png"
+    words = ["snapshot", "--case", str(case), "--size", "64", "--out", str(out)]
+    eye = ["--eye", "25", "0", "0", "--target", "25", "10", "0"]
+    assert main([*words, *eye]) == 0
+    wall = np.asarray(Image.open(out)).astype(float)
+    assert wall[32, 32, 0] > 1.1 * wall[32, 32, 1]
+    assert main([*words, "--time", "3"]) == 0
+    inside = np.asarray(Image.open(out)).astype(float)
+    assert np.abs(inside - wall).mean() > 5
+    away = ["--eye", "0", "-220", "0", "--target", "0", "0", "0", "--classic"]
+    assert main([*words, *away]) == 0
+    ball = np.asarray(Image.open(out)).astype(float)
+    # the head stands in front of nothing
+    assert ball[32, 32].max() > 20
+    assert ball[1, 1].max() == 0
+    capsys.readouterr()
+
+
 @pytest.mark.parametrize("ending", ["ply", "vtp"])
 def test_surfaces_of_the_case(
     case: Path, tmp_path: Path, ending: str, capsys: pytest.CaptureFixture[str]
@@ -106,9 +173,10 @@ def test_surfaces_of_the_case(
     assert main([*words, "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert set(told["triangles"]) == {
-        f"{name}.{ending}" for name in ("air", "skin", "airway", "cavity_1")
+        f"{name}.{ending}"
+        for name in ("air", "skin", "airway", "cavity_1", "cavity_2_left")
     }
-    sinus = load_surface(tmp_path / f"cavity_1.{ending}")
+    sinus = load_surface(tmp_path / f"cavity_2_left.{ending}")
     assert sinus.vertices.mean(axis=0) == pytest.approx([25, 0, 0], abs=0.5)
     skin = load_surface(tmp_path / f"skin.{ending}")
     away = np.linalg.norm(skin.vertices, axis=1)
