@@ -28,6 +28,9 @@ CHAMBER_MM3 = 500.0
 ASIDE_MM = 6.0
 """A chamber whose middle is nearer to the head's midplane belongs to no side."""
 
+SINUS_ASIDE_MM = 12.0
+"""Wide places of the nose itself lie nearer to the midplane."""
+
 LOOK_MM = 1.0
 
 PASSAGES = 1
@@ -38,13 +41,21 @@ PASSAGES = 1
 class Chamber:
     """Describe one wide or separate air space.
 
-    is_open: it is one air with the nasal passages in this scan.
+    aside_mm: how far its middle lies to the left of the midplane. is_open: it is one
+    air with the nasal passages in this scan.
     """
 
     center_mm: NDArray[np.float64]
     volume_ml: float
-    side: Side
+    aside_mm: float
     is_open: bool
+
+    @property
+    def side(self) -> Side:
+        """Get the side it belongs to."""
+        if abs(self.aside_mm) < ASIDE_MM:
+            return Side.MIDLINE
+        return Side.LEFT if self.aside_mm > 0 else Side.RIGHT
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,9 +70,9 @@ class AirSpaces:
     chambers: tuple[Chamber, ...]
 
     def passages(self) -> NDArray[np.bool_]:
-        """Mark the air through which the throat is reached: all but sided chambers."""
-        leads = [False, True, *(c.side is Side.MIDLINE for c in self.chambers)]
-        marked: NDArray[np.bool_] = np.array(leads)[self.labels.values]
+        """Mark the air through which the throat is reached: no chamber far aside."""
+        near = (abs(c.aside_mm) < SINUS_ASIDE_MM for c in self.chambers)
+        marked: NDArray[np.bool_] = np.array([False, True, *near])[self.labels.values]
         return marked
 
 
@@ -89,7 +100,9 @@ def find_chambers(airways: Airways, distance: Volume, midplane: Midplane) -> Air
     labels = names[every]
     labels[airway & (labels == 0)] = PASSAGES
     chambers = tuple(
-        Chamber(center, float(volumes[p]) / 1000, _side(midplane, center), p <= count)
+        Chamber(
+            center, float(volumes[p]) / 1000, float(midplane.aside(center)), p <= count
+        )
         for p, center in zip(wanted, centers, strict=True)
     )
     return AirSpaces(distance.with_values(labels, 0.0), chambers)
@@ -123,10 +136,3 @@ def _open_chambers(
 
 
 _CROSS = ndimage.generate_binary_structure(3, 1)
-
-
-def _side(midplane: Midplane, center: NDArray[np.float64]) -> Side:
-    aside = float(midplane.aside(center))
-    if abs(aside) < ASIDE_MM:
-        return Side.MIDLINE
-    return Side.LEFT if aside > 0 else Side.RIGHT

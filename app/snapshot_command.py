@@ -113,6 +113,11 @@ def _of_session(
             gain, number = record.gain, record.number
     if chosen is None:
         raise ValueError(f"{folder} holds no sample; nothing was recorded.")
+    if scenario.head.case and not Path(scenario.head.case).is_dir():
+        raise ValueError(
+            f"{folder} was flown through the case {scenario.head.case}, which is not "
+            "there; say with --case where it lies now."
+        )
     room = prepare_room(scenario, progress)
     if room.surface_sha256 != info.surface_sha256:
         raise ValueError(

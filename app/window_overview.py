@@ -5,7 +5,6 @@ graphics card that cost 34 ms of processor time for each picture of the endoscop
 (measured, 1280 x 860 window); a window of plain pictures needs no OpenGL at all.
 """
 
-import numpy as np
 import pyvista as pv
 from PySide6.QtCore import QPointF, Qt, Signal
 from PySide6.QtGui import (
@@ -20,6 +19,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QWidget
 
 from app.overview_scene import BACKGROUND, OverviewScene
+from app.window_image import image_of
 from renderers.scene import Mesh
 from scenarios import Endoscope
 
@@ -63,16 +63,7 @@ class OverviewView(QWidget):
         size = [round(self.width() * scale), round(self.height() * scale)]
         if list(self._plotter.window_size) != size:
             self._plotter.window_size = size
-        pixels = self.scene.picture()
-        height, width = pixels.shape[:2]
-        borrowed = QImage(
-            np.ascontiguousarray(pixels).data,
-            width,
-            height,
-            3 * width,
-            QImage.Format.Format_RGB888,
-        )
-        self._image = borrowed.copy()
+        self._image = image_of(self.scene.picture())
         self.update()
 
     def release(self) -> None:

@@ -6,6 +6,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QImage, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from app.window_image import image_of
 from app.window_style import ALARM, INK, PANEL, QUIET, READY
 
 _MARGIN = 14.0
@@ -29,16 +30,7 @@ class PictureView(QWidget):
 
     def show_picture(self, pixels: NDArray[np.uint8]) -> None:
         """Show a ``(h, w, 3)`` uint8 sRGB picture."""
-        height, width = pixels.shape[:2]
-        borrowed = QImage(
-            np.ascontiguousarray(pixels).data,
-            width,
-            height,
-            3 * width,
-            QImage.Format.Format_RGB888,
-        )
-        # Qt scales this format in two thirds of the time; and it owns its memory.
-        self._image = borrowed.convertToFormat(QImage.Format.Format_RGB32)
+        self._image = image_of(pixels)
         self.update()
 
     def say(self, message: str, detail: str = "", share: float | None = None) -> None:

@@ -7,7 +7,8 @@ from PySide6.QtGui import QColor, QFont, QImage, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
 from app.slice_views import Plane, Show, SliceViews
-from app.window_style import INK, QUIET
+from app.window_image import image_of
+from app.window_style import INK
 
 HEIGHT_PX = 150
 GAP_PX = 6
@@ -55,15 +56,7 @@ class SlicesView(QWidget):
         assert self._at_mm is not None
         for plane in Plane:
             pixels = self._views.picture(plane, self._at_mm, self.show_kind)
-            height, width = pixels.shape[:2]
-            borrowed = QImage(
-                np.ascontiguousarray(pixels).data,
-                width,
-                height,
-                3 * width,
-                QImage.Format.Format_RGB888,
-            )
-            self._images[plane] = borrowed.copy()
+            self._images[plane] = image_of(pixels)
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -102,6 +95,5 @@ class SlicesView(QWidget):
         painter.drawText(inner, int(flag.AlignLeft | centre), left)
         painter.drawText(inner, int(flag.AlignRight | centre), right)
         painter.drawText(inner, int(flag.AlignTop | flag.AlignHCenter), top)
-        painter.setPen(QColor(QUIET))
         name = _TITLES[self.show_kind] if plane is Plane.AXIAL else ""
         painter.drawText(inner, int(flag.AlignBottom | flag.AlignLeft), name)

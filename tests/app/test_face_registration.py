@@ -84,3 +84,21 @@ def test_what_does_not_fit_is_refused(field: Volume, face: Surface) -> None:
     swapped = dict(zip(MARKS, reversed(list(mirrored.values())), strict=True))
     with pytest.raises((ValueError, RegistrationError)):
         register_face(face, swapped, MARKS, skin)
+
+
+@pytest.mark.parametrize(
+    ("places", "reason"),
+    [
+        ({n: np.array([0.0, -60.0, 10.0 * i]) for i, n in enumerate(MARKS)}, "line"),
+        ({n: np.array([3.0, -60.0, 10.0]) for n in MARKS}, "."),
+        ({n: np.array([np.nan, -60.0, 10.0]) for n in MARKS}, "finite"),
+    ],
+)
+def test_landmarks_that_place_nothing_are_refused(
+    field: Volume,
+    face: Surface,
+    places: dict[str, NDArray[np.float64]],
+    reason: str,
+) -> None:
+    with pytest.raises((ValueError, RegistrationError), match=reason):
+        register_face(face, places, places, Skin(field))
