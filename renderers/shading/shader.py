@@ -11,6 +11,7 @@ from renderers.shading.bands import RowBands
 from renderers.shading.bounce.light_grid import VirtualLights
 from renderers.shading.illumination import Detail, ScopeLight, Tier
 from renderers.shading.look import Look
+from renderers.shading.paths.path_light import PathLight, demand_size
 from renderers.shading.surface.kernels import shade_rows
 from renderers.simd_guard import demand_vectors
 
@@ -45,26 +46,50 @@ class ScopeShader:
         self._look = Look.of(surface, seed)
 
     def shade(
-        self, gbuffer: GBuffer, camera: Camera, light: ScopeLight
+        self,
+        gbuffer: GBuffer,
+        camera: Camera,
+        light: ScopeLight,
+        bounce: PathLight | None = None,
     ) -> NDArray[np.float32]:
         """Give linear radiance ``(h, w, 3)`` float32, black where nothing is seen.
 
-        The camera must have the G-buffer's size. The G-buffer is only read: surface
-        detail never moves depth.
+        bounce: light by way of other walls that stands in for the quick estimate of it
+        (see `PathTracer`). The camera must have the G-buffer's size. The G-buffer is
+        only read: surface detail never moves depth.
         """
-        if gbuffer.size != (camera.height, camera.width):
-            raise ValueError(
-                f"G-buffer of {gbuffer.size} does not fit a camera of "
-                f"{(camera.height, camera.width)} (height, width)"
-            )
+        demand_size(gbuffer, camera)
         if camera.projection is Projection.ORTHOGRAPHIC:
             raise ValueError("scope light needs a lens with an eye, not orthographic")
+        if bounce is None:
+            lights = VirtualLights.trace(
+                self._look.distance, camera, light, self.tier.virtual_lights
+            )
+            return self._paint(gbuffer, camera, light, lights.gather(gbuffer, camera))
+        if bounce.irradiance.shape != (*gbuffer.size, 3):
+            raise ValueError(
+                f"light of {bounce.irradiance.shape} does not fit a G-buffer of "
+                f"{gbuffer.size}"
+            )
+        dark = VirtualLights.dark_grid(gbuffer)
+        radiance = self._paint(gbuffer, camera, light, dark)
+        reflected = self._paint(gbuffer, camera, light, dark, lit=False)
+        reflected *= bounce.irradiance
+        reflected *= np.float32(1 / math.pi)
+        radiance += reflected
+        return radiance
+
+    def _paint(
+        self,
+        gbuffer: GBuffer,
+        camera: Camera,
+        light: ScopeLight,
+        grid: NDArray[np.float32],
+        *,
+        lit: bool = True,
+    ) -> NDArray[np.float32]:
         look = self._look
         gbuffer = _read_only(gbuffer)
-        lights = VirtualLights.trace(
-            look.distance, camera, light, self.tier.virtual_lights
-        )
-        grid = lights.gather(gbuffer, camera)
         voxel_from_world = look.distance.voxel_from_world
         eye_voxel = voxel_from_world[:3, :3] @ camera.eye_mm + voxel_from_world[:3, 3]
         lens = camera.lens_table()
@@ -105,6 +130,7 @@ class ScopeShader:
                 look.vessel_tile.unit,
                 look.to_tile,
                 look.vessel_offset_mm,
+                lit,
                 radiance,
                 first,
                 last,

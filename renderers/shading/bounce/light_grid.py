@@ -81,6 +81,12 @@ class VirtualLights:
         table[7] = np.maximum(SMALLEST_SOFTENING_MM2, patch / (4 * math.pi))
         return cls(table)
 
+    @staticmethod
+    def dark_grid(gbuffer: GBuffer) -> NDArray[np.float32]:
+        """Give a grid as `gather` does, of no light at all."""
+        height, width = gbuffer.size
+        return np.zeros((5, height // STRIDE + 2, width // STRIDE + 2), np.float32)
+
     def gather(self, gbuffer: GBuffer, camera: Camera) -> NDArray[np.float32]:
         """Give the grid ``(5, h // 8 + 2, w // 8 + 2)`` float32.
 
@@ -88,8 +94,7 @@ class VirtualLights:
         where nothing is seen). Grid point (j, i) lies on pixel (8 j, 8 i), or on the
         last row or column beyond the edge.
         """
-        height, width = gbuffer.size
-        grid = np.zeros((5, height // STRIDE + 2, width // STRIDE + 2), np.float32)
+        grid = self.dark_grid(gbuffer)
         gather_lights(
             gbuffer.depth_mm,
             gbuffer.normal,

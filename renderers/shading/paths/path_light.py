@@ -99,11 +99,7 @@ class PathTracer:
         """
         if batches < 2:
             raise ValueError(f"noise is known from two batches on, got {batches}")
-        if gbuffer.size != (camera.height, camera.width):
-            raise ValueError(
-                f"G-buffer of {gbuffer.size} does not fit a camera of "
-                f"{(camera.height, camera.width)} (height, width)"
-            )
+        demand_size(gbuffer, camera)
         shown = (gbuffer.coverage > 0) & np.isfinite(gbuffer.depth_mm)
         depth = np.where(shown, gbuffer.depth_mm, 0)[..., None]
         points = (depth * (camera.lens_table() @ camera.frame[1:])).astype(np.float32)
@@ -169,6 +165,15 @@ class PathTracer:
     def close(self) -> None:
         """End the threads."""
         self._bands.close()
+
+
+def demand_size(gbuffer: GBuffer, camera: Camera) -> None:
+    """Raise ValueError when a camera has another size than what it has seen."""
+    if gbuffer.size != (camera.height, camera.width):
+        raise ValueError(
+            f"G-buffer of {gbuffer.size} does not fit a camera of "
+            f"{(camera.height, camera.width)} (height, width)"
+        )
 
 
 def _estimate(

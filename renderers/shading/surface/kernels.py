@@ -192,16 +192,18 @@ def shade_rows(
     vessel_unit: np.float32,
     to_tile: Floats,
     offsets: Floats,
+    lit: bool,
     radiance: Floats,
     first: int,
     last: int,
 ) -> None:
     """Write linear radiance ``(h, w, 3)`` of rows ``first..last``.
 
-    lens: camera-frame rays. axes: ``(3, 3)`` rows right, up, forward. to_voxel,
-    eye_voxel: voxel = to_voxel @ (point - eye) + eye_voxel. eye_mm: the eye seen from
-    the volume's centre. sources: ``(n, 3)`` mm from the eye. tint: blood code + 256 *
-    skin code, flat, of `shape` (nz, ny, nx).
+    lit: else write what a surface sends back of diffuse light, its albedo less what
+    its film mirrors, times coverage. lens: camera-frame rays. axes: ``(3, 3)`` rows
+    right, up, forward. to_voxel, eye_voxel: voxel = to_voxel @ (point - eye) +
+    eye_voxel. eye_mm: the eye seen from the volume's centre. sources: ``(n, 3)`` mm
+    from the eye. tint: blood code + 256 * skin code, flat, of `shape` (nz, ny, nx).
     """
     width = depth.shape[1]
     scratch = np.zeros(SLOTS + W, np.float32)
@@ -231,9 +233,12 @@ def shade_rows(
                 full_detail, tile, unit, vessel_tile, vessel_unit, to_tile, offsets,
                 eye_mm,
             )  # fmt: skip
-            light(w, sources, axes[2], spread, each)
-            lift(w, bounced, y0, x0)
-            finish(w, bounce)
+            if lit:
+                light(w, sources, axes[2], spread, each)
+                lift(w, bounced, y0, x0)
+                finish(w, bounce)
+            else:
+                bare(w)
             put(w, radiance, y0, x0, first, last)
 
 
@@ -266,6 +271,15 @@ def finish(w: Floats, bounce: np.float32) -> None:
     store(w, E_RED, cover * (k * (red * (direct_red + red * r)) + spark))
     store(w, E_GREEN, cover * (k * (green * (direct + green * g)) + spark))
     store(w, BOUNCE, cover * (k * (blue * (direct + blue * b)) + spark))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bare(w: Floats) -> None:
+    """Leave the diffuse share of a block's reflection in the three slots of rgb."""
+    k = load(w, COVER, N) * (f32(1) - load(w, F0, N))
+    store(w, E_RED, k * load(w, RED, N))
+    store(w, E_GREEN, k * load(w, GREEN, N))
+    store(w, BOUNCE, k * load(w, BLUE, N))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

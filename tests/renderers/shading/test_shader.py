@@ -6,6 +6,7 @@ from numpy.testing import assert_array_equal
 
 from renderers.scene import AirSurface, Camera, GBuffer, Material, Projection
 from renderers.shading import ScopeLight, ScopeShader, Tier
+from renderers.shading.paths.path_light import PathLight
 
 LIGHT = ScopeLight()
 ONE_SHOT = [Tier.LIVE, Tier.FULL]
@@ -160,3 +161,35 @@ def test_what_does_not_fit_is_refused(
         shader.shade(gbuffer, flat, LIGHT)
     with pytest.raises(ValueError, match=r"blood bias.*-1"):
         ScopeShader(surface, blood_bias=-1)
+
+
+def other_light(gbuffer: GBuffer, irradiance: float) -> PathLight:
+    light = np.full((*gbuffer.size, 3), irradiance, np.float32)
+    return PathLight(light, np.zeros_like(light), 16)
+
+
+def test_light_found_elsewhere_takes_the_place_of_the_quick_bounce(
+    camera: Camera, gbuffer: GBuffer, shaders: dict[Tier, ScopeShader]
+) -> None:
+    shader = shaders[Tier.FULL]
+    dark = shader.shade(gbuffer, camera, LIGHT, other_light(gbuffer, 0))
+    lit = shader.shade(gbuffer, camera, LIGHT, other_light(gbuffer, 0.5))
+    twice = shader.shade(gbuffer, camera, LIGHT, other_light(gbuffer, 1.0))
+    seen = gbuffer.coverage > 0
+    quick = shader.shade(gbuffer, camera, LIGHT)
+    assert np.all(dark[seen] <= quick[seen])
+    assert np.any(dark[seen] < quick[seen])
+    np.testing.assert_allclose(twice - dark, 2 * (lit - dark), rtol=1e-3, atol=1e-6)
+    # a metal of albedo .02 mirrors .55 before light comes to it
+    metal = seen & (gbuffer.material == Material.METAL)
+    returned = (twice - dark)[metal] / gbuffer.coverage[metal][:, None]
+    np.testing.assert_allclose(returned, 0.45 * 0.02 / np.pi, rtol=1e-3)
+    assert not (twice - dark)[~seen].any()
+
+
+def test_light_of_another_size_is_refused(
+    camera: Camera, gbuffer: GBuffer, shaders: dict[Tier, ScopeShader]
+) -> None:
+    light = other_light(GBuffer.empty(8, 8), 1)
+    with pytest.raises(ValueError, match=r"light of \(8, 8, 3\) does not fit"):
+        shaders[Tier.FULL].shade(gbuffer, camera, LIGHT, light)
