@@ -14,6 +14,7 @@ from benchmarks import (
     suite_devices,
     suite_flight,
     suite_fsr,
+    suite_light,
     suite_startup,
     suite_visibility,
 )
@@ -40,6 +41,7 @@ BUILT_IN = (
     suite_fsr,
     suite_visibility,
     suite_flight,
+    suite_light,
     suite_startup,
     suite_anatomy,
 )
