@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from devices.microscribe import MicroScribe, MicroScribeEmulator
+from devices.microscribe.driver import SerialPorts
 from scenarios import Scenario
 
 
@@ -23,13 +24,14 @@ def open_arm(
 
     The emulated arm runs in a process of its own, touches the scenario's fiducials
     and then follows the path. DeviceError, in one sentence, when there is no arm.
+    Unplugged in use, either is looked for until it is there again.
     """
     if device is not None:
         if faults:
             raise ValueError(
                 "--fault makes the emulated arm misbehave; leave out --device for it."
             )
-        with MicroScribe(device) as arm:
+        with MicroScribe(device, replug=SerialPorts()) as arm:
             yield arm
         return
     positions = [f.position_mm for f in scenario.fiducials]
@@ -37,6 +39,6 @@ def open_arm(
         MicroScribeEmulator(
             path_file, fiducials_mm=np.array(positions), seed=seed, faults=faults
         ) as emulator,
-        MicroScribe(emulator.port_name) as arm,
+        MicroScribe(emulator.port_name, replug=emulator) as arm,
     ):
         yield arm

@@ -221,7 +221,7 @@ def emulator(*, words: EmulatorWords = NOTHING_TYPED) -> int:
         paravol emulator --fault f8_dropped_byte@12.5 --fault f30
         paravol emulator --fault flipped_bit@p:0.01 --seed 7
         paravol emulator --fault unplug@packet:200 --transcript line.txt
-        paravol emulator --link /tmp/arm --do unplug@5+2 --do right_pedal@3+.5
+        paravol emulator --link arm --do unplug@5+2 --do right_pedal@3+.5
 
     A fault is NAME[=VARIANT][@WHEN]: SECONDS since the first packet (0, or nothing,
     means from power-on), SECONDS+DURATION, packet:N or p:PROBABILITY for each packet.

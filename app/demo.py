@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from app.arm import open_arm
+from app.device_log import DeviceLog
 from app.endoscope_view import Frame
 from app.faults import DeviceLostError
 from app.flight import Timing, fly
 from app.folder import claimed_folder, remove_old_session
+from app.lasting_poses import LastingPoses
 from app.operating_room import OperatingRoom, prepare_room
 from app.registering import register_by_touch
 from app.replay import ReplayReport, replay_session
@@ -22,7 +24,10 @@ from app.versions import versions
 from devices import DeviceError, ProbePath, load_probe_path
 from renderers.scene import Mesh
 from scenarios import Sample, Scenario, Score, View, load_scenario
-from scenarios.bundle import EventRecord, SessionInfo, SessionRecorder, write_json
+from scenarios.bundle import SessionInfo, SessionRecorder, write_json
+
+LOST_PATIENCE_S = 60.0
+"""An arm that was unplugged must be there again by then."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +121,8 @@ def _fly(
             open_arm(scenario, path_file, device=options.device, faults=options.faults)
         )
         stages("Opening the arm", 1.0)
-        registration = register_by_touch(arm, scenario.fiducial_positions(), stages)
+        poses = LastingPoses(arm, LOST_PATIENCE_S)
+        registration = register_by_touch(poses, scenario.fiducial_positions(), stages)
         info = describe_session(
             scenario, room, registration, size=options.size, has_instrument=True
         )
@@ -128,9 +134,16 @@ def _fly(
             for keepsake in kept:
                 keepsake.offer(number, seen, frame, sample.time_s)
 
+        log = DeviceLog(recorder, session)
+
+        def on_loss(loss: DeviceError) -> None:
+            log.lost(loss)
+            stages.say(f"{loss} It is waited for {LOST_PATIENCE_S:g} s.")
+
+        poses.on_loss, poses.on_return = on_loss, log.returned
         try:
             timing = fly(
-                arm,
+                poses,
                 PathChannel(path),
                 session,
                 view,
@@ -139,7 +152,7 @@ def _fly(
                 on_frame=on_frame,
             )
         except (DeviceError, TimeoutError) as error:
-            recorder.add(EventRecord(session.score().duration_s, "device", str(error)))
+            log.lost(error)
             raise DeviceLostError(error, bundle) from error
         score = session.score()
         recorder.close({"score": asdict(score), "timing": timing.figures()})

@@ -1,12 +1,15 @@
 """`paravol emulator`: a MicroScribe for other people's software."""
 
+import json
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from app.emulator_words import EmulatorWords
+from app.terminal import print_json
 from devices import ProbePath, load_probe_path
 from devices.microscribe.emulator import stop_on_signals
 from devices.microscribe.emulator_actions import list_actions
@@ -30,24 +33,47 @@ def run_emulator(words: EmulatorWords) -> int:
     """Emulate until Ctrl-C or until a fault unplugs the arm for good.
 
     The name of the port goes to standard output, alone on its line, and again when
-    the arm is plugged in elsewhere. Everything else goes to standard error.
+    the arm is plugged in elsewhere. Everything else goes to standard error. For
+    machines every line is a JSON object, and a last one tells what happened.
     """
-    if words.list_faults:
-        print(list_faults())
-    if words.list_actions:
-        print(list_actions())
     if words.list_faults or words.list_actions:
+        _print_lists(words)
         return 0
-    with (
-        open_emulator(
-            _options(words), lambda port: print(port, flush=True)
-        ) as emulator,
-        stop_on_signals(emulator),
-    ):
-        print("Ctrl-C ends the emulated arm.", file=sys.stderr)
+    options = _options(words)
+
+    def announce(port: str) -> None:
+        about = {"profile": options.profile, "faults": words.fault, "actions": words.do}
+        print(json.dumps({"port": port, **about}) if words.json else port, flush=True)
+
+    with open_emulator(options, announce) as emulator, stop_on_signals(emulator):
+        if not words.json:
+            print("Ctrl-C ends the emulated arm.", file=sys.stderr)
         emulator.server.run()
-    _report(emulator)
+    if words.json:
+        print(json.dumps(_happened(emulator)))
+    else:
+        _report(emulator)
     return 0
+
+
+def _print_lists(words: EmulatorWords) -> None:
+    lists = {"faults": list_faults()} if words.list_faults else {}
+    lists |= {"actions": list_actions()} if words.list_actions else {}
+    if words.json:
+        print_json(lists)
+        return
+    for lines in lists.values():
+        for name, line in lines.items():
+            print(f"{name:<20} {line}")
+
+
+def _happened(emulator: OpenEmulator) -> dict[str, Any]:
+    """Tell how often each fault happened and who tried to rewrite the memory."""
+    return {
+        "fired": dict(emulator.server.arm.fired),
+        "memory_writes": emulator.server.arm.far_end.memory_writes,
+        "memory_writes_granted": emulator.accepts_memory_writes,
+    }
 
 
 def _options(words: EmulatorWords) -> EmulatorOptions:
@@ -112,13 +138,13 @@ def load_motion(file: Path) -> ProbePath:
 
 
 def _report(emulator: OpenEmulator) -> None:
-    arm = emulator.server.arm
-    for name, times in arm.fired.items():
+    happened = _happened(emulator)
+    for name, times in happened["fired"].items():
         print(f"{name} happened {times} times.", file=sys.stderr)
-    writes = arm.far_end.memory_writes
+    writes = happened["memory_writes"]
     if writes:
+        fate = "let through" if happened["memory_writes_granted"] else "refused"
         print(
-            f"{writes} attempts to rewrite the calibration memory were "
-            f"{'let through' if emulator.accepts_memory_writes else 'refused'}.",
+            f"{writes} attempts to rewrite the calibration memory were {fate}.",
             file=sys.stderr,
         )

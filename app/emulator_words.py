@@ -49,6 +49,8 @@ class EmulatorWords:
         Print all faults with one line each.
     list_actions
         Print all actions with one line each.
+    json
+        Print JSON: an object a line for every port and one at the end, or the lists.
     """
 
     path: Path | None = None
@@ -65,6 +67,7 @@ class EmulatorWords:
     accept_memory_writes: Flag = False
     list_faults: Flag = False
     list_actions: Flag = False
+    json: Flag = False
 
 
 NOTHING_TYPED = EmulatorWords()

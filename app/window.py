@@ -63,6 +63,7 @@ class TraineeWindow(QMainWindow):
         self._instant: Instant | None = None
         self._registration_mm: float | None = None
         self._notice_until_s = 0.0
+        self._is_away = False
         self._seconds = seconds
         self._screenshot = screenshot
         self.setWindowTitle(f"PARAVOL: {order.scenario.title}")
@@ -89,6 +90,8 @@ class TraineeWindow(QMainWindow):
         flight.registered.connect(self._on_registered)
         flight.arrived.connect(self._on_frame)
         flight.moment_kept.connect(self._on_moment)
+        flight.away.connect(self._on_away)
+        flight.back.connect(self._on_back)
         flight.landed.connect(self._on_landed)
         flight.finished.connect(self._on_finished)
         self._on_stage("Starting", 0.0)
@@ -236,8 +239,7 @@ class TraineeWindow(QMainWindow):
             QTimer.singleShot(round(self._seconds * 1e3), self.close)
         self._instant = instant
         self._is_overview_stale = True
-        readings = self._readings()
-        self.picture.warn("contact" if readings.is_contact else "")
+        self._warn()
         self.picture.show_picture(instant.pixels)
 
     @Slot(float)
@@ -246,6 +248,23 @@ class TraineeWindow(QMainWindow):
             f"Kept the moment at {time_s:.1f} s",
             f"paravol snapshot {self._order.record} --time {time_s:.2f}",
         )
+
+    @Slot()
+    def _on_away(self) -> None:
+        """Leave the picture as it is and say that it is not live."""
+        self._is_away = True
+        self._warn()
+        self.picture.say(
+            "The arm is away",
+            "Check its plugs and its power; the session goes on by itself.",
+        )
+        self._notice_until_s = float("inf")
+
+    @Slot(float)
+    def _on_back(self, away_s: float) -> None:
+        self._is_away = False
+        self._warn()
+        self._notify("The arm is back", f"It was away for {away_s:.1f} s.")
 
     @Slot(object)
     def _on_landed(self, score: Score) -> None:
@@ -263,13 +282,18 @@ class TraineeWindow(QMainWindow):
         if self._flight.error is not None:
             self.close()
 
+    def _warn(self) -> None:
+        """Ring the picture when the scope is in tissue, or when nobody can know."""
+        contact = "contact" if self._readings().is_contact else ""
+        self.picture.warn("not live" if self._is_away else contact)
+
     def _readings(self) -> Readings:
         instant = self._instant
         if instant is None:
             return Readings(registration_mm=self._registration_mm)
         return Readings(
-            instant.fps,
-            instant.pose_age_ms,
+            None if self._is_away else instant.fps,
+            None if self._is_away else instant.pose_age_ms,
             instant.view.clearance_mm,
             instant.time_s,
             self._registration_mm,

@@ -18,10 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
+from app.device_log import DeviceLog
 from app.endoscope_view import EndoscopeView, Frame
 from app.faults import DeviceLostError
 from app.flight import Aim, OrderedPoses, fly
 from app.inputs import FlightInput
+from app.lasting_poses import LastingPoses
 from app.operating_room import prepare_room
 from app.overview_scene import head_model
 from app.pedal_watch import PedalWatch, record_of
@@ -136,6 +138,10 @@ class WindowFlight(QObject):
     """There is a new frame: `take` it."""
     moment_kept = Signal(float)
     """A snapshot of this time of the session was asked for."""
+    away = Signal()
+    """The device was unplugged; it is being looked for."""
+    back = Signal(float)
+    """It is there again, after so many seconds."""
     landed = Signal(object)
     """The path's end was reached; the `Score`."""
     finished = Signal()
@@ -226,7 +232,10 @@ class WindowFlight(QObject):
             poses = stack.enter_context(order.input.open(room))
             self._stage("Opening the input", 1.0)
             source = WatchedSource(poses, self._closed)
-            registration = self._register(source)
+            lasting = LastingPoses(source)
+            lasting.on_loss = lambda _: self.away.emit()
+            lasting.on_return = self.back.emit
+            registration = self._register(lasting)
             info = describe_session(
                 scenario,
                 room,
@@ -240,9 +249,9 @@ class WindowFlight(QObject):
             aim: Aim = PedalWatch(self.roll, partial(self._on_pedal, recorder))
             if streamer is not None:
                 aim = StreamedAim(aim, streamer, world_from_device, has_instrument)
-            self._follow(source, aim, session, view, recorder)
+            self._follow(source, lasting, aim, session, view, recorder)
 
-    def _register(self, source: WatchedSource) -> Registration:
+    def _register(self, source: OrderedPoses) -> Registration:
         """Ask for the fiducials to be touched, unless the input lies in the patient."""
         known = self.order.input.registration
         if known is not None:
@@ -266,14 +275,26 @@ class WindowFlight(QObject):
     def _follow(
         self,
         source: WatchedSource,
+        lasting: LastingPoses,
         aim: Aim,
         session: Session,
         view: EndoscopeView,
         recorder: SessionRecorder,
     ) -> None:
-        """Fly until the path ends, the window closes or the arm is lost."""
+        """Fly until the path ends, the window closes or the arm is lost for good."""
         order = self.order
         shown: deque[float] = deque()
+        log = DeviceLog(recorder, session)
+
+        def on_loss(loss: DeviceError) -> None:
+            log.lost(loss)
+            self.away.emit()
+
+        def on_return(away_s: float) -> None:
+            log.returned(away_s)
+            self.back.emit(away_s)
+
+        lasting.on_loss, lasting.on_return = on_loss, on_return
 
         def on_frame(seen: View, frame: Frame, sample: Sample, number: int) -> None:
             now = time.monotonic()
@@ -292,7 +313,7 @@ class WindowFlight(QObject):
         figures = {}
         try:
             timing = fly(
-                source,
+                lasting,
                 aim,
                 session,
                 view,
@@ -305,7 +326,7 @@ class WindowFlight(QObject):
         except ClosedError:
             pass
         except (DeviceError, TimeoutError) as error:
-            recorder.add(EventRecord(session.score().duration_s, "device", str(error)))
+            log.lost(error)
             if order.record is None:
                 raise
             raise DeviceLostError(error, order.record) from error

@@ -6,11 +6,14 @@ to the side and upwards, how it turns about itself.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from devices.sliding import slid
 
 SUPERIOR = (0.0, 0.0, 1.0)
 
@@ -96,12 +99,25 @@ class Fulcrum:
             object.__setattr__(self, name, vector)
 
 
+@dataclass(frozen=True, slots=True)
+class Walls:
+    """What a scope must not be pushed through.
+
+    gap_mm: free room of a scope with that tip frame, negative inside. give_mm: how
+    deep a wall may be dented.
+    """
+
+    gap_mm: Callable[[NDArray[np.float64]], float]
+    give_mm: float = 0.0
+
+
 class FulcrumControl:
     """Move a scope about a fulcrum; lengths in mm, in the frame of the fulcrum.
 
     For every sequence of demands the shaft's line passes through the pivot, depth and
     tilt stay within the limits and no step is faster than the limits. A demand that is
-    not finite is refused and changes nothing.
+    not finite is refused and changes nothing. Where walls are known the scope slides
+    along them and never goes deeper into one than its give, or than it was at first.
     """
 
     def __init__(
@@ -109,6 +125,7 @@ class FulcrumControl:
         fulcrum: Fulcrum,
         limits: FulcrumLimits | None = None,
         depth_mm: float | None = None,
+        walls: Walls | None = None,
     ) -> None:
         """Start in the middle of the cone, at the least depth or the one given.
 
@@ -116,6 +133,7 @@ class FulcrumControl:
         the "up" direction, where there is no upright picture.
         """
         self.fulcrum = fulcrum
+        self.walls = walls
         self.limits = FulcrumLimits() if limits is None else limits
         low, high = self.limits.depth_mm
         self._depth_mm = low if depth_mm is None else depth_mm
@@ -155,10 +173,13 @@ class FulcrumControl:
     @property
     def pointing(self) -> NDArray[np.float64]:
         """Get the unit direction from the hand to the tip, (3,)."""
-        angle = self.tilt_deg
+        return self._pointing(self._tilt_deg)
+
+    def _pointing(self, tilt_deg: NDArray[np.float64]) -> NDArray[np.float64]:
+        angle = math.hypot(*tilt_deg)
         if angle == 0.0:
             return self.fulcrum.axis.copy()
-        aside = self._tilt_deg[0] * self._right + self._tilt_deg[1] * self._up
+        aside = tilt_deg[0] * self._right + tilt_deg[1] * self._up
         turn = math.radians(angle)
         mixed = math.cos(turn) * self.fulcrum.axis + (math.sin(turn) / angle) * aside
         unit: NDArray[np.float64] = mixed / np.linalg.norm(mixed)
@@ -166,7 +187,12 @@ class FulcrumControl:
 
     def frame(self) -> NDArray[np.float64]:
         """Return the tip frame, (4, 4) float64: x right, y up, z back up the shaft."""
-        pointing = self.pointing
+        return self._frame(self._depth_mm, self._tilt_deg)
+
+    def _frame(
+        self, depth_mm: float, tilt_deg: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        pointing = self._pointing(tilt_deg)
         right = np.cross(pointing, self.fulcrum.up)
         right /= np.linalg.norm(right)
         up = np.cross(right, pointing)
@@ -176,7 +202,7 @@ class FulcrumControl:
         frame[:3, 0] = cosine * right - sine * up
         frame[:3, 1] = cosine * up + sine * right
         frame[:3, 2] = -pointing
-        frame[:3, 3] = self.fulcrum.pivot_mm + self._depth_mm * pointing
+        frame[:3, 3] = self.fulcrum.pivot_mm + depth_mm * pointing
         return frame
 
     def advance(self, step_s: float, demand: Demand) -> None:
@@ -203,10 +229,27 @@ class FulcrumControl:
         wanted = held + self._owed + np.clip(demand[4:], -1e6, 1e6)
         step = _limited(wanted, fastest * step_s)
         self._owed = _limited(wanted - step, fastest * LAG_S)
-        low, high = limits.depth_mm
-        self._depth_mm = min(max(self._depth_mm + float(step[0]), low), high)
-        self._tilt_deg = _shortened(self._tilt_deg + step[1:3], limits.cone_deg)
+        start = np.array((self._depth_mm, *self._tilt_deg))
+
+        def within(place: NDArray[np.float64]) -> NDArray[np.float64]:
+            reach = _limited(np.append(place - start, 0.0), fastest * step_s)
+            return self._bounded(start + reach[:3])
+
+        place = self._bounded(start + step[:3])
+        if self.walls is not None:
+            place = slid(start, place, within, self._gap_mm, -self.walls.give_mm)
+        self._depth_mm, self._tilt_deg = float(place[0]), place[1:]
         self._roll_deg = math.remainder(self._roll_deg + float(step[3]), 360.0)
+
+    def _bounded(self, place: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Cut depth and tilts, (3,), down to the limits."""
+        low, high = self.limits.depth_mm
+        depth_mm = min(max(float(place[0]), low), high)
+        return np.array((depth_mm, *_shortened(place[1:], self.limits.cone_deg)))
+
+    def _gap_mm(self, place: NDArray[np.float64]) -> float:
+        assert self.walls is not None
+        return self.walls.gap_mm(self._frame(float(place[0]), place[1:]))
 
 
 def _limited(

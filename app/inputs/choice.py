@@ -43,11 +43,11 @@ def choose_input(
         case "mouse", "":
             from app.inputs.hand import MouseInput
 
-            return MouseInput(path)
+            return MouseInput(scenario, path)
         case "gamepad", file:
             from app.inputs.hand import GamepadInput
 
-            return GamepadInput(path, Path(file) if file else None)
+            return GamepadInput(scenario, path, Path(file) if file else None)
         case "recording", file if file:
             from app.inputs.recording import RecordingInput
 

@@ -3,6 +3,9 @@
 The scope pivots about the nostril's midpoint. The cone's axis runs to the
 sphenoethmoidal recess, which lies in the middle of where a scope goes: from the
 nasopharynx, 20 degrees below, to the frontal ostium, 38 degrees above.
+
+Nothing pushes back on such a hand, so walls hold the scope where tissue would: it
+slides along them.
 """
 
 import math
@@ -10,20 +13,30 @@ from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from app.inputs.flight_input import FlightInput, FramedHand, in_the_patient
 from app.operating_room import OperatingRoom
 from devices import ProbePath
 from devices.controls import HELP, MouseKeys
-from devices.fulcrum import Fulcrum, FulcrumControl, FulcrumLimits
+from devices.fulcrum import Fulcrum, FulcrumControl, FulcrumLimits, Walls
 from devices.gamepad import open_gamepad
 from devices.steered_arm import Handset, SteeredArm
 from devices.steering import Steering
+from scenarios import Scenario, shaft_clearance
+from scenarios.session import SHAFT_CHECKED_MM
 
 LIMITS = FulcrumLimits(depth_mm=(0.0, 100.0), cone_deg=40.0)
 """The nasopharynx lies 81 mm behind the nostril; beyond 100 mm is the spine."""
 
 UPRIGHT_DEG = 6.0
 """Between the cone and the vertical, where a picture has no up."""
+
+
+GIVE_MM = 0.5
+"""How deep a wall is dented before it holds: mucosa yields, and a touch is to be seen
+and counted."""
 
 
 def nostril_fulcrum(room: OperatingRoom, path: ProbePath) -> Fulcrum:
@@ -42,7 +55,10 @@ def nostril_fulcrum(room: OperatingRoom, path: ProbePath) -> Fulcrum:
 class _HandInput(FlightInput):
     """Steer a scope in the nostril."""
 
-    def __init__(self, path: ProbePath, handset: Handset | None) -> None:
+    def __init__(
+        self, scenario: Scenario, path: ProbePath, handset: Handset | None
+    ) -> None:
+        self._radius_mm = scenario.scope.endoscope().diameter_mm / 2
         self._path = path
         self._handset = handset
         self._steering = Steering()
@@ -55,15 +71,24 @@ class _HandInput(FlightInput):
         # a steep way in leaves less room for a cone that must not reach the vertical
         aside_deg = math.degrees(math.acos(min(abs(float(fulcrum.axis[2])), 1.0)))
         cone_deg = min(LIMITS.cone_deg, aside_deg - UPRIGHT_DEG)
-        control = FulcrumControl(fulcrum, replace(LIMITS, cone_deg=cone_deg))
+        distance = room.surface.distance
+
+        def gap_mm(frame: NDArray[np.float64]) -> float:
+            return shaft_clearance(
+                distance, frame, self._radius_mm, SHAFT_CHECKED_MM
+            ).gap_mm
+
+        control = FulcrumControl(
+            fulcrum, replace(LIMITS, cone_deg=cone_deg), walls=Walls(gap_mm, GIVE_MM)
+        )
         return SteeredArm(control, self._steering, self._handset)
 
 
 class MouseInput(_HandInput):
     """Steer with keys and mouse; the window passes them on to ``controls``."""
 
-    def __init__(self, path: ProbePath) -> None:
-        super().__init__(path, None)
+    def __init__(self, scenario: Scenario, path: ProbePath) -> None:
+        super().__init__(scenario, path, None)
         self.name = "mouse and keyboard"
         self.keys = HELP
         self.controls = MouseKeys(self._steering)
@@ -72,8 +97,8 @@ class MouseInput(_HandInput):
 class GamepadInput(_HandInput):
     """Steer with the first gamepad or 3D mouse, or with the one at ``file``."""
 
-    def __init__(self, path: ProbePath, file: Path | None) -> None:
+    def __init__(self, scenario: Scenario, path: ProbePath, file: Path | None) -> None:
         pad = open_gamepad(file)
-        super().__init__(path, pad)
+        super().__init__(scenario, path, pad)
         self.name = pad.name
         self.keys = pad.layout.help

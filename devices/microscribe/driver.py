@@ -147,7 +147,7 @@ class SerialPort:
     def _gone(self) -> DeviceError:
         return DeviceError(
             DeviceReason.DISCONNECTED,
-            f"The device on {self._name} went away; plug it in again and start anew.",
+            f"The device on {self._name} went away; plug it in again.",
         )
 
 

@@ -85,9 +85,9 @@ def parse_action(text: str) -> Action:
     return Action(name, schedule.start_s, schedule.duration_s)
 
 
-def list_actions() -> str:
-    """Return one line for every action."""
-    return "\n".join(f"{name:<20} {deed.line}" for name, deed in _DEEDS.items())
+def list_actions() -> dict[str, str]:
+    """Return a line for every action."""
+    return {name: deed.line for name, deed in _DEEDS.items()}
 
 
 class ActionSchedule:

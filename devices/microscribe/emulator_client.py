@@ -12,8 +12,9 @@ from typing import Any, NoReturn, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.microscribe.driver import SerialPort
 from devices.microscribe.emulator_actions import parse_action
-from devices.port import DeviceError, DeviceReason
+from devices.port import BytePort, DeviceError, DeviceReason
 
 READY_S = 30.0
 STOP_S = 5.0
@@ -24,7 +25,8 @@ class MicroScribeEmulator:
 
     The child ends when this object stops it, when this process ends however it ends,
     or when a fault unplugs the arm. ``fiducials_mm`` is (n, 3), patient LPS; the arm
-    touches them in order before it follows the path.
+    touches them in order before it follows the path. ``link`` is a symbolic link to the
+    port, kept right when the arm is plugged in elsewhere.
     """
 
     def __init__(
@@ -36,6 +38,7 @@ class MicroScribeEmulator:
         seed: int = 0,
         faults: Sequence[str] = (),
         actions: Sequence[str] = (),
+        link: Path | str | None = None,
         fast: bool = False,
     ) -> None:
         if sys.platform == "win32":
@@ -48,6 +51,7 @@ class MicroScribeEmulator:
         command += ["--watch-stdin", f"--path={path}", f"--profile={profile}"]
         command += [f"--seed={seed}", *(f"--fault={fault}" for fault in faults)]
         command += [f"--do={action}" for action in actions]
+        command += [] if link is None else [f"--link={link}"]
         command += ["--fast"] if fast else []
         if fiducials_mm is not None and len(fiducials_mm):
             points = np.asarray(fiducials_mm, dtype=np.float64).tolist()
@@ -85,6 +89,23 @@ class MicroScribeEmulator:
         assert self._child.stdin is not None
         self._child.stdin.write(f"{action}\n".encode())
         self._child.stdin.flush()
+
+    def names(self) -> list[str]:
+        """Return the port's newest name, for a driver that looks for its arm.
+
+        Raises DeviceError when the arm was unplugged for good.
+        """
+        while (ready := self._announcement(0.0)) is not None:
+            self.port_name = ready["port"]
+        if not self.running:
+            raise DeviceError(
+                DeviceReason.DISCONNECTED, "The emulated arm was unplugged for good."
+            )
+        return [self.port_name]
+
+    def open(self, name: str) -> BytePort:
+        """Open the port of that name; raise DeviceError if that cannot be."""
+        return SerialPort(name)
 
     def wait_for_port(self, timeout_s: float = READY_S) -> str:
         """Return the port's new name once the arm was plugged in elsewhere.

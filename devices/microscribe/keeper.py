@@ -28,7 +28,10 @@ class PortFinder(Protocol):
     """The ports of a machine."""
 
     def names(self) -> Sequence[str]:
-        """Return the ports that are plugged in."""
+        """Return the ports that are plugged in.
+
+        Raise DeviceError when the arm cannot come back.
+        """
         ...
 
     def open(self, name: str) -> BytePort:

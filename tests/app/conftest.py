@@ -1,12 +1,22 @@
+import os
+import shutil
+import subprocess
+import sys
+import uuid
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from app.opengl import probe_window
 from devices import ProbePath, load_probe_path, save_probe_path
 from scenarios import load_scenario
 
 FIRST_S, LAST_S = 8.0, 10.0
+MARK = "PARAVOL_TEST_MARK"
+
+Train = Callable[..., tuple[subprocess.CompletedProcess[str], list[int]]]
 
 
 @pytest.fixture(scope="session")
@@ -56,3 +66,78 @@ def short_scenario(tmp_path_factory: pytest.TempPathFactory) -> Path:
     first, second, *_ = text.split("[[moments]]")
     (folder / "short.toml").write_text(f"{first}[[moments]]{second}")
     return folder / "short.toml"
+
+
+@pytest.fixture(scope="module")
+def screen() -> Iterator[str]:
+    """A virtual screen on which OpenGL works, as DISPLAY."""
+    server = shutil.which("Xvfb")
+    if server is None:
+        pytest.skip("there is no Xvfb")
+    reader, writer = os.pipe()
+    command = [server, "-displayfd", str(writer), "-screen", "0", "1600x1000x24"]
+    with subprocess.Popen(
+        [*command, "-nolisten", "tcp"], pass_fds=[writer], stderr=subprocess.DEVNULL
+    ) as child:
+        os.close(writer)
+        with os.fdopen(reader) as told, pytest.MonkeyPatch.context() as patch:
+            number = told.readline().strip()
+            if not number:
+                pytest.skip("Xvfb does not start")
+            patch.setenv("DISPLAY", f":{number}")
+            for name in ("WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
+                patch.delenv(name, raising=False)
+            graphics = probe_window()
+            if not graphics.works:
+                child.terminate()
+                pytest.skip(graphics.problem)
+            yield f":{number}"
+        child.terminate()
+
+
+class Family:
+    """The processes below one, known by a mark that all of them inherit."""
+
+    def __init__(self) -> None:
+        self._mark = uuid.uuid4().hex
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """Get the present environment with the mark, for a child."""
+        return os.environ | {MARK: self._mark}
+
+    def pids(self) -> list[int]:
+        """Find those that live, this process aside."""
+        found = []
+        for entry in Path("/proc").glob("[0-9]*"):
+            try:
+                environment = (entry / "environ").read_bytes()
+            except OSError:
+                continue
+            if f"{MARK}={self._mark}".encode() in environment:
+                found.append(int(entry.name))
+        return found
+
+
+@pytest.fixture
+def family() -> Family:
+    """A mark for the processes of this test."""
+    return Family()
+
+
+@pytest.fixture
+def train(screen: str, family: Family) -> Train:
+    """Run `paravol train` with these words; give what it said and who is left of it."""
+
+    def run(*words: str) -> tuple[subprocess.CompletedProcess[str], list[int]]:
+        done = subprocess.run(
+            [sys.executable, "-m", "app", "train", "--size", "128", *words],
+            cwd=Path(__file__).parents[2],
+            env=family.environment,
+            capture_output=True,
+            text=True,
+            timeout=240.0,
+        )
+        return done, family.pids()
+
+    return run

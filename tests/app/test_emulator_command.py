@@ -1,5 +1,6 @@
 """The emulated arm on the command line, as other people's software meets it."""
 
+import json
 import os
 import re
 import signal
@@ -74,6 +75,27 @@ def test_it_prints_its_port_and_ctrl_c_ends_it_cleanly(tmp_path: Path) -> None:
     assert re.search(r"\t>\tSYNC\tC5 49 4D 4D 43\t", log.read_text())
 
 
+def test_for_machines_every_line_is_an_object(tmp_path: Path) -> None:
+    fault, action = "f8=0@packet:3", "right_pedal@50"
+    words = ("--motion", "rest", "--fault", fault, "--do", action, "--json")
+    with emulator(*words) as (child, line):
+        told = json.loads(line)
+        assert told["profile"] == "dx40937"
+        assert (told["faults"], told["actions"]) == ([fault], [action])
+        poll(told["port"], 5)
+        child.send_signal(signal.SIGINT)
+        assert child.wait(5.0) == 0
+        assert child.stdout is not None
+        assert child.stderr is not None
+        (last,) = child.stdout.read().splitlines()
+        assert child.stderr.read() == ""
+    assert json.loads(last) == {
+        "fired": {"f8_dropped_byte": 1},
+        "memory_writes": 1,
+        "memory_writes_granted": False,
+    }
+
+
 def test_it_listens_for_this_machine_and_ends_when_unplugged() -> None:
     words = ("--listen", "0", "--motion", "rest", "--fault", "unplug@packet:3")
     with emulator(*words) as (child, port):
@@ -113,6 +135,15 @@ def test_the_lists_name_everything(capsys: pytest.CaptureFixture[str]) -> None:
         key=lambda n: int(n[1 : n.index("_")]),
     )
     assert {"f1_never_answers", "f30_slow", "garbage", "home_button"} <= set(names)
+
+
+def test_the_lists_can_be_read_by_machines(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["emulator", "--list-faults", "--list-actions", "--json"]) == 0
+    lists = json.loads(capsys.readouterr().out)
+    assert lists.keys() == {"faults", "actions"}
+    for name in lists["faults"]:
+        parse_fault(name)
+    assert "unplug" in lists["actions"]
 
 
 def test_help_teaches_by_examples(capsys: pytest.CaptureFixture[str]) -> None:

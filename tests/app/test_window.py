@@ -1,90 +1,30 @@
 """The trainee's window, opened on a virtual screen by the command itself."""
 
-import os
-import shutil
 import signal
 import socket
 import subprocess
 import sys
 import threading
 import time
-import uuid
-from collections.abc import Iterator
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PIL import Image, ImageColor
 
-from app.opengl import probe_window
 from app.overview_scene import LIGHT
-from app.replay import replay_session
-from devices.microscribe import MicroScribeEmulator
 from devices.openigtlink import PoseStreamer
-from scenarios import load_scenario
-from scenarios.bundle import EventRecord, FrameRecord, SampleRecord, read_session
+from scenarios.bundle import FrameRecord, SampleRecord, read_session
 
 pytestmark = pytest.mark.display
 
 ROOT = Path(__file__).parents[2]
-MARK = "PARAVOL_TEST_MARK"
 LIMIT_S = 240.0
+Train = Callable[..., tuple[subprocess.CompletedProcess[str], list[int]]]
 LIGHT_RGB = ImageColor.getrgb(LIGHT)
-
-
-@pytest.fixture(scope="module")
-def screen() -> Iterator[str]:
-    """A virtual screen on which OpenGL works, as DISPLAY."""
-    server = shutil.which("Xvfb")
-    if server is None:
-        pytest.skip("there is no Xvfb")
-    reader, writer = os.pipe()
-    command = [server, "-displayfd", str(writer), "-screen", "0", "1600x1000x24"]
-    with subprocess.Popen(
-        [*command, "-nolisten", "tcp"], pass_fds=[writer], stderr=subprocess.DEVNULL
-    ) as child:
-        os.close(writer)
-        with os.fdopen(reader) as told, pytest.MonkeyPatch.context() as patch:
-            number = told.readline().strip()
-            if not number:
-                pytest.skip("Xvfb does not start")
-            patch.setenv("DISPLAY", f":{number}")
-            for name in ("WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
-                patch.delenv(name, raising=False)
-            graphics = probe_window()
-            if not graphics.works:
-                child.terminate()
-                pytest.skip(graphics.problem)
-            yield f":{number}"
-        child.terminate()
-
-
-def train(*words: str) -> tuple[subprocess.CompletedProcess[str], list[int]]:
-    """Run `paravol train`; give what it said and who of its children is left."""
-    mark = uuid.uuid4().hex
-    done = subprocess.run(
-        [sys.executable, "-m", "app", "train", "--size", "128", *words],
-        cwd=ROOT,
-        env=os.environ | {MARK: mark},
-        capture_output=True,
-        text=True,
-        timeout=LIMIT_S,
-    )
-    return done, marked(mark)
-
-
-def marked(mark: str) -> list[int]:
-    """Find the processes that have inherited a mark, ours aside."""
-    found = []
-    for entry in Path("/proc").glob("[0-9]*"):
-        try:
-            environment = (entry / "environ").read_bytes()
-        except OSError:
-            continue
-        if f"{MARK}={mark}".encode() in environment:
-            found.append(int(entry.name))
-    return found
 
 
 def parts(screenshot: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -98,7 +38,7 @@ def parts(screenshot: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def test_the_window_flies_records_and_closes_by_itself(
-    screen: str, coarse_scenario: Path, tmp_path: Path
+    train: Train, coarse_scenario: Path, tmp_path: Path
 ) -> None:
     shot, bundle = tmp_path / "shot.png", tmp_path / "flight.paravol"
     done, left = train(
@@ -125,33 +65,6 @@ def test_the_window_flies_records_and_closes_by_itself(
     frames = [record for record in records if isinstance(record, FrameRecord)]
     assert [frame.number for frame in frames] == list(range(len(frames)))
     assert frames
-
-
-def test_an_arm_that_goes_away_leaves_one_sentence_and_a_recording(
-    screen: str, coarse_scenario: Path, tmp_path: Path
-) -> None:
-    bundle = tmp_path / "flight.paravol"
-    scenario, folder = load_scenario(str(coarse_scenario))
-    fiducials = np.array([f.position_mm for f in scenario.fiducials])
-    with MicroScribeEmulator(
-        folder / scenario.path, fiducials_mm=fiducials, faults=("unplug@9",)
-    ) as arm:
-        done, left = train(
-            *("--scenario", str(coarse_scenario), "--device", arm.port_name),
-            *("--record", str(bundle)),
-        )
-    assert done.returncode == 1
-    assert done.stderr.startswith("paravol: ")
-    assert done.stderr.count("\n") == 1
-    assert str(bundle) in done.stderr
-    assert not left
-    _, records, _ = read_session(bundle)
-    assert sum(isinstance(record, SampleRecord) for record in records) > 50
-    assert isinstance(records[-1], EventRecord)
-    assert records[-1].kind == "device"
-    report = replay_session(bundle, threads=2, progress=lambda stage, share: None)
-    assert report.frames > 0
-    assert report.is_exact
 
 
 KEYS = """
@@ -277,7 +190,7 @@ def test_keys_and_mouse_steer_the_scope_about_the_nostril(
 
 @pytest.mark.slow
 def test_one_program_flies_what_another_streams(
-    screen: str, coarse_scenario: Path, tmp_path: Path
+    train: Train, coarse_scenario: Path, tmp_path: Path
 ) -> None:
     bundle = tmp_path / "linked.paravol"
     pose = np.eye(4)
@@ -314,18 +227,19 @@ def test_one_program_flies_what_another_streams(
 
 
 @pytest.mark.slow
-def test_ctrl_c_closes_the_window(screen: str, coarse_scenario: Path) -> None:
-    mark = uuid.uuid4().hex
+def test_ctrl_c_closes_the_window(
+    screen: str, family: Any, coarse_scenario: Path
+) -> None:
     command = [sys.executable, "-m", "app", "train", "--scenario", str(coarse_scenario)]
     with subprocess.Popen(
         command,
         cwd=ROOT,
-        env=os.environ | {MARK: mark},
+        env=family.environment,
         stderr=subprocess.PIPE,
         text=True,
     ) as child:
         # The flight has begun when the emulated arm runs beside the window.
-        while child.poll() is None and not has_emulator(mark):
+        while child.poll() is None and not has_emulator(family):
             time.sleep(0.1)
         child.send_signal(signal.SIGINT)
         _, said = child.communicate(timeout=LIMIT_S)
@@ -333,13 +247,13 @@ def test_ctrl_c_closes_the_window(screen: str, coarse_scenario: Path) -> None:
     assert "Traceback" not in said
     # The emulated arm looks twice a second whether its parent still lives.
     until = time.monotonic() + 10.0
-    while marked(mark) and time.monotonic() < until:
+    while family.pids() and time.monotonic() < until:
         time.sleep(0.1)
-    assert not marked(mark)
+    assert not family.pids()
 
 
-def has_emulator(mark: str) -> bool:
-    for pid in marked(mark):
+def has_emulator(family: Any) -> bool:
+    for pid in family.pids():
         try:
             words = Path(f"/proc/{pid}/cmdline").read_bytes()
         except OSError:

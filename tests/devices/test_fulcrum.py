@@ -8,7 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.fulcrum import LAG_S, Demand, Fulcrum, FulcrumControl, FulcrumLimits
+from devices.fulcrum import (
+    LAG_S,
+    Demand,
+    Fulcrum,
+    FulcrumControl,
+    FulcrumLimits,
+    Walls,
+)
 from devices.pose import read_only_rigid
 
 LIMITS = FulcrumLimits(depth_mm=(2.0, 105.0), cone_deg=35.0)
@@ -174,3 +181,66 @@ def test_limits_and_fulcrums_that_cannot_be_are_named(make: object, named: str) 
     assert callable(make)
     with pytest.raises(ValueError, match=named):
         make()
+
+
+def tube(radius_mm: float) -> Walls:
+    """A tunnel about the fulcrum's axis; the scope's tip is what must stay inside."""
+
+    def gap_mm(frame: NDArray[np.float64]) -> float:
+        off = np.cross(frame[:3, 3] - FULCRUM.pivot_mm, FULCRUM.axis)
+        return radius_mm - float(np.linalg.norm(off))
+
+    return Walls(gap_mm, give_mm=0.5)
+
+
+@given(steps, st.floats(0.5, 20.0))
+def test_no_input_pushes_the_scope_through_a_wall(
+    sequence: list[tuple[float, Demand]], radius_mm: float
+) -> None:
+    """Nor past a limit, nor faster than one, nor off the fulcrum."""
+    walls = tube(radius_mm)
+    scope = FulcrumControl(FULCRUM, LIMITS, walls=walls)
+    for step_s, demand in sequence:
+        depth_mm, pointing = scope.depth_mm, scope.pointing
+        scope.advance(step_s, demand)
+        assert walls.gap_mm(scope.frame()) >= -walls.give_mm
+        assert 2.0 <= scope.depth_mm <= 105.0
+        assert scope.tilt_deg <= 35.0
+        assert abs(scope.depth_mm - depth_mm) <= LIMITS.insert_mm_s * step_s + 1e-9
+        turned = angle_deg(scope.pointing, pointing)
+        assert turned <= LIMITS.turn_deg_s * step_s + 1e-6
+        arm = FULCRUM.pivot_mm - scope.frame()[:3, 3]
+        assert np.linalg.norm(np.cross(arm, scope.pointing)) < 1e-9
+
+
+@given(steps)
+def test_walls_that_are_not_touched_change_no_bit(
+    sequence: list[tuple[float, Demand]],
+) -> None:
+    free, walled = control(), FulcrumControl(FULCRUM, LIMITS, walls=tube(1e3))
+    for step_s, demand in sequence:
+        free.advance(step_s, demand)
+        walled.advance(step_s, demand)
+        assert free.frame().tobytes() == walled.frame().tobytes()
+
+
+@given(st.lists(st.tuples(st.just(0.01), rates), max_size=60))
+def test_a_scope_can_be_pulled_out_from_wherever_it_is(
+    sequence: list[tuple[float, Demand]],
+) -> None:
+    scope = FulcrumControl(FULCRUM, LIMITS, depth_mm=60.0, walls=tube(3.0))
+    for step_s, demand in sequence:
+        scope.advance(step_s, demand)
+    for _ in range(1000):
+        scope.advance(0.01, Demand(insert=-1.0))
+    assert scope.depth_mm == pytest.approx(2.0)
+
+
+def test_a_scope_that_is_pushed_aside_goes_on_along_the_wall() -> None:
+    scope = FulcrumControl(FULCRUM, LIMITS, walls=tube(3.0))
+    # As far to the side as the tunnel lets it, and then in: it is led to the middle.
+    for _ in range(600):
+        scope.advance(0.01, Demand(insert=1.0, yaw=0.3))
+    assert scope.depth_mm > 100.0
+    off = np.cross(scope.frame()[:3, 3] - FULCRUM.pivot_mm, FULCRUM.axis)
+    assert np.linalg.norm(off) == pytest.approx(3.5, abs=0.05)

@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -69,9 +71,9 @@ def test_the_cone_decides_and_the_residual_is_silent(
     assert np.mean(residuals) == pytest.approx(0.1, rel=0.02)
 
 
-def _reason(frames: NDArray[np.float64], **options: float) -> PivotReason:
+def _reason(frames: NDArray[np.float64], **options: Any) -> PivotReason:
     with pytest.raises(PivotError) as caught:
-        calibrate_pivot(frames, noise_mm=0.1, **options)  # type: ignore[arg-type]
+        calibrate_pivot(frames, noise_mm=0.1, **options)
     return caught.value.reason
 
 

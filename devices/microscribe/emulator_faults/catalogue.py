@@ -159,11 +159,9 @@ def altered_profile(profile: ArmProfile, faults: Iterable[Fault]) -> ArmProfile:
     return profile
 
 
-def list_faults() -> str:
-    """Return one line for every fault, by number, then the short names."""
-    lines = [f"{kind.name():<20} {kind.line}" for kind in FAULTS]
-    lines += [
-        f"{name:<20} short for {kind.name()}{'=' + variant if variant else ''}"
+def list_faults() -> dict[str, str]:
+    """Return a line for every fault, by number, then for the short names."""
+    return {kind.name(): kind.line for kind in FAULTS} | {
+        name: f"short for {kind.name()}{'=' + variant if variant else ''}"
         for name, (kind, variant) in SHORT_NAMES.items()
-    ]
-    return "\n".join(lines)
+    }

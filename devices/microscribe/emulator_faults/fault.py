@@ -5,6 +5,7 @@ methods below and a place in ``catalogue.FAULTS``.
 """
 
 import random
+from abc import ABC, abstractmethod
 from typing import ClassVar, Protocol
 
 from devices.microscribe.emulator_answer import Answer, AnswerKind
@@ -149,7 +150,7 @@ class Fault:
         )
 
 
-class EventFault(Fault):
+class EventFault(Fault, ABC):
     """Something that happens to the whole arm rather than to an answer."""
 
     def due_s(self) -> float | None:
@@ -165,6 +166,6 @@ class EventFault(Fault):
             self.fired += 1
             self.happen(arm, now_s)
 
+    @abstractmethod
     def happen(self, arm: FaultyArm, now_s: float) -> None:
         """Do it."""
-        raise NotImplementedError

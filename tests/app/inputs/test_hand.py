@@ -15,8 +15,8 @@ Exercise = tuple[Scenario, ProbePath]
 def test_the_scope_starts_in_the_nostril_of_the_exercise(
     bare_room: OperatingRoom, exercise: Exercise
 ) -> None:
-    _, path = exercise
-    with MouseInput(path).open(bare_room) as source:
+    scenario, path = exercise
+    with MouseInput(scenario, path).open(bare_room) as source:
         pose = source.read(30.0)
     assert pose.tip_mm == pytest.approx(bare_room.landmarks["nostril, right"])
     # Upright, and into the head: backwards and upwards.

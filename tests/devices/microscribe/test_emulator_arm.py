@@ -1,4 +1,5 @@
 import itertools
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -16,9 +17,9 @@ ELSEWHERE = (1, 2, 3, 4, 5, 8416)
 
 
 def arm_and_line(
-    profile: ArmProfile = DX40937, **options: object
+    profile: ArmProfile = DX40937, **options: Any
 ) -> tuple[EmulatedArm, MemoryLine]:
-    arm = EmulatedArm(profile, StillMotion(profile), **options)  # type: ignore[arg-type]
+    arm = EmulatedArm(profile, StillMotion(profile), **options)
     return arm, MemoryLine(arm)
 
 

@@ -4,6 +4,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -74,9 +75,9 @@ def test_it_is_handled_while_it_runs(path_file: Path) -> None:
 def test_a_child_that_cannot_start_says_why(
     path_file: Path, change: dict[str, object], message: str
 ) -> None:
-    options: dict[str, object] = {"path": path_file, **change}
+    options: dict[str, Any] = {"path": path_file, **change}
     with pytest.raises(DeviceError, match=message):
-        MicroScribeEmulator(**options)  # type: ignore[arg-type]
+        MicroScribeEmulator(**options)
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
