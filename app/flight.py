@@ -163,9 +163,15 @@ def _settled_memory() -> Iterator[None]:
 
 
 def _arrived(source: OrderedPoses) -> Iterator[Pose]:
-    """Wait for one pose, then give all that have come in meanwhile."""
-    yield source.read(PATIENCE_S)
-    while True:
+    """Wait for one pose, then give all that have come in meanwhile.
+
+    What is measured later is left to the next frame, or a machine that is too slow for
+    the poses would never come to a picture.
+    """
+    pose = source.read(PATIENCE_S)
+    looked_s = time.monotonic()
+    yield pose
+    while pose.host_time_s < looked_s:
         try:
             pose = source.read(0.0)
         except TimeoutError:

@@ -134,6 +134,7 @@ class FulcrumControl:
         """
         self.fulcrum = fulcrum
         self.walls = walls
+        self._known_gap = (b"", 0.0)
         self.limits = FulcrumLimits() if limits is None else limits
         low, high = self.limits.depth_mm
         self._depth_mm = low if depth_mm is None else depth_mm
@@ -249,7 +250,12 @@ class FulcrumControl:
 
     def _gap_mm(self, place: NDArray[np.float64]) -> float:
         assert self.walls is not None
-        return self.walls.gap_mm(self._frame(float(place[0]), place[1:]))
+        # Where a step ends the next one begins.
+        key = place.tobytes()
+        if key != self._known_gap[0]:
+            frame = self._frame(float(place[0]), place[1:])
+            self._known_gap = (key, self.walls.gap_mm(frame))
+        return self._known_gap[1]
 
 
 def _limited(
