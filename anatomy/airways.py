@@ -126,10 +126,10 @@ def find_airways(ct: Volume, outside: Volume | None = None) -> Airways:
     names[main] = 1
     names[others] = np.arange(2, len(others) + 2)
     labels = names[parts]
-    centers = ndimage.center_of_mass(inner, parts, others)
+    middles = part_middles(parts)
     cavities = [
-        Cavity(ct.origin_mm + np.array(c)[::-1] * spacing, float(sizes[p]) / 1000)
-        for p, c in zip(others, centers, strict=True)
+        Cavity(ct.origin_mm + middles[p][::-1] * spacing, float(sizes[p]) / 1000)
+        for p in others
     ]
     places = tuple(
         Opening(ct.origin_mm + place[::-1] * spacing, area)
@@ -198,6 +198,17 @@ def box_around(airways: Airways, margin_mm: float) -> NDArray[np.float64]:
         if np.all((cavity.center_mm > low) & (cavity.center_mm < high)):
             near.append(corners(box) + np.array([[-margin_mm], [margin_mm]]) / 3)
     return np.stack([np.min(near, axis=(0, 1)), np.max(near, axis=(0, 1))])
+
+
+def part_middles(parts: NDArray[np.int32]) -> NDArray[np.float64]:
+    """Give the mean index ``(n + 1, 3)``, z y x, of each numbered part; row 0 is none.
+
+    One pass over the marked voxels instead of one over all for each sum.
+    """
+    places = np.nonzero(parts)
+    numbers = parts[places]
+    count = np.maximum(np.bincount(numbers), 1)
+    return np.stack([np.bincount(numbers, axis) / count for axis in places], axis=1)
 
 
 def _remove_specks(field: NDArray[np.float32], spacing: float) -> None:

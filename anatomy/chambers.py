@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from anatomy.airways import CAVITY_MM3, Airways
+from anatomy.airways import CAVITY_MM3, Airways, part_middles
 from anatomy.midplane import Midplane
 from anatomy.tissue import Side
 from renderers.scene.volume import Volume
@@ -93,8 +93,8 @@ def find_chambers(airways: Airways, distance: Volume, midplane: Midplane) -> Air
     wanted = [
         p for p in wanted if volumes[p] >= (CHAMBER_MM3 if p <= count else CAVITY_MM3)
     ][:254]
-    places = ndimage.center_of_mass(every > 0, every, wanted)
-    centers = [distance.origin_mm + np.array(c)[::-1] * spacing for c in places]
+    middles = part_middles(every)
+    centers = [distance.origin_mm + middles[p][::-1] * spacing for p in wanted]
     names = np.zeros(len(volumes), np.uint8)
     names[wanted] = np.arange(2, len(wanted) + 2)
     labels = names[every]

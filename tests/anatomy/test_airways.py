@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from anatomy.airways import air_distance, find_airways, skin_weight
+from anatomy.airways import (
+    air_distance,
+    find_airways,
+    part_middles,
+    skin_weight,
+)
 from renderers.scene.volume import Volume
 
 SPACING = 1.0
@@ -124,3 +129,12 @@ def test_voxels_must_be_cubes() -> None:
     )
     with pytest.raises(ValueError, match="cubic"):
         find_airways(flat)
+
+
+def test_middles_of_parts_are_their_centres_of_mass() -> None:
+    parts = np.random.default_rng(0).integers(0, 6, (7, 8, 9)).astype(np.int32)
+    parts[parts == 3] = 0
+    mine = part_middles(parts)
+    for part in (1, 2, 4, 5):
+        assert mine[part] == pytest.approx(np.argwhere(parts == part).mean(axis=0))
+    assert np.array_equal(mine[3], np.zeros(3))
