@@ -10,13 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.scene import Camera, Scene, Volume
+from renderers.scene.deflection import Deflection
 
 _RAYS_AT_ONCE = 1 << 14
 """Bounds the memory of the sample arrays; each ray is independent of the others."""
 
 
 def render_reference(
-    scene: Scene, camera: Camera, step_mm: float, *, shaded: bool = True
+    scene: Scene,
+    camera: Camera,
+    step_mm: float,
+    *,
+    shaded: bool = True,
+    deflection: Deflection | None = None,
 ) -> NDArray[np.float64]:
     """Cast the camera's rays; return premultiplied linear RGBA, ``(h, w, 4)``.
 
@@ -24,15 +30,20 @@ def render_reference(
     equal segments, sampled at their middles: the midpoint rule, second order in
     `step_mm`, for the emission-absorption integral (Max, IEEE TVCG 1995;1:99).
     shaded: False leaves out the lights and uses the transfer function's colours.
+    deflection: bends the rays; samples are taken where they lead, lengths are those of
+        the straight ray.
     """
     if not (math.isfinite(step_mm) and step_mm > 0):
         raise ValueError(f"step must be a positive length in mm, got {step_mm!r}")
     origins, directions = (a.reshape(-1, 3) for a in camera.rays())
     gradient = sobel_gradient(scene.volume) if shaded else None
+    bent = deflection or Deflection()
     result = np.zeros((len(origins), 4))
     for first in range(0, len(origins), _RAYS_AT_ONCE):
         some = slice(first, first + _RAYS_AT_ONCE)
-        result[some] = _cast(scene, origins[some], directions[some], step_mm, gradient)
+        result[some] = _cast(
+            scene, origins[some], directions[some], step_mm, gradient, bent
+        )
     return result.reshape(camera.height, camera.width, 4)
 
 
@@ -97,6 +108,7 @@ def _cast(
     directions: NDArray[np.float64],
     step_mm: float,
     gradient: NDArray[np.float64] | None,
+    deflection: Deflection,
 ) -> NDArray[np.float64]:
     near, far = box_interval(scene.volume, origins, directions)
     length = np.where(far > near, far - near, 0.0)
@@ -109,12 +121,15 @@ def _cast(
         on = np.flatnonzero(i < count)
         t = near[on] + (i + 0.5) * h[on]
         points = origins[on] + t[:, None] * directions[on]
+        places = deflection.pull_back(points)
         # Rounding must not put a sample of the box outside it.
         radiance, kappa = scene.transfer_function.evaluate(
-            _interpolate(scene.volume, scene.volume.values[..., None], points)[:, 0]
+            _interpolate(scene.volume, scene.volume.values[..., None], places)[:, 0]
         )
+        kappa[deflection.opening(points) < 0] = 0
         if gradient is not None:
-            slope = _interpolate(scene.volume, gradient, points)
+            slope = _interpolate(scene.volume, gradient, places)
+            slope = np.einsum("nji,nj->ni", deflection.jacobian(points), slope)
             radiance = _shade(
                 scene, radiance, slope, points, directions[on], 1e-6 * (high - low)
             )

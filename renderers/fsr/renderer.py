@@ -17,6 +17,7 @@ from renderers.fsr.visibility import VisibleSets
 from renderers.fsr.visibility.sets import Progress
 from renderers.fsr.visibility.store import stored_visible_sets
 from renderers.scene import Camera, GBuffer, Image, Scene
+from renderers.scene.deflection import Deflection, deflected_scene
 
 BOUNDARY_THRESHOLD = 0.1
 """Default threshold: boundary opacity a splat needs to be worth drawing."""
@@ -35,8 +36,9 @@ class FuzzySetRenderer:
 
     scene: what is to be seen. inclusion, threshold: which voxels mode `classic`
         splats; by default opaque boundaries. mode: how it draws them; None lets the
-        camera's motion choose. points: short for mode points. Raises ValueError for a
-        thread count below one.
+        camera's motion choose. points: short for mode points. deflection: moves the
+        tissue: in mode `scope` splat by splat, in mode `classic` voxel by voxel, before
+        splats are chosen. Raises ValueError for a thread count below one.
     """
 
     def __init__(
@@ -48,8 +50,11 @@ class FuzzySetRenderer:
         threads: int = 2,
         mode: SplatMode | None = SplatMode.GAUSSIAN,
         points: bool = False,
+        deflection: Deflection | None = None,
     ) -> None:
-        self.scene = scene
+        self.scene = deflected_scene(scene, deflection) if deflection else scene
+        self._undeformed = scene.surface
+        self._deflection = deflection
         self.mode = SplatMode.POINTS if points else mode
         self._gauge = MotionGauge(float(scene.volume.spacing_mm.min()))
         self._inclusion = inclusion or default_inclusion(scene)
@@ -164,11 +169,11 @@ class FuzzySetRenderer:
 
     @cached_property
     def _scope(self) -> SurfelRasterizer:
-        if self.scene.surface is None:
+        if self._undeformed is None:
             raise ValueError(
                 "this scene has no air surface; give it one or draw mode classic"
             )
-        return SurfelRasterizer(self.scene.surface.distance)
+        return SurfelRasterizer(self._undeformed.distance, deflection=self._deflection)
 
 
 def default_inclusion(scene: Scene) -> Inclusion:

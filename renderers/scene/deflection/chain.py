@@ -1,0 +1,70 @@
+"""Several deflectors, one after the other."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from renderers.scene.deflection.deflector import Deflector, Points
+
+Map = Callable[[Points], Points]
+
+
+@dataclass(frozen=True, slots=True)
+class Deflection:
+    """Move tissue by several deflectors, one after the other.
+
+    deflectors: the first moves the undeformed tissue, the next what came of it.
+    """
+
+    deflectors: tuple[Deflector, ...] = ()
+
+    def pull_back(self, points: ArrayLike) -> Points:
+        """Give which places of the undeformed tissue are seen at places x."""
+        q = np.array(points, dtype=np.float64)
+        for deflector in reversed(self.deflectors):
+            q = _within(deflector, q, deflector.pull_back)
+        return q
+
+    def push_forward(self, points: ArrayLike) -> Points:
+        """Give where places of the undeformed tissue are seen."""
+        x = np.array(points, dtype=np.float64)
+        for deflector in self.deflectors:
+            x = _within(deflector, x, deflector.push_forward)
+        return x
+
+    def jacobian(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Give dq/dx at places x, ``(n, 3, 3)``."""
+        x = np.array(points, dtype=np.float64)
+        result = np.broadcast_to(np.eye(3), (len(x), 3, 3)).copy()
+        for deflector in reversed(self.deflectors):
+            some = deflector.inside(x)
+            result[some] = deflector.jacobian(x[some]) @ result[some]
+            x = _within(deflector, x, deflector.pull_back)
+        return result
+
+    def opening(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Give the distance (mm) from the nearest cut's face, negative in its gap."""
+        x = np.array(points, dtype=np.float64)
+        least = np.full(len(x), np.inf)
+        for deflector in reversed(self.deflectors):
+            least = np.minimum(least, deflector.opening(x))
+            x = _within(deflector, x, deflector.pull_back)
+        return least
+
+    def moves(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Tell which places are in the ball of any deflector; the others stay."""
+        places = np.asarray(points, dtype=np.float64)
+        result = np.zeros(len(places), bool)
+        for deflector in self.deflectors:
+            result |= deflector.inside(places)
+        return result
+
+
+def _within(deflector: Deflector, points: Points, change: Map) -> Points:
+    """Change the places inside the ball; the others are not touched."""
+    some = deflector.inside(points)
+    result = points.copy()
+    result[some] = change(points[some])
+    return result
