@@ -1,28 +1,38 @@
 """The display list as a VTK actor, for any pyvista or VTK scene.
 
-Splats are drawn far to near by VTK's Gaussian points with plain alpha blending. VTK's
-own order-independent blending must be off in the renderer that shows the actor
-(`SplatActor.prepare`): it ignores the order, and far walls show through near ones.
+Splats are drawn far to near by VTK's Gaussian points with plain alpha blending; then
+their opaque middles once more, for the depth alone. VTK's own order-independent
+blending must be off in the renderer that shows the actor (`SplatActor.show_in`): it
+ignores the order, and far walls show through near ones.
 """
 
+import math
 import subprocess
 import sys
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from vtkmodules.util.numpy_support import numpy_to_vtk
-from vtkmodules.vtkCommonCore import vtkDataArray, vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+from vtkmodules.vtkCommonCore import (
+    vtkCommand,
+    vtkDataArray,
+    vtkInformation,
+    vtkPoints,
+)
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkRenderer
 
 # the OpenGL factories register themselves on import, without opening anything
-from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLPointGaussianMapper
+from vtkmodules.vtkRenderingOpenGL2 import (
+    vtkOpenGLActor,
+    vtkOpenGLPointGaussianMapper,
+)
 
 from renderers.fsr.display_list import build_display_list, sorted_by_distance
 from renderers.fsr.footprint import CUT_SIGMAS, SIGMA_PER_SPACING, peak_table
 from renderers.fsr.fuzzy_set import FuzzySet
-from renderers.scene import Camera, Scene, srgb_from_linear
+from renderers.scene import Camera, Projection, Scene, srgb_from_linear
 
 _PROBE = (
     "from vtkmodules.vtkRenderingCore import vtkRenderWindow;"
@@ -38,6 +48,17 @@ _FOOTPRINT = (
     "float edge = exp(-0.5 * {cut2:.1f});\n"
     "opacity *= (exp(-0.5 * r2) - edge) / (1.0 - edge);\n"
 )
+
+_MIDDLE = (
+    "//VTK::Color::Impl\n"
+    "float r2 = dot(offsetVCVSOutput.xy, offsetVCVSOutput.xy);\n"
+    "if (r2 > 2.0 || opacity < {least:.2f}) discard;\n"
+    # less than half a code: the colours stay; with none VTK drops the fragment
+    "opacity = 0.001;\n"
+)
+
+LEAST_PEAK = 0.25
+"""Splats with less opaque middles leave no depth: a few of them in a row are clear."""
 
 
 def opengl_works(timeout_s: float = 60.0) -> bool:
@@ -59,10 +80,13 @@ def opengl_works(timeout_s: float = 60.0) -> bool:
 
 
 class SplatActor(vtkActor):
-    """Show a fuzzy set; call `update` whenever the camera has moved.
+    """Show a fuzzy set; `show_in` keeps its order with the camera.
 
     Colours and opacities are those of mode `classic`, encoded for the screen, since
     VTK blends what it shows. Sizes are those of perspective projection.
+
+    drawn: splats in the last view. reordered: how many times their order was found
+    anew. Positions and colours are handed over once.
     """
 
     def __init__(self, fuzzy_set: FuzzySet, scene: Scene) -> None:
@@ -70,38 +94,111 @@ class SplatActor(vtkActor):
         self._rows = fuzzy_set.rows
         spacing = float(np.max(scene.volume.spacing_mm))
         self._margin = CUT_SIGMAS * SIGMA_PER_SPACING * spacing
-        self._position = fuzzy_set.rows.centers_mm().astype(np.float32)
-        self._rgba = _shade(fuzzy_set, scene, self._position)
-        self._data = vtkPolyData()
-        mapper = vtkOpenGLPointGaussianMapper()
-        mapper.SetInputData(self._data)
-        mapper.SetScaleFactor(SIGMA_PER_SPACING * spacing)
-        mapper.SetBoundScale(CUT_SIGMAS)
-        mapper.SetSplatShaderCode(_FOOTPRINT.format(cut2=CUT_SIGMAS**2))
-        mapper.EmissiveOff()
-        mapper.SetScalarModeToUsePointData()
-        mapper.SetColorModeToDirectScalars()
-        self.SetMapper(mapper)
-        self.ForceTranslucentOn()
-        self.GetProperty().LightingOff()
+        position = fuzzy_set.rows.centers_mm().astype(np.float32)
+        self.data = vtkPolyData()
+        points = vtkPoints()
+        points.SetData(_copied(position))
+        self.data.SetPoints(points)
+        self.data.GetPointData().SetScalars(_copied(_shade(fuzzy_set, scene, position)))
+        self.data.SetVerts(_cells(np.arange(len(position))))
+        sigma = SIGMA_PER_SPACING * spacing
+        self.depth_part = vtkActor()
+        self.depth_part.PickableOff()
+        keys = vtkInformation()
+        keys.Set(vtkOpenGLActor.GLDepthMaskOverride(), 1)
+        self.depth_part.SetPropertyKeys(keys)
+        middle = _MIDDLE.format(least=LEAST_PEAK)
+        _draw_points(self, self.data, sigma, _FOOTPRINT.format(cut2=CUT_SIGMAS**2))
+        _draw_points(self.depth_part, self.data, sigma, middle)
         self.drawn = 0
+        self.reordered = 0
+        self._seen: NDArray[np.float64] = np.full(16, np.nan)
 
     @staticmethod
     def prepare(renderer: vtkRenderer) -> None:
         """Make a renderer blend in drawing order."""
         renderer.SetUseOIT(False)
 
+    def show_in(self, renderer: vtkRenderer) -> None:
+        """Add it to a renderer if need be, and follow its camera between pictures.
+
+        Adds `depth_part`, too, which writes the depth of its opaque middles.
+        """
+        self.prepare(renderer)
+        for actor in (self, self.depth_part):
+            if not renderer.HasViewProp(actor):
+                renderer.AddActor(actor)
+        renderer.AddObserver(vtkCommand.StartEvent, self._follow)
+        self._follow(renderer, "")
+
     def update(self, camera: Camera) -> None:
         """Cull and order for a view; positions and colours stay as they are."""
         shown = build_display_list(self._rows, camera, self._margin)
         index = sorted_by_distance(shown, self._rows, camera).index
-        points = vtkPoints()
-        points.SetData(_copied(self._position[index]))
-        colors = _copied(self._rgba[index])
-        self._data.SetPoints(points)
-        self._data.GetPointData().SetScalars(colors)
-        self._data.Modified()
+        self.data.SetVerts(_cells(index))
+        self.data.Modified()
         self.drawn = len(index)
+        self.reordered += 1
+
+    def _follow(self, renderer: vtkRenderer, event: str) -> None:
+        width, height = renderer.GetSize()
+        if width < 1 or height < 1:
+            return
+        camera = camera_of(renderer)
+        lens = camera.extent, width, height, camera.projection
+        seen = np.array([*camera.frame.ravel(), *lens], dtype=np.float64)
+        # reading a window back changes its view angle in the eighth digit
+        if not np.allclose(seen, self._seen, rtol=1e-6, atol=1e-9):
+            self._seen = seen
+            self.update(camera)
+
+
+def camera_of(renderer: vtkRenderer) -> Camera:
+    """Give the view of a renderer's camera, for its present size in pixels."""
+    eye = renderer.GetActiveCamera()
+    width, height = renderer.GetSize()
+    forward = np.array(eye.GetDirectionOfProjection())
+    right = np.cross(forward, eye.GetViewUp())
+    right /= np.linalg.norm(right)
+    position = np.array(eye.GetPosition())
+    frame = np.stack([position, right, np.cross(right, forward), forward])
+    # VTK counts along the height, or along the width when told so
+    along = width if eye.GetUseHorizontalViewAngle() else height
+    share = min(width, height) / along
+    if eye.GetParallelProjection():
+        extent = eye.GetParallelScale() * min(width, height) / height
+        return Camera(frame, extent, width, height, Projection.ORTHOGRAPHIC)
+    extent = math.atan(math.tan(math.radians(eye.GetViewAngle() / 2)) * share)
+    return Camera(frame, extent, width, height, Projection.PERSPECTIVE)
+
+
+def _draw_points(
+    actor: vtkActor, data: vtkPolyData, sigma_mm: float, code: str
+) -> None:
+    """Let an actor draw points as billboards by some shader code."""
+    mapper = vtkOpenGLPointGaussianMapper()
+    mapper.SetInputData(data)
+    mapper.SetScaleFactor(sigma_mm)
+    mapper.SetBoundScale(CUT_SIGMAS)
+    mapper.SetSplatShaderCode(code)
+    mapper.EmissiveOff()
+    mapper.SetScalarModeToUsePointData()
+    mapper.SetColorModeToDirectScalars()
+    actor.SetMapper(mapper)
+    actor.ForceTranslucentOn()
+    actor.GetProperty().LightingOff()
+
+
+def _cells(index: NDArray[Any]) -> vtkCellArray:
+    """Make one vertex cell of every point in an order; VTK draws them as they come."""
+    convert: Any = numpy_to_vtkIdTypeArray
+    cells = vtkCellArray()
+    n = len(index)
+    cells.SetData(
+        convert(np.arange(n + 1, dtype=np.int64), deep=True),
+        convert(index.astype(np.int64), deep=True),
+    )
+    return cells
 
 
 def _copied(array: NDArray[Any]) -> vtkDataArray:

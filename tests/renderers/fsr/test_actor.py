@@ -1,9 +1,26 @@
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
+import pyvista as pv
 from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkRenderingCore import (
+    vtkActor,
+    vtkPolyDataMapper,
+    vtkRenderer,
+    vtkRenderWindow,
+    vtkWindowToImageFilter,
+)
 
 from renderers.fsr import FuzzySetRenderer, Inclusion
-from renderers.fsr.actor import SplatActor, opengl_works
+from renderers.fsr.actor import SplatActor, camera_of, opengl_works
 from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
 
 SIZE = 192
@@ -11,6 +28,10 @@ SIZE = 192
 
 @pytest.fixture(scope="module")
 def renderer() -> FuzzySetRenderer:
+    return make_renderer()
+
+
+def make_renderer() -> FuzzySetRenderer:
     k, j, i = np.indices((40, 40, 40)) - 19.5
     r = np.sqrt(i * i + j * j + k * k)
     hu = 1000 * np.clip(0.5 - (r - 14) / 2, 0, 1) - 1000
@@ -34,62 +55,220 @@ def camera(x: float = 19.5) -> Camera:
     )
 
 
-def draw(actor: SplatActor, view: Camera) -> NDArray[np.uint8]:
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-    from vtkmodules.vtkRenderingCore import (
-        vtkRenderer,
-        vtkRenderWindow,
-        vtkWindowToImageFilter,
-    )
-
+def window_of(actor: SplatActor, view: Camera) -> vtkRenderWindow:
+    """Show an actor off screen as a camera sees it."""
     scene = vtkRenderer()
-    SplatActor.prepare(scene)
-    scene.AddActor(actor)
     window = vtkRenderWindow()
     window.SetOffScreenRendering(1)
     window.SetMultiSamples(0)
-    window.SetSize(SIZE, SIZE)
+    window.SetSize(view.width, view.height)
     window.AddRenderer(scene)
+    aim(scene, view)
+    actor.show_in(scene)
+    return window
+
+
+def aim(scene: vtkRenderer, view: Camera) -> None:
     eye = scene.GetActiveCamera()
     eye.SetPosition(*view.eye_mm)
     eye.SetFocalPoint(*(view.eye_mm + view.frame[3]))
     eye.SetViewUp(*view.frame[2])
+    if view.projection is Projection.ORTHOGRAPHIC:
+        eye.ParallelProjectionOn()
+        eye.SetParallelScale(view.extent)
     eye.SetViewAngle(np.degrees(2 * view.extent))
     scene.ResetCameraClippingRange()
+
+
+def grab(window: vtkRenderWindow, depth: bool = False) -> NDArray[Any]:
+    """Draw and read back: sRGB bytes, or the depth buffer."""
     window.Render()
-    grab = vtkWindowToImageFilter()
-    grab.SetInput(window)
-    grab.ReadFrontBufferOff()
-    grab.Update()
-    convert: object = vtk_to_numpy
-    assert callable(convert)
-    flat: NDArray[np.uint8] = convert(grab.GetOutput().GetPointData().GetScalars())
-    return flat.reshape(SIZE, SIZE, 3)[::-1].copy()
+    source = vtkWindowToImageFilter()
+    source.SetInput(window)
+    source.ReadFrontBufferOff()
+    if depth:
+        source.SetInputBufferTypeToZBuffer()
+    source.Update()
+    convert: Any = vtk_to_numpy
+    flat: NDArray[Any] = convert(source.GetOutput().GetPointData().GetScalars())
+    width, height = window.GetSize()
+    shape = (height, width) if depth else (height, width, 3)
+    return flat.reshape(shape)[::-1].copy()
+
+
+needs_opengl = pytest.mark.skipif(not opengl_works(), reason="no OpenGL library here")
 
 
 @pytest.mark.display
+@needs_opengl
 def test_the_actor_shows_the_picture_of_the_rasterizer(
     renderer: FuzzySetRenderer,
 ) -> None:
-    if not opengl_works():
-        pytest.skip("no OpenGL library here")
     actor = SplatActor(renderer.fuzzy_set, renderer.scene)
-    for x in (19.5, 60.0):
-        view = camera(x)
-        actor.update(view)
-        wanted = renderer.render(view).to_srgb8().astype(int)
-        difference = np.abs(draw(actor, view) - wanted)
+    window = window_of(actor, camera())
+    scene = window.GetRenderers().GetFirstRenderer()
+    for x in (19.5, 60.0, -25.0):
+        aim(scene, camera(x))
+        wanted = renderer.render(camera(x)).to_srgb8().astype(int)
+        difference = np.abs(grab(window) - wanted)
         assert wanted.max() > 100
-        assert difference.mean() < 2.5
+        assert difference.mean() < 2.0
+    assert actor.reordered == 3, "a moved camera is followed without being told"
+
+
+@pytest.mark.display
+@needs_opengl
+def test_depth_is_that_of_the_rasterizer(renderer: FuzzySetRenderer) -> None:
+    actor = SplatActor(renderer.fuzzy_set, renderer.scene)
+    view = camera()
+    window = window_of(actor, view)
+    z = grab(window, depth=True)
+    near, far = (
+        window.GetRenderers().GetFirstRenderer().GetActiveCamera().GetClippingRange()
+    )
+    axis_mm = near * far / (far - z * (far - near))
+    axis_mm /= view.lens_table()[..., 2]
+    wanted = renderer.render(view, with_depth=True)
+    depth = wanted.depth_mm
+    assert depth is not None
+    opaque = wanted.rgba[..., 3] > 0.95
+    assert opaque.sum() > 2000
+    shown = opaque & (z < 1)
+    # all but a rim of the silhouette
+    assert shown.sum() > 0.97 * opaque.sum()
+    # one is a splat's middle, the other where half the light is gone
+    assert np.abs(axis_mm - depth)[shown].mean() < 1.0
+    assert np.mean(z[wanted.rgba[..., 3] == 0] == 1) > 0.99
+
+
+@pytest.mark.display
+@needs_opengl
+def test_what_is_behind_an_opaque_prop_is_hidden_and_before_it_is_not(
+    renderer: FuzzySetRenderer,
+) -> None:
+    actor = SplatActor(renderer.fuzzy_set, renderer.scene)
+    view = camera()
+    window = window_of(actor, view)
+    alone = grab(window).astype(int)
+    for y, covers in ((-20.0, True), (45.0, False)):
+        ball = vtkSphereSource()
+        ball.SetCenter(19.5, y, 19.5 + (19.5 - y) * 14.5 / 69.5)
+        ball.SetRadius(4.0)
+        mapper = vtkPolyDataMapper()
+        mapper.SetInputConnection(ball.GetOutputPort())
+        prop = vtkActor()
+        prop.SetMapper(mapper)
+        prop.GetProperty().SetColor(0, 1, 0)
+        prop.GetProperty().LightingOff()
+        scene = window.GetRenderers().GetFirstRenderer()
+        scene.AddActor(prop)
+        scene.ResetCameraClippingRange()
+        middle = grab(window)[SIZE // 2, SIZE // 2].astype(int)
+        scene.RemoveActor(prop)
+        assert (middle[1] > 250 and middle[0] < 10) == covers
+        assert (np.abs(middle - alone[SIZE // 2, SIZE // 2]).max() <= 2) != covers
+
+
+@pytest.mark.display
+@needs_opengl
+def test_it_is_an_actor_of_any_pyvista_scene(renderer: FuzzySetRenderer) -> None:
+    actor = SplatActor(renderer.fuzzy_set, renderer.scene)
+    plotter: Any = pv.Plotter(off_screen=True, window_size=[SIZE, SIZE])
+    plotter.set_background("black")
+    plotter.add_actor(actor, reset_camera=False)
+    plotter.camera.is_set = True
+    aim(plotter.renderer, camera())
+    actor.show_in(plotter.renderer)
+    picture = np.asarray(plotter.screenshot(return_img=True)).astype(int)
+    wanted = renderer.render(camera()).to_srgb8().astype(int)
+    assert np.abs(picture[..., :3] - wanted).mean() < 2.0
+    assert plotter.renderer.GetViewProps().GetNumberOfItems() == 2
+    plotter.close()
+
+
+@pytest.mark.display
+@needs_opengl
+def test_windows_of_x_and_of_egl_show_the_same(
+    renderer: FuzzySetRenderer, tmp_path: Path
+) -> None:
+    """In children: a process keeps the kind of window that it began with."""
+    server = shutil.which("xvfb-run")
+    if server is None:
+        pytest.skip("there is no Xvfb")
+    pictures = []
+    for kind, before in (("EGL", []), ("XOpenGL", [server, "-a"])):
+        out = tmp_path / f"{kind}.npy"
+        subprocess.run(
+            [*before, sys.executable, "-c", _CHILD, str(out)],
+            check=True,
+            timeout=120,
+            cwd=Path(__file__).parents[3],
+            env=os.environ
+            | {
+                "VTK_DEFAULT_OPENGL_WINDOW": f"vtk{kind}RenderWindow",
+                "PYTHONPATH": f"{Path(__file__).parent}{os.pathsep}.",
+            },
+        )
+        pictures.append(np.load(out).astype(int))
+    assert pictures[0].max() > 100
+    assert np.abs(pictures[0] - pictures[1]).mean() < 0.5
+
+
+_CHILD = (
+    "import sys, numpy as np, test_actor as t\n"
+    "made = t.make_renderer()\n"
+    "actor = t.SplatActor(made.fuzzy_set, made.scene)\n"
+    "window = t.window_of(actor, t.camera())\n"
+    "picture = t.grab(window)\n"
+    "np.save(sys.argv[1], picture)\n"
+)
 
 
 def test_a_camera_change_only_reorders(renderer: FuzzySetRenderer) -> None:
     actor = SplatActor(renderer.fuzzy_set, renderer.scene)
-    data = actor.GetMapper().GetInput()
+    points, colors = actor.data.GetPoints(), actor.data.GetPointData().GetScalars()
+    built = points.GetMTime(), points.GetData().GetMTime(), colors.GetMTime()
     seen = []
     for x in (-40.0, 80.0):
         actor.update(camera(x))
-        points = [data.GetPoint(n) for n in range(actor.drawn)]
-        seen.append(points)
-    assert seen[0] != seen[1]
-    assert set(seen[0]) == set(seen[1])
+        convert: Any = vtk_to_numpy
+        order = convert(actor.data.GetVerts().GetConnectivityArray()).copy()
+        assert len(order) == actor.drawn
+        seen.append(order)
+    assert not np.array_equal(*seen)
+    assert set(seen[0]) == set(seen[1]) == set(range(len(renderer.fuzzy_set)))
+    assert actor.reordered == 2
+    assert built == (
+        points.GetMTime(),
+        points.GetData().GetMTime(),
+        colors.GetMTime(),
+    ), "nothing was handed over anew"
+
+
+@pytest.mark.parametrize("size", [(160, 120), (120, 160)])
+@pytest.mark.parametrize(
+    "projection", [Projection.PERSPECTIVE, Projection.ORTHOGRAPHIC]
+)
+def test_a_renderers_camera_is_read_as_it_projects(
+    size: tuple[int, int], projection: Projection
+) -> None:
+    scene = vtkRenderer()
+    window = vtkRenderWindow()
+    window.SetSize(*size)
+    window.AddRenderer(scene)
+    eye = scene.GetActiveCamera()
+    eye.SetPosition(3.0, -40.0, 7.0)
+    eye.SetFocalPoint(1.0, 2.0, 3.0)
+    eye.SetViewUp(0.1, 0.0, 1.0)
+    eye.SetViewAngle(50.0)
+    eye.SetParallelScale(9.0)
+    eye.SetParallelProjection(projection is Projection.ORTHOGRAPHIC)
+    found = camera_of(scene)
+    assert found.projection is projection
+    points = np.random.default_rng(1).uniform(-5, 5, (20, 3))
+    pixels, _ = found.project(points)
+    matrix = eye.GetCompositeProjectionTransformMatrix(size[0] / size[1], 0, 1)
+    rows = np.array([[matrix.GetElement(r, c) for c in range(4)] for r in range(4)])
+    clip = np.concatenate([points, np.ones((20, 1))], axis=1) @ rows.T
+    wanted = (clip[:, :2] / clip[:, 3:] * (1, -1) + 1) / 2 * size
+    assert np.allclose(pixels, wanted, atol=1e-6)
