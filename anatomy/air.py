@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from anatomy.bricks import kernels
 from anatomy.bricks.tables import Grids
 from anatomy.coverage import blur_mm
+from anatomy.filling import kernels as filling
 from anatomy.frame import lps_from_ras
 from anatomy.lattice import Lattice
 from anatomy.model import BAND_MM, Model
@@ -90,7 +91,7 @@ def evaluate_lattice(
     shape, edge = lattice.shape, brick_voxels
     scale = model.parameters.head_scale
     grids = empty_grids(shape)
-    bricks = int(np.prod([-(-n // edge) for n in shape]))
+    groups = int(np.prod([-(-n // (filling.GROUP * edge)) for n in shape]))
     totals = np.zeros(4, dtype=np.int64)
     lock = threading.Lock()
 
@@ -102,7 +103,7 @@ def evaluate_lattice(
         fresh = np.empty((model.mark_rows, points), dtype=np.float32)
         counters = np.zeros(4, dtype=np.int64)
         spread = blur_mm(model.parameters.edge_blur_mm, lattice.spacing_mm)
-        kernels.fill_bricks(
+        filling.fill_groups(
             first,
             last,
             edge,
@@ -115,8 +116,8 @@ def evaluate_lattice(
             work,
             fresh,
             np.empty_like(fresh),
-            np.empty(len(model.parts), dtype=np.bool_),
-            np.empty(len(model.surroundings), dtype=np.bool_),
+            np.empty((2, len(model.parts)), dtype=np.bool_),
+            np.empty((2, len(model.surroundings)), dtype=np.bool_),
             empty_grids((points,)),
             grids,
             counters,
@@ -124,7 +125,7 @@ def evaluate_lattice(
         with lock:
             totals[:] += counters
 
-    run_in_ranges(fill, bricks, threads, 64, progress)
+    run_in_ranges(fill, groups, threads, 64, progress)
     if scale != 1.0:
         for grid in (grids.air, grids.gap):
             np.multiply(grid, np.float32(scale), out=grid)
@@ -146,6 +147,7 @@ def evaluate_at_points(model: Model, points_mm: NDArray[np.float64]) -> Grids:
         size = stop - start
         kernels.evaluate_block(
             np.ascontiguousarray(flat[:, start:stop]),
+            size,
             size,
             np.ones(len(model.parts), dtype=np.bool_),
             np.ones(len(model.surroundings), dtype=np.bool_),

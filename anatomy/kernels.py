@@ -20,6 +20,36 @@ def _smooth_min(a: Any, b: Any, k: Any, share: Any) -> Any:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _table(c: Any, o: int, count: int, q: Any, n: int, r: Any) -> None:
+    r[:n] = c[o]
+    w2 = c[o + 1]
+    for k in range(count):
+        knot, change = c[o + 2 + 2 * k], c[o + 3 + 2 * k]
+        for i in range(n):
+            t = q[i] - knot
+            r[i] += change * (t + np.sqrt(t * t + w2))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _layered_table(
+    c: Any, o: int, count: int, axis: int, p: Any, n: int, layer: int, r: Any
+) -> None:
+    """Tabulate over y or z where layers of points share their z and their row of y."""
+    q = p[axis]
+    if axis == 1:
+        _table(c, o, count, q, layer, r)
+        for i in range(layer, n, layer):
+            for j in range(layer):
+                r[i + j] = r[j]
+    else:
+        for i in range(0, n, layer):
+            _table(c, o, count, q[i:], 1, r[i:])
+            value = r[i]
+            for j in range(1, layer):
+                r[i + j] = value
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _chain(c: Any, o: int, count: int, p: Any, n: int, out: Any) -> None:
     out[:n] = np.float32(1e9)
     pu, py, pz = p[0], p[1], p[2]
@@ -61,14 +91,26 @@ def _cells(c: Any, o: int, count: int, p: Any, n: int, out: Any) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def run_program(
-    code: Any, c: Any, start: int, stop: int, p: Any, noise: Any, n: int, s: Any, m: Any
+    code: Any,
+    c: Any,
+    start: int,
+    stop: int,
+    p: Any,
+    noise: Any,
+    n: int,
+    layer: int,
+    s: Any,
+    m: Any,
 ) -> None:
     """Run rows `start` to `stop` for `n` points ``p[:, :n]``; leave s[0], marks m.
 
     p: rows u, y, z and the signed u; a warp puts rows of the stack in place of them.
+    layer: points ``i`` and ``i + layer`` share their y, and the points of a layer
+    their z, so that tables over them need not be evaluated for each; n if not.
     """
     top = -1
     straight = p
+    bent = False
     for row in range(start, stop):
         op, o, count, selector = code[row, 0], code[row, 1], code[row, 2], code[row, 3]
         if op == 0:  # affine
@@ -79,14 +121,10 @@ def run_program(
                 r[i] = c0 + cu * pu[i] + cy * py[i] + cz * pz[i]
         elif op == 1:  # table
             top += 1
-            r, q = s[top], p[selector]
-            r[:n] = c[o]
-            w2 = c[o + 1]
-            for k in range(count):
-                knot, change = c[o + 2 + 2 * k], c[o + 3 + 2 * k]
-                for i in range(n):
-                    t = q[i] - knot
-                    r[i] += change * (t + np.sqrt(t * t + w2))
+            if bent or selector == 0 or layer >= n:
+                _table(c, o, count, p[selector], n, s[top])
+            else:
+                _layered_table(c, o, count, selector, p, n, layer, s[top])
         elif op == 2:  # chain
             top += 1
             _chain(c, o, count, p, n, s[top])
@@ -159,12 +197,14 @@ def run_program(
                 for i in range(n):
                     r[i] += q[i]
             p = s[top - 2 :]
+            bent = True
         elif op == 16:  # unwarp: the value takes the place of the coordinates
             r, q = s[top], s[top - 3]
             for i in range(n):
                 q[i] = r[i]
             top -= 3
             p = straight
+            bent = False
         elif op == 17:  # lateral distance, positive on the right
             top += 1
             r, q = s[top], straight[3]

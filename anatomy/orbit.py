@@ -8,7 +8,7 @@ from anatomy.face import outside
 from anatomy.honeycomb import Recall
 from anatomy.parameters import PhantomParameters
 from anatomy.rows import Row
-from anatomy.shapes import Chain, Ellipsoid, Field, Point, smooth_max, smooth_min, u
+from anatomy.shapes import Chain, Ellipsoid, Field, Point, smooth_max, smooth_min, u, y
 from anatomy.tissue import Label, Side
 from anatomy.vessels import optic_nerve
 from anatomy.warp import one_side
@@ -53,8 +53,11 @@ def solids(parameters: PhantomParameters, paint: Callable[..., _S]) -> list[_S]:
     skin = Recall(Row.FACE, outside())
     for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
         inside = one_side(orbit(parameters, side, skin), sign)
+        # Beside the ethmoid the cells' own shell is the wall: no other bone there.
+        beside = smooth_min(0.0, lamina_papyracea(parameters, side) - u + 3.0, -19 - y)
+        shell = smooth_max(0.0, inside, beside)
         found.append(
-            paint(inside, "bone", Label.THICK_BONE, level_mm=1.3, steepness=2.4)
+            paint(shell, "bone", Label.THICK_BONE, level_mm=1.3, steepness=2.4)
         )
         found.append(paint(inside, "fat", Label.FAT, steepness=2.4))
     globe = Ellipsoid(GLOBE, (GLOBE_RADIUS_MM,) * 3)

@@ -79,7 +79,7 @@ def build_phantom(
     remove_slivers(grids.air, grids.part, spacing_mm)
     if progress is not None:
         progress("measuring distances", 0.0)
-    distance = redistance(grids.air, spacing_mm)
+    distance = redistance(grids.air, spacing_mm, workers)
 
     def run(work: Callable[[int, int], None], total: int) -> None:
         air.run_in_ranges(work, total, workers, 16, report("painting tissues"))

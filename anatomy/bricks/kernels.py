@@ -1,18 +1,17 @@
-"""Compiled evaluation of one head over bricks of a lattice or over points.
+"""Compiled evaluation of one head at the points of a block.
 
 A point's value has the same bits in any brick, on any thread, in any field of view:
 the programs treat each point alone, and lattice coordinates are ``index * spacing``
 with one global index.
 """
 
-import math
 from typing import Any
 
 import numpy as np
 from numba import njit
 
 from anatomy.bricks.tables import Grids, Tables
-from anatomy.ground.kernels import CLEAR, paint_ground
+from anatomy.ground.kernels import paint_ground
 from anatomy.kernels import noise_rows, run_program, side_points
 
 F0, F1, HALF = np.float32(0), np.float32(1), np.float32(0.5)
@@ -44,7 +43,7 @@ def evaluate_points(points: Any, t: Tables, work: Any, marks: Any, value: Any) -
     for k in range(t.parts.shape[0]):
         side_points(points, n, np.float32(t.parts[k, 2]), t.septum, side_p)
         begin, end = t.parts[k, 0], t.parts[k, 1]
-        run_program(t.code, t.constants, begin, end, side_p, noise, n, stack, marks)
+        run_program(t.code, t.constants, begin, end, side_p, noise, n, n, stack, marks)
         for i in range(n):
             value[i] = min(value[i], stack[0, i])
 
@@ -65,7 +64,7 @@ def evaluate_span(
     side_p, noise, stack = work[0:4], work[4:6], work[POINT_ROWS:]
     noise[:, :n] = F0
     side_points(points, n, side, t.septum, side_p)
-    run_program(t.code, t.constants, begin, end, side_p, noise, n, stack, marks)
+    run_program(t.code, t.constants, begin, end, side_p, noise, n, n, stack, marks)
     out[:n] = stack[0, :n]
 
 
@@ -79,6 +78,7 @@ def _smoothstep(x: Any) -> Any:
 def evaluate_block(
     p: Any,
     n: int,
+    layer: int,
     active: Any,
     seen: Any,
     band: Any,
@@ -91,7 +91,8 @@ def evaluate_block(
 ) -> None:
     """Evaluate everything at `n` points ``p[:, :n]`` into the flat arrays of `o`.
 
-    active, seen: which parts and which solids may reach the block. The same point
+    layer: see `run_program`. active, seen: which parts and which solids may reach the
+    block. The same point
     gets the same bits whatever the others are and whatever was rightly left out.
     """
     side_p, noise, stack = work[0:4], work[4:6], work[POINT_ROWS:]
@@ -109,7 +110,9 @@ def evaluate_block(
         side_points(p, n, np.float32(t.parts[k, 2]), t.septum, side_p)
         fresh[:PART_ROWS, :n] = FAR
         begin, end = t.parts[k, 0], t.parts[k, 1]
-        run_program(t.code, t.constants, begin, end, side_p, noise, n, stack, fresh)
+        run_program(
+            t.code, t.constants, begin, end, side_p, noise, n, layer, stack, fresh
+        )
         cavity = t.parts[k, 3]
         for r in range(PART_ROWS):
             for i in range(n):
@@ -135,9 +138,23 @@ def evaluate_block(
     if near:
         side_points(p, n, F0, t.septum, side_p)
         begin, end = t.common[0], t.common[1]
-        run_program(t.code, t.constants, begin, end, side_p, noise, n, stack, kept)
+        run_program(
+            t.code, t.constants, begin, end, side_p, noise, n, layer, stack, kept
+        )
         paint_ground(
-            n, t, seen, sharp, side_p, noise, stack, kept, clear, hu, most, o.ground
+            n,
+            layer,
+            t,
+            seen,
+            sharp,
+            side_p,
+            noise,
+            stack,
+            kept,
+            clear,
+            hu,
+            most,
+            o.ground,
         )
     for i in range(n):
         a = o.air[i]
@@ -168,138 +185,3 @@ def evaluate_block(
         skin = F1 - _smoothstep(HALF + HALF * kept[SKIN_ROW, i])
         o.skin[i] = np.uint8(np.float32(255) * skin + HALF)
         o.ground_hu[i] = np.int16(round(hu[i]))
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _in_reach(
-    p: Any,
-    radius: Any,
-    skipping: bool,
-    band: Any,
-    sharp: Any,
-    t: Tables,
-    work: Any,
-    marks: Any,
-    active: Any,
-    seen: Any,
-) -> int:
-    """Find the parts and solids whose values matter within `radius` of a point.
-
-    Marks of parts are unknown here, so solids that read them always count.
-    """
-    side_p, noise, stack = work[0:4], work[4:6], work[POINT_ROWS:]
-    noise[:, 0] = F0
-    count = 0
-    for k in range(t.parts.shape[0]):
-        active[k] = True
-        if skipping:
-            side_points(p, 1, np.float32(t.parts[k, 2]), t.septum, side_p)
-            begin, end = t.parts[k, 0], t.parts[k, 1]
-            run_program(t.code, t.constants, begin, end, side_p, noise, 1, stack, marks)
-            least = stack[0, 0] - t.reach[k, 0] * radius - t.reach[k, 1]
-            active[k] = least <= band
-        count += active[k]
-    seen[:] = True
-    if not skipping:
-        return count
-    marks[:, 0] = FAR
-    side_points(p, 1, F0, t.septum, side_p)
-    run_program(
-        t.code,
-        t.constants,
-        t.common[0],
-        t.common[1],
-        side_p,
-        noise,
-        1,
-        stack,
-        marks,
-    )
-    for q in range(t.solids.shape[0]):
-        row = int(t.solids[q, 0])
-        if row >= 0:
-            least = marks[row, 0] if row >= PART_ROWS else -FAR
-        else:
-            begin, end = t.ground[q, 0], t.ground[q, 1]
-            run_program(t.code, t.constants, begin, end, side_p, noise, 1, stack, marks)
-            least = stack[0, 0]
-        level, half = t.solids[q, 4], t.solids[q, 1]
-        slack = t.solids[q, 5] * radius + half + (CLEAR + F1) / sharp
-        seen[q] = least - level <= slack
-        if half > F0 and row < PART_ROWS and row >= 0:
-            continue
-        if half > F0:
-            seen[q] = abs(least - level) <= slack
-    return count
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def fill_bricks(
-    first: int,
-    last: int,
-    edge: int,
-    skipping: bool,
-    origin: Any,
-    spacing: float,
-    band: Any,
-    sharp: Any,
-    t: Tables,
-    work: Any,
-    fresh: Any,
-    kept: Any,
-    active: Any,
-    seen: Any,
-    flat: Grids,
-    g: Grids,
-    counters: Any,
-) -> None:
-    """Evaluate bricks `first` to `last` of the lattice into the grids.
-
-    A part whose value at the brick's centre, less what it can change on the way to a
-    corner, exceeds `band` is left out: its values would all be clamped.
-
-    sharp: 1 / (standard deviation of the voxel's blur in mm), for the ground's edges.
-    origin: ``(3,)`` int64 global lattice index of voxel 0, RAS order x, y, z; the
-    arrays run along -x and -y (their world is LPS). The arrays between `t` and `g`
-    are scratch. counters: bricks seen, bricks with a part in reach, part
-    evaluations, parts seen.
-    """
-    nz, ny, nx = g.air.shape
-    by, bx = (ny + edge - 1) // edge, (nx + edge - 1) // edge
-    p = work[6:9]
-    for brick in range(first, last):
-        z0, y0, x0 = brick // (by * bx), brick // bx % by, brick % bx
-        z0, y0, x0 = z0 * edge, y0 * edge, x0 * edge
-        z1, y1, x1 = min(z0 + edge, nz), min(y0 + edge, ny), min(x0 + edge, nx)
-        dx, dy, dz = x1 - x0 - 1, y1 - y0 - 1, z1 - z0 - 1
-        radius = np.float32(0.5 * spacing * math.sqrt(dx * dx + dy * dy + dz * dz))
-        p[0, 0] = (origin[0] - 0.5 * (x0 + x1 - 1)) * spacing
-        p[1, 0] = (origin[1] - 0.5 * (y0 + y1 - 1)) * spacing
-        p[2, 0] = (origin[2] + 0.5 * (z0 + z1 - 1)) * spacing
-        count = _in_reach(
-            p, radius, skipping, band, sharp, t, work, fresh, active, seen
-        )
-        counters[0] += 1
-        counters[1] += count > 0
-        counters[2] += count
-        counters[3] += t.parts.shape[0]
-        n = 0
-        for z in range(z0, z1):
-            for y in range(y0, y1):
-                for x in range(x0, x1):
-                    p[0, n] = (origin[0] - x) * spacing
-                    p[1, n] = (origin[1] - y) * spacing
-                    p[2, n] = (origin[2] + z) * spacing
-                    n += 1
-        evaluate_block(p, n, active, seen, band, sharp, t, work, fresh, kept, flat)
-        i = 0
-        for z in range(z0, z1):
-            for y in range(y0, y1):
-                for x in range(x0, x1):
-                    g.air[z, y, x], g.gap[z, y, x] = flat.air[i], flat.gap[i]
-                    g.part[z, y, x] = flat.part[i]
-                    g.structure[z, y, x] = flat.structure[i]
-                    g.blood[z, y, x], g.skin[z, y, x] = flat.blood[i], flat.skin[i]
-                    g.ground_hu[z, y, x] = flat.ground_hu[i]
-                    g.ground[z, y, x] = flat.ground[i]
-                    i += 1

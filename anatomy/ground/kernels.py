@@ -27,6 +27,7 @@ def _coverage(x: Any) -> Any:
 @njit(cache=True, nogil=True, error_model="numpy")
 def paint_ground(
     n: int,
+    layer: int,
     t: Tables,
     seen: Any,
     sharp: Any,
@@ -41,8 +42,8 @@ def paint_ground(
 ) -> None:
     """Composite the solids from the last to the first until nothing shows through.
 
-    seen: which solids may reach the block. clear: what still shows through, scratch;
-    most: the greatest share so far, scratch.
+    layer: see `run_program`. seen: which solids may reach the block. clear: what
+    still shows through, scratch; most: the greatest share so far, scratch.
     """
     clear[:n], hu[:n], most[:n] = F1, F0, F0
     label[:n] = 0
@@ -52,7 +53,9 @@ def paint_ground(
         row, half = int(t.solids[q, 0]), t.solids[q, 1] * sharp
         if row < 0:
             begin, end = t.ground[q, 0], t.ground[q, 1]
-            run_program(t.code, t.constants, begin, end, side_p, noise, n, stack, kept)
+            run_program(
+                t.code, t.constants, begin, end, side_p, noise, n, layer, stack, kept
+            )
         value = stack[0] if row < 0 else kept[row]
         left = F0
         for i in range(n):

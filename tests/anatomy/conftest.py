@@ -1,7 +1,46 @@
+from collections.abc import Callable
+
+import numpy as np
 import pytest
 
+from anatomy import kernels
 from anatomy.parameters import PhantomParameters
 from anatomy.phantom import Phantom, build_phantom
+from anatomy.program import Encoder
+from anatomy.shapes import Array, Field
+
+
+@pytest.fixture(scope="session")
+def run() -> Callable[..., Array]:
+    """Compile a field to a program and give its values at points.
+
+    The third argument is how many points make a layer, see `kernels.run_program`.
+    """
+
+    def evaluate(field: Field, points: Array, layer: int = 0) -> Array:
+        encoder = Encoder()
+        field.encode(encoder)
+        encoder.finish_field()
+        program = encoder.program()
+        n = points.shape[1]
+        begin, end = program.spans[0]
+        stack = np.zeros((program.depth, n), dtype=np.float32)
+        kernels.run_program(
+            program.code,
+            program.constants,
+            begin,
+            end,
+            points.astype(np.float32),
+            np.zeros((2, n), dtype=np.float32),
+            n,
+            layer or n,
+            stack,
+            np.zeros((1, n), dtype=np.float32),
+        )
+        value: Array = stack[0].astype(np.float64)
+        return value
+
+    return evaluate
 
 
 @pytest.fixture(scope="session")

@@ -1,9 +1,10 @@
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from anatomy import kernels
 from anatomy.honeycomb import Cells
 from anatomy.program import Encoder
 from anatomy.shapes import (
@@ -26,6 +27,9 @@ from anatomy.shapes import (
 RNG = np.random.default_rng(5)
 POINTS = RNG.uniform(-15, 15, (3, 700))
 
+Runner = Callable[..., Array]
+"""The fixture `run`: a field, points, and points to a layer if they have layers."""
+
 FIELDS: dict[str, Field] = {
     "affine": 2.0 * u - 3.0 + 0.5 * y,
     "table": Table(2, (-10, -2, 5), (1, 4, -2), 1.5),
@@ -46,40 +50,15 @@ FIELDS: dict[str, Field] = {
 }
 
 
-def run(field: Field, points: Array) -> Array:
-    encoder = Encoder()
-    field.encode(encoder)
-    encoder.finish_field()
-    program = encoder.program()
-    n = points.shape[1]
-    stack = np.zeros((program.depth, n), dtype=np.float32)
-    noise = np.zeros((2, n), dtype=np.float32)
-    marks = np.zeros((1, n), dtype=np.float32)
-    begin, end = program.spans[0]
-    kernels.run_program(
-        program.code,
-        program.constants,
-        begin,
-        end,
-        points.astype(np.float32),
-        noise,
-        n,
-        stack,
-        marks,
-    )
-    value: Array = stack[0].astype(np.float64)
-    return value
-
-
 @pytest.mark.parametrize("name", FIELDS)
-def test_the_compiled_program_means_what_the_tree_means(name: str) -> None:
+def test_the_compiled_program_means_what_the_tree_means(name: str, run: Runner) -> None:
     field = FIELDS[name]
     exact = field.evaluate(POINTS.astype(np.float32).astype(np.float64))
     assert np.abs(run(field, POINTS) - exact).max() < 1e-4
 
 
 @pytest.mark.parametrize("name", FIELDS)
-def test_a_points_value_has_the_same_bits_in_any_block(name: str) -> None:
+def test_a_points_value_has_the_same_bits_in_any_block(name: str, run: Runner) -> None:
     whole = run(FIELDS[name], POINTS)
     for size in (1, 7, 64):
         parts = [
@@ -87,6 +66,18 @@ def test_a_points_value_has_the_same_bits_in_any_block(name: str) -> None:
             for i in range(0, POINTS.shape[1], size)
         ]
         assert np.array_equal(whole, np.concatenate(parts))
+
+
+@pytest.mark.parametrize("name", FIELDS)
+@pytest.mark.parametrize("shape", [(8, 8, 8), (3, 5, 2), (1, 4, 7), (6, 1, 1)])
+def test_points_in_layers_have_the_bits_of_points_alone(
+    name: str, shape: tuple[int, int, int], run: Runner
+) -> None:
+    axes = (np.linspace(-7, 8, count) for count in shape)
+    high, back, side = np.meshgrid(*axes, indexing="ij")
+    points = np.stack([side.ravel(), back.ravel(), high.ravel()])
+    layered = run(FIELDS[name], points, shape[1] * shape[2])
+    assert np.array_equal(layered, run(FIELDS[name], points))
 
 
 @given(st.floats(-5, 5), st.floats(-5, 5), st.floats(0.1, 4))
@@ -119,7 +110,7 @@ def test_the_distance_to_a_capsule_is_exact() -> None:
     assert chain.evaluate(points) == pytest.approx([4.0, 2.0, 3.0])
 
 
-def test_the_centre_of_an_ellipsoid_is_inside() -> None:
+def test_the_centre_of_an_ellipsoid_is_inside(run: Runner) -> None:
     body = Ellipsoid((1, 2, 3), (2, 5, 4))
     center = np.array([[1.0], [2.0], [3.0]])
     assert body.evaluate(center)[0] == pytest.approx(-2.0)

@@ -1,12 +1,15 @@
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
-from anatomy import kernels
-from anatomy.program import Encoder
 from anatomy.shapes import Affine, Array, Chain, Field, smooth_min, u, y
 from anatomy.warp import Signed, Warp, bump, extruded, one_side
 
 POINTS = np.random.default_rng(5).uniform(-12, 12, (4, 500))
+
+Runner = Callable[..., Array]
+"""The fixture `run`: a field, points, and points to a layer if they have layers."""
 
 FIELDS: dict[str, Field] = {
     "warp": Warp(y * 0.2, Affine(1.0), u * 0.1, Chain(((0, 0, 0), (3, 4, 5)), (1, 2))),
@@ -18,33 +21,8 @@ FIELDS: dict[str, Field] = {
 }
 
 
-def run(field: Field, points: Array) -> Array:
-    encoder = Encoder()
-    field.encode(encoder)
-    encoder.finish_field()
-    program = encoder.program()
-    n = points.shape[1]
-    stack = np.zeros((program.depth, n), dtype=np.float32)
-    noise = np.zeros((2, n), dtype=np.float32)
-    marks = np.zeros((1, n), dtype=np.float32)
-    begin, end = program.spans[0]
-    kernels.run_program(
-        program.code,
-        program.constants,
-        begin,
-        end,
-        points.astype(np.float32),
-        noise,
-        n,
-        stack,
-        marks,
-    )
-    value: Array = stack[0].astype(np.float64)
-    return value
-
-
 @pytest.mark.parametrize("name", FIELDS)
-def test_the_compiled_program_means_what_the_tree_means(name: str) -> None:
+def test_the_compiled_program_means_what_the_tree_means(name: str, run: Runner) -> None:
     field = FIELDS[name]
     exact = field.evaluate(POINTS.astype(np.float32).astype(np.float64))
     assert np.abs(run(field, POINTS) - exact).max() < 1e-4

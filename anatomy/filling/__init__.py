@@ -1,0 +1,1 @@
+"""Filling a lattice with what a head is at its points."""
