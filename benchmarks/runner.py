@@ -15,6 +15,7 @@ from benchmarks import (
     suite_flight,
     suite_fsr,
     suite_light,
+    suite_splats,
     suite_startup,
     suite_visibility,
 )
@@ -39,6 +40,7 @@ BUILT_IN = (
     suite_art_scaling,
     suite_devices,
     suite_fsr,
+    suite_splats,
     suite_visibility,
     suite_flight,
     suite_light,

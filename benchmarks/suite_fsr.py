@@ -1,31 +1,26 @@
 """The Fuzzy-Set Renderer: splats beside VTK's, the surface and the finished picture."""
 
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.peer_jobs import splat_job
 from benchmarks.peer_process import PeerProcess
 from benchmarks.plan import Measured, Task, register
 from benchmarks.references import (
-    REFERENCE_NAME,
     SURFACE_NAME,
     depth_error,
-    rgb_over_black,
     surface_counters,
 )
-from benchmarks.scenes import VIEWS, SubjectSource, phantom_subject, subjects
+from benchmarks.scenes import VIEWS, SubjectSource, subjects
 from benchmarks.schema import Setting
+from benchmarks.splat_tasks import SplatTasks
 from benchmarks.timing import measure
 from renderers.art import ActiveRayTracer
 from renderers.fsr import FuzzySetRenderer
-from renderers.fsr.classic import SplatMode
 from renderers.scene import Camera, GBuffer, Projection, image_error, ssim
 from renderers.shading import CameraPass, ScopeLight, ScopeShader, Tier, scope_picture
 
-PEER = "VTK splats, depth-sorted"
 ART_SURFACE = "ART snapshot, step 0.5"
 SCOPE_SIZE = 512
 FULL_SIZE = 512
@@ -37,21 +32,19 @@ class FsrPlan:
 
     def __init__(self, quick: bool) -> None:
         self._size = QUICK_SIZE if quick else FULL_SIZE
-        self._quick = quick
         self._budget_s = 0.3 if quick else 3.0
         self._subjects = subjects(quick)
         self._peer = PeerProcess("benchmarks.peers_splats")
         self._renderers: dict[tuple[str, int], FuzzySetRenderer] = {}
+        self._draw = SplatTasks("fsr", self._renderer, self._peer, self._budget_s)
         self._studios: dict[tuple[str, int], ScopeStudio] = {}
 
     def tasks(self) -> list[Task]:
         """List the tasks, baselines first."""
         found = []
-        for source in splat_subjects(self._quick):
-            found += self._classic(source, "inside")
         for source in self._subjects:
             for view in VIEWS:
-                found += self._classic(source, view)
+                found += self._draw.beside_vtk(source, view, self._size)
                 found += self._surface(source, view)
             found += self._picture(source)
         return found
@@ -71,76 +64,6 @@ class FsrPlan:
                 source.subject.scene, threads=threads
             )
         return self._renderers[key]
-
-    def _classic(self, source: SubjectSource, view: str) -> list[Task]:
-        case = f"{source.name}/{view}/shaded"
-        settings: dict[str, Setting] = {
-            "size": self._size,
-            "threads": 1,
-            "lens": "perspective",
-            "reference": REFERENCE_NAME,
-        }
-
-        def compare(picture: NDArray[np.float32], made: Measured) -> Measured:
-            camera = self._pinhole(source, view)
-            reference = source.references.picture(
-                view, "shaded", lambda: source.subject.scene, camera
-            )
-            return Measured(
-                made.timing, image_error(picture, reference), "linear", made.counters
-            )
-
-        def peer() -> Measured:
-            renderer = self._renderer(source, 1)
-            job = splat_job(
-                self._peer,
-                source.subject.scene,
-                renderer.fuzzy_set,
-                self._pinhole(source, view),
-                self._budget_s,
-            )
-            answer = self._peer.ask(job)
-            made = Measured(answer.timing, counters={"splats": renderer.splat_count})
-            return compare(self._peer.picture(answer), made)
-
-        def own(mode: SplatMode) -> Callable[[], Measured]:
-            def draw() -> Measured:
-                renderer = self._renderer(source, 1)
-                camera = self._pinhole(source, view)
-                renderer.mode = mode
-                timing, image = measure(
-                    lambda: renderer.render(camera), budget_s=self._budget_s
-                )
-                counters = {key: float(n) for key, n in renderer.counters.items()}
-                made = Measured(timing, counters=counters)
-                return compare(rgb_over_black(image.rgba), made)
-
-            return draw
-
-        return [
-            Task(
-                "fsr",
-                case,
-                PEER,
-                peer,
-                settings | {"series": PEER, "bits_read_back": 8},
-            ),
-            *(
-                Task(
-                    "fsr",
-                    case,
-                    name,
-                    own(mode),
-                    settings | {"series": name},
-                    baseline=PEER,
-                )
-                for mode in SplatMode
-                for name in (f"FSR {mode.value}",)
-            ),
-        ]
-
-    def _pinhole(self, source: SubjectSource, view: str) -> Camera:
-        return source.subject.views[view].camera(self._size, Projection.PERSPECTIVE)
 
     def _scope(self, source: SubjectSource, view: str) -> Camera:
         return source.subject.views[view].camera(SCOPE_SIZE, Projection.EQUIDISTANT)
@@ -283,18 +206,6 @@ class ScopeStudio:
         """End the threads."""
         self._shader.close()
         self._camera_pass.close()
-
-
-def splat_subjects(quick: bool) -> tuple[SubjectSource, ...]:
-    """Give the phantom at the spacings that make 50,000 and 500,000 splats.
-
-    A quick run does without the larger one.
-    """
-    sizes = (("50k", 1.49), ("500k", 0.66))
-    return tuple(
-        SubjectSource(f"phantom_{name}", partial(phantom_subject, spacing_mm))
-        for name, spacing_mm in (sizes[:1] if quick else sizes)
-    )
 
 
 register("fsr", FsrPlan)

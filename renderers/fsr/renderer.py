@@ -84,6 +84,11 @@ class FuzzySetRenderer:
         return dict(self._counters)
 
     @property
+    def stage_s(self) -> dict[str, float]:
+        """Get the wall-clock seconds of the last picture of mode `classic` by stage."""
+        return dict(self._classic.stage_s)
+
+    @property
     def splat_count(self) -> int:
         """Get the number of elements extracted so far, over all sets."""
         count = 0

@@ -6,12 +6,12 @@ import pytest
 
 from benchmarks.plan import Measured, UnavailableError
 from benchmarks.scenes import SubjectSource
-from benchmarks.suite_fsr import PEER, FsrPlan
+from benchmarks.splat_tasks import PEER
+from benchmarks.suite_fsr import FsrPlan
 
 
 def plan_for(ball: SubjectSource, monkeypatch: pytest.MonkeyPatch) -> FsrPlan:
     monkeypatch.setattr("benchmarks.suite_fsr.subjects", lambda quick: (ball,))
-    monkeypatch.setattr("benchmarks.suite_fsr.splat_subjects", lambda quick: ())
     monkeypatch.setattr("benchmarks.suite_fsr.SCOPE_SIZE", 64)
     plan = FsrPlan(quick=True)
     plan._size = 64

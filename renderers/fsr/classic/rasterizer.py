@@ -6,6 +6,7 @@ far, so that a tile is done when no light is left.
 """
 
 import threading
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,11 +38,26 @@ class Canvas:
     limit_mm: NDArray[np.float32]
 
 
+class Clock:
+    """Add wall-clock time to stages as they end."""
+
+    def __init__(self, stage_s: dict[str, float]) -> None:
+        self._stage_s = stage_s
+        self._last = time.perf_counter()
+
+    def passed(self, stage: str) -> None:
+        """Add what has passed since the last call."""
+        now = time.perf_counter()
+        self._stage_s[stage] += now - self._last
+        self._last = now
+
+
 class SplatRasterizer:
     """Draw pictures of mode `classic`; keeps its scratch memory between pictures.
 
     least_light: share of the light below which nothing is added; no picture differs
-    from the one with none by more than this.
+    from the one with none by more than this. counters, stage_s: what the last picture
+    took, and wall-clock seconds by stage.
     """
 
     def __init__(
@@ -61,6 +77,7 @@ class SplatRasterizer:
         self._tiles = TileStates(1, 1, False)
         self._local = threading.local()
         self.counters: dict[str, int] = {}
+        self.stage_s: dict[str, float] = {}
 
     def draw(
         self,
@@ -72,8 +89,12 @@ class SplatRasterizer:
         limit_mm: NDArray[np.float32] | None = None,
     ) -> Image:
         """Do both stages for one view: `prepare` and `draw_list`."""
+        began = time.perf_counter()
         splats = self.prepare(camera, mode)
-        return self.draw_list(splats, team, with_depth=with_depth, limit_mm=limit_mm)
+        culled = time.perf_counter() - began
+        image = self.draw_list(splats, team, with_depth=with_depth, limit_mm=limit_mm)
+        self.stage_s = {"cull": culled, **self.stage_s}
+        return image
 
     def prepare(
         self, camera: Camera, mode: SplatMode, traversal: Traversal = Traversal.DISTANCE
@@ -114,10 +135,16 @@ class SplatRasterizer:
         )
         fragments = visible = 0
         is_new = True
+        self.stage_s = dict.fromkeys(("order", "project", "draw"), 0.0)
+        clock = Clock(self.stage_s)
         for piece in self._ordered.pieces(splats, self._tiles, team):
+            clock.passed("order")
             if piece.count == 0 and not piece.last:
                 continue
+            self._splats.update(piece, splats, team)
+            clock.passed("project")
             fragments += self._draw_piece(piece, splats, canvas, is_new, team)
+            clock.passed("draw")
             visible += self._splats.visible
             is_new = False
             if not self._tiles.alive.any():
@@ -140,11 +167,10 @@ class SplatRasterizer:
         is_new: bool,
         team: ThreadTeam,
     ) -> int:
-        """Project and draw a piece of a list; give the fragments."""
+        """Draw a projected piece of a list; give the fragments."""
         tiles, projected = self._tiles, self._splats
         height, width, _ = canvas.image.shape
         across = tiles.shape[1]
-        projected.update(piece, splats, team)
         records = projected.records.reshape(-1)
         boxes = projected.boxes.reshape(-1)
 
