@@ -76,6 +76,25 @@ class CellGrid:
             return np.ascontiguousarray(values[inner])
         return values[np.ix_(*where)]
 
+    def touched(self, changed: NDArray[np.bool_]) -> list[int]:
+        """List the cells whose blocks, ghosts included, hold a changed voxel.
+
+        changed: of the volume's shape.
+        """
+        found = np.zeros(self.counts, np.bool_)
+        voxels = np.nonzero(changed)
+        ends = []
+        for voxel, count in zip(voxels, self.counts, strict=True):
+            # Cell c has the voxels c * side - 1 to c * side + side + 1.
+            low = np.maximum(-((self.side + 1 - voxel) // self.side), 0)
+            high = np.minimum((voxel + 1) // self.side, count - 1)
+            ends.append((np.minimum(low, high), high))
+        for z in ends[0]:
+            for y in ends[1]:
+                for x in ends[2]:
+                    found[z, y, x] = True
+        return [int(cell) for cell in np.flatnonzero(found)]
+
     def value_ranges(self, values: NDArray[Any]) -> NDArray[np.float32]:
         """Get the smallest and largest value of each cell, ``(cells, 2)``."""
         both = []
@@ -157,6 +176,11 @@ class CellShare:
         # For many ranks this is a mapped file: what is not read takes no memory.
         self._values = values
 
+    @property
+    def values(self) -> NDArray[Any]:
+        """Get the volume that blocks are cut from."""
+        return self._values
+
     def block(self, cell: int) -> NDArray[Any]:
         """Get a cell's block; raise KeyError when another rank keeps it."""
         if self._whole:
@@ -172,8 +196,9 @@ class CellShare:
         self._blocks.pop(cell, None)
 
     def renew(self, cell: int) -> None:
-        """Cut a block anew."""
-        self._blocks[cell] = self.grid.block(self._values, cell)
+        """Cut a block anew if this rank keeps it."""
+        if cell in self._blocks:
+            self._blocks[cell] = self.grid.block(self._values, cell)
 
     def decode(self, payload: bytes) -> NDArray[Any]:
         """Read a block back from the bytes of a Data message."""

@@ -8,7 +8,8 @@ alternating tags came out 1 3 5 7 9 0 2 4 6 8).
 import os
 import time
 from collections import Counter, deque
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 from mpi4py import MPI
@@ -33,6 +34,16 @@ SLEEP_S = 50e-6
 STALL_S = 60.0
 """Silence after which a rank that waits for a cell gives up. A rank may compile its
 kernels for half a minute before it first answers."""
+
+
+@contextmanager
+def _told() -> Iterator[None]:
+    """Turn MPI's complaint, of a rank that died for instance, into our own error."""
+    try:
+        yield
+    except MPI.Exception as error:
+        reason = str(error).splitlines()[0]
+        raise TransportError(f"MPI broke down: {reason}.") from error
 
 
 class MpiTransport:
@@ -65,27 +76,29 @@ class MpiTransport:
         self._waiting_since = None
         record = message.encode(self._sent[message.target])
         self._sent[message.target] += 1
-        request = self._comm.Isend([record, MPI.BYTE], message.target, _TAG)
+        with _told():
+            request = self._comm.Isend([record, MPI.BYTE], message.target, _TAG)
         self._sending.append((request, record))
 
     def poll(self) -> Message | None:
         """Take the next message, those to oneself first."""
         if self._to_self:
             return self._to_self.popleft()
-        if self._sending:
-            self._sending = [s for s in self._sending if not s[0].Test()]
-        status = MPI.Status()
-        matched = self._comm.Improbe(MPI.ANY_SOURCE, MPI.ANY_TAG, status)
-        if matched is None:
-            return None
-        self._idle_since = self._waiting_since = None
-        size = status.Get_count(MPI.BYTE)
-        if size > HEADER_BYTES + LARGEST_PAYLOAD:
-            raise TransportError(
-                f"Rank {status.Get_source()} sent a message of {size} bytes."
-            )
-        record = np.empty(size, np.uint8)
-        matched.Recv([record, MPI.BYTE])
+        with _told():
+            if self._sending:
+                self._sending = [s for s in self._sending if not s[0].Test()]
+            status = MPI.Status()
+            matched = self._comm.Improbe(MPI.ANY_SOURCE, MPI.ANY_TAG, status)
+            if matched is None:
+                return None
+            self._idle_since = self._waiting_since = None
+            size = status.Get_count(MPI.BYTE)
+            if size > HEADER_BYTES + LARGEST_PAYLOAD:
+                raise TransportError(
+                    f"Rank {status.Get_source()} sent a message of {size} bytes."
+                )
+            record = np.empty(size, np.uint8)
+            matched.Recv([record, MPI.BYTE])
         return self._in_order(status.Get_source(), record.tobytes())
 
     def rest(self, waiting: bool) -> None:

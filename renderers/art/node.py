@@ -131,11 +131,11 @@ class Node(Generic[P]):
             self._changed[cell] = generation
             self.directory.forget_replicas(cell)
             if self.cache.owns(cell):
-                self.work.renew(cell)
                 self.cache.renew(cell, generation)
             elif self.cache.holds(cell):
                 self.work.hide(cell)
                 self.cache.drop(cell)
+            self.work.renew(cell)
         if self._validate:
             self.check()
 
@@ -266,7 +266,7 @@ class Node(Generic[P]):
             home = self.directory.home(cell)
             if home == self.rank and not self._migrates:
                 self.work.show(cell, self.cache.slot(cell))
-                self.cache.store(cell)
+                self.cache.store(cell, self._changed.get(cell, 0))
                 self._stack.wake(cell)
             else:
                 self.requests += home != self.rank

@@ -1,6 +1,9 @@
 """A scene made ready for one rank: its march, its cells, its node."""
 
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import NDArray
 
 from renderers.art.bricks import Bricks
 from renderers.art.cache import CellCache
@@ -44,6 +47,46 @@ def slots_of(cells: int, ranks: int, wanted: int | None) -> tuple[int, int]:
     return slots, slots - min(MOST_WORKING, (slots - share + 1) // 2)
 
 
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """Hold what a volume's values say: the march and which cells it meets."""
+
+    march: March
+    grid: CellGrid
+    seen: NDArray[np.bool_]
+    leap: NDArray[np.uint8]
+
+    @classmethod
+    def at(
+        cls,
+        scene: Scene,
+        mode: str,
+        quality: Quality,
+        cell_side: int,
+        kernels: KernelSet | None,
+    ) -> "_Look":
+        surface = scene.surface
+        if mode == "scope" and surface is None:
+            raise ValueError("the scene has no air surface; mode scope needs one")
+        volume = (
+            scene.volume if surface is None or mode == "classic" else surface.distance
+        )
+        grid = CellGrid(volume.shape, cell_side)
+        ranges = grid.value_ranges(volume.values)
+        march: March
+        if mode == "classic":
+            span = float(ranges[:, 0].min()), float(ranges[:, 1].max())
+            march = ClassicMarch(scene, quality, span, kernels or best_kernels())
+        elif mode == "scope":
+            march = ScopeMarch(scene, quality, kernels or best_kernels())
+        else:
+            raise ValueError(f"mode must be classic or scope, got {mode!r}")
+        clear = march.clear if quality.skip_empty else np.zeros((0, 2), np.float32)
+        seen = grid.occupied(ranges, clear)
+        leap = cube_distances(volume.values, clear)
+        return cls(march, grid, seen, leap)
+
+
 def make_node(
     scene: Scene,
     mode: str,
@@ -64,31 +107,15 @@ def make_node(
     cells a rank has ready; None for all that can be seen. kernels: the compiled
     functions; None for the fastest this machine has.
     """
-    surface = scene.surface
-    if mode == "scope" and surface is None:
-        raise ValueError("the scene has no air surface; mode scope needs one")
-    volume = scene.volume if surface is None or mode == "classic" else surface.distance
-    grid = CellGrid(volume.shape, cell_side)
-    ranges = grid.value_ranges(volume.values)
-    march: March
-    if mode == "classic":
-        span = float(ranges[:, 0].min()), float(ranges[:, 1].max())
-        march = ClassicMarch(scene, quality, span, kernels or best_kernels())
-    elif mode == "scope":
-        march = ScopeMarch(scene, quality, kernels or best_kernels())
-    else:
-        raise ValueError(f"mode must be classic or scope, got {mode!r}")
-    clear = march.clear if quality.skip_empty else np.zeros((0, 2), np.float32)
-    seen = grid.occupied(ranges, clear)
-    leap = cube_distances(volume.values, clear)
-
+    looked = _Look.at(scene, mode, quality, cell_side, kernels)
+    grid, seen, march = looked.grid, looked.seen, looked.march
     if not 0 <= rank < ranks:
         raise ValueError(f"rank must be 0 to {ranks - 1}, got {rank}")
     full = int(np.count_nonzero(seen))
     migrates = dataflow is Dataflow.MIGRATING and ranks > 1
     home = homes(grid.cells, ranks)
     owner = deal_owners(seen, ranks) if migrates else home
-    mine: np.ndarray[tuple[int], np.dtype[np.int64]] | None
+    mine: NDArray[np.int64] | None
     if migrates:
         cache = CellCache(*slots_of(full, ranks, cache_cells))
         mine = np.flatnonzero(owner == rank)
@@ -103,10 +130,10 @@ def make_node(
             home, mine = np.full(grid.cells, rank), None
     work = MarchWork(
         march,
-        Bricks(grid, volume.spacing_mm, leap, cache.stamp),
-        CellShare(grid, volume.values, mine),
+        Bricks(grid, march.volume.spacing_mm, looked.leap, cache.stamp),
+        CellShare(grid, march.volume.values, mine),
         keeps_raw=migrates,
-        occupied=full,
+        seen=seen,
     )
     node = Node(
         work,
@@ -117,3 +144,25 @@ def make_node(
         validate=validate,
     )
     return march, node, work
+
+
+def edit_node(
+    node: MarchNode, work: MarchWork, scene: Scene, mode: str, quality: Quality
+) -> March | None:
+    """Go on with an edited volume of the same grid, on every rank alike.
+
+    Only cells that changed are read and fetched anew. None, and nothing is done, when
+    a cell can be seen now that was empty before, and so has no owner: make a new
+    node. Tissue that is removed never does that.
+    """
+    grid, before = work.bricks.grid, work.share.values
+    looked = _Look.at(scene, mode, quality, grid.side, None)
+    values = looked.march.volume.values
+    if looked.grid != grid or values.dtype != before.dtype:
+        return None
+    if bool(np.any(looked.seen & ~work.seen)):
+        return None
+    changed = grid.touched(before != values)
+    work.replace(looked.march, looked.leap, values)
+    node.edit(node.generation + 1, changed)
+    return looked.march

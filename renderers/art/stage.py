@@ -79,6 +79,20 @@ def scene_key(request: SnapshotRequest) -> bytes:
     )
 
 
+def family_key(request: SnapshotRequest) -> bytes:
+    """Describe a request but for its volumes' values.
+
+    Where this is equal and `scene_key` is not, the volume was edited.
+    """
+    work = request.work
+    part: object = ("scope", work.grid)
+    if isinstance(work, ClassicWork):
+        part = msgspec.structs.replace(work, volume="")
+    return msgspec.json.encode(
+        (part, request.quality, request.step_voxels, request.cutoff)
+    )
+
+
 def instruments_gbuffer(
     data: DataStore, instruments: tuple[InstrumentSpec, ...], camera: Camera
 ) -> GBuffer:

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import msgspec
@@ -11,12 +11,12 @@ from renderers.art.data_store import DataStore
 from renderers.art.job import ScopeWork, SnapshotRequest, decode_request
 from renderers.art.march import FrameRays, March
 from renderers.art.messages import MessageKind
-from renderers.art.node_maker import MarchNode, make_node
+from renderers.art.node_maker import MarchNode, edit_node, make_node
 from renderers.art.policy import CellPolicy
 from renderers.art.rank import Rank
 from renderers.art.rays import RayPacket
 from renderers.art.regions import Gather, deal_regions
-from renderers.art.stage import load_scene, scene_key
+from renderers.art.stage import family_key, load_scene, scene_key
 from renderers.art.tracer import (
     ActiveRayTracer,
     RenderStoppedError,
@@ -24,6 +24,7 @@ from renderers.art.tracer import (
     scope_gbuffer,
 )
 from renderers.art.transport import Transport
+from renderers.art.work import MarchWork
 from renderers.scene import Camera, GBuffer, Image, Scene
 
 Progress = Callable[[float], bool]
@@ -96,29 +97,56 @@ class SerialTeam:
         self._kept = None
 
 
+@dataclass(frozen=True, slots=True)
+class _Kept:
+    scene: bytes
+    family: bytes
+    march: March
+    node: MarchNode
+    work: MarchWork
+
+
+def mode_of(request: SnapshotRequest) -> str:
+    """Get what the tracer calls a request's mode."""
+    return "scope" if isinstance(request.work, ScopeWork) else "classic"
+
+
 class _Prepared:
-    """Keep one rank's node for the next request of the same scene."""
+    """Keep one rank's node for the next request of the same scene, or edit it."""
 
     def __init__(self, transport: Transport, policy: CellPolicy) -> None:
         self._transport = transport
         self._policy = policy
-        self._kept: tuple[bytes, March, MarchNode] | None = None
+        self._kept: _Kept | None = None
 
     def node(self, request: SnapshotRequest, scene: Scene) -> tuple[March, MarchNode]:
-        key = scene_key(request)
-        if self._kept is None or self._kept[0] != key:
-            march, node, _ = make_node(
-                scene,
-                "scope" if isinstance(request.work, ScopeWork) else "classic",
-                request.to_quality(),
-                rank=self._transport.rank,
-                ranks=self._transport.ranks,
-                dataflow=self._policy.dataflow,
-                distances=self._transport.distances,
-                cache_cells=self._policy.cache_cells,
-            )
-            self._kept = key, march, node
-        return self._kept[1:]
+        kept = self._kept
+        if kept is None or kept.scene != scene_key(request):
+            kept = self._edit(request, scene) or self._make(request, scene)
+            self._kept = kept
+        return kept.march, kept.node
+
+    def _edit(self, request: SnapshotRequest, scene: Scene) -> "_Kept | None":
+        kept, quality = self._kept, request.to_quality()
+        if kept is None or kept.family != family_key(request):
+            return None
+        march = edit_node(kept.node, kept.work, scene, mode_of(request), quality)
+        if march is None:
+            return None
+        return replace(kept, scene=scene_key(request), march=march)
+
+    def _make(self, request: SnapshotRequest, scene: Scene) -> "_Kept":
+        march, node, work = make_node(
+            scene,
+            mode_of(request),
+            request.to_quality(),
+            rank=self._transport.rank,
+            ranks=self._transport.ranks,
+            dataflow=self._policy.dataflow,
+            distances=self._transport.distances,
+            cache_cells=self._policy.cache_cells,
+        )
+        return _Kept(scene_key(request), family_key(request), march, node, work)
 
     def forget(self) -> None:
         self._kept = None

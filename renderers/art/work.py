@@ -57,7 +57,7 @@ class Work(Protocol[P]):
         ...
 
     def renew(self, cell: int) -> None:
-        """Read an owned cell anew after an edit."""
+        """Read a cell anew after an edit, if its values are kept here."""
         ...
 
 
@@ -65,7 +65,8 @@ class MarchWork:
     """March packets of rays through bricks.
 
     keeps_raw: raw values of cells that came are kept, to be handed on; without, only
-    this rank's share is. occupied: cells that may hold something to be seen.
+    this rank's share is. seen: the cells that may hold something
+    to be seen, ``(cells,)``; after an edit perhaps fewer do.
     """
 
     def __init__(
@@ -75,19 +76,35 @@ class MarchWork:
         share: CellShare,
         *,
         keeps_raw: bool,
-        occupied: int,
+        seen: NDArray[np.bool_],
     ) -> None:
         self.bricks = bricks
         self.share = share
-        self.occupied = occupied
+        self.seen = seen
         self.counters = np.zeros(len(COUNTERS), np.int64)
         self._march = march
         self._keeps_raw = keeps_raw
         self._map: Run = map
 
+    def replace(
+        self,
+        march: March,
+        leap: NDArray[np.uint8],
+        values: NDArray[Any],
+    ) -> None:
+        """Go on with an edited volume; `renew` is called for each changed cell."""
+        self._march = march
+        self.bricks.view = self.bricks.view._replace(leap=leap)
+        self.share.replace(values)
+
     def use(self, run: Run) -> None:
         """Run packets with `map` or with an executor's, which may use threads."""
         self._map = run
+
+    @property
+    def occupied(self) -> int:
+        """Count the cells that may hold something to be seen."""
+        return int(np.count_nonzero(self.seen))
 
     def tally(self) -> dict[str, int]:
         """Get the kernels' counters."""

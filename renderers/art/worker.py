@@ -21,7 +21,7 @@ from renderers.art.spool import LEASE_S, JobState, JobStatus, Spool
 from renderers.art.stage import load_scene
 from renderers.art.team import SerialTeam, Team
 from renderers.art.tracer import RenderStoppedError
-from renderers.art.transport import RankRefusedError
+from renderers.art.transport import RankRefusedError, TransportError
 
 POLL_S = 0.05
 HEARTBEAT_S = 2.0
@@ -143,6 +143,9 @@ class _Worker:
         with _Heartbeat(self._spool, job_id, attempt) as heart:
             try:
                 state, message = self._draw(job_id, record, attempt, heart)
+            except TransportError:
+                # The other ranks are gone; the job is left to the next worker.
+                raise
             except Exception as error:
                 # A fault of ours. The client is told now rather than by our silence.
                 fault = f"the worker broke: {type(error).__name__}: {error}"

@@ -7,13 +7,14 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from renderers.art import ActiveRayTracer
-from renderers.art.client import SnapshotClient
+from renderers.art.client import QualityName, SnapshotClient
 from renderers.scene import (
     Camera,
     Projection,
@@ -116,22 +117,66 @@ def test_ranks_draw_the_same_bits_as_one_process(
     cells: int,
 ) -> None:
     client = SnapshotClient(tmp_path / "spool")
+    values = scene.volume.values.copy()
+    values[8:19, 12:25, 10:22] = -300
+    edited = replace(scene, volume=scene.volume.with_values(values, -300))
+    asked: list[tuple[Scene, QualityName]] = [
+        (scene, "snapshot"),
+        (edited, "snapshot"),
+        (scene, "preview"),
+    ]
     jobs = [
-        client.submit(client.request_classic(scene, camera, quality=quality))
-        for quality in ("snapshot", "preview")
+        client.submit(client.request_classic(s, camera, quality=q)) for s, q in asked
     ]
     options = ["--once", "--cache-cells", str(cells), "--dataflow", dataflow]
     with ranks(number, client.spool.folder, *options) as child:
         snapshots = [client.wait(job, timeout_s=120) for job in jobs]
         said, _ = child.communicate(timeout=30)
         assert (said, child.returncode) == ("", 0)
-    for quality, snapshot in zip(("snapshot", "preview"), snapshots, strict=True):
-        expected = ActiveRayTracer(scene, quality, threads=1).render(camera)
+    for (drawn, quality), snapshot in zip(asked, snapshots, strict=True):
+        expected = ActiveRayTracer(drawn, quality, threads=1).render(camera)
         assert snapshot.result.ranks == number
         sent = snapshot.result.counters["requests"]
         assert (sent == 0) == (dataflow == "replicated")
         assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
     wait_until_gone(client.spool.folder)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("victim", [0, 2])
+def test_a_job_survives_the_death_of_a_rank(
+    tmp_path: Path, scene: Scene, camera: Camera, victim: int
+) -> None:
+    client = SnapshotClient(tmp_path / "spool", lease_s=60)
+    large = camera.with_size(700, 560)
+    job = client.submit(client.request_classic(scene, large, quality="final"))
+    folder = client.spool.job_folder(job)
+    with ranks(3, client.spool.folder) as child:
+        while not 0 < client.spool.status(job).done < 0.8:
+            assert not client.spool.status(job).state.is_final, "it was too quick"
+            time.sleep(0.002)
+        os.kill(rank_process(client.spool.folder, victim), signal.SIGKILL)
+        # One dead rank ends them all; nothing half-made can be seen.
+        child.communicate(timeout=60)
+        assert child.returncode != 0
+    wait_until_gone(client.spool.folder)
+    assert not client.spool.status(job).state.is_final
+    assert not {"picture.png", "result.json"} & {path.name for path in folder.iterdir()}
+    with ranks(2, client.spool.folder, "--lease", "1"):
+        snapshot = client.wait(job, timeout_s=120)
+    expected = ActiveRayTracer(scene, "final", threads=1).render(large)
+    assert snapshot.result.attempt == 2
+    assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
+    wait_until_gone(client.spool.folder)
+
+
+def rank_process(spool: Path, number: int) -> int:
+    """Find a rank's process by what its launcher told it."""
+    for pid in processes_of(spool):
+        told = (Path("/proc") / str(pid) / "environ").read_bytes().split(b"\0")
+        if b"PMI_RANK=%d" % number in told:
+            return pid
+    raise AssertionError(f"there is no rank {number}")
 
 
 def test_ranks_say_in_one_sentence_why_they_cannot_serve(tmp_path: Path) -> None:

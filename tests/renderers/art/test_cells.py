@@ -103,6 +103,25 @@ def test_a_share_of_copies_holds_the_same_bytes() -> None:
         some.block(2)
 
 
+@pytest.mark.parametrize("shape", [(20, 18, 33), (9, 17, 10), (8, 25, 16)])
+def test_the_cells_an_edit_touches_are_those_whose_blocks_differ(
+    shape: tuple[int, int, int],
+) -> None:
+    rng = np.random.default_rng(sum(shape))
+    grid, values = CellGrid(shape), random_values(shape)
+    for _ in range(60):
+        edited = values.copy()
+        at = tuple(int(rng.integers(n)) for n in shape)
+        edited[at] += 1
+        expected = [
+            cell
+            for cell in range(grid.cells)
+            if not np.array_equal(grid.block(values, cell), grid.block(edited, cell))
+        ]
+        assert grid.touched(edited != values) == expected
+    assert grid.touched(np.zeros(shape, np.bool_)) == []
+
+
 def test_a_share_changes_with_what_moves_and_what_is_edited() -> None:
     values = random_values((20, 18, 33))
     grid = CellGrid((20, 18, 33))

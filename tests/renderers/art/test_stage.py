@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -5,7 +6,12 @@ import numpy as np
 import pytest
 
 from renderers.art.client import SnapshotClient
-from renderers.art.stage import instruments_gbuffer, load_scene, scene_key
+from renderers.art.stage import (
+    family_key,
+    instruments_gbuffer,
+    load_scene,
+    scene_key,
+)
 from renderers.scene import Camera, Material, Mesh, Scene
 
 TRIANGLE = Mesh(
@@ -88,3 +94,15 @@ def test_instruments_stand_where_their_pose_says(
     )
     with pytest.raises(ValueError, match="pose must be rigid"):
         instruments_gbuffer(client.data, bent.work.instruments, camera)  # type: ignore[union-attr]
+
+
+def test_an_edited_volume_is_of_the_same_family(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    edited = replace(scene, volume=scene.volume.with_values(scene.volume.values + 1, 0))
+    moved = replace(scene, volume=replace(scene.volume, origin_mm=np.ones(3)))
+    asked, after, other = (
+        client.request_classic(s, outside) for s in (scene, edited, moved)
+    )
+    assert family_key(asked) == family_key(after) != family_key(other)
+    assert scene_key(asked) != scene_key(after)

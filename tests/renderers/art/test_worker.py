@@ -19,7 +19,7 @@ from renderers.art.policy import CellPolicy, Dataflow
 from renderers.art.rank import Rank
 from renderers.art.spool import JobState, Spool
 from renderers.art.team import RankTeam, SerialTeam, Traced, follow
-from renderers.art.transport import LoopBack, LoopBackEnd
+from renderers.art.transport import LoopBack, LoopBackEnd, TransportError
 from renderers.art.worker import MOST_ATTEMPTS, run_worker
 from renderers.scene import Camera, Image, Material, Mesh, Scene
 
@@ -224,6 +224,28 @@ def test_a_fault_of_ours_is_told_to_the_client_and_raised(
         run_worker(client.spool.folder, once=True, team=Broken())
     with pytest.raises(SnapshotError, match="the worker broke: ZeroDivisionError"):
         client.wait(job)
+
+
+def test_when_ranks_are_lost_the_job_is_left_to_the_next_worker(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    class Lost(SerialTeam):
+        def trace(self, request: SnapshotRequest, scene: Scene, progress: Go) -> Traced:
+            raise TransportError("rank 2 died")
+
+    job = client.submit(client.request_classic(scene, outside))
+    with pytest.raises(TransportError, match="rank 2 died"):
+        run_worker(client.spool.folder, once=True, team=Lost())
+    assert client.spool.status(job).state is JobState.RUNNING
+    looks = iter(range(2000))
+    run_worker(
+        client.spool.folder,
+        lease_s=0.05,
+        stopped=lambda: (
+            client.spool.status(job).state.is_final or next(looks, None) is None
+        ),
+    )
+    assert client.wait(job).result.attempt == 2
 
 
 def test_nobody_serves(client: SnapshotClient, scene: Scene, outside: Camera) -> None:
