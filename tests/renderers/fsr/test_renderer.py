@@ -81,3 +81,35 @@ def test_without_an_air_surface_there_is_no_scope_mode(hollow: Volume) -> None:
 def test_threads_must_be_positive(hollow: Volume) -> None:
     with pytest.raises(ValueError, match="at least one thread"):
         FuzzySetRenderer(scene_of(hollow), threads=0)
+
+
+def test_a_film_is_its_pictures_and_tells_what_each_took(hollow: Volume) -> None:
+    renderer = FuzzySetRenderer(scene_of(hollow), threads=2)
+    cameras = [
+        Camera.looking_at((0.5, y, 0), (0, 4, 0), size=(50, 40)) for y in (-2, -1, 0)
+    ]
+    for camera, image in zip(cameras, renderer.film(cameras), strict=True):
+        counters, stages = renderer.counters, renderer.stage_s
+        assert counters["fragments"] > 0
+        assert set(stages) == {"order", "project", "draw"}
+        assert min(stages.values()) >= 0
+        assert renderer.render(camera).rgba.tobytes() == image.rgba.tobytes()
+        assert renderer.counters == counters
+        assert set(renderer.stage_s) == {"cull", *stages}
+    renderer.close()
+
+
+def test_a_threshold_set_anew_gives_the_set_of_a_new_renderer(hollow: Volume) -> None:
+    scene = scene_of(hollow)
+    slider = FuzzySetRenderer(scene)
+    camera = Camera.looking_at((0.5, -2, 0), (0, 4, 0), size=(40, 40))
+    counts = []
+    for threshold in (0.1, 0.6, 0.3, 0.1):
+        slider.threshold = threshold
+        assert slider.threshold == threshold
+        counts.append(len(slider.fuzzy_set))
+        fresh = FuzzySetRenderer(scene, threshold=threshold)
+        assert (
+            slider.render(camera).rgba.tobytes() == fresh.render(camera).rgba.tobytes()
+        )
+    assert counts[0] == counts[3] > counts[2] > counts[1] > 0
