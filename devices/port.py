@@ -100,6 +100,17 @@ class BytePort(Protocol):
         ...
 
 
+def burst(port: BytePort, count: int, timeout_s: float, quiet_s: float) -> bytes:
+    """Do what ``read_burst`` promises by reading byte by byte."""
+    data = port.read(1, timeout_s)
+    while data and len(data) < count:
+        more = port.read(1, min(quiet_s, timeout_s))
+        if not more:
+            break
+        data += more
+    return data
+
+
 class _Pipe:
     """One direction of a memory line."""
 
@@ -144,13 +155,7 @@ class MemoryPort:
 
     def read_burst(self, count: int, timeout_s: float, quiet_s: float) -> bytes:
         """Read as ``read`` does, but end when the line falls quiet after a byte."""
-        data = self.read(1, timeout_s)
-        while data and len(data) < count:
-            more = self.read(1, min(quiet_s, timeout_s))
-            if not more:
-                break
-            data += more
-        return data
+        return burst(self, count, timeout_s, quiet_s)
 
     def read_some(self, least: int, timeout_s: float) -> bytes:
         """Return all there is once ``least`` bytes are; fewer after the timeout."""

@@ -2,12 +2,12 @@
 
 import math
 import threading
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections import deque
 from collections.abc import Iterator
-from types import TracebackType
-from typing import Protocol, Self
+from typing import Protocol
 
+from devices.closing import Closing
 from devices.port import Clock, DeviceError, DeviceReason, HostClock
 from devices.pose import Pose, PoseSource
 
@@ -131,7 +131,7 @@ class PoseQueue:
             raise EOFError(f"{self._name} was closed")
 
 
-class PulledSource(ABC):
+class PulledSource(Closing):
     """A live source without a thread: its poses are worked out when they are asked for.
 
     Each pose belongs to its due moment, however late it is asked for, so what is read
@@ -224,14 +224,3 @@ class PulledSource(ABC):
                 yield self.read(math.inf)
         except EOFError:
             return
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()

@@ -34,6 +34,11 @@ def choose_input(
         raise ValueError(
             f"--registration is for an arm; leave it out to fly with {words!r}."
         )
+    if registration is not None and device is None:
+        raise ValueError(
+            "--registration says where the arm at --device stands; the emulated arm "
+            "stands elsewhere each time and registers itself."
+        )
     kind, _, rest = words.partition(":")
     match kind, rest:
         case "emulator", "":

@@ -9,12 +9,11 @@ import os
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from types import TracebackType
-from typing import Self
 
 import serial
 from serial.tools import list_ports
 
+from devices.closing import Closing
 from devices.microscribe.arm_thread import ArmThread
 from devices.microscribe.keeper import (
     POLL_HZ,
@@ -163,7 +162,7 @@ class SerialPorts:
         return SerialPort(name)
 
 
-class MicroScribe:
+class MicroScribe(Closing):
     """A MicroScribe arm that yields poses in its own frame, mm.
 
     ``read`` and iteration give every pose once and in order; ``latest`` gives the
@@ -307,17 +306,6 @@ class MicroScribe:
                 yield self.read(SILENCE_S)
         except EOFError:
             return
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
 
 def _cause(error: Exception) -> str:

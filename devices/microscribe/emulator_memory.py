@@ -17,11 +17,10 @@ may use it.
 
 import errno
 import threading
-from types import TracebackType
-from typing import Self
 
+from devices.closing import Closing
 from devices.microscribe.emulator_arm import EmulatedArm
-from devices.port import DeviceError, DeviceReason, HostClock
+from devices.port import DeviceError, DeviceReason, HostClock, burst
 
 
 class DrivenClock:
@@ -95,7 +94,7 @@ class MemoryLine:
             self.changed.wait(wait_s)
 
 
-class MemorySerial:
+class MemorySerial(Closing):
     """What clients use of ``serial.Serial``; raises OSError once unplugged."""
 
     def __init__(self, line: MemoryLine, baudrate: int, timeout: float | None) -> None:
@@ -171,17 +170,6 @@ class MemorySerial:
         """Let go of the port; the arm keeps its session, as a real one would."""
         self.is_open = False
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
-
     def _collect(self) -> None:
         arm = self._line.arm
         if self.is_open and self._generation == arm.generation:
@@ -223,13 +211,7 @@ class EmulatedPort:
 
     def read_burst(self, count: int, timeout_s: float, quiet_s: float) -> bytes:
         """Read as ``read`` does, but end when the line falls quiet after a byte."""
-        data = self.read(1, timeout_s)
-        while data and len(data) < count:
-            more = self.read(1, min(quiet_s, timeout_s))
-            if not more:
-                break
-            data += more
-        return data
+        return burst(self, count, timeout_s, quiet_s)
 
     def read_some(self, least: int, timeout_s: float) -> bytes:
         """Return all there is once ``least`` bytes are; fewer after the timeout."""

@@ -5,9 +5,8 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
-from types import TracebackType
-from typing import Self
 
+from devices.closing import Closing
 from devices.openigtlink.messages import ToolTransform, TransformReader
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
@@ -30,7 +29,7 @@ TICK_S = 1e-6
 _READ_BYTES = 65536
 
 
-class OpenIGTLinkSource:
+class OpenIGTLinkSource(Closing):
     """Poses of one tool of a peer; see ``LiveSource``.
 
     ``device_from_tip`` is the tool in the peer's world, in LPS. ``time_s`` follows the
@@ -118,17 +117,6 @@ class OpenIGTLinkSource:
                 yield self.read(math.inf)
         except EOFError:
             return
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _first_connection(self, patience_s: float) -> socket.socket:
         until = time.monotonic() + patience_s

@@ -11,12 +11,11 @@ import socket
 import threading
 import time
 from collections import deque
-from types import TracebackType
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.closing import Closing
 from devices.openigtlink.messages import ToolTransform, encode
 from devices.port import DeviceError, DeviceReason
 
@@ -47,7 +46,7 @@ class _Peer:
         return bool(self.rest or self.waiting)
 
 
-class PoseStreamer:
+class PoseStreamer(Closing):
     """Stream tool poses by OpenIGTLink; a context manager.
 
     Peers may come and go, send what they like and read as slowly as they like.
@@ -132,17 +131,6 @@ class PoseStreamer:
             self._is_closing = True
             self._wake()
         self._thread.join()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _wake(self) -> None:
         # When the line is full of calls to wake up, one more is not needed.

@@ -100,3 +100,9 @@ def test_only_arms_are_registered(tmp_path: Path) -> None:
     file = registration_file(tmp_path, "any")
     with pytest.raises(ValueError, match="--registration is for an arm"):
         choose_input("mouse", None, SCENARIO, PATH, PATH_FILE, file)
+
+
+def test_no_file_knows_where_the_emulated_arm_stands(tmp_path: Path) -> None:
+    file = registration_file(tmp_path, DX40937.identity.serial)
+    with pytest.raises(ValueError, match="the emulated arm stands elsewhere"):
+        choose_input("emulator", None, SCENARIO, PATH, PATH_FILE, file)
