@@ -1,0 +1,107 @@
+"""Make the pictures of the live view in ``docs/pictures``.
+
+    python examples/make_live_pictures.py
+
+``first_flight.png``: six moments of the bundled flight as the trainee sees them.
+``nasal_views.png``: the six views in which a surgeon should know where he is, each live
+by splats beside the ray tracer's snapshot of the same pose with the same gain.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from app.endoscope_view import EndoscopeView
+from app.operating_room import OperatingRoom, prepare_room
+from app.session_info import LIVE_TIER, SEED
+from app.session_setup import build_view, path_view
+from benchmarks.nasal_views import (
+    NasalView,
+    acceptance_views,
+    bundled_flight,
+    nasal_scene,
+)
+from renderers.art import ActiveRayTracer
+from renderers.fsr import FuzzySetRenderer
+from renderers.shading import CameraPass, ScopeShader, Tier, scope_picture
+
+Picture = NDArray[np.uint8]
+
+PICTURES = Path(__file__).parents[1] / "docs" / "pictures"
+SIDE = 384
+CAPTION_PX = 24
+MOMENTS_S = (0.5, 6.5, 9.5, 15.0, 18.5, 20.0)
+
+
+def main() -> None:
+    """Draw both sheets."""
+    save(first_flight(), columns=3, name="first_flight.png")
+    save(nasal_views(), columns=4, name="nasal_views.png")
+
+
+def first_flight() -> list[Picture]:
+    """Fly to the moments; the gain settles at each."""
+    scenario, path = bundled_flight()
+    room: OperatingRoom = prepare_room(scenario, lambda stage, share: None)
+    view: EndoscopeView = build_view(
+        scenario, room, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=2
+    )
+    pictures = []
+    for number, time_s in enumerate(MOMENTS_S):
+        seen = path_view(scenario, room, path, time_s, (SIDE, SIDE))
+        pictures.append(view.draw(seen, number=number, elapsed_s=10.0).pixels)
+    return pictures
+
+
+def nasal_views() -> list[Picture]:
+    """Give live picture and snapshot in turn, captioned."""
+    views = acceptance_views(SIDE)
+    return [picture for view in views for picture in both(view)]
+
+
+def both(view: NasalView) -> tuple[Picture, Picture]:
+    """Draw a view by splats in tier LIVE and by rays in tier SNAPSHOT."""
+    scene = nasal_scene(view.head)
+    assert scene.surface is not None
+    camera_pass = CameraPass()
+    traced, gain = scope_picture(
+        ActiveRayTracer(scene).gbuffer(view.camera.with_size(2 * SIDE, 2 * SIDE)),
+        view.camera,
+        ScopeShader(scene.surface, Tier.SNAPSHOT, seed=SEED),
+        camera_pass,
+        view.light,
+    )
+    live, _ = scope_picture(
+        FuzzySetRenderer(scene).gbuffer(view.camera),
+        view.camera,
+        ScopeShader(scene.surface, Tier.LIVE, seed=SEED),
+        camera_pass,
+        view.light,
+        gain,
+    )
+    return captioned(live, f"{view.name}: live"), captioned(traced, "snapshot")
+
+
+def captioned(picture: Picture, text: str) -> Picture:
+    """Put a line of text above a picture."""
+    sheet = Image.fromarray(np.pad(picture, ((CAPTION_PX, 0), (0, 0), (0, 0))))
+    font = ImageFont.load_default(size=15)
+    ImageDraw.Draw(sheet).text((8, 4), text, fill=(220, 220, 220), font=font)
+    return np.asarray(sheet)
+
+
+def save(pictures: list[Picture], columns: int, name: str) -> None:
+    """Lay pictures of one size out in rows and write them."""
+    rows = [
+        np.hstack(pictures[start : start + columns])
+        for start in range(0, len(pictures), columns)
+    ]
+    target = PICTURES / name
+    Image.fromarray(np.vstack(rows)).save(target, optimize=True)
+    print(target)
+
+
+if __name__ == "__main__":
+    main()
