@@ -83,6 +83,10 @@ def trace_cones(
     Rows `first`..`end` - 1 of squares are done; +inf where the cone leaves the grid.
     """
     m = voxel_from_camera
+    # voxels per mm along the grid's axes
+    ux = math.sqrt(m[0, 0] ** 2 + m[0, 1] ** 2 + m[0, 2] ** 2)
+    uy = math.sqrt(m[1, 0] ** 2 + m[1, 1] ** 2 + m[1, 2] ** 2)
+    uz = math.sqrt(m[2, 0] ** 2 + m[2, 1] ** 2 + m[2, 2] ** 2)
     for row in range(first, end):
         for column in range(ends.shape[1]):
             u0 = column * side
@@ -116,7 +120,8 @@ def trace_cones(
             ends[row, column] = np.inf
             t = _enter(m[0, 3], m[1, 3], m[2, 3], sx, sy, sz, nx, ny, nz)
             # outside there is air
-            in_air = t > 0
+            begun = t
+            in_air = begun > 0
             # a hair further, or rounding would leave it outside
             t += 1e-3 if in_air else 0.0
             for _ in range(512):
@@ -133,6 +138,11 @@ def trace_cones(
                     t += max(d, margin)
                     continue
                 missing = t * slope + margin - d
+                if missing <= 0 and begun > 0:
+                    # what is beyond a side of the grid hides nothing
+                    gap = min(x, nx - 1 - x) / ux
+                    gap = min(gap, min(y, ny - 1 - y) / uy, min(z, nz - 1 - z) / uz)
+                    missing = t * slope - gap
                 if missing <= 0:
                     ends[row, column] = t / max(cosine, 0.1)
                     break

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from renderers.fsr.occlusion.blocks import BLOCK_SHIFT, FAR, Blocks
 from renderers.fsr.occlusion.kernels import trace_cones
@@ -30,19 +31,45 @@ def test_every_ray_of_a_square_meets_tissue_before_the_square_ends(
         size=(32, 32),
         projection=projection,
     )
+    limits, first = cone_ends_and_first_tissue(
+        cavities, camera, np.arange(0.1, 22, 0.1)
+    )
+    assert np.all(first <= limits + 0.1)
+    assert np.isfinite(limits).any()
+
+
+@settings(max_examples=10)
+@given(turn=st.floats(0, 6), lift=st.floats(-0.9, 0.9), away=st.floats(26, 60))
+def test_cones_from_outside_begin_where_they_enter_the_grid(
+    cavities: Volume, turn: float, lift: float, away: float
+) -> None:
+    out = np.array([np.cos(turn), np.sin(turn), lift])
+    eye = away * out / np.linalg.norm(out)
+    camera = Camera.looking_at(eye, (0, 0, 0), extent=0.2, size=(32, 32))
+    depths = np.arange(0.1, away + 20, 0.1)
+    limits, first = cone_ends_and_first_tissue(cavities, camera, depths)
+    # also where it hides nothing, a cone is not taken for one that does
+    assert np.all(first <= limits + 0.1)
+    assert np.isfinite(limits).any()
+
+
+def cone_ends_and_first_tissue(
+    volume: Volume, camera: Camera, depths: NDArray[np.float64]
+) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    """Give, per ray of a 32 x 32 picture, its cone's end and its first tissue (mm)."""
     camera_from_world = np.eye(4)
     camera_from_world[:3, :3] = camera.frame[1:]
     camera_from_world[:3, 3] = -camera.frame[1:] @ camera.eye_mm
-    voxel_from_camera = np.linalg.inv(camera_from_world @ cavities.world_from_voxel)
+    voxel_from_camera = np.linalg.inv(camera_from_world @ volume.world_from_voxel)
     ends = np.empty((8, 8), np.float32)
-    nz, ny, nx = cavities.shape
+    nz, ny, nx = volume.shape
     trace_cones(
-        cavities.values.reshape(-1),
+        volume.values.reshape(-1),
         nx,
         ny,
         nz,
         np.asarray(voxel_from_camera, np.float64),
-        int(projection),
+        int(camera.projection),
         camera.extent,
         32,
         32,
@@ -54,13 +81,11 @@ def test_every_ray_of_a_square_meets_tissue_before_the_square_ends(
     )
     origin, ray = camera.rays()
     seen = np.any(ray != 0, axis=-1)
-    t = np.arange(0.1, 22, 0.1)
-    points = origin[seen][:, None, :] + t[:, None] * ray[seen][:, None, :]
-    tissue = cavities.sample(points) > 0
-    first = np.where(tissue.any(axis=-1), t[np.argmax(tissue, axis=-1)], np.inf)
+    points = origin[seen][:, None, :] + depths[:, None] * ray[seen][:, None, :]
+    tissue = volume.sample(points) > 0
+    first = np.where(tissue.any(axis=-1), depths[np.argmax(tissue, axis=-1)], np.inf)
     limit = np.repeat(np.repeat(ends, 4, axis=0), 4, axis=1)
-    assert np.all(first <= limit[seen] + 0.1)
-    assert np.isfinite(limit[seen]).any()
+    return limit[seen], first
 
 
 def test_runs_hold_every_element_of_the_visible_blocks_once_and_near_ones_first(
