@@ -44,17 +44,25 @@ LONE_REGION_PX = 64
 """Edge of a region where nobody shares the picture: fewer, for what each costs."""
 
 
+def skew_of(ranks: int) -> int:
+    """Get the shift of the deal from one row of regions to the next.
+
+    About .618 of the ranks, and without a common divisor, so that the shifted rows run
+    through all ranks.
+    """
+    return min(
+        (s for s in range(ranks + 1) if math.gcd(s, ranks) == 1),
+        key=lambda s: abs(s - 0.618 * ranks),
+    )
+
+
 def deal_regions(width: int, height: int, rank: int, ranks: int) -> list[Region]:
     """Get the regions of one rank, in skewed cyclic order.
 
     Row by row would put whole columns of regions on one rank when the row length
     divides by the number of ranks; each row is therefore shifted by about .618 of it.
     """
-    # Without a common divisor, so that the shifted rows run through all ranks.
-    shift = min(
-        (s for s in range(ranks + 1) if math.gcd(s, ranks) == 1),
-        key=lambda s: abs(s - 0.618 * ranks),
-    )
+    shift = skew_of(ranks)
     edge = LONE_REGION_PX if ranks == 1 else REGION_PX
     return [
         Region(x, y, min(x + edge, width), min(y + edge, height))

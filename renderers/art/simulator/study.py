@@ -1,6 +1,5 @@
 """An orbit drawn by simulated ranks, set up as the paper's measurements were."""
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -13,6 +12,7 @@ from renderers.art.messages import Message, MessageKind
 from renderers.art.node import MOST_PENDING, Node
 from renderers.art.node_maker import MOST_WORKING
 from renderers.art.policy import Dataflow
+from renderers.art.regions import skew_of
 from renderers.art.simulator.machine import Costs, Ledger, Machine, SimulatedNode
 from renderers.art.simulator.replay import ReplayWork, Visits
 from renderers.art.simulator.torus import Torus
@@ -124,14 +124,6 @@ class Traces:
         for rank, frames in enumerate(self.deal(replace(setup, sample_s=1.0))):
             loads[rank] = [sum(sum(p.seconds) for p in f) for f in frames]
         return float(loads.sum() / (loads.max(axis=0).sum() * setup.ranks))
-
-
-def skew_of(ranks: int) -> int:
-    """Get the shift from row to row of regions, as `deal_regions` takes it."""
-    return min(
-        (s for s in range(ranks + 1) if math.gcd(s, ranks) == 1),
-        key=lambda s: abs(s - 0.618 * ranks),
-    )
 
 
 def payload_bytes(orbit: Orbit) -> int:

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from renderers.art.messages import ProtocolError
-from renderers.art.regions import Gather, Region, deal_regions, region_payload
+from renderers.art.regions import Gather, Region, deal_regions, region_payload, skew_of
 
 
 @given(width=st.integers(1, 200), height=st.integers(1, 150), ranks=st.integers(1, 9))
@@ -58,3 +58,10 @@ def test_odd_regions_are_refused() -> None:
         with pytest.raises(ProtocolError):
             gather.add_payload(payload)
     assert gather.missing == 64
+
+
+@given(ranks=st.integers(1, 300))
+def test_shifted_rows_run_through_all_ranks(ranks: int) -> None:
+    skew = skew_of(ranks)
+    assert {row * skew % ranks for row in range(ranks)} == set(range(ranks))
+    assert abs(skew - 0.618 * ranks) <= max(0.1 * ranks, 3)

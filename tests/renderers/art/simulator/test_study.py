@@ -11,7 +11,6 @@ from renderers.art.simulator.study import (
     paper_sample_s,
     simulate,
     simulated_slots,
-    skew_of,
 )
 from renderers.art.simulator.trace import Orbit
 
@@ -103,8 +102,6 @@ def test_memory_is_the_same_for_every_way(setup: Setup) -> None:
     }
     share = SMALL.cells // 4
     assert slots[Dataflow.MIGRATING] == slots[Dataflow.STATIC] + share == 2 * share
-    assert skew_of(8) == 5
-    assert skew_of(1) == 1
 
 
 def test_the_balance_bounds_the_efficiency(setup: Setup, traces: Traces) -> None:
