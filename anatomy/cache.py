@@ -3,7 +3,6 @@
 import hashlib
 import logging
 import os
-import tempfile
 import zipfile
 import zlib
 from pathlib import Path
@@ -18,7 +17,7 @@ from anatomy.landmarks import landmarks
 from anatomy.lattice import Box, Lattice
 from anatomy.parameters import PhantomParameters
 from anatomy.phantom import Phantom, Progress, build_phantom, whole_field
-from renderers.scene.volume import Volume
+from renderers.scene import Volume, whole_file
 
 log = logging.getLogger(__name__)
 
@@ -126,16 +125,9 @@ def _load(
 
 
 def _store(path: Path, phantom: Phantom) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            arrays = {name: getattr(phantom, name).values for name, _, _ in _VOLUMES}
-            np.savez(file, **arrays)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    arrays = {name: getattr(phantom, name).values for name, _, _ in _VOLUMES}
+    with whole_file(path) as beside:
+        np.savez(beside, **arrays)
     entries = sorted(path.parent.glob("*.npz"), key=_age, reverse=True)
     for old in entries[ENTRIES_KEPT:]:
         old.unlink(missing_ok=True)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from anatomy.volume_header import check_header
-from renderers.scene.volume import AIR_HU, Volume
+from renderers.scene import AIR_HU, Volume, whole_file
 
 _HEADER_TOLERANCE = 1e-3
 """Largest departure from orthonormal axes that counts as rounding in a header."""
@@ -92,15 +92,8 @@ def save_volume(
 
 def write_file(path: Path, content: bytes) -> None:
     """Write a small file as a whole or not at all, readable by all as usual."""
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        Path(temporary).chmod(0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    with whole_file(path) as beside:
+        beside.write_bytes(content)
 
 
 def _simple_itk() -> Any:

@@ -3,7 +3,6 @@
 import hashlib
 import logging
 import os
-import tempfile
 import zipfile
 import zlib
 from pathlib import Path
@@ -18,7 +17,7 @@ from renderers.fsr.visibility.sets import (
     VisibleSets,
     build_visible_sets,
 )
-from renderers.scene import Volume
+from renderers.scene import Volume, whole_file
 
 log = logging.getLogger(__name__)
 
@@ -107,21 +106,14 @@ def _load(path: Path, bounds: BlockBounds) -> VisibleSets | None:
 
 
 def _save(path: Path, sets: VisibleSets) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            np.savez_compressed(
-                file,
-                shape=np.array(sets.shape, np.int64),
-                table=sets.table,
-                numbers=sets.numbers,
-                bits=sets.bits,
-            )
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    with whole_file(path) as beside:
+        np.savez_compressed(
+            beside,
+            shape=np.array(sets.shape, np.int64),
+            table=sets.table,
+            numbers=sets.numbers,
+            bits=sets.bits,
+        )
     entries = sorted(path.parent.glob("*.npz"), key=_age, reverse=True)
     for old in entries[ENTRIES_KEPT:]:
         old.unlink(missing_ok=True)
