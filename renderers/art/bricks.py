@@ -4,8 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.art.cells import CellGrid
+from renderers.art.interpolation.kernels import SHORT
 from renderers.art.preparation import build_brick
-from renderers.art.views import CellView
+from renderers.art.views import ABSENT, CellView
 
 _FIRST_SLOTS = 64
 
@@ -13,7 +14,7 @@ _FIRST_SLOTS = 64
 class Bricks:
     """Keep a brick a slot, made as slots are first filled.
 
-    A brick is float32 ``(side + 1)**3`` voxels of (value, gradient x y z).
+    A brick is ``(side + 1)**3`` voxels of (value, gradient x y z), in float32 or int16.
     """
 
     def __init__(
@@ -22,18 +23,31 @@ class Bricks:
         spacing_mm: NDArray[np.float64],
         leap: NDArray[np.uint8],
         stamp: NDArray[np.int64],
+        span: float | None = None,
     ) -> None:
-        """Take the distances of `cube_distances` and the stamps of a `CellCache`."""
+        """Take the distances of `cube_distances` and the stamps of a `CellCache`.
+
+        span: keep int16, which halves the memory; the largest difference of two
+        values, all of them whole numbers that int16 holds. None for float32.
+        """
         self.grid = grid
-        self._inverse_spacing = (1 / np.asarray(spacing_mm)).astype(np.float32)
+        self.span = span
+        scale = 1.0
+        if span is not None:
+            # No difference over one voxel, as faces have it, leaves int16.
+            scale = float(SHORT * np.min(spacing_mm) / max(span, 1e-30))
+        self._inverse_spacing = (scale / np.asarray(spacing_mm)).astype(np.float32)
         self._size = np.array(grid.shape[::-1], np.int32)
-        self._floats = (grid.side + 1) ** 3 * 4
+        self._numbers = (grid.side + 1) ** 3 * 4
         self.view = CellView(
             top=self._size - 2,
             counts=np.array(grid.counts[::-1], np.int32),
             leap=leap,
             slots=np.full(grid.cells, -1, np.int32),
-            samples=np.zeros(0, np.float32),
+            corners=np.full(grid.cells, ABSENT, np.int32),
+            samples=np.zeros(0, np.float32 if span is None else np.int16),
+            unit=np.float32(1 if span is None else 1 / SHORT),
+            gradient_unit=np.float32(1 if span is None else 1 / (SHORT * scale)),
             stamp=stamp,
         )
 
@@ -48,7 +62,7 @@ class Bricks:
 
     def show(self, cell: int, slot: int, block: NDArray[np.generic]) -> None:
         """Make a cell's brick from its raw values with their ghosts."""
-        n = self._floats
+        n = self._numbers
         if self.view.samples.size < (slot + 1) * n:
             self._grow(slot + 1)
         build_brick(
@@ -58,15 +72,20 @@ class Bricks:
             self._inverse_spacing,
             self.view.samples[slot * n : (slot + 1) * n],
         )
+        z, y, x = self.grid.start(cell)
+        n = self.grid.side + 1
+        self.view.corners[cell] = ((slot * n - z) * n - y) * n - x
         self.view.slots[cell] = slot
 
     def hide(self, cell: int) -> None:
         """Let rays stop at a cell again."""
         self.view.slots[cell] = -1
+        self.view.corners[cell] = ABSENT
 
     def _grow(self, slots: int) -> None:
-        before = self.view.samples.size // self._floats
+        before = self.view.samples.size // self._numbers
         most = len(self.view.stamp)
         after = min(max(slots, 2 * before, min(_FIRST_SLOTS, most)), most)
-        added = np.zeros((after - before) * self._floats, np.float32)
-        self.view = self.view._replace(samples=np.append(self.view.samples, added))
+        samples = self.view.samples
+        added = np.zeros((after - before) * self._numbers, samples.dtype)
+        self.view = self.view._replace(samples=np.append(samples, added))

@@ -165,6 +165,7 @@ class SnapshotRequest(_Strict, frozen=True):
             named.step_voxels if step is None else step,
             named.cutoff if cutoff is None else cutoff,
             named.renormalise,
+            named.compact,
         )
 
 

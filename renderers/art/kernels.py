@@ -10,8 +10,10 @@ where it stopped and goes on later from there.
 Ray arrays, one row per ray: ``order`` int32 rays to march, neighbours after each other;
 ``geometry`` float32 (origin x y z, step x y z in voxels,
 step in mm, distance of sample 0 in mm); ``count`` int32 samples; ``cursor`` int32
-(sample, stage, bracket); ``value`` float32 (r, g, b, transmittance) or (normal,
-coverage); ``depth`` float32 mm; ``waiting`` int32 cell, negative when none.
+(sample, stage, bracket, cell waited for + 1 or 0), stage in mode `classic` the sample
+at which opacity passed one half, + 1, or 0; ``value`` float32 (r, g, b, alpha) or
+(normal, coverage); ``carry`` float32, what adding to ``value`` has rounded away so far;
+``depth`` float32 mm. cursor, value and carry end with a spare row.
 """
 
 import math
@@ -20,12 +22,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.art.interpolation.kernels import U, trilinear
 from renderers.art.optics.kernels import HALF, ONE, ZERO, opacity, power
 from renderers.art.views import CellView, Classification
-
-U = np.uintp
-"""Makes an index unsigned, so that numba does not look whether it counts from the end:
-5 % of the whole march (measured)."""
 
 TINY = np.float32(1e-6)
 
@@ -71,28 +70,10 @@ def leap_out(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def trilinear(
-    samples: NDArray[np.float32], at: int, row: int, slab: int,
-    fx: np.float32, fy: np.float32, fz: np.float32,
-) -> np.float32:  # fmt: skip
-    """Interpolate one channel of interleaved samples between eight voxels."""
-    q = at + row
-    r = q + slab
-    s = at + slab
-    a = samples[U(at)] + fx * (samples[U(at + 4)] - samples[U(at)])
-    b = samples[U(q)] + fx * (samples[U(q + 4)] - samples[U(q)])
-    d = samples[U(r)] + fx * (samples[U(r + 4)] - samples[U(r)])
-    c = samples[U(s)] + fx * (samples[U(s + 4)] - samples[U(s)])
-    low = a + fy * (b - a)
-    density: np.float32 = low + fz * (c + fy * (d - c) - low)
-    return density
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def march_classic(
     order: NDArray[np.int32],
     geometry: NDArray[np.float32], count: NDArray[np.int32], cursor: NDArray[np.int32],
-    value: NDArray[np.float32], depth: NDArray[np.float32], waiting: NDArray[np.int32],
+    value: NDArray[np.float32], carry: NDArray[np.float32], depth: NDArray[np.float32],
     view: CellView, shift: int, clock: int, table: Classification,
     lights: NDArray[np.float32], material: NDArray[np.float32],
     spacing: NDArray[np.float32],
@@ -101,18 +82,22 @@ def march_classic(
 ) -> None:  # fmt: skip
     """Composite each ray front to back until it ends, is opaque, or misses a cell.
 
-    lights: float32 (m, 7) vector, colour, is local, in mm along the array's axes.
-    material: float32 (4,) ambient, diffuse, specular, shininess. counters: int64
-    samples, contributing, skipped, cells entered. clock: stamped on cells that are
-    used; none when it is 0. Post-classified; the opacity of a
-    step of length h is ``1 - exp(-kappa h)``.
+    lights: float32 (m, 10) vector in mm along the array's axes, diffuse and specular
+    colour, is local. material: float32 (3,) ambient, specular, shininess. counters:
+    int64 samples, contributing, skipped. clock: stamped on cells that are used; none
+    when it is 0. Post-classified; the opacity of a step of length h is
+    ``1 - exp(-kappa h)``. What a sum rounds away is added with the next term (Kahan,
+    CACM 1965;8:40), so that a million thin steps add up.
     """
     mask = (1 << shift) - 1
     n1 = (1 << shift) + 1
     wide, high = int(view.top[0]) + 1, int(view.top[1]) + 1
     row, slab = 4 * n1, 4 * n1 * n1
+    total = np.empty(4, np.float32)
+    lost = np.empty(4, np.float32)
+    term = np.empty(4, np.float32)
     for ray in order:
-        waiting[ray] = -1
+        cursor[ray, 3] = 0
         i, end = cursor[ray, 0], count[ray]
         if i >= end:
             continue
@@ -123,7 +108,9 @@ def march_classic(
         per_mm = ONE / h
         vx, vy = sx * spacing[0] * per_mm, sy * spacing[1] * per_mm
         vz = sz * spacing[2] * per_mm
-        r, g, b, t = value[ray, 0], value[ray, 1], value[ray, 2], value[ray, 3]
+        total[:] = value[ray]
+        lost[:] = carry[ray]
+        t = max((ONE - total[3]) - lost[3], ZERO)
         current, slot = -1, 0
         while i < end:
             fi = np.float32(i)
@@ -142,30 +129,40 @@ def march_classic(
             if cell != current:
                 slot = view.slots[cell]
                 if slot < 0:
-                    waiting[ray] = cell
+                    cursor[ray, 3] = cell + 1
                     break
                 current = cell
                 if clock > 0:
                     view.stamp[slot] = clock
-                counters[3] += 1
             lx, ly, lz = ix & mask, iy & mask, iz & mask
             i += 1
             counters[0] += 1
-            fx, fy, fz = x - np.float32(ix), y - np.float32(iy), z - np.float32(iz)
+            fx, fz = x - np.float32(ix), z - np.float32(iz)
+            fy = min(max(y - np.float32(iy), ZERO), ONE)
             at = (((slot * n1 + lz) * n1 + ly) * n1 + lx) * 4
-            v = trilinear(view.samples, at, row, slab, fx, fy, fz)
-            bin_ = (v - table.low) * table.scale
-            k = table.bins[int(min(max(bin_, ZERO), np.float32(len(table.bins) - 1)))]
-            while v >= table.extinction[k, 1]:
-                k += 1
-            dv = max(v - table.extinction[k, 0], ZERO)
-            kappa = table.extinction[k, 2] + dv * table.extinction[k, 3]
+            v = trilinear(view.samples, at, row, slab, fx, fy, fz) * view.unit
+            place = min(max((v - table.low) * table.scale + ONE, ZERO), table.last)
+            bin_ = int(place)
+            f = place - np.float32(bin_)
+            line = table.lines[U(bin_)]
+            kappa = line[0] + f * line[1]
+            cr, cg, cb = (
+                line[2] + f * line[3],
+                line[4] + f * line[5],
+                line[6] + f * line[7],
+            )
+            if kappa < ZERO:
+                k = table.first[bin_]
+                while v >= table.extinction[k, 1]:
+                    k += 1
+                dv = max(v - table.extinction[k, 0], ZERO)
+                kappa = table.extinction[k, 2] + dv * table.extinction[k, 3]
+                cr = table.color[k, 0] + dv * table.color_slope[k, 0]
+                cg = table.color[k, 1] + dv * table.color_slope[k, 1]
+                cb = table.color[k, 2] + dv * table.color_slope[k, 2]
             if kappa <= ZERO:
                 continue
             counters[1] += 1
-            cr = table.color[k, 0] + dv * table.color_slope[k, 0]
-            cg = table.color[k, 1] + dv * table.color_slope[k, 1]
-            cb = table.color[k, 2] + dv * table.color_slope[k, 2]
             gx = trilinear(view.samples, at + 1, row, slab, fx, fy, fz)
             gy = trilinear(view.samples, at + 2, row, slab, fx, fy, fz)
             gz = trilinear(view.samples, at + 3, row, slab, fx, fy, fz)
@@ -177,47 +174,55 @@ def march_classic(
                 er, eg, eb = ZERO, ZERO, ZERO
                 for m in range(len(lights)):
                     qx, qy, qz = lights[m, 0], lights[m, 1], lights[m, 2]
-                    if lights[m, 6] > ZERO:
+                    if lights[m, 9] > ZERO:
                         qx -= x * spacing[0]
                         qy -= y * spacing[1]
                         qz -= z * spacing[2]
                         way_mm = np.float32(math.sqrt(qx * qx + qy * qy + qz * qz))
                         per_way = ONE / (way_mm if way_mm > TINY else TINY)
                         qx, qy, qz = qx * per_way, qy * per_way, qz * per_way
-                    c = material[1] * max(nx * qx + ny * qy + nz * qz, ZERO)
+                    c = max(nx * qx + ny * qy + nz * qz, ZERO)
                     dr += c * lights[m, 3]
                     dg += c * lights[m, 4]
                     db += c * lights[m, 5]
-                    if material[2] > ZERO:
+                    if material[1] > ZERO:
                         hx, hy, hz = qx - vx, qy - vy, qz - vz
                         q = max(math.sqrt(hx * hx + hy * hy + hz * hz), TINY)
                         c = max((nx * hx + ny * hy + nz * hz) / q, ZERO)
-                        c = material[2] * power(c, material[3])
-                        er += c * lights[m, 3]
-                        eg += c * lights[m, 4]
-                        eb += c * lights[m, 5]
+                        c = power(c, material[2])
+                        er += c * lights[m, 6]
+                        eg += c * lights[m, 7]
+                        eb += c * lights[m, 8]
                 cr, cg, cb = cr * dr + er, cg * dg + eg, cb * db + eb
             weight = t * opacity(kappa * h)
-            r += weight * cr
-            g += weight * cg
-            b += weight * cb
-            t -= weight
+            term[0], term[1], term[2] = weight * cr, weight * cg, weight * cb
+            term[3] = weight
+            for c_ in range(4):
+                part = term[c_] + lost[c_]
+                sum_ = total[c_] + part
+                lost[c_] = part - (sum_ - total[c_])
+                total[c_] = sum_
+            t = max((ONE - total[3]) - lost[3], ZERO)
             if t <= HALF and depth[ray] == np.float32(np.inf):
                 depth[ray] = geometry[ray, 7] + fi * h
             if t < cutoff:
                 if renormalise:
                     k_ = ONE / (ONE - t)
-                    r, g, b, t = r * k_, g * k_, b * k_, ZERO
+                    for c_ in range(3):
+                        total[c_] = (total[c_] + lost[c_]) * k_
+                    total[3] = ONE
+                    lost[:] = ZERO
                 i = end
         cursor[ray, 0] = i
-        value[ray, 0], value[ray, 1], value[ray, 2], value[ray, 3] = r, g, b, t
+        value[ray] = total
+        carry[ray] = lost
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def march_scope(
     order: NDArray[np.int32],
     geometry: NDArray[np.float32], count: NDArray[np.int32], cursor: NDArray[np.int32],
-    value: NDArray[np.float32], depth: NDArray[np.float32], waiting: NDArray[np.int32],
+    value: NDArray[np.float32], carry: NDArray[np.float32], depth: NDArray[np.float32],
     view: CellView, shift: int, clock: int, spacing: NDArray[np.float32],
     counters: NDArray[np.int64],
 ) -> None:  # fmt: skip
@@ -235,7 +240,7 @@ def march_scope(
     wide, high = int(view.top[0]) + 1, int(view.top[1]) + 1
     row, slab = 4 * n1, 4 * n1 * n1
     for ray in order:
-        waiting[ray] = -1
+        cursor[ray, 3] = 0
         i, stage, bracket = cursor[ray, 0], cursor[ray, 1], cursor[ray, 2]
         end = count[ray]
         ox, oy, oz = geometry[ray, 0], geometry[ray, 1], geometry[ray, 2]
@@ -268,12 +273,11 @@ def march_scope(
                 if cell != current:
                     slot = view.slots[cell]
                     if slot < 0:
-                        waiting[ray] = cell
+                        cursor[ray, 3] = cell + 1
                         break
                     current = cell
                     if clock > 0:
                         view.stamp[slot] = clock
-                    counters[3] += 1
                 lx, ly, lz = ix & mask, iy & mask, iz & mask
                 counters[0] += 1
                 fx, fy, fz = x - np.float32(ix), y - np.float32(iy), z - np.float32(iz)

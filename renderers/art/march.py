@@ -18,13 +18,14 @@ from renderers.art.regions import Region
 from renderers.art.views import CellView, Classification
 from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
 
-COUNTERS = ("samples", "contributing", "skipped", "cells_entered")
+COUNTERS = ("samples", "contributing", "skipped")
 """Names of the kernels' counters."""
 
 LARGEST_COUNT = 1 << 22
 """Samples on one ray, at most; float32 tells them apart with a bracket between."""
 
 _BINS = 1024
+"""Bins between the first and the last node, at most: 32 kB."""
 
 
 class March(Protocol):
@@ -82,6 +83,8 @@ def classification(transfer_function: TransferFunction) -> Classification:
     """Lay the user's own nodes behind a table of bins.
 
     Piecewise linear between exactly the nodes given: a jump stays where it was put.
+    A bin's width is a power of two and its ends are multiples of it, so that most nodes
+    lie between bins, and float32 finds a density's bin without rounding.
     """
     nodes = transfer_function.nodes
     ends = np.column_stack([transfer_function.color, transfer_function.kappa_per_mm])
@@ -89,18 +92,29 @@ def classification(transfer_function: TransferFunction) -> Classification:
     # Before the first and beyond the last node the end values hold.
     base = np.concatenate([ends[:1], ends])
     slope = np.concatenate([np.zeros((1, 4)), slope, np.zeros((1, 4))])
-    lower = np.concatenate([[nodes[0]], nodes, [np.inf]]).astype(np.float32)
-    low, high = np.float32(nodes[0]), np.float32(nodes[-1])
-    scale = np.float32(_BINS / max(float(high - low), 1e-30))
-    edges = float(low) + (np.arange(_BINS) - 1e-3) / float(scale)
-    # Edges lie early by more than rounding: a density is never put too late.
-    bins = np.searchsorted(lower[1:-1], edges, side="right")
+    lower = np.concatenate([[nodes[0]], nodes, [np.inf]])
+    finest = np.abs(nodes).max() / (1 << 22)
+    width = max((nodes[-1] - nodes[0]) / _BINS, finest, 1e-30)
+    width = 2.0 ** math.ceil(math.log2(width))
+    low = math.floor(nodes[0] / width) * width
+    edges = low + width * np.arange(math.ceil((nodes[-1] - low) / width) + 1)
+    color, kappa = transfer_function.evaluate(edges)
+    tops = np.column_stack([color, kappa])
+    starts = np.concatenate([tops[:1], tops])
+    rises = np.concatenate([np.zeros((1, 4)), np.diff(tops, axis=0), np.zeros((1, 4))])
+    holds = np.searchsorted(nodes, edges, side="right")[:-1]
+    mixed = np.searchsorted(nodes, edges, side="left")[1:] > holds
+    starts[1:-1, 3] = np.where(mixed, -1.0, starts[1:-1, 3])
+    rises[1:-1, 3] = np.where(mixed, 0.0, rises[1:-1, 3])
+    pairs = np.stack([starts, rises], axis=-1)[:, [3, 0, 1, 2]]
     extinction = np.column_stack([lower[:-1], lower[1:], base[:, 3], slope[:, 3]])
     spare = np.zeros((len(base), 1))
     return Classification(
-        bins.astype(np.int32),
-        low,
-        scale,
+        np.ascontiguousarray(pairs.reshape(-1, 8), np.float32),
+        np.float32(low),
+        np.float32(1 / width),
+        np.float32(len(edges)),
+        np.concatenate([[0], holds, [len(nodes)]]).astype(np.int32),
         np.ascontiguousarray(extinction, np.float32),
         np.ascontiguousarray(np.hstack([base[:, :3], spare]), np.float32),
         np.ascontiguousarray(np.hstack([slope[:, :3], spare]), np.float32),
@@ -111,7 +125,6 @@ class _Marching:
     """Set up rays, which both modes do alike."""
 
     at_ends = False
-    first_value = (0.0, 0.0, 0.0, 1.0)
 
     def __init__(self, volume: Volume, quality: Quality, kernels: KernelSet) -> None:
         if volume.values.dtype.kind == "f" and not np.isfinite(volume.values).all():
@@ -137,7 +150,7 @@ class _Marching:
     def start(self, region: Region, rays: FrameRays) -> RayPacket:
         """Put the rays of a region at their first samples."""
         n = region.pixels
-        geometry = np.zeros((n, 8), np.float32)
+        geometry = np.zeros((n + 1, 8), np.float32)
         count = np.zeros(n, np.int32)
         self._kernels.set_up_rays(
             np.array(rays.table[region.rows, region.columns]).reshape(n, 3),
@@ -151,7 +164,7 @@ class _Marching:
             geometry,
             count,
         )
-        return RayPacket.start(region, geometry, count, self.first_value)
+        return RayPacket.start(region, geometry, count)
 
 
 class ClassicMarch(_Marching):
@@ -171,20 +184,19 @@ class ClassicMarch(_Marching):
         volume = scene.volume
         material = scene.material
         self._material = np.array(
-            [material.ambient, material.diffuse, material.specular, material.shininess],
-            np.float32,
+            [material.ambient, material.specular, material.shininess], np.float32
         )
-        # Lights are turned into the array's axes once, instead of every normal.
-        self._lights = np.zeros((len(scene.lights), 7), np.float32)
+        # Lights are turned into the array's axes, and multiplied by what the material
+        # gives back, once instead of at every sample.
+        self._lights = np.zeros((len(scene.lights), 10), np.float32)
         for row, light in zip(self._lights, scene.lights, strict=True):
             origin = volume.origin_mm if light.is_local else np.zeros(3)
             row[:3] = volume.direction.T @ (light.vector - origin)
-            row[3:6] = light.color
-            row[6] = light.is_local
+            row[3:6] = material.diffuse * light.color
+            row[6:9] = material.specular * light.color
+            row[9] = light.is_local
         # Below this a gradient is rounding, and a normal made of it is noise.
-        self._least_gradient = np.float32(
-            max(1e-6 * (value_range[1] - value_range[0]), 1e-30)
-        )
+        self._least_gradient = max(1e-6 * (value_range[1] - value_range[0]), 1e-30)
 
     def run(
         self, packet: RayPacket, view: CellView, shift: int, clock: int
@@ -197,8 +209,8 @@ class ClassicMarch(_Marching):
             packet.count,
             packet.cursor,
             packet.value,
+            packet.carry,
             packet.depth,
-            packet.waiting,
             view,
             shift,
             clock,
@@ -206,7 +218,7 @@ class ClassicMarch(_Marching):
             self._lights,
             self._material,
             self._spacing,
-            self._least_gradient,
+            np.float32(self._least_gradient / view.gradient_unit),
             np.float32(self.quality.cutoff),
             self.quality.renormalise,
             counters,
@@ -218,7 +230,6 @@ class ScopeMarch(_Marching):
     """Find the zero of the air distance, sampling at both ends of steps."""
 
     at_ends = True
-    first_value = (0.0, 0.0, 0.0, 0.0)
 
     def __init__(self, scene: Scene, quality: Quality, kernels: KernelSet) -> None:
         if scene.surface is None:
@@ -237,8 +248,8 @@ class ScopeMarch(_Marching):
             packet.count,
             packet.cursor,
             packet.value,
+            packet.carry,
             packet.depth,
-            packet.waiting,
             view,
             shift,
             clock,

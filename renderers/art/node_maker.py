@@ -15,6 +15,7 @@ from renderers.art.directory import (
     homes,
     ring_distances,
 )
+from renderers.art.interpolation.kernels import SHORT
 from renderers.art.kernel_set import KernelSet, best_kernels
 from renderers.art.march import ClassicMarch, March, ScopeMarch
 from renderers.art.node import Node
@@ -49,12 +50,16 @@ def slots_of(cells: int, ranks: int, wanted: int | None) -> tuple[int, int]:
 
 @dataclass(frozen=True, slots=True)
 class _Look:
-    """Hold what a volume's values say: the march and which cells it meets."""
+    """Hold what a volume's values say: the march and which cells it meets.
+
+    span: as `Bricks` takes it.
+    """
 
     march: March
     grid: CellGrid
     seen: NDArray[np.bool_]
     leap: NDArray[np.uint8]
+    span: float | None
 
     @classmethod
     def at(
@@ -73,10 +78,11 @@ class _Look:
         )
         grid = CellGrid(volume.shape, cell_side)
         ranges = grid.value_ranges(volume.values)
+        low, high = float(ranges[:, 0].min()), float(ranges[:, 1].max())
+        whole = volume.values.dtype.kind in "iu" and max(-low, high) <= SHORT
         march: March
         if mode == "classic":
-            span = float(ranges[:, 0].min()), float(ranges[:, 1].max())
-            march = ClassicMarch(scene, quality, span, kernels or best_kernels())
+            march = ClassicMarch(scene, quality, (low, high), kernels or best_kernels())
         elif mode == "scope":
             march = ScopeMarch(scene, quality, kernels or best_kernels())
         else:
@@ -84,7 +90,8 @@ class _Look:
         clear = march.clear if quality.skip_empty else np.zeros((0, 2), np.float32)
         seen = grid.occupied(ranges, clear)
         leap = cube_distances(volume.values, clear)
-        return cls(march, grid, seen, leap)
+        span = high - low if whole and quality.compact else None
+        return cls(march, grid, seen, leap, span)
 
 
 def make_node(
@@ -130,7 +137,7 @@ def make_node(
             home, mine = np.full(grid.cells, rank), None
     work = MarchWork(
         march,
-        Bricks(grid, march.volume.spacing_mm, looked.leap, cache.stamp),
+        Bricks(grid, march.volume.spacing_mm, looked.leap, cache.stamp, looked.span),
         CellShare(grid, march.volume.values, mine),
         keeps_raw=migrates,
         seen=seen,
@@ -152,15 +159,16 @@ def edit_node(
     """Go on with an edited volume of the same grid, on every rank alike.
 
     Only cells that changed are read and fetched anew. None, and nothing is done, when
-    a cell can be seen now that was empty before, and so has no owner: make a new
-    node. Tissue that is removed never does that.
+    a cell can be seen now that was empty before, and so has no owner, or the range of
+    values, which compact bricks go by, is another: make a new node. Tissue that is
+    removed does neither, unless it was the densest.
     """
     grid, before = work.bricks.grid, work.share.values
     looked = _Look.at(scene, mode, quality, grid.side, None)
     values = looked.march.volume.values
     if looked.grid != grid or values.dtype != before.dtype:
         return None
-    if bool(np.any(looked.seen & ~work.seen)):
+    if looked.span != work.bricks.span or bool(np.any(looked.seen & ~work.seen)):
         return None
     changed = grid.touched(before != values)
     work.replace(looked.march, looked.leap, values)

@@ -12,6 +12,9 @@ class Quality:
         changes no channel by more than `cutoff` times the brightest colour behind.
     renormalise: divide a ray by its opacity where it was cut, which lowers the error
         of a large cutoff inside opaque tissue and raises it in thin tissue.
+    compact: keep values and gradients of volumes of whole numbers as int16: half the
+        memory, faster; places along y are rounded to 1/32767 voxel and gradients to
+        1/32767 of the steepest. Volumes that int16 cannot hold stay float32.
     skip_empty: leap over what the transfer function makes clear. The picture is the
         same bit for bit; off only to measure what skipping saves.
     """
@@ -19,6 +22,7 @@ class Quality:
     step_voxels: float
     cutoff: float
     renormalise: bool = False
+    compact: bool = False
     skip_empty: bool = True
 
     def __post_init__(self) -> None:
@@ -40,8 +44,8 @@ class Quality:
 
 
 QUALITIES = {
-    "preview": Quality(1.0, 1 / 255),
-    "snapshot": Quality(0.5, 1 / 1024),
+    "preview": Quality(1.0, 1 / 255, compact=True),
+    "snapshot": Quality(0.5, 1 / 1024, compact=True),
     "final": Quality(0.25, 1e-4),
     "reference": Quality(1 / 32, 0.0),
 }

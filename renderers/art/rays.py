@@ -38,16 +38,12 @@ class RayPacket:
     count: NDArray[np.int32]
     cursor: NDArray[np.int32]
     value: NDArray[np.float32]
+    carry: NDArray[np.float32]
     depth: NDArray[np.float32]
-    waiting: NDArray[np.int32]
 
     @classmethod
     def start(
-        cls,
-        region: Region,
-        geometry: NDArray[np.float32],
-        count: NDArray[np.int32],
-        first_value: tuple[float, float, float, float],
+        cls, region: Region, geometry: NDArray[np.float32], count: NDArray[np.int32]
     ) -> "RayPacket":
         """Put rays at their first sample."""
         n = len(count)
@@ -56,16 +52,22 @@ class RayPacket:
             tile_order(region.right - region.left, region.bottom - region.top),
             geometry,
             count,
-            np.zeros((n, 3), np.int32),
-            np.full((n, 4), first_value, np.float32),
+            np.zeros((n + 1, 4), np.int32),
+            np.zeros((n + 1, 4), np.float32),
+            np.zeros((n + 1, 4), np.float32),
             np.full(n, np.inf, np.float32),
-            np.full(n, -1, np.int32),
         )
+
+    @property
+    def result(self) -> NDArray[np.float32]:
+        """Get colour and alpha, or normal and coverage, of each ray, (n, 4)."""
+        return self.value[:-1] + self.carry[:-1]
 
     def missing_cells(self) -> list[int]:
         """List the cells that rays stopped at, without repetition."""
-        waiting = self.waiting[self.waiting >= 0]
-        return np.unique(waiting).tolist() if waiting.size else []
+        cells = self.cursor[:-1, 3]
+        waiting = cells[cells > 0]
+        return (np.unique(waiting) - 1).tolist() if waiting.size else []
 
 
 class RayStack(Generic[P]):

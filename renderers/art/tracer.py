@@ -28,7 +28,7 @@ class RenderStoppedError(RuntimeError):
 class RenderReport:
     """Say what a picture cost.
 
-    counters: samples, contributing, skipped, cells_entered (by rays), cells_fetched,
+    counters: samples, contributing, skipped, cells_fetched,
     cells_evicted, cells_occupied, cells, requests.
     """
 
@@ -138,9 +138,7 @@ class ActiveRayTracer:
 
 def classic_image(gather: Gather) -> Image:
     """Turn gathered rays of mode `classic` into an image."""
-    rgba = gather.value.copy()
-    rgba[..., 3] = 1 - rgba[..., 3]
-    return Image(rgba, gather.depth)
+    return Image(gather.value, gather.depth)
 
 
 def scope_gbuffer(gather: Gather, march: March) -> GBuffer:

@@ -1,9 +1,11 @@
 """What the ray kernels are shown: cells at hand, and how densities are classified."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+ABSENT = np.int32(-(1 << 31))
 
 
 class CellView(NamedTuple):
@@ -12,30 +14,42 @@ class CellView(NamedTuple):
     top: int32 (3,) largest cube index along x, y, z. counts: int32 (3,) cells along
     x, y, z. leap: uint8, flat, every cube's Chebyshev distance in cubes to the next
     with something in it, and three bytes to spare. slots: int32 (cells,), negative
-    when missing. samples: float32, flat, (value, gradient x y z) of ``(side + 1)**3``
-    voxels a slot. stamp: int64 (slots,) time of last use.
+    when missing. corners: int32 (cells,), the number that voxel (0, 0, 0) would have
+    among the samples if a cell's brick went on to it; ABSENT when missing. samples:
+    flat, (value, gradient x y z) of ``(side + 1)**3`` voxels a slot, float32 or int16.
+    unit: what an interpolated value is multiplied by.
+    gradient_unit: likewise, to be per mm. stamp: int64 (slots,) time of last use.
     """
 
     top: NDArray[np.int32]
     counts: NDArray[np.int32]
     leap: NDArray[np.uint8]
     slots: NDArray[np.int32]
-    samples: NDArray[np.float32]
+    corners: NDArray[np.int32]
+    samples: NDArray[Any]
+    unit: np.float32
+    gradient_unit: np.float32
     stamp: NDArray[np.int64]
 
 
 class Classification(NamedTuple):
-    """Hold the user's own transfer-function nodes behind a table of bins.
+    """Hold a transfer function as bins, each a straight line between its ends.
 
-    bins: int32 (b,) first segment that a bin can fall into; a bin is
-    ``(v - low) * scale``. extinction: float32 (n, 4) lower end of a segment, its upper
-    end (+inf last), extinction per mm there, its slope. color, color_slope: float32
-    (n, 4) likewise; the last column is spare.
+    A density v falls into bin ``(v - low) * scale + 1``; bin 0 is all below, bin `last`
+    all above. lines: float32 (bins, 8): extinction per mm, its rise, red, its rise,
+    green, its rise, blue, its rise; rises are per bin. Bins that hold one of the
+    user's nodes between their ends have a negative extinction; there the segments
+    between nodes count: first: int32 (bins,) the segment at a bin's
+    lower end; extinction: float32 (n, 4) lower end of a segment, its upper end (+inf
+    last), extinction per mm there, its slope. color, color_slope: float32 (n, 4)
+    likewise; the last column is spare.
     """
 
-    bins: NDArray[np.int32]
+    lines: NDArray[np.float32]
     low: np.float32
     scale: np.float32
+    last: np.float32
+    first: NDArray[np.int32]
     extinction: NDArray[np.float32]
     color: NDArray[np.float32]
     color_slope: NDArray[np.float32]

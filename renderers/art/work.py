@@ -123,7 +123,7 @@ class MarchWork:
 
     def result(self, packet: RayPacket) -> bytes:
         """Write a region with its values and depths."""
-        return region_payload(packet.region, packet.value, packet.depth)
+        return region_payload(packet.region, packet.result, packet.depth)
 
     def payload(self, cell: int) -> bytes:
         """Write a block with its ghosts."""

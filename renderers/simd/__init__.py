@@ -6,7 +6,7 @@ or reordered arithmetic: the same bits for any width and on any processor. Impor
 in files of kernels only, and use those through `renderers.simd_guard`.
 """
 
-from renderers.simd.cells import cell4, cell4_real
+from renderers.simd.cells import cell4
 from renderers.simd.functions import (
     absolute,
     all_,
@@ -46,6 +46,7 @@ from renderers.simd.rows import (
     put_rows4,
     row,
     rows4,
+    rows8,
     store_groups,
     store_spread,
     store_triples,
@@ -61,7 +62,6 @@ __all__ = [
     "as_i32",
     "bits",
     "cell4",
-    "cell4_real",
     "count",
     "f32",
     "f64",
@@ -85,6 +85,7 @@ __all__ = [
     "rank",
     "row",
     "rows4",
+    "rows8",
     "rows_alike",
     "select",
     "sqrt",

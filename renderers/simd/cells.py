@@ -59,121 +59,100 @@ def _y_weights(builder: Any, fy: Any, n: int) -> Any:
     return builder.or_(below, high)
 
 
+def _starts(builder: Any, base: Any, y_step: Any, z_step: Any, shift: int) -> list[Any]:
+    """Give where the four lines of a cell along x begin, for its first voxel at 0."""
+    by = ir.Constant(I64, shift)
+    along, deep = builder.shl(y_step, by), builder.shl(z_step, by)
+    both = builder.add(along, deep)
+    return [base] + [
+        builder.gep(base, [o], source_etype=BYTE) for o in (along, deep, both)
+    ]
+
+
+def _whole_numbers(builder: Any, base: Any, args: Any) -> list[Any]:
+    """Blend int16 channels: y in integers, then z and x; times 32767."""
+    voxel, y_step, z_step, fx, fy, fz = args
+    n = voxel.type.count
+    rows = _starts(builder, base, y_step, z_step, 3)
+    offsets = byte_offsets(builder, voxel, 3)
+    weights = _y_weights(builder, fy, n)
+    parts = []
+    for part in range(4):
+        pair = builder.bitcast(
+            spread_in_groups(builder, weights, part), ir.VectorType(_I16, 2 * n)
+        )
+        px = spread_in_groups(builder, fx, part)
+        pz = spread_in_groups(builder, fz, part)
+        cells = [load_part(builder, r, offsets, _PAIR, part, 2) for r in rows]
+        corners = []
+        for corner in (0, 1):
+            order = _interleaved(n, corner)
+            front, back = (
+                builder.sitofp(
+                    _add_products(
+                        builder, shuffle(builder, cells[z], cells[z + 1], order), pair
+                    ),
+                    fx.type,
+                )
+                for z in (0, 2)
+            )
+            corners.append(_lerp(builder, front, back, pz))
+        parts.append(_lerp(builder, corners[0], corners[1], px))
+    return parts
+
+
+def _reals(builder: Any, base: Any, args: Any) -> list[Any]:
+    """Blend float32 channels along x, then y, then z."""
+    voxel, y_step, z_step, fx, fy, fz = args
+    starts = _starts(builder, base, y_step, z_step, 4)
+    next_voxel = ir.Constant(I64, 16)
+    offsets = byte_offsets(builder, voxel, 4)
+    parts = []
+    for part in range(4):
+        px, py, pz = (spread_in_groups(builder, f, part) for f in (fx, fy, fz))
+        lines = []
+        for start in starts:
+            after = builder.gep(start, [next_voxel], source_etype=BYTE)
+            left, right = (
+                load_part(builder, end, offsets, _REALS, part, 4)
+                for end in (start, after)
+            )
+            lines.append(_lerp(builder, left, right, px))
+        front = _lerp(builder, lines[0], lines[1], py)
+        back = _lerp(builder, lines[2], lines[3], py)
+        parts.append(_lerp(builder, front, back, pz))
+    return parts
+
+
 @vector_function
 def cell4(
     typingctx: Any, quads: Any, voxel: Any, y_step: Any, z_step: Any, fx: Any, fy: Any,
     fz: Any,
 ) -> Any:  # fmt: skip
-    """Interpolate four int16 channels between the eight corners of a cell, x 32767.
+    """Interpolate four channels between the eight corners of a cell.
 
-    quads: int16, four channels a voxel. voxel: i32 lanes, the lowest corner's number.
-    y_step, z_step: voxels to the next along y and z. fx, fy, fz: f32 fractions in
-    0..1. Two x corners with all channels are one 16-byte load. The blend along y is
-    exact in integers, with fy rounded to 1 / 32767; then z and x in float32.
+    quads: four channels a voxel, int16 or float32. voxel: i32 lanes, the lowest
+    corner's number. y_step, z_step: voxels to the next along y and z. fx, fy, fz: f32
+    fractions in 0..1.
+
+    float32: along x, then y, then z, each as ``a + f (b - a)``. int16: the result is
+    32767 times as large; two x corners with all channels are one 16-byte load; the
+    blend along y is exact in integers, with fy rounded to 1 / 32767; then z and x in
+    float32.
     """
     found = stored(quads)
-    if found is None or quads.dtype != types.int16:
-        return None
-    if not isinstance(voxel, Vector) or voxel.element != "i32" or voxel.count < 4:
-        return None
-    if any(f != voxel.like("f32") for f in (fx, fy, fz)):
-        return None
-    n, result = voxel.count, voxel.like("f32")
-
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        _, voxel, y_step, z_step, fx, fy, fz = args
-        base = data(context, builder, sig.args[0], args[0])
-        voxel_bytes = ir.Constant(I64, 3)
-        along = builder.shl(y_step, voxel_bytes)
-        deep = builder.shl(z_step, voxel_bytes)
-        rows = [
-            base,
-            builder.gep(base, [along], source_etype=BYTE),
-            builder.gep(base, [deep], source_etype=BYTE),
-            builder.gep(base, [builder.add(along, deep)], source_etype=BYTE),
-        ]
-        offsets = byte_offsets(builder, voxel, 3)
-        weights = _y_weights(builder, fy, n)
-        parts = []
-        for part in range(4):
-            pair = builder.bitcast(
-                spread_in_groups(builder, weights, part), ir.VectorType(_I16, 2 * n)
-            )
-            px = spread_in_groups(builder, fx, part)
-            pz = spread_in_groups(builder, fz, part)
-            cells = [load_part(builder, r, offsets, _PAIR, part, 2) for r in rows]
-            corners = []
-            for corner in (0, 1):
-                order = _interleaved(n, corner)
-                front, back = (
-                    builder.sitofp(
-                        _add_products(
-                            builder,
-                            shuffle(builder, cells[z], cells[z + 1], order),
-                            pair,
-                        ),
-                        result.llvm,
-                    )
-                    for z in (0, 2)
-                )
-                corners.append(_lerp(builder, front, back, pz))
-            parts.append(_lerp(builder, corners[0], corners[1], px))
-        channels = transpose(builder, parts)
-        return context.make_tuple(builder, sig.return_type, channels)
-
-    steps = (types.int64, types.int64)
-    sig = signature(types.UniTuple(result, 4), quads, voxel, *steps, fx, fy, fz)
-    return sig, generate
-
-
-@vector_function
-def cell4_real(
-    typingctx: Any, quads: Any, voxel: Any, y_step: Any, z_step: Any, fx: Any, fy: Any,
-    fz: Any,
-) -> Any:  # fmt: skip
-    """Interpolate four float32 channels between the eight corners of a cell.
-
-    Arguments as `cell4` has them, but for the channels. Along x, then y, then z, each
-    as ``a + f (b - a)``.
-    """
-    found = stored(quads)
-    if found is None or quads.dtype != types.float32:
+    if found is None or quads.dtype not in (types.int16, types.float32):
         return None
     if not isinstance(voxel, Vector) or voxel.element != "i32" or voxel.count < 4:
         return None
     result = voxel.like("f32")
     if any(f != result for f in (fx, fy, fz)):
         return None
+    blend = _whole_numbers if quads.dtype == types.int16 else _reals
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        _, voxel, y_step, z_step, fx, fy, fz = args
         base = data(context, builder, sig.args[0], args[0])
-        voxel_bytes = ir.Constant(I64, 4)
-        along = builder.shl(y_step, voxel_bytes)
-        deep = builder.shl(z_step, voxel_bytes)
-        starts = [
-            base,
-            builder.gep(base, [along], source_etype=BYTE),
-            builder.gep(base, [deep], source_etype=BYTE),
-            builder.gep(base, [builder.add(along, deep)], source_etype=BYTE),
-        ]
-        next_voxel = ir.Constant(I64, 16)
-        offsets = byte_offsets(builder, voxel, 4)
-        parts = []
-        for part in range(4):
-            px, py, pz = (spread_in_groups(builder, f, part) for f in (fx, fy, fz))
-            lines = []
-            for start in starts:
-                after = builder.gep(start, [next_voxel], source_etype=BYTE)
-                left, right = (
-                    load_part(builder, end, offsets, _REALS, part, 4)
-                    for end in (start, after)
-                )
-                lines.append(_lerp(builder, left, right, px))
-            front = _lerp(builder, lines[0], lines[1], py)
-            back = _lerp(builder, lines[2], lines[3], py)
-            parts.append(_lerp(builder, front, back, pz))
-        channels = transpose(builder, parts)
+        channels = transpose(builder, blend(builder, base, args[1:]))
         return context.make_tuple(builder, sig.return_type, channels)
 
     steps = (types.int64, types.int64)

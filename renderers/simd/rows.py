@@ -115,6 +115,30 @@ def rows4(typingctx: Any, array: Any, index: Any) -> Any:
 
 
 @vector_function
+def rows8(typingctx: Any, array: Any, index: Any) -> Any:
+    """Give the eight columns of rows ``index`` of an array of rows of eight.
+
+    As `rows4`; a lane's place is worked out once for both halves of its row.
+    """
+    if not _is_rows(array, index):
+        return None
+    vector = index.like("f32" if array.dtype == types.float32 else "i32")
+    kind = _row_type(array)
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        base = data(context, builder, sig.args[0], args[0])
+        second = builder.gep(base, [ir.Constant(I64, 16)], source_etype=BYTE)
+        offsets = byte_offsets(builder, args[1], 5)
+        columns = []
+        for half in (base, second):
+            parts = [load_part(builder, half, offsets, kind, c, 4) for c in range(4)]
+            columns += transpose(builder, parts)
+        return context.make_tuple(builder, sig.return_type, columns)
+
+    return signature(types.UniTuple(vector, 8), array, index), generate
+
+
+@vector_function
 def put_rows4(
     typingctx: Any, array: Any, index: Any, x: Any, y: Any, z: Any, w: Any
 ) -> Any:

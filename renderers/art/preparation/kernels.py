@@ -1,6 +1,7 @@
 """Prepare a march: cells as bricks, distances over empty space, first samples."""
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -107,19 +108,25 @@ def is_clear(low: np.float32, high: np.float32, clear: NDArray[np.float32]) -> b
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _rounded(x: np.float32) -> np.float32:
+    return np.float32(np.rint(min(max(x, np.float32(-32767)), np.float32(32767))))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def build_brick(
     block: NDArray[np.float32],
     start: NDArray[np.int32],
     size: NDArray[np.int32],
     inverse_spacing: NDArray[np.float32],
-    samples: NDArray[np.float32],
+    samples: NDArray[Any],
 ) -> None:
     """Fill one slot from a block of ``(side + 3)**3`` values with their ghosts.
 
     Gradients are Sobel's over the 26 neighbours, per mm along the array's axes;
     one-sided on the volume's faces. start, size: the cell's first voxel and the
-    volume's size, x y z. samples: flat.
+    volume's size, x y z. samples: flat, float32 or int16, to which all is rounded.
     """
+    whole = samples.itemsize == 2
     n = block.shape[0] - 2
     for z in range(n):
         for y in range(n):
@@ -143,9 +150,10 @@ def build_brick(
                     kz += kz
                 at = ((z * n + y) * n + x) * 4
                 samples[at] = block[z + 1, y + 1, x + 1]
-                samples[at + 1] = gx * kx
-                samples[at + 2] = gy * ky
-                samples[at + 3] = gz * kz
+                gx, gy, gz = gx * kx, gy * ky, gz * kz
+                samples[at + 1] = _rounded(gx) if whole else gx
+                samples[at + 2] = _rounded(gy) if whole else gy
+                samples[at + 3] = _rounded(gz) if whole else gz
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -18,12 +18,11 @@ from numpy.typing import NDArray
 from renderers.art.kernels import SLOWEST, WITHIN
 from renderers.art.optics.kernels import HALF, ONE, ZERO
 from renderers.art.vector.optics.kernels import opacity, power
-from renderers.art.views import CellView, Classification
+from renderers.art.views import ABSENT, CellView, Classification
 from renderers.simd import (
     absolute,
     any_,
-    bits,
-    cell4_real,
+    cell4,
     count,
     f32,
     full,
@@ -32,8 +31,10 @@ from renderers.simd import (
     i32,
     maximum,
     minimum,
+    put_rows4,
     rank,
     rows4,
+    rows8,
     select,
     sqrt,
     store,
@@ -51,14 +52,14 @@ FAR = np.float32(np.inf)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def queue_rays(order: I32, ends: I32, cursor: I32, waiting: I32, queue: I32) -> int:
+def queue_rays(order: I32, ends: I32, cursor: I32, queue: I32) -> int:
     """List the unfinished rays in their order; give their number.
 
     queue: int32, at least as long as `order`.
     """
     found = 0
     for ray in order:
-        waiting[ray] = -1
+        cursor[ray, 3] = 0
         if cursor[ray, 0] < ends[ray]:
             queue[found] = ray
             found += 1
@@ -88,6 +89,24 @@ def unit(x: Lanes, y: Lanes, z: Lanes) -> tuple[Lanes, Lanes, Lanes]:
     return x * scale, y * scale, z * scale
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def add(total: Lanes, lost: Lanes, term: Lanes, on: Lanes) -> tuple[Lanes, Lanes]:
+    """Give sums with a term more where on, and what they have rounded away by now."""
+    part = term + lost
+    more = total + part
+    return select(on, more, total), select(on, part - (more - total), lost)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def stamp(
+    slots: I32, cell: Lanes, at: Lanes, marks: I32, used: NDArray[np.int64], clock: int
+) -> None:
+    """Write the time on the slots of the cells that lanes stand in."""
+    store_packed(marks, 0, gather(slots, cell, at), at)
+    for k in range(count(at)):
+        used[marks[k]] = clock
+
+
 def classic_packets(width: int) -> Callable[..., None]:
     """Make `march_classic` for packets of `width` rays, a power of two from 4."""
     refill = width // 2
@@ -95,78 +114,67 @@ def classic_packets(width: int) -> Callable[..., None]:
 
     @njit(cache=True, nogil=True, error_model="numpy")
     def march_classic(
-        order: I32, geometry: F32, ends: I32, cursor: I32, value: F32, depth: F32,
-        waiting: I32, view: CellView, shift: int, clock: int, table: Classification,
-        lights: F32, material: F32, spacing: F32, least_gradient: np.float32,
-        cutoff: np.float32, renormalise: bool, counters: NDArray[np.int64],
+        order: I32, geometry: F32, ends: I32, cursor: I32, value: F32, carry: F32,
+        depth: F32, view: CellView, shift: int, clock: int,
+        table: Classification, lights: F32, material: F32, spacing: F32,
+        least_gradient: np.float32, cutoff: np.float32, renormalise: bool,
+        counters: NDArray[np.int64],
     ) -> None:  # fmt: skip
         """Composite each ray until it ends, is opaque, or misses a cell.
 
         Arguments as the scalar march has them.
         """
-        mask = np.int32((1 << shift) - 1)
         n1 = np.int32((1 << shift) + 1)
         top_x, top_y, top_z = view.top[0], view.top[1], view.top[2]
         row, slab = top_x + np.int32(1), (top_x + np.int32(1)) * (top_y + np.int32(1))
         cells_x, cells_y = view.counts[0], view.counts[1]
         queue = np.empty(len(order), np.int32)
-        total = queue_rays(order, ends, cursor, waiting, queue)
-        results, marks = np.empty(5 * width, np.float32), np.empty(3 * width, np.int32)
-        last_bin = np.float32(len(table.bins) - 1)
+        total = queue_rays(order, ends, cursor, queue)
+        marks = np.empty(width, np.int32)
+        spare = np.int32(len(value) - 1)
+        n2 = n1 * n1
         head = 0
         zero = full(ZERO, width)
         ox, oy, oz, sx, sy, sz = zero, zero, zero, zero, zero, zero
-        h, near, per_mm, px, py, pz = zero, zero, zero, zero, zero, zero
-        r, g, b, t, d = zero, zero, zero, zero, zero
-        none = full(np.int32(0), width) - 1
-        i, end, ray, wait, current = none + 1, none + 1, none, none, none
-        skipped = none + 1
-        samples, contributing, entered = 0, 0, 0
+        h, per_mm, px, py, pz = zero, zero, zero, zero, zero
+        r, g, b, a, t = zero, zero, zero, zero, zero
+        lr, lg, lb, la = zero, zero, zero, zero
+        none = full(np.int32(0), width)
+        i, end, last, ray, half, wait = none, none, none, none + spare, none, none
+        skipped = none
+        samples, contributing = 0, 0
         while True:
             free = i >= end
             idle = count(free)
             if idle == width or (idle >= refill and head < total):
-                store(results, 0, r)
-                store(results, width, g)
-                store(results, 2 * width, b)
-                store(results, 3 * width, t)
-                store(results, 4 * width, d)
-                store(marks, 0, ray)
-                store(marks, width, i)
-                store(marks, 2 * width, wait)
-                word = bits(free & (ray >= 0))
-                for lane in range(width):
-                    if (word >> lane) & 1:
-                        k = marks[lane]
-                        value[k, 0] = results[lane]
-                        value[k, 1] = results[width + lane]
-                        value[k, 2] = results[2 * width + lane]
-                        value[k, 3] = results[3 * width + lane]
-                        depth[k] = results[4 * width + lane]
-                        cursor[k, 0] = marks[width + lane]
-                        waiting[k] = marks[2 * width + lane]
+                if renormalise:
+                    cut = free & (t < cutoff)
+                    k_ = ONE / (ONE - t)
+                    r = select(cut, (r + lr) * k_, r)
+                    g = select(cut, (g + lg) * k_, g)
+                    b, a = select(cut, (b + lb) * k_, b), select(cut, ONE, a)
+                    lr, lg = select(cut, ZERO, lr), select(cut, ZERO, lg)
+                    lb, la = select(cut, ZERO, lb), select(cut, ZERO, la)
+                # Rays that are not free write down their state, too, and go on.
+                put_rows4(cursor, ray, select(wait > 0, i, last), half, none, wait)
+                put_rows4(value, ray, r, g, b, a)
+                put_rows4(carry, ray, lr, lg, lb, la)
                 if idle == width and head >= total:
                     break
                 place = rank(free) + np.int32(head)
                 new = free & (place < np.int32(total))
                 head = min(head + idle, total)
-                ray = select(free, -1, ray)
+                ray = select(free, spare, ray)
                 ray = select(new, gather(queue, select(new, place, 0), new), ray)
-                at_row = select(new, ray, 0)
-                a0, a1, a2, a3 = rows4(geometry, at_row * 2)
-                ox, oy = select(new, a0, ox), select(new, a1, oy)
-                oz, sx = select(new, a2, oz), select(new, a3, sx)
-                a0, a1, a2, a3 = rows4(geometry, at_row * 2 + 1)
-                sy, sz = select(new, a0, sy), select(new, a1, sz)
-                h, near = select(new, a2, h), select(new, a3, near)
-                a0, a1, a2, a3 = rows4(value, at_row)
-                r, g = select(new, a0, r), select(new, a1, g)
-                b, t = select(new, a2, b), select(new, a3, t)
-                d = select(new, gather(depth, at_row, new), d)
-                i = select(free, gather(cursor, at_row * 3, new), i)
-                end = select(free, gather(ends, at_row, new), end)
-                wait = select(free, -1, wait)
-                current = select(free, -1, current)
+                ox, oy, oz, sx, sy, sz, h, _ = rows8(geometry, ray)
+                r, g, b, a = rows4(value, ray)
+                lr, lg, lb, la = rows4(carry, ray)
+                first, marked, _, _ = rows4(cursor, ray)
+                i, half = select(free, first, i), select(free, marked, half)
+                last = gather(ends, ray, ray < spare)
+                end = select(free, last, end)
+                wait = select(free, 0, wait)
+                t = maximum((ONE - a) - la, ZERO)
                 per_mm = ONE / h
                 px, py, pz = per_voxel(sx), per_voxel(sy), per_voxel(sz)
                 continue
@@ -196,37 +204,45 @@ def classic_packets(width: int) -> Callable[..., None]:
                 continue
             cell = (iz >> shift) * cells_y + (iy >> shift)
             cell = select(at, cell * cells_x + (ix >> shift), 0)
-            slot = gather(view.slots, cell, at)
-            missing = at & (slot < 0)
+            corner = gather(view.corners, cell, at)
+            missing = at & (corner == ABSENT)
             if any_(missing):
-                wait = select(missing, cell, wait)
+                wait = select(missing, cell + 1, wait)
                 end = select(missing, 0, end)
                 at &= ~missing
                 if not any_(at):
                     continue
-            fresh = at & (slot != current)
-            changed = count(fresh)
-            current = select(fresh, slot, current)
-            entered += changed
-            if clock > 0 and changed > 0:
-                store_packed(marks, 0, slot, fresh)
-                for k in range(changed):
-                    view.stamp[marks[k]] = clock
-            corner = ((slot * n1 + (iz & mask)) * n1 + (iy & mask)) * n1 + (ix & mask)
-            v, gx, gy, gz = cell4_real(
+            if clock > 0:
+                stamp(view.slots, cell, at, marks, view.stamp, clock)
+            corner += iz * n2 + iy * n1 + ix
+            fy = minimum(maximum(y - f32(iy), ZERO), ONE)
+            v, gx, gy, gz = cell4(
                 view.samples, select(at, corner, 0), np.int64(n1),
-                np.int64(n1) * np.int64(n1), x - f32(ix), y - f32(iy), z - f32(iz),
+                np.int64(n1) * np.int64(n1), x - f32(ix), fy, z - f32(iz),
             )  # fmt: skip
-            bin_ = minimum(maximum((v - table.low) * table.scale, ZERO), last_bin)
-            segment = gather(table.bins, select(at, i32(bin_), 0), at)
-            lower, upper, kappa, steeper = rows4(table.extinction, segment)
-            later = at & (v >= upper)
-            while any_(later):
-                segment = select(later, segment + 1, segment)
-                lower, upper, kappa, steeper = rows4(table.extinction, segment)
-                later = at & (v >= upper)
-            dv = maximum(v - lower, ZERO)
-            kappa += dv * steeper
+            v *= view.unit
+            place = (v - table.low) * table.scale + ONE
+            place = minimum(maximum(place, ZERO), table.last)
+            bin_ = i32(place)
+            f = place - f32(bin_)
+            kappa, k0, cr, a0, cg, a1, cb, a2 = rows8(table.lines, bin_)
+            kappa, cr, cg, cb = kappa + f * k0, cr + f * a0, cg + f * a1, cb + f * a2
+            mixed = at & (kappa < ZERO)
+            if any_(mixed):
+                segment = gather(table.first, select(mixed, bin_, 0), mixed)
+                lower, upper, k0, k1 = rows4(table.extinction, segment)
+                later = mixed & (v >= upper)
+                while any_(later):
+                    segment = select(later, segment + 1, segment)
+                    lower, upper, k0, k1 = rows4(table.extinction, segment)
+                    later = mixed & (v >= upper)
+                dv = maximum(v - lower, ZERO)
+                kappa = select(mixed, k0 + dv * k1, kappa)
+                a0, a1, a2, _ = rows4(table.color, segment)
+                k0, k1, k2, _ = rows4(table.color_slope, segment)
+                cr = select(mixed, a0 + dv * k0, cr)
+                cg = select(mixed, a1 + dv * k1, cg)
+                cb = select(mixed, a2 + dv * k2, cb)
             samples += count(at)
             i = select(at, i + 1, i)
             seen = at & (kappa > ZERO)
@@ -234,9 +250,6 @@ def classic_packets(width: int) -> Callable[..., None]:
             if found == 0:
                 continue
             contributing += found
-            cr, cg, cb, _ = rows4(table.color, segment)
-            a0, a1, a2, a3 = rows4(table.color_slope, segment)
-            cr, cg, cb = cr + dv * a0, cg + dv * a1, cb + dv * a2
             if len(lights) > 0 or material[0] != ONE:
                 steep = sqrt(gx * gx + gy * gy + gz * gz)
                 inverse = -ONE / steep
@@ -249,48 +262,48 @@ def classic_packets(width: int) -> Callable[..., None]:
                         zero + lights[m, 1],
                         zero + lights[m, 2],
                     )
-                    if lights[m, 6] > ZERO:
+                    if lights[m, 9] > ZERO:
                         qx, qy, qz = unit(
                             qx - x * spacing[0],
                             qy - y * spacing[1],
                             qz - z * spacing[2],
                         )
-                    c = material[1] * maximum(nx * qx + ny * qy + nz * qz, ZERO)
+                    c = maximum(nx * qx + ny * qy + nz * qz, ZERO)
                     dr += c * lights[m, 3]
                     dg += c * lights[m, 4]
                     db += c * lights[m, 5]
-                    if material[2] > ZERO:
+                    if material[1] > ZERO:
                         hx = qx - sx * spacing[0] * per_mm
                         hy = qy - sy * spacing[1] * per_mm
                         hz = qz - sz * spacing[2] * per_mm
                         q = maximum(sqrt(hx * hx + hy * hy + hz * hz), TINY)
                         c = maximum((nx * hx + ny * hy + nz * hz) / q, ZERO)
-                        c = material[2] * power(c, material[3])
-                        er += c * lights[m, 3]
-                        eg += c * lights[m, 4]
-                        eb += c * lights[m, 5]
+                        c = power(c, material[2])
+                        er += c * lights[m, 6]
+                        eg += c * lights[m, 7]
+                        eb += c * lights[m, 8]
                 lit = steep > least_gradient
                 cr = select(lit, cr * dr + er, cr)
                 cg = select(lit, cg * dg + eg, cg)
                 cb = select(lit, cb * db + eb, cb)
-            weight = select(seen, t * opacity(kappa * h), ZERO)
-            r = select(seen, r + weight * cr, r)
-            g = select(seen, g + weight * cg, g)
-            b = select(seen, b + weight * cb, b)
-            t -= weight
-            d = select(seen & (t <= HALF) & (d == FAR), near + fi * h, d)
+            weight = t * opacity(kappa * h)
+            r, lr = add(r, lr, weight * cr, seen)
+            g, lg = add(g, lg, weight * cg, seen)
+            b, lb = add(b, lb, weight * cb, seen)
+            a, la = add(a, la, weight, seen)
+            t = maximum((ONE - a) - la, ZERO)
+            half = select(seen & (t <= HALF) & (half == 0), i, half)
             cut = seen & (t < cutoff)
-            if any_(cut):
-                if renormalise:
-                    k_ = ONE / (ONE - t)
-                    r, g = select(cut, r * k_, r), select(cut, g * k_, g)
-                    b, t = select(cut, b * k_, b), select(cut, ZERO, t)
-                i = select(cut, end, i)
+            end = select(cut, 0, end)
+        for k in order:
+            if cursor[k, 1] > 0 and depth[k] == FAR:
+                depth[k] = (
+                    geometry[k, 7] + np.float32(cursor[k, 1] - 1) * geometry[k, 6]
+                )
         counters[0] += samples
         counters[1] += contributing
         store(marks, 0, skipped)
         for lane in range(width):
             counters[2] += marks[lane]
-        counters[3] += entered
 
     return march_classic

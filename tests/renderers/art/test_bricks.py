@@ -42,3 +42,36 @@ def test_bricks_are_made_as_slots_are_filled() -> None:
     assert bricks.bytes == fixed + 128 * brick
     bricks.show(2, 999, GRID.block(VALUES, 2))
     assert bricks.bytes == fixed + 1000 * brick
+
+
+def test_whole_numbers_take_half_the_memory() -> None:
+    """Values keep their bits, gradients 1/32767 of the steepest there can be."""
+    values = np.random.default_rng(1).integers(-1024, 3072, SHAPE).astype(np.int16)
+    spacing, n = np.array([0.4, 0.5, 1.0]), GRID.side + 1
+    span = float(np.ptp(values))
+    leap, stamp = np.zeros(8, np.uint8), np.zeros(1, np.int64)
+    plain = Bricks(GRID, spacing, leap, stamp)
+    compact = Bricks(GRID, spacing, leap, stamp, span)
+    for cell in range(GRID.cells):
+        for bricks in (plain, compact):
+            bricks.show(cell, 0, GRID.block(values, cell))
+        assert compact.view.samples.nbytes * 2 == plain.view.samples.nbytes
+        a = plain.view.samples.reshape(n, n, n, 4)
+        b = compact.view.samples.reshape(n, n, n, 4).astype(np.float64)
+        assert np.array_equal(a[..., 0], b[..., 0])
+        unit = span / spacing.min() / 32767
+        found = b[..., 1:] * compact.view.gradient_unit * 32767
+        assert np.abs(found - a[..., 1:]).max() < 0.501 * unit
+        assert np.abs(b).max() <= 32767
+
+
+def test_a_volume_takes_ten_bytes_a_voxel_at_most() -> None:
+    """Every cell of 32 cubes, and the distances over empty space."""
+    shape = (97, 97, 97)
+    grid = CellGrid(shape, 32)
+    values = np.ones(shape, np.int16)
+    leap = cube_distances(values, np.zeros((0, 2), np.float32))
+    bricks = Bricks(grid, np.ones(3), leap, np.zeros(grid.cells, np.int64), 1.0)
+    for cell in range(grid.cells):
+        bricks.show(cell, cell, grid.block(values, cell))
+    assert bricks.bytes <= 10 * values.size

@@ -85,7 +85,7 @@ def test_classic_against_plain_python(scene: Scene, outside: Camera) -> None:
             clear -= weight
             if clear < 1 / 255:
                 break
-        assert packet.value[ray] == pytest.approx([*color, clear], abs=2e-5)
+        assert packet.result[ray] == pytest.approx([*color, 1 - clear], abs=2e-5)
 
 
 def test_scope_against_plain_python(scene: Scene, inside: Camera) -> None:

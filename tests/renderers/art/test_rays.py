@@ -13,9 +13,8 @@ def packet(waiting: list[int]) -> RayPacket:
         Region(0, 0, n, 1),
         np.zeros((n, 8), np.float32),
         np.ones(n, np.int32),
-        (0, 0, 0, 1),
     )
-    made.waiting[:] = waiting
+    made.cursor[:-1, 3] = np.array(waiting) + 1
     return made
 
 

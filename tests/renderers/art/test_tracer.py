@@ -78,16 +78,19 @@ def test_a_slab_follows_its_closed_form_at_every_angle() -> None:
 
 
 @settings(max_examples=15)
-@given(step=st.floats(0.05, 4), kappa=st.floats(1e-6, 2))
+@given(
+    step=st.floats(0.05, 4),
+    kappa=st.floats(-12, 0.3).map(lambda digits: 10**digits),
+)
 def test_a_homogeneous_medium_does_not_depend_on_the_step(
     step: float, kappa: float
 ) -> None:
+    """However thin it is and however many steps are made: six digits of opacity."""
     tracer = ActiveRayTracer(slab(kappa), Quality(step, 0.0))
     rgba = tracer.render(looking_along_y(2, 1e-4)).rgba
-    # the transmittance is rounded once a step (1.1e-6 was seen after 320 steps)
-    assert rgba[..., 3] == pytest.approx(
-        -math.expm1(-20 * kappa), abs=5e-7 + 20 / step * 2**-25
-    )
+    exact = -math.expm1(-20 * kappa)
+    assert rgba[..., 3] == pytest.approx(exact, rel=1e-6)
+    assert rgba[..., 1] == pytest.approx(0.5 * exact, rel=1e-6)
 
 
 def test_an_empty_scene_costs_nothing_and_shows_nothing() -> None:
@@ -168,9 +171,11 @@ def test_halving_the_step_converges_at_second_order(scene: Scene) -> None:
     assert np.log2(error[0] / error[-1]) / 3 == pytest.approx(2, abs=0.3)
 
 
-@pytest.mark.parametrize("mode", ["classic", "scope"])
+@pytest.mark.parametrize(
+    ("mode", "compact"), [("classic", False), ("classic", True), ("scope", False)]
+)
 def test_threads_cells_cache_and_skipping_do_not_change_a_bit(
-    scene: Scene, outside: Camera, inside: Camera, mode: str
+    scene: Scene, outside: Camera, inside: Camera, mode: str, compact: bool
 ) -> None:
     def draw(quality: Quality, threads: int, side: int, cells: int | None) -> bytes:
         tracer = ActiveRayTracer(
@@ -191,8 +196,8 @@ def test_threads_cells_cache_and_skipping_do_not_change_a_bit(
             for a in (found.depth_mm, found.normal, found.coverage, found.material)
         )
 
-    quality = Quality(0.5, 1 / 1024)
-    full = Quality(0.5, 1 / 1024, skip_empty=False)
+    quality = Quality(0.5, 1 / 1024, compact=compact)
+    full = Quality(0.5, 1 / 1024, skip_empty=False, compact=compact)
     expected = draw(quality, 1, 8, None)
     assert draw(quality, 3, 8, None) == expected
     for side in (8, 16, 32):
@@ -305,18 +310,6 @@ def test_depth_of_classic_is_where_it_becomes_opaque() -> None:
     )
     assert image.depth_mm is not None
     assert image.depth_mm == pytest.approx(10 + math.log(2) / 2, abs=0.13)
-
-
-def test_a_cut_ray_leaves_out_no_more_than_the_cutoff(
-    scene: Scene, outside: Camera
-) -> None:
-    whole = ActiveRayTracer(scene, EXACT).render(outside).rgba
-    cut = ActiveRayTracer(scene, Quality(0.5, 0.02)).render(outside).rgba
-    assert 0 < np.abs(whole - cut)[..., 3].max() <= 0.02
-    full = Quality(0.5, 0.02, renormalise=True)
-    alpha = ActiveRayTracer(scene, full).render(outside).rgba[..., 3]
-    assert np.all((alpha == 1) == (whole[..., 3] > 0.98 - 1e-6) | (alpha == 1))
-    assert np.all(alpha[cut[..., 3] > 0.98] == 1)
 
 
 def test_a_picture_can_be_given_up_and_begun_again(

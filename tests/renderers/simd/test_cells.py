@@ -7,7 +7,7 @@ import pytest
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.simd import cell4, cell4_real, load, store
+from renderers.simd import cell4, load, store
 
 SHAPE = (5, 6, 7)
 
@@ -66,7 +66,7 @@ def test_cells_of_real_numbers(width: int) -> None:
         fx = load(f, 0, width)
         fy = load(f, width, width)
         fz = load(f, 2 * width, width)
-        a, b, c, d = cell4_real(quads, load(voxel, 0, width), 7, 42, fx, fy, fz)
+        a, b, c, d = cell4(quads, load(voxel, 0, width), 7, 42, fx, fy, fz)
         store(out, 0, a)
         store(out, width, b)
         store(out, 2 * width, c)

@@ -13,6 +13,7 @@ from renderers.simd import (
     put_rows4,
     row,
     rows4,
+    rows8,
     store,
     store_groups,
     store_spread,
@@ -43,6 +44,28 @@ def kernels(width: int) -> Any:
         )
 
     return read, write
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_rows_of_eight(width: int) -> None:
+    @njit
+    def read(table: Any, index: Any, out: Any) -> None:
+        a, b, c, d, e, f, g, h = rows8(table, load(index, 0, width))
+        store(out, 0, a)
+        store(out, width, b)
+        store(out, 2 * width, c)
+        store(out, 3 * width, d)
+        store(out, 4 * width, e)
+        store(out, 5 * width, f)
+        store(out, 6 * width, g)
+        store(out, 7 * width, h)
+
+    rng = np.random.default_rng(width)
+    table = rng.normal(size=(50, 8)).astype(np.float32)
+    index = rng.permutation(50)[:width].astype(np.int32)
+    out = np.zeros((8, width), np.float32)
+    read(table, index, out)
+    np.testing.assert_array_equal(out, table[index].T)
 
 
 @pytest.mark.parametrize("width", WIDTHS)

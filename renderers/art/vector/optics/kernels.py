@@ -16,6 +16,7 @@ from renderers.art.optics.kernels import (
     LN2_LOW,
     LOG2_E,
     MANTISSA,
+    MOST_FACTORS,
     ONE,
     OPAQUE,
     R2,
@@ -61,6 +62,14 @@ def opacity(depth: Lanes) -> Lanes:
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def power(base: Lanes, exponent: np.float32) -> Lanes:
     """Give ``base**exponent``."""
+    if exponent == np.floor(exponent) and exponent <= MOST_FACTORS:
+        result, n = select(base >= ZERO, ONE + ZERO * base, base), int(exponent)
+        while n > 0:
+            if n & 1:
+                result = result * base
+            base = base * base
+            n >>= 1
+        return result
     bits = as_i32(base)
     e = (bits >> DIGITS) - BIAS
     m = as_f32((bits & MANTISSA) | UNIT)

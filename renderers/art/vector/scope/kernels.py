@@ -13,13 +13,20 @@ from numpy.typing import NDArray
 
 from renderers.art.kernels import BISECTIONS, LAST_PART, WITHIN
 from renderers.art.optics.kernels import BIAS, DIGITS, HALF, ONE, ZERO
-from renderers.art.vector.kernels import F32, I32, per_voxel, queue_rays, way_out
-from renderers.art.views import CellView
+from renderers.art.vector.kernels import (
+    F32,
+    I32,
+    per_voxel,
+    queue_rays,
+    stamp,
+    way_out,
+)
+from renderers.art.views import ABSENT, CellView
 from renderers.simd import (
     any_,
     as_f32,
-    bits,
-    cell4_real,
+    as_i32,
+    cell4,
     count,
     f32,
     full,
@@ -28,13 +35,17 @@ from renderers.simd import (
     i32,
     maximum,
     minimum,
+    put_rows4,
     rank,
     rows4,
+    rows8,
     select,
     sqrt,
     store,
-    store_packed,
 )
+
+DONE = np.int32(BISECTIONS + 2)
+"""Stage of a ray that has met a surface; its bracket holds the bits of its depth."""
 
 
 def scope_packets(width: int) -> Callable[..., None]:
@@ -44,82 +55,54 @@ def scope_packets(width: int) -> Callable[..., None]:
 
     @njit(cache=True, nogil=True, error_model="numpy")
     def march_scope(
-        order: I32, geometry: F32, ends: I32, cursor: I32, value: F32, depth: F32,
-        waiting: I32, view: CellView, shift: int, clock: int,
+        order: I32, geometry: F32, ends: I32, cursor: I32, value: F32, carry: F32,
+        depth: F32, view: CellView, shift: int, clock: int,
         spacing: F32, counters: NDArray[np.int64],
     ) -> None:  # fmt: skip
         """Find where each ray first meets density >= 0; write depth and normal there.
 
         Arguments and stages as the scalar march has them.
         """
-        mask = np.int32((1 << shift) - 1)
         n1 = np.int32((1 << shift) + 1)
         top_x, top_y, top_z = view.top[0], view.top[1], view.top[2]
         row, slab = top_x + np.int32(1), (top_x + np.int32(1)) * (top_y + np.int32(1))
         cells_x, cells_y = view.counts[0], view.counts[1]
         queue = np.empty(len(order), np.int32)
-        total = queue_rays(order, ends, cursor, waiting, queue)
-        results, marks = np.empty(5 * width, np.float32), np.empty(5 * width, np.int32)
+        total = queue_rays(order, ends, cursor, queue)
+        marks = np.empty(width, np.int32)
+        spare = np.int32(len(value) - 1)
+        n2 = n1 * n1
         head = 0
         zero = full(ZERO, width)
         ox, oy, oz, sx, sy, sz = zero, zero, zero, zero, zero, zero
         h, near, px, py, pz = zero, zero, zero, zero, zero
-        nx, ny, nz, cover, d = zero, zero, zero, zero, zero
-        none = full(np.int32(0), width) - 1
-        i, end, ray, wait, current = none + 1, none + 1, none, none, none
-        stage, bracket, skipped = i, i, i
-        samples, hits, entered = 0, 0, 0
+        nx, ny, nz, cover = zero, zero, zero, zero
+        none = full(np.int32(0), width)
+        i, end, last, ray, wait = none, none, none, none + spare, none
+        stage, bracket, skipped = none, none, none
+        samples, hits = 0, 0
         while True:
             free = i >= end
             idle = count(free)
             if idle == width or (idle >= refill and head < total):
-                store(results, 0, nx)
-                store(results, width, ny)
-                store(results, 2 * width, nz)
-                store(results, 3 * width, cover)
-                store(results, 4 * width, d)
-                store(marks, 0, ray)
-                store(marks, width, i)
-                store(marks, 2 * width, stage)
-                store(marks, 3 * width, bracket)
-                store(marks, 4 * width, wait)
-                word = bits(free & (ray >= 0))
-                for lane in range(width):
-                    if (word >> lane) & 1:
-                        k = marks[lane]
-                        value[k, 0] = results[lane]
-                        value[k, 1] = results[width + lane]
-                        value[k, 2] = results[2 * width + lane]
-                        value[k, 3] = results[3 * width + lane]
-                        depth[k] = results[4 * width + lane]
-                        cursor[k, 0] = marks[width + lane]
-                        cursor[k, 1] = marks[2 * width + lane]
-                        cursor[k, 2] = marks[3 * width + lane]
-                        waiting[k] = marks[4 * width + lane]
+                # Rays that are not free write down their state, too, and go on.
+                put_rows4(cursor, ray, select(wait > 0, i, last), stage, bracket, wait)
+                put_rows4(value, ray, nx, ny, nz, cover)
                 if idle == width and head >= total:
                     break
                 place = rank(free) + np.int32(head)
                 new = free & (place < np.int32(total))
                 head = min(head + idle, total)
-                ray = select(free, -1, ray)
+                ray = select(free, spare, ray)
                 ray = select(new, gather(queue, select(new, place, 0), new), ray)
-                at_row = select(new, ray, 0)
-                a0, a1, a2, a3 = rows4(geometry, at_row * 2)
-                ox, oy = select(new, a0, ox), select(new, a1, oy)
-                oz, sx = select(new, a2, oz), select(new, a3, sx)
-                a0, a1, a2, a3 = rows4(geometry, at_row * 2 + 1)
-                sy, sz = select(new, a0, sy), select(new, a1, sz)
-                h, near = select(new, a2, h), select(new, a3, near)
-                a0, a1, a2, a3 = rows4(value, at_row)
-                nx, ny = select(new, a0, nx), select(new, a1, ny)
-                nz, cover = select(new, a2, nz), select(new, a3, cover)
-                d = select(new, gather(depth, at_row, new), d)
-                i = select(free, gather(cursor, at_row * 3, new), i)
-                stage = select(free, gather(cursor, at_row * 3 + 1, new), stage)
-                bracket = select(free, gather(cursor, at_row * 3 + 2, new), bracket)
-                end = select(free, gather(ends, at_row, new), end)
-                wait = select(free, -1, wait)
-                current = select(free, -1, current)
+                ox, oy, oz, sx, sy, sz, h, near = rows8(geometry, ray)
+                nx, ny, nz, cover = rows4(value, ray)
+                first, stages, brackets, _ = rows4(cursor, ray)
+                i, stage = select(free, first, i), select(free, stages, stage)
+                bracket = select(free, brackets, bracket)
+                last = gather(ends, ray, ray < spare)
+                end = select(free, last, end)
+                wait = select(free, 0, wait)
                 px, py, pz = per_voxel(sx), per_voxel(sy), per_voxel(sz)
                 continue
             while True:
@@ -154,10 +137,10 @@ def scope_packets(width: int) -> Callable[..., None]:
             held = at & (far == 0)
             cell = (iz >> shift) * cells_y + (iy >> shift)
             cell = select(held, cell * cells_x + (ix >> shift), 0)
-            slot = gather(view.slots, cell, held)
-            missing = held & (slot < 0)
+            corner = gather(view.corners, cell, held)
+            missing = held & (corner == ABSENT)
             if any_(missing):
-                wait = select(missing, cell, wait)
+                wait = select(missing, cell + 1, wait)
                 end = select(missing, 0, end)
                 held &= ~missing
                 at &= ~missing
@@ -166,52 +149,49 @@ def scope_packets(width: int) -> Callable[..., None]:
             v = zero - ONE
             gx, gy, gz = zero, zero, zero
             if any_(held):
-                fresh = held & (slot != current)
-                changed = count(fresh)
-                current = select(fresh, slot, current)
-                entered += changed
-                if clock > 0 and changed > 0:
-                    store_packed(marks, 0, slot, fresh)
-                    for k in range(changed):
-                        view.stamp[marks[k]] = clock
-                corner = (slot * n1 + (iz & mask)) * n1 + (iy & mask)
-                corner = select(held, corner * n1 + (ix & mask), 0)
-                read, gx, gy, gz = cell4_real(
-                    view.samples, corner, np.int64(n1), np.int64(n1) * np.int64(n1),
-                    x - f32(ix), y - f32(iy), z - f32(iz),
+                if clock > 0:
+                    stamp(view.slots, cell, held, marks, view.stamp, clock)
+                corner += iz * n2 + iy * n1 + ix
+                read, gx, gy, gz = cell4(
+                    view.samples, select(held, corner, 0), np.int64(n1),
+                    np.int64(n1) * np.int64(n1), x - f32(ix), y - f32(iy), z - f32(iz),
                 )  # fmt: skip
                 samples += count(held)
                 v = select(held, read, v)
-            last = at & (stage > BISECTIONS)
-            if any_(last):
-                hits += count(last)
+            found = at & (stage > BISECTIONS)
+            if any_(found):
+                hits += count(found)
                 steep = sqrt(gx * gx + gy * gy + gz * gz)
                 sloped = steep > ZERO
-                nx = select(last, select(sloped, -gx / steep, gx), nx)
-                ny = select(last, select(sloped, -gy / steep, gy), ny)
-                nz = select(last, select(sloped, -gz / steep, gz), nz)
-                cover = select(last, ONE, cover)
+                nx = select(found, select(sloped, -gx / steep, gx), nx)
+                ny = select(found, select(sloped, -gy / steep, gy), ny)
+                nz = select(found, select(sloped, -gz / steep, gz), nz)
+                cover = select(found, ONE, cover)
                 rise = gx * (sx * spacing[0]) + gy * (sy * spacing[1])
                 rise += gz * (sz * spacing[2])
                 inner = (rise > ZERO) & (i > 0)
                 back = select(inner, minimum(v / rise, LAST_PART), ZERO)
-                d = select(last, near + (at_i - back) * h, d)
-                i = select(last, end, i)
-                at &= ~last
+                depths = as_i32(near + (at_i - back) * h)
+                bracket = select(found, depths, bracket)
+                stage = select(found, DONE, stage)
+                end = select(found, 0, end)
+                at &= ~found
             air = v < ZERO
             bracket = select(
                 at & ~seeking, 2 * bracket + select(air, 1, 0 * i), bracket
             )
             begins = at & seeking & ~air
-            first = select(i > 0, 1, none + np.int32(BISECTIONS + 2))
+            begun = select(i > 0, 1, none + np.int32(BISECTIONS + 1))
             bracket = select(begins, 0, bracket)
             i = select(at & seeking & air, i + 1, i)
-            stage = select(begins, first, select(at & ~seeking, stage + 1, stage))
+            stage = select(begins, begun, select(at & ~seeking, stage + 1, stage))
+        for k in order:
+            if cursor[k, 1] == DONE:
+                depth[k] = cursor[k, 2:3].view(np.float32)[0]
         counters[0] += samples
         counters[1] += hits
         store(marks, 0, skipped)
         for lane in range(width):
             counters[2] += marks[lane]
-        counters[3] += entered
 
     return march_scope

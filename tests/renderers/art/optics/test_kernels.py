@@ -20,7 +20,11 @@ def test_thin_segments_lose_no_digit() -> None:
         assert opacity(depth) / -math.expm1(-float(depth)) - 1 < 3e-7
 
 
-@given(st.floats(0, 1.0009765625, width=32), st.floats(0, 200, width=32))
+@given(
+    # Bases are cosines: 0, or far from the range where float32 loses digits.
+    st.floats(0, 1.0009765625, width=32, allow_subnormal=False),
+    st.one_of(st.floats(0, 200, width=32), st.integers(0, 200)),
+)
 def test_power(base: float, exponent: float) -> None:
     exact = base**exponent
     found = power(np.float32(base), np.float32(exponent))

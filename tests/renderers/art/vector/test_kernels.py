@@ -11,6 +11,7 @@ QUALITIES = (
     Quality(0.5, 1 / 1024),
     Quality(0.7, 0.02, renormalise=True),
     Quality(1.0, 0.0, skip_empty=False),
+    Quality(0.5, 1 / 255, compact=True),
 )
 
 
@@ -26,7 +27,9 @@ def picture(
     return image.rgba.tobytes() + image.depth_mm.tobytes(), tracer.report.counters
 
 
-@pytest.mark.parametrize("width", [4, 32, pytest.param(64, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "width", [4, 32, *(pytest.param(w, marks=pytest.mark.slow) for w in (8, 16, 64))]
+)
 @pytest.mark.parametrize("quality", QUALITIES)
 def test_any_width_gives_the_bits_of_the_scalar_march(
     scene: Scene, outside: Camera, quality: Quality, width: int

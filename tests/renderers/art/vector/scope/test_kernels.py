@@ -19,7 +19,9 @@ def surface(
     return b"".join(part.tobytes() for part in parts), tracer.report.counters
 
 
-@pytest.mark.parametrize("width", [4, 32, pytest.param(64, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "width", [4, 32, *(pytest.param(w, marks=pytest.mark.slow) for w in (8, 16, 64))]
+)
 @pytest.mark.parametrize("skip_empty", [True, False])
 def test_any_width_gives_the_bits_of_the_scalar_march(
     scene: Scene, inside: Camera, outside: Camera, skip_empty: bool, width: int
