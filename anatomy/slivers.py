@@ -15,7 +15,8 @@ def remove_slivers(
     """Turn air that is cut off from the nose into tissue, in place; count the pieces.
 
     The largest component is the airway. Pieces of `LARGEST_SLIVER_ML` and more stay:
-    they are sinuses that lost their drainage, which a caller must see.
+    they are sinuses that lost their drainage, which a caller must see. Pieces that
+    touch the volume's border stay, too: outside they may be joined to the nose.
     """
     pieces, count = ndimage.label(air < 0)
     if count <= 1:
@@ -26,6 +27,9 @@ def remove_slivers(
     small = sizes < limit
     small[0] = False
     small[np.argmax(sizes)] = False
+    for axis in range(3):
+        ends = np.take(pieces, [0, -1], axis=axis)
+        small[np.unique(ends)] = False
     specks = small[pieces]
     air[specks] = -air[specks]
     return int(np.count_nonzero(small))

@@ -9,6 +9,7 @@ from anatomy.air import default_threads, evaluate_lattice
 from anatomy.lattice import DEFAULT_FIELD_MM, Lattice
 from anatomy.model import build_model
 from anatomy.phantom import Phantom
+from anatomy.survey import surface_errors_mm
 from benchmarks.plan import Measured, Task, register
 from benchmarks.timing import measure
 from renderers.scene import Volume
@@ -51,13 +52,14 @@ class AnatomyPlan:
             _, peak = tracemalloc.get_traced_memory()
             tracemalloc.stop()
             size = output_bytes(phantom)
+            errors_um = 1e3 * surface_errors_mm(phantom)
             return Measured(
                 timing,
                 counters={
                     "voxels": float(phantom.ct.values.size),
                     "peak memory / output": peak / size,
-                    "surface error median um": 1e3 * surface_error(phantom, 50),
-                    "surface error p90 um": 1e3 * surface_error(phantom, 90),
+                    "surface error median um": float(np.median(errors_um)),
+                    "surface error p90 um": float(np.percentile(errors_um, 90)),
                 },
             )
 
@@ -111,26 +113,6 @@ def output_bytes(phantom: Phantom) -> int:
     """Sum the bytes of a phantom's volumes."""
     volumes = (getattr(phantom, name) for name in phantom.__slots__)
     return sum(v.values.nbytes for v in volumes if isinstance(v, Volume))
-
-
-def surface_error(phantom: Phantom, percentile: float) -> float:
-    """Measure how far the stored zero set is from the model's, mm.
-
-    At voxels within half a voxel of the surface, the model's value over its slope
-    against the stored distance.
-    """
-    rng = np.random.default_rng(0)
-    h = phantom.spacing_mm
-    near = np.argwhere(np.abs(phantom.distance.values) < 0.5 * h)
-    near = near[rng.choice(len(near), min(4000, len(near)), replace=False)]
-    points = phantom.ct.origin_mm + h * near[:, ::-1]
-    steps = 0.02 * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
-    values = distance_at(phantom.parameters, points[:, None] + steps)
-    slope = np.linalg.norm(values[:, 1:4] - values[:, 4:7], axis=1) / 0.04
-    smooth = slope > 0.5
-    model = values[smooth, 0] / slope[smooth]
-    stored = phantom.distance.values[tuple(near[smooth].T)]
-    return float(np.percentile(np.abs(model - stored), percentile))
 
 
 register("anatomy", AnatomyPlan)

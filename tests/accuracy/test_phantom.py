@@ -8,69 +8,22 @@ import pytest
 from scipy import ndimage
 
 from anatomy.air import distance_at_points, evaluate_lattice
-from anatomy.ethmoid import basal_lamella, fovea
 from anatomy.lattice import Lattice
 from anatomy.model import build_model
 from anatomy.parameters import SIDED_VARIANTS, LeftRatios, PhantomParameters
 from anatomy.phantom import Phantom, build_phantom
 from anatomy.population import draw_parameters
-from anatomy.tissue import AIR_LABELS, Label, Side
+from anatomy.survey import (
+    SIDES,
+    SINUSES,
+    anterior_share,
+    leaks,
+    sinus_volumes_ml,
+    spine_distances_mm,
+    volume_ml,
+)
+from anatomy.tissue import AIR_LABELS
 from anatomy.variants import with_variants
-
-SIDES = (Side.RIGHT, Side.LEFT)
-BALL_MM = {"maxillary": 4.0, "frontal": 4.0, "sphenoid": 3.2}
-"""Radius of the ball that stops an ostium; the ways are narrower there."""
-
-SINUSES = {
-    "maxillary": (Label.MAXILLARY_AIR,),
-    "frontal": (Label.FRONTAL_AIR,),
-    "sphenoid": (Label.SPHENOID_AIR,),
-    "ethmoid": (
-        Label.ANTERIOR_ETHMOID_AIR,
-        Label.POSTERIOR_ETHMOID_AIR,
-        Label.VARIANT_CELL_AIR,
-    ),
-}
-
-
-def volume_ml(phantom: Phantom, labels: tuple[Label, ...], side: Side) -> float:
-    inside = np.isin(phantom.labels.values, labels)
-    count = np.count_nonzero(inside & (phantom.sides.values == side))
-    return float(count * phantom.spacing_mm**3 / 1000)
-
-
-def leaks(phantom: Phantom) -> list[str]:
-    """List sinuses that stay joined to the nose with a ball in their ostium."""
-    air = phantom.distance.values < 0
-    o, h = phantom.ct.origin_mm, phantom.spacing_mm
-    axes = (np.arange(n) for n in air.shape)
-    k, j, i = np.meshgrid(*axes, indexing="ij", sparse=True)
-    found = []
-    for sinus, side in itertools.product(BALL_MM, SIDES):
-        if sinus == "frontal" and phantom.parameters.scale("frontal", side) == 0:
-            continue
-        name = side.name.lower()
-        center = phantom.landmarks[f"{sinus} ostium, {name}"].position_mm
-        square = (
-            (o[0] + h * i - center[0]) ** 2
-            + (o[1] + h * j - center[1]) ** 2
-            + (o[2] + h * k - center[2]) ** 2
-        )
-        radius = BALL_MM[sinus] * phantom.parameters.head_scale
-        pieces, _ = ndimage.label(air & (square > radius**2))
-        inside, nose = (
-            pieces[
-                tuple(
-                    np.round((phantom.landmarks[key].position_mm - o) / h)[::-1].astype(
-                        int
-                    )
-                )
-            ]
-            for key in (f"{sinus} sinus, {name}", "nasopharynx")
-        )
-        if inside == 0 or inside == nose:
-            found.append(f"{sinus} {name}")
-    return found
 
 
 @pytest.fixture(scope="module")
@@ -80,34 +33,12 @@ def head() -> Phantom:
 
 def test_the_default_head_has_average_sinuses(head: Phantom) -> None:
     for side in SIDES:
-        ml = {name: volume_ml(head, labels, side) for name, labels in SINUSES.items()}
+        ml = sinus_volumes_ml(head, side)
         assert ml["maxillary"] == pytest.approx(14.0, abs=1.5)
         assert ml["frontal"] == pytest.approx(3.0, abs=0.6)
         assert ml["sphenoid"] == pytest.approx(4.4, abs=0.7)
         assert ml["ethmoid"] == pytest.approx(6.0, abs=1.0)
-        rear = volume_ml(head, (Label.POSTERIOR_ETHMOID_AIR,), side)
-        assert 0.56 < 1 - rear / ml["ethmoid"] < 0.60
-
-
-def spine_distances(parameters: PhantomParameters) -> dict[str, float]:
-    """Measure from the anterior nasal spine, in mm."""
-    z = np.linspace(24, 46, 400)
-    plate = np.stack([np.full_like(z, 9.0), np.zeros_like(z), z])
-    plate[1] = basal_lamella().evaluate(plate)
-    length = np.linalg.norm(plate, axis=0)
-    nearest = int(np.argmin(length))
-    line = plate[:, nearest, None] / length[nearest] * np.linspace(40, 90, 2000)
-    over = np.argmax(line[2] > fovea(parameters).evaluate(line))
-    recess = np.array([[8.0], [-13.0], [50.0]])
-    top = float(fovea(parameters).evaluate(recess)[0])
-    scale = parameters.head_scale
-    return {
-        "basal lamella": scale * float(length[nearest]),
-        "skull base behind it": scale * float(np.linalg.norm(line[:, over])),
-        "skull base at the recess": scale * float(np.hypot(13.0, top)),
-        "sphenoid face": scale * float(np.linalg.norm([3.6, -54.0, 34.5])),
-        "nasofrontal beak": scale * float(np.hypot(3.0, 51.0)),
-    }
+        assert 0.56 < anterior_share(head, side) < 0.60
 
 
 # mean, standard deviation and range of 140 CTs, mm
@@ -121,11 +52,11 @@ PUBLISHED = {
 
 
 def test_distances_from_the_spine_are_those_published() -> None:
-    for name, value in spine_distances(PhantomParameters()).items():
+    for name, value in spine_distances_mm(PhantomParameters()).items():
         mean, spread, _, _ = PUBLISHED[name]
         assert value == pytest.approx(mean, abs=spread), name
     for seed in range(200):
-        for name, value in spine_distances(draw_parameters(seed)).items():
+        for name, value in spine_distances_mm(draw_parameters(seed)).items():
             _, _, low, high = PUBLISHED[name]
             assert low < value < high, (seed, name)
 
@@ -207,10 +138,7 @@ def test_sinus_volumes_of_200_heads_are_those_published() -> None:
     drawn = []
     for seed in range(200):
         phantom = build_phantom(draw_parameters(seed), 1.2)
-        drawn += [
-            [volume_ml(phantom, labels, side) for labels in SINUSES.values()]
-            for side in SIDES
-        ]
+        drawn += [[*sinus_volumes_ml(phantom, side).values()] for side in SIDES]
     mean, spread = np.mean(drawn, axis=0), np.std(drawn, axis=0)
     assert mean == pytest.approx([12.9, 2.92, 4.0, 5.5], rel=0.10)
     published = np.array([4.4, 2.57, 1.99, 2.0])
