@@ -5,6 +5,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.air import distance_at_points
 from anatomy.bricks import kernels
 from anatomy.face import outside
 from anatomy.frame import lps_from_ras
@@ -61,12 +62,15 @@ def hazard_distances(
     Keys are a structure and its side, such as ``"optic nerve, left"``; values have the
     shape of the points without the last axis, negative inside. Vessels, nerve and duct
     are exact round tubes; orbit, skull base and septum are first order near their
-    surfaces. Unevenness of the mucosa does not move them.
+    surfaces. Unevenness of the mucosa does not move them. Air is in none of them: there
+    the distance is at least that to the air's boundary.
     """
     points = np.asarray(points_mm, dtype=np.float64)
     if points.shape[-1:] != (3,):
         raise ValueError(f"points must have shape (..., 3), got {points.shape}")
     ras = lps_from_ras(points.reshape(-1, 3)) / parameters.head_scale
+    # Where a structure and a sinus claim one place, the air has it, as in the volumes.
+    depth = -distance_at_points(build_model(parameters), points)
     found = {}
     for side in (Side.RIGHT, Side.LEFT):
         for name in hazard_fields(parameters, side):
@@ -82,8 +86,9 @@ def hazard_distances(
                     )
                     square += ((ahead - behind) / (2 * _STEP_MM)) ** 2
                 value = value / np.sqrt(np.maximum(square, 0.05))
-            distance = parameters.head_scale * value
-            found[f"{name}, {side.name.lower()}"] = distance.reshape(points.shape[:-1])
+            distance = (parameters.head_scale * value).reshape(points.shape[:-1])
+            distance = np.where(depth > 0, np.maximum(distance, depth), distance)
+            found[f"{name}, {side.name.lower()}"] = distance
     return found
 
 

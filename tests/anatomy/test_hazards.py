@@ -5,7 +5,8 @@ from anatomy.ethmoid import ethmoid_block
 from anatomy.frame import lps_from_ras
 from anatomy.hazards import hazard_distances
 from anatomy.parameters import PhantomParameters
-from anatomy.tissue import Side
+from anatomy.phantom import Phantom, distance_at
+from anatomy.tissue import AIR_LABELS, Side
 from anatomy.vessels import internal_carotid, optic_nerve
 
 STRAIGHT = PhantomParameters(septal_deviation_mm=0.0)
@@ -38,6 +39,16 @@ def test_the_laminas_nasal_face_is_a_wall_away_from_the_orbit() -> None:
         face = points[:, np.argmax(block.evaluate(points) > 0)]
         found = hazard_distances(STRAIGHT, lps_from_ras(face[None]))
         assert found["orbit, right"][0] == pytest.approx(wall, abs=0.1)
+
+
+def test_air_is_in_no_structure(phantom: Phantom) -> None:
+    # Posterior cells touch the optic nerve, frontal sinuses lie before the brain.
+    index = np.argwhere(np.isin(phantom.labels.values, list(AIR_LABELS)))[::41]
+    points = phantom.ct.origin_mm + phantom.spacing_mm * index[:, ::-1]
+    depth = -distance_at(phantom.parameters, points)
+    for name, distance in hazard_distances(phantom.parameters, points).items():
+        inside = depth > 0
+        assert np.all(distance[inside] >= depth[inside]), name
 
 
 def test_structures_are_where_they_belong() -> None:
