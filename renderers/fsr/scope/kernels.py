@@ -85,6 +85,9 @@ def _spans(
         )
         past = _smaller(middle + wide - _HALF, np.float32(TILE_WIDTH - 1))
         last = int(_larger(past, _ZERO))
+        # not beyond the box, by whose blocks a surfel is left out
+        first = max(first, boxes[s, 0] - left)
+        last = min(last, boxes[s, 1] - left)
         met = rest >= _ZERO and past >= _ZERO and first <= last
         starts[strip] = first >> 2 if met else 0
         ends[strip] = (last >> 2) + 1 if met else 0
@@ -244,7 +247,8 @@ def draw_tile(
         o = s * RECORD
         if m % refresh == refresh - 1:
             _refresh(nearest, far)
-        if farthest(far, boxes, s, left, top) * records[o + 14] >= _ONE:
+        low = farthest(far, boxes, s, left, top)
+        if low * (records[o + 14] - behind) >= _ONE:
             hidden += 1
             continue
         first, end = _spans(records, o, boxes, s, left, top, starts, ends)
@@ -252,7 +256,9 @@ def draw_tile(
             a, b = starts[strip], ends[strip]
             fragments += b - a
             base = strip * SQUARES_X
-            _hide(records, o, core, rays, nearest, base + a, base + b)
+            # what hides nothing more may still belong to the wall in front of it
+            if low * records[o + 14] < _ONE:
+                _hide(records, o, core, rays, nearest, base + a, base + b)
     _refresh(nearest, far)
     for i in range(SQUARES * SQUARE):
         q = nearest[i]

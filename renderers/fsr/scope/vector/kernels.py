@@ -100,6 +100,9 @@ def _list_squares(
     first = i32(minimum(maximum(middle - wide + _HALF, _ZERO), np.float32(TILE_WIDTH)))
     past = minimum(middle + wide - _HALF, np.float32(TILE_WIDTH - 1))
     last = i32(maximum(past, _ZERO))
+    # not beyond the box, by whose blocks a surfel is left out
+    first = maximum(first, np.int32(boxes[s, 0] - left))
+    last = minimum(last, np.int32(boxes[s, 1] - left))
     met = (rest >= _ZERO) & (past >= _ZERO) & (first <= last)
     zero = full(np.int32(0), SQUARES_Y)
     first = select(met, first >> 2, zero)
@@ -276,11 +279,14 @@ def draw_tile(
         o = s * RECORD
         if m % refresh == refresh - 1:
             _refresh(nearest, far)
-        if farthest(far, boxes, s, left, top) * records[o + 14] >= _ONE:
+        low = farthest(far, boxes, s, left, top)
+        if low * (records[o + 14] - behind) >= _ONE:
             hidden += 1
             continue
         end = _list_squares(records, o, boxes, s, left, top, starts, ends, squares, at)
-        _hide(records, o, core, rays, nearest, squares, at, end)
+        # what hides nothing more may still belong to the wall in front of it
+        if low * records[o + 14] < _ONE:
+            _hide(records, o, core, rays, nearest, squares, at, end)
         fragments += end - at
         if rest < n:
             continue

@@ -5,7 +5,7 @@ import pytest
 
 from renderers import simd_guard
 from renderers.fsr.scope import SurfelRasterizer
-from renderers.fsr.scope.kernel_set import best_kernels, scalar_kernels
+from renderers.fsr.scope.kernel_set import KernelSet, best_kernels, scalar_kernels
 from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, Projection, Volume
 
@@ -41,6 +41,30 @@ def test_vectors_and_scalars_give_equal_bits(
     for name in ("depth_mm", "normal", "coverage"):
         bits = (getattr(g, name).view(np.uint32) for g in (a, b))
         np.testing.assert_array_equal(*bits)
+
+
+@pytest.mark.parametrize("kernels", [best_kernels(), scalar_kernels()])
+@pytest.mark.parametrize("refresh", [1, 7, 1 << 30])
+def test_leaving_out_what_is_behind_changes_no_bit(
+    cavities: Volume,
+    team: ThreadTeam,
+    monkeypatch: pytest.MonkeyPatch,
+    kernels: KernelSet,
+    refresh: int,
+) -> None:
+    """However often tiles look what is hidden by now, or never, and over all views."""
+    rasterizer = SurfelRasterizer(cavities, kernels=kernels)
+    rng = np.random.default_rng(5)
+    for eye, target, (width, height) in VIEWS[:3]:
+        towards = np.array(target) + rng.normal(size=3)
+        # few pixels: discs that are barely one wide are left out and met at random
+        camera = Camera.looking_at(eye, towards, size=(width // 3, height // 3))
+        usual = rasterizer.draw(camera, team)
+        monkeypatch.setattr("renderers.fsr.scope.rasterizer.REFRESH", refresh)
+        other = rasterizer.draw(camera, team)
+        monkeypatch.undo()
+        for name in ("depth_mm", "normal", "coverage"):
+            np.testing.assert_array_equal(getattr(usual, name), getattr(other, name))
 
 
 def test_scalars_serve_where_vectors_do_not_compile(
