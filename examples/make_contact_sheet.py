@@ -40,7 +40,7 @@ def labelled(seed: int) -> NDArray[np.uint8]:
     picture = Image.fromarray(np.pad(cell, ((22, 6), (3, 3))))
     words = [v.replace(":left", " L").replace(":right", " R")
              for v in parameters.variants if not v.startswith("agger")]  # fmt: skip
-    line = f"{seed}: keros {parameters.keros_mm:.1f}, " + ", ".join(words)
+    line = f"{seed}: " + ", ".join([f"keros {parameters.keros_mm:.1f}", *words])
     ImageDraw.Draw(picture).text((6, 5), line[:96], fill=230)
     return np.asarray(picture)
 
