@@ -31,8 +31,9 @@ def draw_charts(rows: Iterable[Row], folder: Path) -> list[Path]:
     """
     scenes: dict[str, list[Row]] = {}
     for row in rows:
-        if row.rmse and row.case.count("/") == 2:
-            scenes.setdefault(row.case.split("/")[0], []).append(row)
+        scene, _, rest = row.case.partition("/")
+        if row.rmse and rest.partition("/")[2] in QUANTITIES:
+            scenes.setdefault(scene, []).append(row)
     files = []
     for scene, found in scenes.items():
         files += _save(_figure(scene, found), folder / scene)
@@ -44,8 +45,6 @@ def panels(rows: list[Row]) -> dict[tuple[str, str], dict[str, list[Row]]]:
     found: dict[tuple[str, str], dict[str, list[Row]]] = {}
     for row in rows:
         _, view, quantity = row.case.split("/")
-        if quantity not in QUANTITIES:
-            continue
         series = found.setdefault((view, quantity), {})
         series.setdefault(f"{row.settings['series']}", []).append(row)
     for series in found.values():

@@ -36,9 +36,13 @@ def test_points_run_from_coarse_to_fine(row: Row) -> None:
 
 
 def test_one_picture_for_each_scene(row: Row, tmp_path: Path) -> None:
-    bare = msgspec.structs.replace(row, case="import", rmse=None)
+    others = [
+        msgspec.structs.replace(row, case="import", rmse=None),
+        msgspec.structs.replace(row, case="nose/views/bounce"),
+        msgspec.structs.replace(row, case="phantom/inside"),
+    ]
     files = draw_charts(
-        [*rows_of(row, "head"), *rows_of(row, "phantom"), bare], tmp_path
+        [*rows_of(row, "head"), *rows_of(row, "phantom"), *others], tmp_path
     )
     assert {file.name for file in files} == {
         "head.png",
