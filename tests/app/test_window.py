@@ -113,7 +113,8 @@ def test_keys_turn_the_light_fill_the_screen_and_quit(screen: str) -> None:
 STEER = """
 import sys
 import numpy as np
-from PySide6.QtCore import QEvent, QPoint, Qt
+import time
+from PySide6.QtCore import QEvent, QEventLoop, QPoint, Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from app.environment import prepare_environment
@@ -142,28 +143,32 @@ flight.take = watched
 window.show()
 flight.start()
 
-def until(holds):
-    count = -1
+def until(what, holds):
+    count, began = -1, time.monotonic()
     while flight.error is None and (len(seen) == count or not seen or not holds()):
         count = len(seen)
-        QTest.qWait(20)
+        assert time.monotonic() - began < 100.0, (what, count, seen[-1:])
+        # QTest.qWait keeps the interpreter for itself: the flight would stand still.
+        loop = QEventLoop()
+        QTimer.singleShot(20, loop.quit)
+        loop.exec()
     assert flight.error is None, flight.error
 
-until(lambda: True)
+until("a frame", lambda: True)
 pivot, axis = seen[-1][:3, 3], -seen[-1][:3, 2]
 assert all(np.array_equal(frame, seen[0]) for frame in seen)
 QTest.keyPress(window, Qt.Key.Key_W)
-until(lambda: np.linalg.norm(seen[-1][:3, 3] - pivot) > 10.0)
+until("depth", lambda: np.linalg.norm(seen[-1][:3, 3] - pivot) > 10.0)
 QTest.keyRelease(window, Qt.Key.Key_W)
 QTest.mousePress(window.picture, Qt.MouseButton.LeftButton, pos=QPoint(100, 100))
 QTest.mouseMove(window.picture, QPoint(100, 40))
 QTest.mouseRelease(window.picture, Qt.MouseButton.LeftButton, pos=QPoint(100, 40))
-until(lambda: -seen[-1][:3, 2] @ axis < np.cos(np.radians(2.0)))
+until("tilt", lambda: -seen[-1][:3, 2] @ axis < np.cos(np.radians(2.0)))
 assert -seen[-1][2, 2] > axis[2]  # dragged up, it points up
 # Keys that are down when the window loses the keyboard do not stick.
 QTest.keyPress(window, Qt.Key.Key_S)
 application.sendEvent(window, QEvent(QEvent.Type.WindowDeactivate))
-until(lambda: np.array_equal(seen[-1], seen[-2]))
+until("a halt", lambda: np.array_equal(seen[-1], seen[-2]))
 depth = np.linalg.norm(seen[-1][:3, 3] - pivot)
 assert depth > 5.0, depth
 for frame in seen:
