@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import OpenEXR
 import pytest
-import SimpleITK as sitk  # noqa: N813
+import SimpleITK
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
@@ -52,8 +52,8 @@ def test_exr_holds_what_it_is_given(tmp_path: Path) -> None:
 def test_depth_is_a_nrrd_that_others_read(tmp_path: Path) -> None:
     _, depth, _ = picture()
     save_depth_nrrd(tmp_path / "a.nrrd", depth, {"unit": "mm along the ray"})
-    image: Any = sitk.ReadImage(str(tmp_path / "a.nrrd"))
-    assert_array_equal(sitk.GetArrayFromImage(image), depth)
+    image: Any = SimpleITK.ReadImage(str(tmp_path / "a.nrrd"))
+    assert_array_equal(SimpleITK.GetArrayFromImage(image), depth)
     assert image.GetMetaData("unit") == "mm along the ray"
 
 

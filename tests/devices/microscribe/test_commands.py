@@ -137,13 +137,13 @@ def _say(ear: _Ear, data: bytes) -> Iterator[tuple[str, _Ear]]:
 def _reach(starts: set[_Ear], said: list[Command]) -> tuple[set[_Ear], set[str]]:
     """All states and events that any sequence of commands can lead to."""
     known, new = set(starts), list(starts)
-    events = set()
+    events: set[str] = set()
     while new:
         ear = new.pop()
         for command in said:
-            after = ear
-            for event, after in _say(ear, command.data):  # noqa: B007
-                events.add(event)
+            said_of = list(_say(ear, command.data))
+            events.update(event for event, _ in said_of)
+            after = said_of[-1][1] if said_of else ear
             if after not in known:
                 known.add(after)
                 new.append(after)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from renderers.art.client import SnapshotClient
+from renderers.art.job import ScopeWork
 from renderers.art.stage import (
     family_key,
     instruments_gbuffer,
@@ -84,7 +85,8 @@ def test_instruments_stand_where_their_pose_says(
         scene.surface, camera, instruments=[(TRIANGLE, pose)]
     )
     work = request.work
-    found = instruments_gbuffer(client.data, work.instruments, camera)  # type: ignore[union-attr]
+    assert isinstance(work, ScopeWork)
+    found = instruments_gbuffer(client.data, work.instruments, camera)
     assert found.depth_mm.min() == pytest.approx(6, abs=0.01)
     assert set(np.unique(found.material)) == {0, Material.DARK_PLASTIC}
     mirrored = pose.copy()
@@ -92,8 +94,9 @@ def test_instruments_stand_where_their_pose_says(
     bent = client.request_scope(
         scene.surface, camera, instruments=[(TRIANGLE, mirrored)]
     )
+    assert isinstance(bent.work, ScopeWork)
     with pytest.raises(ValueError, match="pose must be rigid"):
-        instruments_gbuffer(client.data, bent.work.instruments, camera)  # type: ignore[union-attr]
+        instruments_gbuffer(client.data, bent.work.instruments, camera)
 
 
 def test_an_edited_volume_is_of_the_same_family(

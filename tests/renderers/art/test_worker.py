@@ -15,6 +15,7 @@ from renderers.art.client import (
     WorkerLostError,
 )
 from renderers.art.job import ScopeWork, SnapshotRequest
+from renderers.art.messages import Message
 from renderers.art.policy import CellPolicy, Dataflow
 from renderers.art.rank import Rank
 from renderers.art.spool import JobState, Spool
@@ -43,7 +44,8 @@ def test_classic_is_what_the_tracer_draws(
     snapshot = client.wait(job, shares.append)
     expected = ActiveRayTracer(scene).render(outside)
     assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
-    assert snapshot.depth_mm().tobytes() == expected.depth_mm.tobytes()  # type: ignore[union-attr]
+    assert expected.depth_mm is not None
+    assert snapshot.depth_mm().tobytes() == expected.depth_mm.tobytes()
     assert np.array_equal(snapshot.pixels(), expected.to_srgb8((1, 1, 1)))
     assert shares[-1] == 1
     result = snapshot.result
@@ -259,11 +261,11 @@ class ThreadedEnd(LoopBackEnd):
 
     lock = threading.Lock()
 
-    def send(self, message):  # type: ignore[no-untyped-def]
+    def send(self, message: Message) -> None:
         with self.lock:
             super().send(message)
 
-    def poll(self):  # type: ignore[no-untyped-def]
+    def poll(self) -> Message | None:
         with self.lock:
             return super().poll()
 

@@ -1,5 +1,7 @@
 """Merging G-buffers is taking the nearer surface: a semilattice with an identity."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -90,13 +92,9 @@ def test_bad_buffers_are_refused() -> None:
         good.nearest(GBuffer.empty(3, 2))
     with pytest.raises(ValueError, match="normal"):
         GBuffer(good.depth_mm, good.normal[:, :2], good.coverage, good.material)
+    too_wide: Any = np.zeros((2, 3))
     with pytest.raises(ValueError, match="depth_mm"):
-        GBuffer(
-            np.zeros((2, 3)),  # type: ignore[arg-type]
-            good.normal,
-            good.coverage,
-            good.material,
-        )
+        GBuffer(too_wide, good.normal, good.coverage, good.material)
     with pytest.raises(ValueError, match="material"):
         GBuffer(
             good.depth_mm,

@@ -1,3 +1,5 @@
+from typing import Any
+
 import pytest
 
 from renderers.shading import CameraSettings
@@ -11,6 +13,6 @@ from renderers.shading import CameraSettings
         ({"knee": 1.5}, "knee"),
     ],
 )
-def test_impossible_cameras_are_refused(wrong: dict[str, float], named: str) -> None:
+def test_impossible_cameras_are_refused(wrong: dict[str, Any], named: str) -> None:
     with pytest.raises(ValueError, match=named):
-        CameraSettings(**wrong)  # type: ignore[arg-type]
+        CameraSettings(**wrong)

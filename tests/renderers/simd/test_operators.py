@@ -38,23 +38,23 @@ def same(a: NDArray[Any], b: NDArray[Any]) -> bool:
 
 
 def two(function: Any, width: int) -> Callable[..., None]:
-    @njit
     def run(x: Any, y: Any, out: Any) -> None:
         for i in range(0, COUNT, width):
             store(out, i, function(load(x, i, width), load(y, i, width)))
 
-    return run  # type: ignore[no-any-return]
+    compiled: Callable[..., None] = njit(run)
+    return compiled
 
 
 def mask_of(function: Any, width: int) -> Callable[..., None]:
-    @njit
     def run(x: Any, y: Any, out: Any) -> None:
         one = full(np.int32(1), width)
         for i in range(0, COUNT, width):
             mask = function(load(x, i, width), load(y, i, width))
             store(out, i, select(mask, one, 0))
 
-    return run  # type: ignore[no-any-return]
+    compiled: Callable[..., None] = njit(run)
+    return compiled
 
 
 @pytest.mark.parametrize("width", WIDTHS)
