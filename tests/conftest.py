@@ -14,6 +14,7 @@ prepare_environment()
 # first example of a kernel may compile it. A build must give the same answer twice.
 settings.register_profile("local", max_examples=25, deadline=None)
 settings.register_profile("ci", max_examples=25, deadline=None, derandomize=True)
+settings.register_profile("search", max_examples=400, deadline=None)
 settings.load_profile("ci" if os.environ.get("CI") else "local")
 
 
