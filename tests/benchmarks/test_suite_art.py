@@ -17,17 +17,6 @@ def plan_for(ball: SubjectSource, monkeypatch: pytest.MonkeyPatch) -> ArtPlan:
     return plan
 
 
-def test_baselines_come_first_and_names_are_unique(
-    ball: SubjectSource, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    tasks = plan_for(ball, monkeypatch).tasks()
-    seen: set[tuple[str, str]] = set()
-    for task in tasks:
-        assert task.baseline is None or (task.case, task.baseline) in seen
-        seen.add((task.case, task.mode))
-    assert len(seen) == len({task.key for task in tasks}) == len(tasks)
-
-
 @pytest.mark.slow
 def test_finer_steps_are_nearer_to_the_reference(
     ball: SubjectSource, monkeypatch: pytest.MonkeyPatch

@@ -11,16 +11,6 @@ from benchmarks.nasal_views import bundled_flight
 from benchmarks.suite_flight import STAGES, FlightPlan, PacedPoses
 
 
-def test_baselines_come_first_and_names_are_unique() -> None:
-    with closing(FlightPlan(quick=True)) as plan:
-        tasks = plan.tasks()
-    seen: set[tuple[str, str]] = set()
-    for task in tasks:
-        assert task.baseline is None or (task.case, task.baseline) in seen
-        seen.add((task.case, task.mode))
-    assert len({task.key for task in tasks}) == len(tasks) == 4
-
-
 def test_poses_come_in_order_when_their_time_has_come() -> None:
     _, path = bundled_flight()
     poses = PacedPoses(path)

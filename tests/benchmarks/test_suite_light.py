@@ -10,15 +10,6 @@ from benchmarks.nasal_views import bundled_flight
 from benchmarks.suite_light import NOTHING, PATHS, LightPlan
 
 
-def test_baselines_come_first_and_names_are_unique() -> None:
-    with closing(LightPlan(quick=True)) as plan:
-        tasks = plan.tasks()
-    assert tasks[0].mode == PATHS
-    assert tasks[0].baseline is None
-    assert {task.baseline for task in tasks[1:]} == {PATHS}
-    assert len({task.key for task in tasks}) == len(tasks) == 5
-
-
 @pytest.mark.slow
 def test_more_virtual_lights_come_nearer_to_the_truth(
     monkeypatch: pytest.MonkeyPatch,

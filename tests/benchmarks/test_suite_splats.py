@@ -49,17 +49,6 @@ def test_plain_arrays_find_the_same_voxels(ball: SubjectSource) -> None:
     assert mask.sum() > 1000
 
 
-def test_baselines_come_first_and_names_are_unique() -> None:
-    for quick in (True, False):
-        with closing(SplatsPlan(quick)) as plan:
-            tasks = plan.tasks()
-        seen: set[tuple[str, str]] = set()
-        for task in tasks:
-            assert task.baseline is None or (task.case, task.baseline) in seen
-            seen.add((task.case, task.mode))
-        assert len(seen) == len({task.key for task in tasks}) == len(tasks)
-
-
 @pytest.mark.slow
 def test_every_row_has_its_figures(
     ball: SubjectSource, monkeypatch: pytest.MonkeyPatch

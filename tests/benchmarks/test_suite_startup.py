@@ -19,15 +19,6 @@ def test_a_failing_child_is_a_reason() -> None:
         run_child([sys.executable, "-c", "raise ValueError('no luck')"])
 
 
-def test_baselines_come_first_and_names_are_unique() -> None:
-    tasks = StartupPlan(quick=True).tasks()
-    seen: set[tuple[str, str]] = set()
-    for task in tasks:
-        assert task.baseline is None or (task.case, task.baseline) in seen
-        seen.add((task.case, task.mode))
-    assert len(seen) == len({task.key for task in tasks}) == len(tasks)
-
-
 @pytest.mark.slow
 def test_the_first_frame_and_both_workers_come_to_an_end() -> None:
     tasks = {(task.case, task.mode): task for task in StartupPlan(quick=True).tasks()}

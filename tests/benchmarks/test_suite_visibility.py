@@ -9,7 +9,7 @@ from benchmarks.suite_visibility import CONES, NOTHING, SETS, VisibilityPlan
 from renderers.scene import Camera
 
 
-def test_baselines_come_first_and_sets_list_no_more_than_cones(
+def test_sets_list_no_more_than_cones(
     ball: SubjectSource, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("benchmarks.suite_visibility.subjects", lambda quick: (ball,))
@@ -20,12 +20,7 @@ def test_baselines_come_first_and_sets_list_no_more_than_cones(
         plan.__dict__["_cameras"] = cameras
         plan._views = len(cameras)
         plan._budget_s = 0.0
-        tasks = plan.tasks()
-        seen: set[tuple[str, str]] = set()
-        for task in tasks:
-            assert task.baseline is None or (task.case, task.baseline) in seen
-            seen.add((task.case, task.mode))
-        found = {task.mode: task.measure() for task in tasks}
+        found = {task.mode: task.measure() for task in plan.tasks()}
     for mode in (NOTHING, CONES, SETS):
         error = found[mode].error
         assert error is not None

@@ -1,0 +1,22 @@
+"""What every suite promises of its list of tasks, before anything is computed."""
+
+from contextlib import closing
+
+import pytest
+
+import benchmarks.runner
+from benchmarks.plan import SUITES
+
+
+@pytest.mark.parametrize("quick", [True, False], ids=["quick", "whole"])
+@pytest.mark.parametrize("suite", sorted(SUITES))
+def test_baselines_come_first_and_names_are_unique(suite: str, quick: bool) -> None:
+    assert suite in benchmarks.runner.SUITES  # importing the runner filled the list
+    with closing(SUITES[suite](quick)) as plan:
+        tasks = plan.tasks()
+    seen: set[tuple[str, str]] = set()
+    for task in tasks:
+        assert task.suite == suite
+        assert task.baseline is None or (task.case, task.baseline) in seen
+        seen.add((task.case, task.mode))
+    assert len(seen) == len({task.key for task in tasks}) == len(tasks) > 0
