@@ -240,9 +240,12 @@ def walk_rows(
     sources: Floats, forward: Floats, spread: np.float32, each: np.float32,
     albedo: Floats, code: NDArray[np.uint8], skin: NDArray[np.uint8],
     skin_albedo: Floats, bias_root: np.float32,
-    total: NDArray[np.float64], squares: NDArray[np.float64], first: int, last: int,
+    total: NDArray[np.float64], squares: NDArray[np.float64],
+    left: int, right: int, first: int, last: int,
 ) -> None:  # fmt: skip
     """Add the mean of a batch of paths, and its square, to every shown pixel.
+
+    Of rows `first` to `last`, columns `left` to `right`, the ends left out.
 
     points, normals: ``(h, w, 3)``. total, squares: ``(h, w, 3)``, irradiance red,
     green, blue of all light but that which comes straight from the sources. A batch's
@@ -253,7 +256,7 @@ def walk_rows(
     width = points.shape[1]
     batch_sum = np.zeros(3)
     for y in range(first, last):
-        for x in range(width):
+        for x in range(left, right):
             if not shown[y, x]:
                 continue
             at = points[y, x, 0], points[y, x, 1], points[y, x, 2]

@@ -36,12 +36,30 @@ class PathLight:
     irradiance: ``(h, w, 3)`` float32 red, green, blue, in the units of
         `ScopeLight.power` per mm^2; 0 where nothing is seen.
     standard_error: the same shape, one standard deviation of `irradiance`.
-    paths: walked for each pixel.
+    paths: walked for each pixel, on average.
+    batches: ``(h, w)`` independent parts of them behind each pixel, if known.
     """
 
     irradiance: NDArray[np.float32]
     standard_error: NDArray[np.float32]
     paths: int
+    batches: NDArray[np.int32] | None = None
+
+    def half_width(self, confidence: float) -> NDArray[np.float32]:
+        """Give how far the truth may be off in that share of cases, ``(h, w, 3)``.
+
+        Student's t: a few batches tell their own spread badly.
+        """
+        from scipy.special import stdtrit
+
+        if not 0 < confidence < 1 or self.batches is None:
+            raise ValueError(
+                "an interval needs a confidence between 0 and 1 and the number of "
+                f"batches, got {confidence} and {self.batches}"
+            )
+        freedom = np.maximum(self.batches - 1, 1).astype(np.float64)
+        factor = stdtrit(freedom, 0.5 + confidence / 2)[..., None]
+        return np.asarray(factor * self.standard_error, dtype=np.float32)
 
     def noise(self) -> float:
         """Give the root mean square error over the mean irradiance, all pixels."""
@@ -49,6 +67,30 @@ class PathLight:
         if mean == 0:
             return 0.0
         return math.sqrt(float((self.standard_error.astype(float) ** 2).mean())) / mean
+
+
+@dataclass(frozen=True, slots=True)
+class SeenWalls:
+    """Hold the places of one view that light is followed from.
+
+    points: ``(h, w, 3)`` float32 mm from the eye, world axes. normals: of the G-buffer.
+    shown: ``(h, w)`` where there is a wall.
+    """
+
+    camera: Camera
+    light: ScopeLight
+    points: NDArray[np.float32]
+    normals: NDArray[np.float32]
+    shown: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, gbuffer: GBuffer, camera: Camera, light: ScopeLight) -> "SeenWalls":
+        """Take them from a G-buffer of the camera's size."""
+        demand_size(gbuffer, camera)
+        shown = (gbuffer.coverage > 0) & np.isfinite(gbuffer.depth_mm)
+        depth = np.where(shown, gbuffer.depth_mm, 0)[..., None]
+        points = (depth * (camera.lens_table() @ camera.frame[1:])).astype(np.float32)
+        return cls(camera, light, points, gbuffer.normal, shown)
 
 
 class PathTracer:
@@ -72,7 +114,7 @@ class PathTracer:
             raise ValueError(f"a path needs at least one bounce, got {bounces}")
         if not (math.isfinite(blood_bias) and 0 <= blood_bias <= 10):
             raise ValueError(f"blood bias must be within 0..10, got {blood_bias}")
-        self._surface = surface
+        self.surface = surface
         self._bounces = bounces
         self._seed = seed
         self._bias_root = np.float32(math.sqrt(blood_bias))
@@ -99,44 +141,46 @@ class PathTracer:
         """
         if batches < 2:
             raise ValueError(f"noise is known from two batches on, got {batches}")
-        demand_size(gbuffer, camera)
-        shown = (gbuffer.coverage > 0) & np.isfinite(gbuffer.depth_mm)
-        depth = np.where(shown, gbuffer.depth_mm, 0)[..., None]
-        points = (depth * (camera.lens_table() @ camera.frame[1:])).astype(np.float32)
-        total = np.zeros((*gbuffer.size, 3))
+        walls = SeenWalls.of(gbuffer, camera, light)
+        height, width = gbuffer.size
+        shown = walls.shown.astype(np.int32)
+        total = np.zeros((height, width, 3))
         squares = np.zeros_like(total)
         done, end = 0, time.monotonic() + seconds
         while True:
-            self._walk(gbuffer, camera, light, points, shown, done, total, squares)
+            self.walk(walls, done, (0, height, 0, width), total, squares)
             done += 1
             if progress is not None:
                 progress(done, batches)
-            found = _estimate(total, squares, done)
+            found = estimate(walls, total, squares, np.full_like(shown, done))
             is_enough = done == batches or time.monotonic() >= end
             if done >= 2 and (is_enough or found.noise() <= most_noise):
                 return found
 
-    def _walk(
+    def walk(
         self,
-        gbuffer: GBuffer,
-        camera: Camera,
-        light: ScopeLight,
-        points: NDArray[np.float32],
-        shown: NDArray[np.bool_],
+        walls: "SeenWalls",
         batch: int,
+        block: tuple[int, int, int, int],
         total: NDArray[np.float64],
         squares: NDArray[np.float64],
     ) -> None:
-        distance = self._surface.distance
+        """Add one batch of paths to the sums of a block of pixels.
+
+        batch: its number, which its random numbers hang on. block: top, bottom, left,
+        right. total, squares: ``(h, w, 3)`` sums of batch means and of their squares.
+        """
+        distance, camera, light = self.surface.distance, walls.camera, walls.light
+        top, bottom, left, right = block
         voxel_from_world = distance.voxel_from_world
         eye = voxel_from_world[:3, :3] @ camera.eye_mm + voxel_from_world[:3, 3]
         sources = light.sources(camera, SOURCES)
 
         def rows(first: int, last: int) -> None:
             walk_rows(
-                points,
-                gbuffer.normal,
-                shown,
+                walls.points,
+                walls.normals,
+                walls.shown,
                 np.uint64(self._seed),
                 batch,
                 BATCH_PATHS,
@@ -150,17 +194,19 @@ class PathTracer:
                 np.float32(light.spread),
                 np.float32(light.power / SOURCES),
                 self._albedo,
-                self._surface.blood.values,
-                self._surface.skin.values,
+                self.surface.blood.values,
+                self.surface.skin.values,
                 self._skin,
                 self._bias_root,
                 total,
                 squares,
-                first,
-                last,
+                left,
+                right,
+                top + first,
+                top + last,
             )
 
-        self._bands.run(gbuffer.size[0], rows)
+        self._bands.run(bottom - top, rows)
 
     def close(self) -> None:
         """End the threads."""
@@ -176,15 +222,20 @@ def demand_size(gbuffer: GBuffer, camera: Camera) -> None:
         )
 
 
-def _estimate(
-    total: NDArray[np.float64], squares: NDArray[np.float64], batches: int
+def estimate(
+    walls: SeenWalls,
+    total: NDArray[np.float64],
+    squares: NDArray[np.float64],
+    batches: NDArray[np.int32],
 ) -> PathLight:
-    mean = total / batches
-    if batches == 1:
-        error = np.full_like(mean, np.inf)
-    else:
-        spread = np.maximum(squares / batches - mean * mean, 0) / (batches - 1)
-        error = np.sqrt(spread)
+    """Turn sums of batch means into a mean and its error; batches: ``(h, w)``."""
+    n = np.maximum(batches, 1)[..., None]
+    mean = total / n
+    spread = np.maximum(squares / n - mean * mean, 0) / np.maximum(n - 1, 1)
+    unknown = walls.shown & (batches < 2)
+    error = np.where(unknown[..., None], np.inf, np.sqrt(spread))
+    seen = batches[walls.shown]
+    paths = round(float(seen.mean()) * BATCH_PATHS) if seen.size else 0
     return PathLight(
-        mean.astype(np.float32), error.astype(np.float32), batches * BATCH_PATHS
+        mean.astype(np.float32), error.astype(np.float32), paths, batches.copy()
     )
