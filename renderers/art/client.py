@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +24,7 @@ from renderers.art.job import (
     ScopeWork,
     SnapshotRequest,
     SnapshotResult,
+    TruthSpec,
 )
 from renderers.art.spool import LEASE_S, JobState, Spool
 from renderers.scene import AirSurface, Camera, Material, Mesh, Scene, Volume
@@ -47,7 +49,10 @@ class WorkerLostError(SnapshotError):
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """Find a finished picture: `folder` holds picture.png and the arrays."""
+    """Find a finished picture: `folder` holds picture.png and the arrays.
+
+    What the arrays are says `renderers.art.delivery.Picture`.
+    """
 
     folder: Path
     result: SnapshotResult
@@ -65,8 +70,20 @@ class Snapshot:
             return np.asarray(image.convert("RGB"))
 
     def radiance(self) -> NDArray[np.float32]:
-        """Read linear radiance; see `renderers.art.delivery.Picture`."""
+        """Read linear radiance."""
         return _load(self.folder / "radiance.npy")
+
+    def coverage(self) -> NDArray[np.float32]:
+        """Read alpha, ``(h, w)``."""
+        return _load(self.folder / "coverage.npy")
+
+    def samples(self) -> NDArray[np.uint32]:
+        """Read how many rays, or paths, each pixel had, ``(h, w)``."""
+        return _load(self.folder / "samples.npy")
+
+    def state(self) -> NDArray[np.float64]:
+        """Read what light by paths can go on from."""
+        return _load(self.folder / "paths.npy")
 
     def depth_mm(self) -> NDArray[np.float32]:
         """Read distances along the rays, ``(h, w)``, +inf where nothing is."""
@@ -106,8 +123,11 @@ class SnapshotClient:
         gain: float | None = None,
         frame_number: int = 0,
         instruments: Iterable[tuple[Mesh, NDArray[np.float64]]] = (),
+        truth: TruthSpec | None = None,
         priority: int = 5,
         max_seconds: float = 600.0,
+        progressive: bool = False,
+        deliver_after_s: float | None = None,
     ) -> SnapshotRequest:
         """Make a request for what the endoscope sees; stores its volumes.
 
@@ -132,8 +152,12 @@ class SnapshotClient:
                 )
                 for mesh, pose in instruments
             ),
+            truth=truth,
         )
-        return self._request(work, camera, quality, samples, priority, max_seconds)
+        request = self._request(work, camera, quality, samples, priority, max_seconds)
+        return msgspec.structs.replace(
+            request, progressive=progressive, deliver_after_s=deliver_after_s
+        )
 
     def request_classic(
         self,
@@ -145,6 +169,8 @@ class SnapshotClient:
         background: tuple[float, float, float] = (0.0, 0.0, 0.0),
         priority: int = 5,
         max_seconds: float = 600.0,
+        progressive: bool = False,
+        deliver_after_s: float | None = None,
     ) -> SnapshotRequest:
         """Make a request for mode classic; stores its volume."""
         transfer, material = scene.transfer_function, scene.material
@@ -167,7 +193,10 @@ class SnapshotClient:
             shininess=material.shininess,
             background=background,
         )
-        return self._request(work, camera, quality, samples, priority, max_seconds)
+        request = self._request(work, camera, quality, samples, priority, max_seconds)
+        return msgspec.structs.replace(
+            request, progressive=progressive, deliver_after_s=deliver_after_s
+        )
 
     def put(self, array: NDArray[Any]) -> str:
         """Store an array for requests to name; return its digest.
@@ -188,6 +217,10 @@ class SnapshotClient:
     def cancel(self, job_id: str) -> None:
         """Wish that a job ends."""
         self.spool.ask_cancel(job_id)
+
+    def finish(self, job_id: str) -> None:
+        """Wish for the best picture so far."""
+        self.spool.ask_finish(job_id)
 
     def wait(
         self,
@@ -288,6 +321,6 @@ def _grid(volume: Volume) -> GridSpec:
     )
 
 
-def _load(path: Path) -> NDArray[np.float32]:
-    array: NDArray[np.float32] = np.load(path, allow_pickle=False)
+def _load(path: Path) -> NDArray[Any]:
+    array: NDArray[Any] = np.load(path, allow_pickle=False)
     return array

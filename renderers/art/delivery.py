@@ -2,7 +2,8 @@
 
 import hashlib
 import io
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,8 @@ from renderers.art.data_store import DataStore
 from renderers.art.files import write_whole
 from renderers.art.job import ClassicWork, ScopeWork, SnapshotRequest
 from renderers.art.stage import instruments_gbuffer
-from renderers.art.team import Traced, traced_camera
+from renderers.art.team import Progress, Traced, traced_camera
+from renderers.art.truth import follow_light, truth_of
 from renderers.scene import GBuffer, Image, Scene, save_png
 from renderers.shading import (
     CameraPass,
@@ -25,6 +27,15 @@ from renderers.shading import (
     downsample_gbuffer,
     downsample_radiance,
 )
+from renderers.shading.paths.path_light import BATCH_PATHS, SeenWalls
+
+
+def _go_on(_: float) -> bool:
+    return True
+
+
+def _never() -> bool:
+    return False
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,13 +44,21 @@ class Picture:
 
     pixels: ``(h, w, 3)`` uint8 sRGB. radiance: float32 linear, ``(h, w, 3)`` before
     the camera in mode scope, premultiplied ``(h, w, 4)`` in mode classic. depth_mm:
-    ``(h, w)`` float32 along the rays. gain: of the camera, None in mode classic.
+    ``(h, w)`` float32 along the rays. coverage: ``(h, w)`` float32, alpha. samples:
+    ``(h, w)`` uint32 rays of each pixel; with light by random paths, paths. gain: of
+    the camera, None in mode classic. complete, noise: as in `SnapshotResult`. state: of
+    the paths, to go on from.
     """
 
     pixels: NDArray[np.uint8]
     radiance: NDArray[np.float32]
     depth_mm: NDArray[np.float32]
+    coverage: NDArray[np.float32]
+    samples: NDArray[np.uint32]
     gain: float | None
+    complete: bool = True
+    noise: float | None = None
+    state: NDArray[np.float64] | None = None
 
 
 class Finisher:
@@ -51,14 +70,38 @@ class Finisher:
         self._kept: tuple[bytes, ScopeShader] | None = None
         self._camera = CameraPass(threads=threads)
 
-    def finish(self, request: SnapshotRequest, scene: Scene, traced: Traced) -> Picture:
-        """Light and expose mode scope; put mode classic before its background."""
+    def finish(
+        self,
+        request: SnapshotRequest,
+        scene: Scene,
+        traced: Traced,
+        go_on: Progress = _go_on,
+        enough: Callable[[], bool] = _never,
+    ) -> Picture:
+        """Light and expose mode scope; put mode classic before its background.
+
+        go_on, enough: asked while light is followed by paths.
+        """
         found, work = traced.found, request.work
         if isinstance(work, ClassicWork):
             assert isinstance(found, Image)
-            return self._classic(request, work, found)
-        assert isinstance(found, GBuffer)
-        return self._scope(request, work, scene, found)
+            picture = self._classic(request, work, found)
+        else:
+            assert isinstance(found, GBuffer)
+            picture = self._scope(request, work, scene, found, go_on, enough)
+        if traced.drawn is None:
+            return picture
+        samples = np.where(_added(request, traced.drawn) > 0, picture.samples, 0)
+        if truth_of(request) is None:
+            samples = _added(request, traced.drawn)
+        # of light upon coarse walls neither the noise nor the paths are worth keeping
+        return replace(
+            picture,
+            complete=False,
+            samples=samples.astype(np.uint32),
+            noise=None,
+            state=None,
+        )
 
     def close(self) -> None:
         """End the threads."""
@@ -78,16 +121,51 @@ class Finisher:
                 [depth[r::2, c::2] for r in (0, 1) for c in (0, 1)]
             )
         pixels = Image(rgba).to_srgb8(work.background)
-        return Picture(pixels, rgba, np.ascontiguousarray(depth), None)
+        return Picture(
+            pixels,
+            rgba,
+            np.ascontiguousarray(depth),
+            np.ascontiguousarray(rgba[..., 3]),
+            np.full(depth.shape, request.image.samples, np.uint32),
+            None,
+        )
 
     def _scope(
-        self, request: SnapshotRequest, work: ScopeWork, scene: Scene, found: GBuffer
+        self,
+        request: SnapshotRequest,
+        work: ScopeWork,
+        scene: Scene,
+        found: GBuffer,
+        go_on: Progress,
+        enough: Callable[[], bool],
     ) -> Picture:
         fine = traced_camera(request)
         instruments = instruments_gbuffer(self._data, work.instruments, fine)
         gbuffer = found.nearest(instruments)
         light = ScopeLight(work.ring_radius_mm, power=work.light_power)
-        radiance = self._shader(request, work, scene).shade(gbuffer, fine, light)
+        shader = self._shader(request, work, scene)
+        radiance = shader.shade(gbuffer, fine, light)
+        truth = None
+        samples = np.full(
+            (request.image.height, request.image.width),
+            request.image.samples,
+            np.uint32,
+        )
+        if work.truth is not None:
+            assert scene.surface is not None
+            truth = follow_light(
+                self._data,
+                work,
+                scene.surface,
+                SeenWalls.of(gbuffer, fine, light),
+                self._threads,
+                go_on,
+                enough,
+            )
+            known = truth.batches > 0
+            by_paths = shader.shade(gbuffer, fine, light, truth.light)
+            radiance = np.where(known[..., None], by_paths, radiance)
+            samples = _added(request, truth.batches) * np.uint32(BATCH_PATHS)
         if request.image.samples == 4:
             radiance = downsample_radiance(radiance)
             gbuffer = downsample_gbuffer(gbuffer)
@@ -98,7 +176,17 @@ class Finisher:
             gain=work.gain,
             frame_number=work.frame_number,
         )
-        return Picture(pixels, radiance, gbuffer.depth_mm, gain)
+        return Picture(
+            pixels,
+            radiance,
+            gbuffer.depth_mm,
+            gbuffer.coverage,
+            samples,
+            gain,
+            truth is None or truth.complete,
+            None if truth is None else truth.noise,
+            None if truth is None else truth.state,
+        )
 
     def _shader(
         self, request: SnapshotRequest, work: ScopeWork, scene: Scene
@@ -131,15 +219,33 @@ class Finisher:
 def write_picture(
     folder: Path, request: SnapshotRequest, picture: Picture
 ) -> dict[str, str]:
-    """Write a picture's three files; return their SHA-256 by name."""
+    """Write a picture's files; return their SHA-256 by name."""
     text = {"Title": f"PARAVOL snapshot {request.id}", "Software": "PARAVOL"}
     save_png(folder / "picture.png", picture.pixels, text)
-    write_whole(folder / "radiance.npy", _npy(picture.radiance))
-    write_whole(folder / "depth.npy", _npy(picture.depth_mm))
+    arrays: dict[str, NDArray[Any]] = {
+        "radiance.npy": picture.radiance,
+        "depth.npy": picture.depth_mm,
+        "coverage.npy": picture.coverage,
+        "samples.npy": picture.samples,
+    }
+    if picture.state is not None:
+        arrays["paths.npy"] = picture.state
+    for name, array in arrays.items():
+        write_whole(folder / name, _npy(array))
     return {
         name: hashlib.sha256((folder / name).read_bytes()).hexdigest()
-        for name in ("picture.png", "radiance.npy", "depth.npy")
+        for name in ("picture.png", *arrays)
     }
+
+
+def _added(request: SnapshotRequest, plane: NDArray[Any]) -> NDArray[np.uint32]:
+    """Add up what the rays of each pixel have."""
+    counts = plane.astype(np.uint32)
+    if request.image.samples == 1:
+        return counts
+    rows = counts[0::2] + counts[1::2]
+    total: NDArray[np.uint32] = rows[:, 0::2] + rows[:, 1::2]
+    return total
 
 
 def _npy(array: NDArray[Any]) -> bytes:

@@ -16,8 +16,8 @@ from renderers.scene import Camera, Light, PhongMaterial, Projection, TransferFu
 LARGEST_REQUEST = 256 * 1024
 """Bytes of a request, at most; arrays travel beside it."""
 
-REQUEST_SCHEMA: Literal["paravol.snapshot.request/1"] = "paravol.snapshot.request/1"
-RESULT_SCHEMA: Literal["paravol.snapshot.result/1"] = "paravol.snapshot.result/1"
+REQUEST_SCHEMA: Literal["paravol.snapshot.request/2"] = "paravol.snapshot.request/2"
+RESULT_SCHEMA: Literal["paravol.snapshot.result/2"] = "paravol.snapshot.result/2"
 
 # Patterns are searched, not matched, and `$` accepts a final newline: hence the length.
 Digest: TypeAlias = Annotated[
@@ -77,6 +77,19 @@ class InstrumentSpec(_Strict, frozen=True):
     world_from_mesh: tuple[Row, Row, Row]
 
 
+class TruthSpec(_Strict, frozen=True):
+    """Follow light from wall to wall by random paths; see `renderers.shading.paths`.
+
+    paths: of each ray, on average, at most. noise: enough when the error estimated is
+    this share of the light. state: what an earlier job of the same view left, to go on
+    from: float64 ``(h, w, 7)`` of its rays.
+    """
+
+    paths: Annotated[int, Meta(ge=32, le=2**20)] = 256
+    noise: Share = 0.0
+    state: Digest | None = None
+
+
 class ScopeWork(_Strict, frozen=True, tag="scope", tag_field="mode"):
     """Draw what the endoscope sees.
 
@@ -95,6 +108,7 @@ class ScopeWork(_Strict, frozen=True, tag="scope", tag_field="mode"):
     gain: Annotated[float, Meta(gt=0, le=1e9)] | None = None
     frame_number: Annotated[int, Meta(ge=0, lt=2**31)] = 0
     instruments: Annotated[tuple[InstrumentSpec, ...], Meta(max_length=16)] = ()
+    truth: TruthSpec | None = None
 
 
 class LightSpec(_Strict, frozen=True):
@@ -131,10 +145,12 @@ class SnapshotRequest(_Strict, frozen=True):
     """Ask for one picture.
 
     priority: 0 is drawn first. step_voxels, cutoff: replace those of `quality`.
-    max_seconds: the job fails when it takes longer.
+    max_seconds: the job fails when it takes longer. progressive: a coarse picture is
+    traced first, so that a picture can be had at any moment. deliver_after_s: the best
+    picture so far is delivered then.
     """
 
-    schema: Literal["paravol.snapshot.request/1"]
+    schema: Literal["paravol.snapshot.request/2"]
     id: JobId
     camera: CameraSpec
     image: ImageSpec
@@ -145,6 +161,8 @@ class SnapshotRequest(_Strict, frozen=True):
     priority: Annotated[int, Meta(ge=0, le=9)] = 5
     client: Annotated[str, Meta(max_length=200)] = ""
     max_seconds: Annotated[float, Meta(gt=0, le=86_400)] = 600.0
+    progressive: bool = False
+    deliver_after_s: Annotated[float, Meta(gt=0, le=86_400)] | None = None
 
     def to_camera(self) -> Camera:
         """Build the camera of one sample a pixel."""
@@ -173,9 +191,13 @@ class SnapshotResult(_Strict, frozen=True):
     """Say what was drawn, and what it cost.
 
     seconds: `load`, `trace`, `shade`, `total`. digests: of the files, by name.
+    complete: False for the best picture there was when it had to be delivered. traced:
+    share of the rays that were; the others show what a coarser picture has. noise: of
+    light by random paths, root mean square over the mean; None where there is none, or
+    it is not known yet.
     """
 
-    schema: Literal["paravol.snapshot.result/1"]
+    schema: Literal["paravol.snapshot.result/2"]
     id: JobId
     mode: Literal["scope", "classic"]
     width: int
@@ -183,6 +205,9 @@ class SnapshotResult(_Strict, frozen=True):
     ranks: int
     attempt: int
     gain: float | None
+    complete: bool
+    traced: float
+    noise: float | None
     seconds: dict[str, float]
     counters: dict[str, int]
     digests: dict[str, Digest]

@@ -76,11 +76,13 @@ class Gather:
     """Collect finished regions into one picture.
 
     value: ``(h, w, 4)`` float32. depth: ``(h, w)`` float32, +inf where nothing is.
+    done: ``(h, w)`` whether a ray has come.
     """
 
     def __init__(self, width: int, height: int) -> None:
         self.value = np.zeros((height, width, 4), np.float32)
         self.depth = np.full((height, width), np.inf, np.float32)
+        self.done = np.zeros((height, width), np.bool_)
         self.missing = width * height
 
     def add(
@@ -93,6 +95,7 @@ class Gather:
         shape = (region.bottom - region.top, region.right - region.left)
         self.value[region.rows, region.columns] = value.reshape(*shape, 4)
         self.depth[region.rows, region.columns] = depth.reshape(shape)
+        self.done[region.rows, region.columns] = True
         self.missing -= region.pixels
 
     def add_payload(self, payload: bytes) -> None:

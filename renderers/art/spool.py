@@ -6,7 +6,8 @@
                 attempt-<n>        made by the one worker that makes attempt n
                 status.json        state, attempt, heartbeat, share done, message
                 cancel             made by the client
-                picture.png radiance.npy depth.npy
+                finish             likewise: what there is will do
+                picture.png radiance.npy depth.npy samples.npy
                 result.json        written last
       data/<sha256>                arrays
 
@@ -222,6 +223,15 @@ class Spool:
     def is_cancelled(self, job_id: str) -> bool:
         """Tell whether the client wished the job to end."""
         return (self.job_folder(job_id) / "cancel").exists()
+
+    def ask_finish(self, job_id: str) -> None:
+        """Wish for the best picture so far; harmless when the job has ended."""
+        self.job_folder(job_id).mkdir(mode=0o700, exist_ok=True)
+        (self.job_folder(job_id) / "finish").touch(mode=0o600)
+
+    def is_enough(self, job_id: str) -> bool:
+        """Tell whether the client wished for the best picture so far."""
+        return (self.job_folder(job_id) / "finish").exists()
 
     def result(self, job_id: str) -> SnapshotResult:
         """Read the result of a job that is DONE."""

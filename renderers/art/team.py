@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
 from renderers.art.data_store import DataStore
 from renderers.art.job import ScopeWork, SnapshotRequest, decode_request
@@ -36,10 +38,15 @@ _LOOK_S = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Traced:
-    """Hold what tracing found: a G-buffer in mode scope, an image in mode classic."""
+    """Hold what tracing found: a G-buffer in mode scope, an image in mode classic.
+
+    drawn: ``(h, w)``, the rays that were traced; None for all. The others show what a
+    coarser picture has there.
+    """
 
     found: GBuffer | Image
     counters: dict[str, int]
+    drawn: NDArray[np.bool_] | None = None
 
 
 class Team(Protocol):
@@ -179,13 +186,13 @@ class RankTeam:
             rank.end()
             if rank.is_broken:
                 self._prepared.forget()
-        if stopped:
-            raise RenderStoppedError("the picture was given up")
         found: GBuffer | Image
         if isinstance(request.work, ScopeWork):
             found = scope_gbuffer(gather, march)
         else:
             found = classic_image(gather)
+        if stopped:
+            raise RenderStoppedError(found, gather.done)
         return Traced(found, dict(rank.cost))
 
     def dismiss(self) -> None:

@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from renderers.art.kernel_set import KernelSet
 from renderers.art.march import FrameRays, March
@@ -21,7 +22,20 @@ PACKETS_A_SLICE = 8
 
 
 class RenderStoppedError(RuntimeError):
-    """The picture was given up because the caller wished it."""
+    """The picture was given up because the caller wished it.
+
+    partial: what had been found by then, if anything could be. done: ``(h, w)``, the
+    pixels of it that are as they would have been in the end.
+    """
+
+    def __init__(
+        self,
+        partial: GBuffer | Image | None = None,
+        done: NDArray[np.bool_] | None = None,
+    ) -> None:
+        super().__init__("the picture was given up")
+        self.partial = partial
+        self.done = done
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,21 +97,29 @@ class ActiveRayTracer:
         progress: called with the share done; when it returns False the picture is
         given up with `RenderStoppedError`. The depth is where opacity passes one half.
         """
-        return classic_image(self._trace("classic", camera, progress))
+        gather, stopped = self._trace("classic", camera, progress)
+        image = classic_image(gather)
+        if stopped:
+            raise RenderStoppedError(image, gather.done)
+        return image
 
     def gbuffer(
         self, camera: Camera, progress: Callable[[float], bool] | None = None
     ) -> GBuffer:
         """Find the air surface behind each pixel (mode `scope`)."""
-        gather = self._trace("scope", camera, progress)
-        return scope_gbuffer(gather, self._made["scope"][0])
+        gather, stopped = self._trace("scope", camera, progress)
+        found = scope_gbuffer(gather, self._made["scope"][0])
+        if stopped:
+            raise RenderStoppedError(found, gather.done)
+        return found
 
     def _trace(
         self,
         mode: str,
         camera: Camera,
         progress: Callable[[float], bool] | None,
-    ) -> Gather:
+    ) -> tuple[Gather, bool]:
+        """Gather the rays; tell whether the caller wished to stop."""
         began = time.perf_counter()
         with ThreadPoolExecutor(self._threads) as pool:
             march, node, work = self._node(mode)
@@ -108,19 +130,20 @@ class ActiveRayTracer:
             run = pool.map if self._threads > 1 else map
             work.use(run)
             node.begin(node.frame + 1, run(lambda r: march.start(r, rays), regions))
-            pixels = gather.missing
-            while not node.is_finished:
+            pixels, stopped = gather.missing, False
+            while not (stopped or node.is_finished):
                 for message in node.advance(PACKETS_A_SLICE):
                     gather.add_payload(message.payload)
-                if progress and not progress(1 - gather.missing / pixels):
-                    node.cancel()
-                    raise RenderStoppedError("the picture was given up")
+                share = 1 - gather.missing / pixels
+                stopped = progress is not None and not progress(share)
+            if stopped:
+                node.cancel()
         after = node.tally()
         counters = {key: after[key] - before[key] for key in after}
         counters["cells_occupied"] = work.occupied
         counters["cells"] = work.bricks.grid.cells
         self.report = RenderReport(time.perf_counter() - began, counters)
-        return gather
+        return gather, stopped
 
     def _node(self, mode: str) -> tuple[March, MarchNode, MarchWork]:
         if mode not in self._made:

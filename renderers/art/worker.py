@@ -17,11 +17,13 @@ from renderers.art.job import (
     SnapshotResult,
     decode_request,
 )
+from renderers.art.progressive import trace_best
 from renderers.art.spool import LEASE_S, JobState, JobStatus, Spool
 from renderers.art.stage import load_scene
 from renderers.art.team import SerialTeam, Team
 from renderers.art.tracer import RenderStoppedError
 from renderers.art.transport import RankRefusedError, TransportError
+from renderers.art.truth import truth_of
 
 POLL_S = 0.05
 HEARTBEAT_S = 2.0
@@ -187,23 +189,32 @@ class _Worker:
         began = time.perf_counter()
 
         def go_on(share: float) -> bool:
-            heart.done = 0.9 * share
+            heart.done = max(heart.done, 0.99 * share)
             if time.perf_counter() - began > request.max_seconds:
                 raise _LimitError(
                     f"the picture took longer than max_seconds, {request.max_seconds} s"
                 )
             return not (self._stopped() or self._spool.is_cancelled(request.id))
 
+        def enough() -> bool:
+            after = request.deliver_after_s
+            late = after is not None and time.perf_counter() - began > after
+            return late or self._spool.is_enough(request.id)
+
         if not go_on(0.0):
-            raise RenderStoppedError("the picture was given up")
+            raise RenderStoppedError()
         scene = load_scene(self._spool.data, request)
         loaded = time.perf_counter()
-        traced = self._team.trace(request, scene, go_on)
+        # where light is followed by paths, that takes nearly all the time
+        tracing = 0.05 if truth_of(request) else 0.9
+        traced = trace_best(
+            self._team, request, scene, lambda share: go_on(tracing * share), enough
+        )
         found = time.perf_counter()
-        picture = self.finisher.finish(request, scene, traced)
+        picture = self.finisher.finish(request, scene, traced, go_on, enough)
         shaded = time.perf_counter()
         if not go_on(1.0):
-            raise RenderStoppedError("the picture was given up")
+            raise RenderStoppedError()
         folder = self._spool.job_folder(request.id)
         digests = write_picture(folder, request, picture)
         result = SnapshotResult(
@@ -215,6 +226,9 @@ class _Worker:
             ranks=self._team.ranks,
             attempt=attempt,
             gain=picture.gain,
+            complete=picture.complete,
+            traced=1.0 if traced.drawn is None else float(traced.drawn.mean()),
+            noise=picture.noise,
             seconds={
                 "load": loaded - began,
                 "trace": found - loaded,

@@ -86,7 +86,7 @@ def test_a_request_becomes_a_camera_and_a_quality() -> None:
         ("id", "../x"),
         ("quality", "best"),
         ("priority", 10),
-        ("schema", "paravol.snapshot.request/2"),
+        ("schema", "paravol.snapshot.request/1"),
         ("max_seconds", 0),
     ],
 )

@@ -1,0 +1,150 @@
+"""A picture that had to be delivered early is the best there was."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from renderers.art import ActiveRayTracer, RenderStoppedError
+from renderers.art.client import SnapshotClient
+from renderers.art.job import ImageSpec, SnapshotRequest
+from renderers.art.progressive import coarse_request, fill, trace_best
+from renderers.art.team import SerialTeam, Traced
+from renderers.scene import Camera, GBuffer, Image, Scene
+
+
+@pytest.fixture
+def client(tmp_path: Any) -> SnapshotClient:
+    return SnapshotClient(tmp_path / "spool")
+
+
+def asked(client: SnapshotClient, scene: Scene, camera: Camera) -> SnapshotRequest:
+    return client.request_classic(scene, camera, progressive=True)
+
+
+def go(_: float) -> bool:
+    return True
+
+
+class CountingTeam(SerialTeam):
+    """Note the sizes traced; let `deed` happen at each look."""
+
+    def __init__(self, deed: Callable[[int, float], None]) -> None:
+        super().__init__()
+        self.sizes: list[int] = []
+        self._deed = deed
+
+    def trace(
+        self,
+        request: SnapshotRequest,
+        scene: Scene,
+        progress: Callable[[float], bool],
+    ) -> Traced:
+        self.sizes.append(request.image.width)
+
+        def look(share: float) -> bool:
+            self._deed(len(self.sizes), share)
+            return progress(share)
+
+        return super().trace(request, scene, look)
+
+
+def test_with_time_enough_the_picture_is_the_same(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    team = CountingTeam(lambda turn, share: None)
+    request = asked(client, scene, outside)
+    traced = trace_best(team, request, scene, go, lambda: False)
+    assert team.sizes == [13, 50]
+    assert traced.drawn is None
+    assert isinstance(traced.found, Image)
+    expected = ActiveRayTracer(scene).render(outside)
+    assert_array_equal(traced.found.rgba, expected.rgba)
+
+
+def test_what_was_traced_is_kept_and_the_rest_is_coarse(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    camera = outside.with_size(200, 300)
+    late: list[bool] = []
+    team = CountingTeam(lambda turn, share: late.append(True) if turn == 2 else None)
+    request = asked(client, scene, camera)
+    traced = trace_best(team, request, scene, go, lambda: bool(late))
+    assert traced.drawn is not None
+    assert 0.2 < traced.drawn.mean() < 0.8
+    assert isinstance(traced.found, Image)
+    whole = ActiveRayTracer(scene).render(camera)
+    coarse = ActiveRayTracer(scene).render(camera.with_size(50, 75))
+    assert whole.depth_mm is not None
+    assert coarse.depth_mm is not None
+    assert traced.found.depth_mm is not None
+    for found, fine, rough in (
+        (traced.found.rgba, whole.rgba, coarse.rgba),
+        (traced.found.depth_mm, whole.depth_mm, coarse.depth_mm),
+    ):
+        assert_array_equal(found[traced.drawn], fine[traced.drawn])
+        spread = np.repeat(np.repeat(rough, 4, axis=0), 4, axis=1)
+        assert_array_equal(found[~traced.drawn], spread[~traced.drawn])
+
+
+def test_a_coarse_picture_that_is_cut_short_is_what_there_is(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    late: list[bool] = []
+    team = CountingTeam(lambda turn, share: late.append(True))
+    request = asked(client, scene, outside.with_size(500, 430))
+    traced = trace_best(team, request, scene, go, lambda: bool(late))
+    assert traced.drawn is not None
+    assert traced.drawn.mean() < 1
+    assert traced.found.size == (430, 500)
+
+
+def test_who_gives_up_gets_nothing(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    team = CountingTeam(lambda turn, share: None)
+    request = asked(client, scene, outside)
+    with pytest.raises(RenderStoppedError):
+        trace_best(team, request, scene, lambda share: False, lambda: False)
+    assert team.sizes == [13], "the coarse picture was given up, too"
+
+
+def test_small_pictures_and_others_have_no_coarse_one(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    small = asked(client, scene, outside.with_size(28, 40))
+    assert coarse_request(small) is None
+    four = client.request_classic(scene, outside.with_size(28, 40), samples=4)
+    coarse = coarse_request(four)
+    assert coarse is not None
+    assert coarse.image == ImageSpec(14, 20, 1)
+    team = CountingTeam(lambda turn, share: None)
+    plain = client.request_classic(scene, outside)
+    trace_best(team, plain, scene, go, lambda: False)
+    assert team.sizes == [50]
+
+
+@pytest.mark.parametrize("size", [(50, 43), (43, 50), (37, 37), (101, 8)])
+def test_coarse_pixels_lie_where_the_fine_ones_do(
+    size: tuple[int, int], outside: Camera
+) -> None:
+    """A coarse picture of where its rays go differs from the fine by half a pixel."""
+    width, height = size
+    fine, rough = (
+        GBuffer.empty(h, w)
+        for w, h in ((width, height), (-(-width // 4), -(-height // 4)))
+    )
+    for buffer in (fine, rough):
+        h, w = buffer.size
+        table = outside.with_size(w, h).lens_table()
+        buffer.normal[:] = table / table[..., 2:]
+    nothing = np.zeros((height, width), bool)
+    found = fill(fine, nothing, rough)
+    assert isinstance(found, GBuffer)
+    off = np.abs(found.normal - fine.normal)[..., :2]
+    pixel = 2 * np.tan(outside.extent) / min(rough.size)
+    # beyond the coarse picture's own edge its outermost pixels stand
+    assert np.percentile(off, 90) <= 0.51 * pixel
+    assert off.max() <= 1.01 * pixel
