@@ -10,13 +10,43 @@ import numpy as np
 import pytest
 
 from app.opengl import probe_window
+from app.registering import head_of
 from devices import ProbePath, load_probe_path, save_probe_path
+from devices.registration_file import RegistrationRecord, save_registration
 from scenarios import load_scenario
 
 FIRST_S, LAST_S = 8.0, 10.0
 MARK = "PARAVOL_TEST_MARK"
 
 Train = Callable[..., tuple[subprocess.CompletedProcess[str], list[int]]]
+
+
+@pytest.fixture
+def shifted_file(tmp_path: Path) -> Callable[[str], Path]:
+    """Registers an arm by serial: shifts by (10, 20, 30), with a tip 14 mm longer."""
+
+    def made(serial: str) -> Path:
+        transform = np.eye(4)
+        transform[:3, 3] = (10.0, 20.0, 30.0)
+        file = tmp_path / "registration.json"
+        record = RegistrationRecord(
+            world_from_device=tuple(transform.ravel().tolist()),
+            tip_mm=(0.0, 0.0, -14.0),
+            arm_serial=serial,
+            arm_model="DX",
+            head=head_of(load_scenario("first_flight")[0]),
+            created="2000-01-01T00:00:00+00:00",
+            landmarks=(),
+            residual_rms_mm=0.2,
+            traced_points=0,
+            surface_rms_mm=0.0,
+            targets={},
+            budget_mm=0.75,
+        )
+        save_registration(file, record)
+        return file
+
+    return made
 
 
 @pytest.fixture(scope="session")

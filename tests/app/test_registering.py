@@ -1,14 +1,14 @@
+from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
 import numpy as np
 import pytest
 
-from app.registering import TippedPoses, head_of, registered_by_file
+from app.registering import TippedPoses, registered_by_file
 from devices import Pose, RegistrationError
 from devices.microscribe.link import ArmDescription
 from devices.microscribe.profiles import DX40937, SECOND_3DX
-from devices.registration_file import RegistrationRecord, save_registration
 from scenarios import Scenario, load_scenario
 
 ARM = ArmDescription(DX40937.identity, DX40937.maxima, DX40937.geometry)
@@ -26,29 +26,9 @@ def scenario() -> Scenario:
 
 
 @pytest.fixture
-def file(tmp_path: Path, scenario: Scenario) -> Path:
-    """A registration that shifts by (10, 20, 30), with a tip 14 mm longer."""
-    transform = np.eye(4)
-    transform[:3, 3] = (10.0, 20.0, 30.0)
-    path = tmp_path / "r.json"
-    save_registration(
-        path,
-        RegistrationRecord(
-            world_from_device=tuple(transform.ravel().tolist()),
-            tip_mm=(0.0, 0.0, -14.0),
-            arm_serial=DX40937.identity.serial,
-            arm_model="DX",
-            head=head_of(scenario),
-            created="2000-01-01T00:00:00+00:00",
-            landmarks=(),
-            residual_rms_mm=0.2,
-            traced_points=0,
-            surface_rms_mm=0.0,
-            targets={},
-            budget_mm=0.75,
-        ),
-    )
-    return path
+def file(shifted_file: Callable[[str], Path]) -> Path:
+    """Of the arm with which the tests fly."""
+    return shifted_file(DX40937.identity.serial)
 
 
 def test_a_file_gives_the_place_of_its_tip(file: Path, scenario: Scenario) -> None:

@@ -1,6 +1,6 @@
 """An arm as input: registered by touch, or by a file made before."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, cast
@@ -11,16 +11,15 @@ import pytest
 from app.inputs import choose_input
 from app.inputs.arm import ArmInput
 from app.operating_room import OperatingRoom
-from app.registering import head_of
 from devices import Pose, RegistrationError, load_probe_path
 from devices.microscribe.link import ArmDescription
 from devices.microscribe.profiles import DX40937
-from devices.registration_file import RegistrationRecord, save_registration
 from scenarios import load_scenario
 
 SCENARIO, FOLDER = load_scenario("first_flight")
 PATH_FILE = FOLDER / SCENARIO.path
 PATH = load_probe_path(PATH_FILE)
+Shifted = Callable[[str], Path]
 ROOM = cast(OperatingRoom, None)
 """No arm looks at it."""
 
@@ -44,28 +43,6 @@ def still_arm(monkeypatch: pytest.MonkeyPatch) -> Still:
     return arm
 
 
-def registration_file(folder: Path, serial: str) -> Path:
-    transform = np.eye(4)
-    transform[:3, 3] = (10.0, 20.0, 30.0)
-    file = folder / "registration.json"
-    record = RegistrationRecord(
-        world_from_device=tuple(transform.ravel().tolist()),
-        tip_mm=(0.0, 0.0, -14.0),
-        arm_serial=serial,
-        arm_model="DX",
-        head=head_of(SCENARIO),
-        created="2000-01-01T00:00:00+00:00",
-        landmarks=(),
-        residual_rms_mm=0.2,
-        traced_points=0,
-        surface_rms_mm=0.0,
-        targets={},
-        budget_mm=0.75,
-    )
-    save_registration(file, record)
-    return file
-
-
 def test_without_a_file_the_arm_is_taken_as_it_is(still_arm: Still) -> None:
     flown = ArmInput(SCENARIO, PATH, PATH_FILE, "/dev/ttyUSB0")
     with flown.open(ROOM) as poses:
@@ -73,8 +50,10 @@ def test_without_a_file_the_arm_is_taken_as_it_is(still_arm: Still) -> None:
     assert flown.registration is None
 
 
-def test_a_file_registers_and_moves_the_tip(still_arm: Still, tmp_path: Path) -> None:
-    file = registration_file(tmp_path, DX40937.identity.serial)
+def test_a_file_registers_and_moves_the_tip(
+    still_arm: Still, shifted_file: Shifted
+) -> None:
+    file = shifted_file(DX40937.identity.serial)
     flown = choose_input("emulator", "/dev/ttyUSB0", SCENARIO, PATH, PATH_FILE, file)
     with flown.open(ROOM) as poses:
         assert flown.registration is not None
@@ -82,8 +61,10 @@ def test_a_file_registers_and_moves_the_tip(still_arm: Still, tmp_path: Path) ->
     np.testing.assert_allclose(tip, (10.0, 20.0, 16.0))
 
 
-def test_the_file_of_another_arm_is_refused(still_arm: Still, tmp_path: Path) -> None:
-    file = registration_file(tmp_path, "another")
+def test_the_file_of_another_arm_is_refused(
+    still_arm: Still, shifted_file: Shifted
+) -> None:
+    file = shifted_file("another")
     flown = ArmInput(SCENARIO, PATH, PATH_FILE, "/dev/ttyUSB0", file)
     with pytest.raises(RegistrationError, match="another"), flown.open(ROOM):
         pass
@@ -96,13 +77,13 @@ def test_a_file_that_is_none_is_refused_before_anything_is_opened(
         ArmInput(SCENARIO, PATH, PATH_FILE, None, tmp_path / "nothing.json")
 
 
-def test_only_arms_are_registered(tmp_path: Path) -> None:
-    file = registration_file(tmp_path, "any")
+def test_only_arms_are_registered(shifted_file: Shifted) -> None:
+    file = shifted_file("any")
     with pytest.raises(ValueError, match="--registration is for an arm"):
         choose_input("mouse", None, SCENARIO, PATH, PATH_FILE, file)
 
 
-def test_no_file_knows_where_the_emulated_arm_stands(tmp_path: Path) -> None:
-    file = registration_file(tmp_path, DX40937.identity.serial)
+def test_no_file_knows_where_the_emulated_arm_stands(shifted_file: Shifted) -> None:
+    file = shifted_file(DX40937.identity.serial)
     with pytest.raises(ValueError, match="the emulated arm stands elsewhere"):
         choose_input("emulator", None, SCENARIO, PATH, PATH_FILE, file)

@@ -4,6 +4,7 @@ from hypothesis import strategies as st
 
 from devices.microscribe.packet_reader import PacketCounters, PacketReader
 from devices.microscribe.packets import Layout, Packet, decode_packet, encode_packet
+from tests.devices.microscribe.drawn_packets import packets
 
 POSE = bytes.fromhex("A3 01 7F 7F 6C 4F 30 5E 35 54 20 02 18 79 41 60")
 
@@ -51,23 +52,6 @@ class _ByteReader:
 
 def _packets(reader: PacketReader, data: bytes) -> list[Packet]:
     return [packet for _, packet in reader.receive(data)]
-
-
-@st.composite
-def packets(draw: st.DrawFn, command: int | None = None) -> Packet:
-    code = command if command is not None else draw(st.integers(0, 0x3F))
-    layout = Layout(code)
-    # The lowest bit of the eighth channel does not travel.
-    analog = [draw(st.integers(0, 255)) for _ in range(layout.analog)]
-    if layout.analog == 8:
-        analog[7] &= ~1
-    return Packet(
-        command=code,
-        buttons=draw(st.integers(0, 127)),
-        timer=draw(st.integers(0, 16383)) if layout.timed else None,
-        analog=tuple(analog),
-        counts=tuple(draw(st.integers(0, 16383)) for _ in range(layout.encoders)),
-    )
 
 
 _pose_packets = st.lists(packets(0x23), min_size=5, max_size=8)

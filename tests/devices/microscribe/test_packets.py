@@ -8,6 +8,7 @@ from devices.microscribe.packets import (
     decode_packet,
     encode_packet,
 )
+from tests.devices.microscribe.drawn_packets import packets
 
 COUNTS = (13903, 6238, 6868, 4098, 3193, 8416, 300)
 SIX = "6C 4F 30 5E 35 54 20 02 18 79 41 60"
@@ -54,23 +55,6 @@ def test_worked_packets(
 
 def test_lengths_of_all_layouts() -> None:
     assert {h: Layout(h & 0x7F).length for h in LENGTHS} == LENGTHS
-
-
-@st.composite
-def packets(draw: st.DrawFn, command: int | None = None) -> Packet:
-    code = command if command is not None else draw(st.integers(0, 0x3F))
-    layout = Layout(code)
-    # The lowest bit of the eighth channel does not travel.
-    analog = [draw(st.integers(0, 255)) for _ in range(layout.analog)]
-    if layout.analog == 8:
-        analog[7] &= ~1
-    return Packet(
-        command=code,
-        buttons=draw(st.integers(0, 127)),
-        timer=draw(st.integers(0, 16383)) if layout.timed else None,
-        analog=tuple(analog),
-        counts=tuple(draw(st.integers(0, 16383)) for _ in range(layout.encoders)),
-    )
 
 
 @given(packets())
