@@ -13,12 +13,17 @@ STILL_MM = 0.5
 of an arm shake the tip by 0.1 mm rms: summed at 100 Hz over 25 s that alone would make
 a path of 350 mm out of 240."""
 
+ABSENT_S = 0.5
+"""Longer than this between two samples, the device was away: nobody saw the way that the
+tip went meanwhile, and where it comes back is no part of the path."""
+
 
 @dataclass(frozen=True, slots=True)
 class Score:
     """Sum up a session.
 
-    path_length_mm: length of the tip's path, in steps of at least `STILL_MM`.
+    path_length_mm: length of the tip's path, in steps of at least `STILL_MM`, without
+        what happened while nothing was measured.
     min_clearance_mm: smallest gap between the scope's shaft and tissue.
     contacts: number of separate times the gap fell below zero.
     target_distance_mm: nearest approach of the tip to each target.
@@ -56,9 +61,9 @@ class Scorer:
             raise ValueError(
                 f"samples must be in order of time: {time_s} after {self._last_s}"
             )
-        self._last_s = time_s
-        if self._counted_tip is None:
+        if self._counted_tip is None or time_s - self._last_s > ABSENT_S:
             self._counted_tip = tip_mm
+        self._last_s = time_s
         moved = float(np.linalg.norm(tip_mm - self._counted_tip))
         if moved >= STILL_MM:
             self._length += moved

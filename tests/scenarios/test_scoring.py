@@ -53,3 +53,18 @@ def test_time_must_not_run_backwards() -> None:
     scorer.add(1.0, np.zeros(3), 1.0)
     with pytest.raises(ValueError, match="order of time"):
         scorer.add(0.5, np.zeros(3), 1.0)
+
+
+@given(st.floats(0.6, 60.0), st.floats(-90.0, 90.0))
+def test_where_a_device_comes_back_is_no_part_of_the_path(
+    away_s: float, aside_mm: float
+) -> None:
+    scorer = Scorer({})
+    for i in range(11):
+        scorer.add(i * 0.01, np.array([float(i), 0.0, 0.0]), 1.0)
+    for i in range(11):
+        tip = np.array([float(i), aside_mm, 0.0])
+        scorer.add(0.1 + away_s + i * 0.01, tip, 1.0)
+    score = scorer.score()
+    assert score.path_length_mm == pytest.approx(20.0)
+    assert score.duration_s == pytest.approx(away_s + 0.2)
