@@ -11,7 +11,9 @@ The stream is an MCAP file: open, CRC-checked, append-only. One that ends in the
 is read up to its last complete chunk, so a crash costs half a second at most.
 """
 
+import io
 import json
+import os
 import struct
 from collections.abc import Iterator
 from pathlib import Path
@@ -244,16 +246,17 @@ def _records(path: Path) -> Iterator[Record | None]:
     from mcap.exceptions import InvalidMagic, McapError
     from mcap.records import Channel, Footer, Message
     from mcap.stream_reader import StreamReader
+    from mcap.writer import MCAP0_MAGIC
     from zstandard import ZstdError
 
     topics: dict[int, str] = {}
     try:
-        file = path.open("rb")
+        file = io.FileIO(path)
     except OSError as error:
         raise ValueError(f"{path} cannot be read: {error.strerror}.") from error
     with file:
         reader = StreamReader(
-            file, validate_crcs=True, record_size_limit=_RECORD_LIMIT_BYTES
+            _Finite(file), validate_crcs=True, record_size_limit=_RECORD_LIMIT_BYTES
         )
         try:
             for record in reader.records:
@@ -266,12 +269,22 @@ def _records(path: Path) -> Iterator[Record | None]:
                 elif isinstance(record, Footer):
                     yield None
         except InvalidMagic as error:
-            if not topics:
+            file.seek(0)
+            if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
                 raise ValueError(f"{path} is not an MCAP stream.") from error
         except (McapError, ValueError, struct.error, EOFError, ZstdError):
             # The library reports a cut or damaged file in all these ways. What came
             # before is good: every chunk carries its own checksum.
             return
+
+
+class _Finite(io.BufferedReader):
+    """Ask for no more memory than the file has bytes, whatever a length says."""
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """Read up to `size` bytes, all that are left if it is negative."""
+        left = os.fstat(self.fileno()).st_size - self.tell()
+        return super().read(left if size is None or size < 0 else min(size, left))
 
 
 def _schema(kind: type[Any]) -> dict[str, Any]:

@@ -14,8 +14,8 @@ of an arm shake the tip by 0.1 mm rms: summed at 100 Hz over 25 s that alone wou
 a path of 350 mm out of 240."""
 
 ABSENT_S = 0.5
-"""Longer than this between two samples, the device was away: nobody saw the way that the
-tip went meanwhile, and where it comes back is no part of the path."""
+"""Longer than this between two samples, the device was away: nobody saw the way that
+the tip went meanwhile, and where it comes back is no part of the path."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,3 +1,4 @@
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -69,42 +70,60 @@ def test_round_trip_keeps_every_bit(tmp_path: Path) -> None:
     assert np.array_equal(first.sample().device_from_tip, sample(0).device_from_tip)
 
 
+@dataclass(repr=False)
+class Bundle:
+    """A session that is damaged again and again; too long to be printed."""
+
+    folder: Path
+    written: list[Record]
+    whole: bytes
+
+    def damaged(self, stream: bytes) -> tuple[list[Record], bool]:
+        (self.folder / "stream.mcap").write_bytes(stream)
+        _, read, complete = read_session(self.folder)
+        return read, complete
+
+
 @pytest.fixture(scope="module")
-def bundle(
-    tmp_path_factory: pytest.TempPathFactory,
-) -> tuple[Path, bytes, list[Record]]:
+def bundle(tmp_path_factory: pytest.TempPathFactory) -> Bundle:
     folder = tmp_path_factory.mktemp("bundle") / "cut.paravol"
     written = record_all(folder, 130)
-    return folder, (folder / "stream.mcap").read_bytes(), written
+    return Bundle(folder, written, (folder / "stream.mcap").read_bytes())
 
 
 @given(share=st.floats(0.001, 0.999))
 def test_a_stream_cut_anywhere_gives_what_came_before(
-    bundle: tuple[Path, bytes, list[Record]], share: float
+    bundle: Bundle, share: float
 ) -> None:
-    folder, whole, written = bundle
-    cut = max(int(share * len(whole)), 9)
-    (folder / "stream.mcap").write_bytes(whole[:cut])
-    _, read, complete = read_session(folder)
+    written = bundle.written
+    cut = max(int(share * len(bundle.whole)), 9)
+    read, complete = bundle.damaged(bundle.whole[:cut])
     assert read == written[: len(read)]
     assert not complete
     # Losing more than one flush interval would break the promise of the module.
-    kept = cut / len(whole) * len(written)
+    kept = cut / len(bundle.whole) * len(written)
     assert len(read) >= kept - 2 * 50 - 0.25 * len(written)
 
 
 @given(position=st.floats(0.01, 0.9), bit=st.integers(0, 7))
 def test_a_flipped_bit_never_yields_a_wrong_record(
-    bundle: tuple[Path, bytes, list[Record]], position: float, bit: int
+    bundle: Bundle, position: float, bit: int
 ) -> None:
-    folder, whole, written = bundle
-    damaged = bytearray(whole)
-    damaged[max(int(position * len(whole)), 8)] ^= 1 << bit
-    (folder / "stream.mcap").write_bytes(bytes(damaged))
-    _, read, _ = read_session(folder)
+    damaged = bytearray(bundle.whole)
+    damaged[max(int(position * len(bundle.whole)), 8)] ^= 1 << bit
+    read, _ = bundle.damaged(bytes(damaged))
     # A flip inside a chunk is caught by its checksum; one in the framing may drop
     # records, never change them.
-    assert all(record in written for record in read)
+    assert all(record in bundle.written for record in read)
+
+
+@pytest.mark.parametrize("byte", range(8, 160))
+def test_no_byte_of_the_framing_asks_for_much_memory(bundle: Bundle, byte: int) -> None:
+    """Lengths have eight bytes: a high one that is damaged speaks of exabytes."""
+    damaged = bytearray(bundle.whole)
+    damaged[byte] ^= 0x04
+    read, _ = bundle.damaged(bytes(damaged))
+    assert all(record in bundle.written for record in read)
 
 
 def test_what_was_flushed_survives_without_close(tmp_path: Path) -> None:
