@@ -2,12 +2,12 @@
 
 import time
 import uuid
+import weakref
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,7 +26,8 @@ from renderers.art.job import (
     SnapshotResult,
     TruthSpec,
 )
-from renderers.art.spool import LEASE_S, JobState, Spool
+from renderers.art.lease import LEASE_S
+from renderers.art.spool import JobState, Spool
 from renderers.scene import AirSurface, Camera, Material, Mesh, Scene, Volume
 
 POLL_S = 0.05
@@ -90,6 +91,14 @@ class Snapshot:
         return _load(self.folder / "depth.npy")
 
 
+class _Limits(NamedTuple):
+    priority: int
+    max_seconds: float
+    deadline_s: float | None
+    progressive: bool
+    deliver_after_s: float | None
+
+
 class SnapshotClient:
     """Put requests into a spool folder and wait for what comes out.
 
@@ -103,7 +112,7 @@ class SnapshotClient:
         self.spool = Spool(folder)
         self._name = name
         self._lease_s = lease_s
-        self._digests: dict[int, tuple[NDArray[Any], str]] = {}
+        self._digests: dict[int, tuple[weakref.ref[NDArray[Any]], str]] = {}
 
     @property
     def data(self) -> DataStore:
@@ -126,12 +135,14 @@ class SnapshotClient:
         truth: TruthSpec | None = None,
         priority: int = 5,
         max_seconds: float = 600.0,
+        deadline_s: float | None = None,
         progressive: bool = False,
         deliver_after_s: float | None = None,
     ) -> SnapshotRequest:
         """Make a request for what the endoscope sees; stores its volumes.
 
-        instruments: meshes with their rigid world-from-mesh transforms.
+        instruments: meshes with their rigid world-from-mesh transforms. The last five
+        are as in `SnapshotRequest`.
         """
         work = ScopeWork(
             distance=self.put(surface.distance.values),
@@ -154,10 +165,10 @@ class SnapshotClient:
             ),
             truth=truth,
         )
-        request = self._request(work, camera, quality, samples, priority, max_seconds)
-        return msgspec.structs.replace(
-            request, progressive=progressive, deliver_after_s=deliver_after_s
+        limits = _Limits(
+            priority, max_seconds, deadline_s, progressive, deliver_after_s
         )
+        return self._request(work, camera, quality, samples, limits)
 
     def request_classic(
         self,
@@ -169,6 +180,7 @@ class SnapshotClient:
         background: tuple[float, float, float] = (0.0, 0.0, 0.0),
         priority: int = 5,
         max_seconds: float = 600.0,
+        deadline_s: float | None = None,
         progressive: bool = False,
         deliver_after_s: float | None = None,
     ) -> SnapshotRequest:
@@ -193,20 +205,24 @@ class SnapshotClient:
             shininess=material.shininess,
             background=background,
         )
-        request = self._request(work, camera, quality, samples, priority, max_seconds)
-        return msgspec.structs.replace(
-            request, progressive=progressive, deliver_after_s=deliver_after_s
+        limits = _Limits(
+            priority, max_seconds, deadline_s, progressive, deliver_after_s
         )
+        return self._request(work, camera, quality, samples, limits)
 
     def put(self, array: NDArray[Any]) -> str:
         """Store an array for requests to name; return its digest.
 
-        An array is hashed once as long as this client lives: do not change it.
+        An array is hashed once as long as it lives: do not change it.
         """
         known = self._digests.get(id(array))
-        if known is None:
-            # The array is kept too, so that its identity cannot be given to another.
-            known = self._digests[id(array)] = array, self.spool.data.put(array)
+        if known is None or known[0]() is not array or not self.data.touch(known[1]):
+            digest = self.data.put(array)
+            # Its identity is given to another array when it is gone.
+            self._digests = {
+                k: d for k, d in self._digests.items() if d[0]() is not None
+            }
+            known = self._digests[id(array)] = weakref.ref(array), digest
         return known[1]
 
     def submit(self, request: SnapshotRequest) -> str:
@@ -232,9 +248,10 @@ class SnapshotClient:
         """Wait until a job has ended; return its picture.
 
         progress: told the share done. watch: called at every look; whoever started
-        the worker raises here when it has died. Raise SnapshotError (or its kinds) when
-        no picture comes, WorkerLostError when the worker fell silent; another worker
-        may still take the job over, and `wait` may be called again.
+        the worker raises here when it has died, and whoever shows a `GrowingPicture`
+        updates it. Raise SnapshotError (or its kinds) when no picture comes,
+        WorkerLostError when the worker fell silent; another worker may still take the
+        job over, and `wait` may be called again.
         """
         began = time.monotonic()
         shown = -1.0
@@ -244,7 +261,7 @@ class SnapshotClient:
                 shown = status.done
                 progress(shown)
             if status.state is JobState.DONE:
-                folder = self.spool.job_folder(job_id)
+                folder = self.spool.attempt_folder(job_id)
                 return Snapshot(folder, self.spool.result(job_id))
             if status.state is JobState.CANCELLED:
                 raise SnapshotCancelledError(f"Snapshot {job_id} was cancelled.")
@@ -274,8 +291,7 @@ class SnapshotClient:
         camera: Camera,
         quality: QualityName,
         samples: Samples,
-        priority: int,
-        max_seconds: float,
+        limits: "_Limits",
     ) -> SnapshotRequest:
         projection: Any = camera.projection.name.lower()
         return SnapshotRequest(
@@ -294,9 +310,8 @@ class SnapshotClient:
             image=ImageSpec(camera.width, camera.height, samples),
             work=work,
             quality=quality,
-            priority=priority,
             client=self._name,
-            max_seconds=max_seconds,
+            **limits._asdict(),
         )
 
 

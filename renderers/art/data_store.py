@@ -17,6 +17,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from renderers.art.files import write_whole
+from renderers.art.steps import Step, reached
 
 _DIGEST = re.compile(r"[0-9a-f]{64}\Z")
 _LARGEST_HEADER = 4096
@@ -38,9 +39,18 @@ class DataStore:
         record = buffer.getbuffer()
         digest = hashlib.sha256(record).hexdigest()
         path = self._folder / digest
-        if not path.exists():
+        if not self.touch(digest):
             write_whole(path, record)
+        reached(Step.DATA_STORED)
         return digest
+
+    def touch(self, digest: str) -> bool:
+        """Say that an array is wanted, so that pruning leaves it; False: it is gone."""
+        try:
+            os.utime(self._folder / digest)
+        except FileNotFoundError:
+            return False
+        return True
 
     def get(
         self, digest: str, dtypes: tuple[str, ...], largest_bytes: int

@@ -200,7 +200,6 @@ class Finisher:
                 work.grid,
                 work.seed,
                 work.blood_bias,
-                tier.name,
             )
         )
         if self._kept is None or self._kept[0] != key:
@@ -213,6 +212,7 @@ class Finisher:
                 scene.surface, tier, work.seed, work.blood_bias, self._threads
             )
             self._kept = key, shader
+        self._kept[1].tier = tier
         return self._kept[1]
 
 

@@ -145,8 +145,10 @@ class SnapshotRequest(_Strict, frozen=True):
     """Ask for one picture.
 
     priority: 0 is drawn first. step_voxels, cutoff: replace those of `quality`.
-    max_seconds: the job fails when it takes longer. progressive: a coarse picture is
-    traced first, so that a picture can be had at any moment. deliver_after_s: the best
+    max_seconds: the job fails when it takes longer. deadline_s: it fails when it is
+    not done so long after it was asked for; None for whenever. progressive: coarse
+    pictures are traced first, so that a picture can be had at any moment, and those
+    and parts of the picture itself are shown as they come. deliver_after_s: the best
     picture so far is delivered then.
     """
 
@@ -161,6 +163,7 @@ class SnapshotRequest(_Strict, frozen=True):
     priority: Annotated[int, Meta(ge=0, le=9)] = 5
     client: Annotated[str, Meta(max_length=200)] = ""
     max_seconds: Annotated[float, Meta(gt=0, le=86_400)] = 600.0
+    deadline_s: Annotated[float, Meta(gt=0, le=2_592_000)] | None = None
     progressive: bool = False
     deliver_after_s: Annotated[float, Meta(gt=0, le=86_400)] | None = None
 

@@ -1,20 +1,20 @@
 """A picture at any moment: coarse first, then ray by ray as it shall be."""
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
+from renderers.art.filling import fill
 from renderers.art.job import ImageSpec, SnapshotRequest
-from renderers.art.team import Progress, Team, Traced, traced_camera
+from renderers.art.preview import Preview
+from renderers.art.team import Progress, Team, Traced, empty_gather, traced_camera
 from renderers.art.tracer import RenderStoppedError
 from renderers.scene import GBuffer, Image, Scene
 
-COARSER = 4
-"""Rays along a side that one ray of the coarse picture stands for: it costs 6 %."""
+COARSER = (16, 4)
+"""Rays along a side that one ray of a coarse picture stands for: .4 and 6 % of them."""
 
 SMALLEST_PX = 8
 """Pictures smaller than this are not asked for."""
@@ -26,16 +26,28 @@ def trace_best(
     scene: Scene,
     progress: Progress,
     enough: Callable[[], bool],
+    preview: Preview | None = None,
 ) -> Traced:
     """Trace a request; what there is when `enough` says so is the picture.
 
+    preview: shows coarse pictures, then parts of the picture, where it is progressive.
     Raise RenderStoppedError when `progress` says so, or nothing can be had.
     """
-    coarse = None
-    if request.progressive:
-        coarse = _coarse(team, request, scene, progress, enough)
+    coarse, cost = None, Counter[str]()
+    for rough in coarse_requests(request):
+        coarse = _coarse(team, rough, scene, progress, enough, cost, coarse)
+        if coarse is None or enough():
+            break
+        if preview:
+            preview.show_coarse(rough, coarse)
+    gather = empty_gather(request)
+    look = _until(progress, enough)
+    if preview:
+        look = preview.looking_at(gather, look)
     try:
-        return team.trace(request, scene, _until(progress, enough))
+        traced = team.trace(request, scene, look, gather)
+        cost.update(traced.counters)
+        return replace(traced, counters=dict(cost))
     except RenderStoppedError as stop:
         if not enough() or stop.partial is None or stop.done is None:
             raise
@@ -45,45 +57,20 @@ def trace_best(
         return Traced(found, {}, stop.done)
 
 
-def coarse_request(request: SnapshotRequest) -> SnapshotRequest | None:
-    """Ask for a sixteenth of the rays; None where the picture is too small for that."""
+def coarse_requests(request: SnapshotRequest) -> list[SnapshotRequest]:
+    """Ask for pictures of fewer rays, the coarsest first.
+
+    There are none where the picture is not progressive, or too small for that.
+    """
+    if not request.progressive:
+        return []
     camera = traced_camera(request)
-    width, height = -(-camera.width // COARSER), -(-camera.height // COARSER)
-    if min(width, height) < SMALLEST_PX:
-        return None
-    return msgspec.structs.replace(
-        request, image=ImageSpec(width, height, 1), progressive=False
-    )
-
-
-def fill(
-    found: GBuffer | Image, done: NDArray[np.bool_], coarse: GBuffer | Image
-) -> GBuffer | Image:
-    """Show a coarser picture of the same view where a picture is not done yet."""
-    rows, columns = (
-        _nearest(size, other, min(found.size), min(coarse.size))
-        for size, other in zip(found.size, coarse.size, strict=True)
-    )
-
-    def mixed(fine: NDArray[Any], rough: NDArray[Any]) -> NDArray[Any]:
-        mask = done.reshape(done.shape + (1,) * (fine.ndim - 2))
-        return np.where(mask, fine, rough[rows[:, None], columns])
-
-    if isinstance(found, Image):
-        assert isinstance(coarse, Image)
-        assert found.depth_mm is not None
-        assert coarse.depth_mm is not None
-        return Image(
-            mixed(found.rgba, coarse.rgba), mixed(found.depth_mm, coarse.depth_mm)
-        )
-    assert isinstance(coarse, GBuffer)
-    return replace(
-        found,
-        depth_mm=mixed(found.depth_mm, coarse.depth_mm),
-        normal=mixed(found.normal, coarse.normal),
-        coverage=mixed(found.coverage, coarse.coverage),
-        material=mixed(found.material, coarse.material),
-    )
+    sizes = [(-(-camera.width // n), -(-camera.height // n)) for n in COARSER]
+    return [
+        msgspec.structs.replace(request, image=ImageSpec(*size, 1), progressive=False)
+        for size in sizes
+        if min(size) >= SMALLEST_PX
+    ]
 
 
 def _coarse(
@@ -92,31 +79,23 @@ def _coarse(
     scene: Scene,
     progress: Progress,
     enough: Callable[[], bool],
+    cost: Counter[str],
+    coarser: GBuffer | Image | None,
 ) -> GBuffer | Image | None:
-    rough = coarse_request(request)
-    if rough is None:
-        return None
-
     def go_on(_: float) -> bool:
         return progress(0.0) and not enough()
 
     try:
-        return team.trace(rough, scene, go_on).found
+        traced = team.trace(request, scene, go_on)
+        cost.update(traced.counters)
+        return traced.found
     except RenderStoppedError as stop:
-        if not enough():
+        if not enough() or stop.partial is None or stop.done is None:
             raise
-        return stop.partial
+        if coarser is None:
+            return stop.partial
+        return fill(stop.partial, stop.done, coarser)
 
 
 def _until(progress: Progress, enough: Callable[[], bool]) -> Progress:
     return lambda share: progress(share) and not enough()
-
-
-def _nearest(size: int, other: int, short: int, other_short: int) -> NDArray[np.intp]:
-    """Find the coarse pixel whose centre lies nearest to each fine one's.
-
-    short: the pictures' shorter sides, which the lens's field falls on.
-    """
-    at = (np.arange(size) + 0.5 - size / 2) * (other_short / short) + other / 2
-    nearest: NDArray[np.intp] = np.clip(np.floor(at), 0, other - 1).astype(np.intp)
-    return nearest

@@ -18,6 +18,7 @@ from renderers.art.messages import CELL_KINDS, Message, MessageKind, ProtocolErr
 from renderers.art.node_maker import MarchNode
 from renderers.art.rays import RayPacket
 from renderers.art.regions import Gather
+from renderers.art.steps import Step, reached
 from renderers.art.transport import RankRefusedError, Transport
 
 PACKETS_A_STEP = 1
@@ -69,6 +70,7 @@ class Rank:
         self.cost.clear()
         self._done_ranks.clear()
         self._said_done = False
+        reached(Step.FRAME_BEGUN)
         early, self._early = self._early, []
         for message in early:
             self._take(message)
@@ -88,11 +90,13 @@ class Rank:
         if node.is_active:
             worked = True
             self._send_all(node.advance(PACKETS_A_STEP))
+            reached(Step.RAYS_MOVED)
         if node.is_finished and not self._said_done:
             self._said_done = True
             after = node.tally()
             cost = {name: after[name] - self._before[name] for name in after}
             self._say(MessageKind.DONE, 0, msgspec.json.encode(cost))
+            reached(Step.RANK_DONE)
         return worked
 
     def rest(self) -> None:
@@ -146,6 +150,7 @@ class Rank:
         elif kind is MessageKind.END and message.frame == self.frame:
             self.is_broken = bool(message.aux)
             self._leave()
+            reached(Step.FRAME_LEFT)
         elif message.frame < self.frame or self._node is None:
             return
         elif kind is MessageKind.CANCEL:

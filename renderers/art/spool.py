@@ -3,37 +3,44 @@
     spool/
       queue/<priority>-<id>.json   requests, published by rename
       jobs/<id>/request.json       a claimed request: a hard link to its queue entry
-                attempt-<n>        made by the one worker that makes attempt n
-                status.json        state, attempt, heartbeat, share done, message
                 cancel             made by the client
                 finish             likewise: what there is will do
-                picture.png radiance.npy depth.npy samples.npy
-                result.json        written last
+                attempt-<n>/       made by the one worker that makes attempt n
+                  status.json      state, heartbeat, share done, message
+                  growing.tiles    parts of the picture, as they come
+                  picture.png radiance.npy depth.npy samples.npy
+                  result.json      written last
       data/<sha256>                arrays
 
 It survives crashes of either side, works across machines that share a disk, and can be
 looked at with `ls`. The folder belongs to one user, mode 0700: whoever may write into
-it may have pictures drawn. Heartbeats are judged by the reader's own clock since the
-counter last changed; clocks of two machines are never compared.
+it may have pictures drawn. Only the last attempt counts. Each has a folder of its own,
+so that a worker which was thought dead and wakes up cannot spoil what came after it.
 """
 
 import os
 import stat
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
+from typing import NamedTuple
 
 import msgspec
 from msgspec import Struct
 
 from renderers.art.data_store import DataStore
-from renderers.art.files import write_whole
-from renderers.art.job import LARGEST_REQUEST, SnapshotRequest, SnapshotResult
+from renderers.art.files import HIDDEN, sync_folder, write_whole
+from renderers.art.job import (
+    LARGEST_REQUEST,
+    SnapshotRequest,
+    SnapshotResult,
+    decode_request,
+)
+from renderers.art.lease import LEASE_S, LeaseWatch
+from renderers.art.steps import Step, reached
 
-LEASE_S = 15.0
-"""Silence after which a worker counts as dead; heartbeats come every 2 s."""
+_ATTEMPT = "attempt-"
 
 
 class SpoolError(RuntimeError):
@@ -66,12 +73,12 @@ class JobStatus(Struct, frozen=True, forbid_unknown_fields=True):
     message: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class _Sign:
-    """Remember when a job's heartbeat was last seen to change."""
+class Claim(NamedTuple):
+    """Hold a job that is ours to do: its request's bytes, and which attempt this is."""
 
-    heartbeat: tuple[int, int]
-    seen_s: float
+    job_id: str
+    record: bytes
+    attempt: int
 
 
 class Spool:
@@ -84,9 +91,8 @@ class Spool:
 
         clock: seconds, to judge the silence of workers by.
         """
-        self._clock = clock
         self.folder = folder
-        self._queue, self._jobs = folder / "queue", folder / "jobs"
+        self.queue, self.jobs = folder / "queue", folder / "jobs"
         try:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             info = folder.stat()
@@ -100,7 +106,7 @@ class Spool:
                 raise SpoolError(
                     f"Spool {folder} is open to other users; run chmod 700 on it."
                 )
-            for part in (self._queue, self._jobs, folder / "data"):
+            for part in (self.queue, self.jobs, folder / "data"):
                 part.mkdir(mode=0o700, exist_ok=True)
                 if not os.access(part, os.W_OK | os.X_OK):
                     raise SpoolError(f"Spool {folder} cannot be written.")
@@ -109,26 +115,37 @@ class Spool:
                 f"Spool {folder} cannot be used: {error.strerror}."
             ) from error
         self.data = DataStore(folder / "data")
-        self._signs: dict[str, _Sign] = {}
+        self._watch = LeaseWatch(clock)
+        self._ended: set[tuple[str, int]] = set()
+        """Jobs seen to have ended, by id and inode, which are not looked at again."""
 
     def job_folder(self, job_id: str) -> Path:
         """Get where a job's files are."""
-        return self._jobs / job_id
+        return self.jobs / job_id
+
+    def attempt_folder(self, job_id: str, attempt: int | None = None) -> Path:
+        """Get where an attempt's files are; those of the last one for None."""
+        number = self._last_attempt(job_id) if attempt is None else attempt
+        return self.job_folder(job_id) / f"{_ATTEMPT}{number}"
 
     def publish(self, request: SnapshotRequest) -> None:
         """Queue a request. The same request again is answered by the same job.
 
-        Raise SpoolError when its id was used for another request.
+        On return it is accepted: no crash of a worker or of the machine loses it.
+        Raise ValueError that names the field which no worker would accept, SpoolError
+        when its id was used for another request.
         """
         record = msgspec.json.encode(request)
+        decode_request(record)
         known = self._known(request.id)
         if known is None:
-            write_whole(self._queue / f"{request.priority}-{request.id}.json", record)
+            write_whole(self.queue / f"{request.priority}-{request.id}.json", record)
+            reached(Step.REQUEST_PUBLISHED)
         elif known != record:
             raise SpoolError(f"Job {request.id} already asks for something else.")
 
-    def claim(self) -> tuple[str, bytes] | None:
-        """Take the first request that nobody else took; return its id and bytes."""
+    def claim(self) -> Claim | None:
+        """Take the first request that nobody else took."""
         for entry in self._queued():
             job_id = entry.stem.partition("-")[2]
             folder = self.job_folder(job_id)
@@ -139,48 +156,57 @@ class Spool:
             except FileExistsError:
                 # Taken already, or published twice; the job answers for both. While
                 # the one who takes it has not begun, the entry is still counted.
-                if self._attempts(job_id):
+                if self._last_attempt(job_id):
                     entry.unlink(missing_ok=True)
                 continue
             except FileNotFoundError:
                 continue
+            reached(Step.REQUEST_LINKED)
             # Over NFS a link may have been made although the call failed, and the
             # other way round; the count is what both machines agree on.
             if request.stat().st_nlink != 2 or not self.begin_attempt(job_id, 1):
                 continue
+            # A new name must not be lost when the old one is.
+            sync_folder(folder)
             entry.unlink(missing_ok=True)
-            return job_id, _read_request(request)
+            reached(Step.ENTRY_REMOVED)
+            return Claim(job_id, _read_request(request), 1)
         return None
 
-    def take_over(self, lease_s: float = LEASE_S) -> tuple[str, bytes, int] | None:
-        """Take a job whose worker fell silent; return its id, bytes and attempt."""
-        for request in sorted(self._jobs.glob("*/request.json")):
-            job_id = request.parent.name
-            status = self.status(job_id)
-            if status.state.is_final or not self.is_stale(job_id, status, lease_s):
+    def take_over(self, lease_s: float = LEASE_S) -> Claim | None:
+        """Take a job whose worker fell silent."""
+        for job_id in self._unfinished():
+            status = self._status(job_id)
+            if not self.is_stale(job_id, status, lease_s):
                 continue
-            attempt = max(status.attempt, self._attempts(job_id)) + 1
+            attempt = status.attempt + 1
             if self.begin_attempt(job_id, attempt):
-                self._signs.pop(job_id, None)
+                self._watch.forget(job_id)
                 # one that died while claiming left its entry in the queue
-                for entry in self._queue.glob(f"[0-9]-{job_id}.json"):
+                for entry in self.queue.glob(f"[0-9]-{job_id}.json"):
                     entry.unlink(missing_ok=True)
-                return job_id, _read_request(request), attempt
+                request = self.job_folder(job_id) / "request.json"
+                return Claim(job_id, _read_request(request), attempt)
         return None
+
+    def is_quiet(self) -> bool:
+        """Tell whether every job was taken and has ended, or its worker lives.
+
+        False as well while that is not known: call `take_over` again and again.
+        """
+        if self._queued():
+            return False
+        return all(self._watch.was_alive(job_id) for job_id in self._unfinished())
 
     def begin_attempt(self, job_id: str, attempt: int) -> bool:
         """Make attempt n ours; False when another worker was quicker."""
         try:
-            os.close(
-                os.open(
-                    self.job_folder(job_id) / f"attempt-{attempt}",
-                    os.O_CREAT | os.O_EXCL | os.O_WRONLY,
-                    0o600,
-                )
-            )
+            self.attempt_folder(job_id, attempt).mkdir(mode=0o700)
         except FileExistsError:
             return False
+        reached(Step.ATTEMPT_MADE)
         self.set_status(job_id, JobStatus(JobState.RUNNING, attempt))
+        reached(Step.ATTEMPT_TOLD)
         return True
 
     def is_stale(self, job_id: str, status: JobStatus, lease_s: float) -> bool:
@@ -189,36 +215,45 @@ class Spool:
         The clock starts when this object first looks at the job.
         """
         heartbeat = status.attempt, status.heartbeat
-        sign = self._signs.get(job_id)
-        if sign is None or sign.heartbeat != heartbeat:
-            self._signs[job_id] = _Sign(heartbeat, self._clock())
-            return False
-        return self._clock() - sign.seen_s > lease_s
+        return self._watch.is_stale(job_id, heartbeat, lease_s)
 
     def status(self, job_id: str) -> JobStatus:
         """Read a job's status; QUEUED when nobody has taken it."""
-        path = self.job_folder(job_id) / "status.json"
+        attempt = self._last_attempt(job_id)
+        if not attempt:
+            return JobStatus(JobState.QUEUED)
+        path = self.attempt_folder(job_id, attempt) / "status.json"
         try:
             return msgspec.json.decode(path.read_bytes(), type=JobStatus)
         except FileNotFoundError:
-            return JobStatus(JobState.QUEUED)
+            # Its worker has not said a word yet, and may have died before it could.
+            return JobStatus(JobState.RUNNING, attempt)
         except msgspec.DecodeError as error:
             raise SpoolError(f"Status of job {job_id} is damaged: {error}.") from error
 
     def set_status(self, job_id: str, status: JobStatus) -> None:
-        """Replace a job's status; only the worker whose attempt it is may."""
-        write_whole(
-            self.job_folder(job_id) / "status.json", msgspec.json.encode(status)
-        )
+        """Replace an attempt's status; only the worker whose attempt it is may."""
+        folder = self.attempt_folder(job_id, status.attempt)
+        write_whole(folder / "status.json", msgspec.json.encode(status))
 
     def owns(self, job_id: str, attempt: int) -> bool:
         """Tell whether attempt n is still the last one."""
-        return self._attempts(job_id) == attempt
+        return self._last_attempt(job_id) == attempt
+
+    def age_s(self, job_id: str) -> float:
+        """Get seconds from a request's publication to its worker's last sign of life.
+
+        Both are times of files on one disk: it is the same clock on every machine.
+        """
+        said = self.attempt_folder(job_id) / "status.json"
+        asked = self.job_folder(job_id) / "request.json"
+        return (said.stat().st_mtime_ns - asked.stat().st_mtime_ns) * 1e-9
 
     def ask_cancel(self, job_id: str) -> None:
         """Wish that a job ends; harmless when it has ended."""
         self.job_folder(job_id).mkdir(mode=0o700, exist_ok=True)
         (self.job_folder(job_id) / "cancel").touch(mode=0o600)
+        reached(Step.CANCEL_ASKED)
 
     def is_cancelled(self, job_id: str) -> bool:
         """Tell whether the client wished the job to end."""
@@ -235,7 +270,7 @@ class Spool:
 
     def result(self, job_id: str) -> SnapshotResult:
         """Read the result of a job that is DONE."""
-        path = self.job_folder(job_id) / "result.json"
+        path = self.attempt_folder(job_id) / "result.json"
         try:
             return msgspec.json.decode(path.read_bytes(), type=SnapshotResult)
         except (OSError, msgspec.DecodeError) as error:
@@ -245,19 +280,49 @@ class Spool:
 
     def _queued(self) -> list[Path]:
         entries = []
-        for path in self._queue.glob("[0-9]-*.json"):
+        for path in self.queue.glob("[0-9]-*.json"):
             try:
                 entries.append((path.name[0], path.stat().st_mtime_ns, path))
             except FileNotFoundError:
                 continue
         return [path for _, _, path in sorted(entries)]
 
-    def _attempts(self, job_id: str) -> int:
-        return len(list(self.job_folder(job_id).glob("attempt-*")))
+    def _unfinished(self) -> list[str]:
+        """List the jobs that were taken and are not known to have ended."""
+        with os.scandir(self.jobs) as entries:
+            listed = {
+                (entry.name, entry.inode())
+                for entry in entries
+                if not entry.name.startswith(HIDDEN)
+            }
+        self._ended &= listed
+        found = []
+        for job in sorted(listed - self._ended):
+            if self._status(job[0]).state.is_final:
+                self._ended.add(job)
+            elif (self.job_folder(job[0]) / "request.json").exists():
+                found.append(job[0])
+        self._watch.keep_only(found)
+        return found
+
+    def _status(self, job_id: str) -> JobStatus:
+        """Read a status; a damaged one is that of an attempt which came to grief."""
+        try:
+            return self.status(job_id)
+        except SpoolError:
+            return JobStatus(JobState.RUNNING, self._last_attempt(job_id))
+
+    def _last_attempt(self, job_id: str) -> int:
+        try:
+            names = os.listdir(self.job_folder(job_id))
+        except FileNotFoundError:
+            return 0
+        numbers = (name[len(_ATTEMPT) :] for name in names if name.startswith(_ATTEMPT))
+        return max((int(n) for n in numbers if n.isdecimal()), default=0)
 
     def _known(self, job_id: str) -> bytes | None:
         candidates = [self.job_folder(job_id) / "request.json"]
-        candidates += self._queue.glob(f"[0-9]-{job_id}.json")
+        candidates += self.queue.glob(f"[0-9]-{job_id}.json")
         for path in candidates:
             try:
                 return path.read_bytes()

@@ -19,6 +19,7 @@ from renderers.art.rank import Rank
 from renderers.art.rays import RayPacket
 from renderers.art.regions import Gather, deal_regions
 from renderers.art.stage import family_key, load_scene, scene_key
+from renderers.art.steps import Step, reached
 from renderers.art.tracer import (
     ActiveRayTracer,
     RenderStoppedError,
@@ -55,9 +56,16 @@ class Team(Protocol):
     ranks: int
 
     def trace(
-        self, request: SnapshotRequest, scene: Scene, progress: Progress
+        self,
+        request: SnapshotRequest,
+        scene: Scene,
+        progress: Progress,
+        gather: Gather | None = None,
     ) -> Traced:
-        """Trace a request; raise RenderStoppedError when `progress` says so."""
+        """Trace a request; raise RenderStoppedError when `progress` says so.
+
+        gather: an empty one of `empty_gather`, for those who look at what has come.
+        """
         ...
 
     def dismiss(self) -> None:
@@ -72,6 +80,20 @@ def traced_camera(request: SnapshotRequest) -> Camera:
     return camera.with_size(camera.width * factor, camera.height * factor)
 
 
+def empty_gather(request: SnapshotRequest) -> Gather:
+    """Make what a request's rays are gathered in."""
+    camera = traced_camera(request)
+    return Gather(camera.width, camera.height)
+
+
+def found_by(request: SnapshotRequest, scene: Scene, gather: Gather) -> GBuffer | Image:
+    """Read gathered rays: a G-buffer in mode scope, an image in mode classic."""
+    if not isinstance(request.work, ScopeWork):
+        return classic_image(gather)
+    assert scene.surface is not None
+    return scope_gbuffer(gather, scene.surface.distance)
+
+
 class SerialTeam:
     """Trace with the threads of this process."""
 
@@ -82,7 +104,11 @@ class SerialTeam:
         self._kept: tuple[bytes, ActiveRayTracer] | None = None
 
     def trace(
-        self, request: SnapshotRequest, scene: Scene, progress: Progress
+        self,
+        request: SnapshotRequest,
+        scene: Scene,
+        progress: Progress,
+        gather: Gather | None = None,
     ) -> Traced:
         """Trace a request. The tracer is kept for the next one of the same scene."""
         key = scene_key(request)
@@ -93,9 +119,9 @@ class SerialTeam:
         camera = traced_camera(request)
         found: GBuffer | Image
         if isinstance(request.work, ScopeWork):
-            found = tracer.gbuffer(camera, progress)
+            found = tracer.gbuffer(camera, progress, gather)
         else:
-            found = tracer.render(camera, progress)
+            found = tracer.render(camera, progress, gather)
         assert tracer.report is not None
         return Traced(found, tracer.report.counters)
 
@@ -168,29 +194,31 @@ class RankTeam:
         self._prepared = _Prepared(rank.transport, policy or CellPolicy())
 
     def trace(
-        self, request: SnapshotRequest, scene: Scene, progress: Progress
+        self,
+        request: SnapshotRequest,
+        scene: Scene,
+        progress: Progress,
+        gather: Gather | None = None,
     ) -> Traced:
         """Trace a request; other ranks load what they need themselves."""
         rank = self._rank
         frame = rank.frame + 1
         rank.order(MessageKind.BEGIN, frame, msgspec.json.encode(request))
         camera = traced_camera(request)
-        gather = Gather(camera.width, camera.height)
+        gather = gather or empty_gather(request)
         try:
             march, node = self._prepared.node(request, scene)
+            reached(Step.SCENE_LOADED)
             rank.begin(frame, node, _packets(march, camera, 0, self.ranks), gather)
             stopped = self._complete(gather, progress)
+            reached(Step.FRAME_COMPLETE)
         finally:
             # Frame numbers are never used again, also when this one never began.
             rank.frame = frame
             rank.end()
             if rank.is_broken:
                 self._prepared.forget()
-        found: GBuffer | Image
-        if isinstance(request.work, ScopeWork):
-            found = scope_gbuffer(gather, march)
-        else:
-            found = classic_image(gather)
+        found = found_by(request, scene, gather)
         if stopped:
             raise RenderStoppedError(found, gather.done)
         return Traced(found, dict(rank.cost))
@@ -232,6 +260,7 @@ def follow(rank: Rank, data: DataStore, policy: CellPolicy | None = None) -> Non
         try:
             request = decode_request(order.payload)
             march, node = prepared.node(request, load_scene(data, request))
+            reached(Step.SCENE_LOADED)
         except (ValueError, OSError) as error:
             prepared.forget()
             rank.fail(order.frame, str(error))

@@ -14,8 +14,9 @@ from renderers.art.march import FrameRays, March
 from renderers.art.node_maker import MarchNode, make_node
 from renderers.art.quality import Quality
 from renderers.art.regions import Gather, deal_regions
+from renderers.art.steps import Step, reached
 from renderers.art.work import MarchWork
-from renderers.scene import Camera, GBuffer, Image, Scene
+from renderers.scene import Camera, GBuffer, Image, Scene, Volume
 
 PACKETS_A_SLICE = 8
 """Packets run between two looks at the progress and at `stop`: about 10 ms."""
@@ -90,25 +91,32 @@ class ActiveRayTracer:
         self._made: dict[str, tuple[March, MarchNode, MarchWork]] = {}
 
     def render(
-        self, camera: Camera, progress: Callable[[float], bool] | None = None
+        self,
+        camera: Camera,
+        progress: Callable[[float], bool] | None = None,
+        gather: Gather | None = None,
     ) -> Image:
         """Draw mode `classic`.
 
         progress: called with the share done; when it returns False the picture is
         given up with `RenderStoppedError`. The depth is where opacity passes one half.
+        gather: an empty one, for those who want to look at what has come so far.
         """
-        gather, stopped = self._trace("classic", camera, progress)
+        gather, stopped = self._trace("classic", camera, progress, gather)
         image = classic_image(gather)
         if stopped:
             raise RenderStoppedError(image, gather.done)
         return image
 
     def gbuffer(
-        self, camera: Camera, progress: Callable[[float], bool] | None = None
+        self,
+        camera: Camera,
+        progress: Callable[[float], bool] | None = None,
+        gather: Gather | None = None,
     ) -> GBuffer:
         """Find the air surface behind each pixel (mode `scope`)."""
-        gather, stopped = self._trace("scope", camera, progress)
-        found = scope_gbuffer(gather, self._made["scope"][0])
+        gather, stopped = self._trace("scope", camera, progress, gather)
+        found = scope_gbuffer(gather, self._made["scope"][0].volume)
         if stopped:
             raise RenderStoppedError(found, gather.done)
         return found
@@ -118,26 +126,30 @@ class ActiveRayTracer:
         mode: str,
         camera: Camera,
         progress: Callable[[float], bool] | None,
+        gather: Gather | None,
     ) -> tuple[Gather, bool]:
         """Gather the rays; tell whether the caller wished to stop."""
         began = time.perf_counter()
         with ThreadPoolExecutor(self._threads) as pool:
             march, node, work = self._node(mode)
-            gather = Gather(camera.width, camera.height)
+            gather = gather or Gather(camera.width, camera.height)
             before = node.tally()
             rays = FrameRays.of(camera)
             regions = deal_regions(camera.width, camera.height, 0, 1)
             run = pool.map if self._threads > 1 else map
             work.use(run)
             node.begin(node.frame + 1, run(lambda r: march.start(r, rays), regions))
+            reached(Step.FRAME_BEGUN)
             pixels, stopped = gather.missing, False
             while not (stopped or node.is_finished):
                 for message in node.advance(PACKETS_A_SLICE):
                     gather.add_payload(message.payload)
+                reached(Step.RAYS_MOVED)
                 share = 1 - gather.missing / pixels
                 stopped = progress is not None and not progress(share)
             if stopped:
                 node.cancel()
+        reached(Step.RANK_DONE)
         after = node.tally()
         counters = {key: after[key] - before[key] for key in after}
         counters["cells_occupied"] = work.occupied
@@ -164,9 +176,12 @@ def classic_image(gather: Gather) -> Image:
     return Image(gather.value, gather.depth)
 
 
-def scope_gbuffer(gather: Gather, march: March) -> GBuffer:
-    """Turn gathered rays of mode `scope` into a G-buffer, normals to the world."""
-    axes = march.volume.direction
+def scope_gbuffer(gather: Gather, volume: Volume) -> GBuffer:
+    """Turn gathered rays of mode `scope` into a G-buffer, normals to the world.
+
+    volume: whose axes the normals were found along.
+    """
+    axes = volume.direction
     normal = np.ascontiguousarray(gather.value[..., :3])
     if not np.array_equal(axes, np.eye(3)):
         normal = (normal.astype(np.float64) @ axes.T).astype(np.float32)

@@ -10,9 +10,10 @@ from numpy.testing import assert_array_equal
 from renderers.art import ActiveRayTracer, RenderStoppedError
 from renderers.art.client import SnapshotClient
 from renderers.art.job import ImageSpec, SnapshotRequest
-from renderers.art.progressive import coarse_request, fill, trace_best
+from renderers.art.progressive import coarse_requests, trace_best
+from renderers.art.regions import Gather
 from renderers.art.team import SerialTeam, Traced
-from renderers.scene import Camera, GBuffer, Image, Scene
+from renderers.scene import Camera, Image, Scene
 
 
 @pytest.fixture
@@ -41,6 +42,7 @@ class CountingTeam(SerialTeam):
         request: SnapshotRequest,
         scene: Scene,
         progress: Callable[[float], bool],
+        gather: Gather | None = None,
     ) -> Traced:
         self.sizes.append(request.image.width)
 
@@ -48,7 +50,7 @@ class CountingTeam(SerialTeam):
             self._deed(len(self.sizes), share)
             return progress(share)
 
-        return super().trace(request, scene, look)
+        return super().trace(request, scene, look, gather)
 
 
 def test_with_time_enough_the_picture_is_the_same(
@@ -69,7 +71,7 @@ def test_what_was_traced_is_kept_and_the_rest_is_coarse(
 ) -> None:
     camera = outside.with_size(200, 300)
     late: list[bool] = []
-    team = CountingTeam(lambda turn, share: late.append(True) if turn == 2 else None)
+    team = CountingTeam(lambda turn, share: late.append(True) if turn == 3 else None)
     request = asked(client, scene, camera)
     traced = trace_best(team, request, scene, go, lambda: bool(late))
     assert traced.drawn is not None
@@ -115,36 +117,15 @@ def test_small_pictures_and_others_have_no_coarse_one(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
     small = asked(client, scene, outside.with_size(28, 40))
-    assert coarse_request(small) is None
-    four = client.request_classic(scene, outside.with_size(28, 40), samples=4)
-    coarse = coarse_request(four)
-    assert coarse is not None
-    assert coarse.image == ImageSpec(14, 20, 1)
+    assert coarse_requests(small) == []
+    four = client.request_classic(
+        scene, outside.with_size(28, 40), samples=4, progressive=True
+    )
+    assert [r.image for r in coarse_requests(four)] == [ImageSpec(14, 20, 1)]
+    large = asked(client, scene, outside.with_size(150, 130))
+    sizes = [ImageSpec(10, 9, 1), ImageSpec(38, 33, 1)]
+    assert [r.image for r in coarse_requests(large)] == sizes
     team = CountingTeam(lambda turn, share: None)
     plain = client.request_classic(scene, outside)
     trace_best(team, plain, scene, go, lambda: False)
     assert team.sizes == [50]
-
-
-@pytest.mark.parametrize("size", [(50, 43), (43, 50), (37, 37), (101, 8)])
-def test_coarse_pixels_lie_where_the_fine_ones_do(
-    size: tuple[int, int], outside: Camera
-) -> None:
-    """A coarse picture of where its rays go differs from the fine by half a pixel."""
-    width, height = size
-    fine, rough = (
-        GBuffer.empty(h, w)
-        for w, h in ((width, height), (-(-width // 4), -(-height // 4)))
-    )
-    for buffer in (fine, rough):
-        h, w = buffer.size
-        table = outside.with_size(w, h).lens_table()
-        buffer.normal[:] = table / table[..., 2:]
-    nothing = np.zeros((height, width), bool)
-    found = fill(fine, nothing, rough)
-    assert isinstance(found, GBuffer)
-    off = np.abs(found.normal - fine.normal)[..., :2]
-    pixel = 2 * np.tan(outside.extent) / min(rough.size)
-    # beyond the coarse picture's own edge its outermost pixels stand
-    assert np.percentile(off, 90) <= 0.51 * pixel
-    assert off.max() <= 1.01 * pixel

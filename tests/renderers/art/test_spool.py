@@ -46,7 +46,7 @@ def test_a_request_is_claimed_once(spool: Spool) -> None:
     request = make(1)
     spool.publish(request)
     claimed = spool.claim()
-    assert claimed == (request.id, msgspec.json.encode(request))
+    assert claimed == (request.id, msgspec.json.encode(request), 1)
     assert spool.status(request.id) == JobStatus(JobState.RUNNING, 1)
     assert spool.claim() is None
     assert spool.owns(request.id, 1)
@@ -212,6 +212,6 @@ def test_a_folder_of_ones_own_is_closed_to_others(tmp_path: Path) -> None:
 def test_a_damaged_status_is_named(spool: Spool) -> None:
     spool.publish(make(1))
     spool.claim()
-    (spool.job_folder(f"{1:032x}") / "status.json").write_bytes(b'{"state": "odd"}')
+    (spool.attempt_folder(f"{1:032x}") / "status.json").write_bytes(b'{"state": "odd"}')
     with pytest.raises(SpoolError, match="is damaged"):
         spool.status(f"{1:032x}")

@@ -18,6 +18,7 @@ from renderers.art.job import ScopeWork, SnapshotRequest
 from renderers.art.messages import Message
 from renderers.art.policy import CellPolicy, Dataflow
 from renderers.art.rank import Rank
+from renderers.art.regions import Gather
 from renderers.art.spool import JobState, Spool
 from renderers.art.team import RankTeam, SerialTeam, Traced, follow
 from renderers.art.transport import LoopBack, LoopBackEnd, TransportError
@@ -140,13 +141,19 @@ class InterruptedTeam(SerialTeam):
         super().__init__()
         self._deed = deed
 
-    def trace(self, request: SnapshotRequest, scene: Scene, progress: Go) -> Traced:
+    def trace(
+        self,
+        request: SnapshotRequest,
+        scene: Scene,
+        progress: Go,
+        gather: Gather | None = None,
+    ) -> Traced:
         def go_on(share: float) -> bool:
             if share > 0:
                 self._deed(request)
             return progress(share)
 
-        return super().trace(request, scene, go_on)
+        return super().trace(request, scene, go_on, gather)
 
 
 def test_a_job_cancelled_while_drawn_ends_early(
@@ -218,7 +225,13 @@ def test_a_fault_of_ours_is_told_to_the_client_and_raised(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
     class Broken(SerialTeam):
-        def trace(self, request: SnapshotRequest, scene: Scene, progress: Go) -> Traced:
+        def trace(
+            self,
+            request: SnapshotRequest,
+            scene: Scene,
+            progress: Go,
+            gather: Gather | None = None,
+        ) -> Traced:
             raise ZeroDivisionError("by nothing")
 
     job = client.submit(client.request_classic(scene, outside))
@@ -232,7 +245,13 @@ def test_when_ranks_are_lost_the_job_is_left_to_the_next_worker(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
     class Lost(SerialTeam):
-        def trace(self, request: SnapshotRequest, scene: Scene, progress: Go) -> Traced:
+        def trace(
+            self,
+            request: SnapshotRequest,
+            scene: Scene,
+            progress: Go,
+            gather: Gather | None = None,
+        ) -> Traced:
             raise TransportError("rank 2 died")
 
     job = client.submit(client.request_classic(scene, outside))
