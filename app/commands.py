@@ -4,7 +4,7 @@ Nothing heavy is imported here: every command fetches its own modules when it ru
 """
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -191,9 +191,17 @@ def worker(
     *,
     spool: Path,
     ranks: int = 1,
+    threads: int | None = None,
+    dataflow: Literal["migrating", "static", "replicated"] | None = None,
+    cache_cells: int | None = None,
+    lease: float | None = None,
+    keep_days: float | None = None,
     once: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
     """Serve snapshot requests from a spool folder.
+
+    Several workers may serve one folder, on several machines if they share its disk.
+    One that dies loses no request: another takes its job over.
 
     Parameters
     ----------
@@ -201,12 +209,27 @@ def worker(
         Folder shared with the program that asks for snapshots.
     ranks
         MPI processes; 1 renders without MPI.
+    threads
+        Threads that trace (without MPI), shade and expose; 2 by default.
+    dataflow
+        How ranks share the volume's cells: migrating as in the 1995 paper (the
+        default), static, or the whole volume on every rank.
+    cache_cells
+        Cells that a rank keeps at most; all by default.
+    lease
+        Seconds of silence until a worker counts as dead, 15 by default; 60 on a
+        network disk.
+    keep_days
+        Days that finished jobs stay in the folder, 7 by default.
     once
-        Stop when the queue is empty.
+        Stop when nothing is left that no living worker does.
     """
-    from app.rendering_service import run_worker_command
+    from app.rendering_service import WorkerOptions, run_worker_command
 
-    return run_worker_command(spool, ranks=ranks, once=once)
+    options = WorkerOptions(
+        ranks, once, threads, dataflow, cache_cells, lease, keep_days
+    )
+    return run_worker_command(spool, options)
 
 
 @app.command

@@ -1,5 +1,6 @@
 """The snapshot worker as child processes: started, watched, ended."""
 
+import math
 import os
 import shutil
 import signal
@@ -7,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 from app.faults import ToldError
@@ -22,15 +24,60 @@ def mpiexec() -> str | None:
     return shutil.which("mpiexec")
 
 
-def worker_command(spool: Path, *, ranks: int, once: bool) -> list[str]:
-    """Give the command line that serves `spool` with so many ranks.
+@dataclass(frozen=True, slots=True)
+class WorkerOptions:
+    """Say how a worker works; see `paravol worker --help`. None: as it sees fit."""
+
+    ranks: int = 1
+    once: bool = False
+    threads: int | None = None
+    dataflow: str | None = None
+    cache_cells: int | None = None
+    lease_s: float | None = None
+    keep_days: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.ranks < 1:
+            raise ValueError(f"--ranks must be at least 1, got {self.ranks}")
+        if self.threads is not None and self.threads < 1:
+            raise ValueError(f"--threads must be at least 1, got {self.threads}")
+        if self.cache_cells is not None and self.cache_cells < 1:
+            raise ValueError(
+                f"--cache-cells must be at least 1, got {self.cache_cells}"
+            )
+        if self.lease_s is not None and not 0 < self.lease_s < math.inf:
+            raise ValueError(f"--lease must be a positive time, got {self.lease_s:g}")
+        if self.keep_days is not None and not 0 <= self.keep_days < math.inf:
+            raise ValueError(f"--keep-days must not be negative, got {self.keep_days}")
+        if self.ranks == 1 and (self.dataflow or self.cache_cells):
+            raise ValueError(
+                "--dataflow and --cache-cells say how ranks share cells; take more "
+                "--ranks than 1 with them."
+            )
+
+    def words(self) -> list[str]:
+        """Give these options in the words of `python -m renderers.art`."""
+        values = {
+            "--threads": self.threads,
+            "--dataflow": self.dataflow,
+            "--cache-cells": self.cache_cells,
+            "--lease": self.lease_s,
+            "--keep-days": self.keep_days,
+        }
+        words = ["--once"] if self.once else []
+        for name, value in values.items():
+            words += [] if value is None else [name, str(value)]
+        return words
+
+
+def worker_command(spool: Path, options: WorkerOptions) -> list[str]:
+    """Give the command line that serves `spool`.
 
     Raises ToldError when ranks are wanted and there is no MPI.
     """
-    if ranks < 1:
-        raise ValueError(f"--ranks must be at least 1, got {ranks}")
+    ranks = options.ranks
     tail = ["renderers.art", "--spool", str(spool), "--parent", str(os.getpid())]
-    tail += ["--once"] if once else []
+    tail += options.words()
     if ranks == 1:
         return [sys.executable, "-m", *tail, "--backend", "serial"]
     launcher = mpiexec()
@@ -71,7 +118,7 @@ def running_worker(spool: Path, *, ranks: int) -> Iterator[Worker]:
     log = spool / "worker.log"
     with log.open("wb") as sink:
         child = subprocess.Popen(
-            worker_command(spool, ranks=ranks, once=False),
+            worker_command(spool, WorkerOptions(ranks)),
             stdin=subprocess.PIPE,
             stdout=sink,
             stderr=sink,
@@ -84,10 +131,9 @@ def running_worker(spool: Path, *, ranks: int) -> Iterator[Worker]:
         _end(child)
 
 
-def run_worker_command(spool: Path, *, ranks: int, once: bool) -> int:
+def run_worker_command(spool: Path, options: WorkerOptions) -> int:
     """Serve a spool folder in the foreground: `paravol worker`."""
-    command = worker_command(spool, ranks=ranks, once=once)
-    child = subprocess.Popen(command)
+    child = subprocess.Popen(worker_command(spool, options))
     try:
         return child.wait()
     except KeyboardInterrupt:

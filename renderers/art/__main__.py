@@ -12,9 +12,14 @@ from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
 
+from renderers.art.lease import LEASE_S
 from renderers.art.policy import CellPolicy, Dataflow
+from renderers.art.pruning import KEEP_S
 from renderers.art.spool import SpoolError
 from renderers.art.transport import TransportError
+
+
+DAY_S = 86_400.0
 
 
 class _Ending:
@@ -55,7 +60,9 @@ def main(arguments: list[str] | None = None) -> int:
     )
     parser.add_argument("--spool", type=Path, required=True, help="the spool folder")
     parser.add_argument(
-        "--once", action="store_true", help="stop when the queue is empty"
+        "--once",
+        action="store_true",
+        help="stop when nothing is left that no living worker does",
     )
     parser.add_argument(
         "--backend",
@@ -78,8 +85,14 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--lease",
         type=float,
-        default=15.0,
-        help="seconds until a worker counts as dead",
+        default=LEASE_S,
+        help="seconds until a worker counts as dead; 60 on a network disk",
+    )
+    parser.add_argument(
+        "--keep-days",
+        type=float,
+        default=KEEP_S / DAY_S,
+        help="days that finished jobs stay in the spool folder",
     )
     parser.add_argument(
         "--parent", type=int, help="process id; end when that process is gone"
@@ -98,6 +111,7 @@ def main(arguments: list[str] | None = None) -> int:
             once=options.once,
             threads=options.threads,
             lease_s=options.lease,
+            keep_s=options.keep_days * DAY_S,
             stopped=ending,
         )
     except (SpoolError, TransportError, ValueError) as error:
@@ -139,6 +153,7 @@ def _run_ranks(options: argparse.Namespace, ending: Callable[[], bool]) -> int:
                     team=team,
                     threads=options.threads,
                     lease_s=options.lease,
+                    keep_s=options.keep_days * DAY_S,
                     stopped=ending,
                 )
             except SpoolError as error:

@@ -10,7 +10,7 @@ import pytest
 
 from app.__main__ import main
 from app.faults import ToldError
-from app.rendering_service import running_worker, worker_command
+from app.rendering_service import WorkerOptions, running_worker, worker_command
 from renderers.art.client import SnapshotClient
 from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
 
@@ -97,4 +97,47 @@ def test_a_spool_that_cannot_be_used(
 
 def test_no_ranks_is_a_mistake(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="at least 1"):
-        worker_command(tmp_path, ranks=0, once=True)
+        worker_command(tmp_path, WorkerOptions(ranks=0))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        (["--threads", "0"], "--threads must be at least 1, got 0"),
+        (["--lease", "0"], "--lease must be a positive time, got 0"),
+        (["--lease", "nan"], "--lease must be a positive time, got nan"),
+        (["--keep-days", "-1"], "--keep-days must not be negative, got -1"),
+        (["--ranks", "2", "--cache-cells", "0"], "--cache-cells must be at least 1"),
+        (["--dataflow", "static"], "take more --ranks than 1"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], wrong: list[str], said: str
+) -> None:
+    assert main(["worker", "--spool", str(tmp_path), *wrong]) == 1
+    assert said in capsys.readouterr().err
+
+
+def test_a_worker_in_the_foreground_prunes_what_it_drew(tmp_path: Path) -> None:
+    spool = tmp_path / "spool"
+    client = SnapshotClient(spool)
+    job = ask(client)
+    words = ["worker", "--spool", str(spool), "--once", "--threads", "1"]
+    assert main([*words, "--lease", "5", "--keep-days", "1"]) == 0
+    assert client.wait(job, timeout_s=1).pixels().max() > 100
+    assert main([*words, "--keep-days", "0"]) == 0
+    assert not list((spool / "jobs").iterdir())
+
+
+@pytest.mark.mpi
+@pytest.mark.slow
+def test_a_worker_of_ranks_shares_cells_as_it_is_told(tmp_path: Path) -> None:
+    pytest.importorskip("mpi4py")
+    spool = tmp_path / "spool"
+    client = SnapshotClient(spool)
+    job = ask(client)
+    words = ["worker", "--spool", str(spool), "--once", "--ranks", "2"]
+    assert main([*words, "--dataflow", "static", "--cache-cells", "1"]) == 0
+    result = client.wait(job, timeout_s=1).result
+    assert result.ranks == 2
+    assert result.counters["cells_evicted"] > 0

@@ -215,3 +215,86 @@ def test_a_damaged_status_is_named(spool: Spool) -> None:
     (spool.attempt_folder(f"{1:032x}") / "status.json").write_bytes(b'{"state": "odd"}')
     with pytest.raises(SpoolError, match="is damaged"):
         spool.status(f"{1:032x}")
+
+
+def test_what_no_worker_would_accept_is_not_published(spool: Spool) -> None:
+    wrong = msgspec.structs.replace(make(1), priority=11)
+    with pytest.raises(ValueError, match=r"<= 9 - at `\$\.priority`"):
+        spool.publish(wrong)
+    large = msgspec.structs.replace(make(1), client="x" * 300_000)
+    with pytest.raises(ValueError, match="at most 262144 bytes"):
+        spool.publish(large)
+    assert not list(spool.queue.iterdir())
+
+
+def test_a_damaged_status_stops_nobody_else(spool: Spool, now: list[float]) -> None:
+    for number in (1, 2):
+        spool.publish(make(number))
+        assert spool.claim() is not None
+    (spool.attempt_folder(f"{1:032x}") / "status.json").write_bytes(b"odd")
+    assert spool.take_over(15) is None
+    now[0] += 16
+    taken = [spool.take_over(15), spool.take_over(15)]
+    assert [(t.job_id, t.attempt) for t in taken if t is not None] == [
+        (f"{1:032x}", 2),
+        (f"{2:032x}", 2),
+    ]
+
+
+def test_it_is_quiet_when_all_that_is_left_has_a_living_worker(
+    spool: Spool, now: list[float]
+) -> None:
+    assert spool.is_quiet()
+    request = make(1)
+    spool.publish(request)
+    assert not spool.is_quiet()
+    other = Spool(spool.folder, lambda: now[0])
+    assert other.claim() is not None
+    # Nobody knows yet whether that worker still lives.
+    for _ in range(2):
+        assert spool.take_over(15) is None
+        assert not spool.is_quiet()
+        now[0] += 5
+    other.set_status(request.id, JobStatus(JobState.RUNNING, 1, 1))
+    assert spool.take_over(15) is None
+    assert spool.is_quiet()
+    other.set_status(request.id, JobStatus(JobState.DONE, 1, 2))
+    fresh = Spool(spool.folder, lambda: now[0])
+    assert fresh.take_over(15) is None
+    assert fresh.is_quiet()
+
+
+def test_the_age_of_a_request_is_by_the_disks_clock(spool: Spool) -> None:
+    spool.publish(make(1))
+    entry = next(spool.queue.iterdir())
+    asked = entry.stat().st_mtime - 90
+    os.utime(entry, (asked, asked))
+    claim = spool.claim()
+    assert claim is not None
+    assert 90 <= spool.age_s(claim.job_id) < 120
+
+
+def test_jobs_that_ended_are_not_read_again(
+    spool: Spool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else an idle worker's time would grow with what it has ever done."""
+    for number in range(5):
+        spool.publish(make(number))
+        claim = spool.claim()
+        assert claim is not None
+        spool.set_status(claim.job_id, JobStatus(JobState.DONE, 1))
+    assert spool.take_over(15) is None
+    looks: list[str] = []
+    status = Spool.status
+
+    def counted(self: Spool, job_id: str) -> JobStatus:
+        looks.append(job_id)
+        return status(self, job_id)
+
+    monkeypatch.setattr(Spool, "status", counted)
+    assert spool.take_over(15) is None
+    assert not looks
+    spool.publish(make(9))
+    assert spool.claim() is not None
+    assert spool.take_over(15) is None
+    assert set(looks) == {f"{9:032x}"}

@@ -1,4 +1,5 @@
 import hashlib
+import os
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -14,16 +15,16 @@ from renderers.art.client import (
     SnapshotError,
     WorkerLostError,
 )
-from renderers.art.job import ScopeWork, SnapshotRequest
-from renderers.art.messages import Message
+from renderers.art.job import SnapshotRequest
 from renderers.art.policy import CellPolicy, Dataflow
-from renderers.art.rank import Rank
 from renderers.art.regions import Gather
 from renderers.art.spool import JobState, Spool
-from renderers.art.team import RankTeam, SerialTeam, Traced, follow
-from renderers.art.transport import LoopBack, LoopBackEnd, TransportError
+from renderers.art.steps import Step, reached
+from renderers.art.team import SerialTeam, Traced
+from renderers.art.tracer import PACKETS_A_SLICE
+from renderers.art.transport import TransportError
 from renderers.art.worker import MOST_ATTEMPTS, run_worker
-from renderers.scene import Camera, Image, Material, Mesh, Scene
+from renderers.scene import Camera, Material, Mesh, Scene
 
 Go = Callable[[float], bool]
 
@@ -85,18 +86,6 @@ def test_the_scope_sees_tissue_and_an_instrument(
     assert not np.array_equal(first.radiance(), second.radiance())
 
 
-def test_a_finished_id_is_answered_again(
-    client: SnapshotClient, scene: Scene, outside: Camera
-) -> None:
-    request = client.request_classic(scene, outside)
-    client.submit(request)
-    run_worker(client.spool.folder, once=True)
-    before = client.wait(request.id).result
-    client.submit(request)
-    assert run_worker(client.spool.folder, once=True) == 0
-    assert client.wait(request.id).result == before
-
-
 def test_a_wrong_request_is_rejected_and_the_next_is_served(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
@@ -121,17 +110,6 @@ def test_a_wrong_request_is_rejected_and_the_next_is_served(
         with pytest.raises(SnapshotError, match=f"was rejected: .*{reason}"):
             client.wait(job)
     assert client.wait(good.id).picture.exists()
-
-
-def test_a_job_cancelled_in_the_queue_is_never_drawn(
-    client: SnapshotClient, scene: Scene, outside: Camera
-) -> None:
-    job = client.submit(client.request_classic(scene, outside))
-    client.cancel(job)
-    run_worker(client.spool.folder, once=True)
-    with pytest.raises(SnapshotCancelledError):
-        client.wait(job)
-    assert not (client.spool.job_folder(job) / "result.json").exists()
 
 
 class InterruptedTeam(SerialTeam):
@@ -173,6 +151,94 @@ def test_a_job_may_not_take_longer_than_it_said(
     run_worker(client.spool.folder, once=True)
     with pytest.raises(SnapshotError, match=r"failed: .*longer than max_seconds"):
         client.wait(job)
+
+
+def test_a_client_that_cancels_need_not_wait_for_a_busy_worker(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    """The client is told while the worker is in the middle of something long."""
+    told: list[JobState] = []
+
+    class Busy(SerialTeam):
+        def trace(
+            self,
+            request: SnapshotRequest,
+            scene: Scene,
+            progress: Go,
+            gather: Gather | None = None,
+        ) -> Traced:
+            client.cancel(request.id)
+            for _ in range(3000):
+                if client.spool.status(request.id).state is not JobState.RUNNING:
+                    break
+                threading.Event().wait(0.01)
+            told.append(client.spool.status(request.id).state)
+            return super().trace(request, scene, progress, gather)
+
+    job = client.submit(client.request_classic(scene, outside))
+    assert run_worker(client.spool.folder, once=True, team=Busy()) == 1
+    assert told == [JobState.CANCELLED]
+    with pytest.raises(SnapshotCancelledError):
+        client.wait(job)
+
+
+def test_a_cancelled_picture_costs_one_slice_of_rays_more(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    """Work after the wish is known is bounded by a count, not by a time."""
+    taken: list[Step] = []
+    told: list[int] = []
+    job = client.submit(
+        client.request_classic(scene, outside.with_size(1000, 900), quality="preview")
+    )
+    team = InterruptedTeam(lambda request: client.cancel(request.id))
+
+    def watch(step: Step) -> None:
+        taken.append(step)
+        if step is Step.JOB_ENDED:
+            told.append(taken.count(Step.RAYS_MOVED))
+
+    reached.watcher = watch
+    try:
+        run_worker(client.spool.folder, once=True, team=team)
+    finally:
+        reached.watcher = None
+    assert client.spool.status(job).state is JobState.CANCELLED
+    moved = taken.count(Step.RAYS_MOVED)
+    whole = -(-1000 // 64) * -(-900 // 64) / PACKETS_A_SLICE
+    assert moved - told[0] <= 1
+    assert moved < whole
+
+
+def test_a_deadline_counts_from_when_it_was_asked_for(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    taken: list[Step] = []
+    late = client.request_classic(scene, outside, deadline_s=50)
+    early = client.request_classic(scene, outside, deadline_s=200)
+    for request in (late, early):
+        client.submit(request)
+        entry = next(client.spool.queue.glob(f"*{request.id}*"))
+        asked = entry.stat().st_mtime - 100
+        os.utime(entry, (asked, asked))
+    reached.watcher = taken.append
+    try:
+        assert run_worker(client.spool.folder, once=True) == 2
+    finally:
+        reached.watcher = None
+    with pytest.raises(SnapshotError, match=r"failed: .*within deadline_s, 50"):
+        client.wait(late.id)
+    assert client.wait(early.id).picture.exists()
+    assert taken.count(Step.SCENE_LOADED) == 1, "the late one was not even loaded"
+
+
+def test_once_takes_over_what_a_dead_worker_left(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    job = client.submit(client.request_classic(scene, outside))
+    assert Spool(client.spool.folder).claim() is not None
+    assert run_worker(client.spool.folder, once=True, lease_s=0.05) == 1
+    assert client.wait(job).result.attempt == 2
 
 
 def test_a_stopped_worker_leaves_its_job_to_the_next(
@@ -267,61 +333,3 @@ def test_when_ranks_are_lost_the_job_is_left_to_the_next_worker(
         ),
     )
     assert client.wait(job).result.attempt == 2
-
-
-def test_nobody_serves(client: SnapshotClient, scene: Scene, outside: Camera) -> None:
-    job = client.submit(client.request_classic(scene, outside))
-    with pytest.raises(SnapshotError, match=r"still queued after 0\.1 s; is a worker"):
-        client.wait(job, timeout_s=0.1)
-
-
-class ThreadedEnd(LoopBackEnd):
-    """Let ranks of one loop-back run in threads of their own."""
-
-    lock = threading.Lock()
-
-    def send(self, message: Message) -> None:
-        with self.lock:
-            super().send(message)
-
-    def poll(self) -> Message | None:
-        with self.lock:
-            return super().poll()
-
-    def rest(self, waiting: bool) -> None:
-        threading.Event().wait(1e-4)
-
-
-def test_a_team_of_ranks_delivers_the_same_bytes(
-    client: SnapshotClient, scene: Scene, outside: Camera
-) -> None:
-    joint = LoopBack(3, delay=0)
-    ranks = [Rank(ThreadedEnd(joint, rank)) for rank in range(3)]
-    data = Spool(client.spool.folder).data
-    others = [
-        threading.Thread(target=follow, args=(rank, data, POLICY)) for rank in ranks[1:]
-    ]
-    for other in others:
-        other.start()
-    good = client.request_classic(scene, outside)
-    assert not isinstance(good.work, ScopeWork)
-    cancelled = client.request_classic(scene, outside)
-    client.cancel(cancelled.id)
-    again = client.request_classic(scene, outside, samples=4)
-    for request in (good, cancelled, again):
-        client.submit(request)
-    served = run_worker(client.spool.folder, once=True, team=RankTeam(ranks[0], POLICY))
-    for other in others:
-        other.join(10)
-        assert not other.is_alive()
-    assert served == 3
-    expected = ActiveRayTracer(scene).render(outside)
-    snapshot = client.wait(good.id)
-    assert snapshot.result.ranks == 3
-    assert snapshot.result.counters["requests"] > 0
-    assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
-    fine = ActiveRayTracer(scene).render(outside.with_size(100, 86))
-    assert client.wait(again.id).radiance() == pytest.approx(
-        fine.rgba.reshape(43, 2, 50, 2, 4).mean(axis=(1, 3)), abs=1e-6
-    )
-    assert isinstance(fine, Image)

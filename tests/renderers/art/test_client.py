@@ -1,0 +1,63 @@
+import weakref
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from renderers.art.client import (
+    SnapshotCancelledError,
+    SnapshotClient,
+    SnapshotError,
+)
+from renderers.art.worker import run_worker
+from renderers.scene import Camera, Scene
+
+
+@pytest.fixture
+def client(tmp_path: Path) -> SnapshotClient:
+    return SnapshotClient(tmp_path / "spool", name="test", lease_s=0.4)
+
+
+def test_a_finished_id_is_answered_again(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    request = client.request_classic(scene, outside)
+    client.submit(request)
+    run_worker(client.spool.folder, once=True)
+    before = client.wait(request.id).result
+    client.submit(request)
+    assert run_worker(client.spool.folder, once=True) == 0
+    assert client.wait(request.id).result == before
+
+
+def test_an_array_is_hashed_once_and_not_kept_alive(
+    client: SnapshotClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    array = np.arange(10.0)
+    alive = weakref.ref(array)
+    digest = client.put(array)
+    monkeypatch.setattr(client.data, "put", None)
+    assert client.put(array) == digest
+    monkeypatch.undo()
+    (client.spool.folder / "data" / digest).unlink()
+    assert client.put(array) == digest
+    assert (client.spool.folder / "data" / digest).exists(), "pruned, and stored again"
+    del array
+    assert alive() is None
+
+
+def test_nobody_serves(client: SnapshotClient, scene: Scene, outside: Camera) -> None:
+    job = client.submit(client.request_classic(scene, outside))
+    with pytest.raises(SnapshotError, match=r"still queued after 0\.1 s; is a worker"):
+        client.wait(job, timeout_s=0.1)
+
+
+def test_a_job_cancelled_in_the_queue_is_never_drawn(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    job = client.submit(client.request_classic(scene, outside))
+    client.cancel(job)
+    run_worker(client.spool.folder, once=True)
+    with pytest.raises(SnapshotCancelledError):
+        client.wait(job)
+    assert not (client.spool.job_folder(job) / "result.json").exists()

@@ -1,0 +1,75 @@
+import threading
+from pathlib import Path
+
+import pytest
+
+from renderers.art import ActiveRayTracer
+from renderers.art.client import SnapshotClient
+from renderers.art.job import ScopeWork
+from renderers.art.messages import Message
+from renderers.art.policy import CellPolicy, Dataflow
+from renderers.art.rank import Rank
+from renderers.art.spool import Spool
+from renderers.art.team import RankTeam, follow
+from renderers.art.transport import LoopBack, LoopBackEnd
+from renderers.art.worker import run_worker
+from renderers.scene import Camera, Image, Scene
+
+POLICY = CellPolicy(5, Dataflow.STATIC)
+
+
+@pytest.fixture
+def client(tmp_path: Path) -> SnapshotClient:
+    return SnapshotClient(tmp_path / "spool")
+
+
+class ThreadedEnd(LoopBackEnd):
+    """Let ranks of one loop-back run in threads of their own."""
+
+    lock = threading.Lock()
+
+    def send(self, message: Message) -> None:
+        with self.lock:
+            super().send(message)
+
+    def poll(self) -> Message | None:
+        with self.lock:
+            return super().poll()
+
+    def rest(self, waiting: bool) -> None:
+        threading.Event().wait(1e-4)
+
+
+def test_a_team_of_ranks_delivers_the_same_bytes(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    joint = LoopBack(3, delay=0)
+    ranks = [Rank(ThreadedEnd(joint, rank)) for rank in range(3)]
+    data = Spool(client.spool.folder).data
+    others = [
+        threading.Thread(target=follow, args=(rank, data, POLICY)) for rank in ranks[1:]
+    ]
+    for other in others:
+        other.start()
+    good = client.request_classic(scene, outside)
+    assert not isinstance(good.work, ScopeWork)
+    cancelled = client.request_classic(scene, outside)
+    client.cancel(cancelled.id)
+    again = client.request_classic(scene, outside, samples=4)
+    for request in (good, cancelled, again):
+        client.submit(request)
+    served = run_worker(client.spool.folder, once=True, team=RankTeam(ranks[0], POLICY))
+    for other in others:
+        other.join(10)
+        assert not other.is_alive()
+    assert served == 3
+    expected = ActiveRayTracer(scene).render(outside)
+    snapshot = client.wait(good.id)
+    assert snapshot.result.ranks == 3
+    assert snapshot.result.counters["requests"] > 0
+    assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
+    fine = ActiveRayTracer(scene).render(outside.with_size(100, 86))
+    assert client.wait(again.id).radiance() == pytest.approx(
+        fine.rgba.reshape(43, 2, 50, 2, 4).mean(axis=(1, 3)), abs=1e-6
+    )
+    assert isinstance(fine, Image)
