@@ -1,4 +1,6 @@
-"""The cells that rays can read, as bricks of value and gradient."""
+"""What rays can read: cells as bricks of value and gradient, or the whole volume."""
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,11 +12,15 @@ from renderers.art.views import ABSENT, CellView
 
 _FIRST_SLOTS = 64
 
+MOST_VOXELS = 1 << 29
+"""Voxels of a volume that is shown whole: kernels count up to 2 GiB of samples."""
+
 
 class Bricks:
     """Keep a brick a slot, made as slots are first filled.
 
-    A brick is ``(side + 1)**3`` voxels of (value, gradient x y z), in float32 or int16.
+    A brick is ``(side + 1)**3`` voxels of (value, gradient x y z), or of values alone
+    where nothing is shaded, in float32 or int16.
     """
 
     def __init__(
@@ -24,11 +30,14 @@ class Bricks:
         leap: NDArray[np.uint8],
         stamp: NDArray[np.int64],
         span: float | None = None,
+        *,
+        gradients: bool = True,
     ) -> None:
         """Take the distances of `cube_distances` and the stamps of a `CellCache`.
 
         span: keep int16, which halves the memory; the largest difference of two
         values, all of them whole numbers that int16 holds. None for float32.
+        gradients: False keeps values alone, a quarter of the memory.
         """
         self.grid = grid
         self.span = span
@@ -38,7 +47,8 @@ class Bricks:
             scale = float(SHORT * np.min(spacing_mm) / max(span, 1e-30))
         self._inverse_spacing = (scale / np.asarray(spacing_mm)).astype(np.float32)
         self._size = np.array(grid.shape[::-1], np.int32)
-        self._numbers = (grid.side + 1) ** 3 * 4
+        channels = 4 if gradients else 1
+        self._numbers = (grid.side + 1) ** 3 * channels
         self.view = CellView(
             top=self._size - 2,
             counts=np.array(grid.counts[::-1], np.int32),
@@ -46,6 +56,7 @@ class Bricks:
             slots=np.full(grid.cells, -1, np.int32),
             corners=np.full(grid.cells, ABSENT, np.int32),
             samples=np.zeros(0, np.float32 if span is None else np.int16),
+            channels=channels,
             unit=np.float32(1 if span is None else 1 / SHORT),
             gradient_unit=np.float32(1 if span is None else 1 / (SHORT * scale)),
             stamp=stamp,
@@ -56,6 +67,10 @@ class Bricks:
         """Get the memory of all bricks and of the distances."""
         return self.view.samples.nbytes + self.view.leap.nbytes
 
+    def replace(self, leap: NDArray[np.uint8], values: NDArray[Any]) -> None:
+        """Take the distances of an edited volume; its bricks come one by one."""
+        self.view = self.view._replace(leap=leap)
+
     def shows(self, cell: int) -> bool:
         """Tell whether rays can read a cell."""
         return bool(self.view.slots[cell] >= 0)
@@ -65,13 +80,17 @@ class Bricks:
         n = self._numbers
         if self.view.samples.size < (slot + 1) * n:
             self._grow(slot + 1)
-        build_brick(
-            np.array(block, dtype=np.float32, order="C"),
-            np.array(self.grid.start(cell)[::-1], np.int32),
-            self._size,
-            self._inverse_spacing,
-            self.view.samples[slot * n : (slot + 1) * n],
-        )
+        brick = self.view.samples[slot * n : (slot + 1) * n]
+        if self.view.channels == 1:
+            brick[:] = block[1:-1, 1:-1, 1:-1].ravel()
+        else:
+            build_brick(
+                np.array(block, dtype=np.float32, order="C"),
+                np.array(self.grid.start(cell)[::-1], np.int32),
+                self._size,
+                self._inverse_spacing,
+                brick,
+            )
         z, y, x = self.grid.start(cell)
         n = self.grid.side + 1
         self.view.corners[cell] = ((slot * n - z) * n - y) * n - x
@@ -89,3 +108,65 @@ class Bricks:
         samples = self.view.samples
         added = np.zeros((after - before) * self._numbers, samples.dtype)
         self.view = self.view._replace(samples=np.append(samples, added))
+
+
+class WholeVolume:
+    """Show rays a volume as it is, where nothing is shaded and nothing has to go.
+
+    No cell is made and none can be missed: 2 bytes a voxel, or 4, in place of bricks,
+    and a step less on the way to each sample.
+    """
+
+    def __init__(
+        self,
+        grid: CellGrid,
+        values: NDArray[Any],
+        leap: NDArray[np.uint8],
+        span: float | None = None,
+    ) -> None:
+        """Take a volume and the distances of `cube_distances`.
+
+        span: as `Bricks` has it.
+        """
+        self.grid = grid
+        self.span = span
+        self.view = CellView(
+            top=np.array(grid.shape[::-1], np.int32) - 2,
+            counts=np.array(grid.counts[::-1], np.int32),
+            leap=leap,
+            slots=np.zeros(0, np.int32),
+            corners=np.zeros(0, np.int32),
+            samples=self._samples(values),
+            channels=1,
+            unit=np.float32(1 if span is None else 1 / SHORT),
+            gradient_unit=np.float32(1),
+            stamp=np.zeros(0, np.int64),
+        )
+
+    @staticmethod
+    def fits(values: NDArray[Any]) -> bool:
+        """Tell whether kernels can number the volume's bytes."""
+        return values.size < MOST_VOXELS
+
+    @property
+    def bytes(self) -> int:
+        """Get the memory of the samples and of the distances."""
+        return self.view.samples.nbytes + self.view.leap.nbytes
+
+    def replace(self, leap: NDArray[np.uint8], values: NDArray[Any]) -> None:
+        """Go on with an edited volume and its distances."""
+        self.view = self.view._replace(leap=leap, samples=self._samples(values))
+
+    def shows(self, cell: int) -> bool:
+        """Tell whether rays can read a cell: any."""
+        return True
+
+    def show(self, cell: int, slot: int, block: NDArray[np.generic]) -> None:
+        """Do nothing: the cell is shown."""
+
+    def hide(self, cell: int) -> None:
+        """Do nothing: there is nothing to gain."""
+
+    def _samples(self, values: NDArray[Any]) -> NDArray[Any]:
+        # A copy, because compiled code tells what may be written from what may not.
+        return np.array(values, np.float32 if self.span is None else np.int16).ravel()

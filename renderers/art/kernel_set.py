@@ -11,10 +11,14 @@ PACKET = 32
 
 @dataclass(frozen=True, slots=True)
 class KernelSet:
-    """Hold what sets rays up and marches them. All sets give equal bits."""
+    """Hold what sets rays up and marches them. All sets give equal bits.
+
+    march_unlit: `march_classic` for bricks without gradients.
+    """
 
     set_up_rays: Callable[..., None]
     march_classic: Callable[..., None]
+    march_unlit: Callable[..., None]
     march_scope: Callable[..., None]
 
 
@@ -23,7 +27,7 @@ def scalar_kernels() -> KernelSet:
     from renderers.art.kernels import march_classic, march_scope
     from renderers.art.preparation import set_up_rays
 
-    return KernelSet(set_up_rays, march_classic, march_scope)
+    return KernelSet(set_up_rays, march_classic, march_classic, march_scope)
 
 
 def packet_kernels(width: int) -> KernelSet:
@@ -34,7 +38,12 @@ def packet_kernels(width: int) -> KernelSet:
     from renderers.art.vector.rays.kernels import set_up_rays
     from renderers.art.vector.scope.kernels import scope_packets
 
-    return KernelSet(set_up_rays, classic_packets(width), scope_packets(width))
+    return KernelSet(
+        set_up_rays,
+        classic_packets(width, True),
+        classic_packets(width, False),
+        scope_packets(width),
+    )
 
 
 def best_kernels() -> KernelSet:

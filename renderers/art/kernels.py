@@ -92,7 +92,12 @@ def march_classic(
     mask = (1 << shift) - 1
     n1 = (1 << shift) + 1
     wide, high = int(view.top[0]) + 1, int(view.top[1]) + 1
-    row, slab = 4 * n1, 4 * n1 * n1
+    each = view.channels
+    row, slab = each * n1, each * n1 * n1
+    whole = len(view.corners) == 0
+    if whole:
+        row = each * (wide + 1)
+        slab = row * (high + 1)
     total = np.empty(4, np.float32)
     lost = np.empty(4, np.float32)
     term = np.empty(4, np.float32)
@@ -124,23 +129,26 @@ def march_classic(
                 counters[2] += jump
                 i += jump
                 continue
-            cell = (iz >> shift) * view.counts[1] + (iy >> shift)
-            cell = cell * view.counts[0] + (ix >> shift)
-            if cell != current:
-                slot = view.slots[cell]
-                if slot < 0:
-                    cursor[ray, 3] = cell + 1
-                    break
-                current = cell
-                if clock > 0:
-                    view.stamp[slot] = clock
-            lx, ly, lz = ix & mask, iy & mask, iz & mask
+            if whole:
+                at = iz * slab + iy * row + ix * each
+            else:
+                cell = (iz >> shift) * view.counts[1] + (iy >> shift)
+                cell = cell * view.counts[0] + (ix >> shift)
+                if cell != current:
+                    slot = view.slots[cell]
+                    if slot < 0:
+                        cursor[ray, 3] = cell + 1
+                        break
+                    current = cell
+                    if clock > 0:
+                        view.stamp[slot] = clock
+                lx, ly, lz = ix & mask, iy & mask, iz & mask
+                at = (((slot * n1 + lz) * n1 + ly) * n1 + lx) * each
             i += 1
             counters[0] += 1
             fx, fz = x - np.float32(ix), z - np.float32(iz)
             fy = min(max(y - np.float32(iy), ZERO), ONE)
-            at = (((slot * n1 + lz) * n1 + ly) * n1 + lx) * 4
-            v = trilinear(view.samples, at, row, slab, fx, fy, fz) * view.unit
+            v = trilinear(view.samples, at, each, row, slab, fx, fy, fz) * view.unit
             place = min(max((v - table.low) * table.scale + ONE, ZERO), table.last)
             bin_ = int(place)
             f = place - np.float32(bin_)
@@ -163,9 +171,11 @@ def march_classic(
             if kappa <= ZERO:
                 continue
             counters[1] += 1
-            gx = trilinear(view.samples, at + 1, row, slab, fx, fy, fz)
-            gy = trilinear(view.samples, at + 2, row, slab, fx, fy, fz)
-            gz = trilinear(view.samples, at + 3, row, slab, fx, fy, fz)
+            gx, gy, gz = ZERO, ZERO, ZERO
+            if each > 1:
+                gx = trilinear(view.samples, at + 1, each, row, slab, fx, fy, fz)
+                gy = trilinear(view.samples, at + 2, each, row, slab, fx, fy, fz)
+                gz = trilinear(view.samples, at + 3, each, row, slab, fx, fy, fz)
             steep = math.sqrt(gx * gx + gy * gy + gz * gz)
             if steep > least_gradient:
                 inverse = -ONE / steep
@@ -283,9 +293,9 @@ def march_scope(
                 fx, fy, fz = x - np.float32(ix), y - np.float32(iy), z - np.float32(iz)
                 at = (((slot * n1 + lz) * n1 + ly) * n1 + lx) * 4
                 if stage > BISECTIONS:
-                    gx = trilinear(view.samples, at + 1, row, slab, fx, fy, fz)
-                    gy = trilinear(view.samples, at + 2, row, slab, fx, fy, fz)
-                    gz = trilinear(view.samples, at + 3, row, slab, fx, fy, fz)
+                    gx = trilinear(view.samples, at + 1, 4, row, slab, fx, fy, fz)
+                    gy = trilinear(view.samples, at + 2, 4, row, slab, fx, fy, fz)
+                    gz = trilinear(view.samples, at + 3, 4, row, slab, fx, fy, fz)
                     steep = math.sqrt(gx * gx + gy * gy + gz * gz)
                     value[ray, 0], value[ray, 1], value[ray, 2] = gx, gy, gz
                     if steep > ZERO:
@@ -293,7 +303,7 @@ def march_scope(
                         value[ray, 1] = -gy / steep
                         value[ray, 2] = -gz / steep
                     value[ray, 3] = ONE
-                    v = trilinear(view.samples, at, row, slab, fx, fy, fz)
+                    v = trilinear(view.samples, at, 4, row, slab, fx, fy, fz)
                     rise = gx * (sx * spacing[0]) + gy * (sy * spacing[1])
                     rise += gz * (sz * spacing[2])
                     back = ZERO
@@ -303,7 +313,7 @@ def march_scope(
                     counters[1] += 1
                     i = end
                     continue
-                v = trilinear(view.samples, at, row, slab, fx, fy, fz)
+                v = trilinear(view.samples, at, 4, row, slab, fx, fy, fz)
             if stage == 0:
                 if v < ZERO:
                     i += 1

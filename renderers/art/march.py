@@ -34,6 +34,7 @@ class March(Protocol):
     volume: Volume
     quality: Quality
     clear: NDArray[np.float32]
+    needs_gradients: bool
 
     def start(self, region: Region, rays: "FrameRays") -> RayPacket:
         """Put the rays of a region at their first samples."""
@@ -125,6 +126,7 @@ class _Marching:
     """Set up rays, which both modes do alike."""
 
     at_ends = False
+    needs_gradients = True
 
     def __init__(self, volume: Volume, quality: Quality, kernels: KernelSet) -> None:
         if volume.values.dtype.kind == "f" and not np.isfinite(volume.values).all():
@@ -183,6 +185,11 @@ class ClassicMarch(_Marching):
         self.table = classification(scene.transfer_function)
         volume = scene.volume
         material = scene.material
+        # Else a sample has the transfer function's colour, whatever its normal.
+        self.needs_gradients = len(scene.lights) > 0 or material.ambient != 1
+        self._march = (
+            kernels.march_classic if self.needs_gradients else kernels.march_unlit
+        )
         self._material = np.array(
             [material.ambient, material.specular, material.shininess], np.float32
         )
@@ -203,7 +210,7 @@ class ClassicMarch(_Marching):
     ) -> NDArray[np.int64]:
         """Composite each ray until it ends or misses a cell."""
         counters = np.zeros(len(COUNTERS), np.int64)
-        self._kernels.march_classic(
+        self._march(
             packet.order,
             packet.geometry,
             packet.count,

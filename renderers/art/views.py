@@ -15,8 +15,10 @@ class CellView(NamedTuple):
     x, y, z. leap: uint8, flat, every cube's Chebyshev distance in cubes to the next
     with something in it, and three bytes to spare. slots: int32 (cells,), negative
     when missing. corners: int32 (cells,), the number that voxel (0, 0, 0) would have
-    among the samples if a cell's brick went on to it; ABSENT when missing. samples:
-    flat, (value, gradient x y z) of ``(side + 1)**3`` voxels a slot, float32 or int16.
+    among the samples if a cell's brick went on to it; ABSENT when missing; empty where
+    the samples are those of the whole volume, and no cell can miss. samples:
+    flat, float32 or int16, ``(side + 1)**3`` voxels a slot. channels: numbers a voxel,
+    4 (value, gradient x y z) or 1 (value) where no sample is shaded.
     unit: what an interpolated value is multiplied by.
     gradient_unit: likewise, to be per mm. stamp: int64 (slots,) time of last use.
     """
@@ -27,6 +29,7 @@ class CellView(NamedTuple):
     slots: NDArray[np.int32]
     corners: NDArray[np.int32]
     samples: NDArray[Any]
+    channels: int
     unit: np.float32
     gradient_unit: np.float32
     stamp: NDArray[np.int64]

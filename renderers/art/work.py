@@ -6,7 +6,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.bricks import Bricks
+from renderers.art.bricks import Bricks, WholeVolume
 from renderers.art.cells import CellShare
 from renderers.art.march import COUNTERS, March
 from renderers.art.messages import ProtocolError
@@ -72,7 +72,7 @@ class MarchWork:
     def __init__(
         self,
         march: March,
-        bricks: Bricks,
+        bricks: Bricks | WholeVolume,
         share: CellShare,
         *,
         keeps_raw: bool,
@@ -94,7 +94,7 @@ class MarchWork:
     ) -> None:
         """Go on with an edited volume; `renew` is called for each changed cell."""
         self._march = march
-        self.bricks.view = self.bricks.view._replace(leap=leap)
+        self.bricks.replace(leap, values)
         self.share.replace(values)
 
     def use(self, run: Run) -> None:

@@ -6,7 +6,7 @@ or reordered arithmetic: the same bits for any width and on any processor. Impor
 in files of kernels only, and use those through `renderers.simd_guard`.
 """
 
-from renderers.simd.cells import cell4
+from renderers.simd.cells import cell1, cell4
 from renderers.simd.functions import (
     absolute,
     all_,
@@ -61,6 +61,7 @@ __all__ = [
     "as_f32",
     "as_i32",
     "bits",
+    "cell1",
     "cell4",
     "count",
     "f32",

@@ -1,4 +1,4 @@
-"""Trilinear interpolation of four interleaved channels, one cell per lane."""
+"""Trilinear interpolation, one cell per lane: four interleaved channels, or one."""
 
 from typing import Any
 
@@ -13,6 +13,7 @@ from renderers.simd.vector import (
     I32,
     I64,
     Vector,
+    concatenate,
     ir,
     shuffle,
     splat,
@@ -21,6 +22,7 @@ from renderers.simd.vector import (
 
 _I16 = ir.IntType(16)
 _PAIR = ir.VectorType(_I16, 8)
+_TWO_REALS = ir.VectorType(ELEMENTS["f32"], 2)
 _REALS = ir.VectorType(ELEMENTS["f32"], 4)
 _SCALE = 32767
 
@@ -124,6 +126,16 @@ def _reals(builder: Any, base: Any, args: Any) -> list[Any]:
     return parts
 
 
+def _cell_type(samples: Any, voxel: Any, *fractions: Any) -> Any:
+    """Give the type of what is interpolated, or None where arguments do not fit."""
+    if stored(samples) is None or samples.dtype not in (types.int16, types.float32):
+        return None
+    if not isinstance(voxel, Vector) or voxel.element != "i32" or voxel.count < 4:
+        return None
+    result = voxel.like("f32")
+    return None if any(f != result for f in fractions) else result
+
+
 @vector_function
 def cell4(
     typingctx: Any, quads: Any, voxel: Any, y_step: Any, z_step: Any, fx: Any, fy: Any,
@@ -140,13 +152,8 @@ def cell4(
     blend along y is exact in integers, with fy rounded to 1 / 32767; then z and x in
     float32.
     """
-    found = stored(quads)
-    if found is None or quads.dtype not in (types.int16, types.float32):
-        return None
-    if not isinstance(voxel, Vector) or voxel.element != "i32" or voxel.count < 4:
-        return None
-    result = voxel.like("f32")
-    if any(f != result for f in (fx, fy, fz)):
+    result = _cell_type(quads, voxel, fx, fy, fz)
+    if result is None:
         return None
     blend = _whole_numbers if quads.dtype == types.int16 else _reals
 
@@ -158,3 +165,89 @@ def cell4(
     steps = (types.int64, types.int64)
     sig = signature(types.UniTuple(result, 4), quads, voxel, *steps, fx, fy, fz)
     return sig, generate
+
+
+def _join_lines(
+    builder: Any, starts: list[Any], offsets: list[Any], kind: Any, part: int
+) -> Any:
+    """Load a piece of each line of a cell, side by side, for one part of four."""
+    size = kind.count if isinstance(kind, ir.VectorType) else 1
+    joined = []
+    for k in range(part, len(offsets), 4):
+        pieces = []
+        for start in starts:
+            at = builder.gep(start, [offsets[k]], source_etype=BYTE)
+            x = builder.load(builder.bitcast(at, kind.as_pointer()))
+            x.align = 2 if size == 1 else 4
+            pieces.append(x)
+        if size == 1:
+            lane: Any = ir.Constant(ir.VectorType(kind, len(pieces)), ir.Undefined)
+            for i, piece in enumerate(pieces):
+                lane = builder.insert_element(lane, piece, ir.Constant(I32, i))
+            joined.append(lane)
+        else:
+            joined.append(concatenate(builder, pieces))
+    return concatenate(builder, joined)
+
+
+def _one_whole_number(builder: Any, base: Any, args: Any) -> Any:
+    """Blend one int16 channel as `_whole_numbers` does each of four."""
+    voxel, y_step, z_step, fx, fy, fz = args
+    n = voxel.type.count
+    starts = _starts(builder, base, y_step, z_step, 1)
+    offsets = byte_offsets(builder, voxel, 1)
+    weights = _y_weights(builder, fy, n)
+    # Both x corners of four lines, turned into both lines of an x corner.
+    order = [i + k for i in range(0, 2 * n, 4) for k in (0, 2, 1, 3)]
+    parts = []
+    for part in range(4):
+        pair = builder.bitcast(
+            spread_in_groups(builder, weights, part), ir.VectorType(_I16, 2 * n)
+        )
+        lines = _join_lines(builder, starts, offsets, I32, part)
+        lines = builder.bitcast(lines, ir.VectorType(_I16, 2 * n))
+        lines = shuffle(builder, lines, lines, order)
+        parts.append(builder.sitofp(_add_products(builder, lines, pair), fx.type))
+    front_left, front_right, back_left, back_right = transpose(builder, parts)
+    left = _lerp(builder, front_left, back_left, fz)
+    right = _lerp(builder, front_right, back_right, fz)
+    return _lerp(builder, left, right, fx)
+
+
+def _one_real(builder: Any, base: Any, args: Any) -> Any:
+    """Blend one float32 channel along x, then y, then z."""
+    voxel, y_step, z_step, fx, fy, fz = args
+    starts = _starts(builder, base, y_step, z_step, 2)
+    offsets = byte_offsets(builder, voxel, 2)
+    faces = []
+    for face in (starts[:2], starts[2:]):
+        a, b, c, d = transpose(
+            builder,
+            [_join_lines(builder, face, offsets, _TWO_REALS, p) for p in range(4)],
+        )
+        line, next_line = _lerp(builder, a, b, fx), _lerp(builder, c, d, fx)
+        faces.append(_lerp(builder, line, next_line, fy))
+    return _lerp(builder, faces[0], faces[1], fz)
+
+
+@vector_function
+def cell1(
+    typingctx: Any, values: Any, voxel: Any, y_step: Any, z_step: Any, fx: Any, fy: Any,
+    fz: Any,
+) -> Any:  # fmt: skip
+    """Interpolate one channel: the first that `cell4` gives, to the bit.
+
+    values: a number a voxel, int16 or float32. The rest is as `cell4` has it. Half of
+    its instructions and a quarter of its memory.
+    """
+    found = _cell_type(values, voxel, fx, fy, fz)
+    if found is None:
+        return None
+    blend = _one_whole_number if values.dtype == types.int16 else _one_real
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        base = data(context, builder, sig.args[0], args[0])
+        return blend(builder, base, args[1:])
+
+    steps = (types.int64, types.int64)
+    return signature(found, values, voxel, *steps, fx, fy, fz), generate

@@ -20,9 +20,9 @@ SHORT = np.float32(32767)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _line(samples: NDArray[Any], at: int, fx: np.float32) -> np.float32:
+def _line(samples: NDArray[Any], at: int, next_: int, fx: np.float32) -> np.float32:
     """Interpolate between two voxels along x."""
-    a, b = np.float32(samples[U(at)]), np.float32(samples[U(at + 4)])
+    a, b = np.float32(samples[U(at)]), np.float32(samples[U(at + next_)])
     return a + fx * (b - a)
 
 
@@ -39,10 +39,12 @@ def _across(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def trilinear(
-    samples: NDArray[Any], at: int, row: int, slab: int,
+    samples: NDArray[Any], at: int, next_: int, row: int, slab: int,
     fx: np.float32, fy: np.float32, fz: np.float32,
 ) -> np.float32:  # fmt: skip
     """Interpolate one channel of interleaved samples between eight voxels.
+
+    next_, row, slab: numbers from a voxel to the next along x, y and z.
 
     float32: along x, then y, then z. int16: 32767 times as much; y in whole numbers,
     then z, then x.
@@ -50,10 +52,10 @@ def trilinear(
     if samples.itemsize == 2:
         w = int(fy * SHORT + HALF)
         left = _across(samples, at, row, slab, w, fz)
-        right = _across(samples, at + 4, row, slab, w, fz)
+        right = _across(samples, at + next_, row, slab, w, fz)
         return left + fx * (right - left)
-    front = _line(samples, at, fx)
-    front += fy * (_line(samples, at + row, fx) - front)
-    back = _line(samples, at + slab, fx)
-    back += fy * (_line(samples, at + slab + row, fx) - back)
+    front = _line(samples, at, next_, fx)
+    front += fy * (_line(samples, at + row, next_, fx) - front)
+    back = _line(samples, at + slab, next_, fx)
+    back += fy * (_line(samples, at + slab + row, next_, fx) - back)
     return front + fz * (back - front)

@@ -5,7 +5,9 @@ leap until most lanes stand where there may be something; those sample, classify
 shade and composite together. Each ray sees the operations of the scalar march in their
 order, whatever its neighbours do: neither the width nor the order of rays changes a
 bit. Distances over empty space are read voxel by voxel for the whole volume, so that
-rays leap through missing cells and stop only where they need one.
+rays leap through missing cells and stop only where they need one. The distance at the
+next sample is asked for while this one is worked on: a round of leaps waits for memory
+most of its time, a round of samples computes most of it.
 """
 
 from collections.abc import Callable
@@ -17,11 +19,14 @@ from numpy.typing import NDArray
 
 from renderers.art.kernels import SLOWEST, WITHIN
 from renderers.art.optics.kernels import HALF, ONE, ZERO
-from renderers.art.vector.optics.kernels import opacity, power
+from renderers.art.vector.lookup.kernels import between_nodes, place_of
+from renderers.art.vector.optics.kernels import opacity
+from renderers.art.vector.shading.kernels import light_up
 from renderers.art.views import ABSENT, CellView, Classification
 from renderers.simd import (
     absolute,
     any_,
+    cell1,
     cell4,
     count,
     f32,
@@ -36,7 +41,6 @@ from renderers.simd import (
     rows4,
     rows8,
     select,
-    sqrt,
     store,
     store_packed,
 )
@@ -47,23 +51,24 @@ Lanes = Any
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 
-TINY = np.float32(1e-6)
 FAR = np.float32(np.inf)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def queue_rays(order: I32, ends: I32, cursor: I32, queue: I32) -> int:
+def queue_rays(order: I32, ends: I32, cursor: I32, queue: I32) -> tuple[int, bool]:
     """List the unfinished rays in their order; give their number.
 
-    queue: int32, at least as long as `order`.
+    queue: int32, at least as long as `order`. Tell as well whether any of them has
+    moved before.
     """
-    found = 0
+    found, moved = 0, False
     for ray in order:
         cursor[ray, 3] = 0
         if cursor[ray, 0] < ends[ray]:
             queue[found] = ray
             found += 1
-    return found
+            moved = moved or cursor[ray, 0] > 0
+    return found, moved
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -73,20 +78,13 @@ def per_voxel(s: Lanes) -> Lanes:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def way_out(middle: Lanes, p: Lanes, reach: Lanes) -> Lanes:
+def way_out(f: Lanes, p: Lanes, reach: Lanes) -> Lanes:
     """Count samples along one axis out of the empty cubes around.
 
-    middle: from the sample to the middle of its cube. p: samples per voxel. reach:
-    from that middle to where leaps along the axis end.
+    f: how far into its cube a sample is. p: samples per voxel. reach: from the middle
+    of the cube to where leaps along the axis end.
     """
-    return middle * p + reach * absolute(p)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def unit(x: Lanes, y: Lanes, z: Lanes) -> tuple[Lanes, Lanes, Lanes]:
-    """Give vectors of length one."""
-    scale = ONE / maximum(sqrt(x * x + y * y + z * z), TINY)
-    return x * scale, y * scale, z * scale
+    return (HALF - f) * p + reach * absolute(p)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -107,8 +105,23 @@ def stamp(
         used[marks[k]] = clock
 
 
-def classic_packets(width: int) -> Callable[..., None]:
-    """Make `march_classic` for packets of `width` rays, a power of two from 4."""
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def cube_at(
+    fi: Lanes, ox: Lanes, oy: Lanes, oz: Lanes, sx: Lanes, sy: Lanes, sz: Lanes,
+    top_x: np.int32, top_y: np.int32, top_z: np.int32, row: np.int32, slab: np.int32,
+) -> Lanes:  # fmt: skip
+    """Number the cubes that samples `fi` of rays lie in."""
+    ix = minimum(i32(ox + fi * sx), top_x)
+    iy = minimum(i32(oy + fi * sy), top_y)
+    iz = minimum(i32(oz + fi * sz), top_z)
+    return iz * slab + iy * row + ix
+
+
+def classic_packets(width: int, lit: bool) -> Callable[..., None]:
+    """Make `march_classic` for packets of `width` rays, a power of two from 4.
+
+    lit: bricks have gradients, and samples are shaded; else they hold values alone.
+    """
     refill = width // 2
     patience = 3 * width // 8
 
@@ -124,31 +137,38 @@ def classic_packets(width: int) -> Callable[..., None]:
 
         Arguments as the scalar march has them.
         """
+        whole = len(view.corners) == 0
         n1 = np.int32((1 << shift) + 1)
+        n2 = n1 * n1
+        if whole:
+            n1, n2 = view.top[0] + np.int32(2), view.top[1] + np.int32(2)
+            n2 *= n1
         top_x, top_y, top_z = view.top[0], view.top[1], view.top[2]
         row, slab = top_x + np.int32(1), (top_x + np.int32(1)) * (top_y + np.int32(1))
         cells_x, cells_y = view.counts[0], view.counts[1]
         queue = np.empty(len(order), np.int32)
-        total = queue_rays(order, ends, cursor, queue)
+        total, moved = queue_rays(order, ends, cursor, queue)
         marks = np.empty(width, np.int32)
         spare = np.int32(len(value) - 1)
-        n2 = n1 * n1
         head = 0
         zero = full(ZERO, width)
+        none = full(np.int32(0), width)
         ox, oy, oz, sx, sy, sz = zero, zero, zero, zero, zero, zero
-        h, per_mm, px, py, pz = zero, zero, zero, zero, zero
+        h, px, py, pz = zero, zero, zero, zero
         r, g, b, a, t = zero, zero, zero, zero, zero
         lr, lg, lb, la = zero, zero, zero, zero
-        none = full(np.int32(0), width)
+        gx, gy, gz = zero, zero, zero
         i, end, last, ray, half, wait = none, none, none, none + spare, none, none
-        skipped = none
-        samples, contributing = 0, 0
+        skipped, far = none, none
+        samples, contributing, carried = 0, 0, moved
         while True:
             free = i >= end
             idle = count(free)
             if idle == width or (idle >= refill and head < total):
+                stopped = wait > 0
+                through = free & ~stopped
                 if renormalise:
-                    cut = free & (t < cutoff)
+                    cut = through & (t < cutoff)
                     k_ = ONE / (ONE - t)
                     r = select(cut, (r + lr) * k_, r)
                     g = select(cut, (g + lg) * k_, g)
@@ -156,9 +176,19 @@ def classic_packets(width: int) -> Callable[..., None]:
                     lr, lg = select(cut, ZERO, lr), select(cut, ZERO, lg)
                     lb, la = select(cut, ZERO, lb), select(cut, ZERO, la)
                 # Rays that are not free write down their state, too, and go on.
-                put_rows4(cursor, ray, select(wait > 0, i, last), half, none, wait)
-                put_rows4(value, ray, r, g, b, a)
-                put_rows4(carry, ray, lr, lg, lb, la)
+                put_rows4(cursor, ray, select(stopped, i, last), half, none, wait)
+                put_rows4(
+                    value, ray, select(through, r + lr, r), select(through, g + lg, g),
+                    select(through, b + lb, b), select(through, a + la, a),
+                )  # fmt: skip
+                # What is once written must be put right when its ray has ended.
+                carried = carried or any_(stopped)
+                if carried:
+                    put_rows4(
+                        carry, ray, select(through, ZERO, lr),
+                        select(through, ZERO, lg), select(through, ZERO, lb),
+                        select(through, ZERO, la),
+                    )  # fmt: skip
                 if idle == width and head >= total:
                     break
                 place = rank(free) + np.int32(head)
@@ -167,125 +197,109 @@ def classic_packets(width: int) -> Callable[..., None]:
                 ray = select(free, spare, ray)
                 ray = select(new, gather(queue, select(new, place, 0), new), ray)
                 ox, oy, oz, sx, sy, sz, h, _ = rows8(geometry, ray)
-                r, g, b, a = rows4(value, ray)
-                lr, lg, lb, la = rows4(carry, ray)
-                first, marked, _, _ = rows4(cursor, ray)
-                i, half = select(free, first, i), select(free, marked, half)
+                r, g = select(free, ZERO, r), select(free, ZERO, g)
+                b, a = select(free, ZERO, b), select(free, ZERO, a)
+                lr, lg = select(free, ZERO, lr), select(free, ZERO, lg)
+                lb, la = select(free, ZERO, lb), select(free, ZERO, la)
+                i, half = select(free, 0, i), select(free, 0, half)
+                if moved:
+                    r_, g_, b_, a_ = rows4(value, ray)
+                    r, g = select(new, r_, r), select(new, g_, g)
+                    b, a = select(new, b_, b), select(new, a_, a)
+                    r_, g_, b_, a_ = rows4(carry, ray)
+                    lr, lg = select(new, r_, lr), select(new, g_, lg)
+                    lb, la = select(new, b_, lb), select(new, a_, la)
+                    first, marked, _, _ = rows4(cursor, ray)
+                    i, half = select(new, first, i), select(new, marked, half)
                 last = gather(ends, ray, ray < spare)
                 end = select(free, last, end)
                 wait = select(free, 0, wait)
                 t = maximum((ONE - a) - la, ZERO)
-                per_mm = ONE / h
                 px, py, pz = per_voxel(sx), per_voxel(sy), per_voxel(sz)
-                continue
-            while True:
                 on = i < end
-                fi = f32(i)
-                x, y, z = ox + fi * sx, oy + fi * sy, oz + fi * sz
-                ix = minimum(i32(x), top_x)
-                iy = minimum(i32(y), top_y)
-                iz = minimum(i32(z), top_z)
-                cube = select(on, iz * slab + iy * row + ix, 0)
-                far = gather_u8(view.leap, cube, on)
-                leaps = far > 0
-                at = on & ~leaps
-                reach = f32(far) - WITHIN
-                out = way_out(f32(ix) + HALF - x, px, reach)
-                out = minimum(out, way_out(f32(iy) + HALF - y, py, reach))
-                out = minimum(out, way_out(f32(iz) + HALF - z, pz, reach))
-                out = minimum(maximum(out, ZERO), f32(end - i - 1))
-                jump = i32(out) + 1
-                jump = select(leaps, jump, 0)
-                i += jump
-                skipped += jump
-                if count(leaps) <= patience:
-                    break
-            if not any_(at):
+                cube = cube_at(
+                    f32(i), ox, oy, oz, sx, sy, sz, top_x, top_y, top_z, row, slab
+                )
+                far = gather_u8(view.leap, select(on, cube, 0), on)
                 continue
-            cell = (iz >> shift) * cells_y + (iy >> shift)
-            cell = select(at, cell * cells_x + (ix >> shift), 0)
-            corner = gather(view.corners, cell, at)
-            missing = at & (corner == ABSENT)
-            if any_(missing):
-                wait = select(missing, cell + 1, wait)
-                end = select(missing, 0, end)
-                at &= ~missing
-                if not any_(at):
-                    continue
-            if clock > 0:
-                stamp(view.slots, cell, at, marks, view.stamp, clock)
-            corner += iz * n2 + iy * n1 + ix
-            fy = minimum(maximum(y - f32(iy), ZERO), ONE)
-            v, gx, gy, gz = cell4(
-                view.samples, select(at, corner, 0), np.int64(n1),
-                np.int64(n1) * np.int64(n1), x - f32(ix), fy, z - f32(iz),
-            )  # fmt: skip
-            v *= view.unit
-            place = (v - table.low) * table.scale + ONE
-            place = minimum(maximum(place, ZERO), table.last)
-            bin_ = i32(place)
-            f = place - f32(bin_)
-            kappa, k0, cr, a0, cg, a1, cb, a2 = rows8(table.lines, bin_)
-            kappa, cr, cg, cb = kappa + f * k0, cr + f * a0, cg + f * a1, cb + f * a2
-            mixed = at & (kappa < ZERO)
-            if any_(mixed):
-                segment = gather(table.first, select(mixed, bin_, 0), mixed)
-                lower, upper, k0, k1 = rows4(table.extinction, segment)
-                later = mixed & (v >= upper)
-                while any_(later):
-                    segment = select(later, segment + 1, segment)
-                    lower, upper, k0, k1 = rows4(table.extinction, segment)
-                    later = mixed & (v >= upper)
-                dv = maximum(v - lower, ZERO)
-                kappa = select(mixed, k0 + dv * k1, kappa)
-                a0, a1, a2, _ = rows4(table.color, segment)
-                k0, k1, k2, _ = rows4(table.color_slope, segment)
-                cr = select(mixed, a0 + dv * k0, cr)
-                cg = select(mixed, a1 + dv * k1, cg)
-                cb = select(mixed, a2 + dv * k2, cb)
+            fi = f32(i)
+            x, y, z = ox + fi * sx, oy + fi * sy, oz + fi * sz
+            ix = minimum(i32(x), top_x)
+            iy = minimum(i32(y), top_y)
+            iz = minimum(i32(z), top_z)
+            fx, fy, fz = x - f32(ix), y - f32(iy), z - f32(iz)
+            leaps = ~free & (far > 0)
+            at = ~free & ~leaps
+            reach = f32(far) - WITHIN
+            out = way_out(fx, px, reach)
+            out = minimum(out, way_out(fy, py, reach))
+            out = minimum(out, way_out(fz, pz, reach))
+            out = minimum(maximum(out, ZERO), f32(end - i - 1))
+            jump = i32(out) + 1
+            jump = select(leaps, jump, 0)
+            skipped += jump
+            i += jump
+            most = count(leaps) > patience
+            if most or not any_(at):
+                on = i < end
+                cube = cube_at(
+                    f32(i), ox, oy, oz, sx, sy, sz, top_x, top_y, top_z, row, slab
+                )
+                far = gather_u8(view.leap, select(on, cube, 0), on)
+                continue
+            corner = iz * n2 + iy * n1 + ix
+            if not whole:
+                cell = (iz >> shift) * cells_y + (iy >> shift)
+                cell = select(at, cell * cells_x + (ix >> shift), 0)
+                first = gather(view.corners, cell, at)
+                missing = at & (first == ABSENT)
+                if any_(missing):
+                    wait = select(missing, cell + 1, wait)
+                    end = select(missing, 0, end)
+                    at &= ~missing
+                if clock > 0:
+                    stamp(view.slots, cell, at, marks, view.stamp, clock)
+                corner += first
+            corner = select(at, corner, 0)
+            fy = minimum(maximum(fy, ZERO), ONE)
+            step, deep = np.int64(n1), np.int64(n2)
+            if lit:
+                v, gx, gy, gz = cell4(view.samples, corner, step, deep, fx, fy, fz)
+            else:
+                v = cell1(view.samples, corner, step, deep, fx, fy, fz)
             samples += count(at)
             i = select(at, i + 1, i)
+            # Ask how far it is to the next before anything hangs on this one.
+            on = i < end
+            cube = cube_at(
+                f32(i), ox, oy, oz, sx, sy, sz, top_x, top_y, top_z, row, slab
+            )
+            far = gather_u8(view.leap, select(on, cube, 0), on)
+            v *= view.unit
+            place = place_of(v, table.low, table.scale, table.last)
+            bin_ = i32(place)
+            f = place - f32(bin_)
+            kappa, dk, cr, dr, cg, dg, cb, db = rows8(table.lines, bin_)
+            kappa, cr, cg, cb = kappa + f * dk, cr + f * dr, cg + f * dg, cb + f * db
+            mixed = at & (kappa < ZERO)
+            if any_(mixed):
+                kappa, cr, cg, cb = between_nodes(
+                    table.first, table.extinction, table.color, table.color_slope,
+                    bin_, v, mixed, kappa, cr, cg, cb,
+                )  # fmt: skip
             seen = at & (kappa > ZERO)
             found = count(seen)
             if found == 0:
                 continue
             contributing += found
-            if len(lights) > 0 or material[0] != ONE:
-                steep = sqrt(gx * gx + gy * gy + gz * gz)
-                inverse = -ONE / steep
-                nx, ny, nz = gx * inverse, gy * inverse, gz * inverse
-                dr = zero + material[0]
-                dg, db, er, eg, eb = dr, dr, zero, zero, zero
-                for m in range(len(lights)):
-                    qx, qy, qz = (
-                        zero + lights[m, 0],
-                        zero + lights[m, 1],
-                        zero + lights[m, 2],
-                    )
-                    if lights[m, 9] > ZERO:
-                        qx, qy, qz = unit(
-                            qx - x * spacing[0],
-                            qy - y * spacing[1],
-                            qz - z * spacing[2],
-                        )
-                    c = maximum(nx * qx + ny * qy + nz * qz, ZERO)
-                    dr += c * lights[m, 3]
-                    dg += c * lights[m, 4]
-                    db += c * lights[m, 5]
-                    if material[1] > ZERO:
-                        hx = qx - sx * spacing[0] * per_mm
-                        hy = qy - sy * spacing[1] * per_mm
-                        hz = qz - sz * spacing[2] * per_mm
-                        q = maximum(sqrt(hx * hx + hy * hy + hz * hz), TINY)
-                        c = maximum((nx * hx + ny * hy + nz * hz) / q, ZERO)
-                        c = power(c, material[2])
-                        er += c * lights[m, 6]
-                        eg += c * lights[m, 7]
-                        eb += c * lights[m, 8]
-                lit = steep > least_gradient
-                cr = select(lit, cr * dr + er, cr)
-                cg = select(lit, cg * dg + eg, cg)
-                cb = select(lit, cb * db + eb, cb)
+            if lit:
+                per_mm = ONE / h
+                cr, cg, cb = light_up(
+                    lights, material, least_gradient, zero, cr, cg, cb, gx, gy, gz,
+                    x * spacing[0], y * spacing[1], z * spacing[2],
+                    sx * spacing[0] * per_mm, sy * spacing[1] * per_mm,
+                    sz * spacing[2] * per_mm,
+                )  # fmt: skip
             weight = t * opacity(kappa * h)
             r, lr = add(r, lr, weight * cr, seen)
             g, lg = add(g, lg, weight * cg, seen)
@@ -293,8 +307,7 @@ def classic_packets(width: int) -> Callable[..., None]:
             a, la = add(a, la, weight, seen)
             t = maximum((ONE - a) - la, ZERO)
             half = select(seen & (t <= HALF) & (half == 0), i, half)
-            cut = seen & (t < cutoff)
-            end = select(cut, 0, end)
+            end = select(seen & (t < cutoff), 0, end)
         for k in order:
             if cursor[k, 1] > 0 and depth[k] == FAR:
                 depth[k] = (

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 
-from renderers.art.bricks import Bricks
+from renderers.art.bricks import Bricks, WholeVolume
 from renderers.art.cells import CellGrid, cube_distances
 
 SHAPE = (17, 25, 18)
@@ -75,3 +75,30 @@ def test_a_volume_takes_ten_bytes_a_voxel_at_most() -> None:
     for cell in range(grid.cells):
         bricks.show(cell, cell, grid.block(values, cell))
     assert bricks.bytes <= 10 * values.size
+
+
+def test_bricks_of_values_alone_take_a_quarter() -> None:
+    leap, stamp = np.zeros(8, np.uint8), np.zeros(1, np.int64)
+    full = Bricks(GRID, np.ones(3), leap, stamp)
+    alone = Bricks(GRID, np.ones(3), leap, stamp, gradients=False)
+    for bricks in (full, alone):
+        bricks.show(3, 0, GRID.block(VALUES, 3))
+    assert alone.view.samples.nbytes * 4 == full.view.samples.nbytes
+    assert np.array_equal(alone.view.samples, full.view.samples[::4])
+
+
+def test_a_whole_volume_is_its_own_samples() -> None:
+    """Two bytes a voxel and the distances; an edit brings other values."""
+    values = np.random.default_rng(1).integers(-1024, 3072, SHAPE).astype(np.uint16)
+    values %= 3000
+    leap = cube_distances(values, np.zeros((0, 2), np.float32))
+    whole = WholeVolume(GRID, values, leap, 3000.0)
+    assert whole.bytes <= 3 * values.size + 3
+    assert np.array_equal(whole.view.samples.reshape(SHAPE), values)
+    assert all(whole.shows(cell) for cell in range(GRID.cells))
+    whole.hide(0)
+    assert whole.shows(0)
+    whole.replace(leap, values + 1)
+    assert np.array_equal(whole.view.samples.reshape(SHAPE), values + 1)
+    assert WholeVolume.fits(values)
+    assert not WholeVolume.fits(np.broadcast_to(values[0, 0, 0], (1024, 1024, 1024)))

@@ -1,4 +1,4 @@
-"""Cells of four channels against their scalar twin and against float64."""
+"""Cells of four channels, and of one, against a scalar twin and against float64."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ import pytest
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.simd import cell4, load, store
+from renderers.simd import cell1, cell4, load, store
 
 SHAPE = (5, 6, 7)
 
@@ -86,3 +86,30 @@ def test_cells_of_real_numbers(width: int) -> None:
         face = line[:, 0] + fy * (line[:, 1] - line[:, 0])
         expected = face[0] + fz * (face[1] - face[0])
         np.testing.assert_array_equal(out[:, lane], expected)
+
+
+@pytest.mark.parametrize("width", [4, 32])
+@pytest.mark.parametrize("dtype", [np.int16, np.float32])
+def test_one_channel_has_the_bits_of_the_first_of_four(dtype: Any, width: int) -> None:
+    @njit
+    def run(quads: Any, values: Any, voxel: Any, f: Any, out: Any) -> None:
+        fx = load(f, 0, width)
+        fy = load(f, width, width)
+        fz = load(f, 2 * width, width)
+        at = load(voxel, 0, width)
+        a, _, _, _ = cell4(quads, at, 7, 42, fx, fy, fz)
+        store(out, 0, a)
+        store(out, width, cell1(values, at, 7, 42, fx, fy, fz))
+
+    rng = np.random.default_rng(width)
+    quads = rng.integers(-32767, 32768, (*SHAPE, 4)).astype(dtype)
+    values = np.ascontiguousarray(quads[..., 0])
+    z, y, x = (rng.integers(0, n - 1, width) for n in SHAPE)
+    # The last cell of all: nothing behind the array may be touched.
+    z[0], y[0], x[0] = (n - 2 for n in SHAPE)
+    f = rng.random((3, width)).astype(np.float32)
+    f[:, 0], f[:, 1] = 1, 0
+    out = np.zeros((2, width), np.float32)
+    run(quads, values, ((z * 6 + y) * 7 + x).astype(np.int32), f, out)
+    assert out[0].tobytes() == out[1].tobytes()
+    assert out.any()

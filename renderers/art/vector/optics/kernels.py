@@ -7,6 +7,11 @@ from numba import njit
 
 from renderers.art.optics.kernels import (
     BIAS,
+    C3,
+    C4,
+    C5,
+    C6,
+    C7,
     DIGITS,
     HALF,
     LARGEST_POWER,
@@ -52,9 +57,9 @@ def opacity(depth: Lanes) -> Lanes:
     x = minimum(depth, OPAQUE)
     n = i32(x * LOG2_E + HALF)
     f = (x - f32(n) * LN2_HIGH) - f32(n) * LN2_LOW
-    p = ONE - f * R6 * (ONE - f * R7)
-    p = ONE - f * R4 * (ONE - f * R5 * p)
-    p = f * (ONE - f * R2 * (ONE - f * R3 * p))
+    q = f * f
+    p = (ONE - f * R2) + q * (C3 - f * C4)
+    p = f * (p + (q * q) * ((C5 - f * C6) + q * C7))
     scale = as_f32((BIAS - n) << DIGITS)
     return (ONE - scale) + scale * p
 

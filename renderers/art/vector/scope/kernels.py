@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.art.kernels import BISECTIONS, LAST_PART, WITHIN
-from renderers.art.optics.kernels import BIAS, DIGITS, HALF, ONE, ZERO
+from renderers.art.optics.kernels import BIAS, DIGITS, ONE, ZERO
 from renderers.art.vector.kernels import (
     F32,
     I32,
@@ -68,7 +68,7 @@ def scope_packets(width: int) -> Callable[..., None]:
         row, slab = top_x + np.int32(1), (top_x + np.int32(1)) * (top_y + np.int32(1))
         cells_x, cells_y = view.counts[0], view.counts[1]
         queue = np.empty(len(order), np.int32)
-        total = queue_rays(order, ends, cursor, queue)
+        total, _ = queue_rays(order, ends, cursor, queue)
         marks = np.empty(width, np.int32)
         spare = np.int32(len(value) - 1)
         n2 = n1 * n1
@@ -121,9 +121,9 @@ def scope_packets(width: int) -> Callable[..., None]:
                 far = gather_u8(view.leap, cube, on)
                 leaps = on & seeking & (far > 0)
                 reach = f32(far) - WITHIN
-                out = way_out(f32(ix) + HALF - x, px, reach)
-                out = minimum(out, way_out(f32(iy) + HALF - y, py, reach))
-                out = minimum(out, way_out(f32(iz) + HALF - z, pz, reach))
+                out = way_out(x - f32(ix), px, reach)
+                out = minimum(out, way_out(y - f32(iy), py, reach))
+                out = minimum(out, way_out(z - f32(iz), pz, reach))
                 out = minimum(maximum(out, ZERO), f32(end - i - 1))
                 jump = i32(out) + 1
                 jump = select(leaps, jump, 0)

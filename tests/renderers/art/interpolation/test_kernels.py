@@ -26,7 +26,12 @@ def test_between_voxels(
         exact = np.einsum("zyx,z,y,x", cube.astype(float), *weight)
         at = 4 * (N * N + N + 1) + channel
         found = trilinear(
-            samples, at, 4 * N, 4 * N * N, *(np.float32(f) for f in fraction)
+            samples, at, 4, 4 * N, 4 * N * N, *(np.float32(f) for f in fraction)
+        )
+        alone = np.ascontiguousarray(samples[channel::4])
+        place = N * N + N + 1
+        assert found == trilinear(
+            alone, place, 1, N, N * N, *(np.float32(f) for f in fraction)
         )
         # Whole numbers: y is rounded to 1 / 32767 of a voxel.
         most = 2e-2 + (65534 / 32767 / 2 * 1.1 if whole else 0)

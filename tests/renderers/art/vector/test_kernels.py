@@ -5,7 +5,7 @@ import pytest
 
 from renderers.art import ActiveRayTracer, Quality
 from renderers.art.kernel_set import KernelSet, packet_kernels, scalar_kernels
-from renderers.scene import Camera, Scene
+from renderers.scene import Camera, PhongMaterial, Scene
 
 QUALITIES = (
     Quality(0.5, 1 / 1024),
@@ -53,11 +53,24 @@ def test_rays_that_miss_cells_go_on_later(
     assert counters["cells_evicted"] > 0
 
 
+@pytest.mark.parametrize("quality", [QUALITIES[0], QUALITIES[3]])
 def test_a_scene_without_lights_keeps_its_colours(
-    scene: Scene, outside: Camera
+    scene: Scene, outside: Camera, quality: Quality
 ) -> None:
-    bare = Scene(scene.volume, scene.transfer_function, ())
-    expected, _ = picture(bare, outside, QUALITIES[0], scalar_kernels(), 999)
-    found, _ = picture(bare, outside, QUALITIES[0], packet_kernels(32), 999)
+    """From the whole volume and from cells that come and go; with gradients, too."""
+    bare = Scene(scene.volume, scene.transfer_function, (), PhongMaterial(1, 0, 0))
+    expected, _ = picture(bare, outside, quality, scalar_kernels(), 999)
+    assert np.frombuffer(expected, np.float32).max() > 0
+    for kernels in (scalar_kernels(), packet_kernels(32)):
+        whole, counters = picture(bare, outside, quality, kernels, 999)
+        assert counters["cells_fetched"] == 0
+        bricks, counters = picture(bare, outside, quality, kernels, 5)
+        assert counters["cells_evicted"] > 0
+        assert whole == bricks == expected
+    # Light in which nothing shows how a wall is turned.
+    flat = Scene(
+        bare.volume, bare.transfer_function, scene.lights[:1], PhongMaterial(1, 0, 0)
+    )
+    found, counters = picture(flat, outside, quality, packet_kernels(32), 999)
+    assert counters["cells_fetched"] > 0
     assert found == expected
-    assert np.frombuffer(found, np.float32).max() > 0

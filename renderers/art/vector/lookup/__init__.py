@@ -1,0 +1,1 @@
+"""Transfer functions, looked up by packets of samples."""
