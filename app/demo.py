@@ -18,7 +18,7 @@ from app.replay import ReplayReport, replay_session
 from app.second_channel import PathChannel
 from app.session_info import LIVE_TIER, SEED, describe_session
 from app.session_setup import build_session, build_view, path_view
-from app.snapshots import Keepsake, TakenSnapshot, take_snapshots
+from app.snapshots import Keepsake, TakenSnapshot, ViewAsker, take_snapshots
 from app.terminal import Stages, print_json, print_table
 from app.versions import versions
 from devices import DeviceError, ProbePath, load_probe_path
@@ -69,10 +69,12 @@ def run_demo(options: DemoOptions, *, as_json: bool) -> int:
         flown = _fly(options, scenario, path, path_file, room, bundle, stages)
         snapshots = take_snapshots(
             flown.kept,
-            room,
-            ring_radius_mm=scenario.scope.ring_radius_mm,
-            seed=flown.info.seed,
-            instrument=flown.instrument,
+            ViewAsker(
+                room.surface,
+                scenario.scope.ring_radius_mm,
+                flown.info.seed,
+                flown.instrument,
+            ),
             folder=out / "snapshots",
             ranks=options.ranks,
             progress=stages,

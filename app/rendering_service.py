@@ -113,8 +113,11 @@ class Worker:
 
 
 @contextmanager
-def running_worker(spool: Path, *, ranks: int) -> Iterator[Worker]:
-    """Run a worker while the context lasts; nothing of it is left afterwards."""
+def running_worker(spool: Path, *, ranks: int, niceness: int = 0) -> Iterator[Worker]:
+    """Run a worker while the context lasts; nothing of it is left afterwards.
+
+    niceness: 19 leaves the processor to whoever else wants it.
+    """
     log = spool / "worker.log"
     with log.open("wb") as sink:
         child = subprocess.Popen(
@@ -125,6 +128,8 @@ def running_worker(spool: Path, *, ranks: int) -> Iterator[Worker]:
             # Its own group: Ctrl-C reaches the program that holds it, which ends it.
             start_new_session=True,
         )
+    if niceness:
+        os.setpriority(os.PRIO_PGRP, child.pid, niceness)
     try:
         yield Worker(child, log)
     finally:

@@ -5,10 +5,11 @@ from pathlib import Path
 
 from app.comparison import difference, save_comparison
 from app.endoscope_view import Frame
-from app.operating_room import OperatingRoom, Progress
+from app.operating_room import Progress
 from app.rendering_service import running_worker
 from renderers.art.client import SnapshotClient
-from renderers.scene import Mesh, save_png
+from renderers.art.job import SnapshotRequest
+from renderers.scene import AirSurface, Mesh, save_png
 from scenarios import Moment, View
 
 
@@ -46,13 +47,42 @@ class TakenSnapshot:
     p99: float
 
 
+@dataclass(frozen=True, slots=True)
+class ViewAsker:
+    """Make requests for what the endoscope sees of one head in one session."""
+
+    surface: AirSurface
+    ring_radius_mm: float
+    seed: int
+    instrument: Mesh | None
+
+    def request(
+        self,
+        client: SnapshotClient,
+        view: View,
+        *,
+        gain: float,
+        number: int,
+        progressive: bool = False,
+    ) -> SnapshotRequest:
+        """Ask for a view, exposed and grained as the live frame of that number."""
+        tool = self.instrument
+        return client.request_scope(
+            self.surface,
+            view.camera,
+            ring_radius_mm=self.ring_radius_mm,
+            seed=self.seed,
+            gain=gain,
+            frame_number=number,
+            instruments=() if tool is None else ((tool, view.world_from_instrument),),
+            progressive=progressive,
+        )
+
+
 def take_snapshots(
     kept: list[Keepsake],
-    room: OperatingRoom,
+    asker: ViewAsker,
     *,
-    ring_radius_mm: float,
-    seed: int,
-    instrument: Mesh | None,
     folder: Path,
     ranks: int,
     progress: Progress,
@@ -70,18 +100,8 @@ def take_snapshots(
     wanted = [(k, k.view, k.frame) for k in kept if k.view and k.frame]
     jobs = []
     for keepsake, view, frame in wanted:
-        tools = (
-            () if instrument is None else ((instrument, view.world_from_instrument),)
-        )
-        request = client.request_scope(
-            room.surface,
-            view.camera,
-            ring_radius_mm=ring_radius_mm,
-            seed=seed,
-            gain=frame.gain,
-            frame_number=keepsake.number,
-            instruments=tools,
-        )
+        number = keepsake.number
+        request = asker.request(client, view, gain=frame.gain, number=number)
         jobs.append((client.submit(request), keepsake, frame))
     taken = []
     with running_worker(spool, ranks=ranks) as worker:

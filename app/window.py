@@ -20,6 +20,7 @@ from app.slice_views import SliceViews
 from app.window_flight import Instant, WindowFlight
 from app.window_gauges import Gauges
 from app.window_keys import HandEvents, KeyHelp
+from app.window_moments import MomentView
 from app.window_overview import OverviewView
 from app.window_picture import PictureView
 from app.window_readings import Readings
@@ -75,6 +76,7 @@ class TraineeWindow(QMainWindow):
         )
         self._overview.changed.connect(self._on_overview_changed)
         self._slices = SlicesView()
+        self._moments = MomentView()
         self._lay_out()
         if order.input.controls is not None:
             self._hand = HandEvents(order.input.controls, self, self.picture)
@@ -90,6 +92,7 @@ class TraineeWindow(QMainWindow):
         flight.registered.connect(self._on_registered)
         flight.arrived.connect(self._on_frame)
         flight.moment_kept.connect(self._on_moment)
+        flight.pictured.connect(self._moments.show_moment)
         flight.away.connect(self._on_away)
         flight.back.connect(self._on_back)
         flight.landed.connect(self._on_landed)
@@ -115,6 +118,7 @@ class TraineeWindow(QMainWindow):
         column.addWidget(about)
         column.addWidget(self._overview, 1)
         column.addWidget(self._slices)
+        column.addWidget(self._moments)
         column.addWidget(keys)
         middle = QWidget()
         row = QHBoxLayout(middle)
@@ -246,7 +250,7 @@ class TraineeWindow(QMainWindow):
     def _on_moment(self, time_s: float) -> None:
         self._notify(
             f"Kept the moment at {time_s:.1f} s",
-            f"paravol snapshot {self._order.record} --time {time_s:.2f}",
+            "It is being drawn at high quality, beside the flight.",
         )
 
     @Slot()

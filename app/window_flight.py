@@ -10,7 +10,7 @@ import threading
 import time
 from collections import deque
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 
@@ -24,20 +24,20 @@ from app.faults import DeviceLostError
 from app.flight import Aim, OrderedPoses, fly
 from app.inputs import FlightInput
 from app.lasting_poses import LastingPoses
-from app.operating_room import prepare_room
+from app.operating_room import OperatingRoom, prepare_room
 from app.overview_scene import head_model
 from app.pedal_watch import PedalWatch, record_of
 from app.pose_stream import StreamedAim, streaming
 from app.registering import register_by_touch
 from app.session_info import LIVE_TIER, SEED, describe_session
 from app.session_setup import build_session, build_view, path_view
-from devices import DeviceError, Pose, ProbePath, Registration
+from app.snapshot_desk import KeptMoment, SnapshotDesk
+from app.snapshots import ViewAsker
+from app.watched_source import ClosedError, KeyboardRoll, WatchedSource
+from devices import DeviceError, ProbePath, Registration
 from devices.buttons import Button, ButtonEvent
 from scenarios import Sample, Scenario, Session, View
 from scenarios.bundle import EventRecord, SessionInfo, SessionRecorder
-
-SLICE_S = 0.1
-"""How long a wait for a pose may keep the window from closing."""
 
 RATE_OVER_S = 1.0
 """The frame rate is that of the last second."""
@@ -71,56 +71,6 @@ class Instant:
     fps: float
 
 
-class ClosedError(Exception):
-    """The window was closed; the flight ends."""
-
-
-class WatchedSource:
-    """Pass an arm's poses on until the window closes; know the newest one's age."""
-
-    def __init__(self, arm: OrderedPoses, closed: threading.Event) -> None:
-        self._arm = arm
-        self._closed = closed
-        self._newest: Pose | None = None
-
-    def read(self, timeout_s: float) -> Pose:
-        """Return the next pose; ClosedError once the window is closed."""
-        until = time.monotonic() + timeout_s
-        while True:
-            if self._closed.is_set():
-                raise ClosedError
-            left = until - time.monotonic()
-            try:
-                self._newest = self._arm.read(max(min(left, SLICE_S), 0.0))
-            except TimeoutError:
-                if left <= SLICE_S:
-                    raise
-                continue
-            return self._newest
-
-    def age_ms(self) -> float:
-        """Tell how long ago the newest pose was measured."""
-        if self._newest is None:
-            return float("inf")
-        return (time.monotonic() - self._newest.host_time_s) * 1e3
-
-
-@dataclass(slots=True)
-class KeyboardRoll:
-    """Turn the light post by hand, on top of what a channel says.
-
-    turn_deg may be changed at any time, from any thread.
-    """
-
-    aim: Aim
-    turn_deg: float = 0.0
-
-    def complete(self, pose: Pose) -> Sample:
-        """Join a pose with the channel and the hand's turn."""
-        sample = self.aim.complete(pose)
-        return replace(sample, roll_deg=sample.roll_deg + self.turn_deg)
-
-
 class WindowFlight(QObject):
     """Run one flight in a thread; tell a window about it."""
 
@@ -138,6 +88,8 @@ class WindowFlight(QObject):
     """There is a new frame: `take` it."""
     moment_kept = Signal(float)
     """A snapshot of this time of the session was asked for."""
+    pictured = Signal(object)
+    """A `MomentPicture`: a kept moment's snapshot, as far as it is drawn."""
     away = Signal()
     """The device was unplugged; it is being looked for."""
     back = Signal(float)
@@ -154,6 +106,7 @@ class WindowFlight(QObject):
         self.roll = KeyboardRoll(order.input.aim)
         self._closed = threading.Event()
         self._moment_wanted = threading.Event()
+        self._desk: SnapshotDesk | None = None
         self._lock = threading.Lock()
         self._newest: Instant | None = None
         self._touched = -1
@@ -169,6 +122,8 @@ class WindowFlight(QObject):
         """End the flight; tell whether its thread ended in time."""
         self._closed.set()
         self._thread.join(patience_s)
+        if self._desk is not None:
+            self._desk.close()
         return not self._thread.is_alive()
 
     def take(self) -> Instant | None:
@@ -246,6 +201,8 @@ class WindowFlight(QObject):
             world_from_device = registration.world_from_device
             session = build_session(scenario, room, world_from_device, size)
             recorder = self._recorder(stack, info)
+            if order.record is not None:
+                self._desk = self._open_desk(room, order.record)
             aim: Aim = PedalWatch(self.roll, partial(self._on_pedal, recorder))
             if streamer is not None:
                 aim = StreamedAim(aim, streamer, world_from_device, has_instrument)
@@ -306,6 +263,9 @@ class WindowFlight(QObject):
                 self._moment_wanted.clear()
                 recorder.add(EventRecord(sample.time_s, "snapshot", f"frame {number}"))
                 self.moment_kept.emit(sample.time_s)
+                if self._desk is not None:
+                    moment = KeptMoment(sample.time_s, seen, frame.gain, number)
+                    self._desk.draw(moment)
             self._post(
                 Instant(frame.pixels, seen, sample.time_s, source.age_ms(), rate)
             )
@@ -331,6 +291,19 @@ class WindowFlight(QObject):
                 raise
             raise DeviceLostError(error, order.record) from error
         recorder.close({"score": asdict(session.score()), **figures})
+
+    def _open_desk(self, room: OperatingRoom, record: Path) -> SnapshotDesk:
+        """Draw kept moments; that goes on after the flight, as long as the window."""
+        # Imported here: building meshes loads a large library.
+        from scenarios.instruments import suction_tube
+
+        asker = ViewAsker(
+            room.surface,
+            self.order.scenario.scope.ring_radius_mm,
+            SEED,
+            suction_tube() if self.order.input.has_instrument else None,
+        )
+        return SnapshotDesk(asker, record / "snapshots", self.pictured.emit)
 
     def _recorder(self, stack: ExitStack, info: SessionInfo) -> SessionRecorder:
         folder = self.order.record

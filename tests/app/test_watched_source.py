@@ -6,14 +6,9 @@ import time
 import numpy as np
 import pytest
 
+from app.watched_source import ClosedError, KeyboardRoll, WatchedSource
 from devices import Pose
 from scenarios import Sample
-
-pytest.importorskip(
-    "PySide6.QtCore", reason="the extra 'desktop'", exc_type=ImportError
-)
-
-from app.window_flight import ClosedError, KeyboardRoll, WatchedSource
 
 
 def pose(time_s: float) -> Pose:

@@ -1,0 +1,62 @@
+"""What stands between an arm and a flight that a window watches and steers."""
+
+import threading
+import time
+from dataclasses import dataclass, replace
+
+from app.flight import Aim, OrderedPoses
+from devices import Pose
+from scenarios import Sample
+
+SLICE_S = 0.1
+"""How long a wait for a pose may keep the window from closing."""
+
+
+class ClosedError(Exception):
+    """The window was closed; the flight ends."""
+
+
+class WatchedSource:
+    """Pass an arm's poses on until the window closes; know the newest one's age."""
+
+    def __init__(self, arm: OrderedPoses, closed: threading.Event) -> None:
+        self._arm = arm
+        self._closed = closed
+        self._newest: Pose | None = None
+
+    def read(self, timeout_s: float) -> Pose:
+        """Return the next pose; ClosedError once the window is closed."""
+        until = time.monotonic() + timeout_s
+        while True:
+            if self._closed.is_set():
+                raise ClosedError
+            left = until - time.monotonic()
+            try:
+                self._newest = self._arm.read(max(min(left, SLICE_S), 0.0))
+            except TimeoutError:
+                if left <= SLICE_S:
+                    raise
+                continue
+            return self._newest
+
+    def age_ms(self) -> float:
+        """Tell how long ago the newest pose was measured."""
+        if self._newest is None:
+            return float("inf")
+        return (time.monotonic() - self._newest.host_time_s) * 1e3
+
+
+@dataclass(slots=True)
+class KeyboardRoll:
+    """Turn the light post by hand, on top of what a channel says.
+
+    turn_deg may be changed at any time, from any thread.
+    """
+
+    aim: Aim
+    turn_deg: float = 0.0
+
+    def complete(self, pose: Pose) -> Sample:
+        """Join a pose with the channel and the hand's turn."""
+        sample = self.aim.complete(pose)
+        return replace(sample, roll_deg=sample.roll_deg + self.turn_deg)

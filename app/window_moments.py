@@ -1,0 +1,90 @@
+"""A kept moment in the window, while and after it is drawn at high quality."""
+
+from pathlib import Path
+
+from PySide6.QtCore import QRectF, Qt, Slot
+from PySide6.QtGui import QColor, QFont, QImage, QPainter, QPaintEvent
+from PySide6.QtWidgets import QWidget
+
+from app.snapshot_desk import MomentPicture
+from app.window_image import image_of
+from app.window_style import ALARM, BACKGROUND, EDGE, INK, QUIET, READY
+
+HEIGHT_PX = 150
+_BAR_PX = 4.0
+
+
+class MomentView(QWidget):
+    """Show the snapshot that is being drawn; hidden until a moment is kept."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setFixedHeight(HEIGHT_PX)
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        self.hide()
+        self._image = QImage()
+        self._picture: MomentPicture | None = None
+
+    @property
+    def caption(self) -> tuple[str, str]:
+        """Get what is written beside the picture: a title and a line of detail."""
+        picture = self._picture
+        if picture is None:
+            return "", ""
+        title = f"Moment at {picture.time_s:.1f} s"
+        if picture.done is not None:
+            return title, f"being drawn: {picture.done:.0%}"
+        if picture.pixels is None:
+            return title, picture.told
+        return title, f"saved as snapshots/{Path(picture.told).name}"
+
+    @Slot(object)
+    def show_moment(self, picture: MomentPicture) -> None:
+        """Take a picture; one without pixels leaves those of its moment standing."""
+        before = self._picture
+        if before is not None and before.time_s != picture.time_s:
+            self._image = QImage()
+        if picture.pixels is not None:
+            self._image = image_of(picture.pixels)
+        self._picture = picture
+        self.show()
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the picture, its name and how far it is."""
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), QColor(BACKGROUND))
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        edge = float(self.height())
+        square = QRectF(0.0, 0.0, edge, edge)
+        painter.fillRect(square, Qt.GlobalColor.black)
+        if not self._image.isNull():
+            painter.drawImage(square, self._image)
+        picture = self._picture
+        if picture is not None:
+            self._paint_caption(painter, picture, edge + 14.0)
+        painter.end()
+
+    def _paint_caption(
+        self, painter: QPainter, picture: MomentPicture, left: float
+    ) -> None:
+        title, detail = self.caption
+        box = QRectF(left, 8.0, self.width() - left, self.height() - 16.0)
+        wrap = int(Qt.AlignmentFlag.AlignTop | Qt.TextFlag.TextWordWrap)
+        font = QFont()
+        font.setPointSize(11)
+        font.setBold(True)
+        painter.setFont(font)
+        painter.setPen(QColor(INK))
+        painter.drawText(box, wrap, title)
+        font.setBold(False)
+        font.setPointSize(10)
+        painter.setFont(font)
+        failed = picture.done is None and picture.pixels is None
+        painter.setPen(QColor(ALARM if failed else QUIET))
+        painter.drawText(box.adjusted(0.0, 24.0, 0.0, 0.0), wrap, detail)
+        if picture.done is not None:
+            bar = QRectF(left, 62.0, max(box.width() - 8.0, 0.0), _BAR_PX)
+            painter.fillRect(bar, QColor(EDGE))
+            bar.setWidth(bar.width() * min(max(picture.done, 0.0), 1.0))
+            painter.fillRect(bar, QColor(READY))
