@@ -61,53 +61,6 @@ def import_scan(
 
 
 @app.command
-def snapshot(
-    session: Path | None = None,
-    *,
-    time: float = 0.0,
-    case: Path | None = None,
-    volume: Path | None = None,
-    eye: Place | None = None,
-    target: Place | None = None,
-    classic: Annotated[bool, Parameter(negative="")] = False,
-    out: Path = Path("out/snapshot.png"),
-    size: int = 512,
-    ranks: int = 1,
-    json: Json = False,
-) -> int:
-    """Render one high-quality picture: of a session's moment, a case or a scan.
-
-    Parameters
-    ----------
-    session
-        A recorded session; its view at --time is rendered.
-    time
-        Seconds into the session, or along the case's exercise.
-    case
-        A case folder: seen from --eye, or along its exercise at --time; with a
-        session, where the case it was flown through lies now.
-    volume
-        A scan (DICOM folder, NRRD, NIfTI, MetaImage) with --eye and --target.
-    eye
-        Where to look from: x y z in millimetres, patient LPS.
-    target
-        Where to look at.
-    classic
-        Draw a case by its transfer function, not as an endoscope sees it.
-    out
-        PNG file to write.
-    ranks
-        MPI processes; 1 renders without MPI.
-    """
-    from app.snapshot_command import SnapshotOptions, run_snapshot
-
-    options = SnapshotOptions(
-        session, case, volume, time, eye, target, classic, out, size, ranks
-    )
-    return run_snapshot(options, as_json=json)
-
-
-@app.command
 def phantom(
     *,
     out: Path,

@@ -8,11 +8,11 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from app import case_commands
+from app import case_commands, picture_commands
 from app.emulator_words import NOTHING_TYPED, EmulatorWords
 from app.root import Json, Threads, app, thread_count
 
-__all__ = ["app", "case_commands"]
+__all__ = ["app", "case_commands", "picture_commands"]
 
 
 @app.command

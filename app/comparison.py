@@ -43,8 +43,9 @@ def save_comparison(
     *,
     title: str,
     text: dict[str, str],
+    names: tuple[str, str] = ("live (FSR)", "snapshot (ART)"),
 ) -> None:
-    """Write live picture, snapshot and error map side by side as one PNG."""
+    """Write two pictures and their error map side by side as one PNG."""
     from matplotlib import colormaps
     from PIL import Image, ImageDraw, ImageFont
 
@@ -56,8 +57,8 @@ def save_comparison(
     draw = ImageDraw.Draw(sheet)
     font = ImageFont.load_default(size=15)
     captions = (
-        f"{title}: live (FSR)",
-        "snapshot (ART)",
+        f"{title}: {names[0]}",
+        names[1],
         f"difference, white = {ERROR_SCALE_CODES} codes; RMSE {found.rmse:.1f} codes, "
         f"SSIM {found.ssim:.3f}",
     )

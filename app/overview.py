@@ -7,7 +7,7 @@ it takes a quarter of a second, parsing the source of the commands five millisec
 import ast
 from pathlib import Path
 
-FILES = ("commands.py", "case_commands.py")
+FILES = ("commands.py", "case_commands.py", "picture_commands.py")
 
 _HEAD = """Usage: paravol COMMAND [OPTIONS]
 

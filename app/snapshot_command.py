@@ -1,204 +1,231 @@
-"""`paravol snapshot`: one high-quality picture, of a session, a case or a scan."""
+"""`paravol snapshot`: high-quality pictures of a session, a case, a scan or a view."""
 
-import math
-import shutil
-import tempfile
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import asdict, replace
+from typing import Any
 
 import msgspec
 import numpy as np
 
-from app.case_exercise import exercise_of
-from app.operating_room import Progress, case_room, prepare_room
-from app.rendering_service import running_worker
-from app.session_info import SEED
-from app.session_setup import build_session, path_view
+from app.pictures.against import judge, splatted
+from app.pictures.camera_path import load_camera_path, views_along
+from app.pictures.doubt import save_doubt
+from app.pictures.drawing import Drawing
+from app.pictures.film import draw_film
+from app.pictures.outputs import Drawn, save_drawn
+from app.pictures.path_state import key_of, load_state, save_state
+from app.pictures.sources import (
+    case_views,
+    placed_view,
+    session_views,
+)
+from app.pictures.stereo import both_eyes, exposed
+from app.pictures.studio import Fineness, Studio
+from app.pictures.view_file import (
+    CaseHead,
+    ClassicLook,
+    Head,
+    ScanHead,
+    ViewFile,
+    load_view,
+    save_view,
+)
+from app.snapshot_options import SnapshotOptions, check
 from app.terminal import Stages, print_json
-from devices import load_probe_path
-from renderers.art.client import Snapshot, SnapshotClient
-from renderers.art.job import SnapshotRequest
-from renderers.scene import Camera, Projection, Scene, save_png
-from scenarios import Scenario, load_scenario
-from scenarios.bundle import FrameRecord, SampleRecord, read_session
-from scenarios.scenario import Scope
+from renderers.art.job import TruthSpec
 
-FIELD_DEG = 70.0
-
-Corner = tuple[float, float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class SnapshotOptions:
-    """Hold what the command line asked for; see `paravol snapshot --help`."""
-
-    session: Path | None
-    case: Path | None
-    volume: Path | None
-    time_s: float
-    eye: Corner | None
-    target: Corner | None
-    classic: bool
-    out: Path
-    size: int
-    ranks: int
+INTERRUPTED = 130
+MOST_FRAMES = 20_000
 
 
 def run_snapshot(options: SnapshotOptions, *, as_json: bool) -> int:
     """Render and save; ValueError when the ways to ask are mixed."""
-    _check(options)
+    check(options)
+    fineness = _fineness(options)
     with Stages() as stages:
-        spool = Path(tempfile.mkdtemp(prefix="paravol-spool-"))
-        try:
-            client = SnapshotClient(spool, name="paravol snapshot")
-            if options.session is not None:
-                request = _of_session(client, options, options.session, stages)
-            elif options.case is not None:
-                request = _of_case(client, options, options.case, stages)
+        studio, views = _views(options, stages)
+        for view in views[:1] + views[-1:]:
+            studio.demand(view)
+        if options.save_view is not None:
+            save_view(options.save_view, views[0])
+        with Drawing(studio, options.ranks, stages) as drawing:
+            if options.is_film:
+                report = draw_film(
+                    drawing, views, fineness, options.files, options.fps, stages
+                )
             else:
-                assert options.volume is not None
-                request = _of_scan(client, options, options.volume, stages)
-            snapshot = _render(client, request, options.ranks, stages)
-            _save(snapshot, options.out, request)
-        finally:
-            shutil.rmtree(spool, ignore_errors=True)
-    result = snapshot.result
-    seconds = result.seconds["total"]
+                report = _still(drawing, studio, views[0], fineness, options)
     if as_json:
-        print_json({"file": str(options.out), "result": result})
+        print_json(report)
     else:
-        print(f"{options.out}: {result.width} x {result.height}, {seconds:.1f} s")
-    return 0
+        _tell(report)
+    return INTERRUPTED if drawing.interrupted else 0
 
 
-def _check(options: SnapshotOptions) -> None:
-    """Refuse a mixture before anything slow begins."""
-    others = [options.case, options.volume]
+def _fineness(options: SnapshotOptions) -> Fineness:
+    truth = None
+    if options.truth:
+        asked = {"paths": options.paths, "noise": options.noise}
+        try:
+            truth = msgspec.convert(asked, TruthSpec)
+        except msgspec.ValidationError as error:
+            raise ValueError(
+                f"--paths must be 32 to 1048576 and --noise 0 to 1: {error}."
+            ) from error
+    return Fineness(options.quality, options.samples, truth, options.time_limit_s)
+
+
+def _views(options: SnapshotOptions, stages: Stages) -> tuple[Studio, list[ViewFile]]:
+    times = np.array([options.time_s])
+    path = None
+    if options.until_s is not None:
+        times = np.arange(options.time_s, options.until_s, 1 / options.fps)
+    elif options.path is not None:
+        path = load_camera_path(options.path)
+        first, last = path.span_s
+        times = np.arange(first, last + 0.5 / options.fps, 1 / options.fps)
+        times = np.minimum(times, last)
+    if len(times) > MOST_FRAMES:
+        raise ValueError(
+            f"{len(times)} pictures in a row are more than {MOST_FRAMES}; take fewer "
+            "with --fps or a shorter time."
+        )
+    at = times if path is None else times[:1]
+    if path is not None and (options.session is not None or options.eye is None):
+        at = np.array([options.time_s])
+    studio, views = _sights(options, at, stages)
+    return studio, views if path is None else views_along(path, views[0], times)
+
+
+def _sights(
+    options: SnapshotOptions, times: Any, stages: Stages
+) -> tuple[Studio, list[ViewFile]]:
     if options.session is not None:
-        # a session may need to be told where its case lies now
-        others = [options.session, options.volume]
-    if sum(one is not None for one in others) != 1:
-        raise ValueError(
-            "Give either a session folder or --case or --volume, one of them alone."
-        )
-    if (options.eye is None) != (options.target is None):
-        raise ValueError("--eye x y z and --target x y z go together, in mm (LPS).")
-    if options.volume is not None and options.eye is None:
-        raise ValueError("A scan needs --eye x y z and --target x y z, in mm (LPS).")
-    if options.session is not None and (options.eye is not None or options.classic):
-        raise ValueError(
-            "A session's moment has its own view and look; --eye, --target and "
-            "--classic belong to --case."
-        )
-
-
-def _of_session(
-    client: SnapshotClient, options: SnapshotOptions, folder: Path, progress: Progress
-) -> SnapshotRequest:
-    # Imported here: building meshes loads a large library.
-    from scenarios.instruments import suction_tube
-
-    info, records, _ = read_session(folder)
-    scenario = msgspec.json.decode(info.scenario, type=Scenario)
-    if options.case is not None:
-        head = msgspec.structs.replace(scenario.head, case=str(options.case))
-        scenario = msgspec.structs.replace(scenario, head=head)
-    chosen, gain, number = None, None, 0
-    for record in records:
-        if isinstance(record, SampleRecord):
-            if record.time_s > options.time_s and chosen is not None:
-                break
-            chosen = record
-        elif isinstance(record, FrameRecord):
-            gain, number = record.gain, record.number
-    if chosen is None:
-        raise ValueError(f"{folder} holds no sample; nothing was recorded.")
-    if scenario.head.case and not Path(scenario.head.case).is_dir():
-        raise ValueError(
-            f"{folder} was flown through the case {scenario.head.case}, which is not "
-            "there; say with --case where it lies now."
-        )
-    room = prepare_room(scenario, progress)
-    if room.surface_sha256 != info.surface_sha256:
-        raise ValueError(
-            f"{folder} was flown through another head (surface "
-            f"{info.surface_sha256[:12]}, now {room.surface_sha256[:12]}); name the "
-            "case it was flown through with --case."
-        )
-    matrix = np.array(info.world_from_device).reshape(4, 4)
-    size = (options.size, options.size)
-    view = build_session(scenario, room, matrix, size).view(chosen.sample())
-    tools = ((suction_tube(), view.world_from_instrument),)
-    return client.request_scope(
-        room.surface,
-        view.camera,
-        ring_radius_mm=scenario.scope.ring_radius_mm,
-        seed=info.seed,
-        gain=gain,
-        frame_number=number,
-        instruments=tools if info.has_instrument else (),
-    )
-
-
-def _of_case(
-    client: SnapshotClient, options: SnapshotOptions, folder: Path, progress: Progress
-) -> SnapshotRequest:
-    """Look from the eye that was given, or from the exercise's path at the time."""
-    if options.eye is None or options.target is None:
-        scenario, place = load_scenario(str(exercise_of(folder)))
-        room = prepare_room(scenario, progress)
-        path = load_probe_path(place / scenario.path)
-        size = (options.size, options.size)
-        camera = path_view(scenario, room, path, options.time_s, size).camera
-    else:
-        # no exercise is asked for: a case need not have an entrance to be looked at
-        room = case_room(folder, progress)
-        lens = Projection.PERSPECTIVE if options.classic else Projection.EQUIDISTANT
-        camera = _camera(options.eye, options.target, options.size, lens)
-    if options.classic:
-        return client.request_classic(room.scene, camera)
-    ring = Scope().ring_radius_mm
-    return client.request_scope(room.surface, camera, ring_radius_mm=ring, seed=SEED)
-
-
-def _of_scan(
-    client: SnapshotClient, options: SnapshotOptions, file: Path, progress: Progress
-) -> SnapshotRequest:
-    from anatomy.histogram import find_peaks, transfer_of
-    from anatomy.scan import Modality, read_scan
-
-    assert options.eye is not None
+        return session_views(options.session, times, options.size, options.case, stages)
+    if options.view is not None:
+        view = load_view(options.view)
+        if options.case is not None:
+            head = CaseHead(str(options.case))
+            view = msgspec.structs.replace(view, head=head)
+        return Studio.of(view.head, stages), [view]
+    if options.eye is None:
+        assert options.case is not None
+        studio, views = case_views(options.case, times, options.size, stages)
+        return studio, [_classic(v) for v in views] if options.classic else views
     assert options.target is not None
-    scan = read_scan(file, progress=progress)
-    peaks = find_peaks(scan.volume, bone=scan.modality is Modality.CT)
-    scene = Scene(scan.volume, transfer_of(peaks))
-    lens = Projection.PERSPECTIVE
-    camera = _camera(options.eye, options.target, options.size, lens)
-    return client.request_classic(scene, camera)
-
-
-def _camera(eye: Corner, target: Corner, size: int, lens: Projection) -> Camera:
-    return Camera.looking_at(
-        eye,
-        target,
-        extent=math.radians(FIELD_DEG / 2),
-        size=(size, size),
-        projection=lens,
+    place: Head
+    if options.volume is not None:
+        place = ScanHead(str(options.volume.resolve()))
+    else:
+        assert options.case is not None
+        place = CaseHead(str(options.case.resolve()))
+    classic = options.classic or options.volume is not None
+    lens = options.lens
+    if classic and lens == "equidistant":
+        lens = "perspective"
+    view = placed_view(
+        place,
+        options.eye,
+        options.target,
+        up=options.up,
+        size=options.size,
+        lens=lens,
+        half_side_mm=options.half_side_mm,
+        classic=classic,
     )
+    return Studio.of(place, stages), [view]
 
 
-def _render(
-    client: SnapshotClient, request: SnapshotRequest, ranks: int, progress: Progress
-) -> Snapshot:
-    stage = "Rendering the snapshot"
-    progress(stage, 0.0)
-    job = client.submit(request)
-    with running_worker(client.spool.folder, ranks=ranks) as worker:
-        return client.wait(
-            job, lambda share: progress(stage, share), watch=worker.ensure_alive
+def _classic(view: ViewFile) -> ViewFile:
+    return msgspec.structs.replace(view, look=ClassicLook())
+
+
+def _still(
+    drawing: Drawing,
+    studio: Studio,
+    view: ViewFile,
+    fineness: Fineness,
+    options: SnapshotOptions,
+) -> dict[str, Any]:
+    """Draw one picture and all that was asked for beside it."""
+    key = key_of(studio, view, fineness)
+    if options.state is not None and fineness.truth is not None:
+        state = load_state(options.state, key)
+        if state is not None:
+            digest = drawing.client.put(state)
+            truth = msgspec.structs.replace(fineness.truth, state=digest)
+            fineness = replace(fineness, truth=truth)
+    eyes = [view] if options.stereo_mm is None else both_eyes(view, options.stereo_mm)
+    drawn, job = drawing.draw(eyes[0], fineness, "Rendering the snapshot")
+    if len(eyes) == 2:
+        # one camera, one exposure
+        other = exposed(eyes[1], drawn.result.gain)
+        right, _ = drawing.draw(other, fineness, "Rendering the right eye")
+        drawn = drawn.beside(right)
+    for file in options.files:
+        save_drawn(file, drawn)
+    report: dict[str, Any] = {
+        "file": str(options.files[0]),
+        "files": [str(file) for file in options.files],
+        "complete": drawn.result.complete,
+        "result": drawn.result,
+    }
+    if options.state is not None and (job.folder / "paths.npy").exists():
+        save_state(options.state, job.state(), key)
+        report["state"] = str(options.state)
+    if options.against is not None and not drawing.interrupted:
+        report["against"] = _against(drawing, studio, drawn, fineness, options)
+    if options.confidence is not None:
+        doubt = save_doubt(studio, drawn, options.confidence, options.threads)
+        report["confidence"] = asdict(doubt)
+    return report
+
+
+def _against(
+    drawing: Drawing,
+    studio: Studio,
+    drawn: Drawn,
+    fineness: Fineness,
+    options: SnapshotOptions,
+) -> dict[str, Any]:
+    first = options.files[0]
+    file = first.with_name(f"{first.stem}-error.png")
+    if options.against == "fsr":
+        quick = splatted(studio, drawn, options.threads)
+        return asdict(judge(quick, drawn, file, ("live (FSR)", "snapshot (ART)")))
+    fast = replace(fineness, truth=None, seconds=None)
+    view = exposed(drawn.view, drawn.result.gain)
+    other, _ = drawing.draw(view, fast, "Rendering with the quick bounce light")
+    names = ("quick bounce light", "light by paths")
+    return asdict(judge(other.pixels, drawn, file, names, other.rgba))
+
+
+def _tell(report: dict[str, Any]) -> None:
+    """Say in a few lines what came out."""
+    if "frames" in report:
+        print(
+            f"{', '.join(report['files'])}: {report['frames']} pictures, "
+            f"{report['seconds']:.1f} s"
         )
-
-
-def _save(snapshot: Snapshot, out: Path, request: SnapshotRequest) -> None:
-    text = {"Software": "PARAVOL", "Request": msgspec.json.encode(request).decode()}
-    save_png(out, snapshot.pixels(), text)
+    else:
+        result = report["result"]
+        print(
+            f"{', '.join(report['files'])}: {result.width} x {result.height}, "
+            f"{result.seconds['total']:.1f} s"
+        )
+        if result.noise is not None:
+            print(f"light by paths: noise {result.noise:.2%} of the light (1 sd, rms)")
+    if not report["complete"]:
+        print("stopped early: this is the best picture so far; its metadata say so")
+    if "against" in report:
+        found = report["against"]
+        codes = found["codes"]
+        line = f"RMSE {codes['rmse']:.2f} codes, SSIM {codes['ssim']:.4f}"
+        if found["light"] is not None:
+            line += f", linear light {found['light']:.2%} of its mean"
+        print(f"{found['file']}: {line}")
+    if "confidence" in report:
+        found = report["confidence"]
+        print(
+            f"{found['file']}: {found['sure']:.1%} of the field sure to hide no wall "
+            f"(walls from {found['resolved_mm']:g} mm are never lost)"
+        )

@@ -1,9 +1,19 @@
 """Pictures of a session that was flown through a case, wherever that lies now."""
 
+import io
+import json
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
+import msgspec
 import numpy as np
+import OpenEXR
 import pytest
+import SimpleITK as sitk  # noqa: N813
+from numpy.typing import NDArray
 from PIL import Image
 
 from anatomy.case import write_case
@@ -13,6 +23,7 @@ from app.__main__ import main
 from app.case_exercise import exercise_of
 from app.inputs.flight_input import in_the_patient
 from app.operating_room import prepare_room
+from app.pictures.view_file import ViewFile
 from app.session_info import describe_session
 from devices import load_probe_path
 from scenarios import Sample, load_scenario, tip_frame
@@ -55,13 +66,143 @@ def test_a_session_in_a_case_is_pictured_even_when_the_case_has_moved(
     out = tmp_path / "a.png"
     words = ["snapshot", str(session), "--size", str(SIZE), "--out", str(out)]
     assert main(words) == 0
-    here = np.asarray(Image.open(out))
+    here = pixels_of(out)
     assert here.std() > 5
     moved = case.rename(tmp_path / "elsewhere")
     assert main(words) == 1
     assert "say with --case where it lies now" in capsys.readouterr().err
     assert main([*words, "--case", str(moved)]) == 0
-    assert np.array_equal(np.asarray(Image.open(out)), here)
+    assert np.array_equal(pixels_of(out), here)
     other = nose(tmp_path / "other", 2)
     assert main([*words, "--case", str(other)]) == 1
     assert "was flown through another head" in capsys.readouterr().err
+
+
+def pixels_of(source: Path | io.BytesIO) -> NDArray[np.uint8]:
+    with Image.open(source) as image:
+        return np.asarray(image.convert("RGB"))
+
+
+def text_of(file: Path) -> dict[str, str]:
+    with Image.open(file) as image:
+        return {str(key): str(value) for key, value in image.info.items()}
+
+
+def phantom_view(folder: Path) -> Path:
+    """A view of a coarse nose, as a file; the nose is a case beside it."""
+    case, view = nose(folder / "case", 1), folder / "a.view.json"
+    words = ["snapshot", "--case", str(case), "--time", "2", "--size", str(SIZE)]
+    words += ["--samples", "1", "--out", str(folder / "first.png")]
+    assert main([*words, "--save-view", str(view)]) == 0
+    return view
+
+
+@pytest.mark.slow
+def test_one_view_becomes_every_kind_of_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As a new user would: formats, comparisons, maps, pairs and films of one view."""
+    view = phantom_view(tmp_path)
+    words = ["snapshot", "--view", str(view), "--samples", "1"]
+    out = tmp_path / "again.png"
+    files = [tmp_path / f"a.{ending}" for ending in ("exr", "nrrd")]
+    outs = [word for file in (out, *files) for word in ("--out", str(file))]
+    capsys.readouterr()
+    words_for_all = [*words, *outs, "--against", "fsr", "--json"]
+    assert main([*words_for_all, "--confidence", str(tmp_path / "doubt.nrrd")]) == 0
+    report = json.loads(capsys.readouterr().out)
+    pixels = pixels_of(out)
+    assert np.array_equal(pixels, pixels_of(tmp_path / "first.png"))
+    text = text_of(out)
+    assert text["Complete"] == "yes"
+    assert msgspec.json.decode(text["View"], type=ViewFile).size_px == (SIZE, SIZE)
+    with OpenEXR.File(str(files[0])) as file:
+        channels = file.channels()
+        assert channels["RGBA"].pixels.shape == (SIZE, SIZE, 4)
+        assert np.array_equal(np.unique(channels["samples"].pixels), [1])
+        depth = channels["Z"].pixels
+    found = sitk.GetArrayFromImage(sitk.ReadImage(str(files[1])))
+    assert np.array_equal(found, depth)
+    doubt = sitk.GetArrayFromImage(sitk.ReadImage(str(tmp_path / "doubt.nrrd")))
+    assert doubt.shape == (SIZE, SIZE)
+    assert 0 <= doubt.min() <= doubt.max() <= 1
+    assert 0 < report["confidence"]["sure"] <= 1
+    assert report["against"]["codes"]["ssim"] > 0.9
+    assert pixels_of(Path(report["against"]["file"])).shape[1] == 3 * SIZE
+
+    assert main([*words, "--stereo", "1", "--out", str(out)]) == 0
+    pair = pixels_of(out)
+    assert pair.shape == (SIZE, 2 * SIZE, 3)
+    assert not np.array_equal(pair[:, :SIZE], pair[:, SIZE:])
+
+    keys = [
+        {"time_s": t, "eye_mm": [-6, -10 + t, -5], "target_mm": [0, 1, 0]}
+        for t in (0, 1)
+    ]
+    path = tmp_path / "p.json"
+    path.write_text(json.dumps({"schema": "paravol.camera-path/1", "keys": keys}))
+    film, folder = tmp_path / "f.mp4", tmp_path / "frames"
+    row = [*words, "--path", str(path), "--fps", "2", "--out", str(folder)]
+    assert main([*row, "--out", str(film)]) == 0
+    names = sorted(p.name for p in folder.iterdir())
+    assert names == [f"frame-{n:05d}.png" for n in (1, 2, 3)]
+    assert film.stat().st_size > 500
+    assert main(row) == 1
+    assert "already holds pictures of a row" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_light_by_paths_stops_goes_on_and_judges_the_quick_light(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    view = phantom_view(tmp_path)
+    state, out = tmp_path / "s.npz", tmp_path / "t.png"
+    words = ["snapshot", "--view", str(view), "--samples", "1", "--truth"]
+    words += ["--out", str(out), "--state", str(state), "--json"]
+    capsys.readouterr()
+    noise = []
+    for paths in ("32", "64"):
+        assert main([*words, "--paths", paths, "--against", "fast"]) == 0
+        report = json.loads(capsys.readouterr().out)
+        noise.append(report["result"]["noise"])
+        assert 0 < report["against"]["light"] < 0.5
+    assert noise[1] < noise[0]
+    went_on = out.read_bytes()
+    state.unlink()
+    assert main([*words, "--paths", "64"]) == 0
+    assert np.array_equal(pixels_of(out), pixels_of(io.BytesIO(went_on)))
+    other = json.loads(view.read_text())
+    other["camera"]["eye_mm"][1] += 1
+    view.write_text(json.dumps(other))
+    assert main([*words, "--paths", "64"]) == 1
+    assert "of another view, head or fineness" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_out_of_time_or_interrupted_there_is_the_best_picture_so_far(
+    tmp_path: Path,
+) -> None:
+    view = phantom_view(tmp_path)
+    out = tmp_path / "t.png"
+    words = ["snapshot", "--view", str(view), "--samples", "1", "--truth"]
+    words += ["--out", str(out), "--paths", "1000000"]
+    assert main([*words, "--time-limit", "1"]) == 0
+    assert text_of(out)["Complete"] == "no: stopped early"
+    assert pixels_of(out).std() > 5
+    out.unlink()
+    child = subprocess.Popen(
+        [sys.executable, "-m", "app", *words], stderr=subprocess.PIPE
+    )
+    try:
+        assert child.stderr is not None
+        for line in child.stderr:
+            if b"Rendering" in line:
+                break
+        time.sleep(2.0)
+        child.send_signal(signal.SIGINT)
+        assert child.wait(120) == 130
+    finally:
+        child.kill()
+        child.communicate()
+    assert text_of(out)["Complete"] == "no: stopped early"
+    assert not [p for p in tmp_path.iterdir() if p.name.startswith(".")]

@@ -1,0 +1,147 @@
+"""The command that takes pictures.
+
+Nothing heavy is imported here: the command fetches its own modules when it runs.
+"""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from app.root import Json, Place, Threads, app, thread_count
+
+
+@app.command
+def snapshot(
+    session: Path | None = None,
+    *,
+    time: float = 0.0,
+    until: float | None = None,
+    case: Path | None = None,
+    volume: Path | None = None,
+    view: Path | None = None,
+    path: Path | None = None,
+    fps: float = 25.0,
+    eye: Place | None = None,
+    target: Place | None = None,
+    up: Place = (0.0, 0.0, 1.0),
+    lens: Literal["equidistant", "perspective", "orthographic"] = "equidistant",
+    half_side: float = 40.0,
+    classic: Annotated[bool, Parameter(negative="")] = False,
+    out: tuple[Path, ...] = (),
+    save_view: Path | None = None,
+    size: int = 512,
+    samples: Literal[1, 4] = 4,
+    quality: Literal["preview", "snapshot", "final", "reference"] = "snapshot",
+    truth: Annotated[bool, Parameter(negative="")] = False,
+    paths: int = 256,
+    noise: float = 0.0,
+    state: Path | None = None,
+    time_limit: float | None = None,
+    against: Literal["fsr", "fast"] | None = None,
+    confidence: Path | None = None,
+    stereo: float | None = None,
+    ranks: int = 1,
+    threads: Threads = 0,
+    json: Json = False,
+) -> int:
+    """Render high-quality pictures: of a session, a case, a scan or a saved view.
+
+    Ctrl-C takes the best picture so far and says so in its metadata; a second one
+    leaves none.
+
+    Parameters
+    ----------
+    session
+        A recorded session; its view at --time is rendered.
+    time
+        Seconds into the session, or along the case's exercise.
+    until
+        Render a film from --time to this second.
+    case
+        A case folder: seen from --eye, or along its exercise at --time; with a session
+        or a view, where the case it is of lies now.
+    volume
+        A scan (DICOM folder, NRRD, NIfTI, MetaImage) with --eye and --target.
+    view
+        A view file, as --save-view and the trainee's window write.
+    path
+        A file of camera keys: the view is moved along it, for a film.
+    fps
+        Pictures per second of a film.
+    eye
+        Where to look from: x y z in millimetres, patient LPS.
+    target
+        Where to look at.
+    up
+        Roughly upwards, for --eye.
+    lens
+        For --eye; an endoscope's is equidistant.
+    half_side
+        Millimetres from the middle of an orthographic picture to its edge.
+    classic
+        Draw a case by its transfer function, not as an endoscope sees it.
+    out
+        File to write, may be repeated: .png, .exr (linear light, depth, sample count),
+        .nrrd (depth); for films .mp4 or a folder of PNGs.
+    save_view
+        Write the view as a file, too.
+    samples
+        Rays of each pixel.
+    quality
+        Step and cut-off of rays: preview, snapshot, final or reference.
+    truth
+        Follow the light from wall to wall by random paths; slow, its noise is told.
+    paths
+        With --truth: paths of each ray, on average.
+    noise
+        With --truth: stop when the noise is this share of the light.
+    state
+        With --truth: keep the paths in this .npz, and go on with those there.
+    time_limit
+        Seconds after which the best picture so far is taken.
+    against
+        Compare with the live picture (fsr), or --truth with the quick bounce light
+        (fast); the error map lands beside the first file.
+    confidence
+        Write where the picture may hide a thin wall: .png or .nrrd.
+    stereo
+        Two eyes so many millimetres apart, side by side.
+    ranks
+        MPI processes; 1 renders without MPI.
+    """
+    from app.snapshot_command import run_snapshot
+    from app.snapshot_options import SnapshotOptions
+
+    options = SnapshotOptions(
+        session=session,
+        case=case,
+        volume=volume,
+        view=view,
+        time_s=time,
+        until_s=until,
+        path=path,
+        fps=fps,
+        eye=eye,
+        target=target,
+        up=up,
+        lens=lens,
+        half_side_mm=half_side,
+        classic=classic,
+        out=out,
+        save_view=save_view,
+        size=size,
+        samples=samples,
+        quality=quality,
+        truth=truth,
+        paths=paths,
+        noise=noise,
+        state=state,
+        time_limit_s=time_limit,
+        against=against,
+        confidence=confidence,
+        stereo_mm=stereo,
+        ranks=ranks,
+        threads=thread_count(threads),
+    )
+    return run_snapshot(options, as_json=json)

@@ -1,0 +1,95 @@
+"""A picture beside the quick one of the same view: how far that is off, and where."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.comparison import Difference, difference, save_comparison
+from app.pictures.outputs import Drawn
+from app.pictures.studio import Studio, placed
+from app.pictures.view_file import ScopeLook
+from renderers.scene import image_error
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """Say how far a quick picture is from a fine one.
+
+    codes: of the encoded pictures. light: RMSE of linear light, over its mean; None
+    where only the encoded pictures can be compared. file: the error map.
+    """
+
+    codes: Difference
+    light: float | None
+    file: str
+
+
+def splatted(studio: Studio, drawn: Drawn, threads: int) -> NDArray[np.uint8]:
+    """Draw a view as the live picture shows it, with the fine picture's gain."""
+    from renderers.fsr import FuzzySetRenderer
+    from renderers.shading import (
+        CameraPass,
+        ScopeLight,
+        ScopeShader,
+        Tier,
+        scope_picture,
+    )
+
+    view, camera = drawn.view, drawn.view.to_camera()
+    renderer = FuzzySetRenderer(studio.scene, threads=threads)
+    try:
+        look = view.look
+        if not isinstance(look, ScopeLook):
+            return renderer.render(camera).to_srgb8()
+        assert studio.scene.surface is not None
+        buffer = renderer.gbuffer(camera)
+        for mesh, pose in placed(view.instruments):
+            mesh.draw(buffer, camera, pose)
+        shader = ScopeShader(
+            studio.scene.surface, Tier.LIVE, look.seed, look.blood_bias, threads
+        )
+        camera_pass = CameraPass(threads=threads)
+        light = ScopeLight(look.ring_radius_mm, power=look.light_power)
+        try:
+            pixels, _ = scope_picture(
+                buffer,
+                camera,
+                shader,
+                camera_pass,
+                light,
+                drawn.result.gain,
+                look.frame_number,
+            )
+        finally:
+            shader.close()
+            camera_pass.close()
+        return pixels
+    finally:
+        renderer.close()
+
+
+def judge(
+    quick: NDArray[np.uint8],
+    drawn: Drawn,
+    file: Path,
+    names: tuple[str, str],
+    quick_light: NDArray[np.float32] | None = None,
+) -> Judged:
+    """Measure a quick picture; write both and their difference as one PNG."""
+    found = difference(quick, drawn.pixels)
+    save_comparison(
+        file,
+        quick,
+        drawn.pixels,
+        found,
+        title=drawn.view.title or "picture",
+        text=drawn.text(),
+        names=names,
+    )
+    light = None
+    if quick_light is not None:
+        error = image_error(quick_light[..., :3], drawn.rgba[..., :3]).rmse
+        light = error / max(float(drawn.rgba[..., :3].mean()), 1e-30)
+    return Judged(found, light, str(file))

@@ -1,0 +1,188 @@
+"""A view as a file: which head, from where, through which lens, in which light.
+
+``NAME.view.json``, for people and machines. Strict: an unknown key or a number out of
+range is refused by name. What is written is read back to the last bit, so that a
+picture taken from a saved view is the one that was seen.
+"""
+
+from pathlib import Path
+from typing import Annotated, Literal, TypeVar
+
+import msgspec
+import numpy as np
+from msgspec import Meta, Struct
+
+from renderers.art.job import Amount, Axis, Pixels, Point, Positive, Row
+from renderers.scene import Camera, Projection, whole_file
+
+T = TypeVar("T")
+
+VIEW_SCHEMA: Literal["paravol.view/1"] = "paravol.view/1"
+LARGEST_VIEW = 256 * 1024
+"""Bytes of a view file, at most."""
+
+
+class _Strict(Struct, forbid_unknown_fields=True, frozen=True, omit_defaults=True):
+    pass
+
+
+class PhantomHead(_Strict, frozen=True, tag="phantom", tag_field="kind"):
+    """Look at a virtual patient, built when it is needed."""
+
+    seed: Annotated[int, Meta(ge=0, lt=2**31)] = 1
+    spacing_mm: Positive = 0.5
+
+
+class CaseHead(_Strict, frozen=True, tag="case", tag_field="kind"):
+    """Look at a case. folder: a full path, or beside the view file."""
+
+    folder: Annotated[str, Meta(min_length=1)]
+
+
+class ScanHead(_Strict, frozen=True, tag="scan", tag_field="kind"):
+    """Look at a scan as it is. file: a full path, or beside the view file."""
+
+    file: Annotated[str, Meta(min_length=1)]
+
+
+Head = PhantomHead | CaseHead | ScanHead
+
+
+class ViewCamera(_Strict, frozen=True):
+    """Place an eye and its lens, in mm, patient LPS.
+
+    Either axes (unit right, up and forward: exact) or a target, with up roughly upwards
+    (easy to write). extent: half the field on the picture's shorter side, in radians,
+    orthographic in mm.
+    """
+
+    eye_mm: Point
+    extent: Positive
+    axes: tuple[Axis, Axis, Axis] | None = None
+    target_mm: Point | None = None
+    up: Point | None = None
+    projection: Literal["equidistant", "perspective", "orthographic"] = "equidistant"
+
+    @classmethod
+    def of(cls, camera: Camera) -> "ViewCamera":
+        """Describe a camera, exactly."""
+        return cls(
+            msgspec.convert(camera.eye_mm.tolist(), Point),
+            camera.extent,
+            msgspec.convert(camera.frame[1:].tolist(), tuple[Axis, Axis, Axis]),
+            projection=msgspec.convert(
+                camera.projection.name.lower(),
+                Literal["equidistant", "perspective", "orthographic"],
+            ),
+        )
+
+    def camera(self, size: tuple[int, int]) -> Camera:
+        """Build the camera; ValueError where the two ways to aim are mixed."""
+        projection = Projection[self.projection.upper()]
+        if (self.axes is None) == (self.target_mm is None):
+            raise ValueError(
+                "A view's camera needs either axes or target_mm, one of them alone."
+            )
+        if self.axes is not None:
+            if self.up is not None:
+                raise ValueError(
+                    "A view's up goes with target_mm; axes have their own."
+                )
+            frame = np.array([self.eye_mm, *self.axes])
+            return Camera(frame, self.extent, *size, projection)
+        assert self.target_mm is not None
+        return Camera.looking_at(
+            self.eye_mm,
+            self.target_mm,
+            up=self.up or (0.0, 0.0, 1.0),
+            extent=self.extent,
+            size=size,
+            projection=projection,
+        )
+
+
+class ScopeLook(_Strict, frozen=True, tag="scope", tag_field="mode"):
+    """See it as an endoscope does; the fields are those of `ScopeWork`."""
+
+    ring_radius_mm: Annotated[float, Meta(gt=0, le=20)] = 0.95
+    light_power: Amount = 1.0
+    seed: Annotated[int, Meta(ge=0, lt=2**31)] = 7
+    blood_bias: Annotated[float, Meta(ge=0, le=10)] = 1.0
+    gain: Annotated[float, Meta(gt=0, le=1e9)] | None = None
+    frame_number: Annotated[int, Meta(ge=0, lt=2**31)] = 0
+
+
+class ClassicLook(_Strict, frozen=True, tag="classic", tag_field="mode"):
+    """See it through the head's transfer function."""
+
+
+class PlacedInstrument(_Strict, frozen=True):
+    """Place one of the program's instruments."""
+
+    name: Literal["suction tube"]
+    world_from_instrument: tuple[Row, Row, Row]
+
+
+class ViewFile(_Strict, frozen=True):
+    """Describe one picture but for how finely it is drawn.
+
+    surface_sha256: of the head's surface, where the view must not be of another.
+    """
+
+    schema: Literal["paravol.view/1"]
+    head: Head
+    camera: ViewCamera
+    size_px: tuple[Pixels, Pixels] = (512, 512)
+    look: ScopeLook | ClassicLook = ScopeLook()
+    instruments: Annotated[tuple[PlacedInstrument, ...], Meta(max_length=16)] = ()
+    surface_sha256: Annotated[str, Meta(pattern="^[0-9a-f]{64}$")] | None = None
+    title: Annotated[str, Meta(max_length=200)] = ""
+
+    def to_camera(self) -> Camera:
+        """Build the camera."""
+        return self.camera.camera(self.size_px)
+
+
+def save_view(path: Path, view: ViewFile) -> None:
+    """Write a view, atomically."""
+    text = msgspec.json.format(msgspec.json.encode(view), indent=2)
+    with whole_file(path) as beside:
+        beside.write_bytes(text + b"\n")
+
+
+def load_view(path: Path) -> ViewFile:
+    """Read a view; ValueError says what is wrong with which field of which file.
+
+    Relative places of the head are taken from the file's own folder.
+    """
+    view = decoded(path, ViewFile, "view")
+    try:
+        view.to_camera()
+    except ValueError as error:
+        raise ValueError(f"The view file {path} is not valid: {error}") from error
+    head = view.head
+    if isinstance(head, CaseHead):
+        head = CaseHead(str(path.parent / head.folder))
+    elif isinstance(head, ScanHead):
+        head = ScanHead(str(path.parent / head.file))
+    return msgspec.structs.replace(view, head=head)
+
+
+def decoded(path: Path, kind: type[T], word: str) -> T:
+    """Read a strict JSON file of at most `LARGEST_VIEW` bytes."""
+    try:
+        with path.open("rb") as file:
+            record = file.read(LARGEST_VIEW + 1)
+    except OSError as error:
+        raise ValueError(
+            f"The {word} file {path} cannot be read ({error.strerror})."
+        ) from error
+    if len(record) > LARGEST_VIEW:
+        raise ValueError(
+            f"The {word} file {path} is larger than {LARGEST_VIEW} bytes; it cannot "
+            f"be one."
+        )
+    try:
+        return msgspec.json.decode(record, type=kind)
+    except msgspec.DecodeError as error:
+        raise ValueError(f"The {word} file {path} is not valid: {error}.") from error

@@ -1,0 +1,151 @@
+"""What `paravol snapshot` was asked for, and what cannot be asked for together."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from app.pictures.doubt import demand_map
+from app.pictures.outputs import demand_endings
+from app.pictures.sources import Lens, Place
+from renderers.art.client import QualityName, Samples
+
+
+@dataclass(frozen=True, slots=True)
+class SnapshotOptions:
+    """Hold what the command line asked for; see `paravol snapshot --help`."""
+
+    session: Path | None
+    case: Path | None
+    volume: Path | None
+    view: Path | None
+    time_s: float
+    until_s: float | None
+    path: Path | None
+    fps: float
+    eye: Place | None
+    target: Place | None
+    up: Place
+    lens: Lens
+    half_side_mm: float
+    classic: bool
+    out: tuple[Path, ...]
+    save_view: Path | None
+    size: int
+    samples: Samples
+    quality: QualityName
+    truth: bool
+    paths: int
+    noise: float
+    state: Path | None
+    time_limit_s: float | None
+    against: Literal["fsr", "fast"] | None
+    confidence: Path | None
+    stereo_mm: float | None
+    ranks: int
+    threads: int
+
+    @property
+    def is_film(self) -> bool:
+        """Tell whether pictures in a row are asked for."""
+        return self.path is not None or self.until_s is not None
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Get the files to write."""
+        if self.out:
+            return self.out
+        return (Path("out/snapshot.mp4" if self.is_film else "out/snapshot.png"),)
+
+
+def check(options: SnapshotOptions) -> None:
+    """Refuse a mixture before anything slow begins."""
+    sources = [options.case, options.volume, options.view]
+    if options.session is not None:
+        # a session may need to be told where its case lies now
+        sources = [options.session, options.volume, options.view]
+    elif options.view is not None:
+        sources = [options.volume, options.view]
+    if sum(one is not None for one in sources) != 1:
+        raise ValueError(
+            "Give either a session folder or --case or --volume or --view, one of them "
+            "alone."
+        )
+    if (options.eye is None) != (options.target is None):
+        raise ValueError("--eye x y z and --target x y z go together, in mm (LPS).")
+    if options.volume is not None and options.eye is None:
+        raise ValueError("A scan needs --eye x y z and --target x y z, in mm (LPS).")
+    own = options.session is not None or options.view is not None
+    if own and (options.eye is not None or options.classic):
+        raise ValueError(
+            "A session's moment and a view file have their own view and look; --eye, "
+            "--target and --classic belong to --case."
+        )
+    if options.lens != "equidistant" and options.eye is None:
+        raise ValueError("--lens belongs to --eye and --target.")
+    plain = options.classic or options.volume is not None
+    if options.lens != "equidistant" and not plain:
+        raise ValueError(
+            f"An endoscope's lens is equidistant; --lens {options.lens} needs "
+            "--classic."
+        )
+    demand_endings(options.files, film=options.is_film)
+    if options.confidence is not None:
+        demand_map(options.confidence)
+    _check_film(options)
+    _check_truth(options)
+    for name, value, low, high in (
+        ("--size", options.size, 8, 8192),
+        ("--fps", options.fps, 0.1, 240.0),
+        ("--half-side", options.half_side_mm, 0.01, 1e4),
+        ("--time-limit", options.time_limit_s, 0.01, 86_400.0),
+        ("--stereo", options.stereo_mm, 0.01, 1000.0),
+        ("--ranks", options.ranks, 1, 1024),
+    ):
+        if value is not None and not low <= value <= high:
+            raise ValueError(f"{name} must be {low:g} to {high:g}, got {value:g}.")
+
+
+def _check_film(options: SnapshotOptions) -> None:
+    if not options.is_film:
+        return
+    extras = {
+        "--against": options.against,
+        "--confidence": options.confidence,
+        "--stereo": options.stereo_mm,
+        "--state": options.state,
+    }
+    for name, value in extras.items():
+        if value is not None:
+            raise ValueError(f"{name} is for a single picture, not for one in a row.")
+    if options.path is not None and options.until_s is not None:
+        raise ValueError("Give either --path or --until, one of them alone.")
+    moves = options.session is not None or (
+        options.case is not None and options.eye is None and options.view is None
+    )
+    if options.until_s is not None and not moves:
+        raise ValueError(
+            "--until follows a session or a case's exercise; a view that stands still "
+            "is moved by --path."
+        )
+    if options.until_s is not None and not options.until_s > options.time_s:
+        raise ValueError(
+            f"--until must be later than --time, got {options.until_s:g} s after "
+            f"{options.time_s:g} s."
+        )
+    if any(not file.suffix for file in options.files):
+        return
+    if options.size % 2:
+        raise ValueError(f"A film needs an even --size, got {options.size}.")
+
+
+def _check_truth(options: SnapshotOptions) -> None:
+    if options.truth and options.classic:
+        raise ValueError("--truth follows the endoscope's light, not --classic's.")
+    if not options.truth and (options.state is not None or options.against == "fast"):
+        raise ValueError("--state and --against fast belong to --truth.")
+    if options.state is not None and options.state.suffix != ".npz":
+        raise ValueError(f"--state goes to a .npz file, got {options.state}.")
+    if options.stereo_mm is not None and (
+        options.against or options.confidence or options.state
+    ):
+        raise ValueError("--stereo goes without --against, --confidence and --state.")

@@ -1,0 +1,83 @@
+"""What cannot be asked for together is refused before anything slow begins."""
+
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.snapshot_options import SnapshotOptions, check
+
+DEFAULTS: dict[str, Any] = {
+    "time_s": 0.0,
+    "fps": 25.0,
+    "up": (0.0, 0.0, 1.0),
+    "lens": "equidistant",
+    "half_side_mm": 40.0,
+    "classic": False,
+    "out": (),
+    "size": 512,
+    "samples": 4,
+    "quality": "snapshot",
+    "truth": False,
+    "paths": 256,
+    "noise": 0.0,
+    "ranks": 1,
+    "threads": 1,
+}
+CASE = {"case": Path("c")}
+PLACED: dict[str, Any] = CASE | {"eye": (0, 0, 0), "target": (0, 1, 0)}
+
+
+def options(**given: Any) -> SnapshotOptions:
+    return SnapshotOptions(
+        **({f.name: None for f in fields(SnapshotOptions)} | DEFAULTS | given)
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "complaint"),
+    [
+        ({}, "either a session folder or"),
+        ({"view": Path("v"), "volume": Path("s")}, "one of them alone"),
+        ({"view": Path("v"), "session": Path("s")}, "one of them alone"),
+        ({"view": Path("v"), "eye": (0, 0, 0), "target": (0, 1, 0)}, "their own view"),
+        (PLACED | {"lens": "perspective"}, "needs --classic"),
+        (CASE | {"out": (Path("a.jpg"),)}, r"\.png, \.exr, \.nrrd; got a\.jpg"),
+        (CASE | {"until_s": 2.0, "out": (Path("a.png"),)}, r"in a row go to \.mp4"),
+        (CASE | {"until_s": 0.0}, "--until must be later than --time"),
+        (PLACED | {"until_s": 2.0}, "is moved by --path"),
+        (CASE | {"until_s": 2.0, "against": "fsr"}, "--against is for a single"),
+        (CASE | {"until_s": 2.0, "path": Path("p")}, "either --path or --until"),
+        (CASE | {"until_s": 2.0, "size": 255}, "even --size, got 255"),
+        (CASE | {"truth": True, "classic": True}, "not --classic's"),
+        (CASE | {"state": Path("s.npz")}, "belong to --truth"),
+        (CASE | {"against": "fast"}, "belong to --truth"),
+        (CASE | {"truth": True, "state": Path("s.bin")}, r"goes to a \.npz file"),
+        (CASE | {"confidence": Path("c.jpg")}, r"--confidence goes to a \.png"),
+        (CASE | {"stereo_mm": 3.0, "against": "fsr"}, "--stereo goes without"),
+        (CASE | {"size": 4}, "--size must be 8 to 8192, got 4"),
+        (CASE | {"time_limit_s": 0.0}, "--time-limit must be 0.01 to 86400, got 0"),
+        (CASE | {"fps": 0.0}, "--fps must be 0.1 to 240, got 0"),
+        (CASE | {"ranks": 0}, "--ranks must be 1 to 1024, got 0"),
+    ],
+)
+def test_mixtures_are_refused(given: dict[str, Any], complaint: str) -> None:
+    with pytest.raises(ValueError, match=complaint):
+        check(options(**given))
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        CASE,
+        {"session": Path("s"), "case": Path("c")},
+        {"view": Path("v"), "case": Path("c")},
+        {"session": Path("s"), "until_s": 2.0},
+        PLACED | {"classic": True, "lens": "orthographic", "path": Path("p")},
+        CASE | {"truth": True, "against": "fast", "state": Path("s.npz")},
+        {"view": Path("v"), "path": Path("p"), "out": (Path("frames"), Path("f.mp4"))},
+    ],
+)
+def test_what_goes_together_passes(given: dict[str, Any]) -> None:
+    check(options(**given))
