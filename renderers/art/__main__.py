@@ -18,7 +18,6 @@ from renderers.art.pruning import KEEP_S
 from renderers.art.spool import SpoolError
 from renderers.art.transport import TransportError
 
-
 DAY_S = 86_400.0
 
 
