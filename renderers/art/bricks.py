@@ -1,4 +1,4 @@
-"""What rays can read: cells as bricks of value and gradient, or the whole volume."""
+"""What rays can read: cells as bricks of value and gradient, and the whole volume."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ from renderers.art.views import ABSENT, CellView
 _FIRST_SLOTS = 64
 
 MOST_VOXELS = 1 << 29
-"""Voxels of a volume that is shown whole: kernels count up to 2 GiB of samples."""
+"""Voxels of a volume that is read whole: kernels count up to 2 GiB of samples."""
 
 
 class Bricks:
@@ -32,12 +32,15 @@ class Bricks:
         span: float | None = None,
         *,
         gradients: bool = True,
+        whole: NDArray[Any] | None = None,
     ) -> None:
         """Take the distances of `cube_distances` and the stamps of a `CellCache`.
 
         span: keep int16, which halves the memory; the largest difference of two
         values, all of them whole numbers that int16 holds. None for float32.
-        gradients: False keeps values alone, a quarter of the memory.
+        gradients: False keeps values alone, a quarter of the memory. whole: the volume,
+        for a rank that has it and room for it: values are then read from it and no
+        cell is looked up; bricks are made for gradients alone.
         """
         self.grid = grid
         self.span = span
@@ -57,6 +60,7 @@ class Bricks:
             corners=np.full(grid.cells, ABSENT, np.int32),
             samples=np.zeros(0, np.float32 if span is None else np.int16),
             channels=channels,
+            whole=self._flat(whole),
             unit=np.float32(1 if span is None else 1 / SHORT),
             gradient_unit=np.float32(1 if span is None else 1 / (SHORT * scale)),
             stamp=stamp,
@@ -64,12 +68,14 @@ class Bricks:
 
     @property
     def bytes(self) -> int:
-        """Get the memory of all bricks and of the distances."""
-        return self.view.samples.nbytes + self.view.leap.nbytes
+        """Get the memory of all bricks, of the distances and of the whole volume."""
+        view = self.view
+        return view.samples.nbytes + view.leap.nbytes + view.whole.nbytes
 
     def replace(self, leap: NDArray[np.uint8], values: NDArray[Any]) -> None:
-        """Take the distances of an edited volume; its bricks come one by one."""
-        self.view = self.view._replace(leap=leap)
+        """Take an edited volume and its distances; its bricks come one by one."""
+        whole = self._flat(values) if self.view.whole.size else self.view.whole
+        self.view = self.view._replace(leap=leap, whole=whole)
 
     def shows(self, cell: int) -> bool:
         """Tell whether rays can read a cell."""
@@ -109,64 +115,9 @@ class Bricks:
         added = np.zeros((after - before) * self._numbers, samples.dtype)
         self.view = self.view._replace(samples=np.append(samples, added))
 
-
-class WholeVolume:
-    """Show rays a volume as it is, where nothing is shaded and nothing has to go.
-
-    No cell is made and none can be missed: 2 bytes a voxel, or 4, in place of bricks,
-    and a step less on the way to each sample.
-    """
-
-    def __init__(
-        self,
-        grid: CellGrid,
-        values: NDArray[Any],
-        leap: NDArray[np.uint8],
-        span: float | None = None,
-    ) -> None:
-        """Take a volume and the distances of `cube_distances`.
-
-        span: as `Bricks` has it.
-        """
-        self.grid = grid
-        self.span = span
-        self.view = CellView(
-            top=np.array(grid.shape[::-1], np.int32) - 2,
-            counts=np.array(grid.counts[::-1], np.int32),
-            leap=leap,
-            slots=np.zeros(0, np.int32),
-            corners=np.zeros(0, np.int32),
-            samples=self._samples(values),
-            channels=1,
-            unit=np.float32(1 if span is None else 1 / SHORT),
-            gradient_unit=np.float32(1),
-            stamp=np.zeros(0, np.int64),
-        )
-
-    @staticmethod
-    def fits(values: NDArray[Any]) -> bool:
-        """Tell whether kernels can number the volume's bytes."""
-        return values.size < MOST_VOXELS
-
-    @property
-    def bytes(self) -> int:
-        """Get the memory of the samples and of the distances."""
-        return self.view.samples.nbytes + self.view.leap.nbytes
-
-    def replace(self, leap: NDArray[np.uint8], values: NDArray[Any]) -> None:
-        """Go on with an edited volume and its distances."""
-        self.view = self.view._replace(leap=leap, samples=self._samples(values))
-
-    def shows(self, cell: int) -> bool:
-        """Tell whether rays can read a cell: any."""
-        return True
-
-    def show(self, cell: int, slot: int, block: NDArray[np.generic]) -> None:
-        """Do nothing: the cell is shown."""
-
-    def hide(self, cell: int) -> None:
-        """Do nothing: there is nothing to gain."""
-
-    def _samples(self, values: NDArray[Any]) -> NDArray[Any]:
+    def _flat(self, values: NDArray[Any] | None) -> NDArray[Any]:
+        kind = np.float32 if self.span is None else np.int16
+        if values is None or values.size >= MOST_VOXELS:
+            return np.zeros(0, kind)
         # A copy, because compiled code tells what may be written from what may not.
-        return np.array(values, np.float32 if self.span is None else np.int16).ravel()
+        return np.array(values, kind).ravel()

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 from renderers.simd_guard import vector_problem
 
@@ -22,6 +23,14 @@ class KernelSet:
     march_scope: Callable[..., None]
 
 
+def _both(
+    first: Callable[..., None], second: Callable[..., None], *args: object
+) -> None:
+    """Call one function after the other with the same arguments."""
+    first(*args)
+    second(*args)
+
+
 def scalar_kernels() -> KernelSet:
     """Give the functions that every machine compiles: one ray after the other."""
     from renderers.art.kernels import march_classic, march_scope
@@ -36,13 +45,13 @@ def packet_kernels(width: int) -> KernelSet:
         raise ValueError(f"a packet has 4, 8, 16, 32 or 64 rays, got {width!r}")
     from renderers.art.vector.kernels import classic_packets
     from renderers.art.vector.rays.kernels import set_up_rays
-    from renderers.art.vector.scope.kernels import scope_packets
+    from renderers.art.vector.scope.kernels import seek_packets, settle_packets
 
     return KernelSet(
         set_up_rays,
         classic_packets(width, True),
         classic_packets(width, False),
-        scope_packets(width),
+        partial(_both, seek_packets(width), settle_packets(width)),
     )
 
 

@@ -94,7 +94,8 @@ def march_classic(
     wide, high = int(view.top[0]) + 1, int(view.top[1]) + 1
     each = view.channels
     row, slab = each * n1, each * n1 * n1
-    whole = len(view.corners) == 0
+    whole = each == 1 and len(view.whole) > 0
+    field = view.whole if whole else view.samples
     if whole:
         row = each * (wide + 1)
         slab = row * (high + 1)
@@ -148,7 +149,7 @@ def march_classic(
             counters[0] += 1
             fx, fz = x - np.float32(ix), z - np.float32(iz)
             fy = min(max(y - np.float32(iy), ZERO), ONE)
-            v = trilinear(view.samples, at, each, row, slab, fx, fy, fz) * view.unit
+            v = trilinear(field, at, each, row, slab, fx, fy, fz) * view.unit
             place = min(max((v - table.low) * table.scale + ONE, ZERO), table.last)
             bin_ = int(place)
             f = place - np.float32(bin_)
@@ -249,6 +250,7 @@ def march_scope(
     n1 = (1 << shift) + 1
     wide, high = int(view.top[0]) + 1, int(view.top[1]) + 1
     row, slab = 4 * n1, 4 * n1 * n1
+    whole, deep = len(view.whole) > 0, (wide + 1) * (high + 1)
     for ray in order:
         cursor[ray, 3] = 0
         i, stage, bracket = cursor[ray, 0], cursor[ray, 1], cursor[ray, 2]
@@ -277,6 +279,11 @@ def march_scope(
                     counters[2] += jump
                     i += jump
                     continue
+            elif whole and stage <= BISECTIONS:
+                counters[0] += 1
+                fx, fy, fz = x - np.float32(ix), y - np.float32(iy), z - np.float32(iz)
+                at = (iz * (high + 1) + iy) * (wide + 1) + ix
+                v = trilinear(view.whole, at, 1, wide + 1, deep, fx, fy, fz)
             else:
                 cell = (iz >> shift) * view.counts[1] + (iy >> shift)
                 cell = cell * view.counts[0] + (ix >> shift)

@@ -35,6 +35,7 @@ class March(Protocol):
     quality: Quality
     clear: NDArray[np.float32]
     needs_gradients: bool
+    seeks_values: bool
 
     def start(self, region: Region, rays: "FrameRays") -> RayPacket:
         """Put the rays of a region at their first samples."""
@@ -127,6 +128,7 @@ class _Marching:
 
     at_ends = False
     needs_gradients = True
+    seeks_values = True
 
     def __init__(self, volume: Volume, quality: Quality, kernels: KernelSet) -> None:
         if volume.values.dtype.kind == "f" and not np.isfinite(volume.values).all():
@@ -187,6 +189,7 @@ class ClassicMarch(_Marching):
         material = scene.material
         # Else a sample has the transfer function's colour, whatever its normal.
         self.needs_gradients = len(scene.lights) > 0 or material.ambient != 1
+        self.seeks_values = not self.needs_gradients
         self._march = (
             kernels.march_classic if self.needs_gradients else kernels.march_unlit
         )

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.bricks import Bricks, WholeVolume
+from renderers.art.bricks import Bricks
 from renderers.art.cache import CellCache
 from renderers.art.cells import CellGrid, CellShare, cube_distances
 from renderers.art.directory import (
@@ -136,18 +136,15 @@ def make_node(
         if dataflow is Dataflow.REPLICATED or ranks == 1:
             home, mine = np.full(grid.cells, rank), None
     values, lone = march.volume.values, mine is None and cache.capacity >= full
-    bricks: Bricks | WholeVolume
-    if lone and not march.needs_gradients and WholeVolume.fits(values):
-        bricks = WholeVolume(grid, values, looked.leap, looked.span)
-    else:
-        bricks = Bricks(
-            grid,
-            march.volume.spacing_mm,
-            looked.leap,
-            cache.stamp,
-            looked.span,
-            gradients=march.needs_gradients,
-        )
+    bricks = Bricks(
+        grid,
+        march.volume.spacing_mm,
+        looked.leap,
+        cache.stamp,
+        looked.span,
+        gradients=march.needs_gradients,
+        whole=values if lone and march.seeks_values else None,
+    )
     work = MarchWork(
         march,
         bricks,

@@ -121,6 +121,11 @@ class ActiveRayTracer:
             raise RenderStoppedError(found, gather.done)
         return found
 
+    @property
+    def memory(self) -> int:
+        """Get the bytes kept to draw with, for all modes drawn so far."""
+        return sum(work.bricks.bytes for _, _, work in self._made.values())
+
     def _trace(
         self,
         mode: str,

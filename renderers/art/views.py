@@ -15,10 +15,10 @@ class CellView(NamedTuple):
     x, y, z. leap: uint8, flat, every cube's Chebyshev distance in cubes to the next
     with something in it, and three bytes to spare. slots: int32 (cells,), negative
     when missing. corners: int32 (cells,), the number that voxel (0, 0, 0) would have
-    among the samples if a cell's brick went on to it; ABSENT when missing; empty where
-    the samples are those of the whole volume, and no cell can miss. samples:
+    among the samples if a cell's brick went on to it; ABSENT when missing. samples:
     flat, float32 or int16, ``(side + 1)**3`` voxels a slot. channels: numbers a voxel,
-    4 (value, gradient x y z) or 1 (value) where no sample is shaded.
+    4 (value, gradient x y z) or 1 (value) where no sample is shaded. whole: the
+    volume's values, flat, where they are read without looking a cell up; else empty.
     unit: what an interpolated value is multiplied by.
     gradient_unit: likewise, to be per mm. stamp: int64 (slots,) time of last use.
     """
@@ -30,6 +30,7 @@ class CellView(NamedTuple):
     corners: NDArray[np.int32]
     samples: NDArray[Any]
     channels: int
+    whole: NDArray[Any]
     unit: np.float32
     gradient_unit: np.float32
     stamp: NDArray[np.int64]

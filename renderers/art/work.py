@@ -6,7 +6,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.bricks import Bricks, WholeVolume
+from renderers.art.bricks import Bricks
 from renderers.art.cells import CellShare
 from renderers.art.march import COUNTERS, March
 from renderers.art.messages import ProtocolError
@@ -72,7 +72,7 @@ class MarchWork:
     def __init__(
         self,
         march: March,
-        bricks: Bricks | WholeVolume,
+        bricks: Bricks,
         share: CellShare,
         *,
         keeps_raw: bool,

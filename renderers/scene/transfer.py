@@ -22,8 +22,10 @@ def extinction_from_opacity(
     """Convert opacity per `reference_mm` to extinction in 1/mm."""
     if not reference_mm > 0:
         raise ValueError(f"reference length must be positive, got {reference_mm} mm")
-    clipped = np.clip(np.asarray(opacity, dtype=np.float64), 0.0, MAX_OPACITY)
-    return -np.log1p(-clipped) / reference_mm
+    given = np.asarray(opacity, dtype=np.float64)
+    if not np.all((given >= 0) & (given <= 1)):
+        raise ValueError(f"opacity must be from 0 to 1, got {given}")
+    return -np.log1p(-np.minimum(given, MAX_OPACITY)) / reference_mm
 
 
 def opacity_from_extinction(

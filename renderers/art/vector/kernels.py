@@ -137,12 +137,13 @@ def classic_packets(width: int, lit: bool) -> Callable[..., None]:
 
         Arguments as the scalar march has them.
         """
-        whole = len(view.corners) == 0
+        whole = not lit and len(view.whole) > 0
         n1 = np.int32((1 << shift) + 1)
         n2 = n1 * n1
         if whole:
             n1, n2 = view.top[0] + np.int32(2), view.top[1] + np.int32(2)
             n2 *= n1
+        field = view.whole if whole else view.samples
         top_x, top_y, top_z = view.top[0], view.top[1], view.top[2]
         row, slab = top_x + np.int32(1), (top_x + np.int32(1)) * (top_y + np.int32(1))
         cells_x, cells_y = view.counts[0], view.counts[1]
@@ -266,7 +267,7 @@ def classic_packets(width: int, lit: bool) -> Callable[..., None]:
             if lit:
                 v, gx, gy, gz = cell4(view.samples, corner, step, deep, fx, fy, fz)
             else:
-                v = cell1(view.samples, corner, step, deep, fx, fy, fz)
+                v = cell1(field, corner, step, deep, fx, fy, fz)
             samples += count(at)
             i = select(at, i + 1, i)
             # Ask how far it is to the next before anything hangs on this one.

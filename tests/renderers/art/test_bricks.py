@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 
-from renderers.art.bricks import Bricks, WholeVolume
+from renderers.art.bricks import Bricks
 from renderers.art.cells import CellGrid, cube_distances
 
 SHAPE = (17, 25, 18)
@@ -89,16 +89,20 @@ def test_bricks_of_values_alone_take_a_quarter() -> None:
 
 def test_a_whole_volume_is_its_own_samples() -> None:
     """Two bytes a voxel and the distances; an edit brings other values."""
-    values = np.random.default_rng(1).integers(-1024, 3072, SHAPE).astype(np.uint16)
-    values %= 3000
+    values = np.random.default_rng(1).integers(0, 3000, SHAPE).astype(np.uint16)
     leap = cube_distances(values, np.zeros((0, 2), np.float32))
-    whole = WholeVolume(GRID, values, leap, 3000.0)
-    assert whole.bytes <= 3 * values.size + 3
-    assert np.array_equal(whole.view.samples.reshape(SHAPE), values)
-    assert all(whole.shows(cell) for cell in range(GRID.cells))
-    whole.hide(0)
-    assert whole.shows(0)
-    whole.replace(leap, values + 1)
-    assert np.array_equal(whole.view.samples.reshape(SHAPE), values + 1)
-    assert WholeVolume.fits(values)
-    assert not WholeVolume.fits(np.broadcast_to(values[0, 0, 0], (1024, 1024, 1024)))
+    stamp = np.zeros(1, np.int64)
+    bricks = Bricks(GRID, np.ones(3), leap, stamp, 3000.0, whole=values)
+    assert bricks.bytes <= 3 * values.size + 3
+    assert np.array_equal(bricks.view.whole.reshape(SHAPE), values)
+    bricks.replace(leap, values + 1)
+    assert np.array_equal(bricks.view.whole.reshape(SHAPE), values + 1)
+    apart = Bricks(GRID, np.ones(3), leap, stamp, 3000.0)
+    apart.replace(leap, values)
+    assert not apart.view.whole.size
+
+
+def test_a_volume_too_large_to_be_numbered_stays_in_cells() -> None:
+    vast = np.broadcast_to(np.int16(7), (1024, 1024, 1024))
+    leap, stamp = np.zeros(8, np.uint8), np.zeros(1, np.int64)
+    assert not Bricks(GRID, np.ones(3), leap, stamp, 1.0, whole=vast).view.whole.size

@@ -1,8 +1,9 @@
 """Find the air surface for packets of rays; see `renderers.art.vector.kernels`.
 
 Lanes that look for a surface leap; lanes that have one between two samples halve the
-step; lanes that stand on it read the normal. All that stand somewhere read together,
-whatever they read for.
+step; all that stand somewhere read values together, whatever they read for. Rays that
+have their surface leave the lanes; in the end the normals of all are read, in full
+packets. Until then no gradient is: from a whole volume that is a third of the work.
 """
 
 from collections.abc import Callable
@@ -26,6 +27,7 @@ from renderers.simd import (
     any_,
     as_f32,
     as_i32,
+    cell1,
     cell4,
     count,
     f32,
@@ -33,6 +35,7 @@ from renderers.simd import (
     gather,
     gather_u8,
     i32,
+    lanes,
     maximum,
     minimum,
     put_rows4,
@@ -48,46 +51,63 @@ DONE = np.int32(BISECTIONS + 2)
 """Stage of a ray that has met a surface; its bracket holds the bits of its depth."""
 
 
-def scope_packets(width: int) -> Callable[..., None]:
-    """Make `march_scope` for packets of `width` rays, a power of two from 4."""
+@njit(cache=True, nogil=True, error_model="numpy")
+def queue_hits(order: I32, ends: I32, cursor: I32, queue: I32) -> int:
+    """List the rays that have their surface between two samples; give their number."""
+    found = 0
+    for ray in order:
+        stops = cursor[ray, 3] == 0 and cursor[ray, 0] < ends[ray]
+        if stops and cursor[ray, 1] == BISECTIONS + 1:
+            queue[found] = ray
+            found += 1
+    return found
+
+
+def seek_packets(width: int) -> Callable[..., None]:
+    """Make the search for surfaces, for packets of `width` rays, a power of two from 4.
+
+    Rays that have one between two samples are left to `settle_packets`.
+    """
     refill = width // 2
     patience = 3 * width // 8
 
     @njit(cache=True, nogil=True, error_model="numpy")
-    def march_scope(
+    def seek_scope(
         order: I32, geometry: F32, ends: I32, cursor: I32, value: F32, carry: F32,
         depth: F32, view: CellView, shift: int, clock: int,
         spacing: F32, counters: NDArray[np.int64],
     ) -> None:  # fmt: skip
-        """Find where each ray first meets density >= 0; write depth and normal there.
+        """Bracket where each ray first meets density >= 0.
 
         Arguments and stages as the scalar march has them.
         """
+        whole = len(view.whole) > 0
         n1 = np.int32((1 << shift) + 1)
+        n2 = n1 * n1
         top_x, top_y, top_z = view.top[0], view.top[1], view.top[2]
         row, slab = top_x + np.int32(1), (top_x + np.int32(1)) * (top_y + np.int32(1))
+        wide = top_x + np.int32(2)
+        deep = wide * (top_y + np.int32(2))
         cells_x, cells_y = view.counts[0], view.counts[1]
         queue = np.empty(len(order), np.int32)
         total, _ = queue_rays(order, ends, cursor, queue)
         marks = np.empty(width, np.int32)
         spare = np.int32(len(value) - 1)
-        n2 = n1 * n1
         head = 0
         zero = full(ZERO, width)
         ox, oy, oz, sx, sy, sz = zero, zero, zero, zero, zero, zero
-        h, near, px, py, pz = zero, zero, zero, zero, zero
-        nx, ny, nz, cover = zero, zero, zero, zero
+        px, py, pz = zero, zero, zero
         none = full(np.int32(0), width)
         i, end, last, ray, wait = none, none, none, none + spare, none
         stage, bracket, skipped = none, none, none
-        samples, hits = 0, 0
+        samples = 0
         while True:
             free = i >= end
             idle = count(free)
             if idle == width or (idle >= refill and head < total):
                 # Rays that are not free write down their state, too, and go on.
-                put_rows4(cursor, ray, select(wait > 0, i, last), stage, bracket, wait)
-                put_rows4(value, ray, nx, ny, nz, cover)
+                stays = (wait > 0) | (stage > BISECTIONS)
+                put_rows4(cursor, ray, select(stays, i, last), stage, bracket, wait)
                 if idle == width and head >= total:
                     break
                 place = rank(free) + np.int32(head)
@@ -95,35 +115,33 @@ def scope_packets(width: int) -> Callable[..., None]:
                 head = min(head + idle, total)
                 ray = select(free, spare, ray)
                 ray = select(new, gather(queue, select(new, place, 0), new), ray)
-                ox, oy, oz, sx, sy, sz, h, near = rows8(geometry, ray)
-                nx, ny, nz, cover = rows4(value, ray)
+                ox, oy, oz, sx, sy, sz, _, _ = rows8(geometry, ray)
                 first, stages, brackets, _ = rows4(cursor, ray)
                 i, stage = select(free, first, i), select(free, stages, stage)
                 bracket = select(free, brackets, bracket)
                 last = gather(ends, ray, ray < spare)
-                end = select(free, last, end)
+                end = select(free, select(stage > BISECTIONS, 0, last), end)
                 wait = select(free, 0, wait)
                 px, py, pz = per_voxel(sx), per_voxel(sy), per_voxel(sz)
                 continue
             while True:
                 on = i < end
                 seeking = stage == 0
-                halving = stage <= BISECTIONS
-                parts = select(halving, 2 * bracket + 1, bracket + 1)
                 halves = minimum(stage, BISECTIONS)
-                part = f32(parts) * as_f32((BIAS - halves) << DIGITS)
+                part = f32(2 * bracket + 1) * as_f32((BIAS - halves) << DIGITS)
                 at_i = select(seeking | (i == 0), f32(i), f32(i - 1) + part)
                 x, y, z = ox + at_i * sx, oy + at_i * sy, oz + at_i * sz
                 ix = minimum(i32(x), top_x)
                 iy = minimum(i32(y), top_y)
                 iz = minimum(i32(z), top_z)
+                fx, fy, fz = x - f32(ix), y - f32(iy), z - f32(iz)
                 cube = select(on, iz * slab + iy * row + ix, 0)
                 far = gather_u8(view.leap, cube, on)
                 leaps = on & seeking & (far > 0)
                 reach = f32(far) - WITHIN
-                out = way_out(x - f32(ix), px, reach)
-                out = minimum(out, way_out(y - f32(iy), py, reach))
-                out = minimum(out, way_out(z - f32(iz), pz, reach))
+                out = way_out(fx, px, reach)
+                out = minimum(out, way_out(fy, py, reach))
+                out = minimum(out, way_out(fz, pz, reach))
                 out = minimum(maximum(out, ZERO), f32(end - i - 1))
                 jump = i32(out) + 1
                 jump = select(leaps, jump, 0)
@@ -135,63 +153,114 @@ def scope_packets(width: int) -> Callable[..., None]:
             if not any_(at):
                 continue
             held = at & (far == 0)
-            cell = (iz >> shift) * cells_y + (iy >> shift)
-            cell = select(held, cell * cells_x + (ix >> shift), 0)
-            corner = gather(view.corners, cell, held)
-            missing = held & (corner == ABSENT)
-            if any_(missing):
-                wait = select(missing, cell + 1, wait)
-                end = select(missing, 0, end)
-                held &= ~missing
-                at &= ~missing
-                if not any_(at):
-                    continue
             v = zero - ONE
-            gx, gy, gz = zero, zero, zero
-            if any_(held):
+            if whole:
+                corner = select(held, iz * deep + iy * wide + ix, 0)
+                steps = np.int64(wide), np.int64(deep)
+                read = cell1(view.whole, corner, steps[0], steps[1], fx, fy, fz)
+                v = select(held, read, v)
+            else:
+                cell = (iz >> shift) * cells_y + (iy >> shift)
+                cell = select(held, cell * cells_x + (ix >> shift), 0)
+                corner = gather(view.corners, cell, held)
+                missing = held & (corner == ABSENT)
+                if any_(missing):
+                    wait = select(missing, cell + 1, wait)
+                    end = select(missing, 0, end)
+                    held &= ~missing
+                    at &= ~missing
+                    if not any_(at):
+                        continue
                 if clock > 0:
                     stamp(view.slots, cell, held, marks, view.stamp, clock)
-                corner += iz * n2 + iy * n1 + ix
-                read, gx, gy, gz = cell4(
-                    view.samples, select(held, corner, 0), np.int64(n1),
-                    np.int64(n1) * np.int64(n1), x - f32(ix), y - f32(iy), z - f32(iz),
-                )  # fmt: skip
-                samples += count(held)
+                corner = select(held, corner + (iz * n2 + iy * n1 + ix), 0)
+                read, _, _, _ = cell4(
+                    view.samples, corner, np.int64(n1), np.int64(n2), fx, fy, fz
+                )
                 v = select(held, read, v)
-            found = at & (stage > BISECTIONS)
-            if any_(found):
-                hits += count(found)
-                steep = sqrt(gx * gx + gy * gy + gz * gz)
-                sloped = steep > ZERO
-                nx = select(found, select(sloped, -gx / steep, gx), nx)
-                ny = select(found, select(sloped, -gy / steep, gy), ny)
-                nz = select(found, select(sloped, -gz / steep, gz), nz)
-                cover = select(found, ONE, cover)
-                rise = gx * (sx * spacing[0]) + gy * (sy * spacing[1])
-                rise += gz * (sz * spacing[2])
-                inner = (rise > ZERO) & (i > 0)
-                back = select(inner, minimum(v / rise, LAST_PART), ZERO)
-                depths = as_i32(near + (at_i - back) * h)
-                bracket = select(found, depths, bracket)
-                stage = select(found, DONE, stage)
-                end = select(found, 0, end)
-                at &= ~found
+            samples += count(held)
             air = v < ZERO
-            bracket = select(
-                at & ~seeking, 2 * bracket + select(air, 1, 0 * i), bracket
-            )
+            bracket = select(at & ~seeking, 2 * bracket + select(air, 1, none), bracket)
             begins = at & seeking & ~air
             begun = select(i > 0, 1, none + np.int32(BISECTIONS + 1))
             bracket = select(begins, 0, bracket)
             i = select(at & seeking & air, i + 1, i)
             stage = select(begins, begun, select(at & ~seeking, stage + 1, stage))
-        for k in order:
-            if cursor[k, 1] == DONE:
-                depth[k] = cursor[k, 2:3].view(np.float32)[0]
+            end = select(stage > BISECTIONS, 0, end)
         counters[0] += samples
-        counters[1] += hits
         store(marks, 0, skipped)
         for lane in range(width):
             counters[2] += marks[lane]
 
-    return march_scope
+    return seek_scope
+
+
+def settle_packets(width: int) -> Callable[..., None]:
+    """Make what reads depths and normals where `seek_packets` found surfaces."""
+
+    @njit(cache=True, nogil=True, error_model="numpy")
+    def settle_scope(
+        order: I32, geometry: F32, ends: I32, cursor: I32, value: F32, carry: F32,
+        depth: F32, view: CellView, shift: int, clock: int,
+        spacing: F32, counters: NDArray[np.int64],
+    ) -> None:  # fmt: skip
+        """Read value and gradient of rays at the far ends of their brackets."""
+        queue = np.empty(len(order), np.int32)
+        total = queue_hits(order, ends, cursor, queue)
+        n1 = np.int32((1 << shift) + 1)
+        n2 = n1 * n1
+        step, deep = np.int64(n1), np.int64(n2)
+        top_x, top_y, top_z = view.top[0], view.top[1], view.top[2]
+        cells_x, cells_y = view.counts[0], view.counts[1]
+        marks = np.empty(width, np.int32)
+        spare = np.int32(len(value) - 1)
+        zero = full(ZERO, width)
+        for head in range(0, total, width):
+            place = lanes(width) + np.int32(head)
+            on = place < np.int32(total)
+            ray = select(on, gather(queue, select(on, place, 0), on), spare)
+            ox, oy, oz, sx, sy, sz, h, near = rows8(geometry, ray)
+            i, stage, bracket, _ = rows4(cursor, ray)
+            part = f32(bracket + 1) * LAST_PART
+            at_i = select(i == 0, f32(i), f32(i - 1) + part)
+            x, y, z = ox + at_i * sx, oy + at_i * sy, oz + at_i * sz
+            ix = minimum(i32(x), top_x)
+            iy = minimum(i32(y), top_y)
+            iz = minimum(i32(z), top_z)
+            cell = (iz >> shift) * cells_y + (iy >> shift)
+            cell = select(on, cell * cells_x + (ix >> shift), 0)
+            corner = gather(view.corners, cell, on)
+            missing = on & (corner == ABSENT)
+            at = on & ~missing
+            if clock > 0:
+                stamp(view.slots, cell, at, marks, view.stamp, clock)
+            corner = select(at, corner + (iz * n2 + iy * n1 + ix), 0)
+            v, gx, gy, gz = cell4(
+                view.samples, corner, step, deep, x - f32(ix), y - f32(iy), z - f32(iz)
+            )
+            steep = sqrt(gx * gx + gy * gy + gz * gz)
+            sloped = steep > ZERO
+            rise = gx * (sx * spacing[0]) + gy * (sy * spacing[1])
+            rise += gz * (sz * spacing[2])
+            inner = (rise > ZERO) & (i > 0)
+            back = select(inner, minimum(v / rise, LAST_PART), ZERO)
+            depths = as_i32(near + (at_i - back) * h)
+            last = gather(ends, ray, at)
+            put_rows4(
+                cursor, ray, select(at, last, i), select(at, DONE, stage),
+                select(at, depths, bracket), select(missing, cell + 1, 0),
+            )  # fmt: skip
+            put_rows4(
+                value, ray, select(at, select(sloped, -gx / steep, gx), ZERO),
+                select(at, select(sloped, -gy / steep, gy), ZERO),
+                select(at, select(sloped, -gz / steep, gz), ZERO),
+                select(at, ONE, zero),
+            )  # fmt: skip
+            counters[0] += count(at)
+            counters[1] += count(at)
+
+        for k in order:
+            if cursor[k, 1] == DONE:
+                depth[k] = cursor[k, 2:3].view(np.float32)[0]
+
+    return settle_scope

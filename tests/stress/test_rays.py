@@ -1,0 +1,156 @@
+"""Rays that run where rounding decides: along faces, through corners, just outside."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from renderers.art import ActiveRayTracer, Quality
+from renderers.scene import (
+    Camera,
+    PhongMaterial,
+    Projection,
+    Scene,
+    TransferFunction,
+    Volume,
+)
+
+N = 33
+"""Voxels an axis: four cells of eight cubes, 32 mm."""
+
+KAPPA = 0.05
+TISSUE = TransferFunction(
+    np.array([-1.0, 1.0]), np.full((2, 3), 0.5), np.full(2, KAPPA)
+)
+QUALITY = Quality(0.5, 0.0)
+
+
+def cube(side: int = 8) -> ActiveRayTracer:
+    """Fill 0 to 32 mm; lit, so that rays go from cell to cell."""
+    volume = Volume(np.zeros((N, N, N), np.int16), np.ones(3), np.zeros(3))
+    scene = Scene(volume, TISSUE, (), PhongMaterial(0.999999, 0, 0))
+    return ActiveRayTracer(scene, QUALITY, threads=1, cell_side=side)
+
+
+def one(
+    tracer: ActiveRayTracer, eye: NDArray[np.float64], way: NDArray[np.float64]
+) -> float:
+    camera = Camera.looking_at(
+        eye, eye + way, up=(0.0, 1.0, 0.0) if abs(way[2]) > 0.9 else (0.0, 0.0, 1.0),
+        extent=1e-9, size=(1, 1), projection=Projection.ORTHOGRAPHIC,
+    )  # fmt: skip
+    return float(tracer.render(camera).rgba[0, 0, 3])
+
+
+def depth_of(alpha: float) -> float:
+    return -math.log1p(-alpha) / KAPPA
+
+
+AXES = [sign * row for row in np.eye(3) for sign in (1.0, -1.0)]
+
+
+@pytest.mark.parametrize("at", [0.0, -0.0, 8.0, 16.5, 32.0])
+@pytest.mark.parametrize("way", AXES)
+def test_rays_along_an_axis_and_in_a_face(way: NDArray[np.float64], at: float) -> None:
+    """On the volume's lowest and highest face, between cells, and within one."""
+    eye = np.where(way != 0, np.where(way > 0, -10.0, 42.0), at)
+    assert depth_of(one(cube(), eye, way)) == pytest.approx(32, abs=1e-4)
+
+
+@pytest.mark.parametrize("way", AXES)
+def test_rays_just_outside_meet_nothing(way: NDArray[np.float64]) -> None:
+    for at in (-1e-6, np.nextafter(32, 99) + 1e-12):
+        eye = np.where(way != 0, np.where(way > 0, -10.0, 42.0), at)
+        assert one(cube(), eye, way) == 0
+
+
+@pytest.mark.parametrize("side", [8, 16])
+def test_rays_through_corners_of_cells(side: int) -> None:
+    """The diagonal and edges: each sample in one cell, the length the chord's."""
+    ways = ([1.0, 1, 1], [1.0, 1, -1], [1.0, 1, 0], [0.0, 1, 1], [1.0, 0, -1])
+    for way in map(np.array, ways):
+        tracer = cube(side)
+        middle = np.array([16.0, 16, 16])
+        eye = middle - 30 * way / np.linalg.norm(way) * math.sqrt(3)
+        found = depth_of(one(tracer, eye, way))
+        assert found == pytest.approx(32 * np.linalg.norm(way), abs=2e-4)
+        assert tracer.report is not None
+        counters = tracer.report.counters
+        assert counters["samples"] == math.ceil(np.linalg.norm(way) * 64)
+        assert counters["cells_fetched"] <= 3 * 32 // side
+
+
+@pytest.mark.parametrize("angle", [1e-7, 1e-5, 1e-3])
+def test_rays_that_graze_a_face(angle: float) -> None:
+    """Just inside they have the whole length, turned away none of it."""
+    for inwards in (1.0, -1.0):
+        way = np.array([0.0, math.cos(angle), inwards * math.sin(angle)])
+        found = one(cube(), np.array([16.0, 0.0, 0.0]), way)
+        wanted = 32 / math.cos(angle) if inwards > 0 else 0.0
+        assert depth_of(found) == pytest.approx(wanted, abs=1e-3)
+
+
+def test_a_ray_that_touches_a_corner_meets_nothing() -> None:
+    way = np.array([1.0, -1.0, 0.0])
+    for shift in (0.0, 1e-9):
+        eye = np.array([-10.0 - shift, 10.0 - shift, 16.0])
+        assert one(cube(), eye, way) < 1e-6
+
+
+@pytest.mark.parametrize("place", [(16.0, 16, 16), (16.0, 8, 16.5), (0.0, 16, 16)])
+def test_an_eye_on_a_voxel_a_face_or_the_boundary_sees_no_seam(
+    place: tuple[float, float, float],
+) -> None:
+    """A millionth of a millimetre aside changes the picture by nothing seen."""
+    volume = Volume(
+        np.random.default_rng(2).integers(-1, 2, (N, N, N)).astype(np.int16),
+        np.ones(3),
+        np.zeros(3),
+    )
+    ramp = TransferFunction(np.array([-1.0, 1.0]), np.eye(3)[:2], np.array([0.0, 0.2]))
+    tracer = ActiveRayTracer(Scene(volume, ramp), QUALITY, threads=1)
+    pictures = []
+    for aside in (0.0, 1e-6, -1e-6):
+        eye = np.array(place) + aside
+        camera = Camera.looking_at(
+            eye, eye + np.array([1.0, 2.0, 0.5]), extent=0.7, size=(20, 20),
+            projection=Projection.PERSPECTIVE,
+        )  # fmt: skip
+        pictures.append(tracer.render(camera).rgba.astype(np.float64))
+    assert np.isfinite(pictures[0]).all()
+    for moved in pictures[1:]:
+        assert np.sqrt(np.mean((moved - pictures[0]) ** 2)) < 1e-4
+
+
+def test_an_eye_within_the_opaque_sees_its_colour() -> None:
+    volume = Volume(np.zeros((N, N, N), np.int16), np.ones(3), np.zeros(3))
+    opaque = TransferFunction(TISSUE.nodes, TISSUE.color, np.full(2, 1e4))
+    tracer = ActiveRayTracer(Scene(volume, opaque), QUALITY, threads=1)
+    camera = Camera.looking_at([9.3, 8, 7.1], [20.0, 20, 20], size=(8, 8))
+    rgba = tracer.render(camera).rgba
+    seen = np.linalg.norm(camera.rays()[1], axis=-1) > 0.5
+    assert (rgba[seen] == [0.5, 0.5, 0.5, 1]).all()
+    assert not rgba[~seen].any()
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 40), (40, 1), (65, 3)])
+def test_pictures_of_odd_sizes_are_parts_of_one_law(size: tuple[int, int]) -> None:
+    camera = Camera.looking_at(
+        [16.0, -40, 16], [16.0, 16, 16], extent=0.2, size=size,
+        projection=Projection.PERSPECTIVE,
+    )  # fmt: skip
+    rgba = cube().render(camera).rgba
+    origins, directions = camera.rays()
+    cosine = directions[..., 1]
+    points = origins + directions * (72 / cosine)[..., None]
+    inside = np.all((points[..., ::2] > 0) & (points[..., ::2] < 32), axis=-1)
+    depth = -np.log1p(-rgba[..., 3].astype(np.float64)) / KAPPA
+    assert inside.any()
+    assert depth[inside] == pytest.approx((32 / cosine)[inside], abs=1e-3)
+
+
+@pytest.mark.parametrize("step", [0.0, -1.0, math.nan, math.inf])
+def test_steps_that_lead_nowhere_are_refused(step: float) -> None:
+    with pytest.raises(ValueError, match="step must be 1/256 to 4 voxels"):
+        Quality(step, 0.0)

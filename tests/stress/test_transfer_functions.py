@@ -1,0 +1,104 @@
+"""Transfer functions at the edges: jumps, overflow, what lies outside their nodes."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from renderers.art import ActiveRayTracer, Quality
+from renderers.scene import (
+    Camera,
+    PhongMaterial,
+    Projection,
+    Scene,
+    TransferFunction,
+    Volume,
+    extinction_from_opacity,
+)
+
+PLAIN = PhongMaterial(1, 0, 0)
+GRAY = np.full((2, 3), 0.5)
+
+
+def slab(value: float, length_mm: float = 8.0) -> Volume:
+    return Volume(
+        np.full((3, 9, 3), value, np.float32),
+        np.array([1.0, length_mm / 8, 1.0]),
+        np.array([-1.0, 0, -1]),
+    )
+
+
+def seen_through(volume: Volume, transfer: TransferFunction) -> NDArray[np.float32]:
+    camera = Camera.looking_at(
+        [0, -5.0, 0], [0, 1.0, 0], extent=1e-3, size=(1, 1),
+        projection=Projection.ORTHOGRAPHIC,
+    )  # fmt: skip
+    tracer = ActiveRayTracer(
+        Scene(volume, transfer, (), PLAIN), Quality(0.5, 0.0), threads=1
+    )
+    return np.asarray(tracer.render(camera).rgba[0, 0])
+
+
+@pytest.mark.parametrize(
+    "nodes", [[0.0, 0.0], [1.0, 0.0], [0.0, math.nan], [0.0, math.inf], [0.0], []]
+)
+def test_nodes_that_do_not_increase_are_refused(nodes: list[float]) -> None:
+    n = len(nodes)
+    with pytest.raises(ValueError, match=r"increase strictly|finite"):
+        TransferFunction(np.array(nodes), np.zeros((n, 3)), np.zeros(n))
+
+
+@pytest.mark.parametrize("kappa", [-1e-9, math.nan, math.inf])
+def test_extinction_that_is_none_is_refused(kappa: float) -> None:
+    with pytest.raises(ValueError, match="finite and not negative"):
+        TransferFunction(np.array([0.0, 1.0]), GRAY, np.array([0.0, kappa]))
+
+
+@pytest.mark.parametrize("opacity", [-0.001, 1.001, math.nan])
+def test_opacity_beyond_its_range_is_refused(opacity: float) -> None:
+    with pytest.raises(ValueError, match=f"from 0 to 1, got.*{opacity}"):
+        extinction_from_opacity(np.array([0.5, opacity]), 1.0)
+
+
+@pytest.mark.parametrize("value", [-1e6, -50.0, 350.0, 1e6])
+def test_beyond_the_nodes_the_ends_hold(value: float) -> None:
+    transfer = TransferFunction(
+        np.array([0.0, 300.0]), np.array([[0.2] * 3, [0.8] * 3]), np.array([0.1, 0.3])
+    )
+    kappa, gray = (0.1, 0.2) if value < 0 else (0.3, 0.8)
+    alpha = -math.expm1(-kappa * 8)
+    found = seen_through(slab(value), transfer)
+    assert found == pytest.approx([gray * alpha] * 3 + [alpha], abs=1e-6)
+
+
+@pytest.mark.parametrize("width", [1e-4, 1e-3, 0.05])
+def test_a_band_narrower_than_any_bin_is_found(width: float) -> None:
+    """One part in ten million of the range of densities, anywhere in it."""
+    for at in (-437.3, 0.0, 100.0, 811.7):
+        # What float32 makes of the place is where the band has to be.
+        middle = float(np.float32(at))
+        nodes = np.array([-1000, middle - width, middle, middle + width, 1000])
+        kappa = np.array([0.0, 0, 0.25, 0, 0])
+        transfer = TransferFunction(nodes, np.ones((5, 3)), kappa)
+        inside = seen_through(slab(middle), transfer)[3]
+        assert inside == pytest.approx(-math.expm1(-0.25 * 8), rel=1e-3)
+        for beside in (middle - 2 * width - 0.001, middle + 2 * width + 0.001):
+            assert seen_through(slab(beside), transfer)[3] == 0
+
+
+@pytest.mark.parametrize("length", [1e-3, 1.0, 1e4])
+def test_the_most_opaque_is_finite_and_opaque(length: float) -> None:
+    """Opacity 1 in a millionth of a millimetre."""
+    transfer = TransferFunction.from_opacity(np.array([0.0, 1]), GRAY, np.ones(2), 1e-6)
+    found = seen_through(slab(0.5, length), transfer)
+    assert found.tolist() == [0.5, 0.5, 0.5, 1.0]
+
+
+@pytest.mark.parametrize("opacity", [1e-12, 1e-9, 1e-6])
+def test_the_thinnest_keeps_its_digits(opacity: float) -> None:
+    transfer = TransferFunction.from_opacity(
+        np.array([0.0, 1]), GRAY, np.full(2, opacity), 1e-3
+    )
+    exact = -math.expm1(8e3 * math.log1p(-opacity))
+    assert seen_through(slab(0.5), transfer)[3] == pytest.approx(exact, rel=1e-6)

@@ -1,0 +1,174 @@
+"""Volumes at the edges of what a ray caster can be given."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from renderers.art import ActiveRayTracer, Quality
+from renderers.scene import (
+    Camera,
+    PhongMaterial,
+    Projection,
+    Scene,
+    TransferFunction,
+    Volume,
+    four_lights,
+)
+
+PLAIN = PhongMaterial(1, 0, 0)
+SHAPE = (12, 15, 13)
+FINE = Quality(0.25, 0.0)
+COMPACT = Quality(0.25, 0.0, compact=True)
+RAMP = TransferFunction(
+    np.array([40.0, 200.0]),
+    np.array([[0.1, 0.5, 0.9], [0.9, 0.4, 0.1]]),
+    np.array([0.0, 0.4]),
+)
+
+
+def speckle() -> NDArray[np.uint8]:
+    return np.random.default_rng(4).integers(0, 256, SHAPE).astype(np.uint8)
+
+
+def volume_of(values: NDArray[np.generic]) -> Volume:
+    return Volume(values, np.array([0.9, 1.0, 1.1]), np.array([-6.0, -7, -6]))
+
+
+def from_corner(size: int = 12) -> Camera:
+    return Camera.looking_at(
+        [-20.0, -30, 14], [0.0, 0, 0], extent=0.3, size=(size, size),
+        projection=Projection.PERSPECTIVE,
+    )  # fmt: skip
+
+
+def drawn(
+    values: NDArray[np.generic], quality: Quality, *, lit: bool = False
+) -> NDArray[np.float32]:
+    lights, material = (four_lights(), PhongMaterial()) if lit else ((), PLAIN)
+    scene = Scene(volume_of(values), RAMP, lights, material)
+    return ActiveRayTracer(scene, quality, threads=1).render(from_corner()).rgba
+
+
+@pytest.mark.parametrize("lit", [False, True])
+@pytest.mark.parametrize(
+    "kind", ["<i2", ">i2", "<u2", ">u4", "<i8", "<f4", ">f4", "<f8", ">f8"]
+)
+def test_a_type_of_number_changes_no_bit(kind: str, lit: bool) -> None:
+    expected = drawn(speckle(), FINE, lit=lit)
+    assert expected[..., 3].max() > 0.5
+    values = speckle().astype(np.dtype(kind))
+    assert drawn(values, FINE, lit=lit).tobytes() == expected.tobytes()
+
+
+def test_neither_does_the_way_it_lies_in_memory() -> None:
+    expected = drawn(speckle(), COMPACT).tobytes()
+    values = speckle().astype(np.int16)
+    wide = np.zeros((SHAPE[0], 2 * SHAPE[1], 3 * SHAPE[2]), np.int16)
+    wide[:, ::2, ::3] = values
+    fixed = values.copy()
+    fixed.flags.writeable = False
+    backwards = np.ascontiguousarray(values[::-1])[::-1]
+    for same in (np.asfortranarray(values), wide[:, ::2, ::3], fixed, backwards):
+        assert drawn(same, COMPACT).tobytes() == expected
+
+
+@pytest.mark.parametrize("lit", [False, True])
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_what_is_not_finite_is_refused(bad: float, lit: bool) -> None:
+    values = speckle().astype(np.float32)
+    values[3, 4, 5] = bad
+    with pytest.raises(ValueError, match="not finite; replace them"):
+        drawn(values, FINE, lit=lit)
+
+
+@pytest.mark.parametrize("end", [-32768, 32767])
+def test_the_ends_of_whole_numbers_do_not_wrap(end: int) -> None:
+    """Beside the smallest and the largest int16, each way of keeping them agrees."""
+    values = speckle().astype(np.int16)
+    values[6, 7, 6] = end
+    error = drawn(values, COMPACT).astype(np.float64) - drawn(values, FINE)
+    # Places along y are rounded to 1/32767 voxel: a unit between such neighbours.
+    assert np.abs(error).max() < 2e-3
+    wide = drawn(values.astype(np.int32), FINE)
+    assert wide.tobytes() == drawn(values, FINE).tobytes()
+
+
+@pytest.mark.parametrize("spacing", [0.0, -1.0, math.nan, math.inf])
+def test_a_grid_without_a_size_is_refused(spacing: float) -> None:
+    with pytest.raises(ValueError, match="spacing must be three positive"):
+        Volume(speckle(), np.array([1.0, spacing, 1.0]), np.zeros(3))
+
+
+@pytest.mark.parametrize("turn", [np.zeros((3, 3)), np.eye(3) + 1e-5, 2 * np.eye(3)])
+def test_axes_that_are_none_are_refused(turn: NDArray[np.float64]) -> None:
+    with pytest.raises(ValueError, match="orthonormal"):
+        Volume(speckle(), np.ones(3), np.zeros(3), turn)
+
+
+@pytest.mark.parametrize("shape", [(0, 4, 4), (4, 1, 4), (1, 1, 1)])
+def test_a_volume_without_a_thickness_is_refused(shape: tuple[int, int, int]) -> None:
+    with pytest.raises(ValueError, match="at least 2 voxels"):
+        Volume(np.zeros(shape, np.int16), np.ones(3), np.zeros(3))
+
+
+def through(scene: Scene, size: int = 3) -> tuple[NDArray[np.float32], dict[str, int]]:
+    camera = Camera.looking_at(
+        scene.volume.center_mm - [0, 40.0, 0], scene.volume.center_mm, extent=0.05,
+        size=(size, size), projection=Projection.ORTHOGRAPHIC,
+    )  # fmt: skip
+    tracer = ActiveRayTracer(scene, FINE, threads=1)
+    rgba = tracer.render(camera).rgba
+    assert tracer.report is not None
+    return rgba, tracer.report.counters
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_two_voxels_are_a_slab(axis: int) -> None:
+    shape = tuple(2 if k == axis else 9 for k in range(3))
+    volume = Volume(np.full(shape, 200, np.int16), np.full(3, 0.5), np.zeros(3))
+    scene = Scene(volume, RAMP, (), PLAIN)
+    rgba, _ = through(scene)
+    length = 0.5 * (shape[1] - 1)
+    assert rgba[..., 3] == pytest.approx(-math.expm1(-0.4 * length), abs=1e-6)
+
+
+def test_a_medium_without_slope_is_not_shaded() -> None:
+    """Four lights and highlights, and no normal to light: its own colour."""
+    volume = volume_of(np.full(SHAPE, 200, np.int16))
+    lit, _ = through(Scene(volume, RAMP, four_lights()))
+    flat, _ = through(Scene(volume, RAMP, (), PLAIN))
+    assert np.array_equal(lit, flat)
+
+
+def test_what_is_clear_is_not_sampled() -> None:
+    rgba, counters = through(Scene(volume_of(np.zeros(SHAPE, np.int16)), RAMP))
+    assert not rgba.any()
+    assert counters["samples"] == counters["cells_fetched"] == 0
+
+
+def test_what_is_opaque_is_its_own_colour_at_once() -> None:
+    opaque = TransferFunction.from_opacity(
+        np.array([0.0, 255.0]), np.full((2, 3), 0.25), np.ones(2), 0.01
+    )
+    rgba, counters = through(Scene(volume_of(speckle()), opaque, (), PLAIN))
+    assert np.array_equal(rgba, np.broadcast_to([0.25, 0.25, 0.25, 1], rgba.shape))
+    assert counters["contributing"] > 0
+
+
+@pytest.mark.parametrize("scale", [1e-4, 1e3])
+def test_pictures_do_not_depend_on_the_unit(scale: float) -> None:
+    """A thousandth of a millimetre or ten metres, extinction in proportion."""
+    pictures = []
+    for k in (1.0, scale):
+        base = volume_of(speckle())
+        volume = Volume(base.values, k * base.spacing_mm, k * base.origin_mm)
+        transfer = TransferFunction(RAMP.nodes, RAMP.color, RAMP.kappa_per_mm / k)
+        camera = Camera.looking_at(
+            k * np.array([-20.0, -30, 14]), np.zeros(3), extent=0.3, size=(12, 12),
+            projection=Projection.PERSPECTIVE,
+        )  # fmt: skip
+        tracer = ActiveRayTracer(Scene(volume, transfer, (), PLAIN), FINE, threads=1)
+        pictures.append(tracer.render(camera).rgba)
+    assert np.abs(pictures[0] - pictures[1]).max() < 1e-5
