@@ -58,11 +58,14 @@ def approach_from(distance: Volume, pivot_mm: NDArray[np.float64]) -> Approach:
     patient's axes. Raises ValueError for a point outside the volume.
     """
     pivot = np.asarray(pivot_mm, dtype=np.float64)
-    voxel = (pivot - distance.origin_mm) / distance.spacing_mm
-    if not np.all((voxel >= 0) & (voxel <= np.array(distance.shape[::-1]) - 1)):
+    low = distance.origin_mm
+    high = low + (np.array(distance.shape[::-1]) - 1) * distance.spacing_mm
+    if not np.all((pivot >= low) & (pivot <= high)):
         raise ValueError(
             f"the pivot {np.round(pivot, 1).tolist()} mm lies outside the imported "
-            "part of the head"
+            f"part of the head, which reaches from {np.round(low, 1).tolist()} to "
+            f"{np.round(high, 1).tolist()} (patient LPS; of RAS coordinates the first "
+            "two change sign)"
         )
     ways = _ways()
     free = _free_lengths(distance, pivot[None], ways)[0]

@@ -118,6 +118,11 @@ def read_scan(
         volume, notes = read_series(chosen, allow_gaps=allow_gaps, progress=progress)
         stated = _named(chosen.modality)
     else:
+        if series is not None:
+            raise ValueError(
+                f"{path} is a single volume: series {series} cannot be chosen from it; "
+                "leave --series out"
+            )
         volume = load_volume(path)
     values, replaced = _finite(volume.values, nonfinite_is_air)
     if replaced:

@@ -18,13 +18,8 @@ def main(arguments: list[str] | None = None) -> int:
 
         print(overview(), end="")
         return 0
-    from app.environment import prepare_environment
-
-    prepare_environment()
-    from app.commands import app
-
     try:
-        outcome = app(words, result_action="return_value")
+        return _run(words)
     except KeyboardInterrupt:
         print("Interrupted.", file=sys.stderr)
         return 130
@@ -36,6 +31,24 @@ def main(arguments: list[str] | None = None) -> int:
             raise
         print(f"paravol: {told}", file=sys.stderr)
         return 1
+
+
+def _run(words: list[str]) -> int:
+    from app.environment import prepare_environment
+
+    prepare_environment()
+    from cyclopts import CycloptsError
+
+    from app.commands import app
+
+    try:
+        outcome = app(
+            words, result_action="return_value", exit_on_error=False, print_error=False
+        )
+    except CycloptsError as error:
+        helps = " ".join(["paravol", *(error.command_chain or ()), "--help"])
+        print(f"paravol: {error} See {helps}.", file=sys.stderr)
+        return 2
     return outcome if isinstance(outcome, int) else 0
 
 

@@ -4,11 +4,9 @@ Nothing heavy is imported here: every command fetches its own modules when it ru
 """
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
-from cyclopts import Parameter
-
-from app.root import Json, Place, app
+from app.root import Flag, Json, Place, Seed, app
 
 
 @app.command(name="import")
@@ -21,8 +19,8 @@ def import_scan(
     spacing: float = 0.5,
     pivot: Place | None = None,
     second: Path | None = None,
-    allow_gaps: Annotated[bool, Parameter(negative="")] = False,
-    nonfinite_air: Annotated[bool, Parameter(negative="")] = False,
+    allow_gaps: Flag = False,
+    nonfinite_air: Flag = False,
     json: Json = False,
 ) -> int:
     """Make a case of a patient's own CT or MR, to be flown through.
@@ -64,7 +62,7 @@ def import_scan(
 def phantom(
     *,
     out: Path,
-    seed: int = 1,
+    seed: Seed = 1,
     average: bool = False,
     variant: tuple[str, ...] = (),
     without: tuple[str, ...] = (),

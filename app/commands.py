@@ -4,13 +4,21 @@ Nothing heavy is imported here: every command fetches its own modules when it ru
 """
 
 from pathlib import Path
-from typing import Annotated, Literal
-
-from cyclopts import Parameter
+from typing import Literal
 
 from app import case_commands, picture_commands
 from app.emulator_words import NOTHING_TYPED, EmulatorWords
-from app.root import Json, Threads, app, thread_count
+from app.root import (
+    Flag,
+    Json,
+    Ranks,
+    ScenarioName,
+    Seed,
+    Size,
+    Threads,
+    app,
+    thread_count,
+)
 
 __all__ = ["app", "case_commands", "picture_commands"]
 
@@ -19,10 +27,10 @@ __all__ = ["app", "case_commands", "picture_commands"]
 def demo(
     *,
     out: Path = Path("out/demo"),
-    scenario: str = "first_flight",
+    scenario: ScenarioName = "first_flight",
     device: str | None = None,
-    size: int = 512,
-    ranks: int = 2,
+    size: Size = 512,
+    ranks: Ranks = 2,
     threads: Threads = 0,
     fault: tuple[str, ...] = (),
     json: Json = False,
@@ -37,14 +45,8 @@ def demo(
     ----------
     out
         Folder for everything the demo leaves.
-    scenario
-        Name of a bundled scenario, or a .toml file of your own.
     device
         Serial port of a real arm instead of the emulated one.
-    size
-        Width and height of the picture in pixels.
-    ranks
-        MPI processes for the snapshots; 1 renders without MPI.
     fault
         Let the emulated arm misbehave, as NAME@SECONDS: garbage, mute or unplug.
     """
@@ -92,13 +94,13 @@ def replay(
 @app.command
 def train(
     *,
-    scenario: str = "first_flight",
+    scenario: ScenarioName = "first_flight",
     case: Path | None = None,
     device: str | None = None,
     input: str = "emulator",
     stream_igtl: str | None = None,
     registration: Path | None = None,
-    size: int = 512,
+    size: Size = 512,
     threads: Threads = 0,
     record: Path | None = None,
     seconds: float | None = None,
@@ -146,15 +148,15 @@ def train(
 @app.command
 def register(
     *,
-    scenario: str = "first_flight",
+    scenario: ScenarioName = "first_flight",
     device: str | None = None,
-    emulated: Annotated[bool, Parameter(negative="")] = False,
+    emulated: Flag = False,
     out: Path = Path("registration.json"),
     pivot: bool = True,
     trace: bool = True,
     target: tuple[str, ...] = (),
-    seed: int = 1,
-    yes: Annotated[bool, Parameter(negative="")] = False,
+    seed: Seed = 1,
+    yes: Flag = False,
     json: Json = False,
 ) -> int:
     """Register an arm: turn the tip, touch the landmarks, trace the skin.
@@ -190,13 +192,13 @@ def register(
 def worker(
     *,
     spool: Path,
-    ranks: int = 1,
+    ranks: Ranks = 1,
     threads: int | None = None,
     dataflow: Literal["migrating", "static", "replicated"] | None = None,
     cache_cells: int | None = None,
     lease: float | None = None,
     keep_days: float | None = None,
-    once: Annotated[bool, Parameter(negative="")] = False,
+    once: Flag = False,
 ) -> int:
     """Serve snapshot requests from a spool folder.
 
@@ -207,8 +209,6 @@ def worker(
     ----------
     spool
         Folder shared with the program that asks for snapshots.
-    ranks
-        MPI processes; 1 renders without MPI.
     threads
         Threads that trace (without MPI), shade and expose; 2 by default.
     dataflow
@@ -258,9 +258,9 @@ def emulator(*, words: EmulatorWords = NOTHING_TYPED) -> int:
 def bench(
     *,
     suite: tuple[str, ...] = (),
-    quick: Annotated[bool, Parameter(negative="")] = False,
+    quick: Flag = False,
     out: Path = Path("out/bench"),
-    fresh: Annotated[bool, Parameter(negative="")] = False,
+    fresh: Flag = False,
     json: Json = False,
 ) -> int:
     """Measure run time against error, peers in the same run.

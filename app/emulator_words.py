@@ -2,12 +2,10 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 from cyclopts import Parameter
 
-Flag = Annotated[bool, Parameter(negative="")]
-Repeated = Annotated[tuple[str, ...], Parameter(negative="")]
+from app.root import Flag, Json, Seed
 
 
 @Parameter(name="*")
@@ -58,16 +56,16 @@ class EmulatorWords:
     profile: str = "dx40937"
     listen: str | None = None
     link: Path | None = None
-    fault: Repeated = ()
-    do: Repeated = ()
-    seed: int = 0
+    fault: tuple[str, ...] = ()
+    do: tuple[str, ...] = ()
+    seed: Seed = 0
     sync_repeats: int = 1
     transcript: Path | None = None
     fast: Flag = False
     accept_memory_writes: Flag = False
     list_faults: Flag = False
     list_actions: Flag = False
-    json: Flag = False
+    json: Json = False
 
 
 NOTHING_TYPED = EmulatorWords()

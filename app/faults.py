@@ -11,6 +11,11 @@ def sentence(error: Exception) -> str | None:
     """Put an expected error into one clear sentence; None for a defect of ours."""
     if isinstance(error, msgspec.ValidationError):
         return f"The input is not valid: {error}."
+    if isinstance(error, MemoryError):
+        return (
+            f"The memory does not suffice ({error}); ask for a smaller "
+            "picture (--size) or larger voxels (--spacing)."
+        )
     if isinstance(error, OSError) and error.strerror:
         where = f": {error.filename}" if error.filename else ""
         return f"{error.strerror}{where}."

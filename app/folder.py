@@ -7,13 +7,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from anatomy.case import RECORD
+
 
 @contextmanager
 def claimed_folder(folder: Path) -> Iterator[Path]:
     """Create `folder` and hold it; a second command is refused, not mixed in.
 
+    A folder that was made for a command and stays empty is gone afterwards.
     Raises ValueError when another command holds it or it cannot be written.
     """
+    is_ours = not folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         handle = os.open(folder / ".lock", os.O_CREAT | os.O_RDWR, 0o644)
@@ -25,14 +29,39 @@ def claimed_folder(folder: Path) -> Iterator[Path]:
     try:
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if os.fstat(handle).st_nlink == 0:
+                raise BlockingIOError  # whose lock it was ended just now
         except BlockingIOError:
             raise ValueError(
                 f"Another command is writing to {folder}; wait for it or choose "
                 "another folder with --out."
             ) from None
-        yield folder
+        try:
+            yield folder
+        finally:
+            (folder / ".lock").unlink(missing_ok=True)
+            if is_ours and not any(folder.iterdir()):
+                folder.rmdir()
     finally:
         os.close(handle)
+
+
+@contextmanager
+def claimed_case(folder: Path) -> Iterator[Path]:
+    """Claim a folder for a case: a new one, an empty one or a case's.
+
+    Raises ValueError for a file and for a folder that holds something else.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"{folder} is a file; name a folder for the case with --out.")
+    held = sorted(entry.name for entry in folder.iterdir()) if folder.exists() else []
+    if held not in ([], [".lock"]) and RECORD not in held:
+        raise ValueError(
+            f"{folder} holds {held[0]!r} and no {RECORD}: it is no case; choose "
+            "another folder with --out, or empty it."
+        )
+    with claimed_folder(folder):
+        yield folder
 
 
 def remove_old_session(folder: Path) -> None:

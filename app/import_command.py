@@ -1,6 +1,7 @@
 """`paravol import`: a patient's own scan as a case that can be flown through."""
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,8 @@ from anatomy.imported import ImportedHead, import_head
 from anatomy.imported_case import source_record, write_imported_case
 from anatomy.scan import Modality, Scan, read_scan
 from app.case_exercise import PATH, SCENARIO, exercise_of
-from app.folder import claimed_folder
+from app.folder import claimed_case
+from app.second_scan import check_second, lay_second
 from app.terminal import Stages, print_json, print_table
 
 LISTED_CAVITIES = 6
@@ -38,55 +40,44 @@ class ImportOptions:
 
 def run_import(options: ImportOptions, *, as_json: bool) -> int:
     """Import, write, tell what was found."""
-    _refuse_foreign(options.out)
-    with Stages() as stages:
-        scan = _read(options, stages)
+    with Stages() as stages, claimed_case(options.out) as out:
+        scan, second = _read(options, stages)
         pivot = None if options.pivot_mm is None else np.array(options.pivot_mm)
         head = import_head(scan, options.spacing_mm, stages, pivot)
         sources = [source_record(scan, options.scan.resolve().name)]
         others = {}
         quality: dict[str, Any] = {}
-        if options.second is not None:
-            from app.second_scan import add_second
-
-            second = add_second(head, scan, options.second, stages)
-            sources.append(second.source)
-            others["mr"] = second.on_grid
-            quality = second.quality
-        with claimed_folder(options.out) as out:
-            stages("Writing the case", 0.0)
-            for old in (SCENARIO, PATH):
-                (out / old).unlink(missing_ok=True)
-            record = write_imported_case(head, tuple(sources), out, others)
-            if head.approach is not None:
-                volumes = {"ct": head.ct, "distance": head.distance}
-                exercise_of(out, Case(volumes, head.landmarks, record))
-            (out / ".lock").unlink(missing_ok=True)
-            stages("Writing the case", 1.0)
+        if options.second is not None and second is not None:
+            laid = lay_second(head, scan, second, stages)
+            sources.append(source_record(second, options.second.resolve().name))
+            others["mr"] = laid.on_grid
+            quality = laid.quality
+        stages("Writing the case", 0.0)
+        for old in (SCENARIO, PATH):
+            (out / old).unlink(missing_ok=True)
+        record = write_imported_case(head, tuple(sources), out, others)
+        if head.approach is not None:
+            volumes = {"ct": head.ct, "distance": head.distance}
+            exercise_of(out, Case(volumes, head.landmarks, record))
+        stages("Writing the case", 1.0)
     _tell(options, head, record, quality, as_json=as_json)
     return 0
 
 
-def _read(options: ImportOptions, stages: Stages) -> Scan:
-    modality = None if options.modality is None else Modality(options.modality.upper())
-    return read_scan(
-        options.scan,
-        series=options.series,
-        modality=modality,
+def _read(options: ImportOptions, stages: Stages) -> tuple[Scan, Scan | None]:
+    """Read both scans first: nobody wants to hear later that the second is none."""
+    read = partial(
+        read_scan,
         allow_gaps=options.allow_gaps,
         nonfinite_is_air=options.nonfinite_air,
         progress=stages,
     )
-
-
-def _refuse_foreign(out: Path) -> None:
-    """Write over a case, and over nothing else."""
-    if out.exists() and not out.is_dir():
-        raise ValueError(f"{out} is a file; name a folder for the case with --out.")
-    if out.is_dir() and any(out.iterdir()) and not (out / "case.json").exists():
-        raise ValueError(
-            f"{out} holds something that is no case; choose another folder with --out."
-        )
+    modality = None if options.modality is None else Modality(options.modality.upper())
+    first = read(options.scan, series=options.series, modality=modality)
+    second = None if options.second is None else read(options.second)
+    if second is not None:
+        check_second(first, second)
+    return first, second
 
 
 def _tell(

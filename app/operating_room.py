@@ -54,7 +54,7 @@ class OperatingRoom:
         if unknown:
             raise ValueError(
                 f"The head has no landmark {unknown[0]!r}; it has: "
-                f"{', '.join(sorted(self.landmarks))}."
+                f"{'; '.join(sorted(self.landmarks))}."
             )
         return {name: self.landmarks[name] for name in names}
 

@@ -13,6 +13,7 @@ from anatomy import (
 )
 from anatomy.case import write_case
 from anatomy.variants import without_variants
+from app.folder import claimed_case
 from app.terminal import Stages, print_json
 
 
@@ -26,7 +27,7 @@ def run_phantom(
     variants: tuple[str, ...] = (),
     without: tuple[str, ...] = (),
     lund_mackay: tuple[str, ...] = (),
-    noise_hu: float = 0.0,
+    noise_hu: float = 12.0,
     resonance: bool = False,
 ) -> int:
     """Build the phantom of `seed` and write it.
@@ -40,7 +41,7 @@ def run_phantom(
     patient = msgspec.structs.replace(
         patient, opacity=parse_scores(lund_mackay), ct_noise_hu=noise_hu
     )
-    with Stages() as stages:
+    with Stages() as stages, claimed_case(out):
         phantom = sinus_phantom(
             patient,
             spacing_mm=spacing_mm,
@@ -84,7 +85,7 @@ def parse_scores(texts: tuple[str, ...]) -> tuple[Opacity, Opacity]:
                 f" with a name out of {', '.join(Opacity.__struct_fields__)}; got "
                 f"{word!r}"
             )
-        if not score.isdigit():
+        if not score.isdecimal():
             raise ValueError(f"the score in {word!r} must be a whole number")
         if colon and side not in ("left", "right"):
             raise ValueError(f"the side in {word!r} must be left or right")

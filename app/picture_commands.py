@@ -4,11 +4,18 @@ Nothing heavy is imported here: the command fetches its own modules when it runs
 """
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
-from cyclopts import Parameter
-
-from app.root import Json, Place, Threads, app, thread_count
+from app.root import (
+    Flag,
+    Json,
+    Place,
+    Ranks,
+    Size,
+    Threads,
+    app,
+    thread_count,
+)
 
 
 @app.command
@@ -27,13 +34,13 @@ def snapshot(
     up: Place = (0.0, 0.0, 1.0),
     lens: Literal["equidistant", "perspective", "orthographic"] = "equidistant",
     half_side: float = 40.0,
-    classic: Annotated[bool, Parameter(negative="")] = False,
+    classic: Flag = False,
     out: tuple[Path, ...] = (),
     save_view: Path | None = None,
-    size: int = 512,
+    size: Size = 512,
     samples: Literal[1, 4] = 4,
     quality: Literal["preview", "snapshot", "final", "reference"] = "snapshot",
-    truth: Annotated[bool, Parameter(negative="")] = False,
+    truth: Flag = False,
     paths: int = 256,
     noise: float = 0.0,
     state: Path | None = None,
@@ -41,7 +48,7 @@ def snapshot(
     against: Literal["fsr", "fast"] | None = None,
     confidence: Path | None = None,
     stereo: float | None = None,
-    ranks: int = 1,
+    ranks: Ranks = 1,
     threads: Threads = 0,
     json: Json = False,
 ) -> int:
@@ -107,8 +114,6 @@ def snapshot(
         Write where the picture may hide a thin wall: .png or .nrrd.
     stereo
         Two eyes so many millimetres apart, side by side.
-    ranks
-        MPI processes; 1 renders without MPI.
     """
     from app.snapshot_command import run_snapshot
     from app.snapshot_options import SnapshotOptions

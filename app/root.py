@@ -3,18 +3,43 @@
 from typing import Annotated
 
 from cyclopts import App, Parameter
+from cyclopts.validators import Number
 
 app = App(
     name="paravol",
     help="Endoscopic sinus surgery trainer: fly, replay, snapshot, measure.",
-    help_epilogue="Start with: paravol demo",
+    # No --empty-fault and the like: who wants none leaves the option out.
+    default_parameter=Parameter(negative_iterable=()),
     # Ctrl-C is told by main(), which also sets the exit status.
     suppress_keyboard_interrupt=False,
 )
 
 Threads = Annotated[
-    int, Parameter(help="Rendering threads; 0 takes what the machine has.")
+    int,
+    Parameter(
+        help="Rendering threads; 0 takes what the machine has.",
+        validator=Number(gte=0),
+    ),
 ]
+Ranks = Annotated[
+    int,
+    Parameter(
+        help="MPI processes; 1 renders without MPI.", validator=Number(gte=1, lte=1024)
+    ),
+]
+Seed = Annotated[int, Parameter(validator=Number(gte=0, lte=2**63 - 1))]
+Size = Annotated[
+    int,
+    Parameter(
+        help="Width and height of the picture in pixels.",
+        validator=Number(gte=16, lte=8192),
+    ),
+]
+ScenarioName = Annotated[
+    str,
+    Parameter(help="Name of a bundled scenario, or a .toml file of your own."),
+]
+Flag = Annotated[bool, Parameter(negative="")]
 Json = Annotated[bool, Parameter(negative="", help="Print the result as JSON.")]
 Place = tuple[float, float, float]
 
@@ -23,6 +48,4 @@ def thread_count(asked: int) -> int:
     """Turn the option into a number of threads."""
     import os
 
-    if asked < 0:
-        raise ValueError(f"--threads must not be negative, got {asked}")
     return asked or len(os.sched_getaffinity(0))

@@ -9,6 +9,7 @@ import pytest
 
 from app.__main__ import main
 from app.commands import app
+from app.faults import sentence
 from app.overview import overview
 
 
@@ -51,7 +52,6 @@ def test_help_ends_well(words: list[str], capsys: pytest.CaptureFixture[str]) ->
         (["snapshot", "--case", "a", "--eye", "0", "0", "0"], "go together"),
         (["snapshot", "s.paravol", "--classic"], "belong to --case"),
         (["snapshot", "--volume", "scan.nrrd"], "--eye"),
-        (["demo", "--threads", "-1"], "--threads must not be negative"),
         (["phantom", "--out", "x", "--spacing", "0"], "spacing"),
     ],
 )
@@ -65,6 +65,54 @@ def test_mistakes_are_one_sentence(
     monkeypatch.chdir(tmp_path)
     assert main(words) == 1
     assert complaint in told(capsys)
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (["demo", "--threads", "-1"], '"-1" for --threads'),
+        (["demo", "--ranks", "0"], '"0" for --ranks'),
+        (["snapshot", "--size", "-5"], '"-5" for --size'),
+        (["register", "--seed", "-1"], '"-1" for --seed'),
+        (["phantom", "--out", "x", "--seed", "-1"], '"-1" for --seed'),
+        (["emulator", "--seed", "-1"], '"-1" for --seed'),
+        (["phantom", "--out", "x", "--spacing", "wide"], '"wide" into float'),
+        (["export", "x", "--out", "y", "--format", "stl"], '"ply", "vtp"'),
+        (["slices", "x", "--empty-at"], "--empty-at"),
+    ],
+)
+def test_words_that_are_not_understood_name_the_help(
+    words: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(words) == 2
+    line = told(capsys)
+    assert complaint in line
+    assert line.endswith(f"See paravol {words[0]} --help.")
+
+
+def test_an_unknown_command_names_those_there_are(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["serve"]) == 2
+    assert 'Unknown command "serve"' in told(capsys)
+
+
+def test_ctrl_c_while_a_command_loads(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupt() -> Path:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("app.environment.prepare_environment", interrupt)
+    assert main(["phantom", "--out", "x"]) == 130
+    assert capsys.readouterr().err == "Interrupted.\n"
+
+
+def test_too_little_memory_is_told() -> None:
+    said = sentence(MemoryError("Unable to allocate 1.42 TiB"))
+    assert said is not None
+    assert "1.42 TiB" in said
+    assert "--size" in said
 
 
 @pytest.mark.parametrize("content", [b"", b"NRRD0004\ntype: nonsense\n", b"\x00" * 99])

@@ -208,9 +208,10 @@ def test_3d_programs_read_it_as_it_lies(case: Path) -> None:
         (["petabyte.nrrd"], "needs 2,000,000,000,000,000 bytes"),
         (["noise.nrrd"], "noise.nrrd cannot be read"),
         (["head.nrrd", "--spacing", "0.01"], "0.2 to 3 mm"),
-        (["head.nrrd", "--out", "full"], "holds something that is no case"),
+        (["head.nrrd", "--out", "full"], "no case.json: it is no case"),
         (["head.nrrd", "--out", "noise.nrrd"], "is a file"),
         (["head.nrrd", "--second", "head.nrrd"], "an MR laid onto a CT"),
+        (["head.nrrd", "--series", "2"], "leave --series out"),
     ],
 )
 def test_mistakes_are_one_sentence_and_leave_nothing(

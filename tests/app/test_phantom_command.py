@@ -43,6 +43,7 @@ def test_the_average_adult_can_be_asked_for(tmp_path: Path) -> None:
         (("kidney=2",), "reads NAME:SIDE=SCORE"),
         (("maxillary",), "reads NAME:SIDE=SCORE"),
         (("maxillary=two",), "whole number"),
+        (("maxillary=\N{SUPERSCRIPT TWO}",), "whole number"),
         (("maxillary:up=2",), "left or right"),
         (("ostiomeatal=1",), "must be one of"),
     ],
