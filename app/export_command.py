@@ -8,6 +8,7 @@ import numpy as np
 
 from anatomy.case import Case, read_case
 from anatomy.surfaces import Surface, save_surface
+from app.folder import claimed_folder
 from app.terminal import Stages, print_json, print_table
 from renderers.scene import Volume
 
@@ -18,11 +19,10 @@ SMALLEST_VOXELS = 200
 def run_export(*, case: Path, out: Path, ending: str, as_json: bool) -> int:
     """Read the case, write its surfaces, tell what they are."""
     written: dict[str, Surface] = {}
-    with Stages() as stages:
+    with Stages() as stages, claimed_folder(out):
         stages("Reading the case", 0.0)
         read = read_case(case)
         stages("Reading the case", 1.0)
-        out.mkdir(parents=True, exist_ok=True)
         for share, name, surface in case_surfaces(read):
             stages("Writing surfaces", share)
             file = f"{name.replace(' ', '_')}.{ending}"

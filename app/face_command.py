@@ -15,6 +15,8 @@ def run_face(
     *, surface: Path, case: Path, landmarks: Path, out: Path | None, as_json: bool
 ) -> int:
     """Register, write, tell how well it fits."""
+    if out is not None and out.suffix.lower() not in (".ply", ".vtp"):
+        raise ValueError(f"--out must name a .ply or .vtp file, got {out}.")
     face = load_surface(surface)
     marks = {n: m.position_mm for n, m in read_markups(landmarks).items()}
     with Stages() as stages:

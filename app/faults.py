@@ -18,7 +18,9 @@ def sentence(error: Exception) -> str | None:
         )
     if isinstance(error, OSError) and error.strerror:
         where = f": {error.filename}" if error.filename else ""
-        return f"{error.strerror}{where}."
+        names = FileNotFoundError | PermissionError | NotADirectoryError
+        remedy = "; check the name and your permissions" * isinstance(error, names)
+        return f"{error.strerror}{where}{remedy}."
     # The renderers' errors are known by their family, so that commands which draw
     # nothing need not load them.
     if type(error).__module__.startswith(("renderers.art.", "renderers.simd_guard")):

@@ -139,8 +139,9 @@ def refine(
     if len(off) and float(np.median(off)) > LARGEST_MEDIAN_MM:
         raise RegistrationError(
             RegistrationReason.SURFACE,
-            f"The traced patch lies {np.median(off):.1f} mm off the patient's surface; "
-            "trace the skin that was shown, without lifting the stylus.",
+            f"The points lie {np.median(off):.1f} mm off the patient's surface in the "
+            "median; check that they are of this patient's skin. A stylus must not be "
+            "lifted while it traces.",
         )
     fit = float(np.sqrt(np.mean(off**2))) if len(off) else 0.0
     return Refinement(transform, points, weights, fit)

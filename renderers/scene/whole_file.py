@@ -18,7 +18,11 @@ def whole_file(path: Path) -> Iterator[Path]:
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     # on the same disk, so that replacing is one step
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=path.suffix)
+    try:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=path.suffix)
+    except OSError as error:
+        error.filename = str(path)  # the name that was asked for
+        raise
     os.close(handle)
     beside = Path(name)
     try:

@@ -1,5 +1,6 @@
 """The command line: help, and one sentence for every mistake."""
 
+import errno
 import fcntl
 import os
 import re
@@ -113,6 +114,14 @@ def test_too_little_memory_is_told() -> None:
     assert said is not None
     assert "1.42 TiB" in said
     assert "--size" in said
+
+
+def test_what_the_disk_refuses_is_told_with_a_remedy() -> None:
+    absent = FileNotFoundError(errno.ENOENT, "No such file or directory", "/proc/x")
+    said = "No such file or directory: /proc/x; check the name and your permissions."
+    assert sentence(absent) == said
+    full = OSError(errno.ENOSPC, "No space left on device", "/mnt/a")
+    assert sentence(full) == "No space left on device: /mnt/a."
 
 
 @pytest.mark.parametrize("content", [b"", b"NRRD0004\ntype: nonsense\n", b"\x00" * 99])

@@ -1,5 +1,6 @@
 """From a file to a flight: a made head goes all the way, mistakes do not."""
 
+import dataclasses
 import json
 import shutil
 from pathlib import Path
@@ -11,8 +12,8 @@ from PIL import Image
 
 from anatomy.case import read_case
 from anatomy.files import load_volume, save_volume
-from anatomy.markups import read_markups
-from anatomy.surfaces import load_surface
+from anatomy.markups import read_markups, write_markups
+from anatomy.surfaces import load_surface, save_surface
 from app.__main__ import main
 from app.case_exercise import exercise_of
 from app.inputs.hand import nostril_fulcrum
@@ -185,6 +186,41 @@ def test_surfaces_of_the_case(
     corners = skin.vertices[skin.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     assert (np.sum(normals * corners.mean(axis=1), axis=1) > 0).mean() > 0.9
+
+
+def test_a_scanned_face_comes_back_to_its_place(
+    case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["export", str(case), "--out", str(tmp_path)])
+    skin = load_surface(tmp_path / "skin.ply")
+    scanner_from_patient = np.array(
+        [[0.0, -1, 0, 300], [0.6, 0, -0.8, 20], [0.8, 0, 0.6, -150], [0, 0, 0, 1]]
+    )
+    save_surface(skin.moved(scanner_from_patient), tmp_path / "scan.ply")
+    marks = {
+        name: dataclasses.replace(
+            mark,
+            position_mm=scanner_from_patient[:3, :3] @ mark.position_mm
+            + scanner_from_patient[:3, 3],
+        )
+        for name, mark in read_markups(case / "landmarks.mrk.json").items()
+        if name.startswith("face ")
+    }
+    write_markups(marks, tmp_path / "face.mrk.json")
+    words = ["face", str(tmp_path / "scan.ply"), "--case", str(case)]
+    words += ["--landmarks", str(tmp_path / "face.mrk.json"), "--json"]
+    capsys.readouterr()
+    assert main([*words, "--out", str(tmp_path / "lain.ply")]) == 0
+    told = json.loads(capsys.readouterr().out)
+    back = np.array(told["patient_from_face"]) @ scanner_from_patient
+    assert back == pytest.approx(np.eye(4), abs=0.05)
+    lain = load_surface(tmp_path / "lain.ply")
+    assert lain.vertices == pytest.approx(skin.vertices, abs=0.05)
+    assert (tmp_path / "lain.tfm").exists()
+    assert main([*words, "--out", str(tmp_path / "lain.obj")]) == 1
+    assert "must name a .ply or .vtp" in capsys.readouterr().err
+    assert main(["export", str(case), "--out", str(tmp_path / "lain.ply")]) == 1
+    assert "choose another with --out" in capsys.readouterr().err
 
 
 def test_3d_programs_read_it_as_it_lies(case: Path) -> None:

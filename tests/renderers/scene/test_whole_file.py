@@ -53,3 +53,10 @@ def test_what_cannot_be_replaced_is_told(tmp_path: Path) -> None:
     ):
         beside.write_text("x", "utf-8")
     assert [p.name for p in tmp_path.iterdir()] == ["folder.txt"]
+
+
+def test_a_refusal_names_what_was_asked_for() -> None:
+    path = Path("/proc/picture.png")
+    with pytest.raises(OSError, match="No such file") as caught, whole_file(path):
+        pass
+    assert caught.value.filename == str(path)
