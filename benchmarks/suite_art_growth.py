@@ -73,23 +73,26 @@ class GrowthPlan:
 
     def tasks(self) -> list[Task]:
         """List the sweeps."""
-        few = slice(self._last)
+        last = self._last
         return [
             task
             for lit in (False, True)
             for task in (
                 *(
                     self._task("voxels along an edge", n, lit, size=n)
-                    for n in SIZES[few]
+                    for n in SIZES[:last]
                 ),
                 *(
                     self._task("pixels along an edge", n, lit, pixels=n)
-                    for n in PICTURES[few]
+                    for n in PICTURES[:last]
                 ),
-                *(self._task("steps a voxel", 1 / h, lit, step=h) for h in STEPS[few]),
+                *(
+                    self._task("steps a voxel", 1 / h, lit, step=h)
+                    for h in STEPS[:last]
+                ),
                 *(
                     self._task("transparency", 1 / kappa, lit, kappa=kappa)
-                    for kappa in KAPPAS[few]
+                    for kappa in KAPPAS[:last]
                 ),
             )
         ]

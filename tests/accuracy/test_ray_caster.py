@@ -204,7 +204,7 @@ def test_ramp() -> None:
     assert one_ray(scene, FINAL)[3] == pytest.approx(0.931983162897063, abs=2e-5)
 
 
-@pytest.mark.parametrize("at", np.linspace(10, 11, 9).tolist() + [10.3, 10.49, 10.999])
+@pytest.mark.parametrize("at", [*np.linspace(10, 11, 9).tolist(), 10.3, 10.49, 10.999])
 def test_jump(at: float) -> None:
     """S6: the error is that of half a step, wherever the jump falls into it."""
     nodes = [0, at, np.nextafter(np.float32(at), np.float32(99)), 32]
