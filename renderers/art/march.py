@@ -50,20 +50,36 @@ class March(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class FrameRays:
-    """Hold a camera's rays: `Camera.lens_table` and `Camera.frame`."""
+    """Hold a camera's rays: `Camera.lens_table` and `Camera.frame`.
+
+    limit: float32 ``(h, w)`` mm along a ray to its end; +inf where nothing stops it.
+    """
 
     table: NDArray[np.float32]
     frame: NDArray[np.float64]
     orthographic: bool
+    limit: NDArray[np.float32]
 
     @classmethod
-    def of(cls, camera: Camera) -> "FrameRays":
-        """Ask the camera."""
+    def of(
+        cls, camera: Camera, limit_mm: NDArray[np.float32] | None = None
+    ) -> "FrameRays":
+        """Ask the camera; raise ValueError where limits do not fit it."""
+        shape = camera.height, camera.width
+        limit = np.full(shape, np.inf, np.float32)
+        if limit_mm is not None:
+            if limit_mm.shape != shape or np.isnan(limit_mm).any():
+                raise ValueError(
+                    f"limits of rays must be numbers of shape {shape}, got shape "
+                    f"{limit_mm.shape} with {np.isnan(limit_mm).sum()} NaN"
+                )
+            limit[:] = limit_mm
         # A copy, because compiled code tells what may be written from what may not.
         return cls(
             camera.lens_table(),
             camera.frame.copy(),
             camera.projection is Projection.ORTHOGRAPHIC,
+            limit,
         )
 
 
@@ -158,6 +174,7 @@ class _Marching:
         count = np.zeros(n, np.int32)
         self._kernels.set_up_rays(
             np.array(rays.table[region.rows, region.columns]).reshape(n, 3),
+            np.array(rays.limit[region.rows, region.columns]).reshape(n),
             0,
             rays.frame,
             rays.orthographic,

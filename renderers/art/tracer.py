@@ -95,14 +95,19 @@ class ActiveRayTracer:
         camera: Camera,
         progress: Callable[[float], bool] | None = None,
         gather: Gather | None = None,
+        *,
+        limit_mm: NDArray[np.float32] | None = None,
     ) -> Image:
         """Draw mode `classic`.
 
         progress: called with the share done; when it returns False the picture is
         given up with `RenderStoppedError`. The depth is where opacity passes one half.
         gather: an empty one, for those who want to look at what has come so far.
+        limit_mm: where rays end, ``(h, w)``, +inf where nothing stops them: what lies
+        before an opaque thing, to its surface exactly.
         """
-        gather, stopped = self._trace("classic", camera, progress, gather)
+        rays = FrameRays.of(camera, limit_mm)
+        gather, stopped = self._trace("classic", rays, progress, gather)
         image = classic_image(gather)
         if stopped:
             raise RenderStoppedError(image, gather.done)
@@ -113,9 +118,12 @@ class ActiveRayTracer:
         camera: Camera,
         progress: Callable[[float], bool] | None = None,
         gather: Gather | None = None,
+        *,
+        limit_mm: NDArray[np.float32] | None = None,
     ) -> GBuffer:
-        """Find the air surface behind each pixel (mode `scope`)."""
-        gather, stopped = self._trace("scope", camera, progress, gather)
+        """Find the air surface behind each pixel (mode `scope`); as `render`."""
+        rays = FrameRays.of(camera, limit_mm)
+        gather, stopped = self._trace("scope", rays, progress, gather)
         found = scope_gbuffer(gather, self._made["scope"][0].volume)
         if stopped:
             raise RenderStoppedError(found, gather.done)
@@ -129,18 +137,18 @@ class ActiveRayTracer:
     def _trace(
         self,
         mode: str,
-        camera: Camera,
+        rays: FrameRays,
         progress: Callable[[float], bool] | None,
         gather: Gather | None,
     ) -> tuple[Gather, bool]:
         """Gather the rays; tell whether the caller wished to stop."""
         began = time.perf_counter()
+        height, width = rays.limit.shape
         with ThreadPoolExecutor(self._threads) as pool:
             march, node, work = self._node(mode)
-            gather = gather or Gather(camera.width, camera.height)
+            gather = gather or Gather(width, height)
             before = node.tally()
-            rays = FrameRays.of(camera)
-            regions = deal_regions(camera.width, camera.height, 0, 1)
+            regions = deal_regions(width, height, 0, 1)
             run = pool.map if self._threads > 1 else map
             work.use(run)
             node.begin(node.frame + 1, run(lambda r: march.start(r, rays), regions))

@@ -169,6 +169,7 @@ def find_clear(
 @njit(cache=True, nogil=True, error_model="numpy")
 def set_up_rays(
     table: NDArray[np.float32],
+    limit: NDArray[np.float32],
     first: int,
     frame: NDArray[np.float64],
     orthographic: bool,
@@ -182,7 +183,8 @@ def set_up_rays(
     """Cut each ray's way through the volume into equal steps, in float64.
 
     table: float32 (n, 3), rays as `Camera.lens_table` has them; zero directions give
-    empty rays. Rays before `first` are left alone. frame: as `Camera.frame`. at_ends:
+    empty rays. limit: float32 (n,) mm, where rays end; +inf for those that leave the
+    volume. Rays before `first` are left alone. frame: as `Camera.frame`. at_ends:
     samples at the ends of steps (one more than steps), else at the middles.
     """
     start, rate, way, eye = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
@@ -198,7 +200,7 @@ def set_up_rays(
                 way[k] = x * frame[1, k] + y * frame[2, k] + z * frame[3, k]
         length = math.sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2])
         scale = 1.0 / length if length > 0.0 else 0.0
-        near, far = 0.0, np.inf
+        near, far = 0.0, float(limit[ray])
         for axis in range(3):
             row = voxel_from_world[axis]
             start[axis] = (row[0] * eye[0] + row[1] * eye[1] + row[2] * eye[2]) + row[3]

@@ -16,6 +16,7 @@ from renderers.simd import (
     full,
     i32,
     lanes,
+    load,
     load_triples,
     maximum,
     minimum,
@@ -55,6 +56,7 @@ def _combine(x: Lanes, y: Lanes, z: Lanes, a: float, b: float, c: float) -> Lane
 @njit(cache=True, nogil=True, error_model="numpy")
 def set_up_rays(
     table: NDArray[np.float32],
+    limit: NDArray[np.float32],
     first: int,
     frame: NDArray[np.float64],
     orthographic: bool,
@@ -94,7 +96,7 @@ def set_up_rays(
         rx = _combine(wx, wy, wz, m[0, 0], m[0, 1], m[0, 2]) * scale
         ry = _combine(wx, wy, wz, m[1, 0], m[1, 1], m[1, 2]) * scale
         rz = _combine(wx, wy, wz, m[2, 0], m[2, 1], m[2, 2]) * scale
-        near, far = zero, zero + ENDLESS
+        near, far = zero, f64(load(limit, ray, WIDTH))
         near, far = _narrow(near, far, sx, rx, top[0])
         near, far = _narrow(near, far, sy, ry, top[1])
         near, far = _narrow(near, far, sz, rz, top[2])
@@ -126,6 +128,6 @@ def set_up_rays(
             f32(select(hit, begin, ZERO)),
         )
     set_up_rest(
-        table, first + packets * WIDTH, frame, orthographic, voxel_from_world, top,
-        step_mm, at_ends, geometry, count,
+        table, limit, first + packets * WIDTH, frame, orthographic, voxel_from_world,
+        top, step_mm, at_ends, geometry, count,
     )  # fmt: skip

@@ -86,7 +86,8 @@ def test_segments_tile_the_interval_exactly(
     geometry, count = np.zeros((1, 8), np.float32), np.zeros(1, np.int32)
     top = np.array([12.0, 11, 10])
     set_up_rays(
-        table, 0, frame, False, np.array(volume.voxel_from_world), top, step, at_ends,
+        table, np.full(1, np.inf, np.float32), 0, frame, False,
+        np.array(volume.voxel_from_world), top, step, at_ends,
         geometry, count,
     )  # fmt: skip
     direction = table / np.linalg.norm(table.astype(float))
@@ -119,5 +120,8 @@ def test_rays_that_see_nothing_have_no_samples() -> None:
         frame = np.concatenate([[eye], np.eye(3)])
         geometry, count = np.zeros((1, 8), np.float32), np.full(1, 7, np.int32)
         top = np.full(3, 10.0)
-        set_up_rays(table, 0, frame, False, np.eye(4), top, 1.0, False, geometry, count)
+        limit = np.full(1, np.inf, np.float32)
+        set_up_rays(
+            table, limit, 0, frame, False, np.eye(4), top, 1.0, False, geometry, count
+        )
         assert count.tolist() == [0]

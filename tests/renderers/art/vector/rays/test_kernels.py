@@ -24,10 +24,14 @@ def test_rays(scene: Scene, projection: Projection, at_ends: bool) -> None:
             projection=projection,
         )
         results = []
+        # Some rays end within the volume, some before it, the rest nowhere.
+        limit = np.full(91, np.inf, np.float32)
+        limit[::3] = np.linspace(0, 60, len(limit[::3]))
         for function in (scalar, set_up_rays):
             geometry, count = np.zeros((91, 8), np.float32), np.zeros(91, np.int32)
             function(
                 camera.lens_table().reshape(-1, 3).copy(),
+                limit,
                 0,
                 camera.frame.copy(),
                 projection is Projection.ORTHOGRAPHIC,
