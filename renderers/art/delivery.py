@@ -13,7 +13,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from renderers.art.data_store import DataStore
-from renderers.art.files import write_whole
+from renderers.art.files import make_last, write_whole
 from renderers.art.job import ClassicWork, ScopeWork, SnapshotRequest
 from renderers.art.stage import instruments_gbuffer
 from renderers.art.team import Progress, Traced, traced_camera
@@ -219,7 +219,10 @@ class Finisher:
 def write_picture(
     folder: Path, request: SnapshotRequest, picture: Picture
 ) -> dict[str, str]:
-    """Write a picture's files; return their SHA-256 by name."""
+    """Write a picture's files; return their SHA-256 by name.
+
+    Their bytes are on the disk then; their names are when the folder's last one is.
+    """
     text = {"Title": f"PARAVOL snapshot {request.id}", "Software": "PARAVOL"}
     save_png(folder / "picture.png", picture.pixels, text)
     arrays: dict[str, NDArray[Any]] = {
@@ -231,11 +234,10 @@ def write_picture(
     if picture.state is not None:
         arrays["paths.npy"] = picture.state
     for name, array in arrays.items():
-        write_whole(folder / name, _npy(array))
-    return {
-        name: hashlib.sha256((folder / name).read_bytes()).hexdigest()
-        for name in ("picture.png", *arrays)
-    }
+        write_whole(folder / name, _npy(array), lasting=False)
+    files = [folder / name for name in ("picture.png", *arrays)]
+    make_last(*files)
+    return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
 
 
 def _added(request: SnapshotRequest, plane: NDArray[Any]) -> NDArray[np.uint32]:

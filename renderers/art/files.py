@@ -10,31 +10,37 @@ HIDDEN = ".tmp-"
 """How the names of unfinished files begin."""
 
 
-def write_whole(path: Path, record: bytes | memoryview) -> None:
-    """Write a file beside its place and move it there.
+def write_whole(
+    path: Path, record: bytes | memoryview, *, lasting: bool = True
+) -> None:
+    """Write a file beside its place and move it there: nobody ever sees half of it.
 
-    The bytes reach the disk before the name does, so that a name never shows half a
-    file, and the name has reached it on return: not even a crash of the machine then
-    loses the file. Raise OSError when the disk refuses.
+    lasting: the bytes have reached the disk before the name does, and the name on
+    return, so that not even a crash of the machine loses the file. It takes the disk's
+    time twice; do without for what is soon replaced, or see `make_last`. Raise OSError
+    when the disk refuses.
     """
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=HIDDEN)
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(record)
-            file.flush()
-            os.fsync(file.fileno())
+            if lasting:
+                file.flush()
+                os.fsync(file.fileno())
         reached(Step.FILE_WRITTEN)
         os.replace(name, path)
     except BaseException:
         os.unlink(name)
         raise
-    sync_folder(path.parent)
+    if lasting:
+        make_last(path.parent)
 
 
-def sync_folder(folder: Path) -> None:
-    """Let the names in a folder reach the disk."""
-    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
+def make_last(*paths: Path) -> None:
+    """Let files' bytes, or the names in folders, reach the disk."""
+    for path in paths:
+        handle = os.open(path, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)

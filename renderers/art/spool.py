@@ -30,7 +30,7 @@ import msgspec
 from msgspec import Struct
 
 from renderers.art.data_store import DataStore
-from renderers.art.files import HIDDEN, sync_folder, write_whole
+from renderers.art.files import HIDDEN, make_last, write_whole
 from renderers.art.job import (
     LARGEST_REQUEST,
     SnapshotRequest,
@@ -167,7 +167,7 @@ class Spool:
             if request.stat().st_nlink != 2 or not self.begin_attempt(job_id, 1):
                 continue
             # A new name must not be lost when the old one is.
-            sync_folder(folder)
+            make_last(folder, self.jobs)
             entry.unlink(missing_ok=True)
             reached(Step.ENTRY_REMOVED)
             return Claim(job_id, _read_request(request), 1)
@@ -234,7 +234,9 @@ class Spool:
     def set_status(self, job_id: str, status: JobStatus) -> None:
         """Replace an attempt's status; only the worker whose attempt it is may."""
         folder = self.attempt_folder(job_id, status.attempt)
-        write_whole(folder / "status.json", msgspec.json.encode(status))
+        record = msgspec.json.encode(status)
+        # A heartbeat that a crash of the machine swallows is no loss.
+        write_whole(folder / "status.json", record, lasting=status.state.is_final)
 
     def owns(self, job_id: str, attempt: int) -> bool:
         """Tell whether attempt n is still the last one."""
