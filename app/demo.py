@@ -57,6 +57,8 @@ class FlownDemo:
 
 def run_demo(options: DemoOptions, *, as_json: bool) -> int:
     """Run the demonstration; 1 when the replay differs from the flight."""
+    if options.size % 2:
+        raise ValueError(f"--size must be even, for the film; got {options.size}.")
     scenario, folder = load_scenario(options.scenario)
     path_file = folder / scenario.path
     path = load_probe_path(path_file)

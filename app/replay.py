@@ -61,6 +61,7 @@ def replay_session(
     head than this version of the program builds.
     """
     info, records, complete = read_session(folder)
+    film = None if video is None else VideoWriter(video, info.picture_size, VIDEO_FPS)
     scenario = msgspec.json.decode(info.scenario, type=Scenario)
     room = room or prepare_room(scenario, progress)
     if room.surface_sha256 != info.surface_sha256:
@@ -89,9 +90,7 @@ def replay_session(
     clearances: list[int] = []
     samples: list[Sample] = []
     with ExitStack() as stack:
-        film = None
-        if video is not None:
-            film = VideoWriter(video, info.picture_size, VIDEO_FPS)
+        if film is not None:
             stack.enter_context(film)
         for index, record in enumerate(records):
             if isinstance(record, SampleRecord):

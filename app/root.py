@@ -1,5 +1,7 @@
 """The command line's root: its name, and the options that several commands share."""
 
+from functools import partial
+from importlib.metadata import version
 from typing import Annotated
 
 from cyclopts import App, Parameter
@@ -8,6 +10,7 @@ from cyclopts.validators import Number
 app = App(
     name="paravol",
     help="Endoscopic sinus surgery trainer: fly, replay, snapshot, measure.",
+    version=partial(version, "paravol-ess"),
     # No --empty-fault and the like: who wants none leaves the option out.
     default_parameter=Parameter(negative_iterable=()),
     # Ctrl-C is told by main(), which also sets the exit status.

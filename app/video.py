@@ -21,6 +21,8 @@ class VideoWriter:
         """Start the encoder; `size` is ``(width, height)``."""
         if size[0] % 2 or size[1] % 2:
             raise ValueError(f"a video needs even width and height, got {size}")
+        if path.suffix.lower() != ".mp4" or path.is_dir():
+            raise ValueError(f"a film goes to an .mp4 file, got {path}")
         path.parent.mkdir(parents=True, exist_ok=True)
         self._path = path
         self._partial = path.with_name(f".{path.stem}.{os.getpid()}.partial.mp4")
@@ -59,6 +61,11 @@ class VideoWriter:
             self.add(pixels)
 
     def __enter__(self) -> Self:
+        try:
+            self._partial.touch()  # the encoder tells a refusal late, in many lines
+        except OSError as error:
+            error.filename = str(self._path)
+            raise
         return self
 
     def __exit__(
@@ -69,7 +76,7 @@ class VideoWriter:
     ) -> None:
         if self._writer is not None:
             self._writer.close()
-        if kind is None and self._partial.exists():
+        if kind is None and self._frames:
             os.replace(self._partial, self._path)
         else:
             self._partial.unlink(missing_ok=True)

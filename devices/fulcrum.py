@@ -17,9 +17,6 @@ from devices.sliding import slid
 
 SUPERIOR = (0.0, 0.0, 1.0)
 
-SHORTEST_UP = math.sin(math.radians(5.0))
-"""A shaft within five degrees of "up" has no upright picture; cones reach less far."""
-
 LAG_S = 0.15
 """A hand that asks for more than the rate limit is followed for this long after it
 stops; what would come later than that is not what it meant."""

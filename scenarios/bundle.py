@@ -27,7 +27,6 @@ from renderers.scene import whole_file
 from scenarios.session import Sample
 
 SCHEMA_VERSION = 1
-SUFFIX = ".paravol"
 
 _FLUSH_EVERY = 50
 """Samples between two flushes: half a second at 100 Hz."""

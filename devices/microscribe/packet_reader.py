@@ -58,11 +58,6 @@ class PacketReader:
         self._rest, self._passed, self._complete = b"", 0, None
 
     @property
-    def partial_bytes(self) -> int:
-        """Get how many bytes of an unfinished packet have come."""
-        return len(self._rest)
-
-    @property
     def missing_bytes(self) -> int:
         """Get how many bytes the next delivery needs at least."""
         missing = self._length - len(self._rest)

@@ -155,11 +155,6 @@ class HostSession:
         return bytes(self._buffer)
 
     @property
-    def packet_bytes(self) -> int:
-        """Get how many bytes have come of a packet that is not complete."""
-        return self._reader.partial_bytes
-
-    @property
     def missing_bytes(self) -> int:
         """Get how many bytes the next sample needs at least."""
         return self._reader.missing_bytes + self._echo_due

@@ -4,6 +4,7 @@ import errno
 import fcntl
 import os
 import re
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -47,6 +48,7 @@ def test_help_ends_well(words: list[str], capsys: pytest.CaptureFixture[str]) ->
     [
         (["demo", "--scenario", "nose-job"], "no scenario named 'nose-job'"),
         (["demo", "--scenario", "none.toml"], "cannot be read"),
+        (["demo", "--size", "65"], "--size must be even"),
         (["replay", "nowhere.paravol"], "is not a session"),
         (["snapshot"], "either a session folder or --case or --volume"),
         (["snapshot", "--case", "a", "--volume", "b.nrrd"], "one of them alone"),
@@ -96,6 +98,11 @@ def test_an_unknown_command_names_those_there_are(
 ) -> None:
     assert main(["serve"]) == 2
     assert 'Unknown command "serve"' in told(capsys)
+
+
+def test_the_version_is_the_package_s(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out.strip() == version("paravol-ess")
 
 
 def test_ctrl_c_while_a_command_loads(

@@ -34,6 +34,26 @@ def test_uneven_frames_keep_their_times(tmp_path: Path) -> None:
     assert levels[10] == pytest.approx(120, abs=4)
 
 
+@pytest.mark.parametrize("name", ["film.txt", "film", "folder.mp4"])
+def test_a_film_is_an_mp4_file(name: str, tmp_path: Path) -> None:
+    (tmp_path / "folder.mp4").mkdir()
+    with pytest.raises(ValueError, match=r"goes to an \.mp4 file"):
+        VideoWriter(tmp_path / name, (48, 32), 30.0)
+
+
+def test_a_film_without_a_place_is_refused_before_the_first_frame() -> None:
+    film = VideoWriter(Path("/proc/film.mp4"), (48, 32), 30.0)
+    with pytest.raises(OSError, match="No such file") as caught, film:
+        pass
+    assert caught.value.filename == "/proc/film.mp4"
+
+
+def test_no_frames_are_no_film(tmp_path: Path) -> None:
+    with VideoWriter(tmp_path / "film.mp4", (48, 32), 30.0):
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
 def fail_in_the_middle(file: Path) -> None:
     with VideoWriter(file, (48, 32), 30.0) as film:
         film.add(picture(9))
