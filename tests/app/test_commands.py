@@ -74,6 +74,7 @@ def test_mistakes_are_one_sentence(
     ("words", "complaint"),
     [
         (["demo", "--threads", "-1"], '"-1" for --threads'),
+        (["train", "--threads", "-1"], '"-1" for --threads'),
         (["demo", "--ranks", "0"], '"0" for --ranks'),
         (["snapshot", "--size", "-5"], '"-5" for --size'),
         (["register", "--seed", "-1"], '"-1" for --seed'),

@@ -16,6 +16,8 @@ from app.pose_stream import (
 from app.second_channel import AWAY_MM, HandChannel
 from devices import Pose
 
+PATIENCE_S = 30.0
+
 
 def test_every_sample_is_streamed_in_the_patients_frame() -> None:
     world_from_device = np.eye(4)
@@ -29,14 +31,16 @@ def test_every_sample_is_streamed_in_the_patients_frame() -> None:
         twin = HandChannel()
         client = OpenIGTLinkClient(streamer.host, streamer.port)
         try:
+            deadline = time.monotonic() + PATIENCE_S
             while not streamer.peers:
+                assert time.monotonic() < deadline, "no peer has connected"
                 time.sleep(0.001)
             for number in range(3):
                 measured = Pose(number * 0.01, 50.0 + number * 0.01, pose, 0)
                 sample, plain = aim.complete(measured), twin.complete(measured)
                 assert sample.time_s == plain.time_s
-                scope = client.wait_for_message(SCOPE, timeout=30)
-                tool = client.wait_for_message(INSTRUMENT, timeout=30)
+                scope = client.wait_for_message(SCOPE, timeout=PATIENCE_S)
+                tool = client.wait_for_message(INSTRUMENT, timeout=PATIENCE_S)
                 # LPS (-19, 12, 33), as a RAS peer must see it.
                 assert scope.matrix[:3, 3].tolist() == [19.0, -12.0, 33.0]
                 assert tool.matrix[:3, 3] == pytest.approx(AWAY_MM * (-1, -1, 1))

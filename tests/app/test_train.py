@@ -27,7 +27,6 @@ def refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
         (["--screenshot", "picture.bmp"], "picture.bmp"),
         (["--screenshot", "no/such/folder/picture.png"], "no/such/folder"),
         (["--scenario", "no_such_thing"], "no_such_thing"),
-        (["--threads", "-1"], "-1"),
         (["--input", "robot"], "robot"),
         (["--input", "igtl:here"], "igtl:localhost:18944"),
         (["--input", "recording:no/such.json"], "no/such.json"),
