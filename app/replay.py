@@ -7,6 +7,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
+from app.endoscope_view import Frame
 from app.operating_room import OperatingRoom, Progress, prepare_room
 from app.session_setup import build_session, build_view
 from app.video import VideoWriter
@@ -86,6 +87,7 @@ def replay_session(
         threads=threads,
     )
     frames = 0
+    frame: Frame | None = None
     pictures: list[int] = []
     clearances: list[int] = []
     samples: list[Sample] = []
@@ -112,6 +114,9 @@ def replay_session(
                 if film is not None:
                     film.show_until(frame.pixels, shown.time_s)
             progress("Replaying", (index + 1) / len(records))
+        if film is not None and frame is not None:
+            # the last frame was still to be seen when the flight ended
+            film.show_until(frame.pixels, samples[-1].time_s)
     score = session.score()
     return ReplayReport(
         complete=complete,
