@@ -1,7 +1,5 @@
 """What a session streams, seen by pyigtl's own client."""
 
-import time
-
 import numpy as np
 import pytest
 from pyigtl import OpenIGTLinkClient
@@ -15,8 +13,7 @@ from app.pose_stream import (
 )
 from app.second_channel import AWAY_MM, HandChannel
 from devices import Pose
-
-PATIENCE_S = 30.0
+from tests.devices.openigtlink.peers import PATIENCE_S, wait_for_peers
 
 
 def test_every_sample_is_streamed_in_the_patients_frame() -> None:
@@ -31,10 +28,7 @@ def test_every_sample_is_streamed_in_the_patients_frame() -> None:
         twin = HandChannel()
         client = OpenIGTLinkClient(streamer.host, streamer.port)
         try:
-            deadline = time.monotonic() + PATIENCE_S
-            while not streamer.peers:
-                assert time.monotonic() < deadline, "no peer has connected"
-                time.sleep(0.001)
+            wait_for_peers(streamer)
             for number in range(3):
                 measured = Pose(number * 0.01, 50.0 + number * 0.01, pose, 0)
                 sample, plain = aim.complete(measured), twin.complete(measured)

@@ -221,7 +221,9 @@ def test_unread_poses_are_not_lost_in_silence(
 ) -> None:
     monkeypatch.setattr(pose_queue, "LARGEST_QUEUE", 5)
     with MicroScribe(serve_arm().port, timing=hasty, poll_hz=1000.0) as arm:
+        deadline = time.monotonic() + 30.0
         while not arm.counters["packets"] > 12:
+            assert time.monotonic() < deadline, "no 12 packets within 30 s"
             arm.latest()
         with pytest.raises(DeviceError, match="were lost") as caught:
             arm.read(1.0)

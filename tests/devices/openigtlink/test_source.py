@@ -3,7 +3,6 @@
 import signal
 import socket
 import threading
-import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -19,6 +18,7 @@ from devices.openigtlink import (
 from devices.openigtlink.messages import RAS_FROM_LPS
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
+from tests.devices.openigtlink.peers import wait_for_peers
 
 EPOCH_S = 1_792_134_567.0
 
@@ -119,8 +119,7 @@ def test_our_own_stream_comes_back_exact_to_float32() -> None:
         PoseStreamer(0) as streamer,
         OpenIGTLinkSource(streamer.host, streamer.port) as source,
     ):
-        while not streamer.peers:
-            time.sleep(0.001)
+        wait_for_peers(streamer)
         for number in range(30):
             rotation, _ = np.linalg.qr(rng.normal(size=(3, 3)))
             matrix = np.eye(4)

@@ -14,6 +14,7 @@ from pyigtl import OpenIGTLinkClient
 from devices.openigtlink import PoseStreamer, ToolTransform, TransformReader
 from devices.openigtlink.streamer import LONGEST_QUEUE, MOST_PEERS
 from devices.port import DeviceError, DeviceReason
+from tests.devices.openigtlink.peers import wait_for_peers
 
 SCOPE = "ScopeTipToPatient"
 TOOL = "InstrumentToPatient"
@@ -63,8 +64,7 @@ def received(peer: socket.socket, count: int) -> list[ToolTransform]:
 def test_pyigtl_gets_both_tools_with_their_times(streamer: PoseStreamer) -> None:
     client = OpenIGTLinkClient(streamer.host, streamer.port)
     try:
-        while not streamer.peers:
-            time.sleep(0.001)
+        wait_for_peers(streamer)
         wall_s = time.time() - time.monotonic()
         stamps = []
         for number in range(5):
