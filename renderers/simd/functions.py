@@ -218,6 +218,19 @@ def lanes(typingctx: Any, width: Any) -> Any:
 
 
 @vector_function
+def lowest(typingctx: Any, x: Any) -> Any:
+    """Give the number of the lowest bit that is set in an int64, 64 if none is."""
+    if types.unliteral(x) != types.int64:
+        return None
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        whole = ir.Constant(ELEMENTS["bool"], 0)
+        return call_llvm(builder, "llvm.cttz.i64", I64, [args[0], whole])
+
+    return signature(types.int64, types.int64), generate
+
+
+@vector_function
 def rank(typingctx: Any, mask: Any) -> Any:
     """Count, for every lane, how many lanes before it are set."""
     if not isinstance(mask, Vector) or mask.element != "bool":

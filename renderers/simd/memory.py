@@ -201,6 +201,26 @@ def store_packed(typingctx: Any, array: Any, index: Any, x: Any, mask: Any) -> A
     return signature(types.void, array, types.intp, x, mask), generate
 
 
+@vector_function
+def prefetch(typingctx: Any, array: Any, index: Any) -> Any:
+    """Ask for the cache line of the index-th element; wherever it is, no fault."""
+    found = stored(array)
+    if found is None or not isinstance(types.unliteral(index), types.Integer):
+        return None
+    step = found[1]
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        base = data(context, builder, sig.args[0], args[0])
+        at = builder.gep(base, [args[1]], source_etype=step)
+        at = builder.bitcast(at, ir.PointerType())
+        # to read, soon and more than once, data
+        how = [ir.Constant(I32, n) for n in (0, 3, 1)]
+        call_llvm(builder, "llvm.prefetch.p0", ir.VoidType(), [at, *how])
+        return context.get_dummy_value()
+
+    return signature(types.void, array, types.intp), generate
+
+
 def gather_lanes(
     builder: Any, base: Any, index: Any, mask: Any, step: Any, vector: Vector
 ) -> Any:

@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,7 +11,13 @@ from hypothesis import strategies as st
 
 from renderers.fsr import Inclusion, extract_fuzzy_set
 from renderers.fsr.classic import SplatMode, SplatRasterizer
-from renderers.fsr.classic.ordering.kernels import KEYS, order_by_keys
+from renderers.fsr.classic.ordering.kernels import (
+    KEYS,
+    NOWHERE,
+    begin_keys,
+    count_keys,
+    place_by_keys,
+)
 from renderers.fsr.footprint import gaussian_footprint, peak_table
 from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import (
@@ -157,19 +164,31 @@ def test_voxels_that_are_no_numbers_are_refused(bad: float) -> None:
 
 
 @given(
-    keys=st.lists(st.sampled_from([0, 1, 7, KEYS - 1]), max_size=200),
-    cut=st.integers(0, 200),
+    keys=st.lists(
+        st.tuples(st.sampled_from([3, 4, 7, KEYS - 1]), st.booleans()), max_size=200
+    ),
+    cuts=st.tuples(st.integers(0, 200), st.integers(0, 200)),
 )
-def test_equal_distances_are_ordered_by_number(keys: list[int], cut: int) -> None:
-    """What a stable sort gives, from parts as from a whole."""
-    number = np.arange(len(keys), dtype=np.int32)
-    key = np.array(keys, np.int32)
-    middle = min(cut, len(keys))
-    ordered = np.empty(len(keys), np.int32)
-    parts = np.array([[0, middle], [middle, len(keys)]])
-    counts = np.empty(KEYS, np.int32)
-    assert order_by_keys(number, key, parts, counts, ordered) == len(keys)
-    np.testing.assert_array_equal(ordered, np.argsort(key, kind="stable"))
+def test_equal_distances_are_ordered_by_number(
+    keys: list[tuple[int, bool]], cuts: tuple[int, int]
+) -> None:
+    """What a stable sort of those that show gives, from parts as from a whole."""
+    key = np.array([k for k, _ in keys], np.int32)
+    shown = np.array([is_shown for _, is_shown in keys], bool)
+    ranges = np.where(shown, np.arange(len(keys)) << 8, NOWHERE).astype(np.int32)
+    numbers, ordered = np.empty((2, len(keys)), np.int32)
+    edges = [0, *sorted(min(cut, len(keys)) for cut in cuts), len(keys)]
+    parts = list(pairwise(edges))
+    counts = np.empty((len(parts), KEYS), np.int32)
+    for row, (first, end) in zip(counts, parts, strict=True):
+        count_keys(ranges[first:end], key[first:end], 3, KEYS, row)
+    assert begin_keys(counts, 3, KEYS) == shown.sum()
+    for row, (first, end) in zip(counts, parts, strict=True):
+        here = slice(first, end)
+        place_by_keys(ranges[here], key[here], first, row, numbers, ordered)
+    wanted = np.flatnonzero(shown)[np.argsort(key[shown], kind="stable")]
+    np.testing.assert_array_equal(numbers[: len(wanted)], wanted)
+    np.testing.assert_array_equal(ordered[: len(wanted)], ranges[wanted])
 
 
 @pytest.mark.parametrize("mode", SplatMode)

@@ -8,16 +8,17 @@ from numpy.typing import NDArray
 from renderers.fsr.classic.kernel_set import KernelSet
 from renderers.fsr.classic.mode import SplatMode
 from renderers.fsr.classic.near import LAST_SIGMA
-from renderers.fsr.classic.ordered_splats import SPARE, Piece
+from renderers.fsr.classic.ordering.kernels import (
+    KEYS,
+    begin_keys,
+    count_keys,
+    place_by_keys,
+)
 from renderers.fsr.classic.projection.kernels import CUT, RECORD
 from renderers.fsr.classic.splat_list import SplatList, sigma_of
+from renderers.fsr.classic.taken_splats import SPARE, Piece
 from renderers.fsr.footprint import peak_table
 from renderers.fsr.thread_team import ThreadTeam
-
-PART = 1 << 13
-"""Splats that one thread projects at a time."""
-
-_STRIDE = PART + SPARE
 
 PEAK_ROWS = 1024
 _EDGE = math.exp(-0.5 * CUT**2)
@@ -26,32 +27,34 @@ FOOTPRINT_SUM = 2 * math.pi * (1 - _EDGE * (1 + 0.5 * CUT**2)) / (1 - _EDGE)
 
 
 class ProjectedSplats:
-    """Project pieces of lists into memory that is kept from piece to piece.
+    """Project pieces of lists, in memory that is kept from piece to piece.
 
-    records: ``(n, RECORD)`` float32, boxes: the same memory, ranges: ``(n,)`` int32
-    tiles, see the kernels. parts: ``(p, 2)`` int64, which of these belong to the last
-    piece. visible: how many of the last piece may show.
+    records: ``(n, RECORD)`` float32, boxes: the same memory, see the kernels. Of the
+    last piece, near ones first: ranges, numbers: ``(n,)`` int32, tiles and records of
+    those that may show. visible: how many these are.
     """
 
     def __init__(self, kernels: KernelSet) -> None:
         self._project = kernels.project_splats
+        self._counts: NDArray[np.int32] = np.empty((0, KEYS), np.int32)
         self._make_room(1)
-        self.parts: NDArray[np.int64] = np.empty((0, 2), np.int64)
         self.visible = 0
 
     def update(self, piece: Piece, splats: SplatList, team: ThreadTeam) -> None:
-        """Project a piece of a list."""
+        """Take a piece of a list, project it and put it in order."""
         camera, view, mode = splats.camera, splats.view, splats.mode
         sigma = sigma_of(mode)
-        parts = -(-piece.count // PART)
-        if parts * _STRIDE > len(self.records):
-            self._make_room(parts)
+        if len(piece.index) > len(self.records):
+            self._make_room(len(piece.index))
+        if piece.parts > len(self._counts):
+            self._counts = np.empty((piece.parts, KEYS), np.int32)
+        keys = piece.first_key, piece.end_key
 
-        def project(part: int) -> int:
-            begin = part * _STRIDE
-            return self._project(
-                piece.index[part * PART :],
-                min(piece.count - part * PART, PART),
+        def project(part: int) -> tuple[int, int]:
+            first, end = piece.take(part)
+            self._project(
+                piece.index[first:],
+                end - first,
                 piece.places,
                 piece.paints,
                 view.base,
@@ -65,19 +68,32 @@ class ProjectedSplats:
                 peak_table(PEAK_ROWS),
                 mode is SplatMode.POINTS,
                 np.float32(FOOTPRINT_SUM if mode is SplatMode.SHEET else 0.0),
-                self.records[begin : begin + _STRIDE],
-                self.boxes[begin : begin + _STRIDE],
-                self.ranges[begin : begin + _STRIDE],
+                self.records[first:],
+                self.boxes[first:],
+                self._found[first:],
+            )
+            here = slice(first, end)
+            count_keys(self._found[here], piece.keys[here], *keys, self._counts[part])
+            return first, end
+
+        parts = team.map(project, range(piece.parts))
+        self.visible = begin_keys(self._counts[: piece.parts], *keys)
+
+        def place(part: int) -> None:
+            first, end = parts[part]
+            place_by_keys(
+                self._found[first:end],
+                piece.keys[first:end],
+                first,
+                self._counts[part],
+                self.numbers,
+                self.ranges,
             )
 
-        done = team.map(project, range(parts))
-        first = np.arange(parts)
-        ends = np.minimum(PART, piece.count - first * PART)
-        self.parts = np.stack([first * _STRIDE, first * _STRIDE + ends], axis=-1)
-        self.visible = sum(done)
+        team.map(place, range(piece.parts))
 
-    def _make_room(self, parts: int) -> None:
-        room = parts * _STRIDE
+    def _make_room(self, room: int) -> None:
         self.records: NDArray[np.float32] = np.empty((room, RECORD), np.float32)
         self.boxes: NDArray[np.int32] = self.records.view(np.int32)
-        self.ranges: NDArray[np.int32] = np.empty(room, np.int32)
+        self._found: NDArray[np.int32] = np.empty(room, np.int32)
+        self.numbers, self.ranges = np.zeros((2, room + SPARE), np.int32)

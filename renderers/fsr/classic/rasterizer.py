@@ -1,8 +1,8 @@
 """A fuzzy set drawn the 1995 way: shaded splats, one over the other.
 
 Two stages that may run at the same time for two pictures, as in 1995: splats are
-culled by rows and put in order; then projected, listed per tile and composited near to
-far, so that a tile is done when no light is left.
+culled by rows; then taken shell by shell, projected, put in order and composited near
+to far in tiles, so that a tile is done when no light is left.
 """
 
 import threading
@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.classic.kernel_set import KernelSet, best_kernels
-from renderers.fsr.classic.kernels import open_tiles
+from renderers.fsr.classic.kernels import FRAGMENT_BITS, open_tiles
 from renderers.fsr.classic.mode import SplatMode, Traversal
-from renderers.fsr.classic.ordered_splats import OrderedSplats, Piece
 from renderers.fsr.classic.painted_set import PaintedSet
 from renderers.fsr.classic.projected_splats import ProjectedSplats
 from renderers.fsr.classic.scratch import TileScratch, TileStates
 from renderers.fsr.classic.splat_list import SplatList, list_splats
+from renderers.fsr.classic.taken_splats import Piece, TakenSplats
 from renderers.fsr.classic.tiles import MOST_TILES, TILE_SIDE
 from renderers.fsr.fuzzy_set import FuzzySet
 from renderers.fsr.thread_team import ThreadTeam
@@ -72,7 +72,7 @@ class SplatRasterizer:
         self._painted = PaintedSet(fuzzy_set, scene)
         self._row_count = fuzzy_set.rows.row_count
         self._least_light = least_light
-        self._ordered = OrderedSplats(self._painted, self._kernels)
+        self._taken = TakenSplats(self._painted, self._kernels)
         self._splats = ProjectedSplats(self._kernels)
         self._tiles = TileStates(1, 1, False)
         self._local = threading.local()
@@ -135,11 +135,10 @@ class SplatRasterizer:
         )
         fragments = visible = 0
         is_new = True
-        self.stage_s = dict.fromkeys(("order", "project", "draw"), 0.0)
+        self.stage_s = dict.fromkeys(("project", "draw"), 0.0)
         clock = Clock(self.stage_s)
-        for piece in self._ordered.pieces(splats, self._tiles, team):
-            clock.passed("order")
-            if piece.count == 0 and not piece.last:
+        for piece in self._taken.pieces(splats, self._tiles):
+            if piece.parts == 0 and not piece.last:
                 continue
             self._splats.update(piece, splats, team)
             clock.passed("project")
@@ -155,7 +154,7 @@ class SplatRasterizer:
             "split": splats.near.split,
             "rows": self._row_count,
             "culled rows": self._row_count - len(splats.spans),
-            "fragments": fragments,
+            "fragments": fragments >> FRAGMENT_BITS,
         }
         return Image(canvas.image, canvas.depth if with_depth else None)
 
@@ -192,7 +191,8 @@ class SplatRasterizer:
                 records,
                 boxes,
                 projected.ranges,
-                projected.parts,
+                projected.numbers,
+                projected.visible,
                 first,
                 end,
                 across,

@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.classic.tiles import SQUARE, SQUARES, STATE
+from renderers.fsr.classic.shells.kernels import find_waiting
+from renderers.fsr.classic.tiles import BLOCKS, SQUARE, SQUARES, STATE
 from renderers.fsr.scope.scratch import lined_up
 
 RUN = 8
@@ -58,14 +59,10 @@ class TileStates:
         return [(first, end) for first, end in every if self.alive[first:end].any()]
 
     def waiting_sets(self) -> NDArray[np.int32]:
-        """Give ``(down + 3, across + 3)`` sets of tiles that take light, as bits.
-
-        See `take_shell`.
-        """
+        """Tell where light is taken, see `find_waiting`."""
         down, across, _ = self.shape
-        one = np.zeros((down + 4, across + 4), np.int32)
-        one[1 : down + 1, 1 : across + 1] = self.alive.reshape(down, across) != 0
-        beside = one[:, :-1] | one[:, 1:]
-        below = one[:-1, :-1] | one[1:, :-1]
-        all_ = beside[:-1] | beside[1:]
-        return one[:-1, :-1] | beside[:-1] << 1 | below << 2 | all_ << 3
+        blocks = (BLOCKS * down + 2) * (BLOCKS * across + 2)
+        size = blocks + (down + 2) * (across + 2)
+        result: NDArray[np.int32] = np.empty(size, np.int32)
+        find_waiting(self.alive, down, across, result)
+        return result

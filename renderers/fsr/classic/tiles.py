@@ -17,6 +17,9 @@ ACROSS = TILE_SIDE // SIDE
 
 SQUARES = ACROSS * ACROSS
 
+BLOCKS = ACROSS // 2
+"""Blocks of two by two squares along a side of a tile."""
+
 STATE = 4 * SQUARE
 """Floats of a square: the light still to come, then red, green, blue so far."""
 

@@ -1,5 +1,6 @@
 """A camera in terms of a set's grid."""
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -9,6 +10,8 @@ from numpy.typing import NDArray
 from renderers.fsr.classic.ordering.kernels import KEYS
 from renderers.fsr.sparse_rows import SparseRows
 from renderers.scene import Camera, Projection
+
+_CORNERS = np.array(list(itertools.product((0.0, 1.0), repeat=3))).T
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,15 +45,15 @@ def view_of(camera: Camera, rows: SparseRows) -> View:
     top = np.array(rows.shape[::-1]) - 1.0
     base = np.clip(np.rint(np.linalg.solve(axes, -start)), 0, top)
     matrix = np.column_stack([axes, axes @ base + start])
-    corners = np.array(np.meshgrid(*zip(-0.5 - np.zeros(3), top + 0.5, strict=True)))
-    seen = axes @ corners.reshape(3, -1) + start[:, None]
+    seen = axes @ (_CORNERS * (top[:, None] + 1) - 0.5) + start[:, None]
     is_flat = camera.projection is Projection.ORTHOGRAPHIC
     if is_flat:
         low, high = float(seen[2].min()), float(seen[2].max())
     else:
-        middle, reach = seen.mean(axis=1), np.ptp(seen, axis=1)
-        low = max(float(np.linalg.norm(middle) - np.linalg.norm(reach) / 2), 0.0)
-        high = float(np.linalg.norm(seen, axis=0).max())
+        middle = axes @ (top / 2) + start
+        reach = seen.max(axis=1) - seen.min(axis=1)
+        low = max(math.hypot(*middle) - math.hypot(*reach) / 2, 0.0)
+        high = math.sqrt(float((seen * seen).sum(axis=0).max()))
     half = 0.5 * min(camera.width, camera.height)
     pinhole = camera.projection is Projection.PERSPECTIVE
     scale = half / (math.tan(camera.extent) if pinhole else camera.extent)

@@ -24,6 +24,7 @@ from renderers.simd import (
     lanes,
     least,
     load,
+    lowest,
     maximum,
     minimum,
     rank,
@@ -209,3 +210,19 @@ def test_extremes_of_all_lanes(width: int, dtype: Any) -> None:
         out = np.zeros(2, dtype)
         run(x, out)
         assert list(out) == [x.min(), x.max()]
+
+
+@njit
+def _lowest(x: Any, out: Any) -> None:
+    for k in range(x.shape[0]):
+        out[k] = lowest(x[k])
+
+
+def test_the_lowest_bit_is_found_wherever_it_is() -> None:
+    places = np.arange(64)
+    single = np.left_shift(np.int64(1), places)
+    rest = np.random.default_rng(1).integers(-(2**63), 2**63, 64)
+    x = np.concatenate([single, single | (rest & ~(single - 1)), [0, -1]])
+    out = np.zeros(len(x), np.int64)
+    _lowest(x, out)
+    np.testing.assert_array_equal(out, [*places, *places, 64, 0])

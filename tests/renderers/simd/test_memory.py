@@ -14,6 +14,7 @@ from renderers.simd import (
     lanes,
     load,
     load_where,
+    prefetch,
     store,
     store_packed,
     store_where,
@@ -136,3 +137,15 @@ def test_chosen_lanes_are_packed_and_nothing_else_is_touched(
     out = np.full(3 + len(chosen), 77, dtype)
     _packed(x, out, dtype(limit))
     np.testing.assert_array_equal(out, [77, 77, *chosen, 77])
+
+
+@njit
+def _ahead(x: Any, index: Any) -> Any:
+    prefetch(x, index)
+    return x[0]
+
+
+@pytest.mark.parametrize("index", [0, 7, 1 << 40, -(1 << 40)])
+def test_asking_for_memory_never_fails(index: int) -> None:
+    for dtype in (np.float32, np.int64, np.uint8):
+        assert _ahead(np.full(8, 3, dtype), index) == 3

@@ -8,7 +8,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 I32 = NDArray[np.int32]
-I64 = NDArray[np.int64]
 
 KEYS = 4096
 """Distances told apart by the order: of 130 mm, steps of 32 microns."""
@@ -18,49 +17,71 @@ NOWHERE = 255
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def order_by_keys(index: I32, keys: I32, parts: I64, counts: I32, ordered: I32) -> int:
-    """Sort elements by key, near ones first, ties in their order; give their number.
+def count_keys(
+    ranges: I32, keys: I32, first_key: int, end_key: int, counts: I32
+) -> None:
+    """Count a part's splats that show by key, of the keys first_key..end_key - 1.
 
-    parts: ``(p, 2)``, first and last + 1 of the places of each part. counts: scratch
-    of `KEYS`.
+    ranges: see `list_run`. counts: ``(KEYS,)``.
     """
-    counts[:] = 0
-    for part in range(parts.shape[0]):
-        for s in range(parts[part, 0], parts[part, 1]):
+    counts[first_key:end_key] = 0
+    for s in range(ranges.shape[0]):
+        if ranges[s] != NOWHERE:
             counts[keys[s]] += 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def begin_keys(counts: I32, first_key: int, end_key: int) -> int:
+    """Turn counts ``(parts, KEYS)`` into where each part's splats of a key begin.
+
+    Near ones first, ties by part. Returns the number of all.
+    """
     total = 0
-    for key in range(counts.shape[0]):
-        here = counts[key]
-        counts[key] = total
-        total += here
-    for part in range(parts.shape[0]):
-        for s in range(parts[part, 0], parts[part, 1]):
-            key = keys[s]
-            ordered[counts[key]] = index[s]
-            counts[key] += 1
+    for key in range(first_key, end_key):
+        for part in range(counts.shape[0]):
+            here = counts[part, key]
+            counts[part, key] = total
+            total += here
     return total
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def list_run(
-    ranges: I32, parts: I64, row: int, first: int, last: int, items: I32, own: I32
-) -> int:
-    """List the splats that meet any of some tiles side by side, order kept.
+def place_by_keys(
+    ranges: I32, keys: I32, first: int, begins: I32, numbers: I32, ordered: I32
+) -> None:
+    """Put a part's splats where they belong, ties in their order.
 
-    ranges: first and last tile column and row, a byte each from the lowest. parts:
-    ``(p, 2)``, first and last + 1 of the splats of each part. row, first, last: of the
-    tiles. items, own: which splats, and their ranges. Returns their number.
+    first: number of the first. begins: of the part, see `begin_keys`; moved on.
+    numbers, ordered: of all parts, which splats, and their ranges.
+    """
+    for s in range(ranges.shape[0]):
+        if ranges[s] != NOWHERE:
+            at = begins[keys[s]]
+            numbers[at] = first + s
+            ordered[at] = ranges[s]
+            begins[keys[s]] = at + 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def list_run(
+    ranges: I32, numbers: I32, count: int, row: int, first: int, last: int, items: I32,
+    own: I32,
+) -> int:  # fmt: skip
+    """List those of `count` splats that meet any of some tiles side by side.
+
+    ranges: first and last tile column and row, a byte each from the lowest. numbers:
+    what splats are listed as. row, first, last: of the tiles. items, own: which
+    splats, in their order, and their ranges. Returns their number.
     """
     n = 0
-    for part in range(parts.shape[0]):
-        for s in range(parts[part, 0], parts[part, 1]):
-            r = ranges[s]
-            beside = r & 255 > last or (r >> 8) & 255 < first
-            if beside or (r >> 16) & 255 > row or (r >> 24) & 255 < row:
-                continue
-            items[n] = s
-            own[n] = r
-            n += 1
+    for s in range(count):
+        r = ranges[s]
+        beside = r & 255 > last or (r >> 8) & 255 < first
+        if beside or (r >> 16) & 255 > row or (r >> 24) & 255 < row:
+            continue
+        items[n] = numbers[s]
+        own[n] = r
+        n += 1
     return n
 
 

@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.fsr.classic.ordering.kernels import NOWHERE
-from renderers.fsr.classic.tiles import SIDE, TILE_SHIFT
+from renderers.fsr.classic.tiles import TILE_SHIFT
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
@@ -21,8 +21,8 @@ Real = float | np.float32
 RECORD = 12
 """Floats of a projected splat: pixel centre 0-1, inverse covariance xx, xy, yy 2-4
 (for a point, half its side in place of the first), peak 5, depth 6, first and last
-column of squares 7, colour 8-10, first and last row of squares 11; of the squares the
-bits, sixteen each from the lowest."""
+column of pixels 7, colour 8-10, first and last row 11; of these the bits, sixteen each
+from the lowest."""
 
 ANTIALIAS = 0.3
 """Squared pixels added to a footprint's covariance, so that small ones keep mass."""
@@ -223,10 +223,10 @@ def project_splats(
         record[4] = xx / det
         record[5] = peak
         record[6] = z if projection == 2 else distance
-        boxes[e, 7] = left // SIDE | right // SIDE << 16
+        boxes[e, 7] = left | right << 16
         record[8] = paints[s, 0]
         record[9] = paints[s, 1]
         record[10] = paints[s, 2]
-        boxes[e, 11] = top_ // SIDE | bottom // SIDE << 16
+        boxes[e, 11] = top_ | bottom << 16
         visible += 1
     return visible

@@ -12,6 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.fsr.classic.ordering.kernels import KEYS
+from renderers.fsr.classic.tiles import ACROSS, BLOCKS
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
@@ -20,6 +21,14 @@ Real = float | np.float32
 
 BINS = 64
 """Steps of depth in which a survey counts elements."""
+
+SPAN = 4
+"""Blocks that a footprint may meet along an axis and still be found hidden."""
+
+FIRST_BLOCK = 3 | 3 << ACROSS
+"""A tile's squares that are its first block, as bits."""
+
+ROW_BITS = (1 << SPAN) - 1
 
 SLACK_MM = np.float32(1e-2)
 """More than a row's bounds, made of other sums, can be off."""
@@ -110,6 +119,51 @@ def depths_of_places(
         depths[s] = depth_of(dx, dy, dz - base[2], matrix, flat)
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _gather_sets(waiting: I32) -> None:
+    """Turn zeros and ones of blocks into sets, see `find_waiting`."""
+    down, wide = waiting.shape
+    for b in range(down):
+        # a row from its end: bit r tells of the blocks up to r to the right
+        found = 0
+        for a in range(wide - 1, -1, -1):
+            found = ROW_BITS if waiting[b, a] else (found << 1) & ROW_BITS
+            waiting[b, a] = found
+    for b in range(down):
+        for a in range(wide):
+            found = waiting[b, a]
+            for d in range(1, SPAN):
+                below = waiting[b + d, a] if b + d < down else 0
+                found |= (found >> SPAN * (d - 1) | below) << SPAN * d
+            waiting[b, a] = found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def find_waiting(alive: I64, down: int, across: int, waiting: I32) -> None:
+    """Tell where a picture takes light, in blocks of two by two squares and in tiles.
+
+    alive: ``(down * across,)`` squares that do, by tile. waiting: ``(BLOCKS down + 2,
+    BLOCKS across + 2)`` blocks, with one beyond the picture on each side, then ``(down
+    + 2, across + 2)`` tiles. Bit r + SPAN d tells whether any up to r to the right and
+    d below does.
+    """
+    high, wide = BLOCKS * down + 2, BLOCKS * across + 2
+    waiting[:] = 0
+    blocks = waiting[: high * wide].reshape(high, wide)
+    tiles = waiting[high * wide :].reshape(down + 2, across + 2)
+    for tile in range(down * across):
+        b, a = tile // across, tile % across
+        if alive[tile] == 0:
+            continue
+        tiles[b + 1, a + 1] = 1
+        for block in range(BLOCKS * BLOCKS):
+            d, r = block // BLOCKS, block % BLOCKS
+            if (alive[tile] >> 2 * (d * ACROSS + r)) & FIRST_BLOCK:
+                blocks[b * BLOCKS + d + 1, a * BLOCKS + r + 1] = 1
+    _gather_sets(blocks)
+    _gather_sets(tiles)
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def take_shell(
     spans: I32, bounds: I32, ny: int, columns: F32, base: F32, matrix: F32,
@@ -120,10 +174,8 @@ def take_shell(
     """List elements of spans whose key is one of first_key..end_key - 1, and the keys.
 
     See `survey_spans`; near elements are left out. lens: pixels per radian, tangent or
-    mm. reach_mm: radius of an element. waiting: ``(down + 3, across + 3)`` sets of
-    tiles beginning at a tile, the first one beyond the picture: bit r + 2 d tells
-    whether any of the tiles up to r to the right and d below still takes light; no
-    elements where all do. Those that only finished tiles could show are left out, or
+    mm. reach_mm: radius of an element. waiting: see `find_waiting`; no elements where
+    all take light. Those that only finished blocks could show are left out, or
     not: it changes no pixel, and this twin does not. Returns the number listed; index
     and keys have sixteen to spare.
     """

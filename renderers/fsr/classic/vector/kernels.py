@@ -9,17 +9,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.fsr.classic.kernels import (
-    DARK,
-    EDGE,
-    FALL,
-    FLAT,
-    limit_tile,
-    sheet_of,
-    squares_of_box,
+from renderers.fsr.classic.dealing.kernels import (
+    DEAL,
+    HAND,
+    deal_splats,
+    room_for_deal,
 )
+from renderers.fsr.classic.kernels import DARK, FALL, limit_tile
 from renderers.fsr.classic.ordering.vector.kernels import list_run, list_tile
-from renderers.fsr.classic.projection.kernels import CUT, RECORD
 from renderers.fsr.classic.projection.vector.kernels import absorbed
 from renderers.fsr.classic.tiles import (
     ACROSS,
@@ -30,13 +27,12 @@ from renderers.fsr.classic.tiles import (
     TILE_SIDE,
 )
 from renderers.simd import (
-    absolute,
     any_,
-    bits,
     f32,
     full,
     lanes,
     load,
+    lowest,
     maximum,
     put_rows4,
     select,
@@ -49,52 +45,20 @@ I32 = NDArray[np.int32]
 I64 = NDArray[np.int64]
 Real = float | np.float32
 
-_DE_BRUIJN = 0x03F79D71B4CB0A89
-"""All numbers of six bits occur in it: a power of two times it tells the power."""
-
-_POWERS = np.empty(64, np.int64)
-_POWERS[[(_DE_BRUIJN << n & (1 << 64) - 1) >> 58 for n in range(64)]] = range(64)
-
 _ONE = np.float32(1)
 _ZERO = np.float32(0)
 _HALF = np.float32(0.5)
-_REST = np.float32(0.5 * SIDE - 0.5)
-"""Pixel centres of a square lie this far from its middle, along an axis."""
-
-_BEYOND = np.float32(CUT * CUT + 0.01)
-
-_WIDE = np.float32(0.18)
-"""Inverse variance of footprints so wide that leaving out their corners pays."""
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _squares_of_ellipse(dx: Any, dy: Any, curve: Any, twist: Any, rise: Any) -> Any:
-    """Give the squares of a tile that a footprint may meet, a bit each.
-
-    dx, dy: the centre from the tile's first pixel. Half widths are taken at the row
-    of the square that is nearest to the centre.
-    """
-    slope = twist / curve
-    y = f32((lanes(SQUARES) >> 3) * SIDE) + (_REST - dy)
-    x = f32((lanes(SQUARES) & 7) * SIDE) + (_REST - dx)
-    beside = maximum(absolute(y) - _REST, _ZERO)
-    rest = _BEYOND - beside * beside * (rise - twist * slope)
-    across = absolute(x + y * slope) - (_REST + _REST * abs(slope))
-    across = maximum(across, _ZERO)
-    return bits(across * across * curve <= rest)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _footprint(z: Any) -> Any:
     """Weigh pixels: one at the centre, zero from the cut on."""
-    z = maximum(z, np.float32(-0.57))
-    g = z * FALL[2] + FALL[1]
-    g = g * z + FALL[0]
-    g = g * z + _ONE
+    z = maximum(z, np.float32(-1))
+    g = (z * FALL[1] + FALL[0]) * z + _ONE
     g = g * g
     g = g * g
     g = g * g
-    return maximum(g - np.float32(EDGE), _ZERO)
+    return g * (z + _ONE)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -137,70 +101,78 @@ def _close_tile(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _blend_splats(
-    records: F32, boxes: I32, items: I32, left: int, top: int, points: bool, cut: Real,
-    limits: F32, with_depth: bool, state: F32, depths: F32, alive: Any,
+    records: F32, items: I32, left: int, top: int, points: bool, cut: Real,
+    limits: F32, with_depth: bool, deal: Any,
+    state: F32, depths: F32, alive: Any,
 ) -> Any:  # fmt: skip
-    """Do as the scalar twin."""
+    """Do as the scalar twin, square by square."""
+    hands, words, shares = deal
     limited = limits.size > 0
     one = np.int64(1)
-    a = f32(lanes(SQUARE) & 3)
-    b = f32(lanes(SQUARE) >> 2)
-    squares = 0
-    for m in range(items.shape[0]):
+    fragments = 0
+    for first in range(0, items.shape[0], DEAL):
         if alive == 0:
             break
-        o = items[m] * RECORD
-        u, v, far = records[o], records[o + 1], records[o + 6]
-        curve, twist, rise = records[o + 2], records[o + 3], records[o + 4]
-        gain = records[o + 5]
-        if not points:
-            gain = gain * np.float32(1 / (1 - EDGE))
-        red, green, blue = records[o + 8], records[o + 9], records[o + 10]
-        slim = curve * FLAT
-        cross = twist * (FLAT * np.float32(2))
-        flat = rise * FLAT
-        live = squares_of_box(boxes[o + 7], boxes[o + 11], left, top) & alive
-        x = u - np.float32(left) - _HALF
-        y = v - np.float32(top) - _HALF
-        if not points and curve < _WIDE:
-            live &= _squares_of_ellipse(x, y, curve, twist, rise)
-        while live != 0:
-            k = _POWERS[((live & -live) * _DE_BRUIJN) >> 58 & 63]
-            live &= live - one
-            squares += 1
-            x0 = np.float32((k & 7) * SIDE) - x
-            y0 = np.float32((k >> 3) * SIDE) - y
-            if points:
-                dx = a + x0
-                dy = b + y0
-                inside = (dx >= -curve) & (dx < curve)
-                inside &= (dy >= -curve) & (dy < curve)
-                w = select(inside, gain, dx * _ZERO)
-            else:
-                dx = a + x0
-                dy = b + y0
-                w = _footprint(dx * (dx * slim + dy * cross) + dy * dy * flat) * gain
-            if limited:
-                w = select(load(limits, k * SQUARE, SQUARE) > far, w, _ZERO)
+        touched, halves = deal_splats(
+            records, items, first, min(DEAL, items.shape[0] - first), left, top, alive,
+            points, limits[:0], deal,
+        )  # fmt: skip
+        while touched != 0:
+            k = lowest(touched)
+            touched &= touched - one
             at = k * STATE
-            before = load(state, at, SQUARE)
-            w = w * before
-            after = before - w
-            after = maximum(after, np.float32(DARK))
-            store(state, at, after)
-            at += SQUARE
-            store(state, at, load(state, at, SQUARE) + w * red)
-            at += SQUARE
-            store(state, at, load(state, at, SQUARE) + w * green)
-            at += SQUARE
-            store(state, at, load(state, at, SQUARE) + w * blue)
+            light = load(state, at, SQUARE)
+            red = load(state, at + SQUARE, SQUARE)
+            green = load(state, at + 2 * SQUARE, SQUARE)
+            blue = load(state, at + 3 * SQUARE, SQUARE)
+            bound = load(limits, k * SQUARE, SQUARE) if limited else light
+            deep = load(depths, k * SQUARE, SQUARE) if with_depth else light
+            u = f32((lanes(SQUARE) & 3) + np.int32((k & 7) * SIDE))
+            v = f32((lanes(SQUARE) >> 2) + np.int32((k >> 3) * SIDE))
+            half = 0
+            those = words[k]
+            while True:
+                if those == 0:
+                    half += 1
+                    if half == halves:
+                        break
+                    those = words[half * SQUARES + k]
+                    continue
+                m = half * SQUARES + lowest(those)
+                those &= those - one
+                o = m * HAND
+                fragments += shares[m]
+                dx = u - hands[o]
+                dy = v - hands[o + 1]
+                if points:
+                    side = hands[o + 2]
+                    inside = (dx >= -side) & (dx < side)
+                    inside &= (dy >= -side) & (dy < side)
+                    w = select(inside, hands[o + 5], dx * _ZERO)
+                else:
+                    z = dx * (dx * hands[o + 2] + dy * hands[o + 3])
+                    w = _footprint(z + dy * dy * hands[o + 4]) * hands[o + 5]
+                if limited:
+                    w = select(bound > hands[o + 6], w, _ZERO)
+                w = w * light
+                before = light
+                light = maximum(light - w, np.float32(DARK))
+                red = red + w * hands[o + 8]
+                green = green + w * hands[o + 9]
+                blue = blue + w * hands[o + 10]
+                if with_depth:
+                    fallen = (before > _HALF) & (light <= _HALF)
+                    deep = select(fallen, hands[o + 6], deep)
+                if not any_(light > cut):
+                    alive &= ~(one << k)
+                    break
+            store(state, at, light)
+            store(state, at + SQUARE, red)
+            store(state, at + 2 * SQUARE, green)
+            store(state, at + 3 * SQUARE, blue)
             if with_depth:
-                fallen = (before > _HALF) & (after <= _HALF)
-                old = load(depths, k * SQUARE, SQUARE)
-                store(depths, k * SQUARE, select(fallen, far, old))
-            if not any_(after > cut):
-                alive &= ~(one << k)
-    return alive, squares
+                store(depths, k * SQUARE, deep)
+    return alive, fragments
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -215,12 +187,9 @@ def _end_sheet(
     after = before - share
     after = maximum(after, np.float32(DARK))
     scale = share / maximum(tau, np.float32(1e-30))
-    zero = full(_ZERO, SQUARE)
     store(state, at, after)
-    store(sums, at, zero)
     for c in range(at + SQUARE, at + STATE, SQUARE):
         store(state, c, load(state, c, SQUARE) + scale * load(sums, c, SQUARE))
-        store(sums, c, zero)
     if with_depth:
         fallen = (before > _HALF) & (after <= _HALF)
         old = load(depths, k * SQUARE, SQUARE)
@@ -231,84 +200,108 @@ def _end_sheet(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sum_sheets(
-    records: F32, boxes: I32, items: I32, left: int, top: int, low: Real, scale: Real,
-    thickness: Real, cut: Real, limits: F32, with_depth: bool, sums: F32, sheets: I32,
-    far: F32, state: F32, depths: F32, alive: Any,
+    records: F32, items: I32, left: int, top: int, sheets_of: F32, cut: Real,
+    limits: F32, with_depth: bool, deal: Any,
+    sums: F32, sheets: I32, far: F32, state: F32, depths: F32, alive: Any,
 ) -> Any:  # fmt: skip
-    """Do as the scalar twin."""
+    """Do as the scalar twin, square by square."""
+    low, scale, thickness = sheets_of[0], sheets_of[1], sheets_of[2]
     sums[:] = 0
     sheets[:] = -1
+    hands, words, shares = deal
     limited = limits.size > 0
     one = np.int64(1)
-    a = f32(lanes(SQUARE) & 3)
-    b = f32(lanes(SQUARE) >> 2)
-    squares = 0
-    for m in range(items.shape[0]):
+    zero = full(_ZERO, SQUARE)
+    fragments = 0
+    for first in range(0, items.shape[0], DEAL):
         if alive == 0:
             break
-        o = items[m] * RECORD
-        u, v, here = records[o], records[o + 1], records[o + 6]
-        curve, twist, rise = records[o + 2], records[o + 3], records[o + 4]
-        gain = records[o + 5] * np.float32(1 / (1 - EDGE))
-        red, green, blue = records[o + 8], records[o + 9], records[o + 10]
-        sheet = sheet_of(here, low, scale, thickness)
-        slim = curve * FLAT
-        cross = twist * (FLAT * np.float32(2))
-        flat = rise * FLAT
-        live = squares_of_box(boxes[o + 7], boxes[o + 11], left, top) & alive
-        x = u - np.float32(left) - _HALF
-        y = v - np.float32(top) - _HALF
-        if curve < _WIDE:
-            live &= _squares_of_ellipse(x, y, curve, twist, rise)
-        while live != 0:
-            k = _POWERS[((live & -live) * _DE_BRUIJN) >> 58 & 63]
-            live &= live - one
-            if sheets[k] != sheet:
-                bright = _end_sheet(k, sums, cut, with_depth, state, depths, far)
-                sheets[k] = sheet
-                far[k] = low + (np.float32(sheet) + _HALF) * thickness / scale
-                if not bright:
-                    alive &= ~(one << k)
-                    continue
-            squares += 1
-            x0 = np.float32((k & 7) * SIDE) - x
-            y0 = np.float32((k >> 3) * SIDE) - y
-            dx = a + x0
-            dy = b + y0
-            w = _footprint(dx * (dx * slim + dy * cross) + dy * dy * flat) * gain
-            if limited:
-                w = select(load(limits, k * SQUARE, SQUARE) > here, w, _ZERO)
+        touched, halves = deal_splats(
+            records, items, first, min(DEAL, items.shape[0] - first), left, top, alive,
+            False, sheets_of, deal,
+        )  # fmt: skip
+        while touched != 0:
+            k = lowest(touched)
+            touched &= touched - one
             at = k * STATE
-            store(sums, at, load(sums, at, SQUARE) + w)
-            at += SQUARE
-            store(sums, at, load(sums, at, SQUARE) + w * red)
-            at += SQUARE
-            store(sums, at, load(sums, at, SQUARE) + w * green)
-            at += SQUARE
-            store(sums, at, load(sums, at, SQUARE) + w * blue)
+            depth = load(sums, at, SQUARE)
+            red = load(sums, at + SQUARE, SQUARE)
+            green = load(sums, at + 2 * SQUARE, SQUARE)
+            blue = load(sums, at + 3 * SQUARE, SQUARE)
+            bound = load(limits, k * SQUARE, SQUARE) if limited else depth
+            u = f32((lanes(SQUARE) & 3) + np.int32((k & 7) * SIDE))
+            v = f32((lanes(SQUARE) >> 2) + np.int32((k >> 3) * SIDE))
+            last = np.float32(sheets[k])
+            half = 0
+            those = words[k]
+            while True:
+                if those == 0:
+                    half += 1
+                    if half == halves:
+                        break
+                    those = words[half * SQUARES + k]
+                    continue
+                m = half * SQUARES + lowest(those)
+                those &= those - one
+                o = m * HAND
+                sheet = hands[o + 7]
+                if sheet != last:
+                    store(sums, at, depth)
+                    store(sums, at + SQUARE, red)
+                    store(sums, at + 2 * SQUARE, green)
+                    store(sums, at + 3 * SQUARE, blue)
+                    bright = _end_sheet(k, sums, cut, with_depth, state, depths, far)
+                    depth = zero
+                    red = zero
+                    green = zero
+                    blue = zero
+                    last = sheet
+                    far[k] = low + (sheet + _HALF) * thickness / scale
+                    if not bright:
+                        alive &= ~(one << k)
+                        break
+                fragments += shares[m]
+                dx = u - hands[o]
+                dy = v - hands[o + 1]
+                z = dx * (dx * hands[o + 2] + dy * hands[o + 3])
+                w = _footprint(z + dy * dy * hands[o + 4]) * hands[o + 5]
+                if limited:
+                    w = select(bound > hands[o + 6], w, _ZERO)
+                depth = depth + w
+                red = red + w * hands[o + 8]
+                green = green + w * hands[o + 9]
+                blue = blue + w * hands[o + 10]
+            sheets[k] = np.int32(last)
+            store(sums, at, depth)
+            store(sums, at + SQUARE, red)
+            store(sums, at + 2 * SQUARE, green)
+            store(sums, at + 3 * SQUARE, blue)
     for k in range(SQUARES):
         if sheets[k] < 0:
             continue
         if not _end_sheet(k, sums, cut, with_depth, state, depths, far):
             alive &= ~(one << k)
-    return alive, squares
+    return alive, fragments
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_tiles(
-    records: F32, boxes: I32, ranges: I32, parts: I64, first: int, end: int,
-    across: int, points: bool, cut: Real, sheets_of: F32, limit_mm: F32, last: bool,
+    records: F32, boxes: I32, ranges: I32, numbers: I32, count: int, first: int,
+    end: int, across: int, points: bool, cut: Real, sheets_of: F32, limit_mm: F32,
+    last: bool,
     items: I32, limits: F32, sums: F32, sheets: I32, far: F32, states: F32, depths: F32,
     alive: I64, image: F32, depth: F32,
 ) -> int:  # fmt: skip
     """Do as the scalar twin."""
     fragments = 0
+    deal = room_for_deal()
     with_depth = depth.size > 0
     row = first // across
     top = row * TILE_SIDE
     column = first - row * across
+    last_column = column + end - first - 1
     some = list_run(
-        ranges, parts, row, column, column + end - first - 1, items[0], items[1]
+        ranges, numbers, count, row, column, last_column, items[0], items[1]
     )
     for t in range(first, end):
         if alive[t] == 0:
@@ -319,17 +312,16 @@ def draw_tiles(
         bound = limits if limited else limits[:0]
         listed = items[2, : list_tile(items[0], items[1], some, column, items[2])]
         if sheets_of.size > 0:
-            alive[t], squares = _sum_sheets(
-                records, boxes, listed, left, top, sheets_of[0], sheets_of[1],
-                sheets_of[2], cut, bound, with_depth, sums, sheets, far, states[t],
-                depths[t], alive[t],
+            alive[t], pixels = _sum_sheets(
+                records, listed, left, top, sheets_of, cut, bound, with_depth, deal,
+                sums, sheets, far, states[t], depths[t], alive[t],
             )  # fmt: skip
         else:
-            alive[t], squares = _blend_splats(
-                records, boxes, listed, left, top, points, cut, bound, with_depth,
+            alive[t], pixels = _blend_splats(
+                records, listed, left, top, points, cut, bound, with_depth, deal,
                 states[t], depths[t], alive[t],
             )  # fmt: skip
-        fragments += squares * SQUARE
+        fragments += pixels
         if last or alive[t] == 0:
             _close_tile(states[t], depths[t], left, top, with_depth, image, depth)
     return fragments

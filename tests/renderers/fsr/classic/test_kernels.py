@@ -6,6 +6,9 @@ import pytest
 
 from renderers.fsr import FuzzySet
 from renderers.fsr.classic import SplatMode, SplatRasterizer
+from renderers.fsr.classic.kernels import FLAT, footprint
+from renderers.fsr.classic.projection.kernels import CUT
+from renderers.fsr.footprint import gaussian_footprint
 from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import (
     Camera,
@@ -55,3 +58,16 @@ def test_depth_is_where_half_of_the_light_is_gone(
     image = faint.draw(above(volume), team, with_depth=True)
     assert image.depth_mm is not None
     assert np.all(np.isinf(image.depth_mm))
+
+
+def test_the_footprint_is_the_gaussian_to_three_in_ten_thousand() -> None:
+    """One at the centre, nothing from the cut on, and nearly the Gaussian's mass."""
+    r2 = np.linspace(0, CUT**2, 4001)
+    weights = np.array([footprint(np.float32(d * FLAT)) for d in r2])
+    truth = gaussian_footprint(r2)
+    assert weights[0] == 1
+    assert np.abs(weights - truth).max() < 3.1e-4
+    assert np.all(np.diff(weights) <= 0)
+    assert weights.mean() == pytest.approx(truth.mean(), rel=3e-4)
+    for beyond in (CUT**2, 9.5, 1e3, 1e30):
+        assert abs(footprint(np.float32(beyond * FLAT))) < 1e-9

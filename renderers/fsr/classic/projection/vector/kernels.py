@@ -200,8 +200,8 @@ def project_splats(
         tiles |= ((b2 >> TILE_SHIFT) << 16) | ((b3 >> TILE_SHIFT) << 24)
         store(ranges, e, select(met, tiles, np.int32(NOWHERE)))
         depth = z if projection == 2 else distance
-        box_x = as_f32((b0 >> 2) | ((b1 >> 2) << 16))
-        box_y = as_f32((b2 >> 2) | ((b3 >> 2) << 16))
+        box_x = as_f32(b0 | (b1 << 16))
+        box_y = as_f32(b2 | (b3 << 16))
         curve = side if points else yy / det
         row = (lanes(_W) + np.int32(e)) * 3
         put_rows4(records, row, u, v, curve, -xy / det)

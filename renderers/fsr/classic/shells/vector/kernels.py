@@ -1,6 +1,6 @@
 """Shells of elements taken sixteen at a time; the method is told in the scalar twin.
 
-Here, elements that could only show in finished tiles are left out.
+Here, elements that could only show in finished blocks of pixels are left out.
 """
 
 import math
@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from renderers.fsr.classic.ordering.kernels import KEYS
 from renderers.fsr.classic.projection.kernels import ANTIALIAS, CUT
 from renderers.fsr.classic.projection.vector.kernels import polar_angle
-from renderers.fsr.classic.tiles import TILE_SIDE
+from renderers.fsr.classic.shells.kernels import SPAN
+from renderers.fsr.classic.tiles import BLOCKS, TILE_SIDE
 from renderers.simd import (
     any_,
     count,
@@ -24,6 +25,7 @@ from renderers.simd import (
     load_where,
     maximum,
     minimum,
+    select,
     sqrt,
     store_packed,
 )
@@ -35,6 +37,9 @@ Real = float | np.float32
 _W = 16
 _ONE = np.float32(1)
 _ZERO = np.float32(0)
+
+_SPAN = np.float32(SPAN)
+_TILE = np.float32(1 / BLOCKS)
 
 _LEAST_REACH = np.float32(CUT * math.sqrt(ANTIALIAS) + 1.0)
 """Pixels that a footprint without size reaches, and one for rounding."""
@@ -51,10 +56,14 @@ def take_shell(
     n = 0
     m = matrix
     flat = projection == 2
-    stride = np.int32((width + TILE_SIDE - 1) // TILE_SIDE + 3)
-    across = np.float32((width + TILE_SIDE - 1) // TILE_SIDE)
-    down = np.float32((height + TILE_SIDE - 1) // TILE_SIDE)
-    tile = np.float32(1 / TILE_SIDE)
+    blocks_across = (width + TILE_SIDE - 1) // TILE_SIDE * BLOCKS
+    blocks_down = (height + TILE_SIDE - 1) // TILE_SIDE * BLOCKS
+    stride = np.int32(blocks_across + 2)
+    tile_stride = np.int32(blocks_across // BLOCKS + 2)
+    tiles = np.int32((blocks_across + 2) * (blocks_down + 2))
+    across = np.float32(blocks_across)
+    down = np.float32(blocks_down)
+    block = np.float32(BLOCKS / TILE_SIDE)
     middle_u = np.float32(0.5 * width)
     middle_v = np.float32(0.5 * height)
     for span in range(spans.shape[0]):
@@ -93,14 +102,23 @@ def take_shell(
                 u = x * turn + middle_u
                 v = middle_v - y * turn
                 reach = stretch * reach_mm + _LEAST_REACH
-                # a tile beyond the picture stands for all beyond
-                a0 = minimum(maximum(floor((u - reach) * tile), -_ONE), across)
-                a1 = minimum(maximum(floor((u + reach) * tile), -_ONE), across)
-                b0 = minimum(maximum(floor((v - reach) * tile), -_ONE), down)
-                b1 = minimum(maximum(floor((v + reach) * tile), -_ONE), down)
-                small = (a1 - a0 <= _ONE) & (b1 - b0 <= _ONE)
+                # a block beyond the picture stands for all beyond
+                a0 = minimum(maximum(floor((u - reach) * block), -_ONE), across)
+                a1 = minimum(maximum(floor((u + reach) * block), -_ONE), across)
+                b0 = minimum(maximum(floor((v - reach) * block), -_ONE), down)
+                b1 = minimum(maximum(floor((v + reach) * block), -_ONE), down)
                 place = i32(b0 + _ONE) * stride + i32(a0 + _ONE)
-                set_ = i32(a1 - a0) + (i32(b1 - b0) << 1)
+                wide, high = a1 - a0, b1 - b0
+                small = (wide < _SPAN) & (high < _SPAN)
+                # in tiles what is too large in blocks
+                c0, d0 = floor(a0 * _TILE), floor(b0 * _TILE)
+                c1, d1 = floor(a1 * _TILE), floor(b1 * _TILE)
+                place_of_tile = i32(d0 + _ONE) * tile_stride + i32(c0 + _ONE)
+                place = select(small, place, place_of_tile + tiles)
+                wide = select(small, wide, c1 - c0)
+                high = select(small, high, d1 - d0)
+                small = (wide < _SPAN) & (high < _SPAN)
+                set_ = i32(wide) + i32(high) * SPAN
                 some = (gather(waiting, place, met) >> set_) & 1
                 met &= (some != np.int32(0)) | ~small
             store_packed(index, n, lanes(_W) + np.int32(s), met)

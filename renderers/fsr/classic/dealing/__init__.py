@@ -1,0 +1,1 @@
+"""Splats of a tile dealt out to its squares."""
