@@ -10,9 +10,9 @@ from benchmarks.schema import Setting
 from benchmarks.timing import measure
 from devices import load_probe_path
 from renderers.fsr.scope import SurfelRasterizer
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.fsr.visibility import VisibleSets, build_visible_sets
 from renderers.scene import Camera, ImageError, Volume
+from renderers.scene.thread_team import ThreadTeam
 from scenarios import load_scenario, tip_frame
 
 NOTHING = "all blocks in view"

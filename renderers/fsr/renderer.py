@@ -12,12 +12,12 @@ from renderers.fsr.classic.film import draw_film
 from renderers.fsr.classic.motion_gauge import MotionGauge
 from renderers.fsr.fuzzy_set import FuzzySet, Inclusion, extract_fuzzy_set
 from renderers.fsr.scope import SurfelRasterizer
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.fsr.visibility import VisibleSets
 from renderers.fsr.visibility.sets import Progress
 from renderers.fsr.visibility.store import stored_visible_sets
 from renderers.scene import Camera, GBuffer, Image, Scene
 from renderers.scene.deflection import Deflection, deflected_scene
+from renderers.scene.thread_team import ThreadTeam
 
 BOUNDARY_THRESHOLD = 0.1
 """Default threshold: boundary opacity a splat needs to be worth drawing."""

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from renderers.fsr import Inclusion, extract_fuzzy_set
 from renderers.fsr.classic import SplatMode, SplatRasterizer
 from renderers.fsr.classic.painted_set import PaintedSet
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import (
     Camera,
     Light,
@@ -24,6 +23,7 @@ from renderers.scene import (
     TransferFunction,
     Volume,
 )
+from renderers.scene.thread_team import ThreadTeam
 
 TEAM = ThreadTeam(2)
 PLAIN = PhongMaterial(ambient=1.0, diffuse=0.0)

@@ -19,7 +19,6 @@ from renderers.fsr.classic.ordering.kernels import (
     place_by_keys,
 )
 from renderers.fsr.footprint import gaussian_footprint, peak_table
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import (
     Camera,
     Image,
@@ -29,6 +28,7 @@ from renderers.scene import (
     TransferFunction,
     Volume,
 )
+from renderers.scene.thread_team import ThreadTeam
 
 TEAM = ThreadTeam(2)
 

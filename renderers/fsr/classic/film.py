@@ -10,8 +10,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from renderers.fsr.classic.mode import SplatMode
 from renderers.fsr.classic.rasterizer import SplatRasterizer
 from renderers.fsr.classic.splat_list import SplatList
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, Image
+from renderers.scene.thread_team import ThreadTeam
 
 
 def draw_film(

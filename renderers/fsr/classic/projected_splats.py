@@ -18,7 +18,7 @@ from renderers.fsr.classic.projection.kernels import CUT, RECORD
 from renderers.fsr.classic.splat_list import SplatList, sigma_of
 from renderers.fsr.classic.taken_splats import SPARE, Piece
 from renderers.fsr.footprint import peak_table
-from renderers.fsr.thread_team import ThreadTeam
+from renderers.scene.thread_team import ThreadTeam
 
 PEAK_ROWS = 1024
 _EDGE = math.exp(-0.5 * CUT**2)

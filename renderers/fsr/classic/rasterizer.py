@@ -22,8 +22,8 @@ from renderers.fsr.classic.splat_list import SplatList, list_splats
 from renderers.fsr.classic.taken_splats import Piece, TakenSplats
 from renderers.fsr.classic.tiles import MOST_TILES, TILE_SIDE
 from renderers.fsr.fuzzy_set import FuzzySet
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, Image, Scene
+from renderers.scene.thread_team import ThreadTeam
 
 LEAST_LIGHT = 1 / 1024
 """Light below which a square of pixels takes no more: a quarter of a code."""

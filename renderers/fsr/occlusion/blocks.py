@@ -16,8 +16,8 @@ from renderers.fsr.display_list import view_planes
 from renderers.fsr.normals import kernel_geometry
 from renderers.fsr.occlusion.kernels import flag_blocks, list_runs, trace_cones
 from renderers.fsr.sparse_rows import SparseRows
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, Volume
+from renderers.scene.thread_team import ThreadTeam
 
 BLOCK_SHIFT = 2
 """Blocks of 4 voxels a side: with 8, a ball around one spans too many cones."""

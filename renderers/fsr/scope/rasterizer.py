@@ -29,10 +29,10 @@ from renderers.fsr.scope.tiles import (
     TILE_WIDTH,
 )
 from renderers.fsr.surfels import extract_surfels
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.fsr.visibility import BlockBounds, Standpoint, VisibleSets
 from renderers.scene import Camera, GBuffer, Projection, Volume
 from renderers.scene.deflection import Deflection, deflected_distance
+from renderers.scene.thread_team import ThreadTeam
 
 SIGMA_PER_SPACING = 0.6
 """Wider discs cost detail (SSIM .005 less at .72), narrower ones leave holes."""

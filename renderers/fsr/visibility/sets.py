@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.fsr.visibility.kernels import mark_met
 from renderers.fsr.visibility.sight import AirCells, Lookout, find_air
 from renderers.scene import Volume
+from renderers.scene.thread_team import ThreadTeam
 
 EDGE = 8
 """Cells along a side of a box, 4 mm at 0.5 mm. Half as many keep .97 as many blocks

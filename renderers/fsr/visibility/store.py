@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import platformdirs
 
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.fsr.visibility.sets import (
     BlockBounds,
     Progress,
@@ -18,6 +17,7 @@ from renderers.fsr.visibility.sets import (
     build_visible_sets,
 )
 from renderers.scene import Volume, whole_file
+from renderers.scene.thread_team import ThreadTeam
 
 log = logging.getLogger(__name__)
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Volume
+from renderers.scene.thread_team import ThreadTeam
 
 
 @pytest.fixture(scope="session")

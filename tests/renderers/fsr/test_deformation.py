@@ -10,7 +10,6 @@ from renderers.fsr.deformation import (
 )
 from renderers.fsr.scope import SurfelRasterizer
 from renderers.fsr.surfels import extract_surfels
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, Volume
 from renderers.scene.deflection import (
     Cut,
@@ -21,6 +20,7 @@ from renderers.scene.deflection import (
     Translation,
     deflected_distance,
 )
+from renderers.scene.thread_team import ThreadTeam
 
 WALL = np.array([6.0, 0.0, 0.0])
 KINDS: dict[str, Deflector] = {

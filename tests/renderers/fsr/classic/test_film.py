@@ -5,8 +5,8 @@ import numpy as np
 from renderers.fsr import FuzzySet
 from renderers.fsr.classic import SplatMode, SplatRasterizer
 from renderers.fsr.classic.film import draw_film
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, Projection, Scene
+from renderers.scene.thread_team import ThreadTeam
 
 Splats = tuple[FuzzySet, Scene]
 

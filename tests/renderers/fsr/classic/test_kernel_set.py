@@ -8,8 +8,8 @@ from renderers import simd_guard
 from renderers.fsr import Inclusion, extract_fuzzy_set
 from renderers.fsr.classic import SplatMode, SplatRasterizer
 from renderers.fsr.classic.kernel_set import best_kernels, scalar_kernels
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
+from renderers.scene.thread_team import ThreadTeam
 
 VIEWS = [
     ((5.0, -12.0, 6.0), (71, 50), {0: 0.7, 1: 0.7, 2: 7.0}),

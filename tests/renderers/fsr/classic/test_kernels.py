@@ -9,12 +9,12 @@ from renderers.fsr.classic import SplatMode, SplatRasterizer
 from renderers.fsr.classic.kernels import FLAT, footprint
 from renderers.fsr.classic.projection.kernels import CUT
 from renderers.fsr.footprint import gaussian_footprint
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import (
     Camera,
     Scene,
     Volume,
 )
+from renderers.scene.thread_team import ThreadTeam
 
 Splats = tuple[FuzzySet, Scene]
 

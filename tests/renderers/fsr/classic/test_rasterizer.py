@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from renderers.fsr import FuzzySet, Inclusion, extract_fuzzy_set
 from renderers.fsr.classic import SplatMode, SplatRasterizer
 from renderers.fsr.footprint import gaussian_footprint, peak_table
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import (
     Camera,
     Light,
@@ -17,6 +16,7 @@ from renderers.scene import (
     TransferFunction,
     Volume,
 )
+from renderers.scene.thread_team import ThreadTeam
 
 Splats = tuple[FuzzySet, Scene]
 

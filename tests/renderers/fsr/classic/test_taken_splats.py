@@ -15,8 +15,8 @@ from renderers.fsr.classic.kernel_set import KernelSet, best_kernels, scalar_ker
 from renderers.fsr.classic.mode import Traversal
 from renderers.fsr.classic.painted_set import PaintedSet
 from renderers.fsr.classic.splat_list import list_splats
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, Image, Projection, Scene, TransferFunction, Volume
+from renderers.scene.thread_team import ThreadTeam
 
 Splats = tuple[FuzzySet, Scene]
 

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from renderers.fsr.occlusion.blocks import BLOCK_SHIFT, FAR, Blocks
 from renderers.fsr.occlusion.kernels import trace_cones
 from renderers.fsr.surfels import extract_surfels
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, Projection, Volume
+from renderers.scene.thread_team import ThreadTeam
 
 
 @pytest.mark.parametrize("projection", [Projection.EQUIDISTANT, Projection.PERSPECTIVE])

@@ -6,8 +6,8 @@ import pytest
 from renderers import simd_guard
 from renderers.fsr.scope import SurfelRasterizer
 from renderers.fsr.scope.kernel_set import KernelSet, best_kernels, scalar_kernels
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, Projection, Volume
+from renderers.scene.thread_team import ThreadTeam
 
 VIEWS = [
     ((-6.5, -0.4, 0.3), (5.0, 0.0, 0.0), (150, 101)),

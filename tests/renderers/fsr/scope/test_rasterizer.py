@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from renderers.fsr.scope import SurfelRasterizer
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, GBuffer, Projection, Volume
+from renderers.scene.thread_team import ThreadTeam
 
 EYES = st.tuples(*[st.floats(-2.5, 2.5) for _ in range(3)])
 

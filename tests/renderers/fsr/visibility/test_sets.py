@@ -4,7 +4,6 @@ from numpy.typing import NDArray
 
 from anatomy import PhantomParameters, build_phantom
 from renderers.fsr.scope import SurfelRasterizer
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.fsr.visibility import (
     VisibleSets,
     build_visible_sets,
@@ -12,6 +11,7 @@ from renderers.fsr.visibility import (
 )
 from renderers.fsr.visibility.sets import EDGE, airway_boxes
 from renderers.scene import Camera, GBuffer, Volume
+from renderers.scene.thread_team import ThreadTeam
 
 LEAK_MM = 0.5
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from renderers.fsr.scope import SurfelRasterizer
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.fsr.visibility import BlockBounds, VisibleSets
 from renderers.fsr.visibility.store import (
     ENTRIES_KEPT,
@@ -12,6 +11,7 @@ from renderers.fsr.visibility.store import (
     stored_visible_sets,
 )
 from renderers.scene import Volume
+from renderers.scene.thread_team import ThreadTeam
 
 
 @pytest.fixture(scope="module")

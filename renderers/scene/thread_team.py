@@ -26,7 +26,7 @@ class ThreadTeam:
         self.threads = threads
         # a pool of no threads cannot be made; one that is not used starts none
         self._others = ThreadPoolExecutor(
-            max(threads - 1, 1), thread_name_prefix="splats"
+            max(threads - 1, 1), thread_name_prefix="team"
         )
 
     def map(

@@ -2,7 +2,7 @@ import threading
 
 import pytest
 
-from renderers.fsr.thread_team import ThreadTeam
+from renderers.scene.thread_team import ThreadTeam
 
 
 @pytest.mark.parametrize("threads", [1, 2, 5])
