@@ -2,9 +2,6 @@
 
 import hashlib
 import logging
-import os
-import zipfile
-import zlib
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +14,8 @@ from anatomy.landmarks import landmarks
 from anatomy.lattice import Box, Lattice
 from anatomy.parameters import PhantomParameters
 from anatomy.phantom import Phantom, Progress, build_phantom, whole_field
-from renderers.scene import Volume, whole_file
+from renderers.scene import Volume
+from renderers.scene.entries import BROKEN, kept_entry, mark_used
 
 log = logging.getLogger(__name__)
 
@@ -110,15 +108,8 @@ def _load(
                     lattice.origin_mm,
                     background=background,
                 )
-        os.utime(path)
-    except (
-        OSError,
-        ValueError,
-        KeyError,
-        EOFError,
-        zipfile.BadZipFile,
-        zlib.error,
-    ) as e:
+        mark_used(path)
+    except BROKEN as e:
         log.warning("the cached phantom %s is broken and is built again: %s", path, e)
         return None
     return Phantom(parameters=parameters, landmarks=landmarks(parameters), **volumes)
@@ -126,16 +117,5 @@ def _load(
 
 def _store(path: Path, phantom: Phantom) -> None:
     arrays = {name: getattr(phantom, name).values for name, _, _ in _VOLUMES}
-    with whole_file(path) as beside:
+    with kept_entry(path, ENTRIES_KEPT) as beside:
         np.savez(beside, **arrays)
-    entries = sorted(path.parent.glob("*.npz"), key=_age, reverse=True)
-    for old in entries[ENTRIES_KEPT:]:
-        old.unlink(missing_ok=True)
-
-
-def _age(path: Path) -> float:
-    """Give the time of last use; another process may have removed the file."""
-    try:
-        return path.stat().st_mtime
-    except FileNotFoundError:
-        return 0.0

@@ -1,6 +1,6 @@
 """Leaving out what walls hide: nothing, by cones every frame, by sets found once."""
 
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -49,7 +49,7 @@ class VisibilityPlan:
                 "visibility",
                 case,
                 mode,
-                lambda mode=mode: self._draw(mode),  # type: ignore[misc]
+                partial(self._draw, mode),
                 settings | {"series": mode},
                 baseline=None if mode == NOTHING else NOTHING,
                 cost_s=20.0,

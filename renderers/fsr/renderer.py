@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.classic import SplatMode, SplatRasterizer
+from renderers.fsr.classic import SplatMode, SplatRasterizer, Traversal
 from renderers.fsr.classic.film import draw_film
 from renderers.fsr.classic.motion_gauge import MotionGauge
 from renderers.fsr.fuzzy_set import FuzzySet, Inclusion, extract_fuzzy_set
@@ -36,7 +36,8 @@ class FuzzySetRenderer:
 
     scene: what is to be seen. inclusion, threshold: which voxels mode `classic`
         splats; by default opaque boundaries. mode: how it draws them; None lets the
-        camera's motion choose. points: short for mode points. deflection: moves the
+        camera's motion choose. points: short for mode points. traversal: in which
+        order; sheets have that of distance only. deflection: moves the
         tissue: in mode `scope` splat by splat, in mode `classic` voxel by voxel, before
         splats are chosen. Raises ValueError for a thread count below one.
     """
@@ -50,12 +51,14 @@ class FuzzySetRenderer:
         threads: int = 2,
         mode: SplatMode | None = SplatMode.GAUSSIAN,
         points: bool = False,
+        traversal: Traversal = Traversal.DISTANCE,
         deflection: Deflection | None = None,
     ) -> None:
         self.scene = deflected_scene(scene, deflection) if deflection else scene
         self._undeformed = scene.surface
         self._deflection = deflection
         self.mode = SplatMode.POINTS if points else mode
+        self.traversal = traversal
         self._gauge = MotionGauge(float(scene.volume.spacing_mm.min()))
         self._inclusion = inclusion or default_inclusion(scene)
         self._threshold = threshold
@@ -120,7 +123,12 @@ class FuzzySetRenderer:
         """
         mode = self.mode or self._gauge.mode(camera)
         image = self._classic.draw(
-            camera, self._team, mode, with_depth=with_depth, limit_mm=limit_mm
+            camera,
+            self._team,
+            mode,
+            self.traversal,
+            with_depth=with_depth,
+            limit_mm=limit_mm,
         )
         self._counters = {"splats": len(self.fuzzy_set), **self._classic.counters}
         return image
@@ -131,7 +139,7 @@ class FuzzySetRenderer:
         The pictures of `render`, to the bit; cameras are taken one ahead.
         """
         views = ((camera, self.mode or self._gauge.mode(camera)) for camera in cameras)
-        for image in draw_film(self._classic, self._team, views):
+        for image in draw_film(self._classic, self._team, views, self.traversal):
             self._counters = {"splats": len(self.fuzzy_set), **self._classic.counters}
             yield image
 

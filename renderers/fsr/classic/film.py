@@ -7,7 +7,7 @@ compiled code holds no lock of the interpreter.
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 
-from renderers.fsr.classic.mode import SplatMode
+from renderers.fsr.classic.mode import SplatMode, Traversal
 from renderers.fsr.classic.rasterizer import SplatRasterizer
 from renderers.fsr.classic.splat_list import SplatList
 from renderers.scene import Camera, Image
@@ -18,6 +18,7 @@ def draw_film(
     rasterizer: SplatRasterizer,
     team: ThreadTeam,
     views: Iterable[tuple[Camera, SplatMode]],
+    traversal: Traversal = Traversal.DISTANCE,
 ) -> Iterator[Image]:
     """Draw views, culling each while the one before is drawn.
 
@@ -28,7 +29,7 @@ def draw_film(
         next_: Future[SplatList] | None = None
         for camera, mode in views:
             culled = next_
-            next_ = culling.submit(rasterizer.prepare, camera, mode)
+            next_ = culling.submit(rasterizer.prepare, camera, mode, traversal)
             if culled is not None:
                 yield rasterizer.draw_list(culled.result(), team)
         if next_ is not None:

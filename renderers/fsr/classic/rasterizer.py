@@ -84,13 +84,14 @@ class SplatRasterizer:
         camera: Camera,
         team: ThreadTeam,
         mode: SplatMode = SplatMode.GAUSSIAN,
+        traversal: Traversal = Traversal.DISTANCE,
         *,
         with_depth: bool = False,
         limit_mm: NDArray[np.float32] | None = None,
     ) -> Image:
         """Do both stages for one view: `prepare` and `draw_list`."""
         began = time.perf_counter()
-        splats = self.prepare(camera, mode)
+        splats = self.prepare(camera, mode, traversal)
         culled = time.perf_counter() - began
         image = self.draw_list(splats, team, with_depth=with_depth, limit_mm=limit_mm)
         self.stage_s = {"cull": culled, **self.stage_s}
@@ -135,13 +136,15 @@ class SplatRasterizer:
         )
         fragments = visible = 0
         is_new = True
-        self.stage_s = dict.fromkeys(("project", "draw"), 0.0)
+        self.stage_s = dict.fromkeys(("project", "order", "draw"), 0.0)
         clock = Clock(self.stage_s)
         for piece in self._taken.pieces(splats, self._tiles):
             if piece.parts == 0 and not piece.last:
                 continue
-            self._splats.update(piece, splats, team)
+            self._splats.project(piece, splats, team)
             clock.passed("project")
+            self._splats.order(piece, team)
+            clock.passed("order")
             fragments += self._draw_piece(piece, splats, canvas, is_new, team)
             clock.passed("draw")
             visible += self._splats.visible

@@ -2,9 +2,6 @@
 
 import hashlib
 import logging
-import os
-import zipfile
-import zlib
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +13,8 @@ from renderers.fsr.visibility.sets import (
     VisibleSets,
     build_visible_sets,
 )
-from renderers.scene import Volume, whole_file
+from renderers.scene import Volume
+from renderers.scene.entries import BROKEN, kept_entry, mark_used
 from renderers.scene.thread_team import ThreadTeam
 
 log = logging.getLogger(__name__)
@@ -91,22 +89,15 @@ def _load(path: Path, bounds: BlockBounds) -> VisibleSets | None:
             raise ValueError(f"a table of {table.shape} for {nz, ny, nx} boxes")
         if not whole or not np.array_equal(numbers, bounds.numbers):
             raise ValueError(f"sets of {len(numbers)} other blocks")
-        os.utime(path)
-    except (
-        OSError,
-        ValueError,
-        KeyError,
-        EOFError,
-        zipfile.BadZipFile,
-        zlib.error,
-    ) as e:
+        mark_used(path)
+    except BROKEN as e:
         log.warning("the visible sets %s are broken and are made again: %s", path, e)
         return None
     return VisibleSets((nz, ny, nx), table, numbers, bits)
 
 
 def _save(path: Path, sets: VisibleSets) -> None:
-    with whole_file(path) as beside:
+    with kept_entry(path, ENTRIES_KEPT) as beside:
         np.savez_compressed(
             beside,
             shape=np.array(sets.shape, np.int64),
@@ -114,14 +105,3 @@ def _save(path: Path, sets: VisibleSets) -> None:
             numbers=sets.numbers,
             bits=sets.bits,
         )
-    entries = sorted(path.parent.glob("*.npz"), key=_age, reverse=True)
-    for old in entries[ENTRIES_KEPT:]:
-        old.unlink(missing_ok=True)
-
-
-def _age(path: Path) -> float:
-    """Give the time of last use; another process may have removed the file."""
-    try:
-        return path.stat().st_mtime
-    except FileNotFoundError:
-        return 0.0

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from renderers.fsr import FuzzySetRenderer, Inclusion
+from renderers.fsr.classic import SplatMode, Traversal
 from renderers.scene import (
     AirSurface,
     Camera,
@@ -113,3 +114,33 @@ def test_a_threshold_set_anew_gives_the_set_of_a_new_renderer(hollow: Volume) ->
             slider.render(camera).rgba.tobytes() == fresh.render(camera).rgba.tobytes()
         )
     assert counts[0] == counts[3] > counts[2] > counts[1] > 0
+
+
+def test_the_order_of_1995_is_taken_where_it_is_asked_for(hollow: Volume) -> None:
+    """Nearly the same picture; a film has its bits; sheets are refused."""
+    scene = scene_of(hollow)
+    by_grid = FuzzySetRenderer(scene, traversal=Traversal.GRID, threads=2)
+    by_distance = FuzzySetRenderer(scene, threads=2)
+    cameras = [
+        Camera.looking_at((0.5, y, 0), (0, 4, 0), size=(60, 50)) for y in (-2, -60)
+    ]
+    for camera, shown in zip(cameras, by_grid.film(cameras), strict=True):
+        a, b = by_grid.render(camera), by_distance.render(camera)
+        assert a.rgba.tobytes() == shown.rgba.tobytes()
+        assert a.rgba[..., 3].max() > 0.5
+        assert np.abs(a.rgba - b.rgba).max() > 1e-6
+        assert np.abs(a.rgba - b.rgba).mean() < 0.01
+    by_grid.mode = SplatMode.SHEET
+    with pytest.raises(ValueError, match="layers of distance"):
+        by_grid.render(cameras[0])
+    by_grid.close()
+    by_distance.close()
+
+
+def test_left_to_itself_a_view_at_rest_is_drawn_splat_by_splat(hollow: Volume) -> None:
+    scene = scene_of(hollow)
+    free = FuzzySetRenderer(scene, mode=None, traversal=Traversal.GRID)
+    fixed = FuzzySetRenderer(scene, traversal=Traversal.GRID)
+    camera = Camera.looking_at((0.5, -2, 0), (0, 4, 0), size=(60, 50))
+    for _ in range(2):
+        assert free.render(camera).rgba.tobytes() == fixed.render(camera).rgba.tobytes()

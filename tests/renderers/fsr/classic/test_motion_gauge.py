@@ -10,17 +10,17 @@ def turned(angle: float, size: tuple[int, int] = (200, 200)) -> Camera:
     return Camera.looking_at((0, 0, 0), target, size=size)
 
 
-def test_a_still_eye_gets_sheets_and_a_fast_one_points() -> None:
+def test_a_fast_eye_gets_points_and_others_single_splats() -> None:
     gauge = MotionGauge(0.5)
     pixel = turned(0).radians_per_pixel
     angles = [0, 0, 0.5 * FAST_PX * pixel, 3 * FAST_PX * pixel, 3 * FAST_PX * pixel]
     modes = [gauge.mode(turned(angle)) for angle in angles]
     assert modes == [
-        SplatMode.SHEET,
-        SplatMode.SHEET,
+        SplatMode.GAUSSIAN,
+        SplatMode.GAUSSIAN,
         SplatMode.GAUSSIAN,
         SplatMode.POINTS,
-        SplatMode.SHEET,
+        SplatMode.GAUSSIAN,
     ]
 
 
