@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+import tracemalloc
 from itertools import pairwise
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from renderers.fsr import Inclusion, extract_fuzzy_set
+from renderers.fsr import Inclusion, extract_fuzzy_set, update_fuzzy_set
 from renderers.fsr.classic import SplatMode, SplatRasterizer
 from renderers.fsr.classic.ordering.kernels import (
     KEYS,
@@ -33,14 +34,18 @@ from renderers.scene.thread_team import ThreadTeam
 TEAM = ThreadTeam(2)
 
 
-def drawer_of(
-    volume: Volume, kappa: float, *, least: float = 50.0, least_light: float = 0.0
-) -> SplatRasterizer:
+def scene_of(volume: Volume, kappa: float) -> Scene:
     transfer = TransferFunction(
         np.array([49.0, 50.0]), np.ones((2, 3)), np.array([0, kappa])
     )
     plain = PhongMaterial(ambient=1.0, diffuse=0.0)
-    scene = Scene(volume, transfer, lights=(), material=plain)
+    return Scene(volume, transfer, lights=(), material=plain)
+
+
+def drawer_of(
+    volume: Volume, kappa: float, *, least: float = 50.0, least_light: float = 0.0
+) -> SplatRasterizer:
+    scene = scene_of(volume, kappa)
     fuzzy = extract_fuzzy_set(volume, Inclusion.density(0, 100), least)
     return SplatRasterizer(fuzzy, scene, least_light=least_light)
 
@@ -115,6 +120,42 @@ def test_a_million_splats_off_the_picture_cost_rows_only() -> None:
         assert drawer.counters["fragments"] == 0
 
 
+def test_a_million_splats_off_the_picture_take_no_memory() -> None:
+    """Beyond the picture itself, a fraction of a byte a splat, whatever its size."""
+    drawer = drawer_of(full((100, 100, 100)), 1.0)
+    for size in (64, 512):
+        camera = Camera.looking_at(
+            (0, -90, 0), (0, -200, 0), extent=0.5, size=(size, size)
+        )
+        drawer.draw(camera, TEAM)
+        tracemalloc.start()
+        drawer.draw(camera, TEAM)
+        _, most = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert most - 16 * size**2 < 5e5
+
+
+@pytest.mark.parametrize("mode", [SplatMode.POINTS, SplatMode.GAUSSIAN])
+@pytest.mark.parametrize("size", [(64, 64), (75, 50), (200, 33)])
+def test_a_splat_that_covers_the_picture_is_drawn_once_everywhere(
+    mode: SplatMode, size: tuple[int, int]
+) -> None:
+    values = np.zeros((3, 3, 3), np.float32)
+    values[1, 1, 1] = 100
+    drawer = drawer_of(Volume(values, np.ones(3), np.full(3, -1.0)), 0.3)
+    camera = Camera.looking_at(
+        (0, 0, 50.0), (0, 0, 0), up=(0, 1, 0), extent=0.2, size=size,
+        projection=Projection.ORTHOGRAPHIC,
+    )  # fmt: skip
+    image = drawer.draw(camera, TEAM, mode)
+    assert drawer.counters["visible"] == 1
+    if mode is SplatMode.GAUSSIAN:
+        assert image.rgba[..., 3].min() > 0
+        # counted in parts of 256, rounded down square by square
+        assert drawer.counters["fragments"] >= size[0] * size[1] - 2
+    assert 0 < drawer.counters["fragments"] <= size[0] * size[1]
+
+
 @pytest.mark.parametrize("mode", SplatMode)
 @pytest.mark.parametrize("projection", [Projection.EQUIDISTANT, Projection.PERSPECTIVE])
 @pytest.mark.parametrize(
@@ -135,11 +176,16 @@ def test_a_splat_at_the_eye_leaves_a_finite_picture(
     assert drawer.counters["visible"] < 125 * 8**3
 
 
-def test_voxels_flat_to_a_thousandth_keep_their_footprint_and_mass() -> None:
-    """Seen on edge their covariance is singular but for the least width of a pixel."""
+@pytest.mark.parametrize("thin_mm", [1e-3, 1e-7])
+def test_flat_voxels_keep_their_footprint_and_mass(thin_mm: float) -> None:
+    """Seen on edge their covariance is singular but for the least width of a pixel.
+
+    Its condition is the square of a voxel's: up to 1e14.
+    """
     values = np.full((40, 12, 12), 100, np.float32)
-    volume = Volume(values, np.array([1, 1, 1e-3]), np.array([-5.5, -5.5, -0.0195]))
-    drawer = drawer_of(volume, 0.05)
+    origin = np.array([-5.5, -5.5, -19.5 * thin_mm])
+    volume = Volume(values, np.array([1, 1, thin_mm]), origin)
+    drawer = drawer_of(volume, 0.05e-3 / thin_mm)
     for towards in ((0.0, 1.0, 0.0), (0.0, 1.0, 1e-4), (1.0, 0.4, 1e-7)):
         camera = Camera.looking_at(
             -20 * np.array(towards),
@@ -193,16 +239,31 @@ def test_equal_distances_are_ordered_by_number(
 
 @pytest.mark.parametrize("mode", SplatMode)
 def test_a_slice_of_equal_depths_has_one_picture(mode: SplatMode) -> None:
-    """Extracted whole or in any order of boxes, drawn by one thread or by three."""
+    """Extracted whole or box by box in any order, drawn by one thread or by three."""
     rng = np.random.default_rng(1)
     values = np.zeros((2, 60, 60), np.float32)
     values[0] = rng.uniform(40, 100, (60, 60))
     volume = Volume(values, np.ones(3), np.array([-29.5, -29.5, 0]))
-    drawer = drawer_of(volume, 2.0)
-    seen = {
-        bits(drawer.draw(from_above(31.0, 130), ThreadTeam(threads), mode))
-        for threads in (1, 2, 3)
-    }
+    scene = scene_of(volume, 2.0)
+    inclusion = Inclusion.density(0, 100)
+    seen = set()
+    for threads in (1, 2, 3):
+        team = ThreadTeam(threads)
+        # splats arrive in an order of their own
+        grown = np.zeros_like(values)
+        fuzzy = extract_fuzzy_set(volume.with_values(grown, 0.0), inclusion, 50.0)
+        for box in rng.permutation(9):
+            j, i = 20 * (box // 3), 20 * (box % 3)
+            here = (slice(0, 2), slice(j, j + 20), slice(i, i + 20))
+            grown = grown.copy()
+            grown[here] = values[here]
+            so_far = volume.with_values(grown, 0.0)
+            low, high = (0, int(j), int(i)), (2, int(j) + 20, int(i) + 20)
+            fuzzy = update_fuzzy_set(fuzzy, so_far, inclusion, 50.0, low, high)
+        for set_ in (fuzzy, extract_fuzzy_set(volume, inclusion, 50.0)):
+            drawer = SplatRasterizer(set_, scene, least_light=0.0)
+            seen.add(bits(drawer.draw(from_above(31.0, 130), team, mode)))
+        team.close()
     assert len(seen) == 1
 
 

@@ -15,6 +15,8 @@ from renderers.fsr.classic.kernel_set import KernelSet, best_kernels, scalar_ker
 from renderers.fsr.classic.mode import Traversal
 from renderers.fsr.classic.painted_set import PaintedSet
 from renderers.fsr.classic.splat_list import list_splats
+from renderers.fsr.display_list import ClippedRows, clip_rows
+from renderers.fsr.sparse_rows import SparseRows
 from renderers.scene import Camera, Image, Projection, Scene, TransferFunction, Volume
 from renderers.scene.thread_team import ThreadTeam
 
@@ -33,6 +35,11 @@ def wall() -> Splats:
     return extract_fuzzy_set(scene.volume, Inclusion.density(0, 120), 50.0), scene
 
 
+def all_rows(rows: SparseRows, camera: Camera, margin_mm: float) -> ClippedRows:
+    """Cull nothing."""
+    return clip_rows(rows, camera, margin_mm + 1e6)
+
+
 VIEWS = [((15.0, -9.0, 11.0), 0.8), ((15.0, 4.0, 11.0), 1.2), ((70.0, 50.0, 31.0), 0.3)]
 
 
@@ -49,11 +56,16 @@ def seen_from(
     )
 
 
-def equal_bits(a: Image, b: Image) -> bool:
+def equal_bits(
+    a: Image, b: Image, where: NDArray[np.bool_] | slice = slice(None)
+) -> bool:
     assert a.depth_mm is not None
     assert b.depth_mm is not None
-    same_depth = np.array_equal(a.depth_mm.view(np.uint32), b.depth_mm.view(np.uint32))
-    return same_depth and np.array_equal(a.rgba.view(np.uint32), b.rgba.view(np.uint32))
+    same = np.array_equal(
+        a.depth_mm[where].view(np.uint32), b.depth_mm[where].view(np.uint32)
+    )
+    colors = a.rgba[where].view(np.uint32), b.rgba[where].view(np.uint32)
+    return same and np.array_equal(*colors)
 
 
 @pytest.mark.parametrize("kernels", [best_kernels, scalar_kernels])
@@ -83,6 +95,46 @@ def test_shells_that_leave_hidden_splats_out_change_no_bit(
             assert drawer.counters["visible"] <= all_
             fewer += all_ - drawer.counters["visible"]
     assert fewer > 1000
+
+
+@pytest.mark.parametrize("projection", Projection)
+@pytest.mark.parametrize("traversal", Traversal)
+def test_culling_rows_changes_no_bit(
+    team: ThreadTeam,
+    monkeypatch: pytest.MonkeyPatch,
+    traversal: Traversal,
+    projection: Projection,
+) -> None:
+    """Within the field of view; beyond a round one nothing is meant to be seen.
+
+    From among the splats a pinhole needs the culling: the straight map would smear
+    what is beside the eye over all of the picture. From 9 mm it still reaches in from
+    beyond the edge with 6e-6.
+    """
+    fuzzy, scene = wall()
+    drawer = SplatRasterizer(fuzzy, scene)
+    modes = [SplatMode.GAUSSIAN, SplatMode.POINTS]
+    if traversal is Traversal.DISTANCE:
+        modes.append(SplatMode.SHEET)
+    views = [((15.0, -20.0, 11.0), 0.2), ((15.0, -40.0, 11.0), 0.1)]
+    if projection is not Projection.PERSPECTIVE:
+        views.append(((15.0, 4.0, 11.0), 0.4))
+    culled = 0
+    for mode in modes:
+        for eye, extent in views:
+            camera = seen_from(eye, extent, projection)
+            some = drawer.draw(camera, team, mode, traversal, with_depth=True)
+            assert some.rgba[..., 3].max() > 0.5
+            counters = drawer.counters
+            with monkeypatch.context() as patch:
+                patch.setattr("renderers.fsr.classic.splat_list.clip_rows", all_rows)
+                whole = drawer.draw(camera, team, mode, traversal, with_depth=True)
+            seen = np.any(camera.lens_table() != 0, axis=-1)
+            assert equal_bits(some, whole, seen)
+            assert drawer.counters["culled rows"] == 0
+            assert drawer.counters["listed"] == len(fuzzy) > counters["listed"]
+            culled += counters["culled rows"]
+    assert culled > 100
 
 
 @given(
