@@ -8,11 +8,13 @@ from renderers.simd_guard import vector_problem
 
 @dataclass(frozen=True, slots=True)
 class KernelSet:
-    """Hold what lists and projects splats and composites tiles.
+    """Hold what culls, lists and projects splats and composites tiles.
 
     All sets give equal bits.
     """
 
+    clip_set: Callable[..., int]
+    survey_spans: Callable[..., int]
     take_shell: Callable[..., int]
     project_splats: Callable[..., int]
     draw_tiles: Callable[..., int]
@@ -23,8 +25,9 @@ def scalar_kernels() -> KernelSet:
     from renderers.fsr.classic.kernels import draw_tiles
     from renderers.fsr.classic.projection.kernels import project_splats
     from renderers.fsr.classic.shells.kernels import take_shell
+    from renderers.fsr.classic.survey.kernels import clip_set, survey_spans
 
-    return KernelSet(take_shell, project_splats, draw_tiles)
+    return KernelSet(clip_set, survey_spans, take_shell, project_splats, draw_tiles)
 
 
 def best_kernels() -> KernelSet:
@@ -33,6 +36,7 @@ def best_kernels() -> KernelSet:
         return scalar_kernels()
     from renderers.fsr.classic.projection.vector.kernels import project_splats
     from renderers.fsr.classic.shells.vector.kernels import take_shell
+    from renderers.fsr.classic.survey.vector.kernels import clip_set, survey_spans
     from renderers.fsr.classic.vector.kernels import draw_tiles
 
-    return KernelSet(take_shell, project_splats, draw_tiles)
+    return KernelSet(clip_set, survey_spans, take_shell, project_splats, draw_tiles)

@@ -25,6 +25,7 @@ class PaintedSet:
     rows: where splats are. places: ``(n, 4)`` float32, grid place (i, j, k) and
     extinction times volume (mm^2). paints: ``(n, 4)`` float32 linear RGB, lit, and
     the size in grid steps. columns: ``(n,)`` float32, grid place i once more.
+    row_numbers, row_extents, row_places: the rows that hold any, see `clip_set`.
     widest_mm: the largest spacing. sheet_mm: thickness of a sheet.
     """
 
@@ -60,3 +61,20 @@ class PaintedSet:
             self.paints,
         )
         self.columns: NDArray[np.float32] = np.ascontiguousarray(self.places[:, 0])
+        self._list_rows()
+
+    def _list_rows(self) -> None:
+        offsets, ny = self.rows.offsets, self.rows.shape[1]
+        numbers = np.flatnonzero(np.diff(offsets)).astype(np.int32)
+        extents = np.stack([offsets[numbers], offsets[numbers + 1]]).astype(np.int32)
+        self.row_numbers: NDArray[np.int32] = numbers
+        self.row_extents: NDArray[np.int32] = extents
+        # sixteen to spare: vectors read beyond the last row
+        places = np.zeros((4, len(numbers) + 16), np.float32)
+        places[:, : len(numbers)] = (
+            numbers % ny,
+            numbers // ny,
+            self.columns[extents[0]],
+            self.columns[extents[1] - 1],
+        )
+        self.row_places: NDArray[np.float32] = places

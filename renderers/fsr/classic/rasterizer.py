@@ -101,7 +101,7 @@ class SplatRasterizer:
         self, camera: Camera, mode: SplatMode, traversal: Traversal = Traversal.DISTANCE
     ) -> SplatList:
         """Cull one view: the first stage. It may run while another view is drawn."""
-        return list_splats(self._painted, camera, mode, traversal)
+        return list_splats(self._painted, self._kernels, camera, mode, traversal)
 
     def draw_list(
         self,

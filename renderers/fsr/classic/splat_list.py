@@ -11,22 +11,30 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.fsr.classic.kernel_set import KernelSet
 from renderers.fsr.classic.mode import SplatMode, Traversal
 from renderers.fsr.classic.near import WIDEST_SIGMA, NearSplats, split_near
 from renderers.fsr.classic.ordering.kernels import KEYS
 from renderers.fsr.classic.painted_set import PaintedSet
-from renderers.fsr.classic.shells.kernels import BINS, survey_spans
+from renderers.fsr.classic.survey.kernels import BINS
 from renderers.fsr.classic.view import View, view_of
-from renderers.fsr.display_list import clip_rows
+from renderers.fsr.display_list import eye_voxel, view_planes
 from renderers.fsr.footprint import (
     CUT_SIGMAS,
     SHEET_SIGMA_PER_SPACING,
     SIGMA_PER_SPACING,
 )
+from renderers.fsr.sparse_rows import SparseRows
 from renderers.scene import Camera
 
 SHARES = (1 / 16, 1 / 6, 1 / 2)
 """Of the elements, after which to look which tiles are finished."""
+
+ROUNDED_MM = 1e-3
+"""More than single precision moves a plane."""
+
+_SPARE = 16
+"""Spans behind the last, which vectors may write to."""
 
 LEAST_SHELL = 1 << 13
 """Fewer elements take less time than looking at the tiles."""
@@ -36,12 +44,11 @@ LEAST_SHELL = 1 << 13
 class SplatList:
     """Hold what the view leaves of a set.
 
-    spans: ``(k, 3)`` int32, see `ClippedRows`. bounds: ``(k, 2)`` int32, the lowest
-    and highest key of each. begins: elements in the spans before
-    each, and in all. near, near_mm: splats nearer than that, to be drawn first; they
-    are in the spans, too. ends: last + 1 key of each shell. sheets: lowest depth, keys
-    per mm and keys per sheet, as kernels take them; empty where splats are blended one
-    by one.
+    spans: ``(k, 3)`` int32, see `ClippedRows`. lowest, highest: ``(k,)`` int32, the
+    keys that bound each. begins: elements in the spans before each, and in all. near,
+    near_mm: splats nearer than that, to be drawn first; they are in the spans, too.
+    ends: last + 1 key of each shell. sheets: lowest depth, keys per mm and keys per
+    sheet, as kernels take them; empty where splats are blended one by one.
     """
 
     camera: Camera
@@ -49,7 +56,8 @@ class SplatList:
     traversal: Traversal
     view: View
     spans: NDArray[np.int32]
-    bounds: NDArray[np.int32]
+    lowest: NDArray[np.int32]
+    highest: NDArray[np.int32]
     begins: NDArray[np.int64]
     near: NearSplats
     near_mm: float
@@ -70,6 +78,7 @@ def sigma_of(mode: SplatMode) -> float:
 
 def list_splats(
     painted: PaintedSet,
+    kernels: KernelSet,
     camera: Camera,
     mode: SplatMode,
     traversal: Traversal = Traversal.DISTANCE,
@@ -84,17 +93,14 @@ def list_splats(
             f"{Traversal.DISTANCE.value!r}, got {traversal.value!r}"
         )
     view = view_of(camera, painted.rows)
-    margin_mm = CUT_SIGMAS * SHEET_SIGMA_PER_SPACING * painted.widest_mm
-    spans = clip_rows(painted.rows, camera, margin_mm).spans
     sigma_mm = sigma_of(mode) * painted.widest_mm
     # the parts of a splat that is split may lie behind the next that is not
     near_mm = -math.inf if view.is_flat else sigma_mm / WIDEST_SIGMA + painted.widest_mm
-    begins = np.zeros(len(spans) + 1, np.int64)
-    np.cumsum(spans[:, 2] - spans[:, 1], out=begins[1:])
-    bounds = np.empty((len(spans), 2), np.int32)
+    spans, begins = _clip(painted, kernels, camera, view, traversal)
+    lowest, highest = np.empty((2, len(spans) + _SPARE), np.int32)
     bins = np.empty(BINS, np.int64)
     near = np.empty(begins[-1] if near_mm > view.low else 0, np.int32)
-    nears = survey_spans(
+    nears = kernels.survey_spans(
         spans,
         painted.rows.shape[1],
         painted.columns,
@@ -104,7 +110,8 @@ def list_splats(
         np.float32(view.low),
         np.float32(view.keys_per_mm),
         np.float32(near_mm if near_mm > view.low else -math.inf),
-        bounds,
+        lowest,
+        highest,
         bins,
         near,
     )
@@ -119,13 +126,63 @@ def list_splats(
         traversal,
         view,
         spans,
-        bounds,
+        lowest,
+        highest,
         begins,
         split_near(painted.places[here], painted.paints[here], view, sigma_mm),
         near_mm,
         _shell_ends(bins, sheets),
         sheets,
     )
+
+
+def _clip(
+    painted: PaintedSet,
+    kernels: KernelSet,
+    camera: Camera,
+    view: View,
+    traversal: Traversal,
+) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+    """Clip all rows; give spans and begins, see `SplatList`.
+
+    In the grid's order where splats are to be drawn in it, else as rows are stored.
+    """
+    margin_mm = CUT_SIGMAS * SHEET_SIGMA_PER_SPACING * painted.widest_mm
+    planes = view_planes(camera, margin_mm) @ painted.rows.world_from_voxel
+    planes[:, 3] += planes[:, :3] @ view.base + ROUNDED_MM
+    count = len(painted.row_numbers)
+    spans = np.empty((count, 3), np.int32)
+    begins = np.empty(count + 1, np.int64)
+    kept = kernels.clip_set(
+        painted.row_numbers,
+        painted.row_extents,
+        painted.row_places,
+        painted.columns,
+        view.base,
+        planes.astype(np.float32),
+        spans,
+        begins,
+    )
+    spans, begins = spans[:kept], begins[: kept + 1]
+    if traversal is Traversal.GRID:
+        spans = _far_to_near(spans, painted.rows, camera)
+        np.cumsum(spans[:, 2] - spans[:, 1], out=begins[1:])
+    return spans, begins
+
+
+def _far_to_near(
+    spans: NDArray[np.int32], rows: SparseRows, camera: Camera
+) -> NDArray[np.int32]:
+    """Put slices, and rows in a slice, in order from both ends to the eye's own."""
+    _, j, k = eye_voxel(rows, camera)
+    slices, places = np.divmod(spans[:, 0], rows.shape[1])
+    turns = _turn(places, j, rows.shape[1]), _turn(slices, k, rows.shape[0])
+    return spans[np.lexsort(turns)]
+
+
+def _turn(index: NDArray[np.int32], eye: int, count: int) -> NDArray[np.int64]:
+    """Give the step at which each of 0..count - 1 is taken, from far to near."""
+    return np.where(index < eye, index, eye + count - 1 - index)
 
 
 def _shell_ends(

@@ -92,7 +92,8 @@ class TakenSplats:
             begin = int(starts[part])
             taken = self._take_shell(
                 splats.spans[cuts[part] : cuts[part + 1]],
-                splats.bounds[cuts[part] : cuts[part + 1]],
+                splats.lowest[cuts[part] : cuts[part + 1]],
+                splats.highest[cuts[part] : cuts[part + 1]],
                 painted.rows.shape[1],
                 painted.columns,
                 view.base,

@@ -19,9 +19,6 @@ I32 = NDArray[np.int32]
 I64 = NDArray[np.int64]
 Real = float | np.float32
 
-BINS = 64
-"""Steps of depth in which a survey counts elements."""
-
 SPAN = 4
 """Blocks that a footprint may meet along an axis and still be found hidden."""
 
@@ -29,9 +26,6 @@ FIRST_BLOCK = 3 | 3 << ACROSS
 """A tile's squares that are its first block, as bits."""
 
 ROW_BITS = (1 << SPAN) - 1
-
-SLACK_MM = np.float32(1e-2)
-"""More than a row's bounds, made of other sums, can be off."""
 
 _ZERO = np.float32(0)
 
@@ -52,61 +46,6 @@ def depth_of(dx: Real, dy: Real, dz: Real, m: F32, flat: bool) -> Any:
     x = dx * m[0, 0] + dy * m[0, 1] + dz * m[0, 2] + m[0, 3]
     y = dx * m[1, 0] + dy * m[1, 1] + dz * m[1, 2] + m[1, 3]
     return np.float32(math.sqrt(x * x + y * y + z * z))
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def row_bounds(
-    first: Real, last: Real, dy: Real, dz: Real, m: F32, flat: bool
-) -> tuple[Any, Any]:
-    """Bound the depths of a row between two steps from the base along it."""
-    a = depth_of(first, dy, dz, m, flat)
-    b = depth_of(last, dy, dz, m, flat)
-    near = min(a, b)
-    if not flat:
-        along = _ZERO
-        square = _ZERO
-        for c in range(3):
-            along += m[c, 0] * (dy * m[c, 1] + dz * m[c, 2] + m[c, 3])
-            square += m[c, 0] * m[c, 0]
-        foot = -along / square
-        if first < foot < last:
-            near = depth_of(foot, dy, dz, m, flat)
-    return near - SLACK_MM, max(a, b) + SLACK_MM
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def survey_spans(
-    spans: I32, ny: int, columns: F32, base: F32, matrix: F32, flat: bool, low: Real,
-    scale: Real, near_mm: Real, bounds: I32, bins: I64, near: I32,
-) -> int:  # fmt: skip
-    """Bound the depths of spans, count their elements by depth, list the near ones.
-
-    spans: ``(k, 3)`` row, first and last + 1 element. columns: of the set's elements.
-    base, matrix: see `project_splats`. flat: depth is along the view axis. low, scale:
-    map it to keys. bounds: ``(k, 2)`` lowest and highest key. bins: counts by the
-    middles of rows, `BINS` for all keys. near: room for the elements nearer than
-    `near_mm`. Returns how many these are.
-    """
-    nears = 0
-    bins[:] = 0
-    per_bin = np.float32(BINS / KEYS)
-    for span in range(spans.shape[0]):
-        row, first, end = spans[span, 0], spans[span, 1], spans[span, 2]
-        dy = np.float32(row % ny) - base[1]
-        dz = np.float32(row // ny) - base[2]
-        a = columns[first] - base[0]
-        b = columns[end - 1] - base[0]
-        shortest, longest = row_bounds(a, b, dy, dz, matrix, flat)
-        bounds[span, 0] = int(key_of(shortest, low, scale))
-        bounds[span, 1] = int(key_of(longest, low, scale))
-        middle = np.float32(0.5) * (shortest + longest)
-        bins[int(key_of(middle, low, scale) * per_bin)] += end - first
-        if shortest < near_mm:
-            for s in range(first, end):
-                if depth_of(columns[s] - base[0], dy, dz, matrix, flat) < near_mm:
-                    near[nears] = s
-                    nears += 1
-    return nears
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -166,8 +105,8 @@ def find_waiting(alive: I64, down: int, across: int, waiting: I32) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def take_shell(
-    spans: I32, bounds: I32, ny: int, columns: F32, base: F32, matrix: F32,
-    projection: int, low: Real, scale: Real, near_mm: Real, first_key: int,
+    spans: I32, lowest: I32, highest: I32, ny: int, columns: F32, base: F32,
+    matrix: F32, projection: int, low: Real, scale: Real, near_mm: Real, first_key: int,
     end_key: int, lens: Real, reach_mm: Real, width: int, height: int, waiting: I32,
     index: I32, keys: I32,
 ) -> int:  # fmt: skip
@@ -182,7 +121,7 @@ def take_shell(
     n = 0
     flat = projection == 2
     for span in range(spans.shape[0]):
-        if bounds[span, 1] < first_key or bounds[span, 0] >= end_key:
+        if highest[span] < first_key or lowest[span] >= end_key:
             continue
         row, first, end = spans[span, 0], spans[span, 1], spans[span, 2]
         dy = np.float32(row % ny) - base[1]

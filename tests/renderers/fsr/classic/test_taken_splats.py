@@ -15,8 +15,6 @@ from renderers.fsr.classic.kernel_set import KernelSet, best_kernels, scalar_ker
 from renderers.fsr.classic.mode import Traversal
 from renderers.fsr.classic.painted_set import PaintedSet
 from renderers.fsr.classic.splat_list import list_splats
-from renderers.fsr.display_list import ClippedRows, clip_rows
-from renderers.fsr.sparse_rows import SparseRows
 from renderers.scene import Camera, Image, Projection, Scene, TransferFunction, Volume
 from renderers.scene.thread_team import ThreadTeam
 
@@ -35,9 +33,9 @@ def wall() -> Splats:
     return extract_fuzzy_set(scene.volume, Inclusion.density(0, 120), 50.0), scene
 
 
-def all_rows(rows: SparseRows, camera: Camera, margin_mm: float) -> ClippedRows:
+def no_planes(camera: Camera, margin_mm: float) -> NDArray[np.float64]:
     """Cull nothing."""
-    return clip_rows(rows, camera, margin_mm + 1e6)
+    return np.empty((0, 4))
 
 
 VIEWS = [((15.0, -9.0, 11.0), 0.8), ((15.0, 4.0, 11.0), 1.2), ((70.0, 50.0, 31.0), 0.3)]
@@ -127,7 +125,8 @@ def test_culling_rows_changes_no_bit(
             assert some.rgba[..., 3].max() > 0.5
             counters = drawer.counters
             with monkeypatch.context() as patch:
-                patch.setattr("renderers.fsr.classic.splat_list.clip_rows", all_rows)
+                for module in ("display_list", "classic.splat_list"):
+                    patch.setattr(f"renderers.fsr.{module}.view_planes", no_planes)
                 whole = drawer.draw(camera, team, mode, traversal, with_depth=True)
             seen = np.any(camera.lens_table() != 0, axis=-1)
             assert equal_bits(some, whole, seen)
@@ -153,7 +152,7 @@ def test_every_far_element_is_in_one_shell_and_near_ones_in_none(
     painted = PaintedSet(*blob(seed % 5))
     eye = tuple(np.random.default_rng(seed).uniform(-9, 18, 3))
     camera = seen_from((eye[0], eye[1], eye[2]), 0.7, projection)
-    splats = list_splats(painted, camera, mode)
+    splats = list_splats(painted, best_kernels(), camera, mode)
     listed = np.concatenate(
         [np.arange(a, b) for _, a, b in splats.spans] or [np.empty(0, int)]
     )
@@ -164,8 +163,8 @@ def test_every_far_element_is_in_one_shell_and_near_ones_in_none(
         for first, end in pairwise(ends):
             index, keys = np.full((2, splats.count + 32), -7, np.int32)
             n = kernels.take_shell(
-                splats.spans, splats.bounds, painted.rows.shape[1], painted.columns,
-                splats.view.base, splats.view.matrix, int(projection),
+                splats.spans, splats.lowest, splats.highest, painted.rows.shape[1],
+                painted.columns, splats.view.base, splats.view.matrix, int(projection),
                 np.float32(splats.view.low), np.float32(splats.view.keys_per_mm),
                 np.float32(splats.near_mm), first, end, np.float32(splats.view.scale),
                 np.float32(1), 150, 140, np.empty(0, np.int32), index, keys,

@@ -47,8 +47,8 @@ _LEAST_REACH = np.float32(CUT * math.sqrt(ANTIALIAS) + 1.0)
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def take_shell(
-    spans: I32, bounds: I32, ny: int, columns: F32, base: F32, matrix: F32,
-    projection: int, low: Real, scale: Real, near_mm: Real, first_key: int,
+    spans: I32, lowest: I32, highest: I32, ny: int, columns: F32, base: F32,
+    matrix: F32, projection: int, low: Real, scale: Real, near_mm: Real, first_key: int,
     end_key: int, lens: Real, reach_mm: Real, width: int, height: int, waiting: I32,
     index: I32, keys: I32,
 ) -> int:  # fmt: skip
@@ -67,7 +67,7 @@ def take_shell(
     middle_u = np.float32(0.5 * width)
     middle_v = np.float32(0.5 * height)
     for span in range(spans.shape[0]):
-        if bounds[span, 1] < first_key or bounds[span, 0] >= end_key:
+        if highest[span] < first_key or lowest[span] >= end_key:
             continue
         row, first, end = spans[span, 0], spans[span, 1], spans[span, 2]
         dy = np.float32(row % ny) - base[1]

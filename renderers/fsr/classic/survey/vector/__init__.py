@@ -1,0 +1,1 @@
+"""Rows clipped and surveyed sixteen at a time."""

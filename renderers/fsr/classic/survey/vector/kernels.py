@@ -1,0 +1,175 @@
+"""Rows clipped and surveyed sixteen at a time; the method is told in the scalar twin.
+
+Operations and their order are the twin's, so bits are too.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from renderers.fsr.classic.ordering.kernels import KEYS
+from renderers.fsr.classic.survey.kernels import (
+    BINS,
+    LEVEL,
+    SLACK,
+    SLACK_MM,
+    first_from,
+    list_near,
+)
+from renderers.simd import (
+    any_,
+    bits,
+    f32,
+    f64,
+    floor,
+    gather,
+    i32,
+    lanes,
+    load,
+    maximum,
+    minimum,
+    select,
+    sqrt,
+    store,
+)
+from renderers.simd import (
+    lowest as lowest_bit,
+)
+
+F32 = NDArray[np.float32]
+I32 = NDArray[np.int32]
+I64 = NDArray[np.int64]
+Real = float | np.float32
+
+_W = 16
+_ZERO = np.float32(0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def clip_set(
+    numbers: I32, extents: I32, places: F32, columns: F32, base: F32, planes: F32,
+    spans: I32, begins: I64,
+) -> int:  # fmt: skip
+    """Do as the scalar twin."""
+    kept = 0
+    begins[0] = 0
+    count = numbers.shape[0]
+    stride = places.shape[1]
+    ends = np.empty(2 * _W, np.float32)
+    for row in range(0, count, _W):
+        met = lanes(_W) < count - row
+        dy = load(places, row, _W) - base[1]
+        dz = load(places, stride + row, _W) - base[2]
+        left = load(places, 2 * stride + row, _W) - base[0]
+        right = load(places, 3 * stride + row, _W) - base[0]
+        low = left
+        high = right
+        for p in range(planes.shape[0]):
+            slope = planes[p, 0]
+            rest = dy * planes[p, 1] + dz * planes[p, 2] + planes[p, 3]
+            if slope > LEVEL:
+                low = maximum(rest * (np.float32(-1) / slope) - SLACK, low)
+            elif slope < -LEVEL:
+                high = minimum(rest * (np.float32(-1) / slope) + SLACK, high)
+            else:
+                met &= rest >= _ZERO
+        met &= low <= high
+        rest_of = bits(met)
+        if rest_of == 0:
+            continue
+        whole = bits((low <= left) & (high >= right))
+        store(ends, 0, low)
+        store(ends, _W, high)
+        while rest_of != 0:
+            lane = lowest_bit(rest_of)
+            rest_of &= rest_of - np.int64(1)
+            first = extents[0, row + lane]
+            end = extents[1, row + lane]
+            if not (whole >> lane) & 1:
+                a = math.ceil(ends[lane] + base[0])
+                b = math.floor(ends[_W + lane] + base[0]) + 1
+                first = first_from(columns, first, end, a)
+                end = first_from(columns, first, end, b)
+            if first == end:
+                continue
+            spans[kept, 0] = numbers[row + lane]
+            spans[kept, 1] = first
+            spans[kept, 2] = end
+            begins[kept + 1] = begins[kept] + (end - first)
+            kept += 1
+    return kept
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _depth_of(dx: Any, dy: Any, dz: Any, m: F32, flat: bool) -> Any:
+    """Give distances from the eye, or along a flat view."""
+    z = dx * m[2, 0] + dy * m[2, 1] + dz * m[2, 2] + m[2, 3]
+    x = dx * m[0, 0] + dy * m[0, 1] + dz * m[0, 2] + m[0, 3]
+    y = dx * m[1, 0] + dy * m[1, 1] + dz * m[1, 2] + m[1, 3]
+    return z if flat else sqrt(x * x + y * y + z * z)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _key_of(depth: Any, low: Real, scale: Real) -> Any:
+    step = minimum(maximum((depth - low) * scale, _ZERO), np.float32(KEYS - 1))
+    return floor(step)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def survey_spans(
+    spans: I32, ny: int, columns: F32, base: F32, matrix: F32, flat: bool, low: Real,
+    scale: Real, near_mm: Real, lowest: I32, highest: I32, bins: I64, near: I32,
+) -> int:  # fmt: skip
+    """Do as the scalar twin."""
+    nears = 0
+    bins[:] = 0
+    m = matrix
+    count = spans.shape[0]
+    square = _ZERO
+    for c in range(3):
+        square += m[c, 0] * m[c, 0]
+    middles = np.empty(_W, np.int32)
+    for span in range(0, count, _W):
+        met = lanes(_W) < count - span
+        at = (lanes(_W) + np.int32(span)) * 3
+        row = gather(spans, at, met)
+        first = gather(spans, at + 1, met)
+        end = gather(spans, at + 2, met)
+        k = i32(floor(f64(row) / np.float64(ny)))
+        dz = f32(k) - base[2]
+        dy = f32(row - k * np.int32(ny)) - base[1]
+        left = gather(columns, first, met) - base[0]
+        right = gather(columns, end - 1, met) - base[0]
+        a = _depth_of(left, dy, dz, m, flat)
+        b = _depth_of(right, dy, dz, m, flat)
+        shortest = minimum(a, b)
+        if not flat:
+            along = (dy * m[0, 1] + dz * m[0, 2] + m[0, 3]) * m[0, 0]
+            along += (dy * m[1, 1] + dz * m[1, 2] + m[1, 3]) * m[1, 0]
+            along += (dy * m[2, 1] + dz * m[2, 2] + m[2, 3]) * m[2, 0]
+            foot = -along / square
+            inside = (left < foot) & (foot < right)
+            shortest = select(inside, _depth_of(foot, dy, dz, m, flat), shortest)
+        shortest = shortest - SLACK_MM
+        longest = maximum(a, b) + SLACK_MM
+        store(lowest, span, i32(_key_of(shortest, low, scale)))
+        store(highest, span, i32(_key_of(longest, low, scale)))
+        middle = _key_of((shortest + longest) * np.float32(0.5), low, scale)
+        store(middles, 0, i32(middle * np.float32(BINS / KEYS)))
+        for lane in range(min(_W, count - span)):
+            bins[middles[lane]] += spans[span + lane, 2] - spans[span + lane, 1]
+        if any_(met & (shortest < near_mm)):
+            some = bits(met & (shortest < near_mm))
+            while some != 0:
+                lane = span + lowest_bit(some)
+                some &= some - np.int64(1)
+                nears = list_near(
+                    columns, spans[lane, 1], spans[lane, 2],
+                    np.float32(spans[lane, 0] % ny) - base[1],
+                    np.float32(spans[lane, 0] // ny) - base[2],
+                    base, m, flat, near_mm, near, nears,
+                )  # fmt: skip
+    return nears

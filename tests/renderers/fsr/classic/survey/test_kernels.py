@@ -1,0 +1,91 @@
+"""Clipping loses nothing that a view may show; vectors do as their twin."""
+
+from collections.abc import Callable
+from dataclasses import fields
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from renderers.fsr import FuzzySet
+from renderers.fsr.classic import SplatMode, Traversal
+from renderers.fsr.classic.kernel_set import best_kernels, scalar_kernels
+from renderers.fsr.classic.painted_set import PaintedSet
+from renderers.fsr.classic.splat_list import list_splats
+from renderers.fsr.display_list import clip_rows, view_planes
+from renderers.fsr.footprint import CUT_SIGMAS, SHEET_SIGMA_PER_SPACING
+from renderers.scene import Camera, Projection, Scene
+
+Splats = tuple[FuzzySet, Scene]
+
+
+def elements(spans: NDArray[np.int32]) -> NDArray[np.int64]:
+    """List the elements of spans."""
+    parts = [np.arange(first, end, dtype=np.int64) for _, first, end in spans]
+    return np.concatenate([np.empty(0, np.int64), *parts])
+
+
+@given(
+    seed=st.integers(0, 10**6),
+    far=st.sampled_from([0.0, 3.0, 30.0, 3000.0]),
+    projection=st.sampled_from(list(Projection)),
+    mode=st.sampled_from(list(SplatMode)),
+)
+def test_what_the_view_may_show_is_kept_and_bounded(
+    blob: Callable[..., Splats],
+    seed: int,
+    far: float,
+    projection: Projection,
+    mode: SplatMode,
+) -> None:
+    painted = PaintedSet(*blob(seed % 3))
+    rng = np.random.default_rng(seed)
+    away = rng.normal(size=3)
+    eye = np.array([5.0, 4.5, 4.0]) + (far + rng.random()) * away / np.linalg.norm(away)
+    camera = Camera.looking_at(
+        eye,
+        rng.uniform(0, 10, 3),
+        extent=float(rng.uniform(0.05, 1.2)) * (5 if projection.value == 2 else 1),
+        size=(int(rng.integers(3, 200)), int(rng.integers(3, 200))),
+        projection=projection,
+    )
+    best, scalar = (
+        list_splats(painted, kernels, camera, mode)
+        for kernels in (best_kernels(), scalar_kernels())
+    )
+    count = len(best.spans)
+    for name in (field.name for field in fields(best)):
+        a, b = getattr(best, name), getattr(scalar, name)
+        if name in ("lowest", "highest"):
+            a, b = a[:count], b[:count]
+        if isinstance(a, np.ndarray):
+            np.testing.assert_array_equal(a, b, err_msg=name)
+    # every element inside all planes is there, whole rows of the grid's order too
+    center = painted.rows.centers_mm()
+    margin_mm = CUT_SIGMAS * SHEET_SIGMA_PER_SPACING
+    planes = view_planes(camera, margin_mm)
+    inside = np.all(center @ planes[:, :3].T + planes[:, 3] >= 0, axis=1)
+    listed = elements(best.spans)
+    assert set(np.flatnonzero(inside)) <= set(listed)
+    if mode is not SplatMode.SHEET:
+        grid = list_splats(painted, best_kernels(), camera, mode, Traversal.GRID)
+        assert set(elements(grid.spans)) == set(listed)
+        # in double precision a little less is kept, in the same order
+        plain = clip_rows(painted.rows, camera, margin_mm).spans
+        assert set(elements(plain)) <= set(listed)
+        assert len(listed) - len(elements(plain)) <= 0.02 * len(painted.rows) + 5
+        common = np.isin(grid.spans[:, 0], plain[:, 0])
+        np.testing.assert_array_equal(grid.spans[common, 0], plain[:, 0])
+    np.testing.assert_array_equal(
+        best.begins, np.cumsum([0, *(best.spans[:, 2] - best.spans[:, 1])])
+    )
+    depth = best.view.matrix[:, :3] @ (painted.places[:, :3] - best.view.base).T
+    depth += best.view.matrix[:, 3:]
+    apart = depth[2] if best.view.is_flat else np.linalg.norm(depth, axis=0)
+    keys = np.clip((apart - best.view.low) * best.view.keys_per_mm, 0, 4095).astype(int)
+    for (_, first, end), low, high in zip(
+        best.spans, best.lowest[:count], best.highest[:count], strict=True
+    ):
+        assert low <= keys[first:end].min() + 1
+        assert high >= keys[first:end].max() - 1
