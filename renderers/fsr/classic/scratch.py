@@ -7,7 +7,7 @@ from renderers.fsr.classic.shells.kernels import find_waiting
 from renderers.fsr.classic.tiles import BLOCKS, SQUARE, SQUARES, STATE
 from renderers.fsr.scope.scratch import lined_up
 
-RUN = 8
+RUN = 16
 """Tiles side by side that one thread draws at a time."""
 
 
