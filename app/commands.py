@@ -270,7 +270,7 @@ def bench(
     suite
         Suites to run; all of them when left out.
     quick
-        Small sizes: about three minutes on two cores.
+        Small sizes, for a first look.
     out
         Folder for results.json and the pictures; an interrupted run goes on there.
     fresh

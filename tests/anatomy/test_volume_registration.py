@@ -102,7 +102,7 @@ def test_t1_comes_to_lie_on_the_ct_at_the_sinuses(
 ) -> None:
     """The phantom's own T1 with Rician noise, in any pose of a head in a coil.
 
-    Measured: 0.19 mm at most at the ostia, on voxels of 1 mm.
+    Measured on voxels of 1 mm: 0.13, 0.14 and 0.27 mm at the worst of the ostia.
     """
     there = moved(angles, shift)
     t1, _ = magnetic_resonance(phantom)
@@ -123,6 +123,7 @@ def test_t1_comes_to_lie_on_the_ct_at_the_sinuses(
     errors = np.linalg.norm(
         targets @ residual[:3, :3].T + residual[:3, 3] - targets, axis=1
     )
+    print(f"{errors.max():.3f} mm at most at the ostia")
     assert errors.max() < 0.5
 
 
