@@ -1,6 +1,7 @@
 """Volumes at the edges of what a ray caster can be given."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -172,3 +173,27 @@ def test_pictures_do_not_depend_on_the_unit(scale: float) -> None:
         tracer = ActiveRayTracer(Scene(volume, transfer, (), PLAIN), FINE, threads=1)
         pictures.append(tracer.render(camera).rgba)
     assert np.abs(pictures[0] - pictures[1]).max() < 1e-5
+
+
+@pytest.mark.parametrize("lit", [False, True])
+def test_a_volume_on_disk_is_drawn_cell_by_cell(tmp_path: Path, lit: bool) -> None:
+    """A mapped file and room for five cells: the bits of a volume in memory."""
+    shape = (20, 31, 26)
+    values = np.random.default_rng(5).integers(0, 256, shape).astype(np.int16)
+    path = tmp_path / "volume.npy"
+    np.save(path, values)
+    mapped = np.load(path, mmap_mode="r", allow_pickle=False)
+    assert isinstance(mapped, np.memmap)
+    lights, material = (four_lights(), PhongMaterial()) if lit else ((), PLAIN)
+    pictures = []
+    for kept, room in ((values, None), (mapped, 5)):
+        volume = Volume(kept, np.full(3, 0.7), np.array([-9.0, -10, -7]))
+        scene = Scene(volume, RAMP, lights, material)
+        tracer = ActiveRayTracer(scene, COMPACT, threads=2, cache_cells=room)
+        pictures.append(tracer.render(from_corner(40)).rgba)
+    assert tracer.report is not None
+    assert tracer.report.counters["cells_evicted"] > 0
+    # Five bricks of nine cubed voxels and a byte of distance for each cube.
+    brick = 9**3 * 2 * (4 if lit else 1)
+    assert tracer.memory <= 5 * brick + values.size
+    assert pictures[0].tobytes() == pictures[1].tobytes()
