@@ -136,7 +136,7 @@ def _run_ranks(options: argparse.Namespace, ending: Callable[[], bool]) -> int:
     from renderers.art.team import RankTeam, follow
     from renderers.art.worker import run_worker
 
-    transport = MpiTransport()
+    transport = MpiTransport(folder=options.spool)
     rank = Rank(transport)
     policy = CellPolicy(options.cache_cells, Dataflow(options.dataflow))
     status = 0

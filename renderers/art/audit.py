@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from renderers.art.cache import CellState
+from renderers.art.directory import Directory
 from renderers.art.messages import CELL_KINDS, Message, MessageKind
 from renderers.art.node import Node
 
@@ -30,20 +31,30 @@ def audit(
     if about and all(node.is_finished for node in nodes):
         raise AssertionError(f"all ranks are done, and yet {about} are on their way")
     _bounds(nodes, about)
+    having: dict[int, list[Node[Any]]] = {}
     if cells is None:
-        held = {cell for node in nodes for cell in node.cache.cells()}
-        cells = held | {cell for node in nodes for cell in node.directory.entries}
+        for node in nodes:
+            for cell in node.cache.cells():
+                having.setdefault(cell, []).append(node)
+        cells = having.keys() | {c for node in nodes for c in node.directory.entries}
+    else:
+        cells = list(cells)
+        for cell in cells:
+            having[cell] = [n for n in nodes if n.cache.state(cell)]
     for cell in cells:
-        _owners(nodes, cell, about.get(cell, []))
-        _listed(nodes, cell, about.get(cell, []))
+        home = nodes[nodes[0].directory.home(cell)].directory
+        _owners(home, having.get(cell, []), cell, about.get(cell, []))
+        _listed(home, having.get(cell, []), cell, about.get(cell, []))
 
 
-def _owners(nodes: Sequence[Node[Any]], cell: int, flying: list[Message]) -> None:
-    owners = [node.rank for node in nodes if node.cache.owns(cell)]
+def _owners(
+    home: Directory, having: list[Node[Any]], cell: int, flying: list[Message]
+) -> None:
+    owners = [node.rank for node in having if node.cache.owns(cell)]
     assert owners, f"nobody owns cell {cell}"
-    versions = {n.cache.version(cell) for n in nodes if n.cache.holds(cell)}
+    versions = {n.cache.version(cell) for n in having if n.cache.holds(cell)}
     assert len(versions) == 1, f"cell {cell} is held as generations {versions} left it"
-    listed = nodes[nodes[0].directory.home(cell)].directory.owner(cell)
+    listed = home.owner(cell)
     assert listed in owners, f"cell {cell}: owner {listed} is listed, {owners} own it"
     for rank in owners:
         # One has accepted and the home does not know, or gave up and was not told yet.
@@ -56,21 +67,22 @@ def _owners(nodes: Sequence[Node[Any]], cell: int, flying: list[Message]) -> Non
         assert rank == listed or passing, f"cell {cell} is owned by {rank}, too"
 
 
-def _listed(nodes: Sequence[Node[Any]], cell: int, flying: list[Message]) -> None:
-    home = nodes[nodes[0].directory.home(cell)]
+def _listed(
+    home: Directory, having: list[Node[Any]], cell: int, flying: list[Message]
+) -> None:
     leaving = {m.target for m in flying if m.kind is MessageKind.INVALIDATE}
     asking = {m.source for m in flying if m.kind is MessageKind.REQUEST}
-    listed = home.directory.listed(cell)
-    for node in nodes:
-        state = node.cache.state(cell)
-        if state is CellState.PENDING:
-            counts = node.rank not in asking
-        else:
-            counts = node.cache.holds(cell) and node.rank not in leaving
-        assert counts == (node.rank in listed), (
-            f"rank {node.rank} has cell {cell} {state.name}, "
-            f"its home lists {sorted(listed)}"
-        )
+    listed = home.listed(cell)
+    counts = set()
+    for node in having:
+        # A pending cell counts once its request was handled, one that is here until
+        # the word to drop it is under way.
+        pending = node.cache.state(cell) is CellState.PENDING
+        if node.rank not in (asking if pending else leaving):
+            counts.add(node.rank)
+    assert counts == listed, (
+        f"cell {cell} is at ranks {sorted(counts)}, its home lists {sorted(listed)}"
+    )
 
 
 def _bounds(nodes: Sequence[Node[Any]], about: dict[int, list[Message]]) -> None:

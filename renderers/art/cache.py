@@ -89,6 +89,11 @@ class CellCache:
         """Get the place of a cell that is not INVALID."""
         return self._copies[cell].slot
 
+    def place(self, cell: int) -> int | None:
+        """Get the place of a cell that rays can use now; None for others."""
+        copy = self._copies.get(cell)
+        return copy.slot if copy is not None and copy.state >= 2 else None
+
     def version(self, cell: int) -> int:
         """Get the generation that changed a held cell last."""
         return self._copies[cell].version

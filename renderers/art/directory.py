@@ -195,7 +195,8 @@ class Directory:
     def _closest(self, rank: int, holders: list[int]) -> int:
         if len(holders) == 1:
             return holders[0]
-        far, ranks = self._distances(rank), len(self._distances(rank))
+        far = self._distances(rank)
+        ranks = len(far)
         # Equally near: the next around the ring, so that no rank serves them all.
         return min(holders, key=lambda r: (far[r], (r - rank) % ranks))
 

@@ -8,27 +8,20 @@ are added: with them every request to drop a cell is answered once, and the last
 a cell can leave a rank that has no room (docs/ranks.md). The rest control a frame.
 """
 
+import struct
 import zlib
+from collections.abc import Iterator
 from enum import IntEnum
 from typing import NamedTuple
-
-import numpy as np
 
 HEADER_BYTES = 64
 LARGEST_PAYLOAD = 1 << 28
 """Longest payload accepted, bytes: 30 times a 512 x 512 picture's region."""
 
-_HEADER = np.dtype(
-    {
-        "names": [
-            *("magic", "kind", "source", "target", "cell", "frame", "size", "crc"),
-            *("generation", "who", "aux", "sequence"),
-        ],
-        "formats": ["<u4", "u1", "<u2", "<u2", *["<u4"] * 8],
-        "offsets": [0, 4, 6, 8, *range(12, 44, 4)],
-        "itemsize": HEADER_BYTES,
-    }
-)
+_HEADER = struct.Struct("<IBxHHxx8I20x")
+"""Magic, kind, source, target; then cell, frame, size, crc, generation, who, aux,
+sequence."""
+
 _MAGIC = 0x31545241
 
 
@@ -55,6 +48,10 @@ class MessageKind(IntEnum):
     """From the home to a holder: will you be the owner, whose copy must stay?"""
     ADOPTED = 8
     """To the home: yes (`aux` is 1) or no (0)."""
+    RAYS = 9
+    """To a cell's owner: rays that go on there (where rays travel, not cells)."""
+    RETURN = 10
+    """To the rank whose rays they are: they are finished."""
     BEGIN = 16
     """From rank 0: draw this; the payload is the job."""
     REGION = 17
@@ -69,9 +66,16 @@ class MessageKind(IntEnum):
     """From rank 0: there will be no more frames."""
     CANCEL = 22
     """From rank 0: drop your rays of this frame, then say DONE as usual."""
+    ABORT = 23
+    """I give up, and so must all; the payload says why."""
 
+
+_KINDS = {int(kind): kind for kind in MessageKind}
 
 CELL_KINDS = frozenset(MessageKind(number) for number in range(1, 9))
+"""Those about cells."""
+
+NODE_KINDS = CELL_KINDS | {MessageKind.RAYS, MessageKind.RETURN}
 """Those that a node handles; the others are between the drivers of ranks."""
 
 
@@ -94,51 +98,55 @@ class Message(NamedTuple):
 
     def encode(self, sequence: int = 0) -> bytes:
         """Write header and payload. sequence: counts the messages of a pair."""
-        header = np.zeros((), _HEADER)
-        header["magic"] = _MAGIC
-        header["kind"] = self.kind
-        header["source"] = self.source
-        header["target"] = self.target
-        header["cell"] = self.cell
-        header["frame"] = self.frame
-        header["size"] = len(self.payload)
-        header["crc"] = zlib.crc32(self.payload)
-        header["generation"] = self.generation
-        header["who"] = self.who
-        header["aux"] = self.aux
-        header["sequence"] = sequence & 0xFFFFFFFF
-        return header.tobytes() + self.payload
+        header = _HEADER.pack(
+            _MAGIC,
+            self.kind,
+            self.source,
+            self.target,
+            self.cell,
+            self.frame,
+            len(self.payload),
+            zlib.crc32(self.payload),
+            self.generation,
+            self.who,
+            self.aux,
+            sequence & 0xFFFFFFFF,
+        )
+        return header + self.payload
 
     @classmethod
     def decode(cls, record: bytes) -> "Message":
         """Read a record; raise ProtocolError that says what is wrong with it."""
         if len(record) < HEADER_BYTES:
             raise ProtocolError(f"a message of {len(record)} bytes has no header")
-        header = np.frombuffer(record, _HEADER, count=1)[0]
-        payload = bytes(record[HEADER_BYTES:])
-        if header["magic"] != _MAGIC:
-            raise ProtocolError("a message does not begin like one")
-        if header["size"] != len(payload) or len(payload) > LARGEST_PAYLOAD:
-            raise ProtocolError(
-                f"a message announces {header['size']} bytes and has {len(payload)}"
-            )
-        if header["crc"] != zlib.crc32(payload):
-            raise ProtocolError("a message was damaged on its way")
-        try:
-            kind = MessageKind(int(header["kind"]))
-        except ValueError as error:
-            raise ProtocolError(f"no message has kind {header['kind']}") from error
-        return cls(
-            kind,
-            int(header["source"]),
-            int(header["target"]),
-            int(header["frame"]),
-            int(header["cell"]),
-            payload,
-            int(header["generation"]),
-            int(header["who"]),
-            int(header["aux"]),
+        magic, number, source, target, cell, frame, size, crc, *rest = (
+            _HEADER.unpack_from(record)
         )
+        payload = bytes(record[HEADER_BYTES:])
+        if magic != _MAGIC:
+            raise ProtocolError("a message does not begin like one")
+        if size != len(payload) or size > LARGEST_PAYLOAD:
+            raise ProtocolError(
+                f"a message announces {size} bytes and has {len(payload)}"
+            )
+        if crc != zlib.crc32(payload):
+            raise ProtocolError("a message was damaged on its way")
+        kind = _KINDS.get(number)
+        if kind is None:
+            raise ProtocolError(f"no message has kind {number}")
+        generation, who, aux, _ = rest
+        return cls(kind, source, target, frame, cell, payload, generation, who, aux)
+
+
+def split_records(bundle: bytes) -> Iterator[bytes]:
+    """Part records that were laid end to end; raise ProtocolError where one is cut."""
+    at = 0
+    while at < len(bundle):
+        if len(bundle) - at < HEADER_BYTES:
+            raise ProtocolError(f"a message of {len(bundle) - at} bytes has no header")
+        size = HEADER_BYTES + _HEADER.unpack_from(bundle, at)[6]
+        yield bundle[at : at + size]
+        at += size
 
 
 def sequence_of(record: bytes) -> int:

@@ -23,7 +23,8 @@ MOST_PENDING = 32
 """Requests in flight from one rank, at most, and as many wishes to drop a cell; bounds
 what it can be sent at once."""
 
-_STORY = 4096
+STORY = 4096
+"""Messages remembered, to be told when something is wrong."""
 
 
 class Node(Generic[P]):
@@ -38,13 +39,14 @@ class Node(Generic[P]):
         migrates: bool,
         stamps: bool = True,
         most_pending: int = MOST_PENDING,
+        story: int = STORY,
         validate: bool = False,
     ) -> None:
         """Join the parts.
 
         migrates: cells have owners that change. stamps: the use of cells is noted, as
-        it must be where any may have to go. validate: check every invariant of this
-        rank after each step.
+        it must be where any may have to go. story: messages remembered. validate:
+        check every invariant of this rank after each step.
         """
         self.rank = directory.rank
         self.work = work
@@ -61,7 +63,7 @@ class Node(Generic[P]):
         self._wanted: dict[int, None] = {}
         self._changed: dict[int, int] = {}
         self._clock = 0
-        self._story: deque[Message] = deque(maxlen=_STORY)
+        self._story: deque[Message] = deque(maxlen=story)
 
     @property
     def is_finished(self) -> bool:

@@ -14,7 +14,7 @@ from collections.abc import Iterable
 
 import msgspec
 
-from renderers.art.messages import CELL_KINDS, Message, MessageKind, ProtocolError
+from renderers.art.messages import NODE_KINDS, Message, MessageKind, ProtocolError
 from renderers.art.node_maker import MarchNode
 from renderers.art.rays import RayPacket
 from renderers.art.regions import Gather
@@ -155,7 +155,7 @@ class Rank:
             return
         elif kind is MessageKind.CANCEL:
             self._node.cancel()
-        elif kind in CELL_KINDS:
+        elif kind in NODE_KINDS:
             self._send_all(self._node.handle(message))
         elif self._gather is None:
             raise ProtocolError(f"rank {self.transport.rank} was sent {kind.name}")

@@ -56,6 +56,14 @@ def skew_of(ranks: int) -> int:
     )
 
 
+def curve_key(column: int, row: int) -> int:
+    """Get a square's number along the Morton curve: near on it, near on the screen."""
+    key = 0
+    for bit in range(max(column, row).bit_length()):
+        key |= (column >> bit & 1) << 2 * bit | (row >> bit & 1) << 2 * bit + 1
+    return key
+
+
 def deal_regions(width: int, height: int, rank: int, ranks: int) -> list[Region]:
     """Get the regions of one rank, in skewed cyclic order.
 

@@ -17,6 +17,7 @@ _AT_HOME = (
     MessageKind.INVALIDATE_REQUEST,
     MessageKind.ADOPTED,
 )
+_DATA = MessageKind.DATA
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +106,7 @@ class _Rank:
     """Number of the turn that counts; one planned earlier was overtaken."""
     ledger: Ledger = field(default_factory=Ledger)
     ends: list[float] = field(default_factory=list)
+    last_arrival: dict[int, float] = field(default_factory=dict)
 
 
 class Machine:
@@ -139,7 +141,6 @@ class Machine:
         self._ranks = [_Rank(*rank) for rank in ranks]
         self._queue: list[tuple[float, int, int]] = []
         self._number = 0
-        self._last_arrival: dict[tuple[int, int], float] = {}
 
     @property
     def nodes(self) -> list[SimulatedNode]:
@@ -217,45 +218,52 @@ class Machine:
                 self._schedule(number, max(now, rank.inbox[0][0]))
 
     def _take(self, rank: _Rank, now: float) -> float:
-        costs, ledger = self._costs, rank.ledger
+        costs, ledger, inbox = self._costs, rank.ledger, rank.inbox
+        handle, control_s = rank.node.handle, costs.receive_s + costs.handle_s
+        copy_s = self._payload_bytes * costs.copy_s
         ledger.poll += costs.poll_s
         now += costs.poll_s
-        while rank.inbox and rank.inbox[0][0] <= now:
-            message = heapq.heappop(rank.inbox)[2]
-            cost = costs.receive_s + costs.handle_s
-            if message.kind is MessageKind.DATA:
-                cost += self._payload_bytes * costs.copy_s
-            if message.kind in _AT_HOME:
-                ledger.directory += cost
+        while inbox and inbox[0][0] <= now:
+            message = heapq.heappop(inbox)[2]
+            kind = message.kind
+            if kind in _AT_HOME:
+                ledger.directory += control_s
+                now += control_s
             else:
+                cost = control_s + copy_s if kind is _DATA else control_s
                 ledger.receive += cost
-            now = self._send(rank, rank.node.handle(message), now + cost)
+                now += cost
+            replies = handle(message)
+            if replies:
+                now = self._send(rank, replies, now)
             if self._watch is not None:
                 self._watch(self, message)
         return now
 
     def _send(self, rank: _Rank, messages: list[Message], now: float) -> float:
-        costs = self._costs
+        costs, torus = self._costs, self.torus
+        copied = self._payload_bytes
         for message in messages:
-            if message.kind is MessageKind.REGION:
+            kind, source, target = message.kind, message.source, message.target
+            if kind is MessageKind.REGION:
                 continue
-            source, target = message.source, message.target
-            size = HEADER_BYTES
-            cost = costs.send_s
-            if message.kind is MessageKind.DATA:
-                size += self._payload_bytes
-                cost += self._payload_bytes * costs.copy_s
-                self.data_by_hops[self.torus.hops(source, target)] += 1
+            size, cost = HEADER_BYTES, costs.send_s
+            if kind is _DATA:
+                size += copied
+                cost += copied * costs.copy_s
+                self.data_by_hops[torus.hops(source, target)] += 1
             arrival = now
             if source != target:
                 now += cost
                 rank.ledger.send += cost
-                arrival = self.torus.carry(source, target, size, now)
-                self.sent[message.kind] += 1
-            pair = source, target
-            if arrival < self._last_arrival.get(pair, 0.0):
-                raise ProtocolError(f"a message of {pair} overtook another")
-            self._last_arrival[pair] = arrival
+                arrival = torus.carry(source, target, size, now)
+                self.sent[kind] += 1
+            last = rank.last_arrival
+            if arrival < last.get(target, 0.0):
+                raise ProtocolError(
+                    f"a message from {source} to {target} overtook another"
+                )
+            last[target] = arrival
             self._number += 1
             other = self._ranks[target]
             heapq.heappush(other.inbox, (arrival, self._number, message))

@@ -75,19 +75,21 @@ class ReplayWork:
         """Do nothing: there are no values to read."""
 
     def _run(self, packet: Visits, clock: int) -> list[int] | None:
-        cache, cells, seconds = self._cache, packet.cells, packet.seconds
+        cells, seconds = packet.cells, packet.seconds
+        place, stamp = self._cache.place, self._cache.stamp
         spent, k, end = 0.0, packet.done, len(cells)
         stop: list[int] | None = []
         while k < end:
             cell = cells[k]
-            if not cache.holds(cell):
+            slot = place(cell)
+            if slot is None:
                 stop = [cell]
                 break
             if spent >= self._slice_s:
                 stop = None
                 break
             if clock:
-                cache.stamp[cache.slot(cell)] = clock
+                stamp[slot] = clock
             if seconds:
                 spent += seconds[k]
             k += 1

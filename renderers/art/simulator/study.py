@@ -12,7 +12,7 @@ from renderers.art.messages import Message, MessageKind
 from renderers.art.node import MOST_PENDING, Node
 from renderers.art.node_maker import MOST_WORKING
 from renderers.art.policy import Dataflow
-from renderers.art.regions import skew_of
+from renderers.art.regions import curve_key, skew_of
 from renderers.art.simulator.machine import Costs, Ledger, Machine, SimulatedNode
 from renderers.art.simulator.replay import ReplayWork, Visits
 from renderers.art.simulator.torus import Torus
@@ -25,12 +25,19 @@ PAPER_S = {
 """Table 1 of the paper: seconds for 30 frames, by voxels a side and by ranks."""
 
 
+_STORY = 32
+"""Messages a simulated rank remembers; thousands of ranks share this memory."""
+
+
 @dataclass(frozen=True, slots=True)
 class Setup:
     """Set one simulated run.
 
     cache: cells all ranks together can hold, in volumes. tile: pixels along a region of
-    the screen. random_holder: forward to any holder, not the nearest.
+    the screen. random_holder: forward to any holder, not the nearest. by_curve: each
+    rank has one run of packets along a Morton curve, all runs with equal work; else
+    regions in skewed cyclic order. scattered: cells begin at ranks drawn at random, not
+    in runs.
     """
 
     ranks: int
@@ -43,6 +50,8 @@ class Setup:
     dataflow: Dataflow = Dataflow.MIGRATING
     most_pending: int = MOST_PENDING
     random_holder: bool = False
+    by_curve: bool = False
+    scattered: bool = False
     validate: bool = False
 
 
@@ -108,6 +117,9 @@ class Traces:
         for number in range(setup.frames):
             for frames in dealt:
                 frames.append([])
+            if setup.by_curve:
+                self._deal_runs(setup, number, dealt)
+                continue
             by_tile: dict[tuple[int, int], list[Visits]] = {}
             for packet, cells, samples in self.frame(number):
                 row, column = divmod(packet, wide)
@@ -116,6 +128,21 @@ class Traces:
             for (ty, tx), packets in sorted(by_tile.items()):
                 dealt[(tx + skew * ty) % setup.ranks][number].extend(packets)
         return dealt
+
+    def _deal_runs(
+        self, setup: Setup, number: int, dealt: list[list[list[Visits]]]
+    ) -> None:
+        """Cut the curve where the work, which rays' lengths tell, is equal."""
+        wide = self.orbit.image // self.orbit.packet
+        frame = self.frame(number)
+        whole, done = frame.samples, 0
+        packets = sorted(frame, key=lambda p: curve_key(p[0] % wide, p[0] // wide))
+        for _, cells, samples in packets:
+            work = int(samples.sum())
+            rank = (2 * done + work) * setup.ranks // (2 * whole)
+            done += work
+            visits = Visits(cells, (samples * setup.sample_s).tolist())
+            dealt[min(rank, setup.ranks - 1)][number].append(visits)
 
     def balance(self, setup: Setup) -> float:
         """Get the mean over the largest load of a rank, frame by frame: the most that
@@ -138,6 +165,8 @@ def simulate(setup: Setup, traces: Traces) -> Outcome:
     migrates = setup.dataflow is Dataflow.MIGRATING and ranks > 1
     home = homes(orbit.cells, ranks)
     owner = deal_owners(np.ones(orbit.cells, np.bool_), ranks)
+    if setup.scattered:
+        owner = owner[np.random.default_rng(1).permutation(orbit.cells)]
     if setup.dataflow is Dataflow.REPLICATED:
         setup = replace(setup, cache=float(ranks))
     slots, quota = simulated_slots(setup)
@@ -167,6 +196,7 @@ def simulate(setup: Setup, traces: Traces) -> Outcome:
             cache,
             migrates=migrates,
             most_pending=setup.most_pending,
+            story=_STORY,
             validate=setup.validate,
         )
         made.append((node, work, packets[rank]))

@@ -1,7 +1,10 @@
 """A torus of ranks in three dimensions: ways, hops, and links that are busy."""
 
 import math
-from functools import cache
+from functools import lru_cache
+
+_WAYS_KEPT = 1 << 19
+"""Ways looked up once; 4,096 ranks have 16 million, too many to remember."""
 
 
 def torus_shape(ranks: int) -> tuple[int, int, int]:
@@ -34,9 +37,9 @@ class Torus:
         """Bytes times hops."""
         self._bytes_per_s = bytes_per_s
         self._hop_s = hop_s
-        self._free: dict[int, float] = {}
+        self._free = [0.0] * (6 * ranks)
         self._rows: dict[int, bytes] = {}
-        self._way = cache(self._find_way)
+        self._way = lru_cache(_WAYS_KEPT)(self._find_way)
 
     def place(self, rank: int) -> tuple[int, int, int]:
         """Get a rank's coordinates."""
@@ -64,7 +67,10 @@ class Torus:
         """Send `size` bytes; get the time at which the last of them has arrived."""
         way = self._way(source, target)
         free = self._free
-        begin_s = max([now_s, *[free.get(link, 0.0) for link in way]])
+        begin_s = now_s
+        for link in way:
+            if free[link] > begin_s:
+                begin_s = free[link]
         held_s = size / self._bytes_per_s
         for link in way:
             free[link] = begin_s + held_s

@@ -19,7 +19,7 @@ class Orbit:
     `spread` times the volume's edge: by default the whole of it from all around.
     packet: pixels along a packet. step_deg: turn from frame to frame. Nothing is empty
     and rays do not end early. thin: of so many rays each way, and voxels along them,
-    one is followed; it stands for all.
+    one is followed; it stands for all. start_deg: where the orbit begins.
     """
 
     side: int = 128
@@ -30,6 +30,7 @@ class Orbit:
     elevation_deg: float = 20.0
     spread: float = math.sqrt(2)
     thin: int = 2
+    start_deg: float = 0.0
 
     @property
     def cells(self) -> int:
@@ -51,7 +52,7 @@ class Orbit:
         return FrameTrace(*self._visits(right, up, forward), depth)
 
     def _axes(self, number: int) -> tuple[NDArray[np.float64], ...]:
-        turn = math.radians(number * self.step_deg)
+        turn = math.radians(self.start_deg + number * self.step_deg)
         high = math.radians(self.elevation_deg)
         forward = np.array(
             [

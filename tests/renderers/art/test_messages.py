@@ -11,6 +11,7 @@ from renderers.art.messages import (
     MessageKind,
     ProtocolError,
     sequence_of,
+    split_records,
 )
 
 messages = st.builds(
@@ -54,10 +55,21 @@ def test_a_cut_or_damaged_message_is_refused(
             Message.decode(bytes(record))
 
 
+@given(st.lists(messages, max_size=6))
+def test_records_laid_end_to_end_come_apart(sent: list[Message]) -> None:
+    bundle = b"".join(m.encode(n) for n, m in enumerate(sent))
+    records = list(split_records(bundle))
+    assert [Message.decode(record) for record in records] == sent
+    assert [sequence_of(record) for record in records] == list(range(len(sent)))
+    if sent:
+        with pytest.raises(ProtocolError):
+            [Message.decode(record) for record in split_records(bundle[:-1])]
+
+
 def test_an_unknown_kind_is_refused() -> None:
     record = bytearray(Message(MessageKind.DATA, 0, 1, 1).encode())
-    record[4] = 9
-    with pytest.raises(ProtocolError, match="no message has kind 9"):
+    record[4] = 11
+    with pytest.raises(ProtocolError, match="no message has kind 11"):
         Message.decode(bytes(record))
     record[0] ^= 255
     with pytest.raises(ProtocolError, match="does not begin like one"):
