@@ -122,6 +122,9 @@ def make_node(
     migrates = dataflow is Dataflow.MIGRATING and ranks > 1
     home = homes(grid.cells, ranks)
     owner = deal_owners(seen, ranks) if migrates else home
+    if dataflow is Dataflow.RAYS:
+        # Neighbouring cells belong together: a ray then stays longer where it is.
+        home = deal_owners(seen, ranks)
     mine: NDArray[np.int64] | None
     if migrates:
         cache = CellCache(*slots_of(full, ranks, cache_cells))

@@ -10,12 +10,13 @@ nodes know of cells is then worth nothing, and `is_broken` tells that.
 """
 
 from collections import Counter, deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from typing import Protocol
 
 import msgspec
 
+from renderers.art.ledger import AT_HOME, Stopwatch
 from renderers.art.messages import NODE_KINDS, Message, MessageKind, ProtocolError
-from renderers.art.node_maker import MarchNode
 from renderers.art.rays import RayPacket
 from renderers.art.regions import Gather
 from renderers.art.steps import Step, reached
@@ -23,6 +24,45 @@ from renderers.art.transport import RankRefusedError, Transport
 
 PACKETS_A_STEP = 1
 """Packets run between two polls: about 1,000 rays, some .5 ms; a poll costs .5 us."""
+
+
+class FrameNode(Protocol):
+    """Promise what a rank drives: `Node`, or `RayNode` where rays travel."""
+
+    @property
+    def is_active(self) -> bool:
+        """Tell whether `advance` could do anything."""
+        ...
+
+    @property
+    def is_finished(self) -> bool:
+        """Tell whether this rank's rays are finished and no answer is due to it."""
+        ...
+
+    @property
+    def is_waiting(self) -> bool:
+        """Tell whether another rank owes this one an answer."""
+        ...
+
+    def tally(self) -> dict[str, int]:
+        """Get what this node has done so far."""
+        ...
+
+    def begin(self, frame: int, packets: Iterable[RayPacket]) -> None:
+        """Start a frame."""
+        ...
+
+    def advance(self, budget: int) -> list[Message]:
+        """Move up to `budget` packets; return what is to be sent."""
+        ...
+
+    def handle(self, message: Message) -> list[Message]:
+        """Take a message; return what is to be sent because of it."""
+        ...
+
+    def cancel(self) -> None:
+        """Drop what is left of the frame."""
+        ...
 
 
 class Rank:
@@ -33,11 +73,15 @@ class Rank:
     to begin has come. Those of a frame that ended are dropped.
     """
 
-    def __init__(self, transport: Transport) -> None:
+    def __init__(
+        self, transport: Transport, clock: Callable[[], float] | None = None
+    ) -> None:
+        """Take a transport, and a clock when the time is to be charged to a ledger."""
         self.transport = transport
+        self.watch = Stopwatch(clock)
         self.frame = 0
         self.orders: deque[Message] = deque()
-        self._node: MarchNode | None = None
+        self._node: FrameNode | None = None
         self._gather: Gather | None = None
         self._early: list[Message] = []
         self._before: dict[str, int] = {}
@@ -56,7 +100,7 @@ class Rank:
     def begin(
         self,
         frame: int,
-        node: MarchNode,
+        node: FrameNode,
         packets: Iterable[RayPacket],
         gather: Gather | None = None,
     ) -> None:
@@ -81,15 +125,22 @@ class Rank:
         Raise RankRefusedError when another rank cannot take part.
         """
         worked = False
+        watch = self.watch
         while (message := self.transport.poll()) is not None:
             worked = True
+            watch.lap("receive")
             self._take(message)
+            watch.lap("directory" if message.kind in AT_HOME else "receive")
+        watch.lap("poll")
         node = self._node
         if node is None:
             return worked
         if node.is_active:
             worked = True
-            self._send_all(node.advance(PACKETS_A_STEP))
+            messages = node.advance(PACKETS_A_STEP)
+            watch.lap("render")
+            self._send_all(messages)
+            watch.lap("send")
             reached(Step.RAYS_MOVED)
         if node.is_finished and not self._said_done:
             self._said_done = True
@@ -102,6 +153,7 @@ class Rank:
     def rest(self) -> None:
         """Give the processor away after a step without work."""
         self.transport.rest(self._node is not None and self._node.is_waiting)
+        self.watch.lap("idle")
 
     def order(
         self, kind: MessageKind, frame: int, payload: bytes = b"", *, aux: int = 0

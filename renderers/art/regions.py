@@ -64,14 +64,19 @@ def curve_key(column: int, row: int) -> int:
     return key
 
 
-def deal_regions(width: int, height: int, rank: int, ranks: int) -> list[Region]:
+def deal_regions(
+    width: int, height: int, rank: int, ranks: int, edge: int | None = None
+) -> list[Region]:
     """Get the regions of one rank, in skewed cyclic order.
+
+    edge: pixels along a region; None for what suits the number of ranks.
 
     Row by row would put whole columns of regions on one rank when the row length
     divides by the number of ranks; each row is therefore shifted by about .618 of it.
     """
     shift = skew_of(ranks)
-    edge = LONE_REGION_PX if ranks == 1 else REGION_PX
+    if edge is None:
+        edge = LONE_REGION_PX if ranks == 1 else REGION_PX
     return [
         Region(x, y, min(x + edge, width), min(y + edge, height))
         for ty, y in enumerate(range(0, height, edge))

@@ -13,9 +13,10 @@ from renderers.art.data_store import DataStore
 from renderers.art.job import ScopeWork, SnapshotRequest, decode_request
 from renderers.art.march import FrameRays, March
 from renderers.art.messages import MessageKind
-from renderers.art.node_maker import MarchNode, edit_node, make_node
+from renderers.art.node_maker import MarchNode, edit_node
 from renderers.art.policy import CellPolicy
-from renderers.art.rank import Rank
+from renderers.art.rank import FrameNode, Rank
+from renderers.art.ray_node import RayNode
 from renderers.art.rays import RayPacket
 from renderers.art.regions import Gather, deal_regions
 from renderers.art.stage import family_key, load_scene, scene_key
@@ -27,6 +28,7 @@ from renderers.art.tracer import (
     scope_gbuffer,
 )
 from renderers.art.transport import Transport
+from renderers.art.travel import MarchRayNode, make_frame_node
 from renderers.art.work import MarchWork
 from renderers.scene import Camera, GBuffer, Image, Scene
 
@@ -135,7 +137,7 @@ class _Kept:
     scene: bytes
     family: bytes
     march: March
-    node: MarchNode
+    node: MarchNode | MarchRayNode
     work: MarchWork
 
 
@@ -152,7 +154,7 @@ class _Prepared:
         self._policy = policy
         self._kept: _Kept | None = None
 
-    def node(self, request: SnapshotRequest, scene: Scene) -> tuple[March, MarchNode]:
+    def node(self, request: SnapshotRequest, scene: Scene) -> tuple[March, FrameNode]:
         kept = self._kept
         if kept is None or kept.scene != scene_key(request):
             kept = self._edit(request, scene) or self._make(request, scene)
@@ -163,21 +165,22 @@ class _Prepared:
         kept, quality = self._kept, request.to_quality()
         if kept is None or kept.family != family_key(request):
             return None
+        if isinstance(kept.node, RayNode):
+            return None
         march = edit_node(kept.node, kept.work, scene, mode_of(request), quality)
         if march is None:
             return None
         return replace(kept, scene=scene_key(request), march=march)
 
     def _make(self, request: SnapshotRequest, scene: Scene) -> "_Kept":
-        march, node, work = make_node(
+        march, node, work = make_frame_node(
             scene,
             mode_of(request),
             request.to_quality(),
+            self._policy,
             rank=self._transport.rank,
             ranks=self._transport.ranks,
-            dataflow=self._policy.dataflow,
             distances=self._transport.distances,
-            cache_cells=self._policy.cache_cells,
         )
         return _Kept(scene_key(request), family_key(request), march, node, work)
 

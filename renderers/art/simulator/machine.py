@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
+from renderers.art.ledger import AT_HOME, Ledger
 from renderers.art.messages import HEADER_BYTES, Message, MessageKind, ProtocolError
 from renderers.art.node import Node
 from renderers.art.simulator.replay import ReplayWork, Visits
@@ -12,11 +13,6 @@ from renderers.art.simulator.torus import Torus
 
 SimulatedNode = Node[Visits]
 
-_AT_HOME = (
-    MessageKind.REQUEST,
-    MessageKind.INVALIDATE_REQUEST,
-    MessageKind.ADOPTED,
-)
 _DATA = MessageKind.DATA
 
 
@@ -75,24 +71,6 @@ TODAY = Costs(
 4.1, MPICH 5.0): writing a message of a cell 3.1 us, reading it 6.6, what a node does
 about one 3.3 (2.3 to 5.3), an empty poll .4, one way up to 2 KiB 4 to 26. The network
 between machines is an assumption."""
-
-
-@dataclass(slots=True)
-class Ledger:
-    """Say where a rank's time went, seconds; the parts sum to the whole."""
-
-    render: float = 0.0
-    lru: float = 0.0
-    scan: float = 0.0
-    directory: float = 0.0
-    receive: float = 0.0
-    send: float = 0.0
-    poll: float = 0.0
-    idle: float = 0.0
-
-    def parts(self) -> dict[str, float]:
-        """Get the parts by name."""
-        return {name: getattr(self, name) for name in self.__slots__}
 
 
 @dataclass(slots=True)
@@ -226,7 +204,7 @@ class Machine:
         while inbox and inbox[0][0] <= now:
             message = heapq.heappop(inbox)[2]
             kind = message.kind
-            if kind in _AT_HOME:
+            if kind in AT_HOME:
                 ledger.directory += control_s
                 now += control_s
             else:

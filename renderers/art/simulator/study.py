@@ -8,12 +8,13 @@ import numpy as np
 from renderers.art.audit import audit
 from renderers.art.cache import CellCache
 from renderers.art.directory import Directory, deal_owners, homes
+from renderers.art.ledger import Ledger
 from renderers.art.messages import Message, MessageKind
 from renderers.art.node import MOST_PENDING, Node
 from renderers.art.node_maker import MOST_WORKING
 from renderers.art.policy import Dataflow
 from renderers.art.regions import curve_key, skew_of
-from renderers.art.simulator.machine import Costs, Ledger, Machine, SimulatedNode
+from renderers.art.simulator.machine import Costs, Machine, SimulatedNode
 from renderers.art.simulator.replay import ReplayWork, Visits
 from renderers.art.simulator.torus import Torus
 from renderers.art.simulator.trace import FrameTrace, Orbit

@@ -9,12 +9,14 @@ from numpy.typing import NDArray
 
 from renderers.art.march import FrameRays
 from renderers.art.messages import Message, MessageKind
+from renderers.art.node import Node
 from renderers.art.node_maker import MarchNode, make_node
-from renderers.art.policy import Dataflow
+from renderers.art.policy import CellPolicy, Dataflow
 from renderers.art.quality import Quality
 from renderers.art.rank import Rank
 from renderers.art.regions import Gather, Region, deal_regions
 from renderers.art.transport import LoopBack, TransportError
+from renderers.art.travel import MarchRayNode, make_frame_node
 from renderers.scene import Camera, Scene
 
 QUALITY = Quality(0.5, 1 / 1024)
@@ -33,7 +35,7 @@ def draw(
     spare: int | None = None,
     frames: int = 1,
     order: Callable[[list[Region]], list[Region]] = list,
-) -> tuple[list[NDArray[np.float32]], list[MarchNode]]:
+) -> tuple[list[NDArray[np.float32]], list[MarchNode | MarchRayNode]]:
     """Draw with ranks in one process, each moved in a random order.
 
     spare: slots of a cache beyond a rank's share of the cells; instead of `cells`.
@@ -45,15 +47,14 @@ def draw(
     random = np.random.default_rng(seed)
     parts = [Rank(joint.end(rank)) for rank in range(ranks)]
     made = [
-        make_node(
+        make_frame_node(
             scene,
             mode,
             QUALITY,
+            CellPolicy(cells, dataflow),
             rank=rank,
             ranks=ranks,
             cell_side=side,
-            cache_cells=cells,
-            dataflow=dataflow,
             validate=True,
         )
         for rank in range(ranks)
@@ -104,7 +105,7 @@ def one(
     seed=st.integers(0, 2**32 - 1),
     side=st.sampled_from([8, 16]),
     cells=st.sampled_from([1, 2, 7, None]),
-    dataflow=st.sampled_from([Dataflow.STATIC, Dataflow.REPLICATED]),
+    dataflow=st.sampled_from([Dataflow.STATIC, Dataflow.REPLICATED, Dataflow.RAYS]),
 )
 def test_any_ranks_delivery_cells_and_cache_give_the_same_bits(
     scene: Scene,
@@ -131,7 +132,7 @@ def test_any_ranks_delivery_cells_and_cache_give_the_same_bits(
     )
     assert pictures[0].tobytes() == one[mode].tobytes()
     if dataflow is Dataflow.REPLICATED:
-        assert not any(node.requests for node in nodes)
+        assert not any(node.tally()["requests"] for node in nodes)
 
 
 @settings(max_examples=16, deadline=None)
@@ -167,8 +168,9 @@ def test_with_little_room_cells_change_their_owners(
 ) -> None:
     pictures, nodes = draw(scene, "classic", outside, 3, spare=6, frames=2)
     assert pictures[0].tobytes() == pictures[1].tobytes() == one["classic"].tobytes()
-    assert sum(node.directory.moves for node in nodes) > 0
-    assert sum(node.cache.evictions for node in nodes) > 0
+    tallies = [node.tally() for node in nodes]
+    assert sum(tally["owners_moved"] for tally in tallies) > 0
+    assert sum(tally["cells_evicted"] for tally in tallies) > 0
 
 
 def test_cells_are_kept_from_frame_to_frame(scene: Scene, outside: Camera) -> None:
@@ -176,6 +178,7 @@ def test_cells_are_kept_from_frame_to_frame(scene: Scene, outside: Camera) -> No
     assert pictures[0].tobytes() == pictures[1].tobytes()
     # Each rank has asked at most once for each cell that is not its own.
     for node in nodes:
+        assert isinstance(node, Node)
         assert 0 < node.requests <= node.cache.capacity
 
 
@@ -192,13 +195,13 @@ def test_leaving_early_leaves_nothing_behind(
     joint = LoopBack(2, seed=3)
     parts = [Rank(joint.end(rank)) for rank in range(2)]
     made = [
-        make_node(
+        make_frame_node(
             scene,
             "classic",
             QUALITY,
+            CellPolicy(dataflow=dataflow),
             rank=r,
             ranks=2,
-            dataflow=dataflow,
             validate=True,
         )
         for r in range(2)
