@@ -80,12 +80,12 @@ class Directory:
         owner: NDArray[np.int64],
         distances: Distances,
     ) -> None:
-        """Take each cell's home, its first owner, and what is near."""
+        """Take each cell's home, its first owner, -1 for none, and what is near."""
         self.rank = rank
         self.entries: dict[int, Entry] = {}
         self._home = home
-        self._owner = owner
-        self._distances = distances
+        self.first_owner = owner
+        self.distances = distances
         self.moves = 0
 
     @property
@@ -112,21 +112,21 @@ class Directory:
         """Get what is known of a cell whose home is here."""
         entry = self.entries.get(cell)
         if entry is None:
-            if self._owner[cell] < 0:
+            if self.first_owner[cell] < 0:
                 raise ProtocolError(f"cell {cell} is empty and has no owner")
-            entry = self.entries[cell] = Entry(int(self._owner[cell]))
+            entry = self.entries[cell] = Entry(int(self.first_owner[cell]))
         return entry
 
     def owner(self, cell: int) -> int:
         """Get the listed owner of a cell whose home is here."""
         entry = self.entries.get(cell)
-        return int(self._owner[cell]) if entry is None else entry.owner
+        return int(self.first_owner[cell]) if entry is None else entry.owner
 
     def listed(self, cell: int) -> set[int]:
         """Get the ranks counted as holders of a cell whose home is here."""
         entry = self.entries.get(cell)
         if entry is None:
-            return {int(self._owner[cell])}
+            return {int(self.first_owner[cell])}
         return {entry.owner, *entry.replicas}
 
     def handle(self, message: Message) -> Message:
@@ -195,7 +195,7 @@ class Directory:
     def _closest(self, rank: int, holders: list[int]) -> int:
         if len(holders) == 1:
             return holders[0]
-        far = self._distances(rank)
+        far = self.distances(rank)
         ranks = len(far)
         # Equally near: the next around the ring, so that no rank serves them all.
         return min(holders, key=lambda r: (far[r], (r - rank) % ranks))

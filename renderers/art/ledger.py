@@ -43,9 +43,16 @@ class Stopwatch:
 
     def __init__(self, clock: Callable[[], float] | None = None) -> None:
         """Take a clock, seconds; without one nothing is measured."""
-        self.ledger = Ledger()
         self._clock = clock
-        self._last = 0.0 if clock is None else clock()
+        self._last = 0.0
+        self.ledger = Ledger()
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin anew with an empty ledger."""
+        self.ledger = Ledger()
+        if self._clock is not None:
+            self._last = self._clock()
 
     def lap(self, part: str) -> None:
         """Charge what went by."""

@@ -55,8 +55,8 @@ class Node(Generic[P]):
         self.frame = 0
         self.generation = 0
         self.requests = 0
-        self._migrates = migrates
-        self._stamps = stamps
+        self.migrates = migrates
+        self.stamps = stamps
         self.most_pending = most_pending
         self._validate = validate
         self._stack: RayStack[P] = RayStack()
@@ -169,7 +169,7 @@ class Node(Generic[P]):
         messages: list[Message] = []
         packets = self._stack.pop(budget)
         self._clock += 1
-        stops = self.work.run(packets, self._clock if self._stamps else 0)
+        stops = self.work.run(packets, self._clock if self.stamps else 0)
         for packet, missing in zip(packets, stops, strict=True):
             if missing is None:
                 self._stack.resume(packet)
@@ -259,14 +259,14 @@ class Node(Generic[P]):
         while self._wanted and self.cache.pending < self.most_pending:
             cell = next(iter(self._wanted))
             if not self.cache.reserve(cell):
-                if self._migrates:
+                if self.migrates:
                     return messages + self._ask_for_room()
                 if not self._make_room():
                     break
                 self.cache.reserve(cell)
             del self._wanted[cell]
             home = self.directory.home(cell)
-            if home == self.rank and not self._migrates:
+            if home == self.rank and not self.migrates:
                 self.work.show(cell, self.cache.slot(cell))
                 self.cache.store(cell, self._changed.get(cell, 0))
                 self._stack.wake(cell)
@@ -301,10 +301,10 @@ class Node(Generic[P]):
         kind, cell = message.kind, message.cell
         if kind is MessageKind.DATA:
             return self._arrive(message)
-        if kind is MessageKind.REQUEST and not self._migrates:
+        if kind is MessageKind.REQUEST and not self.migrates:
             self.directory.expect(message)
             return [self._data(cell, message.source)]
-        if not self._migrates:
+        if not self.migrates:
             raise ProtocolError(f"{kind.name} came where cells do not migrate")
         if kind is MessageKind.FORWARD:
             ready = self.cache.serve(cell, message.who)
@@ -323,7 +323,7 @@ class Node(Generic[P]):
 
     def _data(self, cell: int, target: int) -> Message:
         payload = self.work.payload(cell)
-        held = self.cache.holds(cell) and self._migrates
+        held = self.cache.holds(cell) and self.migrates
         version = self.cache.version(cell) if held else self._changed.get(cell, 0)
         return self._say(MessageKind.DATA, target, cell, payload, aux=version)
 

@@ -11,13 +11,12 @@ nodes know of cells is then worth nothing, and `is_broken` tells that.
 
 from collections import Counter, deque
 from collections.abc import Callable, Iterable
-from typing import Protocol
+from typing import Any, Protocol
 
 import msgspec
 
 from renderers.art.ledger import AT_HOME, Stopwatch
 from renderers.art.messages import NODE_KINDS, Message, MessageKind, ProtocolError
-from renderers.art.rays import RayPacket
 from renderers.art.regions import Gather
 from renderers.art.steps import Step, reached
 from renderers.art.transport import RankRefusedError, Transport
@@ -48,8 +47,8 @@ class FrameNode(Protocol):
         """Get what this node has done so far."""
         ...
 
-    def begin(self, frame: int, packets: Iterable[RayPacket]) -> None:
-        """Start a frame."""
+    def begin(self, frame: int, packets: Iterable[Any]) -> None:
+        """Start a frame with packets of whatever the node's work knows."""
         ...
 
     def advance(self, budget: int) -> list[Message]:
@@ -101,7 +100,7 @@ class Rank:
         self,
         frame: int,
         node: FrameNode,
-        packets: Iterable[RayPacket],
+        packets: Iterable[Any],
         gather: Gather | None = None,
     ) -> None:
         """Start a frame; rank 0 brings the picture to gather."""

@@ -22,13 +22,18 @@ class FrameSeries:
         march: March,
         node: FrameNode,
         region_px: int | None = None,
+        *,
+        first_frame: int = 0,
     ) -> None:
-        """Take what was made for this rank. region_px: see `deal_regions`."""
+        """Take what was made for this rank.
+
+        region_px: see `deal_regions`. first_frame: frames this rank has drawn before.
+        """
         self._rank = rank
         self._march = march
         self._node = node
         self._region_px = region_px
-        self._frame = 0
+        self._frame = first_frame
 
     def packets(self, camera: Camera) -> Sequence[RayPacket]:
         """Put this rank's rays of a frame at their first samples."""

@@ -1,0 +1,195 @@
+"""Frames drawn by real ranks: starts them with mpiexec, and is what they run.
+
+`python -m mpi4py -m benchmarks.ranks FOLDER` is one rank. FOLDER holds `job.json` and
+the volumes that its requests name; each rank leaves `rank-<n>.json` there.
+"""
+
+import hashlib
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from renderers.art.data_store import DataStore
+from renderers.art.job import SnapshotRequest
+from renderers.art.policy import CellPolicy, Dataflow
+from renderers.art.rank import Rank
+from renderers.art.regions import Gather
+from renderers.art.series import FrameSeries
+from renderers.art.simulator.recording import Recording
+from renderers.art.stage import load_scene
+from renderers.art.team import mode_of, traced_camera
+from renderers.art.travel import make_frame_node
+
+LIMIT_S = 300.0
+"""Longest run; what takes longer hangs."""
+
+
+class RankJob(msgspec.Struct, frozen=True, kw_only=True):
+    """Set what ranks draw: a frame for each request, all of one scene.
+
+    rounds: how often the whole series is drawn, with new nodes each time. clock: of the
+    ledger, `cpu` or `wall`. recorded: write down every event.
+    """
+
+    requests: tuple[SnapshotRequest, ...]
+    dataflow: str = Dataflow.MIGRATING.value
+    cache_cells: int | None = None
+    cell_side: int = 8
+    region_px: int | None = None
+    rounds: int = 1
+    clock: str = "wall"
+    recorded: bool = False
+
+
+class FrameReport(msgspec.Struct, frozen=True, kw_only=True):
+    """Say what a frame cost one rank. digest: of the picture, rank 0 only."""
+
+    wall_s: float
+    ledger: dict[str, float]
+    tally: dict[str, int]
+    sends: int
+    digest: str = ""
+
+
+class RankReport(msgspec.Struct, frozen=True, kw_only=True):
+    """Say what one rank did. rounds: frames by round.
+
+    made_s: time of the first preparation. peak_bytes: most memory resident,
+    mapped files included. own_bytes: most that is this process's alone.
+    """
+
+    rank: int
+    occupied: int
+    slots: int
+    made_s: float
+    rounds: tuple[tuple[FrameReport, ...], ...]
+    peak_bytes: int
+    own_bytes: int
+
+
+def run_ranks(
+    ranks: int, job: RankJob, folder: Path, *launcher: str
+) -> list[RankReport]:
+    """Draw a job with so many processes; RuntimeError says what they said if it fails.
+
+    folder: has the data in `data`. launcher: words before mpiexec.
+    """
+    (folder / "job.json").write_bytes(msgspec.json.encode(job))
+    for old in folder.glob("rank-*"):
+        old.unlink()
+    mpiexec = Path(sys.executable).with_name("mpiexec")
+    words = [*launcher, str(mpiexec), "-n", str(ranks), sys.executable, "-m", "mpi4py"]
+    words += ["-m", "benchmarks.ranks", str(folder)]
+    done = subprocess.run(
+        words,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=LIMIT_S,
+        check=False,
+        cwd=Path(__file__).parents[1],
+    )
+    if done.returncode:
+        raise RuntimeError(f"the ranks ended with {done.returncode}: {done.stderr}")
+    return [
+        msgspec.json.decode((folder / f"rank-{n}.json").read_bytes(), type=RankReport)
+        for n in range(ranks)
+    ]
+
+
+def main(words: Sequence[str]) -> int:
+    """Be one rank."""
+    from renderers.art.mpi import MpiTransport
+
+    folder = Path(words[0])
+    job = msgspec.json.decode((folder / "job.json").read_bytes(), type=RankJob)
+    transport = MpiTransport(folder=folder)
+    clock = time.thread_time if job.clock == "cpu" else time.perf_counter
+    rounds: list[tuple[FrameReport, ...]] = []
+    own = occupied = slots = 0
+    made_s = 0.0
+    rank = Rank(transport, clock)
+    frame = 0
+    for number in range(job.rounds):
+        began = time.perf_counter()
+        first = job.requests[0]
+        scene = load_scene(DataStore(folder / "data"), first)
+        march, node, work = make_frame_node(
+            scene,
+            mode_of(first),
+            first.to_quality(),
+            CellPolicy(job.cache_cells, Dataflow(job.dataflow)),
+            rank=transport.rank,
+            ranks=transport.ranks,
+            distances=transport.distances,
+            cell_side=job.cell_side,
+        )
+        if not number:
+            made_s = time.perf_counter() - began
+        occupied, slots = work.occupied, len(work.bricks.view.stamp)
+        watched = Recording(node) if job.recorded else node
+        series = FrameSeries(rank, march, watched, job.region_px, first_frame=frame)
+        reports = []
+        for request in job.requests:
+            before, sends = watched.tally(), transport.sends
+            rank.watch.restart()
+            began = time.perf_counter()
+            gather = series.draw(traced_camera(request))
+            wall_s = time.perf_counter() - began
+            after = watched.tally()
+            reports.append(
+                FrameReport(
+                    wall_s=wall_s,
+                    ledger=rank.watch.ledger.parts(),
+                    tally={name: after[name] - before[name] for name in after},
+                    sends=transport.sends - sends,
+                    digest="" if gather is None else digest_of(gather),
+                )
+            )
+            own = max(own, own_bytes())
+        frame += len(job.requests)
+        rounds.append(tuple(reports))
+        if isinstance(watched, Recording):
+            np.savez(
+                folder / f"rank-{transport.rank}-round-{number}.npz",
+                events=watched.events(),
+                latency_s=np.array(watched.latency_s),
+                move_s=np.array(watched.move_s),
+            )
+    report = RankReport(
+        rank=transport.rank,
+        occupied=occupied,
+        slots=slots,
+        made_s=made_s,
+        rounds=tuple(rounds),
+        peak_bytes=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
+        own_bytes=own,
+    )
+    path = folder / f"rank-{transport.rank}.json"
+    path.write_bytes(msgspec.json.encode(report))
+    transport.close()
+    return 0
+
+
+def digest_of(gather: Gather) -> str:
+    """Get the SHA-256 of a picture's numbers."""
+    return hashlib.sha256(gather.value.tobytes() + gather.depth.tobytes()).hexdigest()
+
+
+def own_bytes() -> int:
+    """Get the memory that is this process's alone, as Linux counts it."""
+    for line in Path("/proc/self/status").read_text().splitlines():
+        name, _, value = line.partition(":")
+        if name == "RssAnon":
+            return int(value.split()[0]) * 1024
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

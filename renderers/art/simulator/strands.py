@@ -1,0 +1,163 @@
+"""Which cells the rays of a real packet need, in which order: recorded, then replayed.
+
+Rays that need the same cells one after another make a strand. A packet of strands stops
+at the same cells as the packet of rays it was recorded from, whatever cells are here.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.art.cache import CellCache
+from renderers.art.march import COUNTERS
+from renderers.art.messages import ProtocolError
+from renderers.art.rays import RayPacket
+from renderers.art.work import MarchWork
+
+FEATURES = ("moves", "rays", "visits", "shows", *COUNTERS)
+"""What work consists of: calls of the kernel, rays it was called for, stops of rays
+at a cell's entry, bricks made, and the kernel's own counters."""
+
+
+@dataclass(slots=True)
+class Strand:
+    """Follow rays that need the same cells. work: kernel's counters, by cell."""
+
+    cells: tuple[int, ...]
+    work: NDArray[np.float64]
+    rays: int
+    at: int = 0
+
+
+@dataclass(slots=True, eq=False)
+class StrandPacket:
+    """Hold the strands of one packet.
+
+    entry: kernel's counters of the way to the first cells. size: bytes of its result.
+    """
+
+    strands: list[Strand]
+    rays: int
+    entry: NDArray[np.float64]
+    size: int
+    has_begun: bool = False
+
+    def fresh(self) -> "StrandPacket":
+        """Get the packet before its first move."""
+        strands = [Strand(s.cells, s.work, s.rays) for s in self.strands]
+        return StrandPacket(strands, self.rays, self.entry, self.size)
+
+
+def record_packet(packet: RayPacket, work: MarchWork) -> StrandPacket:
+    """Move a packet through one cell after another and note what its rays need.
+
+    work: of a rank that has every cell and room for one; none is shown.
+    """
+    n = len(packet.count)
+    seen: list[list[int]] = [[] for _ in range(n)]
+    shares: list[list[NDArray[np.float64]]] = [[] for _ in range(n)]
+    start = work.counters.copy()
+    missing = work.run([packet], 0)[0]
+    before = work.counters.copy()
+    entry = (before - start).astype(np.float64)
+    while missing:
+        cell = missing[0]
+        here = np.flatnonzero(packet.cursor[:-1, 3] == cell + 1)
+        work.show(cell, 0)
+        missing = work.run([packet], 0)[0]
+        work.hide(cell)
+        each = (work.counters - before) / len(here)
+        before = work.counters.copy()
+        for ray in here.tolist():
+            if seen[ray] and seen[ray][-1] == cell:
+                raise ProtocolError(f"a ray does not get out of cell {cell}")
+            seen[ray].append(cell)
+            shares[ray].append(each)
+    strands: dict[tuple[int, ...], list[int]] = {}
+    for ray, cells in enumerate(seen):
+        if cells:
+            strands.setdefault(tuple(cells), []).append(ray)
+    made = [
+        Strand(cells, np.sum([shares[ray] for ray in rays], axis=0), len(rays))
+        for cells, rays in strands.items()
+    ]
+    return StrandPacket(made, n, entry, len(work.result(packet)))
+
+
+class StrandWork:
+    """Move strands through the cells that a node shows; nothing is sampled.
+
+    features: what was done so far, by `FEATURES`. `spent_s` is their cost.
+    """
+
+    def __init__(
+        self, cache: CellCache, costs: NDArray[np.float64] | None = None
+    ) -> None:
+        self.features = np.zeros(len(FEATURES))
+        self._costs = np.zeros(len(FEATURES)) if costs is None else costs
+        self._cache = cache
+        self._slots: dict[int, int] = {}
+
+    @property
+    def spent_s(self) -> float:
+        """Get the seconds that all work so far has cost."""
+        return float(self.features @ self._costs)
+
+    def tally(self) -> dict[str, int]:
+        """Get the number of visits."""
+        return {"cells_entered": int(self.features[2])}
+
+    def run(self, packets: list[StrandPacket], clock: int) -> list[list[int]]:
+        """Move each strand until it ends or needs a cell that is not shown."""
+        return [self._run(packet, clock) for packet in packets]
+
+    def result(self, packet: StrandPacket) -> bytes:
+        """Write nothing, at the length of a result."""
+        return bytes(packet.size)
+
+    def payload(self, cell: int) -> bytes:
+        """Stand for a cell's values."""
+        return b""
+
+    def fill(self, cell: int, slot: int, payload: bytes) -> None:
+        """Show a cell that came."""
+        self.show(cell, slot)
+
+    def show(self, cell: int, slot: int) -> None:
+        """Let strands use a cell."""
+        self._slots[cell] = slot
+        self.features[3] += 1
+
+    def hide(self, cell: int) -> None:
+        """Let strands stop at a cell again."""
+        self._slots.pop(cell, None)
+
+    def renew(self, cell: int) -> None:
+        """Hide a cell that was changed."""
+        self.hide(cell)
+
+    def _run(self, packet: StrandPacket, clock: int) -> list[int]:
+        slots, stamp, features = self._slots, self._cache.stamp, self.features
+        features[0] += 1
+        features[1] += packet.rays
+        if not packet.has_begun:
+            packet.has_begun = True
+            features[4:] += packet.entry
+        stops: set[int] = set()
+        for strand in packet.strands:
+            cells, at = strand.cells, strand.at
+            end = at
+            while end < len(cells):
+                slot = slots.get(cells[end])
+                if slot is None:
+                    stops.add(cells[end])
+                    break
+                if clock:
+                    stamp[slot] = clock
+                end += 1
+            if end > at:
+                features[2] += strand.rays * (end - at)
+                features[4:] += strand.work[at:end].sum(axis=0)
+                strand.at = end
+        return sorted(stops)
