@@ -11,20 +11,32 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
 
+from renderers.art.cache import CellCache
 from renderers.art.data_store import DataStore
+from renderers.art.directory import Directory, homes
 from renderers.art.job import SnapshotRequest
+from renderers.art.node import Node
 from renderers.art.policy import CellPolicy, Dataflow
 from renderers.art.rank import Rank
-from renderers.art.regions import Gather
+from renderers.art.regions import Gather, Region, region_payload
 from renderers.art.series import FrameSeries
 from renderers.art.simulator.recording import Recording
+from renderers.art.simulator.replay import ReplayWork, Visits
 from renderers.art.stage import load_scene
 from renderers.art.team import mode_of, traced_camera
 from renderers.art.travel import make_frame_node
+
+if TYPE_CHECKING:
+    from renderers.art.mpi import MpiTransport
+
+ASKED_CELLS = 512
+ASKED_BYTES = 11**3 * 2
+"""Of a cell of 8 voxels a side, int16, with its ghosts."""
 
 LIMIT_S = 300.0
 """Longest run; what takes longer hangs."""
@@ -34,10 +46,12 @@ class RankJob(msgspec.Struct, frozen=True, kw_only=True):
     """Set what ranks draw: a frame for each request, all of one scene.
 
     rounds: how often the whole series is drawn, with new nodes each time. clock: of the
-    ledger, `cpu` or `wall`. recorded: write down every event.
+    ledger, `cpu` or `wall`. recorded: write down every event. visits: instead of
+    drawing, each rank asks so often for a cell of another and waits for it, `at_once`
+    of them side by side.
     """
 
-    requests: tuple[SnapshotRequest, ...]
+    requests: tuple[SnapshotRequest, ...] = ()
     dataflow: str = Dataflow.MIGRATING.value
     cache_cells: int | None = None
     cell_side: int = 8
@@ -45,6 +59,8 @@ class RankJob(msgspec.Struct, frozen=True, kw_only=True):
     rounds: int = 1
     clock: str = "wall"
     recorded: bool = False
+    visits: int = 0
+    at_once: int = 1
 
 
 class FrameReport(msgspec.Struct, frozen=True, kw_only=True):
@@ -61,7 +77,8 @@ class RankReport(msgspec.Struct, frozen=True, kw_only=True):
     """Say what one rank did. rounds: frames by round.
 
     made_s: time of the first preparation. peak_bytes: most memory resident,
-    mapped files included. own_bytes: most that is this process's alone.
+    mapped files included. own_bytes: most that is this process's alone. latency_s: from
+    requests to their cells, where only that was measured.
     """
 
     rank: int
@@ -71,6 +88,7 @@ class RankReport(msgspec.Struct, frozen=True, kw_only=True):
     rounds: tuple[tuple[FrameReport, ...], ...]
     peak_bytes: int
     own_bytes: int
+    latency_s: tuple[float, ...] = ()
 
 
 def run_ranks(
@@ -111,6 +129,10 @@ def main(words: Sequence[str]) -> int:
     job = msgspec.json.decode((folder / "job.json").read_bytes(), type=RankJob)
     transport = MpiTransport(folder=folder)
     clock = time.thread_time if job.clock == "cpu" else time.perf_counter
+    if job.visits:
+        _ask(job, transport, Rank(transport, clock), folder)
+        transport.close()
+        return 0
     rounds: list[tuple[FrameReport, ...]] = []
     own = occupied = slots = 0
     made_s = 0.0
@@ -138,6 +160,7 @@ def main(words: Sequence[str]) -> int:
         reports = []
         for request in job.requests:
             before, sends = watched.tally(), transport.sends
+            transport.meet()
             rank.watch.restart()
             began = time.perf_counter()
             gather = series.draw(traced_camera(request))
@@ -175,6 +198,61 @@ def main(words: Sequence[str]) -> int:
     path.write_bytes(msgspec.json.encode(report))
     transport.close()
     return 0
+
+
+class _Asking(ReplayWork):
+    """Visit cells, then show one pixel for it."""
+
+    def __init__(self, cache: CellCache, rank: int) -> None:
+        super().__init__(cache, payload=bytes(ASKED_BYTES), checks=False)
+        self._column, self._row = rank, 0
+
+    def result(self, packet: Visits) -> bytes:
+        """Write a pixel."""
+        region = Region(self._column, self._row, self._column + 1, self._row + 1)
+        self._row += 1
+        return region_payload(region, np.zeros((1, 4), "f4"), np.zeros(1, "f4"))
+
+
+def _ask(job: RankJob, transport: "MpiTransport", rank: Rank, folder: Path) -> None:
+    """Ask homes for cells, one after another; leave how long each took to come."""
+    ranks, here = transport.ranks, transport.rank
+    home = homes(ASKED_CELLS, ranks)
+    cache = CellCache(8 + job.at_once)
+    work = _Asking(cache, here)
+    place = Directory(here, home, home, transport.distances)
+    node = Recording(Node(work, place, cache, migrates=False))
+    random = np.random.default_rng(here)
+    cells = random.choice(np.flatnonzero(home != here), job.visits).tolist()
+    packets = [Visits(cells[k :: job.at_once]) for k in range(job.at_once)]
+    gather = None if here else Gather(ranks, job.at_once)
+    transport.meet()
+    began = time.perf_counter()
+    rank.begin(1, node, packets, gather)
+    rank.watch.restart()
+    while rank.is_drawing:
+        if gather is not None and rank.is_complete:
+            rank.end()
+        elif not rank.step():
+            rank.rest()
+    report = FrameReport(
+        wall_s=time.perf_counter() - began,
+        ledger=rank.watch.ledger.parts(),
+        tally=node.tally(),
+        sends=0,
+    )
+    report_of = RankReport(
+        rank=here,
+        occupied=ASKED_CELLS,
+        slots=cache.capacity,
+        made_s=0.0,
+        rounds=((report,),),
+        peak_bytes=0,
+        own_bytes=0,
+        latency_s=tuple(node.latency_s),
+    )
+    path = folder / f"rank-{here}.json"
+    path.write_bytes(msgspec.json.encode(report_of))
 
 
 def digest_of(gather: Gather) -> str:

@@ -145,11 +145,11 @@ class MpiTransport:
         else:
             time.sleep(SLEEP_S)
 
-    def close(self) -> None:
-        """Leave together: every message has left, and every rank is ready to go.
+    def meet(self) -> None:
+        """Wait until all ranks have come here; TransportError after long silence.
 
-        The barrier does not block, so that a rank that is late can still be answered;
-        after long silence a rank goes alone.
+        The barrier does not block inside MPI, where waiting ranks would take the
+        processor from those that are late.
         """
         self._flush()
         barrier = self._comm.Ibarrier()
@@ -158,9 +158,13 @@ class MpiTransport:
             self._sending = [s for s in self._sending if not s[0].Test()]
             if time.monotonic() > deadline:
                 raise TransportError(
-                    f"Rank {self.rank} waited {self._stall_s:.0f} s for all to leave."
+                    f"Rank {self.rank} waited {self._stall_s:.0f} s for all to meet."
                 )
             time.sleep(SLEEP_S)
+
+    def close(self) -> None:
+        """Leave together, when every message has left."""
+        self.meet()
         self._comm.Free()
 
     def _flush(self) -> None:

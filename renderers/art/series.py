@@ -55,7 +55,9 @@ class FrameSeries:
         gather = None
         if rank.transport.rank == 0:
             gather = Gather(camera.width, camera.height)
-        rank.begin(self._frame, self._node, self.packets(camera), gather)
+        packets = self.packets(camera)
+        rank.watch.lap("render")
+        rank.begin(self._frame, self._node, packets, gather)
         while rank.is_drawing:
             if gather is not None and rank.is_complete:
                 rank.end()

@@ -4,14 +4,27 @@ import heapq
 from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 from renderers.art.ledger import AT_HOME, Ledger
 from renderers.art.messages import HEADER_BYTES, Message, MessageKind, ProtocolError
 from renderers.art.node import Node
-from renderers.art.simulator.replay import ReplayWork, Visits
 from renderers.art.simulator.torus import Torus
 
-SimulatedNode = Node[Visits]
+SimulatedNode = Node[Any]
+
+
+class Spender(Protocol):
+    """Promise what a machine asks of a node's work: the seconds it has cost so far."""
+
+    @property
+    def spent_s(self) -> float:
+        """Get the seconds of all work so far."""
+        ...
+
+
+Lot = tuple[SimulatedNode, Spender, list[list[Any]]]
+"""A rank's node, its work, and its packets by frame."""
 
 _DATA = MessageKind.DATA
 
@@ -25,7 +38,8 @@ class Costs:
     for messages. scan_s: passing over one packet that waits, when another is looked
     for (the paper scans its ray stack; 0 where waiting packets are found by cell).
     slice_s: work between two polls. link: bytes/s of a link. hop_s: for each link.
-    lru_share: of the cost of visits, what keeping their order costs.
+    lru_share: of the cost of visits, what keeping their order costs. own_s: taking a
+    message to oneself; None for `receive_s`.
     """
 
     send_s: float
@@ -38,6 +52,7 @@ class Costs:
     link: float
     hop_s: float
     lru_share: float = 0.0
+    own_s: float | None = None
 
 
 T3D = Costs(
@@ -76,8 +91,8 @@ between machines is an assumption."""
 @dataclass(slots=True)
 class _Rank:
     node: SimulatedNode
-    work: ReplayWork
-    frames: list[list[Visits]]
+    work: Spender
+    frames: list[list[Any]]
     inbox: list[tuple[float, int, Message]] = field(default_factory=list)
     idle_since: float | None = None
     due: int = 0
@@ -91,22 +106,25 @@ class Machine:
     """Run nodes on a torus until all their frames are drawn.
 
     A rank handles messages only between slices. It begins its next frame when it has no
-    rays left, without waiting for others. Control of frames and the gathering of the
-    picture are left out.
+    rays left, without waiting for others, unless told otherwise. Control of frames is
+    left out.
     """
 
     def __init__(
         self,
         costs: Costs,
         torus: Torus,
-        ranks: Iterable[tuple[SimulatedNode, ReplayWork, list[list[Visits]]]],
+        ranks: Iterable[Lot],
         *,
         payload_bytes: int,
+        in_step: bool = False,
         watch: Callable[["Machine", Message], None] | None = None,
     ) -> None:
         """Take each rank's node, work, and packets by frame.
 
-        payload_bytes: of a cell on its way. watch: called after each message handled.
+        payload_bytes: of a cell on its way. in_step: a frame begins when all ranks have
+        ended the one before, and finished pixels are sent to rank 0. watch: called
+        after each message handled.
         """
         self.torus = torus
         self.sent: Counter[MessageKind] = Counter()
@@ -116,6 +134,7 @@ class Machine:
         self._costs = costs
         self._payload_bytes = payload_bytes
         self._watch = watch
+        self._in_step = in_step
         self._ranks = [_Rank(*rank) for rank in ranks]
         self._queue: list[tuple[float, int, int]] = []
         self._number = 0
@@ -168,7 +187,7 @@ class Machine:
             rank.idle_since = None
         now = self._take(rank, now)
         node, work = rank.node, rank.work
-        if not node.has_rays and rank.frames:
+        if not node.has_rays and rank.frames and self._may_begin(node.frame):
             node.begin(node.frame + 1, rank.frames.pop(0))
         if node.is_active:
             before = work.spent_s
@@ -183,35 +202,57 @@ class Machine:
                 now += scan
             now = self._send(rank, messages, now)
             if not node.has_rays:
-                rank.ends.append(now)
+                self._ended(rank, now)
             self._schedule(number, now)
-        elif not node.has_rays and rank.frames:
-            rank.ends.append(now)
+        elif not node.has_rays and rank.frames and not self._in_step:
+            self._ended(rank, now)
             self._schedule(number, now)
         else:
             if not node.has_rays and len(rank.ends) < node.frame:
-                rank.ends.append(now)
+                self._ended(rank, now)
             rank.idle_since = now
             if rank.inbox:
                 self._schedule(number, max(now, rank.inbox[0][0]))
 
+    def _may_begin(self, drawn: int) -> bool:
+        return not self._in_step or all(len(r.ends) >= drawn for r in self._ranks)
+
+    def _ended(self, rank: _Rank, now: float) -> None:
+        rank.ends.append(now)
+        if self._in_step and self._may_begin(len(rank.ends)):
+            for number, other in enumerate(self._ranks):
+                if other.idle_since is not None:
+                    self._schedule(number, max(now, other.idle_since))
+
     def _take(self, rank: _Rank, now: float) -> float:
-        costs, ledger, inbox = self._costs, rank.ledger, rank.inbox
+        costs, ledger, inbox, work = self._costs, rank.ledger, rank.inbox, rank.work
         handle, control_s = rank.node.handle, costs.receive_s + costs.handle_s
+        own_s = control_s if costs.own_s is None else costs.own_s + costs.handle_s
         copy_s = self._payload_bytes * costs.copy_s
         ledger.poll += costs.poll_s
         now += costs.poll_s
         while inbox and inbox[0][0] <= now:
             message = heapq.heappop(inbox)[2]
             kind = message.kind
+            cost = own_s if message.source == message.target else control_s
             if kind in AT_HOME:
-                ledger.directory += control_s
-                now += control_s
+                ledger.directory += cost
+                now += cost
             else:
-                cost = control_s + copy_s if kind is _DATA else control_s
+                if kind is _DATA:
+                    cost += copy_s
                 ledger.receive += cost
                 now += cost
+            if kind is MessageKind.REGION:
+                cost = len(message.payload) * costs.copy_s
+                ledger.receive += cost
+                now += cost
+                continue
+            before = work.spent_s
             replies = handle(message)
+            spent = work.spent_s - before
+            ledger.receive += spent
+            now += spent
             if replies:
                 now = self._send(rank, replies, now)
             if self._watch is not None:
@@ -223,9 +264,12 @@ class Machine:
         copied = self._payload_bytes
         for message in messages:
             kind, source, target = message.kind, message.source, message.target
-            if kind is MessageKind.REGION:
-                continue
             size, cost = HEADER_BYTES, costs.send_s
+            if kind is MessageKind.REGION:
+                if not self._in_step:
+                    continue
+                size += len(message.payload)
+                cost += len(message.payload) * costs.copy_s
             if kind is _DATA:
                 size += copied
                 cost += copied * costs.copy_s

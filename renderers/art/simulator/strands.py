@@ -15,9 +15,12 @@ from renderers.art.messages import ProtocolError
 from renderers.art.rays import RayPacket
 from renderers.art.work import MarchWork
 
-FEATURES = ("moves", "rays", "visits", "shows", *COUNTERS)
-"""What work consists of: calls of the kernel, rays it was called for, stops of rays
-at a cell's entry, bricks made, and the kernel's own counters."""
+FEATURES = ("starts", "moves", "rays", "visits", "shows", *COUNTERS)
+"""What work consists of: rays set up, calls of the kernel, rays it was called for,
+stops of rays at a cell's entry, bricks made, and the kernel's own counters."""
+
+_STARTS, _MOVES, _RAYS, _VISITS, _SHOWS = range(5)
+_COUNTED = slice(5, None)
 
 
 @dataclass(slots=True)
@@ -106,7 +109,7 @@ class StrandWork:
 
     def tally(self) -> dict[str, int]:
         """Get the number of visits."""
-        return {"cells_entered": int(self.features[2])}
+        return {"cells_entered": int(self.features[_VISITS])}
 
     def run(self, packets: list[StrandPacket], clock: int) -> list[list[int]]:
         """Move each strand until it ends or needs a cell that is not shown."""
@@ -127,7 +130,7 @@ class StrandWork:
     def show(self, cell: int, slot: int) -> None:
         """Let strands use a cell."""
         self._slots[cell] = slot
-        self.features[3] += 1
+        self.features[_SHOWS] += 1
 
     def hide(self, cell: int) -> None:
         """Let strands stop at a cell again."""
@@ -139,11 +142,12 @@ class StrandWork:
 
     def _run(self, packet: StrandPacket, clock: int) -> list[int]:
         slots, stamp, features = self._slots, self._cache.stamp, self.features
-        features[0] += 1
-        features[1] += packet.rays
+        features[_MOVES] += 1
+        features[_RAYS] += packet.rays
         if not packet.has_begun:
             packet.has_begun = True
-            features[4:] += packet.entry
+            features[_STARTS] += packet.rays
+            features[_COUNTED] += packet.entry
         stops: set[int] = set()
         for strand in packet.strands:
             cells, at = strand.cells, strand.at
@@ -157,7 +161,7 @@ class StrandWork:
                     stamp[slot] = clock
                 end += 1
             if end > at:
-                features[2] += strand.rays * (end - at)
-                features[4:] += strand.work[at:end].sum(axis=0)
+                features[_VISITS] += strand.rays * (end - at)
+                features[_COUNTED] += strand.work[at:end].sum(axis=0)
                 strand.at = end
         return sorted(stops)

@@ -14,7 +14,7 @@ from renderers.art.node import MOST_PENDING, Node
 from renderers.art.node_maker import MOST_WORKING
 from renderers.art.policy import Dataflow
 from renderers.art.regions import curve_key, skew_of
-from renderers.art.simulator.machine import Costs, Machine, SimulatedNode
+from renderers.art.simulator.machine import Costs, Lot, Machine
 from renderers.art.simulator.replay import ReplayWork, Visits
 from renderers.art.simulator.torus import Torus
 from renderers.art.simulator.trace import FrameTrace, Orbit
@@ -171,7 +171,7 @@ def simulate(setup: Setup, traces: Traces) -> Outcome:
     if setup.dataflow is Dataflow.REPLICATED:
         setup = replace(setup, cache=float(ranks))
     slots, quota = simulated_slots(setup)
-    made: list[tuple[SimulatedNode, ReplayWork, list[list[Visits]]]] = []
+    made: list[Lot] = []
     packets = traces.deal(setup)
     random = np.random.default_rng(0)
 

@@ -1,0 +1,117 @@
+"""What real ranks said, said again by simulated nodes; and what ranks keep."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.prediction import Predictor
+from benchmarks.ranks import RankJob, RankReport, digest_of, run_ranks
+from renderers.art import ActiveRayTracer
+from renderers.art.client import SnapshotClient
+from renderers.art.policy import Dataflow
+from renderers.art.regions import Gather
+from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
+
+pytest.importorskip("mpi4py")
+MPIEXEC = Path(sys.executable).with_name("mpiexec")
+pytestmark = [
+    pytest.mark.mpi,
+    pytest.mark.skipif(not MPIEXEC.exists(), reason="there is no mpiexec"),
+]
+SIZE = 64
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    """Get noise seen through thin and thick extinction."""
+    values = np.random.default_rng(4).integers(-300, 300, (30, 34, 38), np.int16)
+    volume = Volume(values, np.array([0.5, 0.5, 0.8]), np.array([-9.0, -8, -12]))
+    transfer = TransferFunction(
+        np.array([0.0, 100, 300]),
+        np.array([[1.0, 0.5, 0.2], [0.2, 0.9, 0.4], [1, 1, 1]]),
+        np.array([0.0, 0.02, 0.5]),
+    )
+    return Scene(volume, transfer)
+
+
+def orbit(steps_deg: list[float]) -> list[Camera]:
+    """Look at the volume from around."""
+    turns = np.radians(steps_deg)
+    return [
+        Camera.looking_at(
+            [60 * np.cos(turn), 60 * np.sin(turn), 15],
+            [0, 0, 0],
+            extent=34,
+            size=(SIZE, SIZE),
+            projection=Projection.ORTHOGRAPHIC,
+        )
+        for turn in turns
+    ]
+
+
+def job(folder: Path, scene: Scene, steps_deg: list[float]) -> RankJob:
+    client = SnapshotClient(folder)
+    requests = (client.request_classic(scene, c) for c in orbit(steps_deg))
+    return RankJob(requests=tuple(requests))
+
+
+def fetched(reports: list[RankReport], frame: int) -> int:
+    return sum(report.rounds[0][frame].tally["cells_fetched"] for report in reports)
+
+
+@pytest.mark.parametrize(
+    ("ranks", "cells", "dataflow"),
+    [
+        (2, 60, Dataflow.MIGRATING),
+        pytest.param(1, 20, Dataflow.STATIC, marks=pytest.mark.slow),
+        pytest.param(2, 20, Dataflow.STATIC, marks=pytest.mark.slow),
+        pytest.param(4, 30, Dataflow.MIGRATING, marks=pytest.mark.slow),
+    ],
+)
+def test_simulated_nodes_send_what_real_ranks_sent(
+    tmp_path: Path, scene: Scene, ranks: int, cells: int, dataflow: Dataflow
+) -> None:
+    drawn = job(tmp_path, scene, [0.0, 20.0])
+    drawn = RankJob(
+        requests=drawn.requests,
+        dataflow=dataflow.value,
+        cache_cells=cells,
+        region_px=16,
+        recorded=True,
+    )
+    reports = run_ranks(ranks, drawn, tmp_path)
+    # Raises at the first message that is not the recorded one.
+    sent = Predictor(drawn, tmp_path).retrace(ranks).sent
+    asked = sum(f.tally["requests"] for r in reports for f in r.rounds[0])
+    counted = {kind.name: number for kind, number in sent.items()}
+    assert counted.get("REQUEST", 0) == asked
+    assert (asked > 0) == (ranks > 1)
+
+
+@pytest.mark.parametrize(
+    "dataflow",
+    [Dataflow.MIGRATING, pytest.param(Dataflow.RAYS, marks=pytest.mark.slow)],
+)
+def test_a_frame_drawn_again_fetches_nothing(
+    tmp_path: Path, scene: Scene, dataflow: Dataflow
+) -> None:
+    drawn = job(tmp_path, scene, [0.0, 0.0, 90.0, 0.0])
+    drawn = RankJob(requests=drawn.requests, dataflow=dataflow.value, region_px=16)
+    reports = run_ranks(2, drawn, tmp_path)
+    digests = [frame.digest for frame in reports[0].rounds[0]]
+    assert digests[0] == digests[1] == digests[3] != digests[2]
+    tracer = ActiveRayTracer(scene, "snapshot", threads=1)
+    image = tracer.render(orbit([90.0])[0])
+    assert image.depth_mm is not None
+    gather = Gather(SIZE, SIZE)
+    gather.value, gather.depth = image.rgba, image.depth_mm
+    assert digests[2] == digest_of(gather)
+    if dataflow is Dataflow.MIGRATING:
+        assert fetched(reports, 0) > 0
+        assert fetched(reports, 1) == 0
+        assert fetched(reports, 3) == 0
+    else:
+        sent = [sum(r.rounds[0][k].tally["rays_sent"] for r in reports) for k in (0, 1)]
+        assert sent[0] == sent[1] > 0
