@@ -54,6 +54,7 @@ class RankJob(msgspec.Struct, frozen=True, kw_only=True):
     requests: tuple[SnapshotRequest, ...] = ()
     dataflow: str = Dataflow.MIGRATING.value
     cache_cells: int | None = None
+    from_file: bool = False
     cell_side: int = 8
     region_px: int | None = None
     rounds: int = 1
@@ -146,7 +147,7 @@ def main(words: Sequence[str]) -> int:
             scene,
             mode_of(first),
             first.to_quality(),
-            CellPolicy(job.cache_cells, Dataflow(job.dataflow)),
+            CellPolicy(job.cache_cells, Dataflow(job.dataflow), job.from_file),
             rank=transport.rank,
             ranks=transport.ranks,
             distances=transport.distances,
@@ -154,7 +155,7 @@ def main(words: Sequence[str]) -> int:
         )
         if not number:
             made_s = time.perf_counter() - began
-        occupied, slots = work.occupied, len(work.bricks.view.stamp)
+        occupied, slots = work.occupied, len(work.bricks.view.stamp) - 1
         watched = Recording(node) if job.recorded else node
         series = FrameSeries(rank, march, watched, job.region_px, first_frame=frame)
         reports = []

@@ -82,6 +82,11 @@ def main(arguments: list[str] | None = None) -> int:
         help="how ranks share cells",
     )
     parser.add_argument(
+        "--from-file",
+        action="store_true",
+        help="static homes read cells from the file when asked, and keep none",
+    )
+    parser.add_argument(
         "--lease",
         type=float,
         default=LEASE_S,
@@ -138,7 +143,9 @@ def _run_ranks(options: argparse.Namespace, ending: Callable[[], bool]) -> int:
 
     transport = MpiTransport(folder=options.spool)
     rank = Rank(transport)
-    policy = CellPolicy(options.cache_cells, Dataflow(options.dataflow))
+    policy = CellPolicy(
+        options.cache_cells, Dataflow(options.dataflow), options.from_file
+    )
     status = 0
     try:
         if transport.rank > 0:

@@ -107,6 +107,22 @@ class Bricks:
         self.view.slots[cell] = -1
         self.view.corners[cell] = ABSENT
 
+    def show_empty(self, cells: NDArray[np.int64], value: float) -> None:
+        """Let rays pass through cells in which nothing can be seen, without leaps.
+
+        One brick that holds `value` everywhere serves them all; it takes the last slot.
+        """
+        n = self.grid.side + 1
+        spare = len(self.view.stamp) - 1
+        self.show(int(cells[0]), spare, np.full((n + 2,) * 3, value))
+        _, cy, cx = self.grid.counts
+        z, y, x = (
+            index * self.grid.side
+            for index in (cells // (cy * cx), cells // cx % cy, cells % cx)
+        )
+        self.view.corners[cells] = ((spare * n - z) * n - y) * n - x
+        self.view.slots[cells] = spare
+
     def _grow(self, slots: int) -> None:
         before = self.view.samples.size // self._numbers
         most = len(self.view.stamp)

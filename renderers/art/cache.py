@@ -45,8 +45,9 @@ class _Copy:
 class CellCache:
     """Follow up to `capacity` copies through their states.
 
-    stamp: int64 ``(capacity,)``, time of a slot's last use; whoever uses a cell writes
-    it. quota: copies owned at most; the rest are slots to work with.
+    stamp: int64 ``(capacity + 1,)``, time of a slot's last use; whoever uses a cell
+    writes it; the last is nobody's. quota: copies owned at most; the rest are slots to
+    work with.
     """
 
     def __init__(self, capacity: int, quota: int = 0) -> None:
@@ -57,7 +58,8 @@ class CellCache:
             raise ValueError(f"of {capacity} cells a rank cannot own {quota}")
         self.capacity = capacity
         self.quota = quota
-        self.stamp = np.zeros(capacity, np.int64)
+        # One more than there are: the place of what is empty, which never goes.
+        self.stamp = np.zeros(capacity + 1, np.int64)
         self.pending = 0
         self.asked = 0
         self.owned = 0
@@ -66,9 +68,9 @@ class CellCache:
         self.deferrals = 0
         self._copies: dict[int, _Copy] = {}
         self._free = list(range(capacity - 1, -1, -1))
-        self._cell_of_slot = np.full(capacity, -1, np.int64)
+        self._cell_of_slot = np.full(capacity + 1, -1, np.int64)
         # Slots that may not go: free, pending, asked, or kept.
-        self._fixed = np.ones(capacity, np.bool_)
+        self._fixed = np.ones(capacity + 1, np.bool_)
 
     def state(self, cell: int) -> CellState:
         """Tell what is known of a cell."""

@@ -96,21 +96,26 @@ class CellGrid:
         return [int(cell) for cell in np.flatnonzero(found)]
 
     def value_ranges(self, values: NDArray[Any]) -> NDArray[np.float32]:
-        """Get the smallest and largest value of each cell, ``(cells, 2)``."""
-        both = []
-        for pick in (np.minimum, np.maximum):
-            best = values
-            for axis in range(3):
-                size = self.shape[axis]
-                starts = np.arange(0, size - 1, self.side)
-                after = np.minimum(starts + self.side, size - 1)
-                # A cell shares its last voxel with the next cell.
-                best = pick(
-                    pick.reduceat(best, starts, axis=axis),
-                    np.take(best, after, axis=axis),
-                )
-            both.append(best.ravel())
-        return np.stack(both, axis=-1).astype(np.float32)
+        """Get the smallest and largest value of each cell, ``(cells, 2)``.
+
+        Layer by layer: of a mapped file no more is in memory than one layer of cells.
+        """
+        found = np.empty((2, *self.counts), np.float32)
+        for layer in range(self.counts[0]):
+            # A cell shares its last voxel with the next cell.
+            slab = values[layer * self.side : (layer + 1) * self.side + 1]
+            for k, pick in enumerate((np.minimum, np.maximum)):
+                best = pick.reduce(slab, axis=0)
+                for axis in range(2):
+                    size = self.shape[axis + 1]
+                    starts = np.arange(0, size - 1, self.side)
+                    after = np.minimum(starts + self.side, size - 1)
+                    best = pick(
+                        pick.reduceat(best, starts, axis=axis),
+                        np.take(best, after, axis=axis),
+                    )
+                found[k, layer] = best
+        return np.stack([found[0].ravel(), found[1].ravel()], axis=-1)
 
     def occupied(
         self, ranges: NDArray[np.float32], clear: NDArray[np.float32]

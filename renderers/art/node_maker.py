@@ -27,6 +27,10 @@ from renderers.scene import Scene
 
 MarchNode = Node[RayPacket]
 
+LARGEST_LEAP = 1 << 28
+"""Voxels of the largest volume for which each cube's distance is kept, one byte each.
+Beyond it rays step through empty cells, all of which are the same brick."""
+
 MOST_WORKING = 64
 """Slots of a cache that owned cells leave free, at most: twice the requests in flight.
 Of less room than that, half is left free and half is for cells whose owner gives up."""
@@ -52,7 +56,8 @@ def slots_of(cells: int, ranks: int, wanted: int | None) -> tuple[int, int]:
 class _Look:
     """Hold what a volume's values say: the march and which cells it meets.
 
-    span: as `Bricks` takes it.
+    span: as `Bricks` takes it. empty_value: one that cannot be seen, if any cell is
+    empty.
     """
 
     march: March
@@ -60,6 +65,7 @@ class _Look:
     seen: NDArray[np.bool_]
     leap: NDArray[np.uint8]
     span: float | None
+    empty_value: float
 
     @classmethod
     def at(
@@ -89,9 +95,11 @@ class _Look:
             raise ValueError(f"mode must be classic or scope, got {mode!r}")
         clear = march.clear if quality.skip_empty else np.zeros((0, 2), np.float32)
         seen = grid.occupied(ranges, clear)
-        leap = cube_distances(volume.values, clear)
+        distances = clear if volume.values.size <= LARGEST_LEAP else clear[:0]
+        leap = cube_distances(volume.values, distances)
         span = high - low if whole and quality.compact else None
-        return cls(march, grid, seen, leap, span)
+        empty = ranges[~seen, 0]
+        return cls(march, grid, seen, leap, span, float(empty[0]) if len(empty) else 0)
 
 
 def make_node(
@@ -105,14 +113,15 @@ def make_node(
     distances: Distances | None = None,
     cell_side: int = 8,
     cache_cells: int | None = None,
+    from_file: bool = False,
     validate: bool = False,
     kernels: KernelSet | None = None,
 ) -> tuple[March, MarchNode, MarchWork]:
     """Prepare one rank for a scene in mode `classic` or `scope`.
 
     distances: what separates ranks; None where it makes no difference. cache_cells:
-    cells a rank has ready; None for all that can be seen. kernels: the compiled
-    functions; None for the fastest this machine has.
+    cells a rank has ready; None for all that can be seen. from_file: as `CellPolicy`
+    says. kernels: the compiled functions; None for the fastest this machine has.
     """
     looked = _Look.at(scene, mode, quality, cell_side, kernels)
     grid, seen, march = looked.grid, looked.seen, looked.march
@@ -138,7 +147,10 @@ def make_node(
         mine = np.flatnonzero(seen & (home == rank))
         if dataflow is Dataflow.REPLICATED or ranks == 1:
             home, mine = np.full(grid.cells, rank), None
-    values, lone = march.volume.values, mine is None and cache.capacity >= full
+        if from_file:
+            mine = None
+    values = march.volume.values
+    lone = mine is None and not from_file and cache.capacity >= full
     bricks = Bricks(
         grid,
         march.volume.spacing_mm,
@@ -148,6 +160,8 @@ def make_node(
         gradients=march.needs_gradients,
         whole=values if lone and march.seeks_values else None,
     )
+    if not looked.leap.any() and not seen.all():
+        bricks.show_empty(np.flatnonzero(~seen), looked.empty_value)
     work = MarchWork(
         march,
         bricks,

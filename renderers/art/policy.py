@@ -21,7 +21,12 @@ class Dataflow(Enum):
 
 @dataclass(frozen=True, slots=True)
 class CellPolicy:
-    """Set how ranks share cells. cache_cells: that a rank keeps; None for all."""
+    """Set how ranks share cells.
+
+    cache_cells: that a rank keeps; None for all. from_file: with static homes, a home
+    reads a cell from the volume's file when it is asked, and keeps none.
+    """
 
     cache_cells: int | None = None
     dataflow: Dataflow = Dataflow.MIGRATING
+    from_file: bool = False

@@ -205,6 +205,7 @@ def make_frame_node(
         distances=distances,
         cell_side=cell_side,
         cache_cells=policy.cache_cells,
+        from_file=policy.from_file,
         validate=validate,
     )
     if policy.dataflow is not Dataflow.RAYS:

@@ -160,7 +160,9 @@ def payload_bytes(orbit: Orbit) -> int:
 
 
 def simulate(setup: Setup, traces: Traces) -> Outcome:
-    """Run the nodes that ship on a simulated machine."""
+    """Run the nodes that ship on a simulated machine; not those where rays travel."""
+    if setup.dataflow is Dataflow.RAYS:
+        raise ValueError("the simulator moves cells; rays travel on real ranks only")
     orbit, ranks = setup.orbit, setup.ranks
     torus = Torus(ranks, setup.costs.link, setup.costs.hop_s)
     migrates = setup.dataflow is Dataflow.MIGRATING and ranks > 1

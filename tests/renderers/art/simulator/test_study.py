@@ -37,7 +37,10 @@ def test_one_rank_needs_what_its_samples_cost(setup: Setup, traces: Traces) -> N
     assert outcome.sent == {}
 
 
-@pytest.mark.parametrize("dataflow", Dataflow)
+SIMULATED = (Dataflow.REPLICATED, Dataflow.STATIC, Dataflow.MIGRATING)
+
+
+@pytest.mark.parametrize("dataflow", SIMULATED)
 @pytest.mark.parametrize("cache", [1.5, 4.0])
 def test_every_way_does_the_same_work(
     setup: Setup, traces: Traces, dataflow: Dataflow, cache: float
@@ -98,7 +101,7 @@ def test_the_papers_speed_up_comes_out() -> None:
 def test_memory_is_the_same_for_every_way(setup: Setup) -> None:
     slots = {
         way: simulated_slots(replace(setup, dataflow=way, cache=2.0))[0]
-        for way in Dataflow
+        for way in SIMULATED
     }
     share = SMALL.cells // 4
     assert slots[Dataflow.MIGRATING] == slots[Dataflow.STATIC] + share == 2 * share
@@ -107,3 +110,27 @@ def test_memory_is_the_same_for_every_way(setup: Setup) -> None:
 def test_the_balance_bounds_the_efficiency(setup: Setup, traces: Traces) -> None:
     outcome = simulate(setup, traces)
     assert 30.0 / (outcome.seconds * 4) <= traces.balance(setup) + 0.05
+
+
+def test_rays_do_not_travel_here(setup: Setup, traces: Traces) -> None:
+    with pytest.raises(ValueError, match="rays travel on real ranks only"):
+        simulate(replace(setup, dataflow=Dataflow.RAYS), traces)
+
+
+@pytest.mark.parametrize("ranks", [3, 8])
+def test_runs_along_a_curve_share_the_work_evenly(traces: Traces, ranks: int) -> None:
+    base = Setup(ranks, SMALL, 2, T3D, 1.0, by_curve=True)
+    dealt = traces.deal(base)
+    for frame in range(2):
+        work = [sum(sum(p.seconds) for p in frames[frame]) for frames in dealt]
+        most = max(sum(p.seconds) for frames in dealt for p in frames[frame])
+        assert sum(work) == traces.frame(frame).samples
+        # Each run ends within half a packet of where it should.
+        assert max(abs(w - sum(work) / ranks) for w in work) <= most
+    # Neighbours share cells: a run meets fewer than regions from all over the screen.
+    sets = [
+        [{c for p in frames[0] for c in p.cells} for frames in traces.deal(way)]
+        for way in (base, replace(base, by_curve=False, tile=4))
+    ]
+    runs, spread = (sum(len(cells) for cells in found) for found in sets)
+    assert runs < spread
