@@ -124,6 +124,7 @@ class Predictor:
                 distances=_same_machine(ranks),
                 cell_side=self._job.cell_side,
                 cache_cells=self._job.cache_cells,
+                from_file=self._job.from_file,
             )
             found.append(twin(node, costs))
         return found

@@ -8,6 +8,7 @@ import hashlib
 import resource
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -78,7 +79,8 @@ class RankReport(msgspec.Struct, frozen=True, kw_only=True):
     """Say what one rank did. rounds: frames by round.
 
     made_s: time of the first preparation. peak_bytes: most memory resident,
-    mapped files included. own_bytes: most that is this process's alone. latency_s: from
+    mapped files included. own_bytes: most that is this process's alone, looked at after
+    each frame; peak_own_bytes: looked at every 10 ms. latency_s: from
     requests to their cells, where only that was measured.
     """
 
@@ -89,7 +91,13 @@ class RankReport(msgspec.Struct, frozen=True, kw_only=True):
     rounds: tuple[tuple[FrameReport, ...], ...]
     peak_bytes: int
     own_bytes: int
+    peak_own_bytes: int = 0
     latency_s: tuple[float, ...] = ()
+
+
+def mpiexec_path() -> Path:
+    """Get where the launcher of the extra `mpi` is, or would be."""
+    return Path(sys.executable).with_name("mpiexec")
 
 
 def run_ranks(
@@ -102,8 +110,15 @@ def run_ranks(
     (folder / "job.json").write_bytes(msgspec.json.encode(job))
     for old in folder.glob("rank-*"):
         old.unlink()
-    mpiexec = Path(sys.executable).with_name("mpiexec")
-    words = [*launcher, str(mpiexec), "-n", str(ranks), sys.executable, "-m", "mpi4py"]
+    words = [
+        *launcher,
+        str(mpiexec_path()),
+        "-n",
+        str(ranks),
+        sys.executable,
+        "-m",
+        "mpi4py",
+    ]
     words += ["-m", "benchmarks.ranks", str(folder)]
     done = subprocess.run(
         words,
@@ -134,6 +149,8 @@ def main(words: Sequence[str]) -> int:
         _ask(job, transport, Rank(transport, clock), folder)
         transport.close()
         return 0
+    memory = _Memory()
+    memory.start()
     rounds: list[tuple[FrameReport, ...]] = []
     own = occupied = slots = 0
     made_s = 0.0
@@ -194,11 +211,32 @@ def main(words: Sequence[str]) -> int:
         rounds=tuple(rounds),
         peak_bytes=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
         own_bytes=own,
+        peak_own_bytes=memory.stop(),
     )
     path = folder / f"rank-{transport.rank}.json"
     path.write_bytes(msgspec.json.encode(report))
     transport.close()
     return 0
+
+
+class _Memory(threading.Thread):
+    """Look at this process's own memory now and then."""
+
+    def __init__(self) -> None:
+        super().__init__(daemon=True)
+        self._most = 0
+        self._ended = threading.Event()
+
+    def run(self) -> None:
+        """Look until stopped."""
+        while not self._ended.wait(0.01):
+            self._most = max(self._most, own_bytes())
+
+    def stop(self) -> int:
+        """End; get the most that was seen."""
+        self._ended.set()
+        self.join()
+        return self._most
 
 
 class _Asking(ReplayWork):

@@ -204,7 +204,8 @@ def make_frame_node(
         dataflow=policy.dataflow,
         distances=distances,
         cell_side=cell_side,
-        cache_cells=policy.cache_cells,
+        # Where rays travel no cell is copied, and a rank has all that it owns.
+        cache_cells=None if policy.dataflow is Dataflow.RAYS else policy.cache_cells,
         from_file=policy.from_file,
         validate=validate,
     )

@@ -53,6 +53,7 @@ def record(
             ranks=ranks,
             cache_cells=cells,
             dataflow=dataflow,
+            from_file=True,  # a rank on its own would look no cell up
         )
         watched.append(Recording(node))
         nodes.append(twin(node))
