@@ -81,7 +81,8 @@ class RankReport(msgspec.Struct, frozen=True, kw_only=True):
     made_s: time of the first preparation. peak_bytes: most memory resident,
     mapped files included. own_bytes: most that is this process's alone, looked at after
     each frame; peak_own_bytes: looked at every 10 ms. latency_s: from
-    requests to their cells, where only that was measured.
+    requests to their cells, where only that was measured. distances: as the transport
+    has them.
     """
 
     rank: int
@@ -93,6 +94,7 @@ class RankReport(msgspec.Struct, frozen=True, kw_only=True):
     own_bytes: int
     peak_own_bytes: int = 0
     latency_s: tuple[float, ...] = ()
+    distances: tuple[int, ...] = ()
 
 
 def mpiexec_path() -> Path:
@@ -101,11 +103,15 @@ def mpiexec_path() -> Path:
 
 
 def run_ranks(
-    ranks: int, job: RankJob, folder: Path, *launcher: str
+    ranks: int,
+    job: RankJob,
+    folder: Path,
+    *launcher: str,
+    options: Sequence[str] = (),
 ) -> list[RankReport]:
     """Draw a job with so many processes; RuntimeError says what they said if it fails.
 
-    folder: has the data in `data`. launcher: words before mpiexec.
+    folder: has the data in `data`. launcher: words before mpiexec. options: after it.
     """
     (folder / "job.json").write_bytes(msgspec.json.encode(job))
     for old in folder.glob("rank-*"):
@@ -113,6 +119,7 @@ def run_ranks(
     words = [
         *launcher,
         str(mpiexec_path()),
+        *options,
         "-n",
         str(ranks),
         sys.executable,
@@ -212,6 +219,7 @@ def main(words: Sequence[str]) -> int:
         peak_bytes=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
         own_bytes=own,
         peak_own_bytes=memory.stop(),
+        distances=tuple(transport.distances(transport.rank)),
     )
     path = folder / f"rank-{transport.rank}.json"
     path.write_bytes(msgspec.json.encode(report))
