@@ -16,6 +16,7 @@ from benchmarks import (
     suite_devices,
     suite_flight,
     suite_fsr,
+    suite_jobs,
     suite_light,
     suite_splats,
     suite_startup,
@@ -48,6 +49,7 @@ BUILT_IN = (
     suite_visibility,
     suite_flight,
     suite_light,
+    suite_jobs,
     suite_startup,
     suite_anatomy,
 )

@@ -14,12 +14,10 @@ from renderers.art.march import FrameRays, March
 from renderers.art.node_maker import MarchNode, make_node
 from renderers.art.quality import Quality
 from renderers.art.regions import Gather, deal_regions
+from renderers.art.slices import lone_region_px, next_slice
 from renderers.art.steps import Step, reached
 from renderers.art.work import MarchWork
 from renderers.scene import Camera, GBuffer, Image, Scene, Volume
-
-PACKETS_A_SLICE = 8
-"""Packets run between two looks at the progress and at `stop`: about 10 ms."""
 
 
 class RenderStoppedError(RuntimeError):
@@ -148,15 +146,20 @@ class ActiveRayTracer:
             march, node, work = self._node(mode)
             gather = gather or Gather(width, height)
             before = node.tally()
-            regions = deal_regions(width, height, 0, 1)
+            lone_px = lone_region_px(march.quality)
+            regions = deal_regions(width, height, 0, 1, lone_px)
             run = pool.map if self._threads > 1 else map
             work.use(run)
             node.begin(node.frame + 1, run(lambda r: march.start(r, rays), regions))
             reached(Step.FRAME_BEGUN)
             pixels, stopped = gather.missing, False
+            packets = self._threads
             while not (stopped or node.is_finished):
-                for message in node.advance(PACKETS_A_SLICE):
+                looked = time.perf_counter()
+                for message in node.advance(packets):
                     gather.add_payload(message.payload)
+                spent_s = time.perf_counter() - looked
+                packets = next_slice(packets, spent_s, self._threads)
                 reached(Step.RAYS_MOVED)
                 share = 1 - gather.missing / pixels
                 stopped = progress is not None and not progress(share)

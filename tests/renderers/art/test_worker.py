@@ -18,10 +18,10 @@ from renderers.art.client import (
 from renderers.art.job import SnapshotRequest
 from renderers.art.policy import CellPolicy, Dataflow
 from renderers.art.regions import Gather
+from renderers.art.slices import PACKETS_A_SLICE
 from renderers.art.spool import JobState, Spool
 from renderers.art.steps import Step, reached
 from renderers.art.team import SerialTeam, Traced
-from renderers.art.tracer import PACKETS_A_SLICE
 from renderers.art.transport import TransportError
 from renderers.art.worker import MOST_ATTEMPTS, run_worker
 from renderers.scene import Camera, Material, Mesh, Scene

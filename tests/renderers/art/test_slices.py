@@ -1,0 +1,46 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from renderers.art import ActiveRayTracer, Quality
+from renderers.art.slices import PACKETS_A_SLICE, SLICE_S, next_slice
+from renderers.scene import Camera, Scene
+
+
+@given(
+    st.integers(1, 32),
+    st.lists(st.floats(0, 10, allow_nan=False), min_size=1, max_size=30),
+)
+def test_a_slice_gives_each_thread_a_packet_and_no_more_than_it_may(
+    threads: int, spent: list[float]
+) -> None:
+    packets = threads
+    for seconds in spent:
+        before = packets
+        packets = next_slice(packets, seconds, threads)
+        assert threads <= packets <= max(PACKETS_A_SLICE, threads)
+        if seconds > SLICE_S:
+            assert packets <= max(before, threads)
+    for _ in range(5):
+        packets = next_slice(packets, 2 * SLICE_S, threads)
+    assert packets == threads
+
+
+def test_where_steps_are_fine_packets_are_small(
+    scene: Scene, outside: Camera, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A packet cannot be interrupted; as if each took too long, each is a slice."""
+    monkeypatch.setattr("renderers.art.slices.SLICE_S", -1.0)
+    for step, packets in ((0.25, 1), (0.125, 16)):
+        shares: list[float] = []
+        tracer = ActiveRayTracer(scene, Quality(step, 0.0), threads=1)
+
+        def note(share: float, shares: list[float] = shares) -> bool:
+            shares.append(share)
+            return True
+
+        tracer.render(outside.with_size(64, 64), note)
+        # a packet that met cells nobody had looked at yet went on in the next slice
+        assert len(set(shares) - {0.0}) == packets
+        assert shares == sorted(shares)
+        assert shares[-1] == 1
