@@ -100,6 +100,7 @@ def train(
     input: str = "emulator",
     stream_igtl: str | None = None,
     registration: Path | None = None,
+    roll: str | None = None,
     size: Size = 512,
     threads: Threads = 0,
     record: Path | None = None,
@@ -121,6 +122,9 @@ def train(
         Stream tool poses by OpenIGTLink at this [HOST:]PORT.
     registration
         File of `paravol register`, made since the arm was switched on.
+    roll
+        Who knows the roll of the scope in the arm at --device: horizon (level, the
+        arrow keys turn it), encoder (a sixth joint) or igtl:HOST:PORT[:TOOL].
     record
         Record the session into this folder, NAME.paravol.
     seconds
@@ -137,6 +141,7 @@ def train(
         input=input,
         stream_igtl=stream_igtl,
         registration=registration,
+        roll=roll,
         size=size,
         threads=thread_count(threads),
         record=record,

@@ -1,10 +1,11 @@
 """The channel beside the arm: it completes a pose with roll and the second tool."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from devices import Pose, ProbePath
+from devices.roll import HorizonRoll, RollSource
 from scenarios import Sample
 
 PATH_PEDAL = 2
@@ -33,22 +34,26 @@ class PathChannel:
 
 @dataclass(slots=True)
 class HandChannel:
-    """Serve a free hand: roll set by the keyboard, no second tool.
+    """Serve a free hand: roll from whoever knows it, no second tool.
 
-    roll_deg may be changed at any time.
+    Where nobody knows the roll for the moment, the last one is held, at first 0.
     """
 
-    roll_deg: float = 0.0
+    roll: RollSource = field(default_factory=HorizonRoll)
     _began_s: float | None = None
+    _roll_deg: float = 0.0
 
     def complete(self, pose: Pose) -> Sample:
         """Join a pose with the present roll; time counts from the first pose."""
         if self._began_s is None:
             self._began_s = pose.time_s
+        known = self.roll.roll_deg(pose)
+        if known is not None:
+            self._roll_deg = known
         return Sample(
             pose.time_s - self._began_s,
             pose.device_from_tip,
-            self.roll_deg,
+            self._roll_deg,
             AWAY_MM,
             np.array([0.0, 1.0, 0.0]),
             pose.buttons,

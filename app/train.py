@@ -29,6 +29,7 @@ def run_train(
     input: str,
     stream_igtl: str | None,
     registration: Path | None,
+    roll: str | None,
     size: int,
     threads: int,
     record: Path | None,
@@ -39,6 +40,7 @@ def run_train(
 
     input: the words of `app.inputs.choose_input`; stream_igtl: ``[HOST:]PORT``.
     registration: a file of `paravol register`; without it fiducials are touched.
+    roll: the words of `app.inputs.arm_roll`.
     seconds: close by itself that long after the first picture.
     Raises ValueError for bad input, ToldError where no window can open, the device's
     error when the arm fails, KeyboardInterrupt after Ctrl-C.
@@ -57,7 +59,7 @@ def run_train(
     path_file = folder / exercise.path
     path = load_probe_path(path_file)
     stream = None if stream_igtl is None else listening_address(stream_igtl)
-    flown = choose_input(input, device, exercise, path, path_file, registration)
+    flown = choose_input(input, device, exercise, path, path_file, registration, roll)
     graphics = probe_window()
     if not graphics.works:
         raise ToldError(graphics.problem)

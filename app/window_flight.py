@@ -191,6 +191,7 @@ class WindowFlight(QObject):
             lasting.on_loss = lambda _: self.away.emit()
             lasting.on_return = self.back.emit
             registration = self._register(lasting)
+            order.input.placed(registration)
             info = describe_session(
                 scenario,
                 room,

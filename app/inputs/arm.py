@@ -6,11 +6,12 @@ from pathlib import Path
 
 from app.arm import open_arm
 from app.flight import OrderedPoses
+from app.inputs.arm_roll import ClampedRoll, check_roll, opened_roll
 from app.inputs.flight_input import FlightInput
 from app.operating_room import OperatingRoom
 from app.registering import registered_by_file
 from app.second_channel import HandChannel, PathChannel
-from devices import ProbePath
+from devices import ProbePath, Registration
 from devices.registration_file import load_registration
 from scenarios import Scenario
 
@@ -21,7 +22,8 @@ class ArmInput(FlightInput):
     """Open the arm at a serial port, or the emulated one when there is none.
 
     registration_file: made by `paravol register` since the arm was switched on; without
-    it the fiducials have to be touched.
+    it the fiducials have to be touched. roll: words of `app.inputs.arm_roll`, for an
+    arm at a port; the emulated one's path has its own.
     """
 
     def __init__(
@@ -31,18 +33,22 @@ class ArmInput(FlightInput):
         path_file: Path,
         device: str | None,
         registration_file: Path | None = None,
+        roll: str = "horizon",
     ) -> None:
+        check_roll(roll)
         if registration_file is not None:
             load_registration(registration_file)
         self._registration_file = registration_file
         self._scenario = scenario
         self._path_file = path_file
         self._device = device
+        self._roll = roll
+        self._hand = HandChannel()
         self.keys = KEYS
         self.touch_hint = "Hold the stylus on it and press the right pedal."
         if device is not None:
             self.name = device
-            self.aim = HandChannel()
+            self.aim = self._hand
             return
         self.name = "emulated arm"
         self.aim = PathChannel(path)
@@ -53,7 +59,10 @@ class ArmInput(FlightInput):
     @contextmanager
     def open(self, room: OperatingRoom) -> Iterator[OrderedPoses]:
         """Open the port, or start the emulated arm and open its port."""
-        with open_arm(self._scenario, self._path_file, device=self._device) as arm:
+        with (
+            open_arm(self._scenario, self._path_file, device=self._device) as arm,
+            opened_roll(self._roll, arm.description) as self._hand.roll,
+        ):
             if self._registration_file is None:
                 yield arm
                 return
@@ -61,3 +70,8 @@ class ArmInput(FlightInput):
                 arm, self._registration_file, arm.description, self._scenario
             )
             yield poses
+
+    def placed(self, registration: Registration) -> None:
+        """Tell a sixth encoder which way is up."""
+        if isinstance(self._hand.roll, ClampedRoll):
+            self._hand.roll.place(registration.world_from_device)

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from app.inputs.flight_input import FlightInput
+from app.inputs.peer_address import peer_address
 from devices import ProbePath
 from scenarios import Scenario
 
@@ -18,10 +19,12 @@ def choose_input(
     path: ProbePath,
     path_file: Path,
     registration: Path | None = None,
+    roll: str | None = None,
 ) -> FlightInput:
     """Make the input that the words name; a device is a MicroScribe's serial port.
 
-    registration: a file of `paravol register`, for an arm.
+    registration: a file of `paravol register`, for an arm. roll: what knows the roll of
+    the scope in a real arm, the words of `app.inputs.arm_roll`; None for the horizon.
 
     Raises ValueError for words that name none, DeviceError when a gamepad is asked
     for and there is none.
@@ -29,6 +32,11 @@ def choose_input(
     if device is not None and words != EMULATOR:
         raise ValueError(
             f"--device names a MicroScribe's port; leave it out to fly with {words!r}."
+        )
+    if roll is not None and device is None:
+        raise ValueError(
+            "--roll says who knows the roll of the arm at --device; every other input "
+            "knows its own."
         )
     if registration is not None and words != EMULATOR:
         raise ValueError(
@@ -44,7 +52,9 @@ def choose_input(
         case "emulator", "":
             from app.inputs.arm import ArmInput
 
-            return ArmInput(scenario, path, path_file, device, registration)
+            return ArmInput(
+                scenario, path, path_file, device, registration, roll or "horizon"
+            )
         case "mouse", "":
             from app.inputs.hand import MouseInput
 
@@ -60,15 +70,5 @@ def choose_input(
         case "igtl", address if address:
             from app.inputs.link import LinkInput
 
-            return LinkInput(*_address(address))
+            return LinkInput(*peer_address("--input", address))
     raise ValueError(f"--input must be {FORMS}; got {words!r}.")
-
-
-def _address(text: str) -> tuple[str, int, str | None]:
-    host, _, rest = text.partition(":")
-    port, _, tool = rest.partition(":")
-    if not (host and port.isascii() and port.isdigit() and 0 < int(port) < 65536):
-        raise ValueError(
-            f"--input igtl needs HOST:PORT, such as igtl:localhost:18944; got {text!r}."
-        )
-    return host, int(port), tool or None

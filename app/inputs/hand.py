@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from app.inputs.flight_input import FlightInput, FramedHand, in_the_patient
+from app.inputs.flight_input import FlightInput, framed_hand, in_the_patient
 from app.operating_room import OperatingRoom
 from devices import ProbePath
 from devices.controls import HELP, MouseKeys
@@ -62,7 +62,7 @@ class _HandInput(FlightInput):
         self._path = path
         self._handset = handset
         self._steering = Steering()
-        self.aim = FramedHand()
+        self.aim = framed_hand()
         self.registration = in_the_patient()
 
     def open(self, room: OperatingRoom) -> AbstractContextManager[SteeredArm]:

@@ -3,7 +3,7 @@
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
-from app.inputs.flight_input import FlightInput, FramedHand, in_the_patient
+from app.inputs.flight_input import FlightInput, framed_hand, in_the_patient
 from app.operating_room import OperatingRoom
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ class LinkInput(FlightInput):
         self._tool = tool
         self.name = f"OpenIGTLink {host}:{port}"
         self.keys = {"← →": "turn the light post"}
-        self.aim = FramedHand()
+        self.aim = framed_hand()
         self.registration = in_the_patient()
 
     def open(self, room: OperatingRoom) -> AbstractContextManager["OpenIGTLinkSource"]:

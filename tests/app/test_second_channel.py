@@ -2,6 +2,7 @@ import numpy as np
 
 from app.second_channel import PATH_PEDAL, HandChannel, PathChannel
 from devices import Pose, ProbePath
+from devices.roll import ControlRoll, NoRoll
 
 
 def pose(time_s: float, buttons: int) -> Pose:
@@ -39,8 +40,16 @@ def test_path_time_begins_with_the_pedal() -> None:
 
 
 def test_a_free_hand_counts_from_its_first_pose() -> None:
-    channel = HandChannel()
+    channel = HandChannel(ControlRoll(40.0))
     assert channel.complete(pose(3.0, 0)).time_s == 0.0
-    channel.roll_deg = 40.0
     sample = channel.complete(pose(3.25, 1))
     assert (sample.time_s, sample.roll_deg, sample.buttons) == (0.25, 40.0, 1)
+
+
+def test_a_roll_that_nobody_knows_is_the_last_one_known() -> None:
+    channel = HandChannel(NoRoll())
+    assert channel.complete(pose(0.0, 0)).roll_deg == 0.0
+    channel.roll = ControlRoll(-15.0)
+    assert channel.complete(pose(0.1, 0)).roll_deg == -15.0
+    channel.roll = NoRoll()
+    assert channel.complete(pose(0.2, 0)).roll_deg == -15.0

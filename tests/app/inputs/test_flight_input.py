@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.inputs.flight_input import FramedHand, in_the_patient
+from app.inputs.flight_input import framed_hand, in_the_patient
 from devices import Pose
 from devices.fulcrum import Demand, Fulcrum, FulcrumControl
 from scenarios import Endoscope
@@ -23,7 +23,7 @@ def test_the_light_post_is_where_the_frame_says(
     control = FulcrumControl(fulcrum)
     control.advance(1.0, Demand(0.5, yaw, pitch, roll))
     pose = Pose(0.0, 0.0, control.frame(), 0)
-    sample = FramedHand().complete(pose)
+    sample = framed_hand().complete(pose)
     turned = math.remainder(sample.roll_deg - control.roll_deg, 360.0)
     assert turned == pytest.approx(0.0, abs=1e-9)
     # A scope that looks 30 degrees to its post sees there what the frame's y says.
