@@ -17,12 +17,12 @@ import os
 import struct
 from collections.abc import Iterator
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Literal, Self
+from typing import Any, Literal
 
 import msgspec
 import numpy as np
 
+from devices.closing import Closing
 from renderers.scene import whole_file
 from scenarios.session import Sample
 
@@ -134,7 +134,7 @@ def write_json(path: Path, value: object) -> None:
         beside.write_text(text, "utf-8")
 
 
-class SessionRecorder:
+class SessionRecorder(Closing):
     """Write a session as it happens; a context manager.
 
     Whatever has been added when the program dies can be replayed, up to the last
@@ -200,17 +200,6 @@ class SessionRecorder:
             self._file.close()
             if result is not None:
                 write_json(self.folder / "result.json", result)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
 
 def read_session(folder: Path) -> tuple[SessionInfo, list[Record], bool]:
