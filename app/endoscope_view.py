@@ -13,6 +13,7 @@ from renderers.scene import GBuffer, Mesh
 from renderers.shading import (
     AutoGain,
     CameraPass,
+    Caster,
     ScopeLight,
     ScopeShader,
     Tier,
@@ -113,7 +114,10 @@ class EndoscopeView:
 
     def light(self, view: View, buffer: GBuffer) -> NDArray[np.float32]:
         """Give linear radiance ``(h, w, 3)``: the third stage."""
-        return self._shader.shade(buffer, view.camera, self._light)
+        casters = ()
+        if self.instrument is not None:
+            casters = (Caster.of(self.instrument, view.world_from_instrument),)
+        return self._shader.shade(buffer, view.camera, self._light, casters=casters)
 
     def expose(
         self,

@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 from renderers.art.data_store import DataStore
 from renderers.art.files import make_last, write_whole
 from renderers.art.job import ClassicWork, ScopeWork, SnapshotRequest
-from renderers.art.stage import instruments_gbuffer
+from renderers.art.stage import instrument_meshes
 from renderers.art.team import Progress, Traced, traced_camera
 from renderers.art.truth import follow_light, truth_of
 from renderers.scene import GBuffer, Image, Scene, save_png
 from renderers.shading import (
     CameraPass,
+    Caster,
     ScopeLight,
     ScopeShader,
     Tier,
@@ -140,11 +141,14 @@ class Finisher:
         enough: Callable[[], bool],
     ) -> Picture:
         fine = traced_camera(request)
-        instruments = instruments_gbuffer(self._data, work.instruments, fine)
-        gbuffer = found.nearest(instruments)
+        tools = instrument_meshes(self._data, work.instruments)
+        gbuffer = found
+        for mesh, pose in tools:
+            gbuffer = gbuffer.nearest(mesh.gbuffer(fine, pose))
         light = ScopeLight(work.ring_radius_mm, power=work.light_power)
         shader = self._shader(request, work, scene)
-        radiance = shader.shade(gbuffer, fine, light)
+        casters = [Caster.of(mesh, pose) for mesh, pose in tools]
+        radiance = shader.shade(gbuffer, fine, light, casters=casters)
         truth = None
         samples = np.full(
             (request.image.height, request.image.width),
@@ -163,7 +167,7 @@ class Finisher:
                 enough,
             )
             known = truth.batches > 0
-            by_paths = shader.shade(gbuffer, fine, light, truth.light)
+            by_paths = shader.shade(gbuffer, fine, light, truth.light, casters)
             radiance = np.where(known[..., None], by_paths, radiance)
             samples = _added(request, truth.batches) * np.uint32(BATCH_PATHS)
         if request.image.samples == 4:

@@ -4,6 +4,7 @@ import math
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from renderers.art.data_store import DataStore
 from renderers.art.job import (
@@ -19,8 +20,6 @@ from renderers.art.job import (
 from renderers.scene import (
     AIR_HU,
     AirSurface,
-    Camera,
-    GBuffer,
     Material,
     Mesh,
     Scene,
@@ -93,11 +92,11 @@ def family_key(request: SnapshotRequest) -> bytes:
     )
 
 
-def instruments_gbuffer(
-    data: DataStore, instruments: tuple[InstrumentSpec, ...], camera: Camera
-) -> GBuffer:
-    """Hit a request's instruments with the camera's rays."""
-    result = GBuffer.empty(camera.height, camera.width)
+def instrument_meshes(
+    data: DataStore, instruments: tuple[InstrumentSpec, ...]
+) -> list[tuple[Mesh, NDArray[np.float64]]]:
+    """Load a request's instruments with their world-from-mesh transforms."""
+    result = []
     for spec in instruments:
         pose = np.eye(4)
         pose[:3] = spec.world_from_mesh
@@ -111,5 +110,5 @@ def instruments_gbuffer(
             np.asarray(data.get(spec.faces, ("int32",), LARGEST_MESH)),
             Material[spec.material],
         )
-        result = result.nearest(mesh.gbuffer(camera, pose))
+        result.append((mesh, pose))
     return result

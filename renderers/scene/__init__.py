@@ -7,6 +7,7 @@ from renderers.scene.light import Light, four_lights
 from renderers.scene.mesh import Mesh
 from renderers.scene.metrics import ImageError, image_error, rmse_codes, ssim
 from renderers.scene.scene import AirSurface, PhongMaterial, Renderer, Scene
+from renderers.scene.spine import Spine
 from renderers.scene.transfer import (
     TransferFunction,
     extinction_from_opacity,
@@ -29,6 +30,7 @@ __all__ = [
     "Projection",
     "Renderer",
     "Scene",
+    "Spine",
     "TransferFunction",
     "Volume",
     "extinction_from_opacity",

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from renderers.scene.camera import STOP_MARGIN_PX, Camera, Projection
 from renderers.scene.gbuffer import GBuffer, Material
+from renderers.scene.spine import Spine
 
 _EDGE_MM = 1.0
 """Triangles are cut until no edge is longer: a thin one that crosses the picture at a
@@ -94,6 +95,7 @@ class Mesh:
     faces: NDArray[np.int32]
     material: Material = Material.METAL
     _facets: list[_Facets] = field(default_factory=list, repr=False, compare=False)
+    _spine: list[Spine] = field(default_factory=list, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         vertices = np.array(self.vertices, dtype=np.float64)
@@ -144,9 +146,7 @@ class Mesh:
                 f"a G-buffer of {buffer.size} does not fit a picture of "
                 f"{(camera.height, camera.width)}"
             )
-        if not self._facets:
-            self._facets.append(_Facets.of(self.vertices[self.faces]))
-        facets = self._facets[0]
+        facets = self._cut_facets()
         axes = np.ascontiguousarray(camera.frame[1:])
         turn = axes @ world_from_mesh[:3, :3]
         shift = axes @ (world_from_mesh[:3, 3] - camera.frame[0])
@@ -195,6 +195,23 @@ class Mesh:
             )
 
         run(camera.height, rows)
+
+    def spine(self, world_from_mesh: NDArray[np.float64]) -> Spine:
+        """Give the rods that cast the mesh's shadow, placed by a rigid 4x4 transform.
+
+        The same mesh has the same rods, to the bit, wherever it is loaded.
+        """
+        if not self._spine:
+            pieces = self._cut_facets().pieces.astype(np.float64).reshape(-1, 3, 3)
+            sides = pieces[:, 1:] - pieces[:, :1]
+            area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+            self._spine.append(Spine.through(pieces.mean(axis=1), area))
+        return self._spine[0].placed(world_from_mesh)
+
+    def _cut_facets(self) -> _Facets:
+        if not self._facets:
+            self._facets.append(_Facets.of(self.vertices[self.faces]))
+        return self._facets[0]
 
 
 def _corner_normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -7,19 +7,22 @@ nose happens here, so that their pictures can differ in geometry only.
 from renderers.shading.camera_pass import CameraPass
 from renderers.shading.camera_settings import CameraSettings
 from renderers.shading.exposure import AutoGain, meter
-from renderers.shading.illumination import Detail, ScopeLight, Tier
+from renderers.shading.illumination import Detail, Effects, ScopeLight, Tier
 from renderers.shading.scope_picture import (
     downsample_gbuffer,
     downsample_radiance,
     scope_picture,
 )
 from renderers.shading.shader import ScopeShader
+from renderers.shading.shadow.rods import Caster
 
 __all__ = [
     "AutoGain",
     "CameraPass",
     "CameraSettings",
+    "Caster",
     "Detail",
+    "Effects",
     "ScopeLight",
     "ScopeShader",
     "Tier",

@@ -49,16 +49,33 @@ class ScopeLight:
 
         Half of them on the crescent to the right of the lens, half on the left.
         """
+        angle, _ = self._angles(count)
+        ring = camera.frame[1:3].T @ np.stack([np.cos(angle), np.sin(angle)])
+        sources: NDArray[np.float32] = (self.ring_radius_mm * ring.T).astype(np.float32)
+        return sources
+
+    def arcs(self, camera: Camera, count: int) -> NDArray[np.float32]:
+        """Give ``(count, 3)`` float32 mm, world axes: how far fibre ends reach.
+
+        A source stands for a stretch of its crescent; an arc leads from it to the end
+        of that stretch's chord. What a tool leaves of the light depends on it: with
+        points for sources, two of them would cast two hard shadows.
+        """
+        angle, step = self._angles(count)
+        along = camera.frame[1:3].T @ np.stack([-np.sin(angle), np.cos(angle)])
+        reach = self.ring_radius_mm * math.sin(step / 2)
+        arcs: NDArray[np.float32] = (reach * along.T).astype(np.float32)
+        return arcs
+
+    @staticmethod
+    def _angles(count: int) -> tuple[NDArray[np.float64], float]:
+        """Give the angles of sources about the view axis, and between neighbours."""
         if count < 2 or count % 2:
             raise ValueError(f"two crescents need an even count >= 2, got {count}")
         half = count // 2
         step = 2 * _CRESCENT_HALF_ANGLE / half
         angle = -_CRESCENT_HALF_ANGLE + (np.arange(half) + 0.5) * step
-        angle = np.concatenate([angle, angle + math.pi])
-        right, up = camera.frame[1], camera.frame[2]
-        ring = np.cos(angle)[:, None] * right + np.sin(angle)[:, None] * up
-        sources: NDArray[np.float32] = (self.ring_radius_mm * ring).astype(np.float32)
-        return sources
+        return np.concatenate([angle, angle + math.pi]), step
 
 
 class Detail(Enum):
@@ -70,18 +87,52 @@ class Detail(Enum):
     """Three octaves, and both sizes of vessel."""
 
 
+@dataclass(frozen=True, slots=True)
+class Effects:
+    """Switch what light does beyond one surface; each costs time of its own.
+
+    tool_shadow: tools take the scope's light, and bounced light, from the tissue.
+    hairs: vibrissae stand on the skin inside the nostril.
+    metal_mirror: metal shows the walls around it.
+    film_mirror: the wet film shows other walls, most at grazing angles.
+    thin_walls: light comes through a thin wall from its other side.
+    """
+
+    tool_shadow: bool = True
+    hairs: bool = True
+    metal_mirror: bool = True
+    film_mirror: bool = False
+    thin_walls: bool = False
+
+    @classmethod
+    def none(cls) -> "Effects":
+        """Switch everything off."""
+        return cls(False, False, False, False, False)
+
+
 class Tier(Enum):
     """Choose quality against time."""
 
-    LIVE = (2, 64, Detail.LEAN, 1)
-    FULL = (6, 128, Detail.FULL, 1)
-    SNAPSHOT = (6, 256, Detail.FULL, 2)
+    LIVE = (2, 256, Detail.LEAN, 1, Effects(), 8)
+    FULL = (6, 512, Detail.FULL, 1, Effects(film_mirror=True, thin_walls=True), 4)
+    SNAPSHOT = (6, 512, Detail.FULL, 2, Effects(film_mirror=True, thin_walls=True), 4)
 
     def __init__(
-        self, sources: int, virtual_lights: int, detail: Detail, supersampling: int
+        self,
+        sources: int,
+        virtual_lights: int,
+        detail: Detail,
+        supersampling: int,
+        effects: Effects,
+        mirror_stride: int,
     ) -> None:
         self.sources = sources
         self.virtual_lights = virtual_lights
+        """Enough that none is seen to jump when its ray passes a rim: with 64 a cleft
+        lit up by 50 codes from one frame to the next (`benchmarks.steadiness`)."""
         self.detail = detail
         self.supersampling = supersampling
         """G-buffer pixels along the side of one picture pixel."""
+        self.effects = effects
+        self.mirror_stride = mirror_stride
+        """G-buffer pixels between points from which mirrored light is followed."""

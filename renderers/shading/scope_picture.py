@@ -1,5 +1,7 @@
 """From a G-buffer to the finished endoscope picture, supersampled or not."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,6 +9,7 @@ from renderers.scene import Camera, GBuffer
 from renderers.shading.camera_pass import CameraPass
 from renderers.shading.illumination import ScopeLight
 from renderers.shading.shader import ScopeShader
+from renderers.shading.shadow.rods import Caster
 
 
 def downsample_radiance(radiance: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -52,11 +55,12 @@ def scope_picture(
     light: ScopeLight,
     gain: float | None = None,
     frame_number: int = 0,
+    casters: Sequence[Caster] = (),
 ) -> tuple[NDArray[np.uint8], float]:
     """Give the sRGB picture ``(h, w, 3)`` uint8 of `camera`, and its gain.
 
     The G-buffer has the camera's size times ``shader.tier.supersampling``: render it
-    with ``camera.with_size(...)`` of that size.
+    with ``camera.with_size(...)`` of that size. casters: see `ScopeShader.shade`.
     """
     factor = shader.tier.supersampling
     fine = camera
@@ -67,7 +71,7 @@ def scope_picture(
             f"tier {shader.tier.name} needs a G-buffer of {fine.height, fine.width} "
             f"for a picture of {camera.height, camera.width}, got {gbuffer.size}"
         )
-    radiance = shader.shade(gbuffer, fine, light)
+    radiance = shader.shade(gbuffer, fine, light, casters=casters)
     if factor > 1:
         radiance = downsample_radiance(radiance)
         gbuffer = downsample_gbuffer(gbuffer)

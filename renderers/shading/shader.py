@@ -1,6 +1,7 @@
 """The one shader both renderers use: a G-buffer goes in, radiance comes out."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,9 +10,12 @@ from numpy.typing import NDArray
 from renderers.scene import AirSurface, Camera, GBuffer, Projection
 from renderers.shading.bands import RowBands
 from renderers.shading.bounce.light_grid import VirtualLights
-from renderers.shading.illumination import Detail, ScopeLight, Tier
+from renderers.shading.hairs.hair_layer import HairLayer
+from renderers.shading.illumination import Detail, Effects, ScopeLight, Tier
 from renderers.shading.look import Look
 from renderers.shading.paths.path_light import PathLight, demand_size
+from renderers.shading.secondary.second_light import SecondLight
+from renderers.shading.shadow.rods import Caster, rod_table
 from renderers.shading.surface.kernels import shade_rows
 from renderers.simd_guard import demand_vectors
 
@@ -23,8 +27,9 @@ lights stand for the first bounce only."""
 class ScopeShader:
     """Light the surfaces of a G-buffer with the scope's own light.
 
-    surface: blood, skin and distance of the case. seed: of the mottle and vessels.
+    surface: blood, skin and distance of the case. seed: of mottle, vessels and hairs.
     blood_bias: factor on all blood content; .4 is decongested, 1.9 inflamed.
+    effects: in place of the tier's own.
     The same G-buffer, camera and light give the same bits for any `threads`. Raises
     VectorError where this numba does not compile vectors.
     """
@@ -36,6 +41,7 @@ class ScopeShader:
         seed: int = 7,
         blood_bias: float = 1.0,
         threads: int = 2,
+        effects: Effects | None = None,
     ) -> None:
         demand_vectors("The light of the endoscope")
         if not (math.isfinite(blood_bias) and 0 <= blood_bias <= 10):
@@ -44,6 +50,11 @@ class ScopeShader:
         self.blood_bias = blood_bias
         self._bands = RowBands(threads)
         self._look = Look.of(surface, seed)
+        self.effects = tier.effects if effects is None else effects
+        self._hairs = HairLayer(surface, seed) if self.effects.hairs else None
+        self._second = SecondLight(
+            surface, self.effects, tier.mirror_stride, blood_bias
+        )
 
     def shade(
         self,
@@ -51,32 +62,51 @@ class ScopeShader:
         camera: Camera,
         light: ScopeLight,
         bounce: PathLight | None = None,
+        casters: Sequence[Caster] = (),
     ) -> NDArray[np.float32]:
         """Give linear radiance ``(h, w, 3)`` float32, black where nothing is seen.
 
         bounce: light by way of other walls that stands in for the quick estimate of it
-        (see `PathTracer`). The camera must have the G-buffer's size. The G-buffer is
-        only read: surface detail never moves depth.
+        (see `PathTracer`). casters: tools that stand in the light. The camera must have
+        the G-buffer's size. The G-buffer is only read: surface detail never moves
+        depth.
         """
         demand_size(gbuffer, camera)
         if camera.projection is Projection.ORTHOGRAPHIC:
             raise ValueError("scope light needs a lens with an eye, not orthographic")
+        gbuffer = _read_only(gbuffer)
+        rods = rod_table(casters if self.effects.tool_shadow else (), camera)
+        sources = light.sources(camera, self.tier.sources)
+        lights = VirtualLights.trace(
+            self._look.distance, camera, light, self.tier.virtual_lights
+        )
         if bounce is None:
-            lights = VirtualLights.trace(
-                self._look.distance, camera, light, self.tier.virtual_lights
-            )
-            return self._paint(gbuffer, camera, light, lights.gather(gbuffer, camera))
-        if bounce.irradiance.shape != (*gbuffer.size, 3):
+            grid = lights.gather(gbuffer, camera, self._bands)
+            radiance = self._paint(gbuffer, camera, light, grid, rods)
+        elif bounce.irradiance.shape == (*gbuffer.size, 3):
+            dark = VirtualLights.dark_grid(gbuffer)
+            radiance = self._paint(gbuffer, camera, light, dark, rods)
+            reflected = self._paint(gbuffer, camera, light, dark, rods, lit=False)
+            reflected *= bounce.irradiance
+            reflected *= np.float32(1 / math.pi)
+            radiance += reflected
+        else:
             raise ValueError(
                 f"light of {bounce.irradiance.shape} does not fit a G-buffer of "
                 f"{gbuffer.size}"
             )
-        dark = VirtualLights.dark_grid(gbuffer)
-        radiance = self._paint(gbuffer, camera, light, dark)
-        reflected = self._paint(gbuffer, camera, light, dark, lit=False)
-        reflected *= bounce.irradiance
-        reflected *= np.float32(1 / math.pi)
-        radiance += reflected
+        self._second.add(
+            radiance,
+            gbuffer,
+            camera,
+            light,
+            lights,
+            sources,
+            BOUNCE_FACTOR,
+            self._bands,
+        )
+        if self._hairs is not None:
+            self._hairs.add(radiance, gbuffer, camera, light, sources, self._bands)
         return radiance
 
     def _paint(
@@ -85,11 +115,11 @@ class ScopeShader:
         camera: Camera,
         light: ScopeLight,
         grid: NDArray[np.float32],
+        rods: NDArray[np.float32],
         *,
         lit: bool = True,
     ) -> NDArray[np.float32]:
         look = self._look
-        gbuffer = _read_only(gbuffer)
         voxel_from_world = look.distance.voxel_from_world
         eye_voxel = voxel_from_world[:3, :3] @ camera.eye_mm + voxel_from_world[:3, 3]
         lens = camera.lens_table()
@@ -98,6 +128,7 @@ class ScopeShader:
         eye_in_voxels = eye_voxel.astype(np.float32)
         eye_mm = (camera.eye_mm - look.distance.center_mm).astype(np.float32)
         sources = light.sources(camera, self.tier.sources)
+        arcs = light.arcs(camera, self.tier.sources)
         radiance = np.empty((*gbuffer.size, 3), np.float32)
 
         def rows(first: int, last: int) -> None:
@@ -113,6 +144,8 @@ class ScopeShader:
                 eye_mm,
                 np.float32(camera.radians_per_pixel),
                 sources,
+                arcs,
+                rods,
                 np.float32(light.spread),
                 np.float32(light.power),
                 grid,

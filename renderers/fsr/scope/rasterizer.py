@@ -14,6 +14,7 @@ from renderers.fsr.scope.blocked_surfels import BlockedSurfels, sort_surfels
 from renderers.fsr.scope.disc_bounds import disc_bounds
 from renderers.fsr.scope.kernel_set import KernelSet, best_kernels
 from renderers.fsr.scope.kernels import fill_holes
+from renderers.fsr.scope.rims.sharpening import sharpen_rims
 from renderers.fsr.scope.scratch import TileScratch, lined_up
 from renderers.fsr.scope.tiles import (
     MOST_TILES,
@@ -72,7 +73,8 @@ class SurfelRasterizer:
 
     Keeps its scratch memory between pictures. hide: leave out what walls hide before
     it is projected. Without, the picture is slower and the same but for pinholes
-    between discs, where something hidden may show. kernels: by default the fastest
+    between discs, where something hidden may show. sharp: take discs away where they
+    stand over a free edge. kernels: by default the fastest
     that this machine compiles. deflection: moves the surface.
     """
 
@@ -81,6 +83,7 @@ class SurfelRasterizer:
         distance: Volume,
         *,
         hide: bool = True,
+        sharp: bool = True,
         kernels: KernelSet | None = None,
         deflection: Deflection | None = None,
     ) -> None:
@@ -98,6 +101,7 @@ class SurfelRasterizer:
         rows = self._coarse.order.rows.sum() + self._fine.order.rows.sum()
         self._rows = int(rows)
         self._hide = hide
+        self._sharp = sharp
         self._records = np.empty((0, RECORD), np.float32)
         self._boxes = np.empty((0, 4), np.int32)
         self._ranges = np.empty(0, np.int32)
@@ -188,6 +192,10 @@ class SurfelRasterizer:
         self.counters["holes filled"] = 0
         if any(t[2] for t in totals):
             self.counters["holes filled"] = _fill(table, result)
+        if self._sharp:
+            asked, moved = sharpen_rims(self._distance, camera, team, result)
+            self.counters["rim pixels asked"] = asked
+            self.counters["rim pixels moved"] = moved
         return result
 
     def _project(self, camera: Camera, team: ThreadTeam) -> int:

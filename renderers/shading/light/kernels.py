@@ -8,6 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.shading.lanes.kernels import exp_negative
+from renderers.shading.shadow.kernels import shadow
 from renderers.shading.surface.block import (
     A2,
     DX,
@@ -54,30 +55,35 @@ Floats = NDArray[np.float32]
 def light(
     w: Floats,
     sources: Floats,
+    arcs: Floats,
+    rods: Floats,
     forward: Floats,
     spread: np.float32,
     power: np.float32,
 ) -> None:
-    """Sum all sources: diffuse irradiance red and green, film radiance."""
+    """Sum all sources: diffuse irradiance red and green, film radiance.
+
+    arcs: ``(n, 3)`` mm, half the stretch of fibre ends a source stands for. rods:
+    what casts shadows, see `shadow.rods`.
+    """
     for s in range(sources.shape[0]):
         at = (sources[s, 0], sources[s, 1], sources[s, 2])
-        illuminate(w, at, forward, spread, power, s == 0)
+        aim(w, at, forward, spread, power)
+        if rods.shape[0]:
+            shadow(w, at, (arcs[s, 0], arcs[s, 1], arcs[s, 2]), rods)
+        illuminate(w, s == 0)
         mirror(w, s == 0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def illuminate(
+def aim(
     w: Floats,
     source: tuple[np.float32, np.float32, np.float32],
     forward: Floats,
     spread: np.float32,
     power: np.float32,
-    first: bool,
 ) -> None:
-    """Find a source's direction and intensity; add its diffuse irradiance.
-
-    first: set instead of add.
-    """
+    """Find a source's direction and intensity at a block's points."""
     sx, sy, sz = source
     fx, fy, fz = forward[0], forward[1], forward[2]
     lx = sx - load(w, PX, N)
@@ -102,6 +108,15 @@ def illuminate(
     store(w, POWER, intensity)
     # a fibre bundle of .45 mm is no point: its angle widens the lobe
     store(w, SPREAD, f32(0.05) * (both * d))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def illuminate(w: Floats, first: bool) -> None:
+    """Add a source's diffuse irradiance. first: set instead of add."""
+    lx = load(w, LX, N)
+    ly = load(w, LY, N)
+    lz = load(w, LZ, N)
+    intensity = load(w, POWER, N)
     # light wraps round an edge by about the way it creeps inside the tissue
     wrap = minimum(f32(0.25) * load(w, LR, N), f32(0.35))
     facing = load(w, NX, N) * lx + load(w, NY, N) * ly

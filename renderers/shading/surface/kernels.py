@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from renderers.shading.bounce.kernels import PLANES, lift, spread_grid
 from renderers.shading.light.kernels import light
+from renderers.shading.shadow.kernels import darken
 from renderers.shading.surface.block import (
     BLUE,
     BOUNCE,
@@ -175,6 +176,8 @@ def shade_rows(
     eye_mm: Floats,
     pixel: np.float32,
     sources: Floats,
+    arcs: Floats,
+    rods: Floats,
     spread: np.float32,
     power: np.float32,
     grid: Floats,
@@ -203,7 +206,7 @@ def shade_rows(
     its film mirrors, times coverage. lens: camera-frame rays. axes: ``(3, 3)`` rows
     right, up, forward. to_voxel, eye_voxel: voxel = to_voxel @ (point - eye) +
     eye_voxel. eye_mm: the eye seen from the volume's centre. sources: ``(n, 3)`` mm
-    from the eye. tint: blood code + 256 * skin code, flat, of `shape` (nz, ny, nx).
+    from the eye; arcs, rods: see `light`. tint: blood code + 256 * skin code, flat, of `shape` (nz, ny, nx).
     """
     width = depth.shape[1]
     scratch = np.zeros(SLOTS + W, np.float32)
@@ -234,8 +237,10 @@ def shade_rows(
                 eye_mm,
             )  # fmt: skip
             if lit:
-                light(w, sources, axes[2], spread, each)
+                light(w, sources, arcs, rods, axes[2], spread, each)
                 lift(w, bounced, y0, x0)
+                if rods.shape[0]:
+                    darken(w, rods)
                 finish(w, bounce)
             else:
                 bare(w)

@@ -9,7 +9,7 @@ from renderers.art.client import SnapshotClient
 from renderers.art.job import ScopeWork
 from renderers.art.stage import (
     family_key,
-    instruments_gbuffer,
+    instrument_meshes,
     load_scene,
     scene_key,
 )
@@ -86,7 +86,8 @@ def test_instruments_stand_where_their_pose_says(
     )
     work = request.work
     assert isinstance(work, ScopeWork)
-    found = instruments_gbuffer(client.data, work.instruments, camera)
+    ((mesh, placed),) = instrument_meshes(client.data, work.instruments)
+    found = mesh.gbuffer(camera, placed)
     assert found.depth_mm.min() == pytest.approx(6, abs=0.01)
     assert set(np.unique(found.material)) == {0, Material.DARK_PLASTIC}
     mirrored = pose.copy()
@@ -96,7 +97,7 @@ def test_instruments_stand_where_their_pose_says(
     )
     assert isinstance(bent.work, ScopeWork)
     with pytest.raises(ValueError, match="pose must be rigid"):
-        instruments_gbuffer(client.data, bent.work.instruments, camera)
+        instrument_meshes(client.data, bent.work.instruments)
 
 
 def test_an_edited_volume_is_of_the_same_family(

@@ -4,12 +4,27 @@ from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from renderers.shading.light.kernels import light
+from renderers.shading.shadow.rods import COLUMNS
 from renderers.shading.surface import block as b
 
 f32 = np.float32
 N = b.N
 FORWARD = np.array([0, 0, 1], np.float32)
 EYE = np.zeros((1, 3), np.float32)
+
+
+NO_RODS = np.zeros((0, COLUMNS), np.float32)
+
+
+def lit(
+    w: NDArray[np.float32],
+    sources: NDArray[np.float32],
+    forward: NDArray[np.float32],
+    spread: np.float32,
+    power: np.float32,
+) -> None:
+    """Light a block from points, with nothing in the way."""
+    light(w, sources, np.zeros_like(sources), NO_RODS, forward, spread, power)
 
 
 def facing_plane(depth_mm: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -73,8 +88,8 @@ def light_twin(
         normal: NDArray[np.float64], wrap: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         facing = (normal * l_dir).sum(axis=0)
-        lit: NDArray[np.float64] = intensity * np.maximum(facing + wrap, 0)
-        return lit
+        lit_: NDArray[np.float64] = intensity * np.maximum(facing + wrap, 0)
+        return lit_
 
     red = wrapped(vector(w, b.NX), np.minimum(0.25 * part(w, b.LR), 0.35))
     green = wrapped(vector(w, b.TX), np.minimum(0.25 * part(w, b.LG), 0.2))
@@ -96,14 +111,14 @@ def light_twin(
 def test_light_falls_with_the_square_of_the_distance() -> None:
     depth = np.linspace(1, 60, N)
     w = facing_plane(depth)
-    light(w, EYE, FORWARD, f32(2.8), f32(1))
+    lit(w, EYE, FORWARD, f32(2.8), f32(1))
     for slot in (b.E_RED, b.E_GREEN):
         np.testing.assert_allclose(part(w, slot) * depth**2, 1, rtol=5e-6)
 
 
 def test_near_the_fibres_light_does_not_grow_without_bound() -> None:
     w = facing_plane(np.linspace(0.2, 0.7, N))
-    light(w, EYE, FORWARD, f32(2.8), f32(1))
+    lit(w, EYE, FORWARD, f32(2.8), f32(1))
     np.testing.assert_allclose(part(w, b.E_RED), 1 / 0.6, rtol=1e-4)
 
 
@@ -114,7 +129,7 @@ def test_the_spot_darkens_by_its_law() -> None:
     w[b.PZ : b.PZ + N] = 10 * np.cos(theta)
     w[b.NX : b.NX + N] = -np.sin(theta)
     w[b.NZ : b.NZ + N] = -np.cos(theta)
-    light(w, EYE, FORWARD, f32(2.8), f32(1))
+    lit(w, EYE, FORWARD, f32(2.8), f32(1))
     expected = np.exp(-2.8 * (1 - np.cos(theta))) / 100
     np.testing.assert_allclose(part(w, b.E_RED), expected, rtol=1e-5)
 
@@ -125,7 +140,7 @@ def test_sources_add_up_to_the_formula(seed: int) -> None:
     sources = np.array([[1.2, -0.8, 0.1], [-1.0, 0.4, 0], [0.2, 0.9, -0.3]])
     expected = sum(light_twin(w, source, 2.8, 3.0) for source in sources)
     assert isinstance(expected, np.ndarray)
-    light(w, sources.astype(np.float32), FORWARD, f32(2.8), f32(3))
+    lit(w, sources.astype(np.float32), FORWARD, f32(2.8), f32(3))
     for slot, values in zip((b.E_RED, b.E_GREEN, b.SPARK), expected, strict=True):
         np.testing.assert_allclose(part(w, slot), values, rtol=1e-3, atol=6e-5)
 
@@ -133,8 +148,8 @@ def test_sources_add_up_to_the_formula(seed: int) -> None:
 def test_the_same_source_twice_is_twice_the_light() -> None:
     once, twice = random_block(0), random_block(0)
     source = np.array([[1, 0.5, 0]], np.float32)
-    light(once, source, FORWARD, f32(2.8), f32(2))
-    light(twice, np.repeat(source, 2, axis=0), FORWARD, f32(2.8), f32(1))
+    lit(once, source, FORWARD, f32(2.8), f32(2))
+    lit(twice, np.repeat(source, 2, axis=0), FORWARD, f32(2.8), f32(1))
     for slot in (b.E_RED, b.E_GREEN, b.SPARK):
         assert_array_equal(part(once, slot), part(twice, slot))
 
@@ -142,6 +157,6 @@ def test_the_same_source_twice_is_twice_the_light() -> None:
 def test_a_light_behind_the_surface_does_not_break_it() -> None:
     # the half vector of opposite directions has no length
     w = facing_plane(np.full(N, 5.0))
-    light(w, np.array([[0, 0, 10]], np.float32), FORWARD, f32(0), f32(1))
+    lit(w, np.array([[0, 0, 10]], np.float32), FORWARD, f32(0), f32(1))
     assert np.isfinite(part(w, b.SPARK)).all()
     assert not part(w, b.E_RED).any()

@@ -1,0 +1,1 @@
+"""Rims as sharp as the surface itself: discs stand over free edges."""

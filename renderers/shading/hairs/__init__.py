@@ -1,0 +1,1 @@
+"""Hairs of the vestibule: where they grow, and how they are drawn."""

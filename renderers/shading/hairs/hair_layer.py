@@ -1,0 +1,88 @@
+"""Hairs drawn over a shaded picture: lit by the scope, hidden by what is nearer."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.scene import AirSurface, Camera, GBuffer, Projection
+from renderers.shading.bands import RowBands
+from renderers.shading.hairs.kernels import (
+    draw_strands,
+    light_strands,
+    project_strands,
+)
+from renderers.shading.hairs.strands import Strands
+from renderers.shading.illumination import ScopeLight
+
+ALBEDO = (0.055, 0.033, 0.022)
+"""Dark brown."""
+GLOSS = 0.012
+
+
+class HairLayer:
+    """Draw the hairs of one head.
+
+    They are a layer of the picture and no part of the G-buffer: like all detail they
+    move no depth, and they may be thinner than a pixel.
+    """
+
+    def __init__(self, surface: AirSurface, seed: int) -> None:
+        self.strands = Strands.grow(surface, seed)
+        self._albedo = np.array(ALBEDO, np.float32)
+
+    def add(
+        self,
+        radiance: NDArray[np.float32],
+        gbuffer: GBuffer,
+        camera: Camera,
+        light: ScopeLight,
+        sources: NDArray[np.float32],
+        bands: RowBands,
+    ) -> None:
+        """Change `radiance` ``(h, w, 3)`` in place; costs nothing with none in view."""
+        strands = self.strands
+        if not len(strands.points_mm):
+            return
+        half = min(camera.width, camera.height) / 2
+        pinhole = camera.projection is Projection.PERSPECTIVE
+        unit = math.tan(camera.extent) if pinhole else camera.extent
+        # a hair's ends may be outside while it crosses the rim
+        widest = 1.5 if pinhole else min(camera.extent + 0.3, 3.0)
+        points = strands.points_mm - camera.eye_mm
+        placed = np.zeros((*points.shape[:2], 4), np.float32)
+        seen = project_strands(
+            points,
+            strands.radius_mm,
+            np.ascontiguousarray(camera.frame[1:]),
+            int(camera.projection),
+            widest,
+            half / unit,
+            camera.width,
+            camera.height,
+            placed,
+        )
+        if not seen:
+            return
+        colour = np.zeros(points.shape, np.float32)
+        light_strands(
+            points,
+            sources,
+            camera.frame[3],
+            light.spread,
+            light.power / len(sources),
+            self._albedo,
+            GLOSS,
+            placed,
+            colour,
+        )
+        # the farthest first
+        order = np.argsort(-np.linalg.norm(points.mean(axis=1), axis=1), kind="stable")
+        lens = camera.lens_table()
+
+        def rows(first: int, last: int) -> None:
+            draw_strands(
+                placed, colour, order, gbuffer.depth_mm, lens, radiance, first, last
+            )
+
+        bands.run(gbuffer.size[0], rows)

@@ -1,0 +1,327 @@
+"""Compiled: follow mirrored rays and light through thin walls, on a lattice of pixels.
+
+Positions are millimetres from the eye along world axes. What is found at lattice
+points is brought to all pixels with weights that do not reach across edges.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from renderers.shading.bounce.kernels import tap
+from renderers.shading.paths.kernels import (
+    Three,
+    albedo_at,
+    direct,
+    lifted,
+    wall_normal,
+    way_to_wall,
+)
+
+f32 = np.float32
+Floats = NDArray[np.float32]
+Bytes = NDArray[np.uint8]
+
+LONGEST_MM = f32(60.0)
+THICKEST_MM = f32(2.5)
+"""Through more than that comes no light one could see: red is down to a tenth."""
+THINNEST_MM = f32(0.15)
+"""The surface is known no better."""
+STEP_MM = f32(0.05)
+SERIES = f32(0.6)
+"""Of the light that walls return again and again; as in the bounce light."""
+
+TISSUE, METAL = 0, 1
+FILM, MIRROR, THIN = 1, 2, 4
+"""Bits of `wanted`."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bounced(lights: Floats, at: Three, normal: Three) -> np.float32:
+    """Give the irradiance of virtual lights for albedo 1; see `VirtualLights`."""
+    total = f32(0)
+    for q in range(lights.shape[1]):
+        dx = lights[0, q] - at[0]
+        dy = lights[1, q] - at[1]
+        dz = lights[2, q] - at[2]
+        receive = normal[0] * dx + normal[1] * dy + normal[2] * dz
+        emit = -(lights[3, q] * dx + lights[4, q] * dy + lights[5, q] * dz)
+        if receive > f32(0) and emit > f32(0):
+            d2 = dx * dx + dy * dy + dz * dz + lights[7, q]
+            total += lights[6, q] * receive * emit / (d2 * d2)
+    return total * f32(1 / math.pi)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def to_voxels(m: Floats, eye: Floats, at: Three) -> Three:
+    """Give voxel coordinates of a place."""
+    x, y, z = at
+    return (
+        eye[0] + m[0, 0] * x + m[0, 1] * y + m[0, 2] * z,
+        eye[1] + m[1, 0] * x + m[1, 1] * y + m[1, 2] * z,
+        eye[2] + m[2, 0] * x + m[2, 1] * y + m[2, 2] * z,
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def slab(rho: np.float32, thickness: np.float32, length: np.float32) -> Three:
+    """Give a slab's transmittance and by how much less it reflects than an endless one.
+
+    rho: what the endless one reflects; length: mm in which diffuse light falls to 1/e.
+    The law of Kubelka and Munk (Z. techn. Phys. 12, 1931). The third number is e.
+    """
+    e = f32(math.exp(-thickness / max(length, f32(0.02))))
+    rest = (f32(1) - rho * rho) / (f32(1) - rho * rho * e * e)
+    return rest * e, rho * rest * e * e, e
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def follow(
+    at: Three, ray: Three, normal: Three, wanted: int, gain: np.float32,
+    distance: Floats, m: Floats, eye: Floats,
+    sources: Floats, forward: Floats, spread: np.float32, each: np.float32,
+    lights: Floats, table: Floats, code: Bytes, skin: Bytes, skin_albedo: Floats,
+    bias_root: np.float32, found: Floats,
+) -> None:  # fmt: skip
+    """Find what a point mirrors, ``found[:3]``, and what light adds through its wall.
+
+    All radiance, red, green, blue. ray: from the eye. gain: of the bounce light.
+    table: ``(256, 5)``, see `colour_table`. ``found[3:]`` may be negative: a thin wall
+    loses light, too.
+    """
+    found[:] = f32(0)
+    if wanted & (FILM | MIRROR):
+        k = f32(-2) * (ray[0] * normal[0] + ray[1] * normal[1] + ray[2] * normal[2])
+        if k > f32(0):
+            along = ray[0] + k * normal[0], ray[1] + k * normal[1], (
+                ray[2] + k * normal[2]
+            )  # fmt: skip
+            from_ = lifted(at, normal)
+            t = way_to_wall(distance, m, eye, from_, along, LONGEST_MM)
+            if t >= f32(0):
+                there = (
+                    from_[0] + t * along[0],
+                    from_[1] + t * along[1],
+                    from_[2] + t * along[2],
+                )
+                x, y, z = to_voxels(m, eye, there)
+                facing = wall_normal(distance, m, x, y, z)
+                rho = albedo_at(table, code, skin, skin_albedo, bias_root, x, y, z)
+                straight = direct(
+                    distance, m, eye, there, facing, sources, forward, spread, each
+                )
+                other = gain * bounced(lights, there, facing)
+                for c in range(3):
+                    series = rho[c] / (f32(1) - SERIES * rho[c])
+                    lit = straight + other * series
+                    found[c] = rho[c] * lit * f32(1 / math.pi)
+    if wanted & THIN:
+        t = f32(0)
+        out = False
+        x = y = z = f32(0)
+        while t < THICKEST_MM:
+            t += STEP_MM
+            there = (
+                at[0] - t * normal[0], at[1] - t * normal[1], at[2] - t * normal[2]
+            )  # fmt: skip
+            x, y, z = to_voxels(m, eye, there)
+            inside = tap(distance, x, y, z)
+            if inside < f32(0) and t > THINNEST_MM:
+                out = True
+                break
+            t += max(f32(0.9) * inside - STEP_MM, f32(0))
+        if out:
+            behind = wall_normal(distance, m, x, y, z)
+            far = direct(distance, m, eye, there, behind, sources, forward, spread, each)
+            far_bounce = gain * bounced(lights, there, behind)
+            near = direct(distance, m, eye, at, normal, sources, forward, spread, each)
+            near_bounce = gain * bounced(lights, at, normal)
+            x, y, z = to_voxels(m, eye, at)
+            rho = albedo_at(table, code, skin, skin_albedo, bias_root, x, y, z)
+            i = min(max(int(x + f32(0.5)), 0), code.shape[2] - 1)
+            j = min(max(int(y + f32(0.5)), 0), code.shape[1] - 1)
+            k = min(max(int(z + f32(0.5)), 0), code.shape[0] - 1)
+            blood = f32(code[k, j, i]) * bias_root + f32(0.5)
+            row = min(int(blood), table.shape[0] - 1)
+            for c in range(3):
+                length = table[row, 3 if c == 0 else 4]
+                through, lost, _ = slab(rho[c], t, length)
+                series = rho[c] / (f32(1) - SERIES * rho[c])
+                lit = through * (far + far_bounce * series)
+                lit -= lost * (near + near_bounce * series)
+                found[3 + c] = lit * f32(1 / math.pi)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def wanted_of(material: int, effects: int) -> int:
+    """Say which of the effects a material shows; the rest are matt or hidden."""
+    if material == METAL:
+        return effects & MIRROR
+    if material == TISSUE:
+        return effects & (FILM | THIN)
+    return 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def ray_of(lens: Floats, axes: Floats, y: int, x: int) -> Three:
+    """Give a pixel's ray along world axes."""
+    a, b, c = lens[y, x, 0], lens[y, x, 1], lens[y, x, 2]
+    return (
+        a * axes[0, 0] + b * axes[1, 0] + c * axes[2, 0],
+        a * axes[0, 1] + b * axes[1, 1] + c * axes[2, 1],
+        a * axes[0, 2] + b * axes[1, 2] + c * axes[2, 2],
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def follow_rows(
+    depth: Floats, normal: Floats, coverage: Floats, material: Bytes, lens: Floats,
+    axes: Floats, effects: int, stride: int, gain: np.float32,
+    distance: Floats, m: Floats, eye: Floats,
+    sources: Floats, forward: Floats, spread: np.float32, each: np.float32,
+    lights: Floats, table: Floats, code: Bytes, skin: Bytes, skin_albedo: Floats,
+    bias_root: np.float32, grid: Floats, first: int, last: int,
+) -> None:  # fmt: skip
+    """Follow the light of every `stride`-th pixel, rows ``first..last`` of the grid.
+
+    grid: ``(gh, gw, 6)``, see `follow`.
+    """
+    height, width = depth.shape
+    for gy in range(first, last):
+        y = min(gy * stride, height - 1)
+        for gx in range(grid.shape[1]):
+            x = min(gx * stride, width - 1)
+            wanted = wanted_of(material[y, x], effects)
+            t = depth[y, x]
+            if wanted == 0 or coverage[y, x] <= f32(0) or not t < f32(1e6):
+                continue
+            ray = ray_of(lens, axes, y, x)
+            follow(
+                (t * ray[0], t * ray[1], t * ray[2]), ray,
+                (normal[y, x, 0], normal[y, x, 1], normal[y, x, 2]), wanted, gain,
+                distance, m, eye, sources, forward, spread, each, lights, table,
+                code, skin, skin_albedo, bias_root, grid[gy, gx],
+            )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def blur_rows(
+    depth: Floats, normal: Floats, material: Bytes, stride: int, reach: int,
+    grid: Floats, blurred: Floats, first: int, last: int,
+) -> None:  # fmt: skip
+    """Blur what metal mirrors, rows ``first..last`` of the grid; copy the rest.
+
+    Ground steel is no looking-glass: its lobe is wider than the way from one lattice
+    point to the next. reach: pixels over which a weight falls to nothing.
+    """
+    height, width = depth.shape
+    rows, columns = grid.shape[0], grid.shape[1]
+    steps = (reach - 1) // stride
+    for gy in range(first, last):
+        y = min(gy * stride, height - 1)
+        for gx in range(columns):
+            x = min(gx * stride, width - 1)
+            blurred[gy, gx] = grid[gy, gx]
+            if material[y, x] != METAL:
+                continue
+            total = f32(0)
+            red = green = blue = f32(0)
+            for j in range(max(gy - steps, 0), min(gy + steps + 1, rows)):
+                v = min(j * stride, height - 1)
+                for i in range(max(gx - steps, 0), min(gx + steps + 1, columns)):
+                    u = min(i * stride, width - 1)
+                    if material[v, u] != METAL:
+                        continue
+                    k = f32(reach - abs(j - gy) * stride)
+                    k *= f32(reach - abs(i - gx) * stride)
+                    apart = depth[v, u] / depth[y, x] - f32(1)
+                    k /= f32(1) + f32(100) * apart * apart
+                    same = f32(0)
+                    for c in range(3):
+                        same += normal[y, x, c] * normal[v, u, c]
+                    k *= max(same, f32(0))
+                    total += k
+                    red += k * grid[j, i, 0]
+                    green += k * grid[j, i, 1]
+                    blue += k * grid[j, i, 2]
+            blurred[gy, gx, 0] = red / total
+            blurred[gy, gx, 1] = green / total
+            blurred[gy, gx, 2] = blue / total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def add_rows(
+    depth: Floats, normal: Floats, coverage: Floats, material: Bytes, lens: Floats,
+    axes: Floats, effects: int, stride: int, gain: np.float32,
+    distance: Floats, m: Floats, eye: Floats,
+    sources: Floats, forward: Floats, spread: np.float32, each: np.float32,
+    lights: Floats, table: Floats, code: Bytes, skin: Bytes, skin_albedo: Floats,
+    bias_root: np.float32, grid: Floats, reflect: Floats, radiance: Floats,
+    first: int, last: int,
+) -> None:  # fmt: skip
+    """Add the light that was found to rows ``first..last`` of the picture.
+
+    reflect: each material's reflectance at normal incidence. Pixels far from all
+    lattice points of their own surface follow light of their own.
+    """
+    height, width = depth.shape
+    found = np.empty(6, np.float32)
+    own = np.empty(6, np.float32)
+    for y in range(first, last):
+        gy = y // stride
+        fy = f32(y % stride) / f32(stride)
+        for x in range(width):
+            wanted = wanted_of(material[y, x], effects)
+            t = depth[y, x]
+            if wanted == 0 or coverage[y, x] <= f32(0) or not t < f32(1e6):
+                continue
+            nx, ny, nz = normal[y, x, 0], normal[y, x, 1], normal[y, x, 2]
+            fx = f32(x % stride) / f32(stride)
+            total = f32(0)
+            found[:] = f32(0)
+            for corner in range(4):
+                right, down = corner & 1, corner >> 1
+                row = min((gy + down) * stride, height - 1)
+                column = min((x // stride + right) * stride, width - 1)
+                if material[row, column] != material[y, x]:
+                    continue
+                if coverage[row, column] <= f32(0):
+                    continue
+                apart = depth[row, column] / t - f32(1)
+                same = nx * normal[row, column, 0] + ny * normal[row, column, 1]
+                same = max(same + nz * normal[row, column, 2], f32(0))
+                k = same * same * same * same / (f32(1) + f32(400) * apart * apart)
+                k *= fx if right else f32(1) - fx
+                k *= fy if down else f32(1) - fy
+                total += k
+                for c in range(6):
+                    found[c] += k * grid[gy + down, x // stride + right, c]
+            ray = ray_of(lens, axes, y, x)
+            if total > f32(0.05):
+                for c in range(6):
+                    found[c] /= total
+            else:
+                follow(
+                    (t * ray[0], t * ray[1], t * ray[2]), ray, (nx, ny, nz), wanted,
+                    gain, distance, m, eye, sources, forward, spread, each, lights,
+                    table, code, skin, skin_albedo, bias_root, own,
+                )  # fmt: skip
+                for c in range(6):
+                    found[c] = own[c]
+            facing = min(max(-(nx * ray[0] + ny * ray[1] + nz * ray[2]), f32(0)), f32(1))
+            graze = f32(1) - facing
+            f0 = reflect[material[y, x]]
+            mirrored = f0 + (f32(1) - f0) * graze * graze * graze * graze * graze
+            if material[y, x] == TISSUE:
+                # dry skin hardly mirrors
+                a, b, c_ = to_voxels(m, eye, (t * ray[0], t * ray[1], t * ray[2]))
+                i = min(max(int(a + f32(0.5)), 0), skin.shape[2] - 1)
+                j = min(max(int(b + f32(0.5)), 0), skin.shape[1] - 1)
+                k_ = min(max(int(c_ + f32(0.5)), 0), skin.shape[0] - 1)
+                mirrored *= f32(1) - f32(0.7 / 255) * f32(skin[k_, j, i])
+            for c in range(3):
+                more = mirrored * found[c] + (f32(1) - f0) * found[3 + c]
+                sum_ = radiance[y, x, c] + coverage[y, x] * more
+                radiance[y, x, c] = max(sum_, f32(0))
