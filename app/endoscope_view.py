@@ -114,7 +114,7 @@ class EndoscopeView:
 
     def light(self, view: View, buffer: GBuffer) -> NDArray[np.float32]:
         """Give linear radiance ``(h, w, 3)``: the third stage."""
-        casters = ()
+        casters: tuple[Caster, ...] = ()
         if self.instrument is not None:
             casters = (Caster.of(self.instrument, view.world_from_instrument),)
         return self._shader.shade(buffer, view.camera, self._light, casters=casters)

@@ -11,6 +11,7 @@ from app.endoscope_view import Frame
 from app.operating_room import OperatingRoom, Progress, prepare_room
 from app.session_setup import build_session, build_view
 from app.video import VideoWriter
+from renderers.shading import LOOK_VERSION
 from scenarios import Sample, Scenario, Score
 from scenarios.bundle import FrameRecord, SampleRecord, read_session
 
@@ -24,6 +25,8 @@ class ReplayReport:
     complete: the recording was closed properly.
     differing_frames, differing_clearances: numbers of the frames whose picture or
         whose clearance differs from the recorded one.
+    same_look: whether the recording is of the look that this version draws; the
+        pictures of another look are drawn but not compared.
     score: computed again from the recorded poses.
     same_score: whether it equals the recorded one, figure by figure; None when the
         recording ended before it had one.
@@ -36,10 +39,11 @@ class ReplayReport:
     differing_clearances: list[int]
     score: Score
     same_score: bool | None
+    same_look: bool
 
     @property
     def is_exact(self) -> bool:
-        """Tell whether everything that was recorded came out again."""
+        """Tell whether all that can be compared came out again as recorded."""
         return not (
             self.differing_frames
             or self.differing_clearances
@@ -86,6 +90,7 @@ def replay_session(
         has_instrument=info.has_instrument,
         threads=threads,
     )
+    same_look = info.look == LOOK_VERSION
     frames = 0
     frame: Frame | None = None
     pictures: list[int] = []
@@ -107,7 +112,7 @@ def replay_session(
                     seen, number=record.number, elapsed_s=0.0, gain=record.gain
                 )
                 frames += 1
-                if frame.blake2b != record.blake2b:
+                if same_look and frame.blake2b != record.blake2b:
                     pictures.append(record.number)
                 if seen.clearance_mm != record.clearance_mm:
                     clearances.append(record.number)
@@ -126,6 +131,7 @@ def replay_session(
         differing_clearances=clearances,
         score=score,
         same_score=_same_score(folder, score),
+        same_look=same_look,
     )
 
 

@@ -7,6 +7,7 @@ import msgspec
 from app.operating_room import OperatingRoom
 from app.versions import versions
 from devices import Registration
+from renderers.shading import LOOK_VERSION
 from scenarios import Scenario
 from scenarios.bundle import SessionInfo
 
@@ -37,4 +38,5 @@ def describe_session(
         has_instrument=has_instrument,
         created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         versions=versions(),
+        look=LOOK_VERSION,
     )

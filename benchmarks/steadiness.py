@@ -92,3 +92,21 @@ def _is_sound(gbuffer: GBuffer) -> NDArray[np.bool_]:
     y, x = np.mgrid[:height, :width] + 0.5
     r = np.hypot(y - height / 2, x - width / 2) / (min(height, width) / 2)
     return np.asarray(~mixed & (r < WITHIN))
+
+
+def orbited(camera: Camera, radius_mm: float, step_mm: float) -> Camera:
+    """Move a camera sideways about what lies `radius_mm` before it, facing it."""
+    eye, right, up, forward = camera.frame
+    angle = step_mm / radius_mm
+    turned = np.cos(angle) * forward - np.sin(angle) * right
+    across = np.cos(angle) * right + np.sin(angle) * forward
+    target = eye + radius_mm * forward
+    frame = np.stack([target - radius_mm * turned, across, up, turned])
+    return Camera(frame, camera.extent, camera.width, camera.height, camera.projection)
+
+
+def shifted(camera: Camera, step_mm: float) -> Camera:
+    """Move a camera forwards along its view axis."""
+    frame = camera.frame.copy()
+    frame[0] += step_mm * frame[3]
+    return Camera(frame, camera.extent, camera.width, camera.height, camera.projection)

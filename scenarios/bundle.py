@@ -41,6 +41,7 @@ class SessionInfo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     scenario: the scenario file's text, so that a replay does not depend on it.
     world_from_device: the registration, 16 numbers in row order.
     surface_sha256: hash of the air distance values that were flown through.
+    look: version of the picture's look; recordings from before it was counted have 1.
     """
 
     scenario_name: str
@@ -54,6 +55,7 @@ class SessionInfo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     has_instrument: bool
     created: str
     versions: dict[str, str]
+    look: int = 1
     schema_version: Literal[1] = 1
 
 

@@ -1,7 +1,7 @@
 """A long tool as a chain of round rods: what takes light away from the tissue.
 
-A shadow needs no triangles. A tube of thousands of them is two or three rods, and what a
-rod hides of a light that is no point has a closed form.
+A shadow needs no triangles. A tube of thousands of them is a few rods, and what a rod
+hides of a light that is no point has a closed form.
 """
 
 from dataclasses import dataclass
@@ -55,20 +55,16 @@ class Spine:
         place = np.minimum(place, count - 1)
         share = np.bincount(place, weight, count)
         held = share > 0
-        middles = np.stack(
-            [np.bincount(place, weight * away[:, k], count)[held] for k in range(3)],
-            axis=1,
-        )
-        middles /= share[held, None]
+        sums = [np.bincount(place, weight * away[:, k], count)[held] for k in range(3)]
+        middles: Doubles = np.stack(sums, axis=1) / share[held, None]
         if len(middles) == 1:
             middles = np.stack([middles[0], middles[0] + 1e-3 * longest])
-        corners = middles[_corners(middles, BEND_MM)]
-        for end, inner in ((0, 1), (-1, -2)):
-            outwards = corners[end] - corners[inner]
-            outwards /= np.linalg.norm(outwards)
-            nearest = place == (0 if end == 0 else count - 1)
-            beyond = ((away[nearest] - corners[end]) @ outwards).max()
-            corners[end] += beyond * outwards
+        corners: Doubles = middles[_corners(middles, BEND_MM)]
+        for tip, inner, last in ((0, 1, 0), (-1, -2, count - 1)):
+            outwards = corners[tip] - corners[inner]
+            outwards = outwards / np.linalg.norm(outwards)
+            beyond = ((away[place == last] - corners[tip]) @ outwards).max()
+            corners[tip] += beyond * outwards
         start, end = corners[:-1], corners[1:]
         radius = _radii(away, weight, start, end)
         is_free = np.zeros((len(start), 2), np.bool_)

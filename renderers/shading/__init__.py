@@ -8,6 +8,7 @@ from renderers.shading.camera_pass import CameraPass
 from renderers.shading.camera_settings import CameraSettings
 from renderers.shading.exposure import AutoGain, meter
 from renderers.shading.illumination import Detail, Effects, ScopeLight, Tier
+from renderers.shading.look import LOOK_VERSION
 from renderers.shading.scope_picture import (
     downsample_gbuffer,
     downsample_radiance,
@@ -17,6 +18,7 @@ from renderers.shading.shader import ScopeShader
 from renderers.shading.shadow.rods import Caster
 
 __all__ = [
+    "LOOK_VERSION",
     "AutoGain",
     "CameraPass",
     "CameraSettings",

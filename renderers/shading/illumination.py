@@ -115,7 +115,7 @@ class Tier(Enum):
 
     LIVE = (2, 256, Detail.LEAN, 1, Effects(), 8)
     FULL = (6, 512, Detail.FULL, 1, Effects(film_mirror=True, thin_walls=True), 4)
-    SNAPSHOT = (6, 512, Detail.FULL, 2, Effects(film_mirror=True, thin_walls=True), 4)
+    SNAPSHOT = (6, 1024, Detail.FULL, 2, Effects(film_mirror=True, thin_walls=True), 4)
 
     def __init__(
         self,

@@ -19,12 +19,27 @@ from renderers.scene import Camera
 from renderers.shading import Tier
 
 SIZE = 512
-LEAST_SSIM, LEAST_MEAN_SSIM = 0.95, 0.975
-MOST_RMSE_CODES = 11.0
+LEAST_SSIM, LEAST_MEAN_SSIM = 0.975, 0.985
+MOST_RMSE_CODES = 5.0
 MOST_NORMAL_DEG = 2.0
 
 WORST = ("choana", "flight at 8.12 s")
 """One wide view, and one into a narrow cleft that had pinholes."""
+
+
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+
+DARKEST_TENTH = {
+    "vestibule": 32,
+    "turbinate": 37,
+    "middle meatus": 34,
+    "recess": 40,
+    "choana": 68,
+    "ostium": 18,
+}
+"""Luminance code under which a tenth of the field lies, measured on the research
+renderer's pictures of these views. Of the brightest channel, which is red, the same
+pictures have 54, 72, 69, 72, 114 and 33: the bound of 80 is one of brightness."""
 
 
 def is_alike(agreement: Agreement) -> bool:
@@ -98,8 +113,8 @@ def test_mucosa_has_its_hue_and_glints_and_is_neither_burnt_nor_black(
             assert np.any(pixels.min(axis=1) >= 225), view.name
         assert np.mean(pixels.min(axis=1) >= 225) <= 0.04
         assert np.mean(pixels.max(axis=1) >= 252) <= 0.08
-        tenth = np.percentile(pixels.max(axis=1), 10)
-        # the far wall of the nasopharynx fills the view and is evenly lit
-        assert 15 <= tenth <= (125 if view.name == "choana" else 85), view.name
+        tenth = np.percentile(pixels @ LUMINANCE, 10)
+        assert 15 <= tenth <= 80, view.name
+        assert abs(tenth - DARKEST_TENTH[view.name]) <= 15, view.name
     for judge in judges.values():
         judge.close()

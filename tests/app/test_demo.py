@@ -133,6 +133,16 @@ def test_replay_checks_every_frame(
     report = json.loads(capsys.readouterr().out)
     assert report["same_score"] is False
     assert report["differing_frames"] == []
+    # pictures of another look are not held against it, and it says so
+    (changed / "result.json").write_bytes((bundle / "result.json").read_bytes())
+    session = json.loads((bundle / "session.json").read_text())
+    del session["look"]
+    (changed / "session.json").write_text(json.dumps(session))
+    assert main(["replay", str(changed), "--check", "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert (report["same_look"], report["is_exact"]) == (False, True)
+    assert main(["replay", str(changed)]) == 0
+    assert "not compared" in capsys.readouterr().out
 
 
 def test_unplugging_in_flight_keeps_the_recording(

@@ -26,4 +26,4 @@ def test_more_virtual_lights_come_nearer_to_the_truth(
     assert 0 < made[PATHS].counters["noise, worst view"] < 0.3
     rmse = {mode: found.error.rmse for mode, found in made.items() if found.error}
     assert rmse["256 virtual lights"] < rmse[NOTHING] / 2
-    assert rmse["64 virtual lights"] < rmse[NOTHING] / 2
+    assert rmse["512 virtual lights"] < rmse[NOTHING] / 2

@@ -120,10 +120,10 @@ def draw_strands(
             x0, y0, t0 = placed[n, p, 0], placed[n, p, 1], placed[n, p, 2]
             x1, y1, t1 = placed[n, p + 1, 0], placed[n, p + 1, 1], placed[n, p + 1, 2]
             reach = max(w0, w1) + f32(0.5)
-            top = max(int(math.floor(min(y0, y1) - reach)), first)
-            bottom = min(int(math.ceil(max(y0, y1) + reach)), last - 1)
-            left = max(int(math.floor(min(x0, x1) - reach)), 0)
-            right = min(int(math.ceil(max(x0, x1) + reach)), width - 1)
+            top = max(math.floor(min(y0, y1) - reach), first)
+            bottom = min(math.ceil(max(y0, y1) + reach), last - 1)
+            left = max(math.floor(min(x0, x1) - reach), 0)
+            right = min(math.ceil(max(x0, x1) + reach), width - 1)
             dx, dy = x1 - x0, y1 - y0
             inverse = f32(1) / max(dx * dx + dy * dy, f32(1e-12))
             slant = f32(math.sqrt(dx * dx + dy * dy)) / max(abs(dy), f32(1e-6))
@@ -133,8 +133,8 @@ def draw_strands(
                 run = reach * slant
                 begin, end = left, right
                 if run < f32(width):
-                    begin = max(begin, int(math.floor(middle - run)))
-                    end = min(end, int(math.ceil(middle + run)))
+                    begin = max(begin, math.floor(middle - run))
+                    end = min(end, math.ceil(middle + run))
                 for x in range(begin, end + 1):
                     if lens[y, x, 2] == f32(0):
                         continue

@@ -124,9 +124,7 @@ def _normals(distance: Volume, places: Doubles) -> Doubles:
     return normals
 
 
-def _is_faced(
-    distance: Volume, places: Doubles, normals: Doubles
-) -> NDArray[np.bool_]:
+def _is_faced(distance: Volume, places: Doubles, normals: Doubles) -> NDArray[np.bool_]:
     """Tell whether there is another wall over a place within `ACROSS_MM`."""
     t = np.full(len(places), 0.5)
     met = np.zeros(len(places), np.bool_)
@@ -138,7 +136,7 @@ def _is_faced(
     m = distance.voxel_from_world
     voxel = (places + t[:, None] * normals) @ m[:3, :3].T + m[:3, 3]
     within = np.all((voxel > 0) & (voxel < np.array(distance.shape[::-1]) - 1), axis=1)
-    return met & within
+    return np.asarray(met & within)
 
 
 def _across(normals: Doubles) -> Doubles:

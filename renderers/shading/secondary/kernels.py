@@ -134,7 +134,9 @@ def follow(
             t += max(f32(0.9) * inside - STEP_MM, f32(0))
         if out:
             behind = wall_normal(distance, m, x, y, z)
-            far = direct(distance, m, eye, there, behind, sources, forward, spread, each)
+            far = direct(
+                distance, m, eye, there, behind, sources, forward, spread, each
+            )
             far_bounce = gain * bounced(lights, there, behind)
             near = direct(distance, m, eye, at, normal, sources, forward, spread, each)
             near_bounce = gain * bounced(lights, at, normal)
@@ -142,8 +144,8 @@ def follow(
             rho = albedo_at(table, code, skin, skin_albedo, bias_root, x, y, z)
             i = min(max(int(x + f32(0.5)), 0), code.shape[2] - 1)
             j = min(max(int(y + f32(0.5)), 0), code.shape[1] - 1)
-            k = min(max(int(z + f32(0.5)), 0), code.shape[0] - 1)
-            blood = f32(code[k, j, i]) * bias_root + f32(0.5)
+            n = min(max(int(z + f32(0.5)), 0), code.shape[0] - 1)
+            blood = f32(code[n, j, i]) * bias_root + f32(0.5)
             row = min(int(blood), table.shape[0] - 1)
             for c in range(3):
                 length = table[row, 3 if c == 0 else 4]
@@ -310,7 +312,9 @@ def add_rows(
                 )  # fmt: skip
                 for c in range(6):
                     found[c] = own[c]
-            facing = min(max(-(nx * ray[0] + ny * ray[1] + nz * ray[2]), f32(0)), f32(1))
+            facing = min(
+                max(-(nx * ray[0] + ny * ray[1] + nz * ray[2]), f32(0)), f32(1)
+            )
             graze = f32(1) - facing
             f0 = reflect[material[y, x]]
             mirrored = f0 + (f32(1) - f0) * graze * graze * graze * graze * graze

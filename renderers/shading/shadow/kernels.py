@@ -25,14 +25,16 @@ from renderers.shading.surface.block import (
     PZ,
     N,
 )
-from renderers.simd import absolute, full, load, maximum, minimum, sqrt, store
+from renderers.simd import full, load, maximum, minimum, sqrt, store
 
 f32 = np.float32
 Floats = NDArray[np.float32]
 Three = tuple[np.float32, np.float32, np.float32]
 
-BUNDLE = f32(0.225)
-"""Half the thickness of a fibre bundle in mm: no shadow is sharper."""
+BUNDLE_RADIUS_MM = 0.225
+"""Of a fibre bundle's end: no shadow is sharper."""
+BUNDLE2 = f32(0.75 * BUNDLE_RADIUS_MM**2)
+"""Square of half the width of a line that spreads as such a disc does."""
 FAR = f32(1e6)
 LEAST = f32(1e-3)
 """mm; keeps quotients finite where a point touches the rod."""
@@ -81,11 +83,12 @@ def shadow(w: Floats, source: Three, arc: Three, rods: Floats) -> None:
         q = sqrt(qx * qx + qy * qy + qz * qz + f32(1e-9))
         # half the light's width there, across the rod and along it
         share = t * inverse
-        across = absolute(qx * ux + qy * uy + qz * uz) / q
-        across = (across + BUNDLE) * share + LEAST
+        across = (qx * ux + qy * uy + qz * uz) / q
+        across = sqrt(across * across + BUNDLE2) * share + LEAST
         hidden = minimum(q + across, radius) - maximum(q - across, -radius)
         hidden = maximum(hidden, f32(0)) / across
-        along = (abs(ax * ux + ay * uy + az * uz) + BUNDLE) * share + LEAST
+        along = ax * ux + ay * uy + az * uz
+        along = f32(math.sqrt(along * along + BUNDLE2)) * share + LEAST
         over = full(-FAR, N)
         if rods[r, 8] > f32(0):
             over = -s
@@ -103,7 +106,7 @@ def shadow(w: Floats, source: Three, arc: Three, rods: Floats) -> None:
 def spread_share(u: Lanes) -> Lanes:
     """Give the integral of cos^2 from 0 to asin(u) over its largest value.
 
-    (asin u + u sqrt(1 - u^2)) / (pi / 2), by an odd cubic; off by .014 at most.
+    (asin u + u sqrt(1 - u^2)) / (pi / 2), by an odd cubic; off by .018 at most.
     """
     return u * (f32(4 / math.pi) - f32(4 / math.pi - 1) * (u * u))
 

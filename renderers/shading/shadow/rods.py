@@ -12,9 +12,6 @@ from renderers.shading.materials import SURFACES
 COLUMNS = 12
 """Of the table: start, unit axis, length, radius, free start, free end, absorbed."""
 
-BUNDLE_MM = 0.225
-"""Half the thickness of a fibre bundle."""
-
 
 @dataclass(frozen=True, slots=True)
 class Caster:

@@ -206,7 +206,8 @@ def shade_rows(
     its film mirrors, times coverage. lens: camera-frame rays. axes: ``(3, 3)`` rows
     right, up, forward. to_voxel, eye_voxel: voxel = to_voxel @ (point - eye) +
     eye_voxel. eye_mm: the eye seen from the volume's centre. sources: ``(n, 3)`` mm
-    from the eye; arcs, rods: see `light`. tint: blood code + 256 * skin code, flat, of `shape` (nz, ny, nx).
+    from the eye; arcs, rods: see `light`. tint: blood code + 256 * skin code, flat, of
+    `shape` (nz, ny, nx).
     """
     width = depth.shape[1]
     scratch = np.zeros(SLOTS + W, np.float32)

@@ -3,9 +3,10 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
+from numpy.typing import NDArray
 
-from renderers.scene import AirSurface, Camera, GBuffer, Material, Projection
-from renderers.shading import ScopeLight, ScopeShader, Tier
+from renderers.scene import AirSurface, Camera, GBuffer, Material, Mesh, Projection
+from renderers.shading import Caster, Effects, ScopeLight, ScopeShader, Tier
 from renderers.shading.paths.path_light import PathLight
 
 LIGHT = ScopeLight()
@@ -109,8 +110,8 @@ def test_a_grid_turned_against_the_world_shades_alike(
     camera: Camera,
     tissue_gbuffer: GBuffer,
 ) -> None:
-    # which voxels have hairs is drawn by lot
-    effects = replace(Tier.FULL.effects, hairs=False)
+    # hairs are drawn by lot among voxels, and mirrored rays end with the grid
+    effects = Effects.none()
     a, b = (
         ScopeShader(s, Tier.FULL, threads=1, effects=effects).shade(
             tissue_gbuffer, camera, LIGHT
@@ -197,3 +198,128 @@ def test_light_of_another_size_is_refused(
     light = other_light(GBuffer.empty(8, 8), 1)
     with pytest.raises(ValueError, match=r"light of \(8, 8, 3\) does not fit"):
         shaders[Tier.FULL].shade(gbuffer, camera, LIGHT, light)
+
+
+def tool(camera: Camera, buffer: GBuffer) -> tuple[GBuffer, Caster]:
+    """Put a rod of steel into the tube: its picture, and what casts its shadow."""
+    turn = np.arange(24) * (2 * np.pi / 24)
+    ring = 0.6 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    ends = [np.column_stack([ring, np.full(24, z)]) for z in (0.0, 12.0)]
+    i = np.arange(24)
+    j = (i + 1) % 24
+    faces = np.concatenate(
+        [np.stack([i, j, 24 + j], 1), np.stack([i, 24 + j, 24 + i], 1)]
+    )
+    mesh = Mesh(np.concatenate(ends), faces.astype(np.int32))
+    eye, right, up, forward = camera.frame
+    pose = np.eye(4)
+    # its tip 9 mm before the lens, and back past it on the right
+    along = -forward + 0.25 * right
+    along /= np.linalg.norm(along)
+    side = np.cross(up, along)
+    side /= np.linalg.norm(side)
+    pose[:3, :3] = np.stack([side, np.cross(along, side), along], axis=1)
+    pose[:3, 3] = eye + 9 * forward + 1.0 * right - 1.2 * up
+    seen = GBuffer(
+        buffer.depth_mm.copy(),
+        buffer.normal.copy(),
+        buffer.coverage.copy(),
+        buffer.material.copy(),
+    )
+    mesh.draw(seen, camera, pose)
+    return seen, Caster.of(mesh, pose)
+
+
+def all_skin(surface: AirSurface) -> AirSurface:
+    """The same tube, its skin as far in as it goes."""
+    skin = surface.skin.with_values(np.full(surface.distance.shape, 255, np.uint8), 0)
+    return AirSurface(surface.distance, surface.blood, skin)
+
+
+def shade_with(
+    surface: AirSurface,
+    camera: Camera,
+    buffer: GBuffer,
+    casters: tuple[Caster, ...],
+    tier: Tier,
+    threads: int = 1,
+    **effects: bool,
+) -> NDArray[np.float32]:
+    shader = ScopeShader(
+        surface, tier, threads=threads, effects=replace(Effects.none(), **effects)
+    )
+    radiance = shader.shade(buffer, camera, LIGHT, casters=casters)
+    shader.close()
+    return radiance
+
+
+def test_a_tool_only_takes_light_from_tissue(
+    surface: AirSurface, camera: Camera, tissue_gbuffer: GBuffer
+) -> None:
+    seen, caster = tool(camera, tissue_gbuffer)
+    metal = seen.material == Material.METAL
+    assert 40 < metal.sum() < metal.size / 4
+    dark = {}
+    for tier in ONE_SHOT:
+        bare = shade_with(surface, camera, seen, (), tier)
+        shadowed = shade_with(surface, camera, seen, (caster,), tier, tool_shadow=True)
+        assert np.all(shadowed[~metal] <= bare[~metal] * np.float32(1.00001))
+        dark[tier] = 1 - shadowed[~metal].sum(axis=-1) / np.maximum(
+            bare[~metal].sum(axis=-1), 1e-9
+        )
+        # a shadow that is seen: some of the tissue loses half of its light
+        assert np.percentile(dark[tier], 99.5) > 0.4
+        off = shade_with(surface, camera, seen, (caster,), tier)
+        assert_array_equal(off, bare)
+    # two lines of light and six make one shadow
+    assert np.abs(dark[Tier.LIVE] - dark[Tier.FULL]).mean() < 0.01
+    assert np.percentile(np.abs(dark[Tier.LIVE] - dark[Tier.FULL]), 99) < 0.15
+
+
+@pytest.mark.parametrize("tier", ONE_SHOT)
+def test_effects_have_the_same_bits_for_any_threads(
+    surface: AirSurface, camera: Camera, tissue_gbuffer: GBuffer, tier: Tier
+) -> None:
+    seen, caster = tool(camera, tissue_gbuffer)
+    every = {field.name: True for field in fields(Effects)}
+    alone = shade_with(surface, camera, seen, (caster,), tier, **every)
+    assert np.isfinite(alone).all()
+    assert alone.min() >= 0
+    for threads in (2, 3):
+        again = shade_with(surface, camera, seen, (caster,), tier, threads, **every)
+        assert_array_equal(again, alone)
+
+
+@pytest.mark.parametrize("tier", ONE_SHOT)
+def test_each_effect_changes_what_it_names_and_nothing_else(
+    surface: AirSurface, camera: Camera, tissue_gbuffer: GBuffer, tier: Tier
+) -> None:
+    seen, caster = tool(camera, tissue_gbuffer)
+    metal = seen.material == Material.METAL
+    surface = all_skin(surface)
+    none = shade_with(surface, camera, seen, (caster,), tier)
+    for name in (field.name for field in fields(Effects)):
+        found = shade_with(surface, camera, seen, (caster,), tier, **{name: True})
+        changed = np.any(found != none, axis=-1)
+        assert changed.any() or name == "thin_walls", name
+        if name == "metal_mirror":
+            assert not changed[~metal].any()
+            assert np.all(found >= none)
+        if name == "film_mirror":
+            assert not changed[metal].any()
+            assert np.all(found >= none)
+
+
+def test_hairs_are_no_part_of_the_depth_and_may_be_switched_off(
+    surface: AirSurface, camera: Camera, tissue_gbuffer: GBuffer
+) -> None:
+    depth = tissue_gbuffer.depth_mm.copy()
+    skin = all_skin(surface)
+    bare = shade_with(skin, camera, tissue_gbuffer, (), Tier.LIVE)
+    hairy = shade_with(skin, camera, tissue_gbuffer, (), Tier.LIVE, hairs=True)
+    assert_array_equal(tissue_gbuffer.depth_mm, depth)
+    changed = np.any(hairy != bare, axis=-1)
+    assert 0 < changed.mean() < 0.3
+    # dark, though one that stands near the fibres may outshine the wall behind it
+    changed &= tissue_gbuffer.coverage > 0
+    assert np.median(hairy[changed] / bare[changed]) < 0.95

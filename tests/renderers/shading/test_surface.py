@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from renderers.scene import AirSurface, Camera, GBuffer
-from renderers.shading import ScopeLight, ScopeShader, Tier
+from renderers.shading import Effects, ScopeLight, ScopeShader, Tier
 from renderers.shading.bounce.light_grid import VirtualLights
 from renderers.shading.detail.tile import TILE_SIZE
 from renderers.shading.look import Look
@@ -225,7 +225,7 @@ def test_the_kernel_is_the_formula(
     surface: AirSurface, camera: Camera, gbuffer: GBuffer, tier: Tier
 ) -> None:
     expected = Twin(surface, gbuffer, camera, tier).shade()
-    shader = ScopeShader(surface, tier, SEED, threads=1)
+    shader = ScopeShader(surface, tier, SEED, threads=1, effects=Effects.none())
     got = shader.shade(gbuffer, camera, ScopeLight())
     error = np.abs(got - expected)
     # radiance is of order .01 here; glints amplify what float32 leaves of a normal

@@ -7,8 +7,6 @@ where it passes the rim, the pixels beside it are looked at, too, until rays agr
 the splats.
 """
 
-import math
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -103,7 +101,8 @@ def ask(
 @njit(cache=True, nogil=True, error_model="numpy")
 def sharpen(
     distance: Floats, m: Floats, eye: Floats, axes: Floats, lens: Floats,
-    first: int, last: int, queue: Ints, state: NDArray[np.uint8], depth: Floats, normal: Floats,
+    first: int, last: int, queue: Ints, state: NDArray[np.uint8],
+    depth: Floats, normal: Floats,
 ) -> tuple[int, int]:  # fmt: skip
     """Ask the rims of rows ``first..last``, and the neighbours of what has moved.
 

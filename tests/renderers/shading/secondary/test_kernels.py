@@ -1,0 +1,176 @@
+"""Mirrored and transmitted light in rooms where it is known."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from renderers.shading.secondary.kernels import (
+    METAL,
+    MIRROR,
+    THIN,
+    TISSUE,
+    blur_rows,
+    bounced,
+    follow,
+    slab,
+    wanted_of,
+)
+from renderers.shading.tissue_colour import SKIN_COLOR, colour_table
+
+f32 = np.float32
+SPACING = 0.25
+NO_LIGHTS = np.zeros((8, 0), np.float32)
+FORWARD = np.array([0, 0, 1], np.float32)
+SKIN = np.array(SKIN_COLOR, np.float32)
+TABLE = colour_table()
+CODE = 100
+
+RHO = st.floats(0.02, 0.9)
+MM = st.floats(0.05, 5)
+
+
+@given(RHO, MM, MM, st.floats(0.1, 3))
+def test_two_slabs_on_each_other_are_one(
+    rho: float, a: float, b: float, length: float
+) -> None:
+    """Stokes: T = T1 T2 / (1 - R1 R2) for any way of cutting a slab."""
+    parts = []
+    for thickness in (a, b, a + b):
+        through, lost, _ = slab(f32(rho), f32(thickness), f32(length))
+        parts.append((float(through), rho - float(lost)))
+    (t1, r1), (t2, r2), (t, r) = parts
+    assert t == pytest.approx(t1 * t2 / (1 - r1 * r2), rel=2e-3, abs=1e-6)
+    assert r == pytest.approx(r1 + t1 * t1 * r2 / (1 - r1 * r2), rel=2e-3, abs=1e-5)
+
+
+@given(RHO, MM, st.floats(0.1, 3))
+def test_a_slab_gives_back_no_more_than_it_gets(
+    rho: float, thickness: float, length: float
+) -> None:
+    through, lost, _ = slab(f32(rho), f32(thickness), f32(length))
+    assert 0 <= through <= 1
+    assert -1e-6 <= lost <= rho + 1e-6
+    assert through + rho - lost <= 1 + 1e-6
+
+
+def room(distance: NDArray[np.float64], eye: list[float], at: list[float],
+         ray: list[float], normal: list[float], wanted: int,
+         sources: list[list[float]], lights: NDArray[np.float32] = NO_LIGHTS) -> (
+    NDArray[np.float32]
+):  # fmt: skip
+    """Follow a point of a room; eye in mm from the grid's corner, the rest from it."""
+    code = np.full(distance.shape, CODE, np.uint8)
+    found = np.empty(6, np.float32)
+
+    def three(v: list[float]) -> tuple[np.float32, np.float32, np.float32]:
+        return f32(v[0]), f32(v[1]), f32(v[2])
+
+    follow(
+        three(at), three(ray), three(normal), wanted, f32(1.15),
+        distance.astype(np.float32), np.eye(3, dtype=np.float32) / f32(SPACING),
+        np.array(eye, np.float32) / f32(SPACING), np.array(sources, np.float32),
+        FORWARD, f32(0), f32(2.0), lights, TABLE, code, np.zeros_like(code), SKIN,
+        f32(1), found,
+    )  # fmt: skip
+    return found
+
+
+def grid(n: int) -> tuple[NDArray[np.float64], ...]:
+    z, y, x = np.meshgrid(*[np.arange(n) * SPACING] * 3, indexing="ij")
+    return x, y, z
+
+
+def test_a_mirror_shows_the_wall_of_a_ball() -> None:
+    """The wall of a ball around the light is lit by 1 / R^2, wherever one looks."""
+    x, y, z = grid(97)
+    middle, radius = 12.0, 10.0
+    distance = np.sqrt((x - middle) ** 2 + (y - middle) ** 2 + (z - middle) ** 2)
+    s = np.sqrt(0.5)
+    found = room(
+        distance - radius, [middle] * 3, [0, 0, 3], [0, 0, 1], [s, 0, -s], MIRROR,
+        [[0, 0, 0]],
+    )  # fmt: skip
+    expected = TABLE[CODE, :3] / np.pi * 2.0 / radius**2
+    np.testing.assert_allclose(found[:3], expected, rtol=0.02)
+    assert not found[3:].any()
+
+
+def test_a_mirror_turned_away_shows_nothing() -> None:
+    x, *_ = grid(41)
+    found = room(x - 8, [2, 5, 5], [1, 0, 0], [1, 0, 0], [1, 0, 0], MIRROR, [[0, 0, 0]])
+    assert not found.any()
+
+
+@pytest.mark.parametrize("thickness", [0.5, 1.0, 1.5])
+def test_a_wall_lit_from_behind_glows_by_the_slab_law(thickness: float) -> None:
+    """Eye before a wall, light on its other side only."""
+    x, *_ = grid(81)
+    middle = 10.0
+    distance = thickness / 2 - np.abs(x - middle)
+    eye = [5.0, 10, 10]
+    front = middle - thickness / 2 - eye[0]
+    lamp = [front + thickness + 4.0, 0, 0]
+    found = room(
+        distance, eye, [front, 0, 0], [1, 0, 0], [-1, 0, 0], THIN, [lamp]
+    )  # fmt: skip
+    falls = 2.0 / 4.0**2
+    for c in range(3):
+        through, _, _ = slab(
+            TABLE[CODE, c], f32(thickness), TABLE[CODE, 3 if c == 0 else 4]
+        )
+        # the way through is found in steps
+        assert found[3 + c] == pytest.approx(
+            float(through) * falls / np.pi, rel=0.25, abs=1e-5
+        )
+    # red goes farther through tissue
+    assert found[3] > 3 * found[4] > 0
+
+
+def test_a_thin_wall_lit_from_the_front_is_darker() -> None:
+    x, *_ = grid(81)
+    thin = 0.25 - np.abs(x - 10)
+    found = room(
+        thin, [5, 10, 10], [4.75, 0, 0], [1, 0, 0], [-1, 0, 0], THIN, [[0, 0, 0]]
+    )
+    assert np.all(found[3:] < 0)
+    thick = 4.0 - np.abs(x - 10)
+    found = room(
+        thick, [3, 10, 10], [3.0, 0, 0], [1, 0, 0], [-1, 0, 0], THIN, [[0, 0, 0]]
+    )
+    assert not found.any()
+
+
+def test_virtual_lights_add_up() -> None:
+    light = np.array([[0], [0], [5], [0], [0], [-1], [3], [0]], np.float32)
+    at, up = (f32(0), f32(0), f32(1)), (f32(0), f32(0), f32(1))
+    one = bounced(light, at, up)
+    assert one == pytest.approx(3 / np.pi / 16)
+    assert bounced(np.repeat(light, 4, axis=1), at, up) == pytest.approx(4 * one)
+    assert bounced(light, at, (f32(0), f32(0), f32(-1))) == 0
+
+
+def test_metal_mirrors_and_tissue_does_not_unless_wet() -> None:
+    assert wanted_of(METAL, MIRROR) == MIRROR
+    assert wanted_of(TISSUE, MIRROR) == 0
+    assert wanted_of(METAL, THIN) == 0
+    assert wanted_of(TISSUE, THIN | MIRROR) == THIN
+    assert wanted_of(4, 7) == 0
+
+
+def test_the_blur_keeps_even_light_and_stays_on_the_metal() -> None:
+    size, stride = 64, 8
+    depth = np.full((size, size), 10, np.float32)
+    normal = np.zeros((size, size, 3), np.float32)
+    normal[..., 2] = -1
+    material = np.zeros((size, size), np.uint8)
+    material[:, 24:] = METAL
+    lattice = np.zeros((10, 10, 6), np.float32)
+    lattice[:, 3:, :3] = 0.5
+    lattice[:, :3] = 9.0
+    blurred = np.empty_like(lattice)
+    for first, last in ((0, 4), (4, 10)):
+        blur_rows(depth, normal, material, stride, 20, lattice, blurred, first, last)
+    np.testing.assert_allclose(blurred[:, 3:, :3], 0.5, rtol=1e-6)
+    np.testing.assert_array_equal(blurred[:, :3], lattice[:, :3])
