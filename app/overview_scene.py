@@ -5,7 +5,7 @@ tenth of a second, which the endoscope's picture needs. It changes only when it 
 turned, so it is drawn once and then serves as the background of the tools.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,9 @@ from pyvista.plotting.plotter import BasePlotter
 from scipy.ndimage import gaussian_filter, map_coordinates
 from vtkmodules.vtkRenderingCore import vtkTexture
 
+from app.cutaway import Cutaway
+from app.picture_actor import PictureActor
+from renderers.fsr.actor import camera_of
 from renderers.scene import AirSurface, Mesh
 from scenarios import Endoscope, View
 
@@ -47,14 +50,18 @@ class HeadModel:
 
     mesh: point array ``rgba`` tells mucosa from face.
     targets: positions ``(3,)`` by name.
+    cut_open: makes the head's cutaway, in seconds; None where there is none.
     """
 
     mesh: pv.PolyData
     targets: dict[str, NDArray[np.float64]]
+    cut_open: Callable[[], Cutaway] | None = None
 
 
 def head_model(
-    surface: AirSurface, targets: Mapping[str, NDArray[np.float64]]
+    surface: AirSurface,
+    targets: Mapping[str, NDArray[np.float64]],
+    cut_open: Callable[[], Cutaway] | None = None,
 ) -> HeadModel:
     """Contour the air surface coarsely; tell the cavity's wall from the face.
 
@@ -80,7 +87,7 @@ def head_model(
     tint = np.array(MUCOSA) + share[:, None] * (np.array(FACE) - np.array(MUCOSA))
     tint[:, 3] *= 255.0
     mesh.point_data["rgba"] = tint.astype(np.uint8)
-    return HeadModel(mesh, dict(targets))
+    return HeadModel(mesh, dict(targets), cut_open)
 
 
 class OverviewScene:
@@ -125,6 +132,10 @@ class OverviewScene:
             self._instrument = plotter.add_mesh(
                 tube, color=SUCTION, specular=0.5, name="suction"
             )
+        self._head: pv.Prop3D | None = None
+        self._cutaway: Cutaway | None = None
+        self._opened = PictureActor()
+        self._opened_from: tuple[object, ...] | None = None
         self._still: list[pv.Prop3D] = []
         self._frozen: tuple[object, ...] | None = None
         for actor in self._moving():
@@ -133,10 +144,10 @@ class OverviewScene:
     def show_head(self, head: HeadModel) -> None:
         """Show the head and its landmarks, and turn the camera to them."""
         plotter = self._plotter
-        shown = plotter.add_mesh(
+        self._head = plotter.add_mesh(
             head.mesh, scalars="rgba", rgb=True, name="head", pickable=False
         )
-        self._still.append(shown)
+        self._still.append(self._head)
         low, high = np.array(head.mesh.bounds).reshape(3, 2).T
         middle = (low + high) / 2
         if head.targets:
@@ -209,10 +220,55 @@ class OverviewScene:
         low, high = VIEW_ANGLES_DEG
         camera.view_angle = min(max(camera.view_angle / factor, low), high)
 
+    @property
+    def is_open(self) -> bool:
+        """Tell whether the head is shown cut open."""
+        return self._cutaway is not None
+
+    def open_head(self, cutaway: Cutaway | None) -> None:
+        """Show the head cut open, from its open side; None shows it whole again."""
+        was_open, self._cutaway = self.is_open, cutaway
+        self._opened_from = self._frozen = None
+        self._thaw()
+        if self._head is not None:
+            self._head.SetVisibility(cutaway is None)
+        if cutaway is None:
+            self._plotter.renderer.RemoveActor(self._opened)
+        elif not was_open:
+            self._plotter.renderer.AddActor(self._opened)
+            camera = self._plotter.camera
+            target = np.array(camera.focal_point)
+            side = np.array([cutaway.towards, -0.35, 0.12])
+            side *= np.linalg.norm(camera.position - target) / np.linalg.norm(side)
+            camera.position = target + side
+            camera.up = (0.0, 0.0, 1.0)
+
     def picture(self) -> NDArray[np.uint8]:
         """Draw the scene as it is now, ``(h, w, 3)`` sRGB."""
-        self._freeze()
+        if self._cutaway is None:
+            self._freeze()
+        else:
+            self._open()
         return self._picture()
+
+    def _open(self) -> None:
+        """Draw the opened head anew where the camera has moved."""
+        seen = self._standpoint()
+        if seen == self._opened_from or self._cutaway is None:
+            return
+        view = camera_of(self._plotter.renderer)
+        self._opened.show(*self._cutaway.draw(view), view)
+        self._opened_from = seen
+
+    def _standpoint(self) -> tuple[object, ...]:
+        camera = self._plotter.camera
+        return (
+            camera.position,
+            camera.focal_point,
+            camera.up,
+            camera.view_angle,
+            *self._plotter.window_size,
+        )
 
     def _picture(self) -> NDArray[np.uint8]:
         self._plotter.renderer.ResetCameraClippingRange()
@@ -222,14 +278,7 @@ class OverviewScene:
 
     def _freeze(self) -> None:
         """Make what stands still the background, unless it is already."""
-        camera = self._plotter.camera
-        seen = (
-            camera.position,
-            camera.focal_point,
-            camera.up,
-            camera.view_angle,
-            *self._plotter.window_size,
-        )
+        seen = self._standpoint()
         if seen == self._frozen or not self._still:
             return
         visible = [

@@ -151,6 +151,8 @@ class TraineeWindow(QMainWindow):
                 self._flight.roll.turn_deg += ROLL_STEP_DEG
             case Qt.Key.Key_M:
                 self._notify(self._slices.switch(), "Slices at the tip")
+            case Qt.Key.Key_C:
+                self._notify(self._overview.switch(), "The side wall of the nose")
             case Qt.Key.Key_Space:
                 self._keep_moment()
             case _:
@@ -198,8 +200,7 @@ class TraineeWindow(QMainWindow):
 
     @Slot(object)
     def _on_head(self, head: HeadModel) -> None:
-        self._overview.scene.show_head(head)
-        self._is_overview_stale = True
+        self._overview.show_head(head)
 
     @Slot(object)
     def _on_slices(self, views: SliceViews) -> None:

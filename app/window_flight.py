@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
+from app.cutaway import cutter
 from app.device_log import DeviceLog
 from app.endoscope_view import EndoscopeView, Frame
 from app.faults import DeviceLostError
@@ -167,7 +168,8 @@ class WindowFlight(QObject):
         room = prepare_room(scenario, self._stage)
         targets = room.positions(scenario.targets)
         self.slices_ready.emit(room.slice_views())
-        self.head_ready.emit(head_model(room.surface, targets))
+        cut_open = cutter(room, order.path)
+        self.head_ready.emit(head_model(room.surface, targets, cut_open))
         size = (order.size, order.size)
         has_instrument = order.input.has_instrument
         view = build_view(

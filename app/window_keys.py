@@ -10,6 +10,7 @@ from devices.controls import FINE_KEY, KEYS, PEDAL_KEYS, MouseKeys
 
 WINDOW_KEYS = {
     "M": "slices: CT, MR, both",
+    "C": "open the head",
     "Space": "keep this moment",
     "F": "full screen",
     "Q": "quit",

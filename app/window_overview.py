@@ -5,8 +5,10 @@ graphics card that cost 34 ms of processor time for each picture of the endoscop
 (measured, 1280 x 860 window); a window of plain pictures needs no OpenGL at all.
 """
 
+import threading
+
 import pyvista as pv
-from PySide6.QtCore import QPointF, Qt, Signal
+from PySide6.QtCore import QPointF, Qt, Signal, Slot
 from PySide6.QtGui import (
     QColor,
     QImage,
@@ -18,7 +20,8 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QWidget
 
-from app.overview_scene import BACKGROUND, OverviewScene
+from app.cutaway import Cutaway
+from app.overview_scene import BACKGROUND, HeadModel, OverviewScene
 from app.window_image import image_of
 from renderers.scene import Mesh
 from scenarios import Endoscope
@@ -36,7 +39,9 @@ class OverviewView(QWidget):
     """Show the overview; drag turns it, the wheel zooms."""
 
     changed = Signal()
-    """Its size or its camera: it should be drawn again."""
+    """Its size, its camera or the head: it should be drawn again."""
+    _cut = Signal(object)
+    """A `Cutaway` is made; told by the thread that made it."""
 
     def __init__(
         self, endoscope: Endoscope, instrument: Mesh | None, edge_samples: int
@@ -56,6 +61,44 @@ class OverviewView(QWidget):
         self.scene = OverviewScene(self._plotter, endoscope, instrument)
         self._image = QImage()
         self._dragged_from: QPointF | None = None
+        self._head: HeadModel | None = None
+        self._cutaway: Cutaway | None = None
+        self._is_open = False
+        self._is_cutting = False
+        self._cut.connect(self._on_cut)
+
+    def show_head(self, head: HeadModel) -> None:
+        """Show a head, whole."""
+        self._head = head
+        self.scene.show_head(head)
+        self.changed.emit()
+
+    def switch(self) -> str:
+        """Open the head from the side, or close it; say what happens."""
+        if self._head is None or self._head.cut_open is None:
+            return "There is no head to open yet"
+        self._is_open = not self._is_open
+        if self._is_open and self._cutaway is None:
+            if not self._is_cutting:
+                self._is_cutting = True
+                cut_open, tell = self._head.cut_open, self._cut.emit
+                # seconds of work that nothing waits for
+                threading.Thread(
+                    target=lambda: tell(cut_open()), name="cut", daemon=True
+                ).start()
+            return "Opening the head"
+        self._show()
+        return "Head opened" if self._is_open else "Head closed"
+
+    @Slot(object)
+    def _on_cut(self, cutaway: Cutaway) -> None:
+        self._cutaway = cutaway
+        self._is_cutting = False
+        self._show()
+
+    def _show(self) -> None:
+        self.scene.open_head(self._cutaway if self._is_open else None)
+        self.changed.emit()
 
     def draw(self) -> None:
         """Draw the scene as it is now."""
@@ -67,8 +110,10 @@ class OverviewView(QWidget):
         self.update()
 
     def release(self) -> None:
-        """Free the graphics memory."""
+        """Free the graphics memory; end the threads."""
         self._plotter.close()
+        if self._cutaway is not None:
+            self._cutaway.close()
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the newest picture."""

@@ -1,27 +1,19 @@
 """Pictures of the processor among VTK's props: who hides whom, pixel by pixel."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkFiltersSources import vtkSphereSource
-from vtkmodules.vtkRenderingCore import (
-    vtkActor,
-    vtkPolyDataMapper,
-    vtkRenderer,
-    vtkRenderWindow,
-    vtkWindowToImageFilter,
-)
+from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
 
 from app.opengl import probe_offscreen
 from app.picture_actor import PictureActor
 from renderers.scene import Camera, Projection
+from tests.offscreen import ball, grab, make_window
 
 WIDTH, HEIGHT = 160, 120
 WALL_MM = 20.0
 RADIUS_MM = 6.0
+GREEN = (0.0, 1.0, 0.0)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -50,48 +42,9 @@ def wall(view: Camera) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
 
 
 def scene_of(view: Camera) -> tuple[vtkRenderWindow, vtkRenderer]:
-    renderer = vtkRenderer()
-    window = vtkRenderWindow()
-    window.SetOffScreenRendering(1)
-    window.SetMultiSamples(0)
-    window.SetSize(view.width, view.height)
-    window.AddRenderer(renderer)
-    eye = renderer.GetActiveCamera()
-    eye.SetPosition(*view.eye_mm)
-    eye.SetFocalPoint(*(view.eye_mm + view.frame[3]))
-    eye.SetViewUp(*view.frame[2])
-    eye.SetViewAngle(np.degrees(2 * view.extent))
-    eye.SetClippingRange(1.0, 100.0)
+    window, renderer = make_window(view)
+    renderer.GetActiveCamera().SetClippingRange(1.0, 100.0)
     return window, renderer
-
-
-def grab(window: vtkRenderWindow, depth: bool = False) -> NDArray[Any]:
-    window.Render()
-    source = vtkWindowToImageFilter()
-    source.SetInput(window)
-    source.ReadFrontBufferOff()
-    if depth:
-        source.SetInputBufferTypeToZBuffer()
-    source.Update()
-    convert: Any = vtk_to_numpy
-    flat: NDArray[Any] = convert(source.GetOutput().GetPointData().GetScalars())
-    shape = (HEIGHT, WIDTH) if depth else (HEIGHT, WIDTH, 3)
-    return flat.reshape(shape)[::-1].copy()
-
-
-def ball(middle: NDArray[np.float64]) -> vtkActor:
-    source = vtkSphereSource()
-    source.SetCenter(*middle)
-    source.SetRadius(RADIUS_MM)
-    source.SetThetaResolution(200)
-    source.SetPhiResolution(200)
-    mapper = vtkPolyDataMapper()
-    mapper.SetInputConnection(source.GetOutputPort())
-    actor = vtkActor()
-    actor.SetMapper(mapper)
-    actor.GetProperty().SetColor(0, 1, 0)
-    actor.GetProperty().LightingOff()
-    return actor
 
 
 @pytest.mark.display
@@ -123,7 +76,7 @@ def test_a_ball_half_behind_the_wall_is_half_hidden() -> None:
     actor = PictureActor()
     actor.show(pixels, depth, view)
     renderer.AddActor(actor)
-    renderer.AddActor(ball(middle))
+    renderer.AddActor(ball(middle, RADIUS_MM, GREEN))
     shown = grab(window)
     origin, ray = view.rays()
     b = ((origin - middle) * ray).sum(axis=-1)
@@ -150,7 +103,7 @@ def test_through_the_window_the_scene_is_seen() -> None:
     actor.show(*wall(view), view)
     renderer.AddActor(actor)
     left = view.eye_mm + 40 * view.frame[3] - 20.0 * view.frame[1]
-    renderer.AddActor(ball(left))
+    renderer.AddActor(ball(left, RADIUS_MM, GREEN))
     green = grab(window)[..., 1] > 200
     assert green[:, : WIDTH // 4].sum() > 300
     assert not green[:, WIDTH // 4 :].any()

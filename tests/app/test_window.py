@@ -171,6 +171,13 @@ application.sendEvent(window, QEvent(QEvent.Type.WindowDeactivate))
 until("a halt", lambda: np.array_equal(seen[-1], seen[-2]))
 depth = np.linalg.norm(seen[-1][:3, 3] - pivot)
 assert depth > 5.0, depth
+# The head is opened in a thread of its own, while the scope flies on.
+overview = window._overview.scene
+assert not overview.is_open
+QTest.keyClick(window, Qt.Key.Key_C)
+until(lambda: overview.is_open)
+QTest.keyClick(window, Qt.Key.Key_C)
+until(lambda: not overview.is_open)
 for frame in seen:
     arm = frame[:3, 3] - pivot
     assert np.linalg.norm(np.cross(arm, frame[:3, 2])) < 1e-9

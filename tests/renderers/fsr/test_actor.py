@@ -8,20 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 import pyvista as pv
-from numpy.typing import NDArray
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkFiltersSources import vtkSphereSource
-from vtkmodules.vtkRenderingCore import (
-    vtkActor,
-    vtkPolyDataMapper,
-    vtkRenderer,
-    vtkRenderWindow,
-    vtkWindowToImageFilter,
-)
+from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
 
 from renderers.fsr import FuzzySetRenderer, Inclusion
 from renderers.fsr.actor import SplatActor, camera_of, opengl_works
 from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
+from tests.offscreen import aim, ball, grab, make_window
 
 SIZE = 192
 
@@ -57,43 +50,9 @@ def camera(x: float = 19.5) -> Camera:
 
 def window_of(actor: SplatActor, view: Camera) -> vtkRenderWindow:
     """Show an actor off screen as a camera sees it."""
-    scene = vtkRenderer()
-    window = vtkRenderWindow()
-    window.SetOffScreenRendering(1)
-    window.SetMultiSamples(0)
-    window.SetSize(view.width, view.height)
-    window.AddRenderer(scene)
-    aim(scene, view)
+    window, scene = make_window(view)
     actor.show_in(scene)
     return window
-
-
-def aim(scene: vtkRenderer, view: Camera) -> None:
-    eye = scene.GetActiveCamera()
-    eye.SetPosition(*view.eye_mm)
-    eye.SetFocalPoint(*(view.eye_mm + view.frame[3]))
-    eye.SetViewUp(*view.frame[2])
-    if view.projection is Projection.ORTHOGRAPHIC:
-        eye.ParallelProjectionOn()
-        eye.SetParallelScale(view.extent)
-    eye.SetViewAngle(np.degrees(2 * view.extent))
-    scene.ResetCameraClippingRange()
-
-
-def grab(window: vtkRenderWindow, depth: bool = False) -> NDArray[Any]:
-    """Draw and read back: sRGB bytes, or the depth buffer."""
-    window.Render()
-    source = vtkWindowToImageFilter()
-    source.SetInput(window)
-    source.ReadFrontBufferOff()
-    if depth:
-        source.SetInputBufferTypeToZBuffer()
-    source.Update()
-    convert: Any = vtk_to_numpy
-    flat: NDArray[Any] = convert(source.GetOutput().GetPointData().GetScalars())
-    width, height = window.GetSize()
-    shape = (height, width) if depth else (height, width, 3)
-    return flat.reshape(shape)[::-1].copy()
 
 
 needs_opengl = pytest.mark.skipif(not opengl_works(), reason="no OpenGL library here")
@@ -151,15 +110,8 @@ def test_what_is_behind_an_opaque_prop_is_hidden_and_before_it_is_not(
     window = window_of(actor, view)
     alone = grab(window).astype(int)
     for y, covers in ((-20.0, True), (45.0, False)):
-        ball = vtkSphereSource()
-        ball.SetCenter(19.5, y, 19.5 + (19.5 - y) * 14.5 / 69.5)
-        ball.SetRadius(4.0)
-        mapper = vtkPolyDataMapper()
-        mapper.SetInputConnection(ball.GetOutputPort())
-        prop = vtkActor()
-        prop.SetMapper(mapper)
-        prop.GetProperty().SetColor(0, 1, 0)
-        prop.GetProperty().LightingOff()
+        middle_mm = np.array([19.5, y, 19.5 + (19.5 - y) * 14.5 / 69.5])
+        prop = ball(middle_mm, 4.0, (0, 1, 0))
         scene = window.GetRenderers().GetFirstRenderer()
         scene.AddActor(prop)
         scene.ResetCameraClippingRange()
