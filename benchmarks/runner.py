@@ -18,6 +18,7 @@ from benchmarks import (
     suite_fsr,
     suite_jobs,
     suite_light,
+    suite_look,
     suite_splats,
     suite_startup,
     suite_visibility,
@@ -50,6 +51,7 @@ BUILT_IN = (
     suite_flight,
     suite_light,
     suite_jobs,
+    suite_look,
     suite_startup,
     suite_anatomy,
 )
