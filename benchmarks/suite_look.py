@@ -13,8 +13,8 @@ from benchmarks.schema import Setting
 from benchmarks.timing import Timing, measure
 from renderers.art import ActiveRayTracer
 from renderers.fsr.scope import SurfelRasterizer
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import GBuffer, Material, image_error
+from renderers.scene.thread_team import ThreadTeam
 from renderers.shading import (
     CameraPass,
     CameraSettings,

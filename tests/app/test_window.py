@@ -175,9 +175,9 @@ assert depth > 5.0, depth
 overview = window._overview.scene
 assert not overview.is_open
 QTest.keyClick(window, Qt.Key.Key_C)
-until(lambda: overview.is_open)
+until("an open head", lambda: overview.is_open)
 QTest.keyClick(window, Qt.Key.Key_C)
-until(lambda: not overview.is_open)
+until("a whole head", lambda: not overview.is_open)
 for frame in seen:
     arm = frame[:3, 3] - pivot
     assert np.linalg.norm(np.cross(arm, frame[:3, 2])) < 1e-9

@@ -3,8 +3,8 @@
 import numpy as np
 
 from renderers.fsr.scope.rims.kernels import sharpen
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, GBuffer, Volume
+from renderers.scene.thread_team import ThreadTeam
 
 PARTS_PER_THREAD = 4
 """Rims lie unevenly over the rows."""

@@ -4,8 +4,8 @@ from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from renderers.fsr.scope import SurfelRasterizer
-from renderers.fsr.thread_team import ThreadTeam
 from renderers.scene import Camera, GBuffer, Volume
+from renderers.scene.thread_team import ThreadTeam
 
 
 def room() -> Volume:
