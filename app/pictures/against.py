@@ -10,7 +10,9 @@ from app.comparison import Difference, difference, save_comparison
 from app.pictures.outputs import Drawn
 from app.pictures.studio import Studio, placed
 from app.pictures.view_file import ScopeLook
+from renderers.art.deflectors import to_deflection
 from renderers.scene import image_error
+from renderers.scene.deflection import deflected_surface
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +40,8 @@ def splatted(studio: Studio, drawn: Drawn, threads: int) -> NDArray[np.uint8]:
     )
 
     view, camera = drawn.view, drawn.view.to_camera()
-    renderer = FuzzySetRenderer(studio.scene, threads=threads)
+    deflection = to_deflection(view.deflectors)
+    renderer = FuzzySetRenderer(studio.scene, threads=threads, deflection=deflection)
     try:
         look = view.look
         if not isinstance(look, ScopeLook):
@@ -48,7 +51,11 @@ def splatted(studio: Studio, drawn: Drawn, threads: int) -> NDArray[np.uint8]:
         for mesh, pose in placed(view.instruments):
             mesh.draw(buffer, camera, pose)
         shader = ScopeShader(
-            studio.scene.surface, Tier.LIVE, look.seed, look.blood_bias, threads
+            deflected_surface(studio.scene.surface, deflection),
+            Tier.LIVE,
+            look.seed,
+            look.blood_bias,
+            threads,
         )
         camera_pass = CameraPass(threads=threads)
         light = ScopeLight(look.ring_radius_mm, power=look.light_power)

@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 from app.picture_files import save_depth_nrrd
 from app.pictures.outputs import Drawn
 from app.pictures.studio import Studio
+from renderers.art.deflectors import to_deflection
 from renderers.scene import save_png
+from renderers.scene.deflection import deflected_distance
 
 TINT = np.array([255.0, 40.0, 200.0])
 """Of doubt: no tissue is magenta."""
@@ -49,7 +51,10 @@ def save_doubt(studio: Studio, drawn: Drawn, file: Path, threads: int) -> Doubt:
             "with paravol import."
         )
     camera = drawn.view.to_camera()
-    rating = wall_confidence(surface.distance, camera, drawn.depth_mm, threads=threads)
+    distance = deflected_distance(
+        surface.distance, to_deflection(drawn.view.deflectors)
+    )
+    rating = wall_confidence(distance, camera, drawn.depth_mm, threads=threads)
     text = drawn.text() | {"Confidence": "1 is sure, 0 least sure"}
     if file.suffix.lower() == ".nrrd":
         save_depth_nrrd(file, rating, text)

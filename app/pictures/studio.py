@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -90,7 +91,7 @@ class Studio:
         self.demand(view)
         look, camera = view.look, view.to_camera()
         if not isinstance(look, ScopeLook):
-            return client.request_classic(
+            request = client.request_classic(
                 self.scene,
                 camera,
                 quality=fineness.quality,
@@ -99,8 +100,9 @@ class Studio:
                 progressive=True,
                 deliver_after_s=fineness.seconds,
             )
+            return msgspec.structs.replace(request, deflectors=view.deflectors)
         assert self.scene.surface is not None
-        return client.request_scope(
+        request = client.request_scope(
             self.scene.surface,
             camera,
             quality=fineness.quality,
@@ -117,6 +119,7 @@ class Studio:
             progressive=True,
             deliver_after_s=fineness.seconds,
         )
+        return msgspec.structs.replace(request, deflectors=view.deflectors)
 
 
 LONGEST_S = 86_400.0

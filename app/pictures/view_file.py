@@ -12,6 +12,7 @@ import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 
+from renderers.art.deflectors import DeflectorSpec, to_deflection
 from renderers.art.job import Amount, Axis, Pixels, Point, Positive, Row
 from renderers.scene import Camera, Projection, whole_file
 
@@ -126,6 +127,7 @@ class PlacedInstrument(_Strict, frozen=True):
 class ViewFile(_Strict, frozen=True):
     """Describe one picture but for how finely it is drawn.
 
+    deflectors: pull, turn, swell or cut its tissue; the first moves what was there.
     surface_sha256: of the head's surface, where the view must not be of another.
     """
 
@@ -135,6 +137,7 @@ class ViewFile(_Strict, frozen=True):
     size_px: tuple[Pixels, Pixels] = (512, 512)
     look: ScopeLook | ClassicLook = ScopeLook()
     instruments: Annotated[tuple[PlacedInstrument, ...], Meta(max_length=16)] = ()
+    deflectors: Annotated[tuple[DeflectorSpec, ...], Meta(max_length=16)] = ()
     surface_sha256: Annotated[str, Meta(pattern="^[0-9a-f]{64}$")] | None = None
     title: Annotated[str, Meta(max_length=200)] = ""
 
@@ -158,6 +161,7 @@ def load_view(path: Path) -> ViewFile:
     view = decoded(path, ViewFile, "view")
     try:
         view.to_camera()
+        to_deflection(view.deflectors)
     except ValueError as error:
         raise ValueError(f"The view file {path} is not valid: {error}") from error
     head = view.head

@@ -47,7 +47,7 @@ class Bricks:
         scale = 1.0
         if span is not None:
             # No difference over one voxel, as faces have it, leaves int16.
-            scale = float(SHORT * np.min(spacing_mm) / max(span, 1e-30))
+            scale = float(SHORT * np.min(spacing_mm) / max(span, 1.0))
         self._inverse_spacing = (scale / np.asarray(spacing_mm)).astype(np.float32)
         self._size = np.array(grid.shape[::-1], np.int32)
         channels = 4 if gradients else 1

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from renderers.art.data_store import DataStore
 from renderers.art.files import make_last, write_whole
 from renderers.art.job import ClassicWork, ScopeWork, SnapshotRequest
-from renderers.art.stage import instrument_meshes
+from renderers.art.stage import instrument_meshes, seen_surface
 from renderers.art.team import Progress, Traced, traced_camera
 from renderers.art.truth import follow_light, truth_of
 from renderers.scene import GBuffer, Image, Scene, save_png
@@ -156,11 +156,10 @@ class Finisher:
             np.uint32,
         )
         if work.truth is not None:
-            assert scene.surface is not None
             truth = follow_light(
                 self._data,
                 work,
-                scene.surface,
+                seen_surface(request, scene),
                 SeenWalls.of(gbuffer, fine, light),
                 self._threads,
                 go_on,
@@ -204,16 +203,16 @@ class Finisher:
                 work.grid,
                 work.seed,
                 work.blood_bias,
+                request.deflectors,
             )
         )
         if self._kept is None or self._kept[0] != key:
             if self._kept is not None:
                 self._kept[1].close()
                 self._kept = None
-            if scene.surface is None:
-                raise ValueError("the scene has no air surface; mode scope needs one")
+            surface = seen_surface(request, scene)
             shader = ScopeShader(
-                scene.surface, tier, work.seed, work.blood_bias, self._threads
+                surface, tier, work.seed, work.blood_bias, self._threads
             )
             self._kept = key, shader
         self._kept[1].tier = tier

@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 
+from renderers.art.deflectors import DeflectorSpec, to_deflection
 from renderers.art.quality import Quality
 from renderers.scene import Camera, Light, PhongMaterial, Projection, TransferFunction
 
@@ -148,7 +149,8 @@ class SnapshotRequest(_Strict, frozen=True):
     max_seconds: the job fails when it takes longer. deadline_s: it fails when it is
     not done so long after it was asked for; None for whenever. progressive: coarse
     pictures are traced first, so that a picture can be had at any moment, and those
-    and parts of the picture itself are shown as they come. deliver_after_s: the best
+    and parts of the picture itself are shown as they come. deflectors: bend the
+    rays, the first of them moving the undeformed tissue. deliver_after_s: the best
     picture so far is delivered then.
     """
 
@@ -165,6 +167,7 @@ class SnapshotRequest(_Strict, frozen=True):
     max_seconds: Annotated[float, Meta(gt=0, le=86_400)] = 600.0
     deadline_s: Annotated[float, Meta(gt=0, le=2_592_000)] | None = None
     progressive: bool = False
+    deflectors: Annotated[tuple[DeflectorSpec, ...], Meta(max_length=16)] = ()
     deliver_after_s: Annotated[float, Meta(gt=0, le=86_400)] | None = None
 
     def to_camera(self) -> Camera:
@@ -226,6 +229,10 @@ def decode_request(record: bytes) -> SnapshotRequest:
         request = msgspec.json.decode(record, type=SnapshotRequest)
     except msgspec.DecodeError as error:
         raise ValueError(str(error)) from error
+    try:
+        to_deflection(request.deflectors)
+    except ValueError as error:
+        raise ValueError(f"{error} - at `$.deflectors`") from error
     try:
         request.to_camera()
     except ValueError as error:

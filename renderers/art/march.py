@@ -18,8 +18,8 @@ from renderers.art.regions import Region
 from renderers.art.views import CellView, Classification
 from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
 
-COUNTERS = ("samples", "contributing", "skipped")
-"""Names of the kernels' counters."""
+COUNTERS = ("samples", "contributing", "skipped", "bent")
+"""Names of the kernels' counters; bent: places sought by way of deflectors."""
 
 LARGEST_COUNT = 1 << 22
 """Samples on one ray, at most; float32 tells them apart with a bracket between."""
@@ -167,8 +167,10 @@ class _Marching:
         self._kernels = kernels
         self._spacing = volume.spacing_mm.astype(np.float32)
 
-    def start(self, region: Region, rays: FrameRays) -> RayPacket:
-        """Put the rays of a region at their first samples."""
+    def start(
+        self, region: Region, rays: FrameRays, *, finer: float = 1.0
+    ) -> RayPacket:
+        """Put the rays of a region at their first samples, so many times as fine."""
         n = region.pixels
         geometry = np.zeros((n + 1, 8), np.float32)
         count = np.zeros(n, np.int32)
@@ -180,7 +182,7 @@ class _Marching:
             rays.orthographic,
             self._voxel_from_world,
             self._top,
-            self.step_mm,
+            self.step_mm / finer,
             self.at_ends,
             geometry,
             count,
@@ -241,6 +243,24 @@ class ClassicMarch(_Marching):
             view,
             shift,
             clock,
+            *self.look(view),
+            counters,
+        )
+        return counters
+
+    def look(
+        self, view: CellView
+    ) -> tuple[
+        Classification,
+        NDArray[np.float32],
+        NDArray[np.float32],
+        NDArray[np.float32],
+        np.float32,
+        np.float32,
+        bool,
+    ]:
+        """Give what kernels composite by: table, lights, material, spacing, limits."""
+        return (
             self.table,
             self._lights,
             self._material,
@@ -248,9 +268,7 @@ class ClassicMarch(_Marching):
             np.float32(self._least_gradient / view.gradient_unit),
             np.float32(self.quality.cutoff),
             self.quality.renormalise,
-            counters,
         )
-        return counters
 
 
 class ScopeMarch(_Marching):

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.art.bent import BentMarch
 from renderers.art.bricks import Bricks
 from renderers.art.cache import CellCache
 from renderers.art.cells import CellGrid, CellShare, cube_distances
@@ -24,6 +25,7 @@ from renderers.art.quality import Quality
 from renderers.art.rays import RayPacket
 from renderers.art.work import MarchWork
 from renderers.scene import Scene
+from renderers.scene.deflection import Deflection
 
 MarchNode = Node[RayPacket]
 
@@ -75,6 +77,7 @@ class _Look:
         quality: Quality,
         cell_side: int,
         kernels: KernelSet | None,
+        deflection: Deflection | None = None,
     ) -> "_Look":
         surface = scene.surface
         if mode == "scope" and surface is None:
@@ -86,13 +89,18 @@ class _Look:
         ranges = grid.value_ranges(volume.values)
         low, high = float(ranges[:, 0].min()), float(ranges[:, 1].max())
         whole = volume.values.dtype.kind in "iu" and max(-low, high) <= SHORT
-        march: March
-        if mode == "classic":
-            march = ClassicMarch(scene, quality, (low, high), kernels or best_kernels())
-        elif mode == "scope":
-            march = ScopeMarch(scene, quality, kernels or best_kernels())
-        else:
+        straight: ClassicMarch | ScopeMarch
+        if mode not in ("classic", "scope"):
             raise ValueError(f"mode must be classic or scope, got {mode!r}")
+        if mode == "classic":
+            straight = ClassicMarch(
+                scene, quality, (low, high), kernels or best_kernels()
+            )
+        else:
+            straight = ScopeMarch(scene, quality, kernels or best_kernels())
+        march: March = straight
+        if deflection is not None and deflection.deflectors:
+            march = BentMarch(straight, deflection)
         clear = march.clear if quality.skip_empty else np.zeros((0, 2), np.float32)
         seen = grid.occupied(ranges, clear)
         distances = clear if volume.values.size <= LARGEST_LEAP else clear[:0]
@@ -116,14 +124,16 @@ def make_node(
     from_file: bool = False,
     validate: bool = False,
     kernels: KernelSet | None = None,
+    deflection: Deflection | None = None,
 ) -> tuple[March, MarchNode, MarchWork]:
     """Prepare one rank for a scene in mode `classic` or `scope`.
 
     distances: what separates ranks; None where it makes no difference. cache_cells:
     cells a rank has ready; None for all that can be seen. from_file: as `CellPolicy`
     says. kernels: the compiled functions; None for the fastest this machine has.
+    deflection: bends the rays.
     """
-    looked = _Look.at(scene, mode, quality, cell_side, kernels)
+    looked = _Look.at(scene, mode, quality, cell_side, kernels, deflection)
     grid, seen, march = looked.grid, looked.seen, looked.march
     if not 0 <= rank < ranks:
         raise ValueError(f"rank must be 0 to {ranks - 1}, got {rank}")
@@ -181,7 +191,12 @@ def make_node(
 
 
 def edit_node(
-    node: MarchNode, work: MarchWork, scene: Scene, mode: str, quality: Quality
+    node: MarchNode,
+    work: MarchWork,
+    scene: Scene,
+    mode: str,
+    quality: Quality,
+    deflection: Deflection | None = None,
 ) -> March | None:
     """Go on with an edited volume of the same grid, on every rank alike.
 
@@ -191,7 +206,7 @@ def edit_node(
     removed does neither, unless it was the densest.
     """
     grid, before = work.bricks.grid, work.share.values
-    looked = _Look.at(scene, mode, quality, grid.side, None)
+    looked = _Look.at(scene, mode, quality, grid.side, None, deflection)
     values = looked.march.volume.values
     if looked.grid != grid or values.dtype != before.dtype:
         return None

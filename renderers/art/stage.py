@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.art.data_store import DataStore
+from renderers.art.deflectors import to_deflection
 from renderers.art.job import (
     ClassicWork,
     GridSpec,
@@ -26,6 +27,7 @@ from renderers.scene import (
     TransferFunction,
     Volume,
 )
+from renderers.scene.deflection import deflected_surface
 
 LARGEST_VOLUME = 8 << 30
 LARGEST_MESH = 256 << 20
@@ -73,9 +75,7 @@ def scene_key(request: SnapshotRequest) -> bytes:
         part: object = (work.distance, work.blood, work.skin, work.grid)
     else:
         part = work
-    return msgspec.json.encode(
-        (part, request.quality, request.step_voxels, request.cutoff)
-    )
+    return _key(part, request)
 
 
 def family_key(request: SnapshotRequest) -> bytes:
@@ -87,9 +87,21 @@ def family_key(request: SnapshotRequest) -> bytes:
     part: object = ("scope", work.grid)
     if isinstance(work, ClassicWork):
         part = msgspec.structs.replace(work, volume="")
-    return msgspec.json.encode(
-        (part, request.quality, request.step_voxels, request.cutoff)
-    )
+    return _key(part, request)
+
+
+def _key(part: object, request: SnapshotRequest) -> bytes:
+    fineness = request.quality, request.step_voxels, request.cutoff
+    return msgspec.json.encode((part, *fineness, request.deflectors))
+
+
+def seen_surface(request: SnapshotRequest, scene: Scene) -> AirSurface:
+    """Get the surface whose light is found: deformed as the rays see it."""
+    if scene.surface is None:
+        raise ValueError("the scene has no air surface; mode scope needs one")
+    if not request.deflectors:
+        return scene.surface
+    return deflected_surface(scene.surface, to_deflection(request.deflectors))
 
 
 def instrument_meshes(

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.art.data_store import DataStore
+from renderers.art.deflectors import to_deflection
 from renderers.art.job import ScopeWork, SnapshotRequest, decode_request
 from renderers.art.march import FrameRays, March
 from renderers.art.messages import MessageKind
@@ -115,7 +116,12 @@ class SerialTeam:
         """Trace a request. The tracer is kept for the next one of the same scene."""
         key = scene_key(request)
         if self._kept is None or self._kept[0] != key:
-            tracer = ActiveRayTracer(scene, request.to_quality(), threads=self._threads)
+            tracer = ActiveRayTracer(
+                scene,
+                request.to_quality(),
+                threads=self._threads,
+                deflection=to_deflection(request.deflectors),
+            )
             self._kept = key, tracer
         tracer = self._kept[1]
         camera = traced_camera(request)
@@ -167,7 +173,14 @@ class _Prepared:
             return None
         if isinstance(kept.node, RayNode):
             return None
-        march = edit_node(kept.node, kept.work, scene, mode_of(request), quality)
+        march = edit_node(
+            kept.node,
+            kept.work,
+            scene,
+            mode_of(request),
+            quality,
+            to_deflection(request.deflectors),
+        )
         if march is None:
             return None
         return replace(kept, scene=scene_key(request), march=march)
@@ -181,6 +194,7 @@ class _Prepared:
             rank=self._transport.rank,
             ranks=self._transport.ranks,
             distances=self._transport.distances,
+            deflection=to_deflection(request.deflectors),
         )
         return _Kept(scene_key(request), family_key(request), march, node, work)
 

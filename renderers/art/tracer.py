@@ -18,6 +18,7 @@ from renderers.art.slices import lone_region_px, next_slice
 from renderers.art.steps import Step, reached
 from renderers.art.work import MarchWork
 from renderers.scene import Camera, GBuffer, Image, Scene, Volume
+from renderers.scene.deflection import Deflection
 
 
 class RenderStoppedError(RuntimeError):
@@ -67,12 +68,14 @@ class ActiveRayTracer:
         cache_cells: int | None = None,
         validate: bool = False,
         kernels: KernelSet | None = None,
+        deflection: Deflection | None = None,
     ) -> None:
         """Take a scene.
 
         quality: a `Quality` or the name of one. cache_cells: cells kept ready, at
         least 1; None for all that can be seen. kernels: the compiled functions; None
-        for the fastest this machine has. All draw the same picture.
+        for the fastest this machine has. All draw the same picture. deflection: bends
+        the rays: the scene is seen deformed.
         """
         if threads < 1:
             raise ValueError(f"threads must be at least 1, got {threads}")
@@ -86,6 +89,7 @@ class ActiveRayTracer:
         self._cache_cells = cache_cells
         self._validate = validate
         self._kernels = kernels
+        self._deflection = deflection
         self._made: dict[str, tuple[March, MarchNode, MarchWork]] = {}
 
     def render(
@@ -183,6 +187,7 @@ class ActiveRayTracer:
                 cache_cells=self._cache_cells,
                 validate=self._validate,
                 kernels=self._kernels,
+                deflection=self._deflection,
             )
         return self._made[mode]
 

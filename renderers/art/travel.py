@@ -17,6 +17,7 @@ from renderers.art.rays import RayPacket
 from renderers.art.regions import Region, region_payload
 from renderers.art.work import MarchWork
 from renderers.scene import Scene
+from renderers.scene.deflection import Deflection
 
 _HEADER = np.dtype([("origin", "<u4"), ("number", "<u4"), ("rays", "<u4")])
 
@@ -193,8 +194,18 @@ def make_frame_node(
     distances: Distances | None = None,
     cell_side: int = 8,
     validate: bool = False,
+    deflection: Deflection | None = None,
 ) -> tuple[March, MarchNode | MarchRayNode, MarchWork]:
-    """Prepare one rank for any dataflow; see `make_node`."""
+    """Prepare one rank for any dataflow; see `make_node`.
+
+    Raise ValueError for rays that shall travel and are bent.
+    """
+    bent = deflection is not None and bool(deflection.deflectors)
+    if bent and policy.dataflow is Dataflow.RAYS:
+        raise ValueError(
+            "bent rays do not travel between ranks; start the worker with another "
+            "--dataflow than rays"
+        )
     march, node, work = make_node(
         scene,
         mode,
@@ -208,6 +219,7 @@ def make_frame_node(
         cache_cells=None if policy.dataflow is Dataflow.RAYS else policy.cache_cells,
         from_file=policy.from_file,
         validate=validate,
+        deflection=deflection,
     )
     if policy.dataflow is not Dataflow.RAYS:
         return march, node, work

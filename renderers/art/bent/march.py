@@ -1,0 +1,187 @@
+"""A march whose rays are bent where deflectors reach, and only there.
+
+Rays that miss every ball go the usual way, with the usual kernels and the same bits as
+without any deflector. The others are cut into finer steps, so that what they see moves
+by no more than a step from sample to sample.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.art.march import COUNTERS, ClassicMarch, FrameRays, ScopeMarch
+from renderers.art.rays import RayPacket
+from renderers.art.regions import Region
+from renderers.art.views import CellView
+from renderers.scene.deflection import (
+    Cut,
+    Deflection,
+    Deflector,
+    Rotation,
+    Scaling,
+    Translation,
+)
+from renderers.scene.deflection.deflector import STEEPEST
+from renderers.scene.volume import Volume
+
+SLACK_VOXELS = 0.01
+"""Rays are bent that come so near to a ball: more than float32 places are off."""
+
+
+def stretch_of(deflectors: Sequence[Deflector]) -> float:
+    """Bound how far what is seen moves for a mm in the picture: the map's slope."""
+    result = 1.0
+    for one in deflectors:
+        match one:
+            case Translation():
+                slope = 1 + float(np.linalg.norm(one.shift_mm)) * STEEPEST / (
+                    one.radius_mm
+                )
+            case Rotation():
+                # 4 s^2 (1 - s^2), the shear of a turn by 1, is 1 at most
+                slope = 1 + abs(one.angle_rad)
+            case Scaling():
+                k = 1 / one.factor - 1
+                slope = 1 + k if k > 0 else 1 + 0.8 * -k
+            case Cut():
+                slope = 1 + one.pull_mm * STEEPEST / one.radius_mm
+            case _:
+                raise TypeError(f"rays cannot be bent by a {type(one).__name__}")
+        result *= slope
+    return result
+
+
+def maps_of(deflection: Deflection, volume: Volume) -> NDArray[np.float64]:
+    """Lay deflectors out for the kernels, along the volume's own axes."""
+    maps = np.zeros((len(deflection.deflectors), 9))
+    axes = volume.direction
+    # a turn is seen the other way round in a mirrored array
+    hand = np.sign(np.linalg.det(axes))
+    for row, one in zip(maps, deflection.deflectors, strict=True):
+        row[1:4] = axes.T @ (one.center_mm - volume.origin_mm)
+        row[4] = one.radius_mm
+        match one:
+            case Translation():
+                row[0], row[5:8] = 0, axes.T @ one.shift_mm
+            case Rotation():
+                row[0], row[5:8] = 1, hand * (axes.T @ one.axis)
+                row[8] = one.angle_rad
+            case Scaling():
+                row[0], row[8] = 2, 1 / one.factor - 1
+            case Cut():
+                row[0], row[5:8], row[8] = 3, axes.T @ one.normal, one.pull_mm
+            case _:
+                raise TypeError(f"rays cannot be bent by a {type(one).__name__}")
+    return maps
+
+
+@dataclass(slots=True, eq=False)
+class _BentPacket(RayPacket):
+    """Hold a region's rays; `order` lists the straight ones, `bent` the others."""
+
+    bent: NDArray[np.int32]
+
+
+class BentMarch:
+    """March straight rays as another march does, and bend the others."""
+
+    def __init__(
+        self, straight: ClassicMarch | ScopeMarch, deflection: Deflection
+    ) -> None:
+        self.volume = straight.volume
+        self.quality = straight.quality
+        self.clear = straight.clear
+        self.needs_gradients = straight.needs_gradients
+        # bent rays read bricks
+        self.seeks_values = False
+        self._straight = straight
+        self._maps = maps_of(deflection, straight.volume)
+        self._stretch = stretch_of(deflection.deflectors)
+        self._has_cut = any(isinstance(d, Cut) for d in deflection.deflectors)
+
+    def start(self, region: Region, rays: FrameRays) -> RayPacket:
+        """Put the rays of a region at their first samples."""
+        from renderers.art.bent.maps.kernels import find_bent
+
+        packet = self._straight.start(region, rays)
+        spacing = self.volume.spacing_mm
+        bent = np.zeros(len(packet.count), np.bool_)
+        slack = SLACK_VOXELS * float(spacing.min())
+        find_bent(self._maps, packet.geometry, packet.count, spacing, slack, bent)
+        if bent.any():
+            fine = self._straight.start(region, rays, finer=self._stretch)
+            packet.geometry[:-1][bent] = fine.geometry[:-1][bent]
+            packet.count[bent] = fine.count[bent]
+        chosen = bent[packet.order]
+        return _BentPacket(
+            packet.region,
+            np.ascontiguousarray(packet.order[~chosen]),
+            packet.geometry,
+            packet.count,
+            packet.cursor,
+            packet.value,
+            packet.carry,
+            packet.depth,
+            np.ascontiguousarray(packet.order[chosen]),
+        )
+
+    def run(
+        self, packet: RayPacket, view: CellView, shift: int, clock: int
+    ) -> NDArray[np.int64]:
+        """Move each ray until it ends or misses a cell."""
+        from renderers.art.bent.kernels import march_classic, march_scope
+
+        assert isinstance(packet, _BentPacket)
+        straight = self._straight
+        if len(packet.order):
+            counters = straight.run(packet, view, shift, clock)
+        else:
+            counters = np.zeros(len(COUNTERS), np.int64)
+        if not len(packet.bent):
+            return counters
+        spacing = self.volume.spacing_mm.astype(np.float32)
+        if isinstance(straight, ScopeMarch):
+            march_scope(
+                self._maps,
+                self._stretch,
+                self._has_cut,
+                packet.bent,
+                packet.geometry,
+                packet.count,
+                packet.cursor,
+                packet.value,
+                packet.depth,
+                view,
+                shift,
+                clock,
+                spacing,
+                counters,
+            )
+            return counters
+        table, lights, material, _, least, cutoff, renormalise = straight.look(view)
+        march_classic(
+            self._maps,
+            self._stretch,
+            self._has_cut,
+            packet.bent,
+            packet.geometry,
+            packet.count,
+            packet.cursor,
+            packet.value,
+            packet.carry,
+            packet.depth,
+            view,
+            shift,
+            clock,
+            table,
+            lights,
+            material,
+            spacing,
+            least,
+            cutoff,
+            renormalise,
+            counters,
+        )
+        return counters

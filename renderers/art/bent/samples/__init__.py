@@ -1,0 +1,1 @@
+"""Classification, light and gaps, sample by sample."""

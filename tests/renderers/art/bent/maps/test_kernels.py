@@ -1,0 +1,124 @@
+"""Compiled maps are the plain ones, and their gradients those of what they bend."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from renderers.art.bent.maps.kernels import away, bend, bend_gradient, find_bent
+from renderers.art.bent.march import maps_of, stretch_of
+from renderers.scene import Volume
+from renderers.scene.deflection import (
+    Cut,
+    Deflection,
+    Deflector,
+    Rotation,
+    Scaling,
+    Translation,
+)
+
+CENTER = np.array([1.0, -2.0, 0.5])
+KINDS: dict[str, tuple[Deflector, ...]] = {
+    "pulled": (Translation(CENTER, 5.0, np.array([1.0, 2.0, -1.2])),),
+    "turned": (Rotation(CENTER, 5.0, np.array([1.0, 0.3, 2.0]), 1.3),),
+    "swollen": (Scaling(CENTER, 5.0, 2.2),),
+    "shrunk": (Scaling(CENTER, 5.0, 0.6),),
+    "cut": (Cut(CENTER, 5.0, np.array([0.2, 1.0, 0.4]), 1.5),),
+}
+KINDS["chain"] = (
+    *KINDS["turned"],
+    Scaling(CENTER + 2, 4.0, 1.5),
+    *KINDS["pulled"],
+    Cut(CENTER - 1, 3.0, np.array([1.0, 0, 0]), 0.8),
+)
+
+
+def turned_volume(mirrored: bool) -> Volume:
+    rng = np.random.default_rng(4)
+    direction = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    if (np.linalg.det(direction) < 0) != mirrored:
+        direction[:, 0] *= -1
+    values = np.zeros((5, 6, 7), np.float32)
+    return Volume(values, np.array([0.5, 0.7, 0.9]), np.array([3.0, 1, 2]), direction)
+
+
+def bent(
+    maps: NDArray[np.float64], points: NDArray[Any]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    trail = np.empty((len(maps), 3))
+    moved = points.copy()
+    openings = np.array([bend(maps, point, trail) for point in moved])
+    return moved, openings
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("name", list(KINDS))
+def test_they_are_the_plain_maps_in_any_frame(name: str, mirrored: bool) -> None:
+    volume, deflection = turned_volume(mirrored), Deflection(KINDS[name])
+    maps = maps_of(deflection, volume)
+    x = CENTER + np.random.default_rng(1).uniform(-6, 6, (400, 3))
+    local = (x - volume.origin_mm) @ volume.direction
+    moved, openings = bent(maps, local)
+    world = moved @ volume.direction.T + volume.origin_mm
+    np.testing.assert_allclose(world, deflection.pull_back(x), atol=1e-12)
+    np.testing.assert_allclose(openings, deflection.opening(x), atol=1e-12)
+    # gradients: those of a linear field of the tissue
+    slope = np.array([0.3, -1.0, 0.7])
+    wanted = np.einsum("nji,j->ni", deflection.jacobian(x), slope)
+    found = np.tile(volume.direction.T @ slope, (len(x), 1))
+    trail = np.empty((len(maps), 3))
+    for gradient, point in zip(found, local, strict=True):
+        bend(maps, point.copy(), trail)
+        bend_gradient(maps, trail, gradient)
+    np.testing.assert_allclose(found @ volume.direction.T, wanted, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", list(KINDS))
+def test_nothing_is_stretched_more_than_is_said(name: str) -> None:
+    """And not much less, where one deflector acts: the bound is sharp."""
+    deflection = Deflection(KINDS[name])
+    x = CENTER + np.random.default_rng(2).uniform(-6, 6, (20_000, 3))
+    largest = np.linalg.norm(deflection.jacobian(x), ord=2, axis=(1, 2)).max()
+    bound = stretch_of(deflection.deflectors)
+    assert largest <= bound + 1e-9
+    if name != "chain":
+        assert largest > (0.7 if name == "turned" else 0.93) * bound
+
+
+@given(
+    st.tuples(*[st.floats(-20, 20)] * 3),
+    st.tuples(*[st.floats(-1, 1)] * 3),
+    st.integers(1, 400),
+)
+def test_rays_that_are_not_marked_meet_no_ball(
+    origin: tuple[float, float, float], step: tuple[float, float, float], count: int
+) -> None:
+    if math.hypot(*step) < 1e-3:
+        return
+    volume = turned_volume(False)
+    maps = maps_of(Deflection(KINDS["chain"]), volume)
+    geometry = np.zeros((2, 8), np.float32)
+    geometry[0, :3], geometry[0, 3:6] = origin, step
+    marked = np.zeros(1, np.bool_)
+    counts = np.array([count], np.int32)
+    find_bent(maps, geometry, counts, volume.spacing_mm, 0.01, marked)
+    at = np.linspace(0, count - 1, 4 * count)
+    points = geometry[0, :3] + at[:, None] * geometry[0, 3:6]
+    near = np.array([away(maps, p * volume.spacing_mm) for p in points.astype(float)])
+    if not marked[0]:
+        assert (near > 0).all()
+    elif near.min() > 0:
+        # the closest point may lie between those looked at
+        assert near.min() < 0.02 + np.linalg.norm(geometry[0, 3:6])
+
+
+def test_no_samples_meet_nothing() -> None:
+    maps = maps_of(Deflection(KINDS["pulled"]), turned_volume(False))
+    marked = np.ones(1, np.bool_)
+    nothing = np.zeros(1, np.int32)
+    find_bent(maps, np.zeros((2, 8), np.float32), nothing, np.ones(3), 0.01, marked)
+    assert not marked[0]
