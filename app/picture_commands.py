@@ -71,7 +71,7 @@ def snapshot(
     volume
         A scan (DICOM folder, NRRD, NIfTI, MetaImage) with --eye and --target.
     view
-        A view file, as --save-view and the trainee's window write.
+        A view file, as --save-view writes.
     path
         A file of camera keys: the view is moved along it, for a film.
     fps
