@@ -22,7 +22,8 @@ TILE_PX = 64
 """Edge of the parts that are shown."""
 
 _HEADER = struct.Struct("<8I")
-"""Magic, left, top, right, bottom, width and height of the block, CRC of the pixels."""
+"""Magic, left, top, right, bottom, width and height of the block, CRC of all else."""
+_WORDS = struct.Struct("<7I")
 _MAGIC = 0x4C495431
 
 Pixels = NDArray[np.uint8]
@@ -39,8 +40,9 @@ class TileWriter:
         height, width, _ = pixels.shape
         block = pixels.tobytes()
         sides = region.left, region.top, region.right, region.bottom
-        head = _HEADER.pack(_MAGIC, *sides, width, height, zlib.crc32(block))
-        self._file.write(head + block)
+        words = _MAGIC, *sides, width, height
+        crc = zlib.crc32(block, zlib.crc32(_WORDS.pack(*words)))
+        self._file.write(_HEADER.pack(*words, crc) + block)
         self._file.flush()
         reached(Step.TILE_SHOWN)
 
@@ -97,7 +99,7 @@ class GrowingPicture:
         if magic != _MAGIC or not (inside and fits) or len(fresh) < end:
             return at
         block = fresh[start:end]
-        if zlib.crc32(block) != crc:
+        if zlib.crc32(block, zlib.crc32(_WORDS.pack(*head[:-1]))) != crc:
             return at
         pixels = np.frombuffer(block, np.uint8).reshape(height, width, 3)
         self.pixels[top:bottom, left:right] = _spread(

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from renderers.art.growing import FILE_NAME, GrowingPicture, Pixels, TileWriter
@@ -84,7 +84,8 @@ def test_it_does_not_matter_when_one_looks(
     assert any(told)
 
 
-@given(st.integers(0, 100_000), st.integers(1, 255))
+@example(at=4, flip=1)
+@given(at=st.integers(0, 100_000), flip=st.integers(1, 255))
 def test_a_damaged_record_is_never_shown(
     spool: Spool, record: bytes, at: int, flip: int
 ) -> None:
