@@ -17,7 +17,7 @@ def test_baselines_come_first_and_names_are_unique() -> None:
     for task in tasks:
         assert task.baseline is None or (task.case, task.baseline) in known
         known.add((task.case, task.mode))
-    assert len({task.key for task in tasks}) == len(tasks) == 12
+    assert len({task.key for task in tasks}) == len(tasks) == 11
 
 
 @pytest.mark.slow
