@@ -147,7 +147,7 @@ def until(what, holds):
     count, began = -1, time.monotonic()
     while flight.error is None and (len(seen) == count or not seen or not holds()):
         count = len(seen)
-        assert time.monotonic() - began < 100.0, (what, count, seen[-1:])
+        assert time.monotonic() - began < 200.0, (what, count, seen[-1:])
         # QTest.qWait keeps the interpreter for itself: the flight would stand still.
         loop = QEventLoop()
         QTimer.singleShot(20, loop.quit)
