@@ -272,7 +272,7 @@ def test_a_tilted_uneven_folder_is_an_analytic_head(tilt_deg: float, seed: int) 
     row = np.array([1.0, 0, 0])
     column = np.array([0, np.cos(tilt), np.sin(tilt)])
     # twice a step would look like a lost slice
-    depth = np.cumsum(rng.uniform(1.1, 2.1, 18))
+    depth = np.cumsum(rng.uniform(1.1, 2.1, 28))
     middle = np.array([12.0, 14.0, float(depth[len(depth) // 2])])
     with TemporaryDirectory() as name:
         x, y = np.meshgrid(np.arange(40) * 0.7, np.arange(44) * 0.7)
