@@ -132,9 +132,10 @@ def test_round_an_orbit_glints_slide_and_vessels_stay(film: Film) -> None:
         assert now.sum() > 20
         # glued to the wall all of them would be where they were
         assert (was & now).sum() < stays * min(was.sum(), now.sum())
-        # vessels and mottle: what varies over a few pixels, away from glints, agrees
+        # vessels and mottle: what varies over a few pixels agrees, out of the reach of
+        # `detail` from glints and from what cannot be carried
         bright = np.maximum(predicted.min(axis=-1), after.min(axis=-1)) > 110
-        calm = usable & ~binary_dilation(bright, iterations=6)
+        calm = ~binary_dilation(bright | ~usable, iterations=12)
         green = detail(after[..., 1])[calm]
         kept = np.corrcoef(green, detail(predicted[..., 1])[calm])[0, 1]
         left = np.corrcoef(green, detail(taken[0][0][..., 1])[calm])[0, 1]
