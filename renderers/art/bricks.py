@@ -82,8 +82,15 @@ class Bricks:
         return bool(self.view.slots[cell] >= 0)
 
     def show(self, cell: int, slot: int, block: NDArray[np.generic]) -> None:
-        """Make a cell's brick from its raw values with their ghosts."""
+        """Make a cell's brick from its raw values with their ghosts.
+
+        Raises IndexError for a slot that the cache has not: kernels check nothing.
+        """
         n = self._numbers
+        if not 0 <= slot < len(self.view.stamp):
+            raise IndexError(
+                f"slot {slot} is none of the {len(self.view.stamp)} of the cache"
+            )
         if self.view.samples.size < (slot + 1) * n:
             self._grow(slot + 1)
         brick = self.view.samples[slot * n : (slot + 1) * n]

@@ -1,6 +1,7 @@
 import math
 
 import numpy as np
+import pytest
 
 from renderers.art.bricks import Bricks
 from renderers.art.cells import CellGrid, cube_distances
@@ -106,3 +107,11 @@ def test_a_volume_too_large_to_be_numbered_stays_in_cells() -> None:
     vast = np.broadcast_to(np.int16(7), (1024, 1024, 1024))
     leap, stamp = np.zeros(8, np.uint8), np.zeros(1, np.int64)
     assert not Bricks(GRID, np.ones(3), leap, stamp, 1.0, whole=vast).view.whole.size
+
+
+@pytest.mark.parametrize("slot", [-1, 5, 1 << 40])
+def test_a_slot_that_the_cache_has_not_is_refused(slot: int) -> None:
+    bricks = make_bricks(5)
+    with pytest.raises(IndexError, match=f"slot {slot} is none of the 5"):
+        bricks.show(0, slot, GRID.block(VALUES, 0))
+    assert not bricks.shows(0)
