@@ -36,7 +36,7 @@ class TerminalFile:
     def waiting(self) -> int:
         """Get how many bytes have arrived unread."""
         if sys.platform == "win32":
-            raise NotImplementedError("terminals are files on POSIX systems only")
+            raise OSError("terminals are files on POSIX systems only")
         fcntl.ioctl(self._file, termios.FIONREAD, self._count)
         return self._count[0]
 

@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 import OpenEXR
 import pytest
-import SimpleITK as sitk  # noqa: N813
+import SimpleITK
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -121,9 +121,11 @@ def test_one_view_becomes_every_kind_of_file(
         assert channels["RGBA"].pixels.shape == (SIZE, SIZE, 4)
         assert np.array_equal(np.unique(channels["samples"].pixels), [1])
         depth = channels["Z"].pixels
-    found = sitk.GetArrayFromImage(sitk.ReadImage(str(files[1])))
+    found = SimpleITK.GetArrayFromImage(SimpleITK.ReadImage(str(files[1])))
     assert np.array_equal(found, depth)
-    doubt = sitk.GetArrayFromImage(sitk.ReadImage(str(tmp_path / "doubt.nrrd")))
+    doubt = SimpleITK.GetArrayFromImage(
+        SimpleITK.ReadImage(str(tmp_path / "doubt.nrrd"))
+    )
     assert doubt.shape == (SIZE, SIZE)
     assert 0 <= doubt.min() <= doubt.max() <= 1
     assert 0 < report["confidence"]["sure"] <= 1

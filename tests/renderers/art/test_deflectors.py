@@ -22,27 +22,11 @@ from renderers.art.job import decode_request
 from renderers.art.policy import CellPolicy, Dataflow
 from renderers.art.rank import Rank
 from renderers.art.team import RankTeam, follow
-from renderers.art.transport import LoopBack, LoopBackEnd
+from renderers.art.transport import LoopBack
 from renderers.art.travel import make_frame_node
 from renderers.art.worker import run_worker
 from renderers.scene import Camera, Scene
-
-
-class ThreadedEnd(LoopBackEnd):
-    """Let ranks of one loop-back run in threads of their own."""
-
-    lock = threading.Lock()
-
-    def send(self, message):  # type: ignore[no-untyped-def]
-        with self.lock:
-            super().send(message)
-
-    def poll(self):  # type: ignore[no-untyped-def]
-        with self.lock:
-            return super().poll()
-
-    def rest(self, waiting: bool) -> None:
-        threading.Event().wait(1e-4)
+from tests.renderers.art.threaded_end import ThreadedEnd
 
 
 def specs(scene: Scene) -> tuple[DeflectorSpec, ...]:

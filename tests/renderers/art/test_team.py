@@ -6,14 +6,14 @@ import pytest
 from renderers.art import ActiveRayTracer
 from renderers.art.client import SnapshotClient
 from renderers.art.job import ScopeWork
-from renderers.art.messages import Message
 from renderers.art.policy import CellPolicy, Dataflow
 from renderers.art.rank import Rank
 from renderers.art.spool import Spool
 from renderers.art.team import RankTeam, follow
-from renderers.art.transport import LoopBack, LoopBackEnd
+from renderers.art.transport import LoopBack
 from renderers.art.worker import run_worker
 from renderers.scene import Camera, Image, Scene
+from tests.renderers.art.threaded_end import ThreadedEnd
 
 POLICY = CellPolicy(5, Dataflow.STATIC)
 
@@ -21,23 +21,6 @@ POLICY = CellPolicy(5, Dataflow.STATIC)
 @pytest.fixture
 def client(tmp_path: Path) -> SnapshotClient:
     return SnapshotClient(tmp_path / "spool")
-
-
-class ThreadedEnd(LoopBackEnd):
-    """Let ranks of one loop-back run in threads of their own."""
-
-    lock = threading.Lock()
-
-    def send(self, message: Message) -> None:
-        with self.lock:
-            super().send(message)
-
-    def poll(self) -> Message | None:
-        with self.lock:
-            return super().poll()
-
-    def rest(self, waiting: bool) -> None:
-        threading.Event().wait(1e-4)
 
 
 def test_a_team_of_ranks_delivers_the_same_bytes(
