@@ -5,7 +5,6 @@ without any deflector. The others are cut into finer steps, so that what they se
 by no more than a step from sample to sample.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,39 +17,14 @@ from renderers.art.views import CellView
 from renderers.scene.deflection import (
     Cut,
     Deflection,
-    Deflector,
     Rotation,
     Scaling,
     Translation,
 )
-from renderers.scene.deflection.deflector import STEEPEST
 from renderers.scene.volume import Volume
 
 SLACK_VOXELS = 0.01
 """Rays are bent that come so near to a ball: more than float32 places are off."""
-
-
-def stretch_of(deflectors: Sequence[Deflector]) -> float:
-    """Bound how far what is seen moves for a mm in the picture: the map's slope."""
-    result = 1.0
-    for one in deflectors:
-        match one:
-            case Translation():
-                slope = 1 + float(np.linalg.norm(one.shift_mm)) * STEEPEST / (
-                    one.radius_mm
-                )
-            case Rotation():
-                # 4 s^2 (1 - s^2), the shear of a turn by 1, is 1 at most
-                slope = 1 + abs(one.angle_rad)
-            case Scaling():
-                k = 1 / one.factor - 1
-                slope = 1 + k if k > 0 else 1 + 0.8 * -k
-            case Cut():
-                slope = 1 + one.pull_mm * STEEPEST / one.radius_mm
-            case _:
-                raise TypeError(f"rays cannot be bent by a {type(one).__name__}")
-        result *= slope
-    return result
 
 
 def maps_of(deflection: Deflection, volume: Volume) -> NDArray[np.float64]:
@@ -98,7 +72,7 @@ class BentMarch:
         self.seeks_values = False
         self._straight = straight
         self._maps = maps_of(deflection, straight.volume)
-        self._stretch = stretch_of(deflection.deflectors)
+        self._stretch = deflection.stretch
         self._has_cut = any(isinstance(d, Cut) for d in deflection.deflectors)
 
     def start(self, region: Region, rays: FrameRays) -> RayPacket:

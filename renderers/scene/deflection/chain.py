@@ -1,5 +1,6 @@
 """Several deflectors, one after the other."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -19,6 +20,11 @@ class Deflection:
     """
 
     deflectors: tuple[Deflector, ...] = ()
+
+    @property
+    def stretch(self) -> float:
+        """Get a bound on how far what is seen moves for a mm of place."""
+        return math.prod(deflector.stretch for deflector in self.deflectors)
 
     def pull_back(self, points: ArrayLike) -> Points:
         """Give which places of the undeformed tissue are seen at places x."""

@@ -54,6 +54,11 @@ class Deflector(ABC):
     def jacobian(self, points: Points) -> NDArray[np.float64]:
         """Give dq/dx at places x, ``(n, 3, 3)``."""
 
+    @property
+    @abstractmethod
+    def stretch(self) -> float:
+        """Get a bound on how far q moves for a mm of x: of the Jacobian's norm."""
+
     def opening(self, points: Points) -> NDArray[np.float64]:
         """Give how far places x are from a cut's faces: negative inside the gap.
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from renderers.scene.deflection.deflector import (
     LARGEST_SCALE,
     SAFETY,
+    STEEPEST,
     Deflector,
     FoldError,
     Points,
@@ -33,6 +34,11 @@ class Translation(Deflector):
         shift = finite_vector("shift", self.shift_mm)
         object.__setattr__(self, "shift_mm", shift)
         refuse_fold("translation", float(np.linalg.norm(shift)), self.radius_mm)
+
+    @property
+    def stretch(self) -> float:
+        """Get ``1 + |v| max |dw/dx|``."""
+        return 1 + float(np.linalg.norm(self.shift_mm)) * STEEPEST / self.radius_mm
 
     def pull_back(self, points: Points) -> Points:
         """Give ``x - v w(x)``."""
@@ -69,6 +75,11 @@ class Rotation(Deflector):
                 f"{self.angle_rad}"
             )
         object.__setattr__(self, "axis", axis / length)
+
+    @property
+    def stretch(self) -> float:
+        """Get ``1 + |angle| max 4 s^2 (1 - s^2)``: the shear of a turn."""
+        return 1 + abs(self.angle_rad)
 
     def pull_back(self, points: Points) -> Points:
         """Turn back by the angle times w."""
@@ -112,6 +123,11 @@ class Scaling(Deflector):
                 f"scaling by {self.factor:g} would fold the tissue; it may be "
                 f"{1 / (1 + SAFETY * LARGEST_SCALE):.3f} to {1 / (1 - SAFETY):.0f}"
             )
+
+    @property
+    def stretch(self) -> float:
+        """Get the slope at the centre, or where a swelling ends most abruptly."""
+        return 1 + self._k if self._k > 0 else 1 + 0.8 * -self._k
 
     @property
     def _k(self) -> float:
@@ -172,6 +188,11 @@ class Cut(Deflector):
             )
         object.__setattr__(self, "normal", normal / length)
         refuse_fold("cut", self.pull_mm, self.radius_mm)
+
+    @property
+    def stretch(self) -> float:
+        """Get that of a translation by the pull."""
+        return 1 + self.pull_mm * STEEPEST / self.radius_mm
 
     def pull_back(self, points: Points) -> Points:
         """Move either side back; in the gap that is beyond the plane."""

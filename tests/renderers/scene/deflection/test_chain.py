@@ -66,3 +66,8 @@ def test_a_cut_that_is_moved_later_is_found_where_it_is_seen() -> None:
     assert (
         Deflection((cut,)).opening((MIDDLE + np.array([0, 3.1, 0]))[None])[0] == np.inf
     )
+
+
+def test_a_chain_stretches_no_more_than_its_links_together() -> None:
+    largest = np.linalg.norm(CHAIN.jacobian(places(4000)), ord=2, axis=(1, 2)).max()
+    assert 1.0 < largest <= CHAIN.stretch

@@ -178,3 +178,14 @@ def test_what_is_no_deflector_is_refused(make: object, match: str) -> None:
     assert callable(make)
     with pytest.raises(ValueError, match=match):
         make()
+
+
+@every_kind
+def test_nothing_is_stretched_more_than_is_said(deflector: Deflector) -> None:
+    """And not much less: a turn shears by 1 at most where it also turns."""
+    jacobian = deflector.jacobian(places(2, 20_000))
+    largest = np.linalg.norm(jacobian, ord=2, axis=(1, 2)).max()
+    assert largest <= deflector.stretch + 1e-9
+    assert largest > (0.7 if isinstance(deflector, Rotation) else 0.93) * (
+        deflector.stretch
+    )
