@@ -1,9 +1,13 @@
 """Rows to write, compare and draw."""
 
+from collections.abc import Callable
+
+import msgspec
 import numpy as np
 import pytest
 
 from anatomy import classic_transfer_function
+from benchmarks import nasal_views
 from benchmarks.machine import Machine
 from benchmarks.scenes import Subject, SubjectSource, ViewPoint
 from benchmarks.schema import Row, Times
@@ -65,3 +69,13 @@ def hollow_ball() -> Subject:
 @pytest.fixture
 def ball() -> SubjectSource:
     return SubjectSource("ball", hollow_ball)
+
+
+@pytest.fixture
+def coarse_nasal_scene(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Scene]:
+    """Heads of the nasal views in voxels of 1 mm, kept nowhere."""
+    scenario, path = nasal_views.bundled_flight()
+    head = msgspec.structs.replace(scenario.head, spacing_mm=1.0)
+    coarse = msgspec.structs.replace(scenario, head=head)
+    monkeypatch.setattr(nasal_views, "bundled_flight", lambda: (coarse, path))
+    return nasal_views.nasal_scene.__wrapped__

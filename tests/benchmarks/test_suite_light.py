@@ -1,26 +1,19 @@
 """Suite `light` on a coarse head."""
 
+from collections.abc import Callable
 from contextlib import closing
 
-import msgspec
 import pytest
 
-from benchmarks import nasal_views
-from benchmarks.nasal_views import bundled_flight
 from benchmarks.suite_light import NOTHING, PATHS, LightPlan
+from renderers.scene import Scene
 
 
 @pytest.mark.slow
 def test_more_virtual_lights_come_nearer_to_the_truth(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, coarse_nasal_scene: Callable[[str], Scene]
 ) -> None:
-    scenario, path = bundled_flight()
-    head = msgspec.structs.replace(scenario.head, spacing_mm=1.0)
-    coarse = msgspec.structs.replace(scenario, head=head)
-    monkeypatch.setattr("benchmarks.nasal_views.bundled_flight", lambda: (coarse, path))
-    monkeypatch.setattr(
-        "benchmarks.suite_light.nasal_scene", nasal_views.nasal_scene.__wrapped__
-    )
+    monkeypatch.setattr("benchmarks.suite_light.nasal_scene", coarse_nasal_scene)
     with closing(LightPlan(quick=True)) as plan:
         made = {task.mode: task.measure() for task in plan.tasks()}
     assert 0 < made[PATHS].counters["noise, worst view"] < 0.3

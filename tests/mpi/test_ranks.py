@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from renderers.art import ActiveRayTracer
@@ -19,8 +18,6 @@ from renderers.scene import (
     Camera,
     Projection,
     Scene,
-    TransferFunction,
-    Volume,
 )
 
 pytest.importorskip("mpi4py")
@@ -70,19 +67,6 @@ def wait_until_gone(spool: Path, seconds: float = 30) -> None:
     while processes_of(spool):
         assert time.monotonic() < deadline, "processes were left behind"
         time.sleep(0.1)
-
-
-@pytest.fixture(scope="module")
-def scene() -> Scene:
-    """Get noise seen through thin and thick extinction."""
-    values = np.random.default_rng(4).integers(-300, 300, (30, 34, 38), np.int16)
-    volume = Volume(values, np.array([0.5, 0.5, 0.8]), np.array([-9.0, -8, -12]))
-    transfer = TransferFunction(
-        np.array([0.0, 100, 300]),
-        np.array([[1.0, 0.5, 0.2], [0.2, 0.9, 0.4], [1, 1, 1]]),
-        np.array([0.0, 0.02, 0.5]),
-    )
-    return Scene(volume, transfer)
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from renderers.art import ActiveRayTracer
 from renderers.art.client import SnapshotClient
 from renderers.art.policy import Dataflow
 from renderers.art.regions import Gather
-from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
+from renderers.scene import Camera, Projection, Scene
 
 pytest.importorskip("mpi4py")
 MPIEXEC = Path(sys.executable).with_name("mpiexec")
@@ -21,19 +21,6 @@ pytestmark = [
     pytest.mark.skipif(not MPIEXEC.exists(), reason="there is no mpiexec"),
 ]
 SIZE = 64
-
-
-@pytest.fixture(scope="module")
-def scene() -> Scene:
-    """Get noise seen through thin and thick extinction."""
-    values = np.random.default_rng(4).integers(-300, 300, (30, 34, 38), np.int16)
-    volume = Volume(values, np.array([0.5, 0.5, 0.8]), np.array([-9.0, -8, -12]))
-    transfer = TransferFunction(
-        np.array([0.0, 100, 300]),
-        np.array([[1.0, 0.5, 0.2], [0.2, 0.9, 0.4], [1, 1, 1]]),
-        np.array([0.0, 0.02, 0.5]),
-    )
-    return Scene(volume, transfer)
 
 
 def orbit(steps_deg: list[float]) -> list[Camera]:
