@@ -1,7 +1,7 @@
 """One ray tracer for several pictures, which may be told that it is enough."""
 
-import shutil
 import tempfile
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -54,14 +54,20 @@ class Drawing:
         return Drawn.of(view, snapshot), snapshot
 
     def __enter__(self) -> Self:
-        self._folder = Path(tempfile.mkdtemp(prefix="paravol-spool-"))
-        try:
-            self.client = SnapshotClient(self._folder, name="paravol snapshot")
-            self._running = running_worker(self._folder, ranks=self._ranks)
-            self._worker = self._running.__enter__()
-        except BaseException:
-            shutil.rmtree(self._folder, ignore_errors=True)
-            raise
+        with ExitStack() as stack:
+            # What a worker still writes when it is ended does not matter any more.
+            folder = Path(
+                stack.enter_context(
+                    tempfile.TemporaryDirectory(
+                        prefix="paravol-spool-", ignore_cleanup_errors=True
+                    )
+                )
+            )
+            self.client = SnapshotClient(folder, name="paravol snapshot")
+            self._worker = stack.enter_context(
+                running_worker(folder, ranks=self._ranks)
+            )
+            self._stack = stack.pop_all()
         return self
 
     def __exit__(
@@ -70,7 +76,4 @@ class Drawing:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        try:
-            self._running.__exit__(kind, error, trace)
-        finally:
-            shutil.rmtree(self._folder, ignore_errors=True)
+        self._stack.__exit__(kind, error, trace)
