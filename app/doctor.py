@@ -8,9 +8,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from app.opengl import OpenGL, display_name, probe_offscreen, probe_window
-from app.rendering_service import mpiexec
 from app.terminal import print_json, print_table
 from app.versions import versions
+from renderers.art.launcher import find_launcher
+from renderers.art.transport import TransportError
 
 VECTOR_FLAGS = ("sse4_2", "avx", "avx2", "fma", "avx512f", "neon", "asimd")
 LEAST_MEMORY_GB = 3.0
@@ -164,14 +165,19 @@ def _opengl(name: str, opengl: OpenGL) -> Finding:
 
 
 def _mpi() -> Finding:
-    launcher = mpiexec()
+    try:
+        launcher = find_launcher()
+    except TransportError as error:
+        return Finding("MPI", "not to be used", remedy=str(error))
     if launcher is None:
         return Finding(
             "MPI",
             "no mpiexec",
             remedy="Snapshots use one rank; pip install 'paravol-ess[mpi]' brings MPI.",
         )
-    return Finding("MPI", f"{launcher}: {_first_line([launcher, '--version'])}")
+    return Finding(
+        "MPI", f"{launcher.path}: {_first_line([launcher.path, '--version'])}"
+    )
 
 
 def _ffmpeg() -> Finding:

@@ -2,7 +2,6 @@
 
 import math
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -12,16 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.faults import ToldError
+from renderers.art.launcher import find_launcher
+from renderers.art.transport import TransportError
 
 STOP_S = 5.0
-
-
-def mpiexec() -> str | None:
-    """Find the MPI launcher: beside this Python first, then on the path."""
-    beside = Path(sys.executable).with_name("mpiexec")
-    if beside.exists():
-        return str(beside)
-    return shutil.which("mpiexec")
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,21 +66,24 @@ class WorkerOptions:
 def worker_command(spool: Path, options: WorkerOptions) -> list[str]:
     """Give the command line that serves `spool`.
 
-    Raises ToldError when ranks are wanted and there is no MPI.
+    Raises ToldError when ranks are wanted and there is no MPI to start them.
     """
     ranks = options.ranks
     tail = ["renderers.art", "--spool", str(spool), "--parent", str(os.getpid())]
     tail += options.words()
     if ranks == 1:
         return [sys.executable, "-m", *tail, "--backend", "serial"]
-    launcher = mpiexec()
+    try:
+        launcher = find_launcher()
+    except TransportError as error:
+        raise ToldError(str(error)) from error
     if launcher is None:
         raise ToldError(
             f"Rendering with {ranks} ranks needs MPI, and there is no mpiexec; install "
             "the extra 'mpi' or use --ranks 1."
         )
     python = [sys.executable, "-m", "mpi4py", "-m"]
-    return [launcher, "-n", str(ranks), *python, *tail, "--backend", "mpi"]
+    return [*launcher.command(ranks), *python, *tail, "--backend", "mpi"]
 
 
 class Worker:

@@ -21,6 +21,7 @@ from renderers.art.cache import CellCache
 from renderers.art.data_store import DataStore
 from renderers.art.directory import Directory, homes
 from renderers.art.job import SnapshotRequest
+from renderers.art.launcher import Launcher, find_launcher
 from renderers.art.node import Node
 from renderers.art.policy import CellPolicy, Dataflow
 from renderers.art.rank import Rank
@@ -97,36 +98,27 @@ class RankReport(msgspec.Struct, frozen=True, kw_only=True):
     distances: tuple[int, ...] = ()
 
 
-def mpiexec_path() -> Path:
-    """Get where the launcher of the extra `mpi` is, or would be."""
-    return Path(sys.executable).with_name("mpiexec")
-
-
 def run_ranks(
     ranks: int,
     job: RankJob,
     folder: Path,
-    *launcher: str,
+    *before: str,
     options: Sequence[str] = (),
+    launcher: Launcher | None = None,
 ) -> list[RankReport]:
     """Draw a job with so many processes; RuntimeError says what they said if it fails.
 
-    folder: has the data in `data`. launcher: words before mpiexec. options: after it.
+    folder: has the data in `data`. before: words before mpiexec. options: after it.
+    launcher: None for the one that `find_launcher` finds.
     """
+    launcher = launcher or find_launcher()
+    if launcher is None:
+        raise RuntimeError("there is no mpiexec; install the extra `mpi`")
     (folder / "job.json").write_bytes(msgspec.json.encode(job))
     for old in folder.glob("rank-*"):
         old.unlink()
-    words = [
-        *launcher,
-        str(mpiexec_path()),
-        *options,
-        "-n",
-        str(ranks),
-        sys.executable,
-        "-m",
-        "mpi4py",
-    ]
-    words += ["-m", "benchmarks.ranks", str(folder)]
+    words = [*before, *launcher.command(ranks, *options), sys.executable]
+    words += ["-m", "mpi4py", "-m", "benchmarks.ranks", str(folder)]
     done = subprocess.run(
         words,
         stdin=subprocess.DEVNULL,

@@ -15,11 +15,12 @@ from benchmarks.nasal_views import nasal_scene, path_views
 from benchmarks.orbits import folded_scene, orbit, write_folds
 from benchmarks.plan import Measured, Task, UnavailableError, register
 from benchmarks.prediction import Learned, Predictor, measured_busy_s
-from benchmarks.ranks import RankJob, RankReport, mpiexec_path, run_ranks
+from benchmarks.ranks import RankJob, RankReport, run_ranks
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
 from renderers.art.client import SnapshotClient
 from renderers.art.job import ClassicWork, SnapshotRequest
+from renderers.art.launcher import find_launcher
 from renderers.art.policy import Dataflow
 
 ROUNDS = 5
@@ -28,6 +29,9 @@ LARGE_CELL = 16
 LARGE_RANKS = 4
 BRICK_BYTES = (LARGE_CELL + 1) ** 3 * 8
 """Of a cell of a large volume made ready: four int16 a voxel."""
+RAW_BYTES = (LARGE_CELL + 3) ** 3 * 2
+"""Of a cell as it is passed on, which ranks keep where cells migrate."""
+LARGE_FLOWS = (Dataflow.STATIC, Dataflow.MIGRATING, Dataflow.REPLICATED)
 
 Reports = list[RankReport]
 
@@ -42,6 +46,7 @@ class DataflowPlan:
         self._made: list[tempfile.TemporaryDirectory[str]] = []
         self._learned: Learned | None = None
         self._digests: list[str] = []
+        self._large_digests: list[str] = []
 
     def tasks(self) -> list[Task]:
         """List the tasks, baselines first."""
@@ -59,7 +64,7 @@ class DataflowPlan:
             tasks += [
                 self._coherence("demo's flight", share, 32) for share in (0.3, 1.0)
             ]
-            tasks.append(self._large())
+            tasks += [self._large(dataflow) for dataflow in LARGE_FLOWS]
         return tasks
 
     def close(self) -> None:
@@ -70,7 +75,7 @@ class DataflowPlan:
 
     @cached_property
     def _folder(self) -> Path:
-        if not mpiexec_path().exists():
+        if find_launcher() is None:
             raise UnavailableError("there is no mpiexec; install the extra `mpi`")
         self._made.append(tempfile.TemporaryDirectory(prefix="paravol-ranks-"))
         return Path(self._made[-1].name)
@@ -225,16 +230,21 @@ class DataflowPlan:
             cost_s=20.0,
         )
 
-    def _large(self) -> Task:
+    def _large(self, dataflow: Dataflow) -> Task:
         def run() -> Measured:
-            return draw_large(LARGE_SIDE, self._folder)
+            measured, digests = draw_large(LARGE_SIDE, self._folder, dataflow)
+            self._large_digests = self._large_digests or digests
+            if digests != self._large_digests:
+                raise RuntimeError(f"{dataflow.value} cells drew other pictures")
+            return measured
 
         return Task(
             "art-dataflow",
             f"larger than memory/{LARGE_SIDE}/{LARGE_RANKS} ranks",
-            "homes read the file",
+            _from_file(dataflow),
             run,
             {"side": LARGE_SIDE, "cell": LARGE_CELL, "ranks": LARGE_RANKS},
+            baseline=None if dataflow is LARGE_FLOWS[0] else _from_file(LARGE_FLOWS[0]),
             clock="wall",
             cost_s=240.0,
         )
@@ -251,17 +261,25 @@ class DataflowPlan:
         return {"ranks": ranks, "side": self._side, "size": self._size, "cell": 8}
 
 
-def draw_large(side: int, folder: Path) -> Measured:
+def _from_file(dataflow: Dataflow) -> str:
+    return f"{dataflow.value}, from the file"
+
+
+def draw_large(
+    side: int, folder: Path, dataflow: Dataflow
+) -> tuple[Measured, list[str]]:
     """Draw a volume of which all caches together hold a quarter, in bytes.
 
-    Its homes read cells from the mapped file; empty cells are one brick.
+    Nobody has to keep a cell: they are read from the mapped file. Empty cells are one
+    brick. Give the pictures' digests, too.
     """
     volume_bytes = 2 * side**3
-    slots = max(volume_bytes // 4 // LARGE_RANKS // BRICK_BYTES, 8)
+    cell_bytes = BRICK_BYTES + (RAW_BYTES if dataflow is Dataflow.MIGRATING else 0)
+    slots = max(volume_bytes // 4 // LARGE_RANKS // cell_bytes, 8)
     requests = large_requests(side, folder)
     job = RankJob(
         requests=requests,
-        dataflow=Dataflow.STATIC.value,
+        dataflow=dataflow.value,
         cache_cells=slots,
         from_file=True,
         cell_side=LARGE_CELL,
@@ -270,7 +288,7 @@ def draw_large(side: int, folder: Path) -> Measured:
     walls = [frame.wall_s for frame in reports[0].rounds[0]]
     counters = {
         "volume_mb": volume_bytes / 1e6,
-        "cache_mb_a_rank": slots * BRICK_BYTES / 1e6,
+        "cache_mb_a_rank": slots * cell_bytes / 1e6,
         "slots": float(slots),
         "occupied": float(reports[0].occupied),
         "made_s": max(r.made_s for r in reports),
@@ -278,12 +296,14 @@ def draw_large(side: int, folder: Path) -> Measured:
         "second_s": walls[1],
         "cells_fetched": _total(reports, 0, 0, "cells_fetched"),
         "cells_evicted": _total(reports, 0, 0, "cells_evicted"),
+        "second_fetched": _total(reports, 0, 1, "cells_fetched"),
     }
     for report in reports:
         counters[f"own_mb_{report.rank}"] = report.own_bytes / 1e6
         counters[f"peak_own_mb_{report.rank}"] = report.peak_own_bytes / 1e6
         counters[f"peak_mb_{report.rank}"] = report.peak_bytes / 1e6
-    return Measured(Timing.of(walls, walls), counters=counters)
+    digests = [frame.digest for frame in reports[0].rounds[0]]
+    return Measured(Timing.of(walls, walls), counters=counters), digests
 
 
 def large_requests(side: int, folder: Path) -> tuple[SnapshotRequest, ...]:

@@ -9,10 +9,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.util import find_spec
 
-from app.rendering_service import mpiexec
 from benchmarks.machine import ROOT
 from benchmarks.plan import Measured, Task, UnavailableError, register
 from benchmarks.timing import Timing
+from renderers.art.launcher import find_launcher
 
 ALONE = "python alone"
 CACHED = "kernels cached"
@@ -151,7 +151,7 @@ class StartupPlan:
         """Start a snapshot worker on an empty spool, which it leaves at once."""
 
         def start() -> Measured:
-            if ranks > 1 and mpiexec() is None:
+            if ranks > 1 and find_launcher() is None:
                 raise UnavailableError("there is no mpiexec; the extra 'mpi' brings it")
             with tempfile.TemporaryDirectory(prefix="paravol-spool-") as spool:
                 words = ["worker", "--spool", spool, "--ranks", str(ranks), "--once"]

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
 
+from renderers.art.launcher import expect_company, told_ranks
 from renderers.art.lease import LEASE_S
 from renderers.art.policy import CellPolicy, Dataflow
 from renderers.art.pruning import KEEP_S
@@ -84,7 +85,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--from-file",
         action="store_true",
-        help="static homes read cells from the file when asked, and keep none",
+        help="no rank has to keep cells: homes read them from the volume's file",
     )
     parser.add_argument(
         "--lease",
@@ -104,9 +105,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     ending = _Ending(options.parent)
     try:
-        if options.backend == "mpi" or (
-            options.backend == "auto" and _started_with_ranks()
-        ):
+        if options.backend == "mpi" or (options.backend == "auto" and told_ranks() > 1):
             return _run_ranks(options, ending)
         from renderers.art.worker import run_worker
 
@@ -124,11 +123,6 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-def _started_with_ranks() -> bool:
-    sizes = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "PMIX_SIZE", "SLURM_NTASKS")
-    return any(os.environ.get(name, "1") not in ("", "1") for name in sizes)
-
-
 def _run_ranks(options: argparse.Namespace, ending: Callable[[], bool]) -> int:
     try:
         from renderers.art.mpi import MpiTransport
@@ -142,6 +136,7 @@ def _run_ranks(options: argparse.Namespace, ending: Callable[[], bool]) -> int:
     from renderers.art.worker import run_worker
 
     transport = MpiTransport(folder=options.spool)
+    expect_company(transport.ranks)
     rank = Rank(transport)
     policy = CellPolicy(
         options.cache_cells, Dataflow(options.dataflow), options.from_file

@@ -188,9 +188,11 @@ class CellShare:
 
     def block(self, cell: int) -> NDArray[Any]:
         """Get a cell's block; raise KeyError when another rank keeps it."""
-        if self._whole:
-            return self.grid.block(self._values, cell)
-        return self._blocks[cell]
+        return self.read(cell) if self._whole else self._blocks[cell]
+
+    def read(self, cell: int) -> NDArray[Any]:
+        """Cut a cell's block from the volume, whoever keeps it."""
+        return self.grid.block(self._values, cell)
 
     def put(self, cell: int, block: NDArray[Any]) -> None:
         """Keep a block that came from another rank."""
@@ -203,7 +205,7 @@ class CellShare:
     def renew(self, cell: int) -> None:
         """Cut a block anew if this rank keeps it."""
         if cell in self._blocks:
-            self._blocks[cell] = self.grid.block(self._values, cell)
+            self._blocks[cell] = self.read(cell)
 
     def decode(self, payload: bytes) -> NDArray[Any]:
         """Read a block back from the bytes of a Data message."""

@@ -16,6 +16,13 @@ from renderers.art.messages import Message, MessageKind, ProtocolError
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 
+EMPTY = -1
+"""The owner of a cell in which nothing can be seen, and which nobody asks for."""
+
+ON_DISK = -2
+"""The owner of a cell that no rank has to keep: its home can read it from the volume's
+file at any time. All copies are then replicas and may go."""
+
 MOST_ASKED = 2
 """Replicas asked to become the owner before the old one is told to keep the cell."""
 
@@ -38,11 +45,11 @@ def homes(cells: int, ranks: int) -> NDArray[np.int64]:
 
 
 def deal_owners(seen: NDArray[np.bool_], ranks: int) -> NDArray[np.int64]:
-    """Get the rank that owns each cell at the start, ``(cells,)``; -1 for empty cells.
+    """Get the rank that owns each cell at the start, ``(cells,)``; EMPTY where none.
 
     Runs of neighbours, equally many a rank: each reads one part of the volume's file.
     """
-    owner = np.full(len(seen), -1, np.int64)
+    owner = np.full(len(seen), EMPTY, np.int64)
     full = np.flatnonzero(seen)
     owner[full] = np.arange(len(full)) * ranks // max(len(full), 1)
     return owner
@@ -80,7 +87,7 @@ class Directory:
         owner: NDArray[np.int64],
         distances: Distances,
     ) -> None:
-        """Take each cell's home, its first owner, -1 for none, and what is near."""
+        """Take each cell's home, its first owner (or EMPTY, ON_DISK), what is near."""
         self.rank = rank
         self.entries: dict[int, Entry] = {}
         self._home = home
@@ -112,25 +119,27 @@ class Directory:
         """Get what is known of a cell whose home is here."""
         entry = self.entries.get(cell)
         if entry is None:
-            if self.first_owner[cell] < 0:
+            if self.first_owner[cell] == EMPTY:
                 raise ProtocolError(f"cell {cell} is empty and has no owner")
             entry = self.entries[cell] = Entry(int(self.first_owner[cell]))
         return entry
 
     def owner(self, cell: int) -> int:
-        """Get the listed owner of a cell whose home is here."""
+        """Get the listed owner of a cell whose home is here, or ON_DISK."""
         entry = self.entries.get(cell)
         return int(self.first_owner[cell]) if entry is None else entry.owner
 
     def listed(self, cell: int) -> set[int]:
         """Get the ranks counted as holders of a cell whose home is here."""
         entry = self.entries.get(cell)
-        if entry is None:
-            return {int(self.first_owner[cell])}
-        return {entry.owner, *entry.replicas}
+        replicas = [] if entry is None else entry.replicas
+        return {self.owner(cell), *replicas} - {ON_DISK}
 
     def handle(self, message: Message) -> Message:
-        """Take REQUEST, INVALIDATE_REQUEST or ADOPTED; return the one answer."""
+        """Take REQUEST, INVALIDATE_REQUEST or ADOPTED; return the one answer.
+
+        DATA, without its payload, where nobody has the cell and it is to be read.
+        """
         self.expect(message)
         if message.kind is MessageKind.REQUEST:
             return self._request(message)
@@ -155,8 +164,11 @@ class Directory:
         entry, who = self.entry(message.cell), message.source
         if who == entry.owner or who in entry.replicas:
             raise ProtocolError(f"rank {who} asked for cell {message.cell} it has")
-        holder = self._closest(who, [entry.owner, *entry.replicas])
+        holders = [rank for rank in (entry.owner, *entry.replicas) if rank != ON_DISK]
         entry.replicas.append(who)
+        if not holders:
+            return self._say(MessageKind.DATA, who, message)
+        holder = self._closest(who, holders)
         return self._say(MessageKind.FORWARD, holder, message, who)
 
     def _release(self, message: Message) -> Message:

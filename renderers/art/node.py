@@ -319,7 +319,12 @@ class Node(Generic[P]):
         if kind is MessageKind.ADOPT:
             yes = self.cache.adopt(cell)
             return [self._say(MessageKind.ADOPTED, message.source, cell, aux=int(yes))]
-        return [self.directory.handle(message)]
+        answer = self.directory.handle(message)
+        if answer.kind is MessageKind.DATA:
+            # Nobody has it; what is read from the file is of the newest generation.
+            version = self._changed.get(cell, 0)
+            answer = answer._replace(payload=self.work.read(cell), aux=version)
+        return [answer]
 
     def _data(self, cell: int, target: int) -> Message:
         payload = self.work.payload(cell)

@@ -10,6 +10,8 @@ from renderers.art.bricks import Bricks
 from renderers.art.cache import CellCache
 from renderers.art.cells import CellGrid, CellShare, cube_distances
 from renderers.art.directory import (
+    EMPTY,
+    ON_DISK,
     Directory,
     Distances,
     deal_owners,
@@ -141,11 +143,13 @@ def make_node(
     migrates = dataflow is Dataflow.MIGRATING and ranks > 1
     home = homes(grid.cells, ranks)
     owner = deal_owners(seen, ranks) if migrates else home
+    if migrates and from_file:
+        owner = np.where(seen, ON_DISK, EMPTY)
     if dataflow is Dataflow.RAYS:
         # Neighbouring cells belong together: a ray then stays longer where it is.
         home = deal_owners(seen, ranks)
     mine: NDArray[np.int64] | None
-    if migrates:
+    if migrates and not from_file:
         cache = CellCache(*slots_of(full, ranks, cache_cells))
         mine = np.flatnonzero(owner == rank)
         for cell in mine.tolist():
@@ -158,7 +162,7 @@ def make_node(
         if dataflow is Dataflow.REPLICATED or ranks == 1:
             home, mine = np.full(grid.cells, rank), None
         if from_file:
-            mine = None
+            mine = np.zeros(0, np.int64) if migrates else None
     values = march.volume.values
     lone = mine is None and not from_file and cache.capacity >= full
     bricks = Bricks(

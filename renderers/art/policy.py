@@ -23,8 +23,9 @@ class Dataflow(Enum):
 class CellPolicy:
     """Set how ranks share cells.
 
-    cache_cells: that a rank keeps; None for all. from_file: with static homes, a home
-    reads a cell from the volume's file when it is asked, and keeps none.
+    cache_cells: that a rank keeps; None for all. from_file: no rank has to keep cells:
+    homes read from the volume's file, static ones each time they are asked, migrating
+    ones where nobody has the cell.
     """
 
     cache_cells: int | None = None

@@ -44,6 +44,10 @@ class Work(Protocol[P]):
         """Write a held cell's raw values."""
         ...
 
+    def read(self, cell: int) -> bytes:
+        """Write the raw values of a cell that is only in the volume's file."""
+        ...
+
     def fill(self, cell: int, slot: int, payload: bytes) -> None:
         """Take a cell that came; show it."""
         ...
@@ -128,6 +132,10 @@ class MarchWork:
     def payload(self, cell: int) -> bytes:
         """Write a block with its ghosts."""
         return self.share.block(cell).tobytes()
+
+    def read(self, cell: int) -> bytes:
+        """Cut a block with its ghosts from the volume."""
+        return self.share.read(cell).tobytes()
 
     def fill(self, cell: int, slot: int, payload: bytes) -> None:
         """Make a brick of a block that came; raise ProtocolError at a wrong size."""

@@ -5,10 +5,12 @@ import pytest
 
 from benchmarks.orbits import folded_scene, orbit, write_folds
 from benchmarks.plan import SUITES
-from benchmarks.ranks import RankJob, digest_of, mpiexec_path, run_ranks
-from benchmarks.suite_art_dataflow import DataflowPlan, large_requests
+from benchmarks.ranks import RankJob, digest_of, run_ranks
+from benchmarks.suite_art_dataflow import LARGE_FLOWS, DataflowPlan, large_requests
 from renderers.art import ActiveRayTracer
 from renderers.art.data_store import DataStore
+from renderers.art.launcher import find_launcher
+from renderers.art.policy import Dataflow
 from renderers.art.regions import Gather
 
 SIDE = 64
@@ -31,13 +33,14 @@ def test_a_volume_written_layer_by_layer_is_the_whole(tmp_path: Path) -> None:
 
 @pytest.mark.mpi
 @pytest.mark.slow
-@pytest.mark.skipif(not mpiexec_path().exists(), reason="there is no mpiexec")
+@pytest.mark.skipif(find_launcher() is None, reason="there is no mpiexec")
+@pytest.mark.parametrize("dataflow", LARGE_FLOWS)
 def test_a_volume_that_no_rank_holds_is_drawn_with_the_same_bits(
-    tmp_path: Path,
+    tmp_path: Path, dataflow: Dataflow
 ) -> None:
     job = RankJob(
         requests=large_requests(SIDE, tmp_path),
-        dataflow="static",
+        dataflow=dataflow.value,
         cache_cells=5,
         from_file=True,
         cell_side=16,

@@ -9,17 +9,13 @@ from pathlib import Path
 import pytest
 
 from benchmarks.orbits import folded_scene, orbit
-from benchmarks.ranks import RankJob, digest_of, mpiexec_path, run_ranks
+from benchmarks.ranks import RankJob, digest_of, run_ranks
 from renderers.art import ActiveRayTracer
 from renderers.art.client import SnapshotClient
 from renderers.art.regions import Gather
+from tests.mpi.launching import LAUNCHER, NEEDS_RANKS
 
-pytest.importorskip("mpi4py")
-pytestmark = [
-    pytest.mark.mpi,
-    pytest.mark.slow,
-    pytest.mark.skipif(not mpiexec_path().exists(), reason="there is no mpiexec"),
-]
+pytestmark = [*NEEDS_RANKS, pytest.mark.slow]
 
 SHELL = """#!/bin/sh
 # Stands for ssh: an address, then a command.
@@ -69,6 +65,17 @@ def hosts(tmp_path: Path) -> Iterator[tuple[str, Path]]:
             ip("netns", "del", name)
 
 
+def placing(shell: Path) -> list[str]:
+    """Tell the launcher to put two ranks on each host, by that shell."""
+    assert LAUNCHER is not None
+    if LAUNCHER.is_open_mpi:
+        words = ["--mca", "plm_rsh_agent", str(shell)]
+        words += ["--mca", "btl_tcp_if_include", "10.77.0.0/24"]
+        return [*words, "--host", "10.77.0.1:2,10.77.0.2:2"]
+    words = ["-launcher", "ssh", "-launcher-exec", str(shell)]
+    return [*words, "-hosts", "10.77.0.1,10.77.0.2", "-ppn", "2"]
+
+
 @pytest.mark.parametrize("dataflow", ["migrating", "rays"])
 def test_ranks_on_two_hosts_draw_the_same_bits(
     tmp_path: Path, hosts: tuple[str, Path], dataflow: str
@@ -83,10 +90,7 @@ def test_ranks_on_two_hosts_draw_the_same_bits(
         RankJob(requests=requests, dataflow=dataflow, cache_cells=cells),
         tmp_path,
         *("ip", "netns", "exec", first),
-        options=(
-            *("-launcher", "ssh", "-launcher-exec", str(shell)),
-            *("-hosts", "10.77.0.1,10.77.0.2", "-ppn", "2"),
-        ),
+        options=placing(shell),
     )
     # Nearest is oneself, then the same host, then the other.
     assert [report.distances for report in reports] == [

@@ -3,15 +3,13 @@
 A step that the rank does not take as often as said lets the job succeed, and is told.
 """
 
-import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from renderers.art.spool import Spool
 from renderers.art.steps import Step
+from tests.mpi.launching import NEEDS_RANKS, ranks_command, running
 from tests.stress.doomed import act
 from tests.stress.jobs import (
     Job,
@@ -21,12 +19,7 @@ from tests.stress.jobs import (
     is_accepted,
 )
 
-pytest.importorskip("mpi4py")
-MPIEXEC = Path(sys.executable).with_name("mpiexec")
-pytestmark = [
-    pytest.mark.mpi,
-    pytest.mark.skipif(not MPIEXEC.exists(), reason="there is no mpiexec"),
-]
+pytestmark = NEEDS_RANKS
 
 RANKS = 3
 LIMIT_S = 120.0
@@ -64,24 +57,10 @@ def job(tmp_path_factory: pytest.TempPathFactory) -> Job:
 def kill_a_rank(job: Job, folder: Path, victim: int, step: str, nth: int) -> None:
     """Kill one of three ranks; another worker must finish, with the right bits."""
     act(job.order(folder, "client"))
-    command = [str(MPIEXEC), "-n", str(RANKS), sys.executable, "-m", "mpi4py"]
-    command += ["-m", "tests.stress.doomed", str(victim), step, str(nth)]
-    command += ["--spool", str(folder), "--once", "--cache-cells", "20"]
-    child = subprocess.Popen(
-        command,
-        cwd=Path(__file__).parents[2],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        start_new_session=True,
-    )
-    try:
+    words = ["-m", "tests.stress.doomed", str(victim), step, str(nth)]
+    words += ["--spool", str(folder), "--once", "--cache-cells", "20"]
+    with running(ranks_command(RANKS, *words)) as child:
         said, _ = child.communicate(timeout=LIMIT_S)
-    finally:
-        if child.poll() is None:
-            child.send_signal(signal.SIGKILL)
-            child.communicate()
     assert child.returncode != 0, f"{step} was not taken {nth} times by rank {victim}"
     assert "Traceback" not in said
     check_nothing_is_half(folder, job.request)

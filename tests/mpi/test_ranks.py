@@ -5,8 +5,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,59 +12,10 @@ import pytest
 
 from renderers.art import ActiveRayTracer
 from renderers.art.client import QualityName, SnapshotClient
-from renderers.scene import (
-    Camera,
-    Projection,
-    Scene,
-)
+from renderers.scene import Camera, Projection, Scene
+from tests.mpi.launching import NEEDS_RANKS, rank_process, ranks, wait_until_gone
 
-pytest.importorskip("mpi4py")
-MPIEXEC = Path(sys.executable).with_name("mpiexec")
-pytestmark = [
-    pytest.mark.mpi,
-    pytest.mark.skipif(not MPIEXEC.exists(), reason="there is no mpiexec"),
-]
-
-
-@contextmanager
-def ranks(number: int, spool: Path, *options: str) -> Iterator["subprocess.Popen[str]"]:
-    command = [str(MPIEXEC), "-n", str(number), sys.executable, "-m", "mpi4py"]
-    command += ["-m", "renderers.art", "--spool", str(spool), *options]
-    child = subprocess.Popen(
-        command,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        start_new_session=True,
-    )
-    try:
-        yield child
-    finally:
-        if child.poll() is None:
-            os.killpg(child.pid, signal.SIGKILL)
-        child.communicate()
-
-
-def processes_of(spool: Path) -> list[int]:
-    """List living processes whose command line names a spool."""
-    found = []
-    for entry in Path("/proc").glob("[0-9]*"):
-        try:
-            words = (entry / "cmdline").read_bytes().split(b"\0")
-            state = (entry / "stat").read_text().rpartition(")")[2].split()[0]
-        except OSError:
-            continue
-        if str(spool).encode() in words and state != "Z":
-            found.append(int(entry.name))
-    return found
-
-
-def wait_until_gone(spool: Path, seconds: float = 30) -> None:
-    deadline = time.monotonic() + seconds
-    while processes_of(spool):
-        assert time.monotonic() < deadline, "processes were left behind"
-        time.sleep(0.1)
+pytestmark = NEEDS_RANKS
 
 
 @pytest.fixture(scope="module")
@@ -152,15 +101,6 @@ def test_a_job_survives_the_death_of_a_rank(
     assert snapshot.result.attempt == 2
     assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
     wait_until_gone(client.spool.folder)
-
-
-def rank_process(spool: Path, number: int) -> int:
-    """Find a rank's process by what its launcher told it."""
-    for pid in processes_of(spool):
-        told = (Path("/proc") / str(pid) / "environ").read_bytes().split(b"\0")
-        if b"PMI_RANK=%d" % number in told:
-            return pid
-    raise AssertionError(f"there is no rank {number}")
 
 
 def test_ranks_say_in_one_sentence_why_they_cannot_serve(tmp_path: Path) -> None:

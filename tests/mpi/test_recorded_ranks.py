@@ -1,6 +1,5 @@
 """What real ranks said, said again by simulated nodes; and what ranks keep."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,13 +12,9 @@ from renderers.art.client import SnapshotClient
 from renderers.art.policy import Dataflow
 from renderers.art.regions import Gather
 from renderers.scene import Camera, Projection, Scene
+from tests.mpi.launching import NEEDS_RANKS
 
-pytest.importorskip("mpi4py")
-MPIEXEC = Path(sys.executable).with_name("mpiexec")
-pytestmark = [
-    pytest.mark.mpi,
-    pytest.mark.skipif(not MPIEXEC.exists(), reason="there is no mpiexec"),
-]
+pytestmark = NEEDS_RANKS
 SIZE = 64
 
 

@@ -1,18 +1,11 @@
 """A rank that waits in vain says so, and all ranks leave what they heard last."""
 
 import subprocess
-import sys
 from pathlib import Path
 
-import pytest
+from tests.mpi.launching import NEEDS_RANKS, ROOT, ranks_command
 
-from benchmarks.ranks import mpiexec_path
-
-pytest.importorskip("mpi4py")
-pytestmark = [
-    pytest.mark.mpi,
-    pytest.mark.skipif(not mpiexec_path().exists(), reason="there is no mpiexec"),
-]
+pytestmark = NEEDS_RANKS
 
 RANKS = """
 import sys, time
@@ -44,16 +37,13 @@ def test_a_rank_that_is_not_answered_ends_all_and_leaves_its_record(
     tmp_path: Path,
 ) -> None:
     done = subprocess.run(
-        [
-            *(str(mpiexec_path()), "-n", "2", sys.executable, "-m", "mpi4py"),
-            *("-c", RANKS, str(tmp_path)),
-        ],
+        ranks_command(2, "-c", RANKS, str(tmp_path)),
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
         timeout=60,
         check=False,
-        cwd=Path(__file__).parents[2],
+        cwd=ROOT,
     )
     assert done.returncode != 0
     reason = "Rank 0 has waited 0 s for a cell"

@@ -29,7 +29,8 @@ Rays = list[list[list[int]]]
 class System:
     """Set up ranks; the switches take rules away.
 
-    second: rays of a second frame, before which cell 0 is edited.
+    owner: by cell; ON_DISK for one that its home can read. second: rays of a second
+    frame, before which cell 0 is edited.
     """
 
     owner: list[int]

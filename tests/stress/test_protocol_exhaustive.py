@@ -10,6 +10,7 @@ from collections.abc import Callable
 import pytest
 
 from renderers.art.cache import CellCache, CellState
+from renderers.art.directory import ON_DISK
 from renderers.art.messages import MessageKind
 from tests.stress.exploration import Exploration, Rays, System
 
@@ -38,6 +39,19 @@ def edited() -> System:
     return System([0, 1], [2, 0], [(2, 1)] * 3, rays, second)
 
 
+def from_file() -> System:
+    """No rank has to keep a cell; homes ask, too, and slots are few."""
+    rays: Rays = [[[1, 0, 2]], [[0], [2]], [[1, 0]]]
+    return System([ON_DISK] * 3, [1, 2, 0], [(1, 0), (1, 0), (2, 0)], rays)
+
+
+def edited_file() -> System:
+    """Two frames; cell 0 changes in the file between them."""
+    rays: Rays = [[[0, 1]], [[0]], [[1]]]
+    second: Rays = [[[0]], [[1, 0]], [[0]]]
+    return System([ON_DISK] * 2, [2, 0], [(1, 0), (2, 0), (1, 0)], rays, second)
+
+
 def tight() -> System:
     """Three cells, one slot to work with at each rank, two rays at one."""
     rays: Rays = [[[1, 2]], [[2], [0]], [[0, 1]]]
@@ -57,6 +71,8 @@ def crowded() -> System:
         three_ranks,
         moving,
         edited,
+        from_file,
+        edited_file,
         pytest.param(tight, marks=pytest.mark.slow),
         pytest.param(crowded, marks=pytest.mark.slow),
     ],

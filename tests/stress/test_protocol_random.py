@@ -8,7 +8,13 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 
 from renderers.art.audit import audit
 from renderers.art.cache import CellCache
-from renderers.art.directory import Directory, deal_owners, homes, ring_distances
+from renderers.art.directory import (
+    ON_DISK,
+    Directory,
+    deal_owners,
+    homes,
+    ring_distances,
+)
 from renderers.art.messages import Message, MessageKind
 from renderers.art.node import Node
 from renderers.art.node_maker import slots_of
@@ -18,11 +24,18 @@ from renderers.art.transport import LoopBack
 Ranks = list["Node[Visits]"]
 
 
-def make_ranks(ranks: int, cells: int, spare: int, pending: int) -> Ranks:
-    """Make nodes whose caches have `spare` slots beyond their share."""
+def make_ranks(
+    ranks: int, cells: int, spare: int, pending: int, from_file: bool = False
+) -> Ranks:
+    """Make nodes whose caches have `spare` slots beyond their share.
+
+    from_file: nobody has a share; homes can read every cell.
+    """
     home = homes(cells, ranks)
     owner = deal_owners(np.ones(cells, np.bool_), ranks)
     slots = slots_of(cells, ranks, -(-cells // ranks) + spare)
+    if from_file:
+        owner, slots = np.full(cells, ON_DISK), (spare, 0)
     made = []
     for rank in range(ranks):
         cache = CellCache(*slots)
@@ -50,12 +63,21 @@ class Protocol(RuleBasedStateMachine):
         spare=st.integers(1, 4),
         pending=st.sampled_from([1, 2, 8]),
         seed=st.integers(0, 2**32 - 1),
+        from_file=st.booleans(),
     )
-    def begin(self, ranks: int, side: int, spare: int, pending: int, seed: int) -> None:
+    def begin(
+        self,
+        ranks: int,
+        side: int,
+        spare: int,
+        pending: int,
+        seed: int,
+        from_file: bool,
+    ) -> None:
         self.cells = side**3
         self.random = np.random.default_rng(seed)
         self.joint = LoopBack(ranks, seed, delay=0.0)
-        self.nodes = make_ranks(ranks, self.cells, spare, pending)
+        self.nodes = make_ranks(ranks, self.cells, spare, pending, from_file)
         self.frame = self.generation = 0
         self.touched: set[int] | None = None
         self.next_frame()
@@ -127,13 +149,18 @@ TestProtocol.settings = settings(max_examples=4, stateful_step_count=6, deadline
 
 
 def run_to_the_end(
-    ranks: int, side: int, spare: int, seed: int, delay: float
+    ranks: int,
+    side: int,
+    spare: int,
+    seed: int,
+    delay: float,
+    from_file: bool = False,
 ) -> tuple[Ranks, int]:
     """Draw one frame of straight walks; count the steps."""
     random = np.random.default_rng(seed)
     joint = LoopBack(ranks, seed, delay)
     cells = side**3
-    nodes = make_ranks(ranks, cells, spare, 4)
+    nodes = make_ranks(ranks, cells, spare, 4, from_file)
     grid = np.arange(cells).reshape((side,) * 3)
     for node in nodes:
         walks = [np.moveaxis(grid, random.integers(3), 0) for _ in range(6)]
@@ -168,11 +195,12 @@ def run_to_the_end(
     spare=st.integers(1, 3),
     seed=st.integers(0, 2**32 - 1),
     delay=st.sampled_from([0.0, 0.5, 0.95]),
+    from_file=st.booleans(),
 )
 def test_rays_finish_with_the_smallest_caches(
-    ranks: int, side: int, spare: int, seed: int, delay: float
+    ranks: int, side: int, spare: int, seed: int, delay: float, from_file: bool
 ) -> None:
-    nodes, _ = run_to_the_end(ranks, side, spare, seed, delay)
+    nodes, _ = run_to_the_end(ranks, side, spare, seed, delay, from_file)
     visits = sum(node.work.tally()["cells_entered"] for node in nodes)
     fetches = sum(node.cache.fetches for node in nodes)
     assert visits == ranks * 6 * side
@@ -188,11 +216,12 @@ def test_rays_finish_with_the_smallest_caches(
     spare=st.integers(1, 9),
     seed=st.integers(0, 2**32 - 1),
     delay=st.sampled_from([0.0, 0.5, 0.95]),
+    from_file=st.booleans(),
 )
 def test_rays_finish_with_up_to_512_cells(
-    ranks: int, side: int, spare: int, seed: int, delay: float
+    ranks: int, side: int, spare: int, seed: int, delay: float, from_file: bool
 ) -> None:
-    run_to_the_end(ranks, side, spare, seed, delay)
+    run_to_the_end(ranks, side, spare, seed, delay, from_file)
 
 
 def test_with_room_for_it_cells_get_new_owners() -> None:

@@ -123,6 +123,10 @@ class StrandWork:
         """Stand for a cell's values."""
         return b""
 
+    def read(self, cell: int) -> bytes:
+        """Stand for a cell's values, which a file has."""
+        return b""
+
     def fill(self, cell: int, slot: int, payload: bytes) -> None:
         """Show a cell that came."""
         self.show(cell, slot)

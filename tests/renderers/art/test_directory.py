@@ -3,6 +3,7 @@ import pytest
 
 from renderers.art.directory import (
     MOST_ASKED,
+    ON_DISK,
     Directory,
     deal_owners,
     homes,
@@ -44,6 +45,22 @@ def test_owners_share_what_is_to_be_seen_in_runs(ranks: int) -> None:
     counts = np.bincount(owner[seen], minlength=ranks)
     assert counts.max() - counts.min() <= 1
     assert (np.diff(owner[seen]) >= 0).all()
+
+
+def test_a_cell_that_nobody_has_is_read_by_its_home_which_forgets_nobody() -> None:
+    place = Directory(0, HOME, np.full(4, ON_DISK), ring_distances(RANKS))
+    first = said(place, MessageKind.REQUEST, 1)
+    assert (first.kind, first.target, first.payload) == (MessageKind.DATA, 1, b"")
+    second = said(place, MessageKind.REQUEST, 3)
+    assert (second.kind, second.target, second.who) == (MessageKind.FORWARD, 1, 3)
+    assert place.listed(0) == {1, 3}
+    for rank in (1, 3):
+        gone = said(place, MessageKind.INVALIDATE_REQUEST, rank)
+        assert (gone.kind, gone.target) == (MessageKind.INVALIDATE, rank)
+    assert place.listed(0) == set()
+    assert said(place, MessageKind.REQUEST, 0).kind is MessageKind.DATA
+    with pytest.raises(ProtocolError, match="rank 4 would drop cell 0 unlisted"):
+        said(place, MessageKind.INVALIDATE_REQUEST, 4)
 
 
 def test_a_request_goes_to_the_nearest_holder_and_lists_who_asked() -> None:

@@ -1,4 +1,5 @@
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -6,6 +7,7 @@ from numpy.typing import NDArray
 
 from renderers.art import ActiveRayTracer
 from renderers.art.audit import audit
+from renderers.art.cells import CellShare
 from renderers.art.march import FrameRays, March
 from renderers.art.messages import MessageKind
 from renderers.art.node_maker import MarchNode, edit_node, make_node, slots_of
@@ -25,7 +27,13 @@ CLEAR = -300
 Made = list[tuple[March, MarchNode, MarchWork]]
 
 
-def make(scene: Scene, dataflow: Dataflow, cells: int | None = None) -> Made:
+def make(
+    scene: Scene,
+    dataflow: Dataflow,
+    cells: int | None = None,
+    *,
+    from_file: bool = False,
+) -> Made:
     return [
         make_node(
             scene,
@@ -35,6 +43,7 @@ def make(scene: Scene, dataflow: Dataflow, cells: int | None = None) -> Made:
             ranks=RANKS,
             dataflow=dataflow,
             cache_cells=cells,
+            from_file=from_file,
             validate=True,
         )
         for rank in range(RANKS)
@@ -72,18 +81,25 @@ def without_a_piece(scene: Scene, corner: tuple[int, int, int], size: int) -> Sc
 
 
 @pytest.mark.parametrize(
-    ("dataflow", "cells"),
+    ("dataflow", "cells", "from_file"),
     [
-        (Dataflow.MIGRATING, None),
-        (Dataflow.MIGRATING, 40),
-        (Dataflow.STATIC, 9),
-        (Dataflow.REPLICATED, 9),
+        (Dataflow.MIGRATING, None, False),
+        (Dataflow.MIGRATING, 40, False),
+        (Dataflow.MIGRATING, None, True),
+        (Dataflow.MIGRATING, 9, True),
+        (Dataflow.STATIC, 9, False),
+        (Dataflow.STATIC, 9, True),
+        (Dataflow.REPLICATED, 9, False),
     ],
 )
 def test_after_an_edit_no_stale_cell_is_sampled(
-    scene: Scene, outside: Camera, dataflow: Dataflow, cells: int | None
+    scene: Scene,
+    outside: Camera,
+    dataflow: Dataflow,
+    cells: int | None,
+    from_file: bool,
 ) -> None:
-    made = make(scene, dataflow, cells)
+    made = make(scene, dataflow, cells, from_file=from_file)
     before = draw(made, outside, 1, seed=1)
     fetched = sum(node.cache.fetches for _, node, _ in made)
     edited = scene
@@ -103,6 +119,37 @@ def test_after_an_edit_no_stale_cell_is_sampled(
         # Only what changed was fetched again.
         again = sum(node.cache.fetches for _, node, _ in made) - fetched
         assert 0 < again < fetched / 2
+
+
+def test_cells_that_stay_in_the_file_need_no_room_and_are_shared(
+    scene: Scene, outside: Camera
+) -> None:
+    made = make(scene, Dataflow.MIGRATING, 5, from_file=True)
+    drawn = draw(made, outside, 1, seed=3)
+    expected = ActiveRayTracer(scene, QUALITY, threads=1).render(outside)
+    assert drawn.tobytes() == expected.rgba.tobytes()
+    occupied = made[0][2].occupied
+    for _, node, work in made:
+        assert node.cache.owned == 0
+        assert len(work.share) <= 5 < occupied / RANKS
+        assert node.cache.evictions > 0
+
+
+def test_a_cell_is_read_from_the_file_once_and_then_passed_on(
+    scene: Scene, outside: Camera, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[int] = []
+    take = CellShare.read
+
+    def reading(share: CellShare, cell: int) -> NDArray[Any]:
+        read.append(cell)
+        return take(share, cell)
+
+    monkeypatch.setattr(CellShare, "read", reading)
+    made = make(scene, Dataflow.MIGRATING, from_file=True)
+    draw(made, outside, 1, seed=3)
+    fetched = sum(node.cache.fetches for _, node, _ in made)
+    assert 0 < len(read) == len(set(read)) < fetched
 
 
 def test_what_becomes_visible_has_no_owner_yet(scene: Scene) -> None:

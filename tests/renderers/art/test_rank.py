@@ -32,6 +32,7 @@ def draw(
     side: int = 8,
     cells: int | None = None,
     dataflow: Dataflow = Dataflow.MIGRATING,
+    from_file: bool = False,
     spare: int | None = None,
     frames: int = 1,
     order: Callable[[list[Region]], list[Region]] = list,
@@ -51,7 +52,7 @@ def draw(
             scene,
             mode,
             QUALITY,
-            CellPolicy(cells, dataflow),
+            CellPolicy(cells, dataflow, from_file),
             rank=rank,
             ranks=ranks,
             cell_side=side,
@@ -98,14 +99,22 @@ def one(
     }
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     mode=st.sampled_from(["classic", "scope"]),
     ranks=st.integers(1, 4),
     seed=st.integers(0, 2**32 - 1),
     side=st.sampled_from([8, 16]),
     cells=st.sampled_from([1, 2, 7, None]),
-    dataflow=st.sampled_from([Dataflow.STATIC, Dataflow.REPLICATED, Dataflow.RAYS]),
+    flow=st.sampled_from(
+        [
+            (Dataflow.STATIC, False),
+            (Dataflow.STATIC, True),
+            (Dataflow.MIGRATING, True),
+            (Dataflow.REPLICATED, False),
+            (Dataflow.RAYS, False),
+        ]
+    ),
 )
 def test_any_ranks_delivery_cells_and_cache_give_the_same_bits(
     scene: Scene,
@@ -117,9 +126,10 @@ def test_any_ranks_delivery_cells_and_cache_give_the_same_bits(
     seed: int,
     side: int,
     cells: int | None,
-    dataflow: Dataflow,
+    flow: tuple[Dataflow, bool],
 ) -> None:
     camera = outside if mode == "classic" else inside
+    dataflow, from_file = flow
     pictures, nodes = draw(
         scene,
         mode,
@@ -129,6 +139,7 @@ def test_any_ranks_delivery_cells_and_cache_give_the_same_bits(
         side=side,
         cells=cells,
         dataflow=dataflow,
+        from_file=from_file,
     )
     assert pictures[0].tobytes() == one[mode].tobytes()
     if dataflow is Dataflow.REPLICATED:
