@@ -199,7 +199,8 @@ def worker(
     spool: Path,
     ranks: Ranks = 1,
     threads: int | None = None,
-    dataflow: Literal["migrating", "static", "replicated"] | None = None,
+    dataflow: Literal["migrating", "static", "replicated", "rays"] | None = None,
+    from_file: Flag = False,
     cache_cells: int | None = None,
     lease: float | None = None,
     keep_days: float | None = None,
@@ -218,7 +219,10 @@ def worker(
         Threads that trace (without MPI), shade and expose; 2 by default.
     dataflow
         How ranks share the volume's cells: migrating as in the 1995 paper (the
-        default), static, or the whole volume on every rank.
+        default), static, the whole volume on every rank, or rays that travel.
+    from_file
+        No rank has to keep cells, which are read from the volume's file: for volumes
+        larger than all memory.
     cache_cells
         Cells that a rank keeps at most; all by default.
     lease
@@ -232,7 +236,7 @@ def worker(
     from app.rendering_service import WorkerOptions, run_worker_command
 
     options = WorkerOptions(
-        ranks, once, threads, dataflow, cache_cells, lease, keep_days
+        ranks, once, threads, dataflow, from_file, cache_cells, lease, keep_days
     )
     return run_worker_command(spool, options)
 

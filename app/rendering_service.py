@@ -25,6 +25,7 @@ class WorkerOptions:
     once: bool = False
     threads: int | None = None
     dataflow: str | None = None
+    from_file: bool = False
     cache_cells: int | None = None
     lease_s: float | None = None
     keep_days: float | None = None
@@ -42,10 +43,10 @@ class WorkerOptions:
             raise ValueError(f"--lease must be a positive time, got {self.lease_s:g}")
         if self.keep_days is not None and not 0 <= self.keep_days < math.inf:
             raise ValueError(f"--keep-days must not be negative, got {self.keep_days}")
-        if self.ranks == 1 and (self.dataflow or self.cache_cells):
+        if self.ranks == 1 and (self.dataflow or self.cache_cells or self.from_file):
             raise ValueError(
-                "--dataflow and --cache-cells say how ranks share cells; take more "
-                "--ranks than 1 with them."
+                "--dataflow, --cache-cells and --from-file say how ranks share cells; "
+                "take more --ranks than 1 with them."
             )
 
     def words(self) -> list[str]:
@@ -58,6 +59,7 @@ class WorkerOptions:
             "--keep-days": self.keep_days,
         }
         words = ["--once"] if self.once else []
+        words += ["--from-file"] if self.from_file else []
         for name, value in values.items():
             words += [] if value is None else [name, str(value)]
         return words

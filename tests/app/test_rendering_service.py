@@ -95,6 +95,19 @@ def test_a_spool_that_cannot_be_used(
     assert "file" in lines[0]
 
 
+def test_a_launcher_that_is_not_there_is_one_sentence(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setenv("PARAVOL_MPIEXEC", "/nowhere/mpiexec")
+    assert main(["worker", "--spool", str(tmp_path), "--ranks", "2"]) == 1
+    said = capsys.readouterr().err.strip()
+    assert said.startswith(
+        "PARAVOL_MPIEXEC names /nowhere/mpiexec, which is no program"
+    )
+
+
 def test_no_ranks_is_a_mistake(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="at least 1"):
         worker_command(tmp_path, WorkerOptions(ranks=0))
@@ -109,6 +122,7 @@ def test_no_ranks_is_a_mistake(tmp_path: Path) -> None:
         (["--keep-days", "-1"], "--keep-days must not be negative, got -1"),
         (["--ranks", "2", "--cache-cells", "0"], "--cache-cells must be at least 1"),
         (["--dataflow", "static"], "take more --ranks than 1"),
+        (["--from-file"], "take more --ranks than 1"),
     ],
 )
 def test_options_that_make_no_sense_are_refused(
@@ -137,7 +151,7 @@ def test_a_worker_of_ranks_shares_cells_as_it_is_told(tmp_path: Path) -> None:
     client = SnapshotClient(spool)
     job = ask(client)
     words = ["worker", "--spool", str(spool), "--once", "--ranks", "2"]
-    assert main([*words, "--dataflow", "static", "--cache-cells", "1"]) == 0
+    assert main([*words, "--from-file", "--cache-cells", "1"]) == 0
     result = client.wait(job, timeout_s=1).result
     assert result.ranks == 2
     assert result.counters["cells_evicted"] > 0
