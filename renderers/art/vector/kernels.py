@@ -1,13 +1,15 @@
 """March packets of rays: the steps of `renderers.art.kernels`, many rays at a time.
 
-Every lane holds a ray. Lanes that end are refilled from the queue; lanes in empty space
-leap until most lanes stand where there may be something; those sample, classify,
-shade and composite together. Each ray sees the operations of the scalar march in their
-order, whatever its neighbours do: neither the width nor the order of rays changes a
-bit. Distances over empty space are read voxel by voxel for the whole volume, so that
-rays leap through missing cells and stop only where they need one. The distance at the
-next sample is asked for while this one is worked on: a round of leaps waits for memory
-most of its time, a round of samples computes most of it.
+Every lane holds a ray. Lanes in empty space leap until most lanes stand where there may
+be something; those sample, classify, shade and composite together. Each ray sees the
+operations of the scalar march in their order, whatever its neighbours do: neither the
+width nor the order of rays changes a bit. A packet goes on until its last ray has
+ended. Lanes are not refilled before: rays side by side end at about the same time and
+share what they read, and with refills a picture took 1.09 to 1.24 times as long.
+Distances over empty space are read voxel by voxel for the whole volume, so that rays
+leap through missing cells and stop only where they need one. The distance at the next
+sample is asked for while this one is worked on: a round of leaps waits for memory most
+of its time, a round of samples computes most of it.
 """
 
 from collections.abc import Callable
@@ -34,10 +36,10 @@ from renderers.simd import (
     gather,
     gather_u8,
     i32,
+    load,
     maximum,
     minimum,
     put_rows4,
-    rank,
     rows4,
     rows8,
     select,
@@ -55,11 +57,13 @@ FAR = np.float32(np.inf)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def queue_rays(order: I32, ends: I32, cursor: I32, queue: I32) -> tuple[int, bool]:
+def queue_rays(
+    order: I32, ends: I32, cursor: I32, spare: int, queue: I32
+) -> tuple[int, bool]:
     """List the unfinished rays in their order; give their number.
 
-    queue: int32, at least as long as `order`. Tell as well whether any of them has
-    moved before.
+    spare: filled in behind them. queue: int32, longer than `order` by a packet. Tell as
+    well whether any of them has moved before.
     """
     found, moved = 0, False
     for ray in order:
@@ -68,6 +72,7 @@ def queue_rays(order: I32, ends: I32, cursor: I32, queue: I32) -> tuple[int, boo
             queue[found] = ray
             found += 1
             moved = moved or cursor[ray, 0] > 0
+    queue[found:] = spare
     return found, moved
 
 
@@ -122,7 +127,6 @@ def classic_packets(width: int, lit: bool) -> Callable[..., None]:
 
     lit: bricks have gradients, and samples are shaded; else they hold values alone.
     """
-    refill = width // 2
     patience = 3 * width // 8
 
     @njit(cache=True, nogil=True, error_model="numpy")
@@ -143,172 +147,151 @@ def classic_packets(width: int, lit: bool) -> Callable[..., None]:
         if whole:
             n1, n2 = view.top[0] + np.int32(2), view.top[1] + np.int32(2)
             n2 *= n1
+        step, deep = np.int64(n1), np.int64(n2)
         field = view.whole if whole else view.samples
         top_x, top_y, top_z = view.top[0], view.top[1], view.top[2]
         row, slab = top_x + np.int32(1), (top_x + np.int32(1)) * (top_y + np.int32(1))
         cells_x, cells_y = view.counts[0], view.counts[1]
-        queue = np.empty(len(order), np.int32)
-        total, moved = queue_rays(order, ends, cursor, queue)
+        queue = np.empty(len(order) + width, np.int32)
         marks = np.empty(width, np.int32)
         spare = np.int32(len(value) - 1)
-        head = 0
         zero = full(ZERO, width)
         none = full(np.int32(0), width)
-        ox, oy, oz, sx, sy, sz = zero, zero, zero, zero, zero, zero
-        h, px, py, pz = zero, zero, zero, zero
-        r, g, b, a, t = zero, zero, zero, zero, zero
-        lr, lg, lb, la = zero, zero, zero, zero
-        gx, gy, gz = zero, zero, zero
-        i, end, last, ray, half, wait = none, none, none, none + spare, none, none
-        skipped, far = none, none
-        samples, contributing, carried = 0, 0, moved
-        while True:
-            free = i >= end
-            idle = count(free)
-            if idle == width or (idle >= refill and head < total):
-                stopped = wait > 0
-                through = free & ~stopped
-                if renormalise:
-                    cut = through & (t < cutoff)
-                    k_ = ONE / (ONE - t)
-                    r = select(cut, (r + lr) * k_, r)
-                    g = select(cut, (g + lg) * k_, g)
-                    b, a = select(cut, (b + lb) * k_, b), select(cut, ONE, a)
-                    lr, lg = select(cut, ZERO, lr), select(cut, ZERO, lg)
-                    lb, la = select(cut, ZERO, lb), select(cut, ZERO, la)
-                # Rays that are not free write down their state, too, and go on.
-                put_rows4(cursor, ray, select(stopped, i, last), half, none, wait)
-                put_rows4(
-                    value, ray, select(through, r + lr, r), select(through, g + lg, g),
-                    select(through, b + lb, b), select(through, a + la, a),
-                )  # fmt: skip
-                # What is once written must be put right when its ray has ended.
-                carried = carried or any_(stopped)
-                if carried:
-                    put_rows4(
-                        carry, ray, select(through, ZERO, lr),
-                        select(through, ZERO, lg), select(through, ZERO, lb),
-                        select(through, ZERO, la),
-                    )  # fmt: skip
-                if idle == width and head >= total:
-                    break
-                place = rank(free) + np.int32(head)
-                new = free & (place < np.int32(total))
-                head = min(head + idle, total)
-                ray = select(free, spare, ray)
-                ray = select(new, gather(queue, select(new, place, 0), new), ray)
-                ox, oy, oz, sx, sy, sz, h, _ = rows8(geometry, ray)
-                r, g = select(free, ZERO, r), select(free, ZERO, g)
-                b, a = select(free, ZERO, b), select(free, ZERO, a)
-                lr, lg = select(free, ZERO, lr), select(free, ZERO, lg)
-                lb, la = select(free, ZERO, lb), select(free, ZERO, la)
-                i, half = select(free, 0, i), select(free, 0, half)
-                if moved:
-                    r_, g_, b_, a_ = rows4(value, ray)
-                    r, g = select(new, r_, r), select(new, g_, g)
-                    b, a = select(new, b_, b), select(new, a_, a)
-                    r_, g_, b_, a_ = rows4(carry, ray)
-                    lr, lg = select(new, r_, lr), select(new, g_, lg)
-                    lb, la = select(new, b_, lb), select(new, a_, la)
-                    first, marked, _, _ = rows4(cursor, ray)
-                    i, half = select(new, first, i), select(new, marked, half)
-                last = gather(ends, ray, ray < spare)
-                end = select(free, last, end)
-                wait = select(free, 0, wait)
-                t = maximum((ONE - a) - la, ZERO)
-                px, py, pz = per_voxel(sx), per_voxel(sy), per_voxel(sz)
-                on = i < end
-                cube = cube_at(
-                    f32(i), ox, oy, oz, sx, sy, sz, top_x, top_y, top_z, row, slab
-                )
-                far = gather_u8(view.leap, select(on, cube, 0), on)
-                continue
-            fi = f32(i)
-            x, y, z = ox + fi * sx, oy + fi * sy, oz + fi * sz
-            ix = minimum(i32(x), top_x)
-            iy = minimum(i32(y), top_y)
-            iz = minimum(i32(z), top_z)
-            fx, fy, fz = x - f32(ix), y - f32(iy), z - f32(iz)
-            leaps = ~free & (far > 0)
-            at = ~free & ~leaps
-            reach = f32(far) - WITHIN
-            out = way_out(fx, px, reach)
-            out = minimum(out, way_out(fy, py, reach))
-            out = minimum(out, way_out(fz, pz, reach))
-            out = minimum(maximum(out, ZERO), f32(end - i - 1))
-            jump = i32(out) + 1
-            jump = select(leaps, jump, 0)
-            skipped += jump
-            i += jump
-            most = count(leaps) > patience
-            if most or not any_(at):
-                on = i < end
-                cube = cube_at(
-                    f32(i), ox, oy, oz, sx, sy, sz, top_x, top_y, top_z, row, slab
-                )
-                far = gather_u8(view.leap, select(on, cube, 0), on)
-                continue
-            corner = iz * n2 + iy * n1 + ix
-            if not whole:
-                cell = (iz >> shift) * cells_y + (iy >> shift)
-                cell = select(at, cell * cells_x + (ix >> shift), 0)
-                first = gather(view.corners, cell, at)
-                missing = at & (first == ABSENT)
-                if any_(missing):
-                    wait = select(missing, cell + 1, wait)
-                    end = select(missing, 0, end)
-                    at &= ~missing
-                if clock > 0:
-                    stamp(view.slots, cell, at, marks, view.stamp, clock)
-                corner += first
-            corner = select(at, corner, 0)
-            fy = minimum(maximum(fy, ZERO), ONE)
-            step, deep = np.int64(n1), np.int64(n2)
+        skipped, samples, contributing = none, 0, 0
+        total, moved = queue_rays(order, ends, cursor, spare, queue)
+        for head in range(0, total, width):
+            ray = load(queue, head, width)
+            ox, oy, oz, sx, sy, sz, h, _ = rows8(geometry, ray)
+            px, py, pz = per_voxel(sx), per_voxel(sy), per_voxel(sz)
+            r, g, b, a = zero, zero, zero, zero
+            lr, lg, lb, la = zero, zero, zero, zero
+            vx, vy, vz = zero, zero, zero
+            i, half, wait = none, none, none
+            if moved:
+                r, g, b, a = rows4(value, ray)
+                lr, lg, lb, la = rows4(carry, ray)
+                i, half, _, _ = rows4(cursor, ray)
             if lit:
-                v, gx, gy, gz = cell4(view.samples, corner, step, deep, fx, fy, fz)
-            else:
-                v = cell1(field, corner, step, deep, fx, fy, fz)
-            samples += count(at)
-            i = select(at, i + 1, i)
-            # Ask how far it is to the next before anything hangs on this one.
+                per_mm = ONE / h
+                vx, vy = sx * spacing[0] * per_mm, sy * spacing[1] * per_mm
+                vz = sz * spacing[2] * per_mm
+            end = gather(ends, ray, ray < spare)
+            t = maximum((ONE - a) - la, ZERO)
             on = i < end
             cube = cube_at(
                 f32(i), ox, oy, oz, sx, sy, sz, top_x, top_y, top_z, row, slab
             )
             far = gather_u8(view.leap, select(on, cube, 0), on)
-            v *= view.unit
-            place = place_of(v, table.low, table.scale, table.last)
-            bin_ = i32(place)
-            f = place - f32(bin_)
-            kappa, dk, cr, dr, cg, dg, cb, db = rows8(table.lines, bin_)
-            kappa, cr, cg, cb = kappa + f * dk, cr + f * dr, cg + f * dg, cb + f * db
-            mixed = at & (kappa < ZERO)
-            if any_(mixed):
-                kappa, cr, cg, cb = between_nodes(
-                    table.first, table.extinction, table.color, table.color_slope,
-                    bin_, v, mixed, kappa, cr, cg, cb,
+            while any_(on):
+                fi = f32(i)
+                x, y, z = ox + fi * sx, oy + fi * sy, oz + fi * sz
+                ix = minimum(i32(x), top_x)
+                iy = minimum(i32(y), top_y)
+                iz = minimum(i32(z), top_z)
+                fx, fy, fz = x - f32(ix), y - f32(iy), z - f32(iz)
+                leaps = on & (far > 0)
+                at = on & ~leaps
+                if any_(leaps):
+                    reach = f32(far) - WITHIN
+                    out = way_out(fx, px, reach)
+                    out = minimum(out, way_out(fy, py, reach))
+                    out = minimum(out, way_out(fz, pz, reach))
+                    out = minimum(maximum(out, ZERO), f32(end - i - 1))
+                    jump = i32(out) + 1
+                    jump = select(leaps, jump, 0)
+                    skipped += jump
+                    i += jump
+                if count(leaps) > patience or not any_(at):
+                    on = i < end
+                    cube = cube_at(
+                        f32(i), ox, oy, oz, sx, sy, sz, top_x, top_y, top_z, row,
+                        slab,
+                    )  # fmt: skip
+                    far = gather_u8(view.leap, select(on, cube, 0), on)
+                    continue
+                corner = iz * n2 + iy * n1 + ix
+                if not whole:
+                    cell = (iz >> shift) * cells_y + (iy >> shift)
+                    cell = select(at, cell * cells_x + (ix >> shift), 0)
+                    first = gather(view.corners, cell, at)
+                    missing = at & (first == ABSENT)
+                    if any_(missing):
+                        wait = select(missing, cell + 1, wait)
+                        end = select(missing, 0, end)
+                        at &= ~missing
+                    if clock > 0:
+                        stamp(view.slots, cell, at, marks, view.stamp, clock)
+                    corner += first
+                corner = select(at, corner, 0)
+                fy = minimum(maximum(fy, ZERO), ONE)
+                gx, gy, gz = zero, zero, zero
+                if lit:
+                    v, gx, gy, gz = cell4(view.samples, corner, step, deep, fx, fy, fz)
+                else:
+                    v = cell1(field, corner, step, deep, fx, fy, fz)
+                samples += count(at)
+                i = select(at, i + 1, i)
+                # Ask how far it is to the next before anything hangs on this one.
+                on = i < end
+                cube = cube_at(
+                    f32(i), ox, oy, oz, sx, sy, sz, top_x, top_y, top_z, row, slab
+                )
+                far = gather_u8(view.leap, select(on, cube, 0), on)
+                v *= view.unit
+                place = place_of(v, table.low, table.scale, table.last)
+                bin_ = i32(place)
+                f = place - f32(bin_)
+                kappa, dk, cr, dr, cg, dg, cb, db = rows8(table.lines, bin_)
+                kappa, cr = kappa + f * dk, cr + f * dr
+                cg, cb = cg + f * dg, cb + f * db
+                mixed = at & (kappa < ZERO)
+                if any_(mixed):
+                    kappa, cr, cg, cb = between_nodes(
+                        table.first, table.extinction, table.color,
+                        table.color_slope, bin_, v, mixed, kappa, cr, cg, cb,
+                    )  # fmt: skip
+                seen = at & (kappa > ZERO)
+                found = count(seen)
+                if found == 0:
+                    continue
+                contributing += found
+                if lit:
+                    cr, cg, cb = light_up(
+                        lights, material, least_gradient, zero, cr, cg, cb,
+                        gx, gy, gz,
+                        x * spacing[0], y * spacing[1], z * spacing[2],
+                        vx, vy, vz,
+                    )  # fmt: skip
+                weight = t * opacity(kappa * h)
+                r, lr = add(r, lr, weight * cr, seen)
+                g, lg = add(g, lg, weight * cg, seen)
+                b, lb = add(b, lb, weight * cb, seen)
+                a, la = add(a, la, weight, seen)
+                t = maximum((ONE - a) - la, ZERO)
+                half = select(seen & (t <= HALF) & (half == 0), i, half)
+                end = select(seen & (t < cutoff), 0, end)
+                on &= i < end
+            stays = wait > 0
+            if renormalise:
+                cut = ~stays & (t < cutoff)
+                k_ = ONE / (ONE - t)
+                r = select(cut, (r + lr) * k_, r)
+                g = select(cut, (g + lg) * k_, g)
+                b, a = select(cut, (b + lb) * k_, b), select(cut, ONE, a)
+                lr, lg = select(cut, ZERO, lr), select(cut, ZERO, lg)
+                lb, la = select(cut, ZERO, lb), select(cut, ZERO, la)
+            last = gather(ends, ray, ray < spare)
+            put_rows4(cursor, ray, select(stays, i, last), half, none, wait)
+            put_rows4(
+                value, ray, select(stays, r, r + lr), select(stays, g, g + lg),
+                select(stays, b, b + lb), select(stays, a, a + la),
+            )  # fmt: skip
+            # What is once written must be put right when its ray has ended.
+            if moved or any_(stays):
+                put_rows4(
+                    carry, ray, select(stays, lr, ZERO), select(stays, lg, ZERO),
+                    select(stays, lb, ZERO), select(stays, la, ZERO),
                 )  # fmt: skip
-            seen = at & (kappa > ZERO)
-            found = count(seen)
-            if found == 0:
-                continue
-            contributing += found
-            if lit:
-                per_mm = ONE / h
-                cr, cg, cb = light_up(
-                    lights, material, least_gradient, zero, cr, cg, cb, gx, gy, gz,
-                    x * spacing[0], y * spacing[1], z * spacing[2],
-                    sx * spacing[0] * per_mm, sy * spacing[1] * per_mm,
-                    sz * spacing[2] * per_mm,
-                )  # fmt: skip
-            weight = t * opacity(kappa * h)
-            r, lr = add(r, lr, weight * cr, seen)
-            g, lg = add(g, lg, weight * cg, seen)
-            b, lb = add(b, lb, weight * cb, seen)
-            a, la = add(a, la, weight, seen)
-            t = maximum((ONE - a) - la, ZERO)
-            half = select(seen & (t <= HALF) & (half == 0), i, half)
-            end = select(seen & (t < cutoff), 0, end)
         for k in order:
             if cursor[k, 1] > 0 and depth[k] == FAR:
                 depth[k] = (
