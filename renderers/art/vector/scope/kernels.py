@@ -36,10 +36,10 @@ from renderers.simd import (
     gather_u8,
     i32,
     lanes,
+    load,
     maximum,
     minimum,
     put_rows4,
-    rank,
     rows4,
     rows8,
     select,
@@ -68,7 +68,6 @@ def seek_packets(width: int) -> Callable[..., None]:
 
     Rays that have one between two samples are left to `settle_packets`.
     """
-    refill = width // 2
     patience = 3 * width // 8
 
     @njit(cache=True, nogil=True, error_model="numpy")
@@ -89,42 +88,21 @@ def seek_packets(width: int) -> Callable[..., None]:
         wide = top_x + np.int32(2)
         deep = wide * (top_y + np.int32(2))
         cells_x, cells_y = view.counts[0], view.counts[1]
-        queue = np.empty(len(order), np.int32)
-        total, _ = queue_rays(order, ends, cursor, queue)
+        queue = np.empty(len(order) + width, np.int32)
         marks = np.empty(width, np.int32)
         spare = np.int32(len(value) - 1)
-        head = 0
+        total, _ = queue_rays(order, ends, cursor, spare, queue)
         zero = full(ZERO, width)
-        ox, oy, oz, sx, sy, sz = zero, zero, zero, zero, zero, zero
-        px, py, pz = zero, zero, zero
         none = full(np.int32(0), width)
-        i, end, last, ray, wait = none, none, none, none + spare, none
-        stage, bracket, skipped = none, none, none
-        samples = 0
-        while True:
-            free = i >= end
-            idle = count(free)
-            if idle == width or (idle >= refill and head < total):
-                # Rays that are not free write down their state, too, and go on.
-                stays = (wait > 0) | (stage > BISECTIONS)
-                put_rows4(cursor, ray, select(stays, i, last), stage, bracket, wait)
-                if idle == width and head >= total:
-                    break
-                place = rank(free) + np.int32(head)
-                new = free & (place < np.int32(total))
-                head = min(head + idle, total)
-                ray = select(free, spare, ray)
-                ray = select(new, gather(queue, select(new, place, 0), new), ray)
-                ox, oy, oz, sx, sy, sz, _, _ = rows8(geometry, ray)
-                first, stages, brackets, _ = rows4(cursor, ray)
-                i, stage = select(free, first, i), select(free, stages, stage)
-                bracket = select(free, brackets, bracket)
-                last = gather(ends, ray, ray < spare)
-                end = select(free, select(stage > BISECTIONS, 0, last), end)
-                wait = select(free, 0, wait)
-                px, py, pz = per_voxel(sx), per_voxel(sy), per_voxel(sz)
-                continue
-            while True:
+        skipped, samples = none, 0
+        for head in range(0, total, width):
+            ray = load(queue, head, width)
+            ox, oy, oz, sx, sy, sz, _, _ = rows8(geometry, ray)
+            px, py, pz = per_voxel(sx), per_voxel(sy), per_voxel(sz)
+            i, stage, bracket, _ = rows4(cursor, ray)
+            last, wait = gather(ends, ray, ray < spare), none
+            end = select(stage > BISECTIONS, 0, last)
+            while any_(i < end):
                 on = i < end
                 seeking = stage == 0
                 halves = minimum(stage, BISECTIONS)
@@ -147,46 +125,49 @@ def seek_packets(width: int) -> Callable[..., None]:
                 jump = select(leaps, jump, 0)
                 i += jump
                 skipped += jump
-                if count(leaps) <= patience:
-                    break
-            at = on & ~leaps
-            if not any_(at):
-                continue
-            held = at & (far == 0)
-            v = zero - ONE
-            if whole:
-                corner = select(held, iz * deep + iy * wide + ix, 0)
-                steps = np.int64(wide), np.int64(deep)
-                read = cell1(view.whole, corner, steps[0], steps[1], fx, fy, fz)
-                v = select(held, read, v)
-            else:
-                cell = (iz >> shift) * cells_y + (iy >> shift)
-                cell = select(held, cell * cells_x + (ix >> shift), 0)
-                corner = gather(view.corners, cell, held)
-                missing = held & (corner == ABSENT)
-                if any_(missing):
-                    wait = select(missing, cell + 1, wait)
-                    end = select(missing, 0, end)
-                    held &= ~missing
-                    at &= ~missing
-                    if not any_(at):
-                        continue
-                if clock > 0:
-                    stamp(view.slots, cell, held, marks, view.stamp, clock)
-                corner = select(held, corner + (iz * n2 + iy * n1 + ix), 0)
-                read, _, _, _ = cell4(
-                    view.samples, corner, np.int64(n1), np.int64(n2), fx, fy, fz
+                at = on & ~leaps
+                if count(leaps) > patience or not any_(at):
+                    continue
+                held = at & (far == 0)
+                v = zero - ONE
+                if whole:
+                    corner = select(held, iz * deep + iy * wide + ix, 0)
+                    steps = np.int64(wide), np.int64(deep)
+                    read = cell1(view.whole, corner, steps[0], steps[1], fx, fy, fz)
+                    v = select(held, read, v)
+                else:
+                    cell = (iz >> shift) * cells_y + (iy >> shift)
+                    cell = select(held, cell * cells_x + (ix >> shift), 0)
+                    corner = gather(view.corners, cell, held)
+                    missing = held & (corner == ABSENT)
+                    if any_(missing):
+                        wait = select(missing, cell + 1, wait)
+                        end = select(missing, 0, end)
+                        held &= ~missing
+                        at &= ~missing
+                        if not any_(at):
+                            continue
+                    if clock > 0:
+                        stamp(view.slots, cell, held, marks, view.stamp, clock)
+                    corner = select(held, corner + (iz * n2 + iy * n1 + ix), 0)
+                    read, _, _, _ = cell4(
+                        view.samples, corner, np.int64(n1), np.int64(n2), fx, fy, fz
+                    )
+                    v = select(held, read, v)
+                samples += count(held)
+                air = v < ZERO
+                bracket = select(
+                    at & ~seeking, 2 * bracket + select(air, 1, none), bracket
                 )
-                v = select(held, read, v)
-            samples += count(held)
-            air = v < ZERO
-            bracket = select(at & ~seeking, 2 * bracket + select(air, 1, none), bracket)
-            begins = at & seeking & ~air
-            begun = select(i > 0, 1, none + np.int32(BISECTIONS + 1))
-            bracket = select(begins, 0, bracket)
-            i = select(at & seeking & air, i + 1, i)
-            stage = select(begins, begun, select(at & ~seeking, stage + 1, stage))
-            end = select(stage > BISECTIONS, 0, end)
+                begins = at & seeking & ~air
+                begun = select(i > 0, 1, none + np.int32(BISECTIONS + 1))
+                bracket = select(begins, 0, bracket)
+                i = select(at & seeking & air, i + 1, i)
+                stage = select(begins, begun, select(at & ~seeking, stage + 1, stage))
+                end = select(stage > BISECTIONS, 0, end)
+            # Rays that have their surface say so; the others have left, or wait.
+            stays = (wait > 0) | (stage > BISECTIONS)
+            put_rows4(cursor, ray, select(stays, i, last), stage, bracket, wait)
         counters[0] += samples
         store(marks, 0, skipped)
         for lane in range(width):
