@@ -107,6 +107,10 @@ class Node(Generic[P]):
         if frame <= self.frame:
             raise ProtocolError(f"frame {frame} cannot follow frame {self.frame}")
         self.frame = frame
+        self.add(packets)
+
+    def add(self, packets: Iterable[P]) -> None:
+        """Take more packets of this frame."""
         for packet in packets:
             self._stack.push(packet)
 

@@ -103,10 +103,15 @@ class Gather:
         region: Region,
         value: NDArray[np.float32],
         depth: NDArray[np.float32],
+        rest: NDArray[np.float32] | None = None,
     ) -> None:
-        """Place a region's rays, listed row by row."""
+        """Place a region's rays, listed row by row; value and rest are added up."""
         shape = (region.bottom - region.top, region.right - region.left)
-        self.value[region.rows, region.columns] = value.reshape(*shape, 4)
+        place = self.value[region.rows, region.columns]
+        if rest is None:
+            place[:] = value.reshape(*shape, 4)
+        else:
+            np.add(value.reshape(*shape, 4), rest.reshape(*shape, 4), out=place)
         self.depth[region.rows, region.columns] = depth.reshape(shape)
         self.done[region.rows, region.columns] = True
         self.missing -= region.pixels

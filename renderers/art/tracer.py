@@ -154,14 +154,19 @@ class ActiveRayTracer:
             regions = deal_regions(width, height, 0, 1, lone_px)
             run = pool.map if self._threads > 1 else map
             work.use(run)
-            node.begin(node.frame + 1, run(lambda r: march.start(r, rays), regions))
+            work.deliver(gather)
+            node.begin(node.frame + 1, ())
             reached(Step.FRAME_BEGUN)
             pixels, stopped = gather.missing, False
             packets = self._threads
-            while not (stopped or node.is_finished):
+            while not stopped and (regions or not node.is_finished):
                 looked = time.perf_counter()
-                for message in node.advance(packets):
-                    gather.add_payload(message.payload)
+                # Rays are made when they are about to move: all of them would fill
+                # the caches.
+                wanted = 0 if node.is_active else packets
+                fresh, regions = regions[:wanted], regions[wanted:]
+                node.add(run(lambda region: march.start(region, rays), fresh))
+                node.advance(packets)
                 spent_s = time.perf_counter() - looked
                 packets = next_slice(packets, spent_s, self._threads)
                 reached(Step.RAYS_MOVED)
@@ -169,6 +174,7 @@ class ActiveRayTracer:
                 stopped = progress is not None and not progress(share)
             if stopped:
                 node.cancel()
+            work.deliver(None)
         reached(Step.RANK_DONE)
         after = node.tally()
         counters = {key: after[key] - before[key] for key in after}

@@ -11,7 +11,7 @@ from renderers.art.cells import CellShare
 from renderers.art.march import COUNTERS, March
 from renderers.art.messages import ProtocolError
 from renderers.art.rays import P, RayPacket
-from renderers.art.regions import region_payload
+from renderers.art.regions import Gather, region_payload
 
 Run = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[Any]]
 """Something like `map`, which may use threads."""
@@ -89,6 +89,7 @@ class MarchWork:
         self._march = march
         self._keeps_raw = keeps_raw
         self._map: Run = map
+        self._gather: Gather | None = None
 
     def replace(
         self,
@@ -104,6 +105,13 @@ class MarchWork:
     def use(self, run: Run) -> None:
         """Run packets with `map` or with an executor's, which may use threads."""
         self._map = run
+
+    def deliver(self, gather: Gather | None) -> None:
+        """Put what finished packets found where it belongs, instead of into a message.
+
+        None goes back to messages.
+        """
+        self._gather = gather
 
     @property
     def occupied(self) -> int:
@@ -126,7 +134,12 @@ class MarchWork:
         return [packet.missing_cells() for packet in packets]
 
     def result(self, packet: RayPacket) -> bytes:
-        """Write a region with its values and depths."""
+        """Write a region with its values and depths; nothing where it is delivered."""
+        if self._gather is not None:
+            self._gather.add(
+                packet.region, packet.value[:-1], packet.depth, packet.carry[:-1]
+            )
+            return b""
         return region_payload(packet.region, packet.result, packet.depth)
 
     def payload(self, cell: int) -> bytes:

@@ -58,7 +58,7 @@ FAR = np.float32(np.inf)
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def queue_rays(
-    order: I32, ends: I32, cursor: I32, spare: int, queue: I32
+    order: I32, ends: I32, cursor: I32, spare: np.int32, queue: I32
 ) -> tuple[int, bool]:
     """List the unfinished rays in their order; give their number.
 

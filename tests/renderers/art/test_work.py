@@ -1,11 +1,14 @@
+import numpy as np
 import pytest
 
+from renderers.art.march import FrameRays
 from renderers.art.messages import ProtocolError
 from renderers.art.node_maker import make_node
 from renderers.art.policy import Dataflow
 from renderers.art.quality import Quality
+from renderers.art.regions import Gather, deal_regions
 from renderers.art.work import MarchWork
-from renderers.scene import Scene
+from renderers.scene import Camera, Scene
 
 
 def make(scene: Scene, dataflow: Dataflow) -> MarchWork:
@@ -41,3 +44,30 @@ def has(work: MarchWork, cell: int) -> bool:
 def test_a_cell_of_the_wrong_size_is_refused(scene: Scene) -> None:
     with pytest.raises(ProtocolError, match="cell 3 came damaged"):
         make(scene, Dataflow.STATIC).fill(3, 0, b"12345")
+
+
+def test_what_is_delivered_is_what_messages_carry(
+    scene: Scene, outside: Camera
+) -> None:
+    """Also where packets are added one by one, each when the one before is through."""
+    quality = Quality(0.5, 0.01, renormalise=True)
+    rays = FrameRays.of(outside)
+    regions = deal_regions(outside.width, outside.height, 0, 1, 16)
+    pictures = []
+    for delivers in (False, True):
+        march, node, work = make_node(scene, "classic", quality)
+        gather = Gather(outside.width, outside.height)
+        work.deliver(gather if delivers else None)
+        node.begin(1, ())
+        assert node.is_finished
+        for region in regions:
+            node.add([march.start(region, rays)])
+            while not node.is_finished:
+                for message in node.advance(1):
+                    assert bool(message.payload) != delivers
+                    if not delivers:
+                        gather.add_payload(message.payload)
+        assert gather.missing == 0
+        pictures.append((gather.value.tobytes(), gather.depth.tobytes()))
+    assert pictures[0] == pictures[1]
+    assert np.ptp(gather.value) > 0.1
