@@ -5,8 +5,6 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.peer_jobs import VolumeJobs
-from benchmarks.peer_process import PeerProcess
 from benchmarks.plan import Measured, Task, register
 from benchmarks.references import (
     REFERENCE_NAME,
@@ -18,6 +16,7 @@ from benchmarks.references import (
 from benchmarks.scenes import CLASSIC_QUANTITIES, VIEWS, SubjectSource, subjects
 from benchmarks.schema import Setting
 from benchmarks.timing import measure
+from benchmarks.volume_peer import PEER, PEER_REFERENCE_STEP, VolumePeer
 from renderers.art import ActiveRayTracer, Quality
 from renderers.art.kernel_set import KernelSet, scalar_kernels
 from renderers.reference import render_reference
@@ -33,11 +32,11 @@ SAMPLE_LIMIT_NS = 5.8
 development machine (Zen 4 class, 2.6 GHz), fetched one after the other. Packets share
 some of it, so that one is no bound for `share_of_limit`."""
 
-PEER = "VTK fixed-point"
-PEER_REFERENCE_STEP = 1 / 16
-"""What the peer's shaded pictures are compared with: itself at this step. Its shading
-inside a cavity follows one view direction for the whole picture, so that its distance
-from our picture would say nothing about its steps."""
+EQUAL_STEPS = (2.0, 1.41, 1.0, 0.84, 0.71, 0.59, 0.5, 0.42, 0.35, 0.25, 0.18, 0.125)
+EQUAL_CUTOFF = 0.02
+"""What is tried for no more error than the peer's, from coarse to fine. Rays are
+divided by their opacity where they are cut, which lowers these errors (the peer cuts at
+0.008 and does not divide)."""
 
 SURFACE_SIZE = 512
 CHECK_SIZE = 24
@@ -54,9 +53,7 @@ class ArtPlan:
         self._surface_size = SURFACE_SIZE
         self._budget_s = 0.3 if quick else 3.0
         self._subjects = subjects(quick)
-        self._peer = PeerProcess("benchmarks.peers_volume")
-        self._jobs: dict[tuple[str, str], VolumeJobs] = {}
-        self._finest: dict[tuple[str, str], NDArray[np.float32]] = {}
+        self._peer = VolumePeer(self._size, self._budget_s)
 
     def tasks(self) -> list[Task]:
         """List the tasks, each view's peer before our own."""
@@ -95,7 +92,7 @@ class ArtPlan:
             peer_reference = f"{PEER}, step {PEER_REFERENCE_STEP:g}"
 
         def peer() -> Measured:
-            return self._draw_peer(source, view, quantity, step)
+            return self._peer.draw(source, view, quantity, step)
 
         def own(kernels: KernelSet | None = None, threads: int = 1) -> Measured:
             subject = source.subject
@@ -145,6 +142,21 @@ class ArtPlan:
                 ours,
                 baseline=peer_mode,
             ),
+            Task(
+                "art",
+                case,
+                f"ART, no more error than {peer_mode}",
+                partial(self._equal, source, view, quantity, step),
+                {
+                    "size": self._size,
+                    "threads": 1,
+                    "lens": "perspective",
+                    "series": "ART, equal error",
+                    "reference": REFERENCE_NAME,
+                    "cutoff": EQUAL_CUTOFF,
+                },
+                baseline=peer_mode,
+            ),
         ]
         if name == SCALAR_QUALITY:
             tasks.append(
@@ -170,36 +182,34 @@ class ArtPlan:
             )
         return tasks
 
-    def _draw_peer(
+    def _equal(
         self, source: SubjectSource, view: str, quantity: str, step: float
     ) -> Measured:
+        """Draw with the coarsest step that errs no more than the peer's picture.
+
+        Pictures under lights go by the step found without them: the peer's shading is
+        another.
+        """
+        compared = "wall" if quantity == "shaded" else quantity
         subject = source.subject
         camera = subject.views[view].camera(self._size, Projection.PERSPECTIVE)
-        scene = subject.in_mode(quantity)
-        key = source.name, quantity
-        if key not in self._jobs:
-            self._jobs[key] = VolumeJobs(self._peer, scene)
-        shaded = quantity == "shaded"
-
-        def draw(step_voxels: float, budget_s: float) -> Measured:
-            job = self._jobs[key].job(
-                camera, step_voxels, shaded=shaded, budget_s=budget_s
-            )
-            answer = self._peer.ask(job)
-            picture = self._peer.picture(answer)
-            if not shaded:
-                reference = source.references.picture(
-                    view, quantity, lambda: scene, camera
-                )
-            elif (source.name, view) in self._finest:
-                reference = self._finest[source.name, view]
-            else:
-                reference = self._finest[source.name, view] = picture
-            return Measured(answer.timing, image_error(picture, reference), "linear")
-
-        if shaded and (source.name, view) not in self._finest:
-            draw(PEER_REFERENCE_STEP, 0.0)
-        return draw(step, self._budget_s)
+        plain = subject.in_mode(compared)
+        reference = source.references.picture(view, compared, lambda: plain, camera)
+        allowed = self._peer.error(source, view, compared, step)
+        for own_step in EQUAL_STEPS:
+            quality = Quality(own_step, EQUAL_CUTOFF, renormalise=True, compact=True)
+            tracer = ActiveRayTracer(plain, quality, threads=1)
+            image = tracer.render(camera)
+            error = image_error(rgb_over_black(image.rgba), reference)
+            if error.rmse <= allowed:
+                break
+        if quantity != compared:
+            scene = subject.in_mode(quantity)
+            tracer = ActiveRayTracer(scene, quality, threads=1)
+        timing, _ = measure(lambda: tracer.render(camera), budget_s=self._budget_s)
+        return Measured(
+            timing, error, "linear", {"own_step": own_step, "peer_rmse": allowed}
+        )
 
     def _surface(
         self, source: SubjectSource, view: str, name: str, threads: int = 1

@@ -1,1 +1,1 @@
-"""The marches of `renderers.art.kernels` on vectors: packets of rays with refill."""
+"""The marches of `renderers.art.kernels` on vectors: packets of rays."""
