@@ -40,6 +40,7 @@ def snapshot(
     size: Size = 512,
     samples: Literal[1, 4] = 4,
     quality: Literal["preview", "snapshot", "final", "reference"] = "snapshot",
+    classification: Literal["post", "integrated"] = "post",
     truth: Flag = False,
     paths: int = 256,
     noise: float = 0.0,
@@ -97,6 +98,9 @@ def snapshot(
         Rays of each pixel.
     quality
         Step and cut-off of rays: preview, snapshot, final or reference.
+    classification
+        With --classic: colours of a step by its middle (post), or by all that the
+        density passes from end to end (integrated), which misses no thin shell.
     truth
         Follow the light from wall to wall by random paths; slow, its noise is told.
     paths
@@ -138,6 +142,7 @@ def snapshot(
         size=size,
         samples=samples,
         quality=quality,
+        classification=classification,
         truth=truth,
         paths=paths,
         noise=noise,

@@ -71,7 +71,13 @@ def _fineness(options: SnapshotOptions) -> Fineness:
             raise ValueError(
                 f"--paths must be 32 to 1048576 and --noise 0 to 1: {error}."
             ) from error
-    return Fineness(options.quality, options.samples, truth, options.time_limit_s)
+    return Fineness(
+        options.quality,
+        options.samples,
+        truth,
+        options.time_limit_s,
+        options.classification,
+    )
 
 
 def _views(options: SnapshotOptions, stages: Stages) -> tuple[Studio, list[ViewFile]]:

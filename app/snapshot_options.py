@@ -8,6 +8,7 @@ from app.pictures.doubt import demand_map
 from app.pictures.outputs import demand_endings
 from app.pictures.sources import Lens, Place
 from renderers.art.client import QualityName, Samples
+from renderers.art.quality import ClassificationName
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +34,7 @@ class SnapshotOptions:
     size: int
     samples: Samples
     quality: QualityName
+    classification: ClassificationName
     truth: bool
     paths: int
     noise: float
@@ -87,6 +89,11 @@ def check(options: SnapshotOptions) -> None:
         raise ValueError(
             f"An endoscope's lens is equidistant; --lens {options.lens} needs "
             "--classic."
+        )
+    if options.classification != "post" and not (plain or options.view is not None):
+        raise ValueError(
+            "--classification integrated is about transfer functions; it needs "
+            "--classic, --volume or --view."
         )
     demand_endings(options.files, film=options.is_film)
     if options.confidence is not None:

@@ -17,8 +17,10 @@ from app.pictures.view_file import (
     ScopeLook,
     ViewFile,
 )
+from renderers.art.bent import BENT_PROBLEM
 from renderers.art.client import QualityName, Samples, SnapshotClient
 from renderers.art.job import SnapshotRequest, TruthSpec
+from renderers.art.quality import ClassificationName
 from renderers.scene import Mesh, Scene
 from scenarios import Scenario
 from scenarios.scenario import Head as ScenarioHead
@@ -35,6 +37,7 @@ class Fineness:
     samples: Samples = 4
     truth: TruthSpec | None = None
     seconds: float | None = None
+    classification: ClassificationName = "post"
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +103,13 @@ class Studio:
                 progressive=True,
                 deliver_after_s=fineness.seconds,
             )
-            return msgspec.structs.replace(request, deflectors=view.deflectors)
+            if view.deflectors and fineness.classification == "integrated":
+                raise ValueError(BENT_PROBLEM)
+            return msgspec.structs.replace(
+                request,
+                deflectors=view.deflectors,
+                classification=fineness.classification,
+            )
         assert self.scene.surface is not None
         request = client.request_scope(
             self.scene.surface,

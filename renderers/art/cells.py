@@ -129,6 +129,37 @@ class CellGrid:
         full: NDArray[np.bool_] = empty == 0
         return full
 
+    def clearest(
+        self, ranges: NDArray[np.float32], clear: NDArray[np.float32]
+    ) -> NDArray[np.float32]:
+        """Choose the one of some intervals that empties the most cells, ``(1, 2)``."""
+        cells = [
+            int(np.count_nonzero(self.occupied(ranges, clear[k : k + 1])))
+            for k in range(len(clear))
+        ]
+        return clear[[int(np.argmin(cells))]] if cells else clear
+
+    def beside(self, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Tell which cells are chosen ones or touch one, ``(cells,)``."""
+        found = chosen.reshape(self.counts).copy()
+        for axis in range(3):
+            line = np.moveaxis(found, axis, 0)
+            before = line.copy()
+            line[1:] |= before[:-1]
+            line[:-1] |= before[1:]
+        return found.ravel()
+
+    def with_cubes(self, cubes: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Tell which cells have any of some cubes, ``(cells,)``.
+
+        cubes: of the volume's shape, less one along each axis.
+        """
+        found = cubes
+        for axis, size in enumerate(cubes.shape):
+            starts = np.arange(0, size, self.side)
+            found = np.logical_or.reduceat(found, starts, axis=axis)
+        return found.ravel()
+
 
 def cube_distances(
     values: NDArray[Any], clear: NDArray[np.float32]

@@ -10,8 +10,9 @@ import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 
+from renderers.art.bent import BENT_PROBLEM
 from renderers.art.deflectors import DeflectorSpec, to_deflection
-from renderers.art.quality import Quality
+from renderers.art.quality import ClassificationName, Quality
 from renderers.scene import Camera, Light, PhongMaterial, Projection, TransferFunction
 
 LARGEST_REQUEST = 256 * 1024
@@ -151,7 +152,7 @@ class SnapshotRequest(_Strict, frozen=True):
     pictures are traced first, so that a picture can be had at any moment, and those
     and parts of the picture itself are shown as they come. deflectors: bend the
     rays, the first of them moving the undeformed tissue. deliver_after_s: the best
-    picture so far is delivered then.
+    picture so far is delivered then. classification: see `Quality`.
     """
 
     schema: Literal["paravol.snapshot.request/2"]
@@ -169,6 +170,7 @@ class SnapshotRequest(_Strict, frozen=True):
     progressive: bool = False
     deflectors: Annotated[tuple[DeflectorSpec, ...], Meta(max_length=16)] = ()
     deliver_after_s: Annotated[float, Meta(gt=0, le=86_400)] | None = None
+    classification: ClassificationName = "post"
 
     def to_camera(self) -> Camera:
         """Build the camera of one sample a pixel."""
@@ -190,6 +192,7 @@ class SnapshotRequest(_Strict, frozen=True):
             named.cutoff if cutoff is None else cutoff,
             named.renormalise,
             named.compact,
+            classification=self.classification,
         )
 
 
@@ -237,6 +240,8 @@ def decode_request(record: bytes) -> SnapshotRequest:
         request.to_camera()
     except ValueError as error:
         raise ValueError(f"{error} - at `$.camera`") from error
+    if request.deflectors and request.classification == "integrated":
+        raise ValueError(f"{BENT_PROBLEM} - at `$.classification`")
     if request.camera.projection != "equidistant" and isinstance(
         request.work, ScopeWork
     ):

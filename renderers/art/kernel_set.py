@@ -14,13 +14,16 @@ PACKET = 32
 class KernelSet:
     """Hold what sets rays up and marches them. All sets give equal bits.
 
-    march_unlit: `march_classic` for bricks without gradients.
+    march_unlit: `march_classic` for bricks without gradients. march_integrated:
+    segments between samples; march_integrated_unlit: without gradients.
     """
 
     set_up_rays: Callable[..., None]
     march_classic: Callable[..., None]
     march_unlit: Callable[..., None]
     march_scope: Callable[..., None]
+    march_integrated: Callable[..., None]
+    march_integrated_unlit: Callable[..., None]
 
 
 def _both(
@@ -33,16 +36,25 @@ def _both(
 
 def scalar_kernels() -> KernelSet:
     """Give the functions that every machine compiles: one ray after the other."""
+    from renderers.art.integrated.kernels import march_integrated
     from renderers.art.kernels import march_classic, march_scope
     from renderers.art.preparation import set_up_rays
 
-    return KernelSet(set_up_rays, march_classic, march_classic, march_scope)
+    return KernelSet(
+        set_up_rays,
+        march_classic,
+        march_classic,
+        march_scope,
+        march_integrated,
+        march_integrated,
+    )
 
 
 def packet_kernels(width: int) -> KernelSet:
     """Give functions for packets of `width` rays: 4, 8, 16, 32 or 64."""
     if width not in (4, 8, 16, 32, 64):
         raise ValueError(f"a packet has 4, 8, 16, 32 or 64 rays, got {width!r}")
+    from renderers.art.integrated.packets.kernels import integrated_packets
     from renderers.art.vector.kernels import classic_packets
     from renderers.art.vector.rays.kernels import set_up_rays
     from renderers.art.vector.scope.kernels import seek_packets, settle_packets
@@ -52,6 +64,8 @@ def packet_kernels(width: int) -> KernelSet:
         classic_packets(width, True),
         classic_packets(width, False),
         partial(_both, seek_packets(width), settle_packets(width)),
+        integrated_packets(width, True),
+        integrated_packets(width, False),
     )
 
 

@@ -23,10 +23,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.art.interpolation.kernels import U, trilinear
-from renderers.art.optics.kernels import HALF, ONE, ZERO, opacity, power
+from renderers.art.lighting.kernels import light_up
+from renderers.art.optics.kernels import HALF, ONE, ZERO, opacity
 from renderers.art.views import CellView, Classification
-
-TINY = np.float32(1e-6)
 
 SLOWEST = np.float32(1e-6)
 """Voxels a sample; keeps reciprocals finite."""
@@ -177,34 +176,10 @@ def march_classic(
                 gx = trilinear(view.samples, at + 1, each, row, slab, fx, fy, fz)
                 gy = trilinear(view.samples, at + 2, each, row, slab, fx, fy, fz)
                 gz = trilinear(view.samples, at + 3, each, row, slab, fx, fy, fz)
-            steep = math.sqrt(gx * gx + gy * gy + gz * gz)
-            if steep > least_gradient:
-                inverse = -ONE / steep
-                nx, ny, nz = gx * inverse, gy * inverse, gz * inverse
-                dr, dg, db = material[0], material[0], material[0]
-                er, eg, eb = ZERO, ZERO, ZERO
-                for m in range(len(lights)):
-                    qx, qy, qz = lights[m, 0], lights[m, 1], lights[m, 2]
-                    if lights[m, 9] > ZERO:
-                        qx -= x * spacing[0]
-                        qy -= y * spacing[1]
-                        qz -= z * spacing[2]
-                        way_mm = np.float32(math.sqrt(qx * qx + qy * qy + qz * qz))
-                        per_way = ONE / (way_mm if way_mm > TINY else TINY)
-                        qx, qy, qz = qx * per_way, qy * per_way, qz * per_way
-                    c = max(nx * qx + ny * qy + nz * qz, ZERO)
-                    dr += c * lights[m, 3]
-                    dg += c * lights[m, 4]
-                    db += c * lights[m, 5]
-                    if material[1] > ZERO:
-                        hx, hy, hz = qx - vx, qy - vy, qz - vz
-                        q = max(math.sqrt(hx * hx + hy * hy + hz * hz), TINY)
-                        c = max((nx * hx + ny * hy + nz * hz) / q, ZERO)
-                        c = power(c, material[2])
-                        er += c * lights[m, 6]
-                        eg += c * lights[m, 7]
-                        eb += c * lights[m, 8]
-                cr, cg, cb = cr * dr + er, cg * dg + eg, cb * db + eb
+            cr, cg, cb = light_up(
+                lights, material, least_gradient, cr, cg, cb, gx, gy, gz,
+                x * spacing[0], y * spacing[1], z * spacing[2], vx, vy, vz,
+            )  # fmt: skip
             weight = t * opacity(kappa * h)
             term[0], term[1], term[2] = weight * cr, weight * cg, weight * cb
             term[3] = weight

@@ -29,13 +29,18 @@ _BINS = 1024
 
 
 class March(Protocol):
-    """Promise what a node needs to know of a mode."""
+    """Promise what a node needs to know of a mode.
+
+    clear: intervals of values that cannot be seen. margin: cubes around what can be
+    that have to be sampled as well.
+    """
 
     volume: Volume
     quality: Quality
     clear: NDArray[np.float32]
     needs_gradients: bool
     seeks_values: bool
+    margin: int
 
     def start(self, region: Region, rays: "FrameRays") -> RayPacket:
         """Put the rays of a region at their first samples."""
@@ -145,6 +150,7 @@ class _Marching:
     at_ends = False
     needs_gradients = True
     seeks_values = True
+    margin = 0
 
     def __init__(self, volume: Volume, quality: Quality, kernels: KernelSet) -> None:
         if volume.values.dtype.kind == "f" and not np.isfinite(volume.values).all():

@@ -18,6 +18,7 @@ from renderers.art.directory import (
     homes,
     ring_distances,
 )
+from renderers.art.integrated import IntegratedMarch
 from renderers.art.interpolation.kernels import SHORT
 from renderers.art.kernel_set import KernelSet, best_kernels
 from renderers.art.march import ClassicMarch, March, ScopeMarch
@@ -95,18 +96,26 @@ class _Look:
         if mode not in ("classic", "scope"):
             raise ValueError(f"mode must be classic or scope, got {mode!r}")
         if mode == "classic":
-            straight = ClassicMarch(
-                scene, quality, (low, high), kernels or best_kernels()
-            )
+            kind = ClassicMarch
+            if quality.classification == "integrated":
+                kind = IntegratedMarch
+            straight = kind(scene, quality, (low, high), kernels or best_kernels())
         else:
             straight = ScopeMarch(scene, quality, kernels or best_kernels())
         march: March = straight
         if deflection is not None and deflection.deflectors:
             march = BentMarch(straight, deflection)
         clear = march.clear if quality.skip_empty else np.zeros((0, 2), np.float32)
+        if march.margin:
+            clear = grid.clearest(ranges, clear)
         seen = grid.occupied(ranges, clear)
         distances = clear if volume.values.size <= LARGEST_LEAP else clear[:0]
         leap = cube_distances(volume.values, distances)
+        if march.margin and len(distances):
+            cubes = leap[:-3].reshape([n - 1 for n in volume.shape])
+            seen = grid.with_cubes(cubes <= march.margin)
+        elif march.margin:
+            seen = grid.beside(seen)
         span = high - low if whole and quality.compact else None
         empty = ranges[~seen, 0]
         return cls(march, grid, seen, leap, span, float(empty[0]) if len(empty) else 0)

@@ -1,6 +1,9 @@
 """How finely a picture is computed."""
 
 from dataclasses import dataclass
+from typing import Literal, get_args
+
+ClassificationName = Literal["post", "integrated"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,6 +20,10 @@ class Quality:
         1/32767 of the steepest. Volumes that int16 cannot hold stay float32.
     skip_empty: leap over what the transfer function makes clear. The picture is the
         same bit for bit; off only to measure what skipping saves.
+    classification: how mode `classic` reads the transfer function. "post": a step has
+        what its middle has. "integrated": it has what the transfer function says all
+        along from the density at its one end to that at its other: jumps and thin
+        spikes are met at any step, for more work a step.
     """
 
     step_voxels: float
@@ -24,6 +31,7 @@ class Quality:
     renormalise: bool = False
     compact: bool = False
     skip_empty: bool = True
+    classification: ClassificationName = "post"
 
     def __post_init__(self) -> None:
         if not 1 / 256 <= self.step_voxels <= 4:
@@ -32,6 +40,11 @@ class Quality:
             )
         if not 0 <= self.cutoff < 0.5:
             raise ValueError(f"cutoff must be 0 to .5, got {self.cutoff!r}")
+        if self.classification not in get_args(ClassificationName):
+            raise ValueError(
+                f"classification must be post or integrated, got "
+                f"{self.classification!r}"
+            )
 
     @classmethod
     def named(cls, name: str) -> "Quality":

@@ -1,7 +1,7 @@
 """The ray stack: where each ray stopped and what it waits for."""
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Generic, TypeVar
 
@@ -24,12 +24,18 @@ def tile_order(columns: int, rows: int) -> NDArray[np.int32]:
     return order.astype(np.int32)
 
 
+def _no_rows() -> NDArray[np.float32]:
+    return np.zeros((0, 4), np.float32)
+
+
 @dataclass(slots=True, eq=False)
 class RayPacket:
     """Hold the rays of one region, row by row, and how far each has come.
 
     The arrays are those of `renderers.art.kernels`. What has been composited is exact
-    and resumable, so the picture does not depend on when cells arrive.
+    and resumable, so the picture does not depend on when cells arrive. front: float32
+    (n + 1, 4) value and gradient of the last sample, where a march takes them along;
+    else without rows.
     """
 
     region: Region
@@ -40,6 +46,7 @@ class RayPacket:
     value: NDArray[np.float32]
     carry: NDArray[np.float32]
     depth: NDArray[np.float32]
+    front: NDArray[np.float32] = field(kw_only=True, default_factory=_no_rows)
 
     @classmethod
     def start(

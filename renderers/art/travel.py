@@ -19,12 +19,15 @@ from renderers.art.work import MarchWork
 from renderers.scene import Scene
 from renderers.scene.deflection import Deflection
 
-_HEADER = np.dtype([("origin", "<u4"), ("number", "<u4"), ("rays", "<u4")])
+_HEADER = np.dtype(
+    [("origin", "<u4"), ("number", "<u4"), ("rays", "<u4"), ("front", "<u4")]
+)
 
 _NOWHERE = Region(0, 0, 0, 0)
 
 RAY_BYTES = 92
-"""Of a ray on its way: number, geometry, samples, cursor, two sums and depth."""
+"""Of a ray on its way: number, geometry, samples, cursor, two sums and depth. Those
+that take their last sample along (`RayPacket.front`) have 16 more."""
 
 
 @dataclass(slots=True, eq=False)
@@ -109,7 +112,10 @@ class MarchTravel:
         """Make a guest; raise ProtocolError when the rays came damaged."""
         origin, number, rays, parts = self._unpack(payload, whole=True)
         n = len(rays)
-        packet = RayPacket(_NOWHERE, np.arange(n, dtype=np.int32), *parts)
+        order = np.arange(n, dtype=np.int32)
+        packet = RayPacket(_NOWHERE, order, *parts[:6])
+        if len(parts) > 6:
+            packet.front = parts[6]
         return Trip(origin, number, rays, packet)
 
     def take_home(self, payload: bytes) -> Trip:
@@ -145,11 +151,14 @@ class MarchTravel:
 
     def _pack(self, trip: Trip, rays: NDArray[np.intp], *, whole: bool) -> bytes:
         packet = trip.packet
-        head = np.array([(trip.origin, trip.number, len(rays))], _HEADER)
+        front = whole and len(packet.front) > 0
+        head = np.array([(trip.origin, trip.number, len(rays), front)], _HEADER)
         parts = [head.tobytes(), trip.rays[rays].astype("<i4").tobytes()]
         arrays: list[NDArray[Any]] = [packet.value, packet.carry, packet.depth]
         if whole:
             arrays = [packet.geometry, packet.count, packet.cursor, *arrays]
+        if front:
+            arrays.append(packet.front)
         parts += [array[rays].tobytes() for array in arrays]
         return b"".join(parts)
 
@@ -160,7 +169,10 @@ class MarchTravel:
         columns = [(4, "<f4"), (4, "<f4"), (1, "<f4")]
         if whole:
             columns = [(8, "<f4"), (1, "<i4"), (4, "<i4"), *columns]
-        head = np.frombuffer(payload[: _HEADER.itemsize].ljust(12, b"\0"), _HEADER)[0]
+        start = payload[: _HEADER.itemsize].ljust(_HEADER.itemsize, b"\0")
+        head = np.frombuffer(start, _HEADER)[0]
+        if whole and head["front"]:
+            columns.append((4, "<f4"))
         n = int(head["rays"])
         size = _HEADER.itemsize + 4 * n * (1 + sum(wide for wide, _ in columns))
         if len(payload) != size:

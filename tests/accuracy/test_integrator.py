@@ -3,7 +3,9 @@
 A ray of 3 mm runs through a ramp of density that equals its own length, so that a
 transfer function is extinction and colour along the way. The midpoint rule with exact
 opacities of segments is of second order, exact where both are constant or extinction
-is linear, and of first order at a jump, by half a step at the most.
+is linear, and of first order at a jump, by half a step at the most. Integrated transfer
+functions see all of the ramp between samples: extinction is exact at any step, jumps
+are, and colour is of second order.
 """
 
 import itertools
@@ -16,6 +18,7 @@ import pytest
 from numpy.typing import NDArray
 
 from renderers.art import ActiveRayTracer, Quality
+from renderers.art.quality import ClassificationName
 from renderers.scene import (
     Camera,
     PhongMaterial,
@@ -101,19 +104,22 @@ def scene_along(ray: Ray) -> Scene:
     return Scene(volume, transfer, (), PhongMaterial(1, 0, 0))
 
 
-def end_of(ray: Ray, steps: int) -> tuple[float, float]:
+def end_of(
+    ray: Ray, steps: int, classification: ClassificationName = "post"
+) -> tuple[float, float]:
     """Give the errors of light and transmittance after so many steps."""
     camera = Camera.looking_at(
         [0, -1.0, 0], [0, 1.0, 0], extent=1e-3, size=(1, 1),
         projection=Projection.ORTHOGRAPHIC,
     )  # fmt: skip
     # A hair less than a voxel's part, lest rounding make one step more.
-    quality = Quality(VOXELS / steps * (1 + 1e-9), 0.0)
+    quality = Quality(VOXELS / steps * (1 + 1e-9), 0.0, classification=classification)
     tracer = ActiveRayTracer(scene_along(ray), quality, threads=1)
     rgba = tracer.render(camera).rgba[0, 0]
     assert tracer.report is not None
     counters = tracer.report.counters
-    assert counters["samples"] + counters["skipped"] == steps
+    ends = int(classification == "integrated")
+    assert counters["samples"] + counters["skipped"] == steps + ends
     return float(rgba[0]) - ray.light, 1 - float(rgba[3]) - ray.clear
 
 
@@ -182,3 +188,23 @@ def test_a_jump_is_met_at_first_order() -> None:
     half = LENGTH / 2
     assert max(worst) < 1.05 * 0.1792 * half
     assert min(worst) > 0.3 * 0.1792 * half
+
+
+@pytest.mark.parametrize(
+    "name", [name for name in RAYS if name not in ("linear colour", "cosine colour")]
+)
+@pytest.mark.parametrize("steps", [13, 16, 40])
+def test_integrated_extinction_is_exact_at_any_step(name: str, steps: int) -> None:
+    """The ramp is a straight line between samples, too; so are jumps in order."""
+    light, clear = end_of(RAYS[name], steps, "integrated")
+    # where colour is even, light is opacity
+    assert abs(light) < 2e-6
+    assert abs(clear) < 2e-6
+
+
+@pytest.mark.parametrize("name", ["linear colour", "cosine colour"])
+def test_integrated_colour_is_met_at_second_order(name: str) -> None:
+    """Colour and extinction of many nodes in one step: what hides what is left out."""
+    errors = [abs(end_of(RAYS[name], n, "integrated")[0]) for n in (16, 24, 48, 96)]
+    orders = np.log(np.array(errors[:-1]) / errors[1:]) / np.log([1.5, 2, 2])
+    assert orders == pytest.approx(2, abs=0.15)

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from renderers.art.bent.maps.kernels import away, bend, bend_gradient
 from renderers.art.bent.samples.kernels import classify, light_sample, outside
 from renderers.art.interpolation.kernels import U, trilinear
-from renderers.art.kernels import TINY, WITHIN
+from renderers.art.kernels import WITHIN
+from renderers.art.lighting.kernels import TINY
 from renderers.art.optics.kernels import HALF, ONE, ZERO, opacity
 from renderers.art.views import CellView, Classification
 

@@ -23,6 +23,11 @@ from renderers.scene.deflection import (
 )
 from renderers.scene.volume import Volume
 
+BENT_PROBLEM = (
+    "bent rays take a transfer function at their samples only; choose classification "
+    "post, or leave the deflectors out"
+)
+
 SLACK_VOXELS = 0.01
 """Rays are bent that come so near to a ball: more than float32 places are off."""
 
@@ -64,10 +69,14 @@ class BentMarch:
     def __init__(
         self, straight: ClassicMarch | ScopeMarch, deflection: Deflection
     ) -> None:
+        """Raise ValueError where a transfer function shall be integrated."""
+        if straight.quality.classification == "integrated":
+            raise ValueError(BENT_PROBLEM)
         self.volume = straight.volume
         self.quality = straight.quality
         self.clear = straight.clear
         self.needs_gradients = straight.needs_gradients
+        self.margin = straight.margin
         # bent rays read bricks
         self.seeks_values = False
         self._straight = straight

@@ -82,7 +82,7 @@ def test_rays_that_were_never_sent_do_not_come_home(
 ) -> None:
     node = begun(scene, outside, 0)
     # No ray: origin 0, packet 99.
-    payload = np.array([0, 99, 0], "<u4").tobytes()
+    payload = np.array([0, 99, 0, 0], "<u4").tobytes()
     message = Message(MessageKind.RETURN, 1, 0, 1, payload=payload)
     with pytest.raises(ProtocolError, match="packet 99 of rank 0 came here"):
         node.handle(message)

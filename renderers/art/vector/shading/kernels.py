@@ -1,4 +1,4 @@
-"""Shade samples lane by lane: the steps of `renderers.art.kernels`."""
+"""Shade samples lane by lane: the steps of `renderers.art.lighting`."""
 
 from typing import Any
 
@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.art.lighting.kernels import TINY
 from renderers.art.optics.kernels import ONE, ZERO
 from renderers.art.vector.optics.kernels import power
 from renderers.simd import maximum, select, sqrt
@@ -14,8 +15,6 @@ Lanes = Any
 """A vector of `renderers.simd`."""
 
 F32 = NDArray[np.float32]
-
-TINY = np.float32(1e-6)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")

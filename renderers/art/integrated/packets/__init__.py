@@ -1,0 +1,1 @@
+"""Packets of rays that integrate between samples."""

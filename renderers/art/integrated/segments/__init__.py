@@ -1,0 +1,1 @@
+"""What lies between two samples, one ray at a time."""
