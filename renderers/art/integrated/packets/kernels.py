@@ -36,10 +36,10 @@ from renderers.simd import (
     gather,
     gather_u8,
     i32,
+    load,
     maximum,
     minimum,
     put_rows4,
-    rank,
     rows4,
     rows8,
     select,
@@ -55,7 +55,6 @@ def integrated_packets(width: int, lit: bool) -> Callable[..., None]:
 
     lit: bricks have gradients, and samples are shaded; else they hold values alone.
     """
-    refill = width // 2
     patience = 3 * width // 8
 
     @njit(cache=True, nogil=True, error_model="numpy")
@@ -76,242 +75,203 @@ def integrated_packets(width: int, lit: bool) -> Callable[..., None]:
         if whole:
             n1, n2 = view.top[0] + np.int32(2), view.top[1] + np.int32(2)
             n2 *= n1
+        step, deep = np.int64(n1), np.int64(n2)
         field = view.whole if whole else view.samples
         top_x, top_y, top_z = view.top[0], view.top[1], view.top[2]
         row, slab = top_x + np.int32(1), (top_x + np.int32(1)) * (top_y + np.int32(1))
         cells_x, cells_y = view.counts[0], view.counts[1]
-        queue = np.empty(len(order), np.int32)
-        total, moved = queue_rays(order, ends, cursor, queue)
+        queue = np.empty(len(order) + width, np.int32)
         marks = np.empty(width, np.int32)
         spare = np.int32(len(value) - 1)
-        head = 0
         zero = full(ZERO, width)
         none = full(np.int32(0), width)
-        ox, oy, oz, sx, sy, sz = zero, zero, zero, zero, zero, zero
-        h, px, py, pz = zero, zero, zero, zero
-        r, g, b, a, t = zero, zero, zero, zero, zero
-        lr, lg, lb, la = zero, zero, zero, zero
-        gx, gy, gz = zero, zero, zero
-        i, end, last, ray, half, wait = none, none, none, none + spare, none, none
-        # The last sample: value, gradient, piece between nodes, extinction, colour;
-        # it begins segment `joint` and is empty unless it is `within`.
-        v0, fgx, fgy, fgz = zero, zero, zero, zero
-        p0, e0, r0, g0, b0 = none, zero, zero, zero, zero
-        joint, within, forced = none, none, none
-        skipped, far = none, none
-        samples, contributing, carried = 0, 0, moved
-        while True:
-            free = i >= end
-            idle = count(free)
-            if idle == width or (idle >= refill and head < total):
-                stopped = wait > 0
-                through = free & ~stopped
-                if renormalise:
-                    cut = through & (t < cutoff)
-                    k_ = ONE / (ONE - t)
-                    r = select(cut, (r + lr) * k_, r)
-                    g = select(cut, (g + lg) * k_, g)
-                    b, a = select(cut, (b + lb) * k_, b), select(cut, ONE, a)
-                    lr, lg = select(cut, ZERO, lr), select(cut, ZERO, lg)
-                    lb, la = select(cut, ZERO, lb), select(cut, ZERO, la)
-                # Rays that are not free write down their state, too, and go on.
-                put_rows4(
-                    cursor,
-                    ray,
-                    select(stopped, i, last),
-                    half,
-                    2 * joint + within,
-                    wait,
-                )
-                put_rows4(
-                    value, ray, select(through, r + lr, r), select(through, g + lg, g),
-                    select(through, b + lb, b), select(through, a + la, a),
-                )  # fmt: skip
-                # What is once written must be put right when its ray has ended.
-                carried = carried or any_(stopped)
-                if carried:
-                    put_rows4(
-                        carry, ray, select(through, ZERO, lr),
-                        select(through, ZERO, lg), select(through, ZERO, lb),
-                        select(through, ZERO, la),
-                    )  # fmt: skip
-                    put_rows4(front, ray, v0, fgx, fgy, fgz)
-                if idle == width and head >= total:
-                    break
-                place = rank(free) + np.int32(head)
-                new = free & (place < np.int32(total))
-                head = min(head + idle, total)
-                ray = select(free, spare, ray)
-                ray = select(new, gather(queue, select(new, place, 0), new), ray)
-                ox, oy, oz, sx, sy, sz, h, _ = rows8(geometry, ray)
-                r, g = select(free, ZERO, r), select(free, ZERO, g)
-                b, a = select(free, ZERO, b), select(free, ZERO, a)
-                lr, lg = select(free, ZERO, lr), select(free, ZERO, lg)
-                lb, la = select(free, ZERO, lb), select(free, ZERO, la)
-                i, half = select(free, 0, i), select(free, 0, half)
-                joint, within = select(free, 0, joint), select(free, 0, within)
-                forced = select(free, 0, forced)
-                if moved:
-                    r_, g_, b_, a_ = rows4(value, ray)
-                    r, g = select(new, r_, r), select(new, g_, g)
-                    b, a = select(new, b_, b), select(new, a_, a)
-                    r_, g_, b_, a_ = rows4(carry, ray)
-                    lr, lg = select(new, r_, lr), select(new, g_, lg)
-                    lb, la = select(new, b_, lb), select(new, a_, la)
-                    first, marked, begun, _ = rows4(cursor, ray)
-                    i, half = select(new, first, i), select(new, marked, half)
-                    joint = select(new, begun >> 1, joint)
-                    within = select(new, begun & 1, within)
-                    r_, g_, b_, a_ = rows4(front, ray)
-                    v0, fgx = select(new, r_, v0), select(new, g_, fgx)
-                    fgy, fgz = select(new, b_, fgy), select(new, a_, fgz)
-                    p_, k_, r_, g_, b_ = classify(
-                        table.lines, table.first, table.extinction, table.color,
-                        table.color_slope, table.low, table.scale, table.last, v0, new,
-                    )  # fmt: skip
-                    p0, e0 = select(new, p_, p0), select(new, k_, e0)
-                    r0, g0 = select(new, r_, r0), select(new, g_, g0)
-                    b0 = select(new, b_, b0)
-                last = gather(ends, ray, ray < spare)
-                end = select(free, last, end)
-                wait = select(free, 0, wait)
-                t = maximum((ONE - a) - la, ZERO)
-                px, py, pz = per_voxel(sx), per_voxel(sy), per_voxel(sz)
-                on = i < end
-                cube = cube_at(
-                    f32(i), ox, oy, oz, sx, sy, sz, top_x, top_y, top_z, row, slab
-                )
-                far = gather_u8(view.leap, select(on, cube, 0), on)
-                far = select(forced > 0, 0, far)
-                continue
-            # Where something begins, the empty sample before it is needed, too.
-            back = ~free & (far == 0) & (joint != i) & (i > 0) & (forced == 0)
-            one = select(back, none + 1, none)
-            i -= one
-            skipped -= one
-            forced += one
-            fi = f32(i)
-            x, y, z = ox + fi * sx, oy + fi * sy, oz + fi * sz
-            ix = minimum(i32(x), top_x)
-            iy = minimum(i32(y), top_y)
-            iz = minimum(i32(z), top_z)
-            fx, fy, fz = x - f32(ix), y - f32(iy), z - f32(iz)
-            leaps = ~free & (far > 0) & ~((joint == i) & (within > 0))
-            at = ~free & ~leaps
-            reach = f32(far) - WITHIN
-            out = way_out(fx, px, reach)
-            out = minimum(out, way_out(fy, py, reach))
-            out = minimum(out, way_out(fz, pz, reach))
-            out = minimum(maximum(out, ZERO), f32(end - i - 1))
-            jump = i32(out) + 1
-            jump = select(leaps, jump, 0)
-            skipped += jump
-            i += jump
-            most = count(leaps) > patience
-            if most or not any_(at):
-                on = i < end
-                cube = cube_at(
-                    f32(i), ox, oy, oz, sx, sy, sz, top_x, top_y, top_z, row, slab
-                )
-                far = gather_u8(view.leap, select(on, cube, 0), on)
-                far = select(forced > 0, 0, far)
-                continue
-            corner = iz * n2 + iy * n1 + ix
-            if not whole:
-                cell = (iz >> shift) * cells_y + (iy >> shift)
-                cell = select(at, cell * cells_x + (ix >> shift), 0)
-                first = gather(view.corners, cell, at)
-                missing = at & (first == ABSENT)
-                if any_(missing):
-                    wait = select(missing, cell + 1, wait)
-                    end = select(missing, 0, end)
-                    at &= ~missing
-                if clock > 0:
-                    stamp(view.slots, cell, at, marks, view.stamp, clock)
-                corner += first
-            corner = select(at, corner, 0)
-            # The last sample lies on the volume's face, and rounding beyond it.
-            fx = minimum(maximum(fx, ZERO), ONE)
-            fy = minimum(maximum(fy, ZERO), ONE)
-            fz = minimum(maximum(fz, ZERO), ONE)
-            step, deep = np.int64(n1), np.int64(n2)
+        skipped, samples, contributing = none, 0, 0
+        total, moved = queue_rays(order, ends, cursor, spare, queue)
+        for head in range(0, total, width):
+            ray = load(queue, head, width)
+            ox, oy, oz, sx, sy, sz, h, _ = rows8(geometry, ray)
+            px, py, pz = per_voxel(sx), per_voxel(sy), per_voxel(sz)
+            r, g, b, a = zero, zero, zero, zero
+            lr, lg, lb, la = zero, zero, zero, zero
+            vx, vy, vz = zero, zero, zero
+            i, half, wait = none, none, none
+            # The last sample: value, gradient, piece between nodes, extinction, colour;
+            # it begins segment `joint` and is empty unless it is `within`.
+            v0, fgx, fgy, fgz = zero, zero, zero, zero
+            joint, within, forced = none, none, none
+            if moved:
+                r, g, b, a = rows4(value, ray)
+                lr, lg, lb, la = rows4(carry, ray)
+                i, half, joint, _ = rows4(cursor, ray)
+                joint, within = joint >> 1, joint & 1
+                v0, fgx, fgy, fgz = rows4(front, ray)
             if lit:
-                v, gx, gy, gz = cell4(view.samples, corner, step, deep, fx, fy, fz)
-            else:
-                v = cell1(field, corner, step, deep, fx, fy, fz)
-            samples += count(at)
-            whole_segment = at & (joint == i) & (i > 0)
-            i = select(at, i + 1, i)
-            joint = select(at, i, joint)
-            within = select(
-                at & (far == 0) & (forced == 0), none + 1, select(at, 0, within)
-            )
-            forced = select(at, 0, forced)
-            # Ask how far it is to the next before anything hangs on this one.
+                per_mm = ONE / h
+                vx, vy = sx * spacing[0] * per_mm, sy * spacing[1] * per_mm
+                vz = sz * spacing[2] * per_mm
+            p0, e0, r0, g0, b0 = classify(
+                table.lines, table.first, table.extinction, table.color,
+                table.color_slope, table.low, table.scale, table.last, v0, none == 0,
+            )  # fmt: skip
+            end = gather(ends, ray, ray < spare)
+            t = maximum((ONE - a) - la, ZERO)
             on = i < end
             cube = cube_at(
                 f32(i), ox, oy, oz, sx, sy, sz, top_x, top_y, top_z, row, slab
             )
             far = gather_u8(view.leap, select(on, cube, 0), on)
-            v *= view.unit
-            p1, e1, r1, g1, b1 = classify(
-                table.lines, table.first, table.extinction, table.color,
-                table.color_slope, table.low, table.scale, table.last, v, at,
+            while any_(on):
+                # Where something begins, the empty sample before it is needed, too.
+                back = on & (far == 0) & (joint != i) & (i > 0) & (forced == 0)
+                one = select(back, none + 1, none)
+                i -= one
+                skipped -= one
+                forced += one
+                fi = f32(i)
+                x, y, z = ox + fi * sx, oy + fi * sy, oz + fi * sz
+                ix = minimum(i32(x), top_x)
+                iy = minimum(i32(y), top_y)
+                iz = minimum(i32(z), top_z)
+                fx, fy, fz = x - f32(ix), y - f32(iy), z - f32(iz)
+                leaps = on & (far > 0) & ~((joint == i) & (within > 0))
+                at = on & ~leaps
+                if any_(leaps):
+                    reach = f32(far) - WITHIN
+                    out = way_out(fx, px, reach)
+                    out = minimum(out, way_out(fy, py, reach))
+                    out = minimum(out, way_out(fz, pz, reach))
+                    out = minimum(maximum(out, ZERO), f32(end - i - 1))
+                    jump = i32(out) + 1
+                    jump = select(leaps, jump, 0)
+                    skipped += jump
+                    i += jump
+                if count(leaps) > patience or not any_(at):
+                    on = i < end
+                    cube = cube_at(
+                        f32(i), ox, oy, oz, sx, sy, sz, top_x, top_y, top_z, row,
+                        slab,
+                    )  # fmt: skip
+                    far = gather_u8(view.leap, select(on, cube, 0), on)
+                    far = select(forced > 0, 0, far)
+                    continue
+                corner = iz * n2 + iy * n1 + ix
+                if not whole:
+                    cell = (iz >> shift) * cells_y + (iy >> shift)
+                    cell = select(at, cell * cells_x + (ix >> shift), 0)
+                    first = gather(view.corners, cell, at)
+                    missing = at & (first == ABSENT)
+                    if any_(missing):
+                        wait = select(missing, cell + 1, wait)
+                        end = select(missing, 0, end)
+                        at &= ~missing
+                    if clock > 0:
+                        stamp(view.slots, cell, at, marks, view.stamp, clock)
+                    corner += first
+                corner = select(at, corner, 0)
+                # The last sample lies on the volume's face, and rounding beyond it.
+                fx = minimum(maximum(fx, ZERO), ONE)
+                fy = minimum(maximum(fy, ZERO), ONE)
+                fz = minimum(maximum(fz, ZERO), ONE)
+                gx, gy, gz = zero, zero, zero
+                if lit:
+                    v, gx, gy, gz = cell4(view.samples, corner, step, deep, fx, fy, fz)
+                else:
+                    v = cell1(field, corner, step, deep, fx, fy, fz)
+                samples += count(at)
+                joined = at & (joint == i) & (i > 0)
+                i = select(at, i + 1, i)
+                joint = select(at, i, joint)
+                inside = at & (far == 0) & (forced == 0)
+                within = select(inside, none + 1, select(at, 0, within))
+                forced = select(at, 0, forced)
+                # Ask how far it is to the next before anything hangs on this one.
+                on = i < end
+                cube = cube_at(
+                    f32(i), ox, oy, oz, sx, sy, sz, top_x, top_y, top_z, row, slab
+                )
+                far = gather_u8(view.leap, select(on, cube, 0), on)
+                v *= view.unit
+                p1, e1, r1, g1, b1 = classify(
+                    table.lines, table.first, table.extinction, table.color,
+                    table.color_slope, table.low, table.scale, table.last, v, at,
+                )  # fmt: skip
+                crossing = joined & (p0 != p1)
+                crosses = any_(crossing)
+                near, scale, ke, kr, kg, kb = h, h, e1, r1, g1, b1
+                if crosses:
+                    # up to the first node on the way
+                    node = select(crossing, select(p1 > p0, p0 + 1, p0), 0)
+                    at_node, _, k_, _ = rows4(table.extinction, node)
+                    r_, g_, b_, _ = rows4(table.color, node)
+                    scale = h / absolute(v - v0)
+                    near = select(crossing, absolute(at_node - v0) * scale, h)
+                    ke, kr = select(crossing, k_, e1), select(crossing, r_, r1)
+                    kg, kb = select(crossing, g_, g1), select(crossing, b_, b1)
+                alpha, cr, cg, cb = zero, zero, zero, zero
+                tau = near * (HALF * (e0 + ke))
+                if any_(joined & (tau > ZERO)):
+                    alpha = opacity(tau)
+                    w = tilt(e0, ke, tau, alpha)
+                    cr = HALF * (r0 + kr) + (kr - r0) * w
+                    cg = HALF * (g0 + kg) + (kg - g0) * w
+                    cb = HALF * (b0 + kb) + (kb - b0) * w
+                if crosses:
+                    alpha, cr, cg, cb = beyond_nodes(
+                        table.extinction, table.color, sums, crossing, p0, p1, scale,
+                        v, e1, r1, g1, b1, alpha, cr, cg, cb,
+                    )  # fmt: skip
+                mx, my, mz = HALF * (fgx + gx), HALF * (fgy + gy), HALF * (fgz + gz)
+                v0, p0, e0 = select(at, v, v0), select(at, p1, p0), select(at, e1, e0)
+                r0, g0 = select(at, r1, r0), select(at, g1, g0)
+                b0 = select(at, b1, b0)
+                if lit:
+                    fgx, fgy = select(at, gx, fgx), select(at, gy, fgy)
+                    fgz = select(at, gz, fgz)
+                seen = joined & (alpha > ZERO)
+                found = count(seen)
+                if found == 0:
+                    continue
+                contributing += found
+                if lit:
+                    cr, cg, cb = light_up(
+                        lights, material, least_gradient, zero, cr, cg, cb,
+                        mx, my, mz,
+                        (x - HALF * sx) * spacing[0], (y - HALF * sy) * spacing[1],
+                        (z - HALF * sz) * spacing[2],
+                        vx, vy, vz,
+                    )  # fmt: skip
+                weight = t * alpha
+                r, lr = add(r, lr, weight * cr, seen)
+                g, lg = add(g, lg, weight * cg, seen)
+                b, lb = add(b, lb, weight * cb, seen)
+                a, la = add(a, la, weight, seen)
+                t = maximum((ONE - a) - la, ZERO)
+                half = select(seen & (t <= HALF) & (half == 0), i, half)
+                end = select(seen & (t < cutoff), 0, end)
+                on &= i < end
+            stays = wait > 0
+            if renormalise:
+                cut = ~stays & (t < cutoff)
+                k_ = ONE / (ONE - t)
+                r = select(cut, (r + lr) * k_, r)
+                g = select(cut, (g + lg) * k_, g)
+                b, a = select(cut, (b + lb) * k_, b), select(cut, ONE, a)
+                lr, lg = select(cut, ZERO, lr), select(cut, ZERO, lg)
+                lb, la = select(cut, ZERO, lb), select(cut, ZERO, la)
+            last = gather(ends, ray, ray < spare)
+            joint += joint + within
+            put_rows4(cursor, ray, select(stays, i, last), half, joint, wait)
+            put_rows4(
+                value, ray, select(stays, r, r + lr), select(stays, g, g + lg),
+                select(stays, b, b + lb), select(stays, a, a + la),
             )  # fmt: skip
-            crossing = whole_segment & (p0 != p1)
-            crosses = any_(crossing)
-            near, scale, ke, kr, kg, kb = h, h, e1, r1, g1, b1
-            if crosses:
-                # up to the first node on the way
-                node = select(crossing, select(p1 > p0, p0 + 1, p0), 0)
-                at_node, _, k_, _ = rows4(table.extinction, node)
-                r_, g_, b_, _ = rows4(table.color, node)
-                scale = h / absolute(v - v0)
-                near = select(crossing, absolute(at_node - v0) * scale, h)
-                ke, kr = select(crossing, k_, e1), select(crossing, r_, r1)
-                kg, kb = select(crossing, g_, g1), select(crossing, b_, b1)
-            alpha, cr, cg, cb = zero, zero, zero, zero
-            tau = near * (HALF * (e0 + ke))
-            if any_(whole_segment & (tau > ZERO)):
-                alpha = opacity(tau)
-                w = tilt(e0, ke, tau, alpha)
-                cr = HALF * (r0 + kr) + (kr - r0) * w
-                cg = HALF * (g0 + kg) + (kg - g0) * w
-                cb = HALF * (b0 + kb) + (kb - b0) * w
-            if crosses:
-                alpha, cr, cg, cb = beyond_nodes(
-                    table.extinction, table.color, sums, crossing, p0, p1, scale,
-                    v, e1, r1, g1, b1, alpha, cr, cg, cb,
+            # What is once written must be put right when its ray has ended.
+            if moved or any_(stays):
+                put_rows4(
+                    carry, ray, select(stays, lr, ZERO), select(stays, lg, ZERO),
+                    select(stays, lb, ZERO), select(stays, la, ZERO),
                 )  # fmt: skip
-            mx, my, mz = HALF * (fgx + gx), HALF * (fgy + gy), HALF * (fgz + gz)
-            v0, p0, e0 = select(at, v, v0), select(at, p1, p0), select(at, e1, e0)
-            r0, g0 = select(at, r1, r0), select(at, g1, g0)
-            b0 = select(at, b1, b0)
-            if lit:
-                fgx, fgy = select(at, gx, fgx), select(at, gy, fgy)
-                fgz = select(at, gz, fgz)
-            seen = whole_segment & (alpha > ZERO)
-            found = count(seen)
-            if found == 0:
-                continue
-            contributing += found
-            if lit:
-                per_mm = ONE / h
-                cr, cg, cb = light_up(
-                    lights, material, least_gradient, zero, cr, cg, cb, mx, my, mz,
-                    (x - HALF * sx) * spacing[0], (y - HALF * sy) * spacing[1],
-                    (z - HALF * sz) * spacing[2],
-                    sx * spacing[0] * per_mm, sy * spacing[1] * per_mm,
-                    sz * spacing[2] * per_mm,
-                )  # fmt: skip
-            weight = t * alpha
-            r, lr = add(r, lr, weight * cr, seen)
-            g, lg = add(g, lg, weight * cg, seen)
-            b, lb = add(b, lb, weight * cb, seen)
-            a, la = add(a, la, weight, seen)
-            t = maximum((ONE - a) - la, ZERO)
-            half = select(seen & (t <= HALF) & (half == 0), i, half)
-            end = select(seen & (t < cutoff), 0, end)
+                put_rows4(front, ray, v0, fgx, fgy, fgz)
         for k in order:
             if cursor[k, 1] > 0 and depth[k] == FAR:
                 middle = np.float32(cursor[k, 1] - 1) - HALF
