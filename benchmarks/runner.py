@@ -21,6 +21,7 @@ from benchmarks import (
     suite_look,
     suite_splats,
     suite_startup,
+    suite_takeover,
     suite_visibility,
 )
 from benchmarks.chart import draw_charts
@@ -53,6 +54,7 @@ BUILT_IN = (
     suite_jobs,
     suite_look,
     suite_startup,
+    suite_takeover,
     suite_anatomy,
 )
 """Importing a suite's module registers it."""

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import FrameType
 
 from renderers.art.launcher import expect_company, told_ranks
-from renderers.art.lease import LEASE_S
+from renderers.art.lease import LEASE_S, SAVE_EVERY_S
 from renderers.art.policy import CellPolicy, Dataflow
 from renderers.art.pruning import KEEP_S
 from renderers.art.spool import SpoolError
@@ -100,6 +100,12 @@ def main(arguments: list[str] | None = None) -> int:
         help="days that finished jobs stay in the spool folder",
     )
     parser.add_argument(
+        "--save-every",
+        type=float,
+        default=SAVE_EVERY_S,
+        help="seconds after which finished rays are saved for who takes the job over",
+    )
+    parser.add_argument(
         "--parent", type=int, help="process id; end when that process is gone"
     )
     options = parser.parse_args(arguments)
@@ -115,6 +121,7 @@ def main(arguments: list[str] | None = None) -> int:
             threads=options.threads,
             lease_s=options.lease,
             keep_s=options.keep_days * DAY_S,
+            save_every_s=options.save_every,
             stopped=ending,
         )
     except (SpoolError, TransportError, ValueError) as error:
@@ -155,6 +162,7 @@ def _run_ranks(options: argparse.Namespace, ending: Callable[[], bool]) -> int:
                     threads=options.threads,
                     lease_s=options.lease,
                     keep_s=options.keep_days * DAY_S,
+                    save_every_s=options.save_every,
                     stopped=ending,
                 )
             except SpoolError as error:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from renderers.art.data_store import DataStore
 from renderers.art.files import make_last, write_whole
 from renderers.art.job import ClassicWork, ScopeWork, SnapshotRequest
+from renderers.art.saved_work import SavedWork
 from renderers.art.stage import instrument_meshes, seen_surface
 from renderers.art.team import Progress, Traced, traced_camera
 from renderers.art.truth import follow_light, truth_of
@@ -78,10 +79,12 @@ class Finisher:
         traced: Traced,
         go_on: Progress = _go_on,
         enough: Callable[[], bool] = _never,
+        saved: SavedWork | None = None,
     ) -> Picture:
         """Light and expose mode scope; put mode classic before its background.
 
-        go_on, enough: asked while light is followed by paths.
+        go_on, enough: asked while light is followed by paths. saved: of an earlier
+        attempt, for those paths to go on from.
         """
         found, work = traced.found, request.work
         if isinstance(work, ClassicWork):
@@ -89,7 +92,7 @@ class Finisher:
             picture = self._classic(request, work, found)
         else:
             assert isinstance(found, GBuffer)
-            picture = self._scope(request, work, scene, found, go_on, enough)
+            picture = self._scope(request, work, scene, found, go_on, enough, saved)
         if traced.drawn is None:
             return picture
         samples = np.where(_added(request, traced.drawn) > 0, picture.samples, 0)
@@ -139,6 +142,7 @@ class Finisher:
         found: GBuffer,
         go_on: Progress,
         enough: Callable[[], bool],
+        saved: SavedWork | None,
     ) -> Picture:
         fine = traced_camera(request)
         tools = instrument_meshes(self._data, work.instruments)
@@ -164,6 +168,7 @@ class Finisher:
                 self._threads,
                 go_on,
                 enough,
+                saved,
             )
             known = truth.batches > 0
             by_paths = shader.shade(gbuffer, fine, light, truth.light, casters)

@@ -8,6 +8,11 @@ LEASE_S = 15.0
 """Silence after which a worker counts as dead; heartbeats come every 2 s. Take 60 on a
 disk that machines share over a network, which may show a file late."""
 
+SAVE_EVERY_S = 2.0
+"""Time between two savings of what a worker has found, at least: at most so much, and
+what saving takes, is drawn again by whoever takes the job over. A picture that is
+finished sooner is not saved in parts."""
+
 
 @dataclass(frozen=True, slots=True)
 class _Sign:

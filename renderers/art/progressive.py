@@ -9,6 +9,7 @@ import msgspec
 from renderers.art.filling import fill
 from renderers.art.job import ImageSpec, SnapshotRequest
 from renderers.art.preview import Preview
+from renderers.art.saved_work import SavedWork
 from renderers.art.team import Progress, Team, Traced, empty_gather, traced_camera
 from renderers.art.tracer import RenderStoppedError
 from renderers.scene import GBuffer, Image, Scene
@@ -27,10 +28,13 @@ def trace_best(
     progress: Progress,
     enough: Callable[[], bool],
     preview: Preview | None = None,
+    saved: SavedWork | None = None,
 ) -> Traced:
     """Trace a request; what there is when `enough` says so is the picture.
 
     preview: shows coarse pictures, then parts of the picture, where it is progressive.
+    saved: what an earlier attempt found is not traced again; those rays are counted as
+    `rays_kept`.
     Raise RenderStoppedError when `progress` says so, or nothing can be had.
     """
     coarse, cost = None, Counter[str]()
@@ -42,6 +46,9 @@ def trace_best(
             preview.show_coarse(rough, coarse)
     gather = empty_gather(request)
     look = _until(progress, enough)
+    if saved:
+        cost["rays_kept"] = saved.restore(gather)
+        look = saved.watching(gather, look)
     if preview:
         look = preview.looking_at(gather, look)
     try:

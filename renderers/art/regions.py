@@ -1,6 +1,7 @@
 """Parts of the screen: who draws which, and how they become one picture again."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,24 +65,47 @@ def curve_key(column: int, row: int) -> int:
     return key
 
 
+def region_edge(ranks: int) -> int:
+    """Get the pixels along a region that suit a number of ranks."""
+    return LONE_REGION_PX if ranks == 1 else REGION_PX
+
+
+def finished_squares(done: NDArray[np.bool_], edge: int) -> NDArray[np.bool_]:
+    """Tell which regions of an edge have all their rays, by row and column.
+
+    done: as of `Gather`.
+    """
+    height, width = done.shape
+    rows = np.logical_and.reduceat(done, range(0, height, edge), axis=0)
+    squares: NDArray[np.bool_]
+    squares = np.logical_and.reduceat(rows, range(0, width, edge), axis=1)
+    return squares
+
+
 def deal_regions(
-    width: int, height: int, rank: int, ranks: int, edge: int | None = None
+    width: int,
+    height: int,
+    rank: int,
+    ranks: int,
+    edge: int | None = None,
+    finished: NDArray[np.bool_] | None = None,
 ) -> list[Region]:
     """Get the regions of one rank, in skewed cyclic order.
 
-    edge: pixels along a region; None for what suits the number of ranks.
+    edge: pixels along a region; None for what suits the number of ranks. finished: the
+    regions that nobody need draw, as `finished_squares` tells them.
 
     Row by row would put whole columns of regions on one rank when the row length
     divides by the number of ranks; each row is therefore shifted by about .618 of it.
     """
     shift = skew_of(ranks)
-    if edge is None:
-        edge = LONE_REGION_PX if ranks == 1 else REGION_PX
+    edge = edge or region_edge(ranks)
     return [
         Region(x, y, min(x + edge, width), min(y + edge, height))
         for ty, y in enumerate(range(0, height, edge))
         for tx, x in enumerate(range(0, width, edge))
         if (tx + shift * ty) % ranks == rank
+        and not (finished is not None and finished[ty, tx])
     ]
 
 
@@ -107,14 +131,16 @@ class Gather:
     ) -> None:
         """Place a region's rays, listed row by row; value and rest are added up."""
         shape = (region.bottom - region.top, region.right - region.left)
-        place = self.value[region.rows, region.columns]
+        here = region.rows, region.columns
         if rest is None:
-            place[:] = value.reshape(*shape, 4)
+            self.value[here] = value.reshape(*shape, 4)
         else:
-            np.add(value.reshape(*shape, 4), rest.reshape(*shape, 4), out=place)
-        self.depth[region.rows, region.columns] = depth.reshape(shape)
-        self.done[region.rows, region.columns] = True
-        self.missing -= region.pixels
+            np.add(
+                value.reshape(*shape, 4), rest.reshape(*shape, 4), out=self.value[here]
+            )
+        self.depth[here] = depth.reshape(shape)
+        self.missing -= region.pixels - int(np.count_nonzero(self.done[here]))
+        self.done[here] = True
 
     def add_payload(self, payload: bytes) -> None:
         """Place a region that came as a message; raise ProtocolError if it is odd."""
@@ -131,6 +157,18 @@ class Gather:
             raise ProtocolError(f"{region} came with {len(payload)} bytes")
         numbers = np.frombuffer(payload, "<f4", offset=_HEADER.itemsize)
         self.add(region, numbers[: 4 * n], numbers[4 * n :])
+
+
+def split_regions(payloads: bytes) -> Iterator[bytes]:
+    """Part what several calls of `region_payload` wrote, one behind the other."""
+    at = 0
+    while at < len(payloads):
+        start = payloads[at : at + _HEADER.itemsize]
+        head = np.frombuffer(start.ljust(_HEADER.itemsize), _HEADER)[0]
+        wide, high = head["right"] - head["left"], head["low"] - head["top"]
+        size = _HEADER.itemsize + 20 * max(int(wide), 0) * max(int(high), 0)
+        yield payloads[at : at + size]
+        at += size
 
 
 def region_payload(

@@ -8,6 +8,7 @@
                 attempt-<n>/       made by the one worker that makes attempt n
                   status.json      state, heartbeat, share done, message
                   growing.tiles    parts of the picture, as they come
+                  *.saved          for whoever takes the job over; gone when it ends
                   picture.png radiance.npy depth.npy samples.npy
                   result.json      written last
       data/<sha256>                arrays

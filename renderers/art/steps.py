@@ -40,6 +40,8 @@ class Step(Enum):
     """By the other ranks."""
     TILE_SHOWN = auto()
     """By rank 0: the client can see more of the picture."""
+    WORK_SAVED = auto()
+    """By rank 0: who takes the job over need not do this part again."""
     PICTURE_SHADED = auto()
     """By rank 0: in memory only."""
     PICTURE_WRITTEN = auto()

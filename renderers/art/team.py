@@ -19,7 +19,12 @@ from renderers.art.policy import CellPolicy
 from renderers.art.rank import FrameNode, Rank
 from renderers.art.ray_node import RayNode
 from renderers.art.rays import RayPacket
-from renderers.art.regions import Gather, deal_regions
+from renderers.art.regions import (
+    Gather,
+    deal_regions,
+    finished_squares,
+    region_edge,
+)
 from renderers.art.stage import family_key, load_scene, scene_key
 from renderers.art.steps import Step, reached
 from renderers.art.tracer import (
@@ -67,7 +72,8 @@ class Team(Protocol):
     ) -> Traced:
         """Trace a request; raise RenderStoppedError when `progress` says so.
 
-        gather: an empty one of `empty_gather`, for those who look at what has come.
+        gather: one of `empty_gather`, for those who look at what has come; what is done
+        in it already is not traced again.
         """
         ...
 
@@ -202,6 +208,20 @@ class _Prepared:
         self._kept = None
 
 
+class _Order(msgspec.Struct):
+    """Tell the other ranks what to draw. finished: bits of `finished_squares`."""
+
+    request: msgspec.Raw
+    finished: bytes
+
+    def squares(self, camera: Camera, ranks: int) -> NDArray[np.bool_]:
+        """Unpack the regions that nobody need draw; ValueError for too few bits."""
+        edge = region_edge(ranks)
+        rows, columns = -(-camera.height // edge), -(-camera.width // edge)
+        bits = np.unpackbits(np.frombuffer(self.finished, np.uint8))
+        return bits[: rows * columns].reshape(rows, columns) > 0
+
+
 class RankTeam:
     """Trace with all ranks of a transport; lives on rank 0."""
 
@@ -220,13 +240,18 @@ class RankTeam:
         """Trace a request; other ranks load what they need themselves."""
         rank = self._rank
         frame = rank.frame + 1
-        rank.order(MessageKind.BEGIN, frame, msgspec.json.encode(request))
         camera = traced_camera(request)
         gather = gather or empty_gather(request)
+        finished = finished_squares(gather.done, region_edge(self.ranks))
+        order = _Order(
+            msgspec.Raw(msgspec.json.encode(request)), np.packbits(finished).tobytes()
+        )
+        rank.order(MessageKind.BEGIN, frame, msgspec.json.encode(order))
         try:
             march, node = self._prepared.node(request, scene)
             reached(Step.SCENE_LOADED)
-            rank.begin(frame, node, _packets(march, camera, 0, self.ranks), gather)
+            packets = _packets(march, camera, 0, self.ranks, finished)
+            rank.begin(frame, node, packets, gather)
             stopped = self._complete(gather, progress)
             reached(Step.FRAME_COMPLETE)
         finally:
@@ -246,7 +271,6 @@ class RankTeam:
 
     def _complete(self, gather: Gather, progress: Progress) -> bool:
         """Draw until every rank is done; tell whether the picture was given up."""
-        pixels = gather.missing
         looked = time.monotonic()
         stopped = False
         while not self._rank.is_complete:
@@ -254,7 +278,7 @@ class RankTeam:
                 self._rank.rest()
             if not stopped and time.monotonic() - looked > _LOOK_S:
                 looked = time.monotonic()
-                if not progress(1 - gather.missing / pixels):
+                if not progress(1 - gather.missing / gather.done.size):
                     stopped = True
                     self._rank.cancel()
         return stopped
@@ -275,19 +299,28 @@ def follow(rank: Rank, data: DataStore, policy: CellPolicy | None = None) -> Non
         if rank.is_broken:
             prepared.forget()
         try:
-            request = decode_request(order.payload)
+            told = msgspec.json.decode(order.payload, type=_Order)
+            request = decode_request(bytes(told.request))
+            camera = traced_camera(request)
+            finished = told.squares(camera, transport.ranks)
             march, node = prepared.node(request, load_scene(data, request))
             reached(Step.SCENE_LOADED)
         except (ValueError, OSError) as error:
             prepared.forget()
             rank.fail(order.frame, str(error))
             continue
-        camera = traced_camera(request)
-        packets = _packets(march, camera, transport.rank, transport.ranks)
+        packets = _packets(march, camera, transport.rank, transport.ranks, finished)
         rank.begin(order.frame, node, packets)
 
 
-def _packets(march: March, camera: Camera, rank: int, ranks: int) -> list[RayPacket]:
+def _packets(
+    march: March,
+    camera: Camera,
+    rank: int,
+    ranks: int,
+    finished: NDArray[np.bool_],
+) -> list[RayPacket]:
     rays = FrameRays.of(camera)
-    regions = deal_regions(camera.width, camera.height, rank, ranks)
+    width, height = camera.width, camera.height
+    regions = deal_regions(width, height, rank, ranks, finished=finished)
     return [march.start(region, rays) for region in regions]

@@ -13,7 +13,7 @@ from renderers.art.kernel_set import KernelSet
 from renderers.art.march import FrameRays, March
 from renderers.art.node_maker import MarchNode, make_node
 from renderers.art.quality import Quality
-from renderers.art.regions import Gather, deal_regions
+from renderers.art.regions import Gather, deal_regions, finished_squares
 from renderers.art.slices import lone_region_px, next_slice
 from renderers.art.steps import Step, reached
 from renderers.art.work import MarchWork
@@ -104,7 +104,8 @@ class ActiveRayTracer:
 
         progress: called with the share done; when it returns False the picture is
         given up with `RenderStoppedError`. The depth is where opacity passes one half.
-        gather: an empty one, for those who want to look at what has come so far.
+        gather: for those who want to look at what has come so far; what is done in it
+        already is not traced again.
         limit_mm: where rays end, ``(h, w)``, +inf where nothing stops them: what lies
         before an opaque thing, to its surface exactly.
         """
@@ -151,13 +152,14 @@ class ActiveRayTracer:
             gather = gather or Gather(width, height)
             before = node.tally()
             lone_px = lone_region_px(march.quality)
-            regions = deal_regions(width, height, 0, 1, lone_px)
+            finished = finished_squares(gather.done, lone_px)
+            regions = deal_regions(width, height, 0, 1, lone_px, finished)
             run = pool.map if self._threads > 1 else map
             work.use(run)
             work.deliver(gather)
             node.begin(node.frame + 1, ())
             reached(Step.FRAME_BEGUN)
-            pixels, stopped = gather.missing, False
+            stopped = False
             packets = self._threads
             while not stopped and (regions or not node.is_finished):
                 looked = time.perf_counter()
@@ -170,7 +172,7 @@ class ActiveRayTracer:
                 spent_s = time.perf_counter() - looked
                 packets = next_slice(packets, spent_s, self._threads)
                 reached(Step.RAYS_MOVED)
-                share = 1 - gather.missing / pixels
+                share = 1 - gather.missing / gather.done.size
                 stopped = progress is not None and not progress(share)
             if stopped:
                 node.cancel()

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from renderers.art.data_store import DataStore
 from renderers.art.job import ScopeWork, SnapshotRequest, TruthSpec
+from renderers.art.saved_work import SavedWork
 from renderers.art.team import Progress
 from renderers.art.tracer import RenderStoppedError
 from renderers.scene import AirSurface
@@ -55,16 +56,17 @@ def follow_light(
     threads: int,
     go_on: Progress,
     enough: Callable[[], bool],
+    saved: SavedWork | None = None,
 ) -> Truth:
     """Walk paths until noise or number is reached, or `enough` says so.
 
-    Raise RenderStoppedError when `go_on` says so, ValueError for a state that is not
-    this view's.
+    saved: of an earlier attempt, to go on from. Raise RenderStoppedError when `go_on`
+    says so, ValueError for a state that is not this view's.
     """
     spec = work.truth
     assert spec is not None
-    state = None
-    if spec.state is not None:
+    state = None if saved is None else saved.paths()
+    if state is None and spec.state is not None:
         state = np.asarray(data.get(spec.state, ("float64",), LARGEST_STATE))
     tracer = PathTracer(
         surface, blood_bias=work.blood_bias, seed=work.seed, threads=threads
@@ -80,6 +82,8 @@ def follow_light(
             if complete or enough():
                 known = noise if np.isfinite(noise) else None
                 return Truth(sampling.light(), complete, known, sampling.state())
+            if saved is not None:
+                saved.watch_paths(sampling.state)
             for _ in range(min(LOOK_EVERY, max(most - done, 1))):
                 sampling.step()
     finally:

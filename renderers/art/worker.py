@@ -15,10 +15,11 @@ from renderers.art.job import (
     SnapshotResult,
     decode_request,
 )
-from renderers.art.lease import LEASE_S
+from renderers.art.lease import LEASE_S, SAVE_EVERY_S
 from renderers.art.preview import Preview
 from renderers.art.progressive import trace_best
 from renderers.art.pruning import KEEP_S, Pruner
+from renderers.art.saved_work import SavedWork, code_key, forget_saved
 from renderers.art.spool import Claim, JobState, Spool
 from renderers.art.stage import load_scene
 from renderers.art.steps import Step, reached
@@ -43,6 +44,7 @@ def run_worker(
     threads: int = 2,
     lease_s: float = LEASE_S,
     keep_s: float = KEEP_S,
+    save_every_s: float = SAVE_EVERY_S,
     stopped: Callable[[], bool] = _never,
 ) -> int:
     """Serve a spool folder; return the number of jobs that reached an end.
@@ -50,13 +52,16 @@ def run_worker(
     once: stop when nothing is left that no living worker does; a job whose worker gave
     no sign of life within the lease is drawn before. team: those who trace; None for
     the threads of this process. keep_s: how long finished jobs stay in the folder.
+    save_every_s: how often what is found is saved, for whoever takes the job over.
     stopped: asked between bands; a job that is then going on is left to the next
     worker. Raise SpoolError when the folder cannot be used.
     """
     spool = Spool(folder)
     pruner = Pruner(spool, keep_s)
     team = team or SerialTeam(threads)
-    worker = _Worker(spool, team, Finisher(spool.data, threads), stopped)
+    finisher = Finisher(spool.data, threads)
+    code_key()
+    worker = _Worker(spool, team, finisher, save_every_s, stopped)
     served = 0
     try:
         while not stopped():
@@ -82,11 +87,13 @@ class _Worker:
         spool: Spool,
         team: Team,
         finisher: Finisher,
+        save_every_s: float,
         stopped: Callable[[], bool],
     ) -> None:
         self.finisher = finisher
         self._spool = spool
         self._team = team
+        self._save_every_s = save_every_s
         self._stopped = stopped
 
     def serve(self, claim: Claim) -> bool:
@@ -107,6 +114,8 @@ class _Worker:
                 raise
             if verdict is not None:
                 heart.end(*verdict)
+            if self._spool.status(claim.job_id).state.is_final:
+                forget_saved(self._spool, claim.job_id)
             return heart.is_over
 
     def _judge(self, claim: Claim, heart: Heartbeat) -> Verdict | None:
@@ -155,6 +164,7 @@ class _Worker:
         reached(Step.SCENE_LOADED)
         loaded = time.perf_counter()
         folder = self._spool.attempt_folder(request.id, attempt)
+        saved = SavedWork(self._spool, request, attempt, self._save_every_s)
         # where light is followed by paths, that takes nearly all the time
         tracing = 0.05 if truth_of(request) else 0.9
         with Preview(folder, request, scene, self.finisher) as preview:
@@ -165,9 +175,10 @@ class _Worker:
                 lambda share: go_on(tracing * share),
                 enough,
                 preview,
+                saved,
             )
         found = time.perf_counter()
-        picture = self.finisher.finish(request, scene, traced, go_on, enough)
+        picture = self.finisher.finish(request, scene, traced, go_on, enough, saved)
         reached(Step.PICTURE_SHADED)
         shaded = time.perf_counter()
         if not (heart.look() and go_on(1.0)):

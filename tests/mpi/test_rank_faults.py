@@ -30,7 +30,8 @@ OF_RANK_0 = [
     *(("SCENE_LOADED", 1), ("SCENE_LOADED", 2), ("SCENE_LOADED", 3)),
     *(("FRAME_BEGUN", 1), ("FRAME_BEGUN", 2), ("RAYS_MOVED", 1), ("RAYS_MOVED", 4)),
     *(("RANK_DONE", 1), ("RANK_DONE", 2), ("FRAME_COMPLETE", 1)),
-    *(("FRAME_COMPLETE", 2), ("TILE_SHOWN", 1), ("PICTURE_SHADED", 1)),
+    *(("FRAME_COMPLETE", 2), ("TILE_SHOWN", 1), ("WORK_SAVED", 1)),
+    ("PICTURE_SHADED", 1),
     *(("PICTURE_WRITTEN", 1), ("RESULT_WRITTEN", 1), ("JOB_ENDED", 1)),
 ]
 OF_THE_OTHERS = [
@@ -59,6 +60,7 @@ def kill_a_rank(job: Job, folder: Path, victim: int, step: str, nth: int) -> Non
     act(job.order(folder, "client"))
     words = ["-m", "tests.stress.doomed", str(victim), step, str(nth)]
     words += ["--spool", str(folder), "--once", "--cache-cells", "20"]
+    words += ["--save-every", "0"]
     with running(ranks_command(RANKS, *words)) as child:
         said, _ = child.communicate(timeout=LIMIT_S)
     assert child.returncode != 0, f"{step} was not taken {nth} times by rank {victim}"

@@ -72,7 +72,9 @@ def act(order: Order) -> None:
     """Play a role to its end."""
     folder = Path(order.spool)
     if order.role == "worker":
-        run_worker(folder, once=True, threads=1, lease_s=order.lease_s)
+        run_worker(
+            folder, once=True, threads=1, lease_s=order.lease_s, save_every_s=0.0
+        )
         return
     if order.role == "pruner":
         Pruner(Spool(folder), 0.0, 0.0).prune()

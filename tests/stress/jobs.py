@@ -16,6 +16,7 @@ from renderers.art.client import SnapshotClient
 from renderers.art.files import HIDDEN
 from renderers.art.growing import FILE_NAME, GrowingPicture
 from renderers.art.job import ClassicWork, SnapshotRequest, SnapshotResult
+from renderers.art.saved_work import ENDING, unwrap
 from renderers.art.spool import JobState, JobStatus, Spool
 from renderers.art.worker import run_worker
 from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
@@ -138,6 +139,8 @@ def check_nothing_is_half(folder: Path, request: SnapshotRequest) -> None:
                 image.load()
         elif path.name == FILE_NAME:
             GrowingPicture(spool, request.id, *SIZE).update()
+        elif path.suffix == ENDING:
+            assert unwrap(record) is not None, f"{path} is damaged"
         elif path.parent.name == "data":
             assert hashlib.sha256(record).hexdigest() == path.name
         else:

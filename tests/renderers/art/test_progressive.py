@@ -11,9 +11,8 @@ from renderers.art import ActiveRayTracer, RenderStoppedError
 from renderers.art.client import SnapshotClient
 from renderers.art.job import ImageSpec, SnapshotRequest
 from renderers.art.progressive import coarse_requests, trace_best
-from renderers.art.regions import Gather
-from renderers.art.team import SerialTeam, Traced
 from renderers.scene import Camera, Image, Scene
+from tests.renderers.art.watched_team import WatchedTeam
 
 
 @pytest.fixture
@@ -29,28 +28,15 @@ def go(_: float) -> bool:
     return True
 
 
-class CountingTeam(SerialTeam):
+class CountingTeam(WatchedTeam):
     """Note the sizes traced; let `deed` happen at each look."""
 
     def __init__(self, deed: Callable[[int, float], None]) -> None:
-        super().__init__()
         self.sizes: list[int] = []
-        self._deed = deed
-
-    def trace(
-        self,
-        request: SnapshotRequest,
-        scene: Scene,
-        progress: Callable[[float], bool],
-        gather: Gather | None = None,
-    ) -> Traced:
-        self.sizes.append(request.image.width)
-
-        def look(share: float) -> bool:
-            self._deed(len(self.sizes), share)
-            return progress(share)
-
-        return super().trace(request, scene, look, gather)
+        super().__init__(
+            lambda request: self.sizes.append(request.image.width),
+            lambda _, share: deed(len(self.sizes), share),
+        )
 
 
 def test_with_time_enough_the_picture_is_the_same(

@@ -1,7 +1,6 @@
 import hashlib
 import os
 import threading
-from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
@@ -16,20 +15,13 @@ from renderers.art.client import (
     WorkerLostError,
 )
 from renderers.art.job import SnapshotRequest
-from renderers.art.policy import CellPolicy, Dataflow
-from renderers.art.regions import Gather
 from renderers.art.slices import PACKETS_A_SLICE
 from renderers.art.spool import JobState, Spool
 from renderers.art.steps import Step, reached
-from renderers.art.team import SerialTeam, Traced
 from renderers.art.transport import TransportError
 from renderers.art.worker import MOST_ATTEMPTS, run_worker
 from renderers.scene import Camera, Material, Mesh, Scene
-
-Go = Callable[[float], bool]
-
-
-POLICY = CellPolicy(5, Dataflow.STATIC)
+from tests.renderers.art.watched_team import WatchedTeam
 
 
 @pytest.fixture
@@ -112,33 +104,11 @@ def test_a_wrong_request_is_rejected_and_the_next_is_served(
     assert client.wait(good.id).picture.exists()
 
 
-class InterruptedTeam(SerialTeam):
-    """Do something in the middle of a picture."""
-
-    def __init__(self, deed: Callable[[SnapshotRequest], None]) -> None:
-        super().__init__()
-        self._deed = deed
-
-    def trace(
-        self,
-        request: SnapshotRequest,
-        scene: Scene,
-        progress: Go,
-        gather: Gather | None = None,
-    ) -> Traced:
-        def go_on(share: float) -> bool:
-            if share > 0:
-                self._deed(request)
-            return progress(share)
-
-        return super().trace(request, scene, go_on, gather)
-
-
 def test_a_job_cancelled_while_drawn_ends_early(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
     job = client.submit(client.request_classic(scene, outside))
-    team = InterruptedTeam(lambda request: client.cancel(request.id))
+    team = WatchedTeam(looks=lambda request, _: client.cancel(request.id))
     assert run_worker(client.spool.folder, once=True, team=team) == 1
     with pytest.raises(SnapshotCancelledError):
         client.wait(job)
@@ -159,24 +129,16 @@ def test_a_client_that_cancels_need_not_wait_for_a_busy_worker(
     """The client is told while the worker is in the middle of something long."""
     told: list[JobState] = []
 
-    class Busy(SerialTeam):
-        def trace(
-            self,
-            request: SnapshotRequest,
-            scene: Scene,
-            progress: Go,
-            gather: Gather | None = None,
-        ) -> Traced:
-            client.cancel(request.id)
-            for _ in range(3000):
-                if client.spool.status(request.id).state is not JobState.RUNNING:
-                    break
-                threading.Event().wait(0.01)
-            told.append(client.spool.status(request.id).state)
-            return super().trace(request, scene, progress, gather)
+    def wait(request: SnapshotRequest) -> None:
+        client.cancel(request.id)
+        for _ in range(3000):
+            if client.spool.status(request.id).state is not JobState.RUNNING:
+                break
+            threading.Event().wait(0.01)
+        told.append(client.spool.status(request.id).state)
 
     job = client.submit(client.request_classic(scene, outside))
-    assert run_worker(client.spool.folder, once=True, team=Busy()) == 1
+    assert run_worker(client.spool.folder, once=True, team=WatchedTeam(wait)) == 1
     assert told == [JobState.CANCELLED]
     with pytest.raises(SnapshotCancelledError):
         client.wait(job)
@@ -191,7 +153,7 @@ def test_a_cancelled_picture_costs_one_slice_of_rays_more(
     job = client.submit(
         client.request_classic(scene, outside.with_size(1000, 900), quality="preview")
     )
-    team = InterruptedTeam(lambda request: client.cancel(request.id))
+    team = WatchedTeam(looks=lambda request, _: client.cancel(request.id))
 
     def watch(step: Step) -> None:
         taken.append(step)
@@ -246,7 +208,7 @@ def test_a_stopped_worker_leaves_its_job_to_the_next(
 ) -> None:
     job = client.submit(client.request_classic(scene, outside))
     asked: list[str] = []
-    team = InterruptedTeam(lambda request: asked.append(request.id))
+    team = WatchedTeam(looks=lambda request, _: asked.append(request.id))
     folder = client.spool.folder
     assert run_worker(folder, team=team, stopped=lambda: bool(asked)) == 0
     assert client.spool.status(job).state is JobState.RUNNING
@@ -290,19 +252,12 @@ def test_a_job_that_kills_its_workers_is_given_up(
 def test_a_fault_of_ours_is_told_to_the_client_and_raised(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
-    class Broken(SerialTeam):
-        def trace(
-            self,
-            request: SnapshotRequest,
-            scene: Scene,
-            progress: Go,
-            gather: Gather | None = None,
-        ) -> Traced:
-            raise ZeroDivisionError("by nothing")
+    def broken(request: SnapshotRequest) -> None:
+        raise ZeroDivisionError("by nothing")
 
     job = client.submit(client.request_classic(scene, outside))
     with pytest.raises(ZeroDivisionError):
-        run_worker(client.spool.folder, once=True, team=Broken())
+        run_worker(client.spool.folder, once=True, team=WatchedTeam(broken))
     with pytest.raises(SnapshotError, match="the worker broke: ZeroDivisionError"):
         client.wait(job)
 
@@ -310,19 +265,12 @@ def test_a_fault_of_ours_is_told_to_the_client_and_raised(
 def test_when_ranks_are_lost_the_job_is_left_to_the_next_worker(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
-    class Lost(SerialTeam):
-        def trace(
-            self,
-            request: SnapshotRequest,
-            scene: Scene,
-            progress: Go,
-            gather: Gather | None = None,
-        ) -> Traced:
-            raise TransportError("rank 2 died")
+    def lost(request: SnapshotRequest) -> None:
+        raise TransportError("rank 2 died")
 
     job = client.submit(client.request_classic(scene, outside))
     with pytest.raises(TransportError, match="rank 2 died"):
-        run_worker(client.spool.folder, once=True, team=Lost())
+        run_worker(client.spool.folder, once=True, team=WatchedTeam(lost))
     assert client.spool.status(job).state is JobState.RUNNING
     looks = iter(range(2000))
     run_worker(
