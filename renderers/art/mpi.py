@@ -44,6 +44,11 @@ compile its kernels for half a minute before it first answers."""
 FAREWELL_S = 1.0
 """Time a rank that gives up leaves the others to write down what they know."""
 
+_PROBES = 2
+"""Probes before nothing is said to be there. MPICH's says no, and only then fetches what
+has arrived: with one probe every second look found nothing, and a rank moved its rays
+for each cell by itself (4 ranks on 2 cores: 1,300 moves instead of 400)."""
+
 LARGEST_BUNDLE = 1 << 18
 """Bytes of messages sent as one, unless a single one is longer."""
 
@@ -184,8 +189,11 @@ class MpiTransport:
             if self._sending:
                 self._sending = [s for s in self._sending if not s[0].Test()]
             status = MPI.Status()
-            matched = self._comm.Improbe(MPI.ANY_SOURCE, MPI.ANY_TAG, status)
-            if matched is None:
+            for _ in range(_PROBES):
+                matched = self._comm.Improbe(MPI.ANY_SOURCE, MPI.ANY_TAG, status)
+                if matched is not None:
+                    break
+            else:
                 return
             size = status.Get_count(MPI.BYTE)
             if size > LARGEST_BUNDLE + HEADER_BYTES + LARGEST_PAYLOAD:
