@@ -1,12 +1,13 @@
 """What the simulator says of runs that real ranks then make, on this machine.
 
-What work costs is learned from one rank, what messages cost from two ranks that only
-ask for cells; nothing is learned from the runs that are predicted.
+What work costs is learned from one rank, what messages and waiting cost from ranks that
+draw nothing, and how processes slow each other down from two that do not know each
+other; nothing is learned from the runs that are predicted.
 """
 
+import os
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,34 +16,35 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from benchmarks.ranks import RankJob, RankReport, run_ranks
+from benchmarks.calibration import ROUNDS, both_busy, learn_host
+from benchmarks.ranks import RankJob, RankReport, busy_s, run_ranks
 from renderers.art.data_store import DataStore
 from renderers.art.directory import Distances
 from renderers.art.ledger import Ledger
 from renderers.art.march import FrameRays
-from renderers.art.messages import Message, MessageKind
+from renderers.art.messages import CELL_KINDS
 from renderers.art.node import Node
 from renderers.art.node_maker import make_node
 from renderers.art.policy import Dataflow
 from renderers.art.regions import deal_regions
-from renderers.art.simulator.machine import Costs, Machine
-from renderers.art.simulator.retrace import Retracing, twin
+from renderers.art.simulator.host import Host, HostCosts
+from renderers.art.simulator.machine import Lot
+from renderers.art.simulator.retrace import Retracing, ray_twin, twin
 from renderers.art.simulator.strands import (
     FEATURES,
     StrandPacket,
     StrandWork,
     record_packet,
 )
-from renderers.art.simulator.torus import Torus
+from renderers.art.simulator.trips import Begun, StrandRayNode, StrandTravel
 from renderers.art.stage import load_scene
 from renderers.art.team import mode_of, traced_camera
 
-ASKS = 2000
-AT_ONCE = 16
-"""Cells asked for side by side: packets miss several at a time."""
+_OF_CELLS = frozenset(kind.name for kind in CELL_KINDS)
 
-COPIED = 20_000
-"""Bytes of the message that tells what copying costs: a region's."""
+REGIONS_PX = (16, 64)
+"""Edges of the regions that one rank draws to show what work costs: many small packets
+tell a packet's cost from its rays'."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,12 +52,12 @@ class Learned:
     """Hold what a machine's work and messages cost.
 
     work: s, by `FEATURES`. cut_s: of a brick's, cutting it from the whole volume, which
-    one of several ranks has done before.
+    one of several ranks has done before. host: of messages and waiting.
     """
 
     work: NDArray[np.float64]
     cut_s: float
-    costs: Costs
+    host: HostCosts
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,9 +112,11 @@ class Predictor:
 
     def nodes(
         self, ranks: int, costs: NDArray[np.float64] | None = None
-    ) -> list[Node[StrandPacket]]:
+    ) -> list[Node[StrandPacket] | StrandRayNode]:
         """Make simulated nodes like those the job's ranks have."""
-        found = []
+        found: list[Node[StrandPacket] | StrandRayNode] = []
+        begun: Begun = {}
+        dataflow = Dataflow(self._job.dataflow)
         for rank in range(ranks):
             _, node, _ = make_node(
                 self._scene,
@@ -120,13 +124,16 @@ class Predictor:
                 self._quality,
                 rank=rank,
                 ranks=ranks,
-                dataflow=Dataflow(self._job.dataflow),
+                dataflow=dataflow,
                 distances=_same_machine(ranks),
                 cell_side=self._job.cell_side,
                 cache_cells=self._job.cache_cells,
                 from_file=self._job.from_file,
             )
-            found.append(twin(node, costs))
+            if dataflow is Dataflow.RAYS:
+                found.append(ray_twin(node, begun, costs))
+            else:
+                found.append(twin(node, costs))
         return found
 
     def retrace(self, ranks: int, number: int = 0) -> Retracing:
@@ -137,44 +144,110 @@ class Predictor:
         return retracing
 
     def learn(self, *launcher: str) -> Learned:
-        """Measure one rank, and two that only ask."""
-        job = replace_job(self._job, recorded=True, rounds=3, clock="cpu")
-        (report,) = run_ranks(1, job, self._folder, *launcher)
-        last = job.rounds - 1
-        moves = np.array(self.retrace(1, last).moves[0])
-        work = np.diff(moves, axis=0, prepend=0.0)
-        recorded = [self._recorded(0, number)["move_s"] for number in range(job.rounds)]
-        # The same moves every time: the quickest is the least disturbed.
-        seconds = np.min(recorded, axis=0)
-        learned, _ = nnls(work[:, 1:], seconds)
-        render_s = sum(frame.ledger["render"] for frame in report.rounds[last])
-        set_up_s = (render_s - float(recorded[last].sum())) / moves[-1, 0]
-        whole = np.array([max(set_up_s, 0.0), *learned])
-        return Learned(whole, self._cut_s(), self._costs(*launcher))
+        """Measure one rank, ranks that only ask, and two that say nothing."""
+        # A rank on its own would read values without looking cells up.
+        plain = replace_job(self._job, rounds=ROUNDS, clock="cpu", from_file=True)
+        drawn = replace_job(plain, recorded=True)
+        work, seconds, starts, before_s = [], [], [], []
+        frames = len(drawn.requests)
+        for region_px in REGIONS_PX:
+            job = replace_job(drawn, region_px=region_px)
+            (report,) = run_ranks(1, job, self._folder, *launcher)
+            twin = Predictor(job, self._folder)
+            moves = np.array(twin.retrace(1).moves[0])
+            recorded = [self._recorded(0, k)["move_s"] for k in range(ROUNDS)]
+            best = min(recorded, key=np.sum)
+            work.append(np.diff(moves, axis=0, prepend=0.0)[:, 1:])
+            seconds.append(best)
+            packets = sum(len(frame) for frame in twin.strands(1)[0])
+            starts.append([packets, moves[-1, 0]])
+            before_s.append(
+                min(
+                    sum(frame.ledger["render"] for frame in report.rounds[k])
+                    - float(recorded[k].sum())
+                    for k in range(ROUNDS)
+                )
+            )
+        learned, _ = nnls(np.concatenate(work), np.concatenate(seconds))
+        table_s = self._table_s()
+        left_s = np.maximum(np.array(before_s) - table_s * frames, 0.0)
+        (packet_s, start_s), _ = nnls(np.array(starts), left_s)
+        plain = replace_job(plain, recorded=False)
+        busy = both_busy(plain, self._folder, *launcher)
+        host = learn_host(self._folder, *launcher)
+        return Learned(
+            np.array([start_s, *learned]),
+            self._cut_s(),
+            replace(host, frame_s=table_s, packet_s=packet_s, busy=busy),
+        )
 
-    def predict(self, ranks: int, learned: Learned) -> Predicted:
-        """Simulate the job."""
+    def predict(
+        self, ranks: int, learned: Learned, cores: int | None = None
+    ) -> Predicted:
+        """Simulate the job; cores: processors, those of this machine by default."""
         work = learned.work.copy()
         if ranks > 1:
             shows = FEATURES.index("shows")
             work[shows] = max(work[shows] - learned.cut_s, 0.0)
+        lots: list[Lot] = []
         nodes = self.nodes(ranks, work)
-        lots = []
         for node, frames in zip(nodes, self.strands(ranks), strict=True):
-            assert isinstance(node.work, StrandWork)
+            spender = node.work
+            assert isinstance(spender, StrandWork | StrandTravel)
             fresh = [[packet.fresh() for packet in frame] for frame in frames]
-            lots.append((node, node.work, fresh))
-        costs = learned.costs
-        torus = Torus(ranks, costs.link, costs.hop_s)
+            lots.append((node, spender, fresh))
+        cores = cores or len(os.sched_getaffinity(0))
         size = self._lone.share.block(0).nbytes
-        machine = Machine(costs, torus, lots, payload_bytes=size, in_step=True)
-        machine.run()
-        ends = machine.frame_ends()
+        host = Host(learned.host, cores, lots, payload_bytes=size)
+        frame_s = host.run()
         return Predicted(
-            [b - a for a, b in zip([0.0, *ends], ends, strict=False)],
-            machine.ledgers,
-            {kind.name: n for kind, n in machine.sent.items()},
+            frame_s, host.ledgers, {kind.name: n for kind, n in host.sent.items()}
         )
+
+    def compare(
+        self, ranks: int, learned: Learned, *launcher: str
+    ) -> tuple[dict[str, float], list[float], list[RankReport]]:
+        """Predict, then draw; get figures, seconds by round, and what ranks reported.
+
+        The job must be recorded: its messages are said again by simulated nodes.
+        """
+        said = self.predict(ranks, learned)
+        reports = run_ranks(ranks, self._job, self._folder, *launcher)
+        sent = self.retrace(ranks).sent
+        timed = replace_job(self._job, recorded=False)
+        reports = run_ranks(ranks, timed, self._folder, *launcher)
+        walls = [sum(f.wall_s for f in frames) for frames in reports[0].rounds]
+        charged = run_ranks(
+            ranks, replace_job(timed, clock="cpu"), self._folder, *launcher
+        )
+        busy = min(busy_s(charged, k) for k in range(self._job.rounds))
+        counters = {
+            "predicted_s": sum(said.frame_s),
+            "predicted_cold_s": said.frame_s[0],
+            "predicted_busy_s": said.busy_s,
+            "measured_busy_s": busy,
+            "time_off": sum(said.frame_s) / min(walls) - 1,
+            "busy_off": said.busy_s / busy - 1,
+            "messages_retraced": float(sum(sent.values())),
+            "messages_predicted": float(
+                sum(n for name, n in said.sent.items() if name in _OF_CELLS)
+            ),
+            "message_us": 1e6 * learned.host.message_s,
+            "bundle_us": 1e6 * learned.host.bundle_s,
+            "switch_us": 1e6 * learned.host.switch_s,
+            "busy": learned.host.busy,
+        }
+        return counters, walls, reports
+
+    def _table_s(self) -> float:
+        """Get what a rank does before its first ray: the picture's lens, whole."""
+        best = np.inf
+        for request in self._job.requests:
+            camera = traced_camera(request)
+            began = time.thread_time()
+            FrameRays.of(camera)
+            best = min(best, time.thread_time() - began)
+        return best
 
     def _cut_s(self) -> float:
         share, took = self._lone.share, []
@@ -186,41 +259,6 @@ class Predictor:
             took.append((time.thread_time() - began) / len(cells))
         return min(took)
 
-    def _costs(self, *launcher: str) -> Costs:
-        """Measure messages."""
-        job = RankJob(visits=ASKS, at_once=AT_ONCE, clock="cpu")
-        reports = run_ranks(2, job, self._folder, *launcher)
-        asked = sum(len(report.latency_s) for report in reports)
-        ledger = {
-            name: sum(r.rounds[0][0].ledger[name] for r in reports) / asked
-            for name in ("directory", "receive", "send")
-        }
-        message = Message(MessageKind.REGION, 0, 1, 1, payload=bytes(COPIED))
-        small = message._replace(payload=b"")
-        times = []
-        for one in (message, small):
-            best = np.inf
-            for _ in range(200):
-                began = time.perf_counter()
-                Message.decode(one.encode())
-                best = min(best, time.perf_counter() - began)
-            times.append(best)
-        # A request and a cell make two messages; both are taken, and what is done about
-        # either is alike.
-        taken = max(ledger["receive"] - ledger["directory"], 0.0)
-        return Costs(
-            send_s=ledger["send"] / 2,
-            receive_s=taken / 2,
-            handle_s=ledger["directory"],
-            copy_s=(times[0] - times[1]) / COPIED / 2,
-            poll_s=0.5e-6,
-            scan_s=0.0,
-            slice_s=0.0,
-            link=1e10,
-            hop_s=2e-6,
-            own_s=0.0,
-        )
-
     def _recorded(self, rank: int, number: int) -> dict[str, NDArray[Any]]:
         path = self._folder / f"rank-{rank}-round-{number}.npz"
         with np.load(path, allow_pickle=False) as kept:
@@ -230,13 +268,6 @@ class Predictor:
 def replace_job(job: RankJob, **changes: Any) -> RankJob:
     """Change a job."""
     return msgspec.structs.replace(job, **changes)
-
-
-def measured_busy_s(reports: Sequence[RankReport], number: int) -> float:
-    """Get the processor time that all ranks spent on a round, waiting apart."""
-    return sum(
-        Ledger(**frame.ledger).busy for r in reports for frame in r.rounds[number]
-    )
 
 
 def _same_machine(ranks: int) -> Distances:

@@ -12,33 +12,22 @@ import threading
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
 
-from renderers.art.cache import CellCache
 from renderers.art.data_store import DataStore
-from renderers.art.directory import Directory, homes
 from renderers.art.job import SnapshotRequest
 from renderers.art.launcher import Launcher, find_launcher
-from renderers.art.node import Node
+from renderers.art.ledger import Ledger
 from renderers.art.policy import CellPolicy, Dataflow
 from renderers.art.rank import Rank
-from renderers.art.regions import Gather, Region, region_payload
+from renderers.art.regions import Gather
 from renderers.art.series import FrameSeries
 from renderers.art.simulator.recording import Recording
-from renderers.art.simulator.replay import ReplayWork, Visits
 from renderers.art.stage import load_scene
 from renderers.art.team import mode_of, traced_camera
 from renderers.art.travel import make_frame_node
-
-if TYPE_CHECKING:
-    from renderers.art.mpi import MpiTransport
-
-ASKED_CELLS = 512
-ASKED_BYTES = 11**3 * 2
-"""Of a cell of 8 voxels a side, int16, with its ghosts."""
 
 LIMIT_S = 300.0
 """Longest run; what takes longer hangs."""
@@ -48,9 +37,7 @@ class RankJob(msgspec.Struct, frozen=True, kw_only=True):
     """Set what ranks draw: a frame for each request, all of one scene.
 
     rounds: how often the whole series is drawn, with new nodes each time. clock: of the
-    ledger, `cpu` or `wall`. recorded: write down every event. visits: instead of
-    drawing, each rank asks so often for a cell of another and waits for it, `at_once`
-    of them side by side.
+    ledger, `cpu` or `wall`. recorded: write down every event.
     """
 
     requests: tuple[SnapshotRequest, ...] = ()
@@ -62,8 +49,6 @@ class RankJob(msgspec.Struct, frozen=True, kw_only=True):
     rounds: int = 1
     clock: str = "wall"
     recorded: bool = False
-    visits: int = 0
-    at_once: int = 1
 
 
 class FrameReport(msgspec.Struct, frozen=True, kw_only=True):
@@ -81,9 +66,8 @@ class RankReport(msgspec.Struct, frozen=True, kw_only=True):
 
     made_s: time of the first preparation. peak_bytes: most memory resident,
     mapped files included. own_bytes: most that is this process's alone, looked at after
-    each frame; peak_own_bytes: looked at every 10 ms. latency_s: from
-    requests to their cells, where only that was measured. distances: as the transport
-    has them.
+    each frame; peak_own_bytes: looked at every 10 ms. distances: as the transport has
+    them.
     """
 
     rank: int
@@ -94,7 +78,6 @@ class RankReport(msgspec.Struct, frozen=True, kw_only=True):
     peak_bytes: int
     own_bytes: int
     peak_own_bytes: int = 0
-    latency_s: tuple[float, ...] = ()
     distances: tuple[int, ...] = ()
 
 
@@ -111,14 +94,36 @@ def run_ranks(
     folder: has the data in `data`. before: words before mpiexec. options: after it.
     launcher: None for the one that `find_launcher` finds.
     """
-    launcher = launcher or find_launcher()
-    if launcher is None:
-        raise RuntimeError("there is no mpiexec; install the extra `mpi`")
     (folder / "job.json").write_bytes(msgspec.json.encode(job))
     for old in folder.glob("rank-*"):
         old.unlink()
+    start_ranks(
+        ranks, "benchmarks.ranks", folder, *before, options=options, launcher=launcher
+    )
+    return [
+        msgspec.json.decode((folder / f"rank-{n}.json").read_bytes(), type=RankReport)
+        for n in range(ranks)
+    ]
+
+
+def start_ranks(
+    ranks: int,
+    module: str,
+    folder: Path,
+    *before: str,
+    options: Sequence[str] = (),
+    launcher: Launcher | None = None,
+) -> None:
+    """Run a module of ours in so many processes, joined by MPI, and wait for them.
+
+    RuntimeError says what they said if it fails. before, options, launcher: as
+    `run_ranks` takes them.
+    """
+    launcher = launcher or find_launcher()
+    if launcher is None:
+        raise RuntimeError("there is no mpiexec; install the extra `mpi`")
     words = [*before, *launcher.command(ranks, *options), sys.executable]
-    words += ["-m", "mpi4py", "-m", "benchmarks.ranks", str(folder)]
+    words += ["-m", "mpi4py", "-m", module, str(folder)]
     done = subprocess.run(
         words,
         stdin=subprocess.DEVNULL,
@@ -130,10 +135,6 @@ def run_ranks(
     )
     if done.returncode:
         raise RuntimeError(f"the ranks ended with {done.returncode}: {done.stderr}")
-    return [
-        msgspec.json.decode((folder / f"rank-{n}.json").read_bytes(), type=RankReport)
-        for n in range(ranks)
-    ]
 
 
 def main(words: Sequence[str]) -> int:
@@ -144,10 +145,6 @@ def main(words: Sequence[str]) -> int:
     job = msgspec.json.decode((folder / "job.json").read_bytes(), type=RankJob)
     transport = MpiTransport(folder=folder)
     clock = time.thread_time if job.clock == "cpu" else time.perf_counter
-    if job.visits:
-        _ask(job, transport, Rank(transport, clock), folder)
-        transport.close()
-        return 0
     memory = _Memory()
     memory.start()
     rounds: list[tuple[FrameReport, ...]] = []
@@ -239,59 +236,11 @@ class _Memory(threading.Thread):
         return self._most
 
 
-class _Asking(ReplayWork):
-    """Visit cells, then show one pixel for it."""
-
-    def __init__(self, cache: CellCache, rank: int) -> None:
-        super().__init__(cache, payload=bytes(ASKED_BYTES), checks=False)
-        self._column, self._row = rank, 0
-
-    def result(self, packet: Visits) -> bytes:
-        """Write a pixel."""
-        region = Region(self._column, self._row, self._column + 1, self._row + 1)
-        self._row += 1
-        return region_payload(region, np.zeros((1, 4), "f4"), np.zeros(1, "f4"))
-
-
-def _ask(job: RankJob, transport: "MpiTransport", rank: Rank, folder: Path) -> None:
-    """Ask homes for cells, one after another; leave how long each took to come."""
-    ranks, here = transport.ranks, transport.rank
-    home = homes(ASKED_CELLS, ranks)
-    cache = CellCache(8 + job.at_once)
-    work = _Asking(cache, here)
-    place = Directory(here, home, home, transport.distances)
-    node = Recording(Node(work, place, cache, migrates=False))
-    random = np.random.default_rng(here)
-    cells = random.choice(np.flatnonzero(home != here), job.visits).tolist()
-    packets = [Visits(cells[k :: job.at_once]) for k in range(job.at_once)]
-    gather = None if here else Gather(ranks, job.at_once)
-    transport.meet()
-    began = time.perf_counter()
-    rank.begin(1, node, packets, gather)
-    rank.watch.restart()
-    while rank.is_drawing:
-        if gather is not None and rank.is_complete:
-            rank.end()
-        elif not rank.step():
-            rank.rest()
-    report = FrameReport(
-        wall_s=time.perf_counter() - began,
-        ledger=rank.watch.ledger.parts(),
-        tally=node.tally(),
-        sends=0,
+def busy_s(reports: Sequence[RankReport], number: int) -> float:
+    """Get the time that all ranks spent on a round, waiting apart."""
+    return sum(
+        Ledger(**frame.ledger).busy for r in reports for frame in r.rounds[number]
     )
-    report_of = RankReport(
-        rank=here,
-        occupied=ASKED_CELLS,
-        slots=cache.capacity,
-        made_s=0.0,
-        rounds=((report,),),
-        peak_bytes=0,
-        own_bytes=0,
-        latency_s=tuple(node.latency_s),
-    )
-    path = folder / f"rank-{here}.json"
-    path.write_bytes(msgspec.json.encode(report_of))
 
 
 def digest_of(gather: Gather) -> str:

@@ -56,7 +56,7 @@ def _report(cases: dict[str, list[Row]]) -> str:
                 "efficiency %": ("efficiency", "{:.1%}"),
                 "paper %": ("paper_efficiency", "{:.1%}"),
                 "overhead": ("overhead", "{:.2%}"),
-                "LRU": ("share_lru", "{:.1%}"),
+                "LRU, counted (paper 2.5 %)": ("share_lru", "{:.1%}"),
                 "idle": ("share_idle", "{:.1%}"),
                 "fetches a frame": ("cells_fetched_a_frame", "{:.0f}"),
             }
@@ -78,7 +78,9 @@ def _report(cases: dict[str, list[Row]]) -> str:
                 "overhead": ("overhead", "{:.2%}"),
                 "idle": ("share_idle", "{:.1%}"),
                 "fetches a frame": ("cells_fetched_a_frame", "{:.0f}"),
+                "rays sent": ("rays_sent_a_frame", "{:.0f}"),
                 "messages a frame": ("messages_a_frame", "{:.0f}"),
+                "MB a frame": ("mb_a_frame", "{:.1f}"),
                 "hops a cell": ("hops_a_cell", "{:.2f}"),
                 "slots": ("slots", "{:.0f}"),
             }

@@ -11,10 +11,13 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
+from benchmarks.asking import AskJob, Pattern, ask_ranks
+from benchmarks.calibration import real_time
 from benchmarks.nasal_views import nasal_scene, path_views
 from benchmarks.orbits import folded_scene, orbit, write_folds
+from benchmarks.order_of_use import order_of_use
 from benchmarks.plan import Measured, Task, UnavailableError, register
-from benchmarks.prediction import Learned, Predictor, measured_busy_s
+from benchmarks.prediction import Learned, Predictor
 from benchmarks.ranks import RankJob, RankReport, run_ranks
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
@@ -54,6 +57,7 @@ class DataflowPlan:
         for ranks in (1, 2, 4):
             tasks += [self._way(ranks, way) for way in Dataflow]
         tasks += [self._prediction(ranks) for ranks in (1, 2, 4)]
+        tasks.append(self._order_of_use())
         tasks += [self._latency(ranks) for ranks in (2, 4, 8)]
         for animation in ("orbit 30",) if self._quick else ("orbit 30", "orbit 60"):
             tasks += [
@@ -130,33 +134,18 @@ class DataflowPlan:
 
     def _prediction(self, ranks: int) -> Task:
         def run() -> Measured:
-            # A rank on its own would read values without looking cells up.
             job = RankJob(
-                requests=self._orbit[:3], rounds=ROUNDS, recorded=True, from_file=True
+                requests=self._orbit[:3],
+                rounds=ROUNDS,
+                recorded=True,
+                from_file=ranks == 1,
             )
-            predictor = Predictor(job, self._folder)
+            predictor, words = Predictor(job, self._folder), real_time()
             if self._learned is None:
-                self._learned = predictor.learn()
-            said = predictor.predict(ranks, self._learned)
-            reports = run_ranks(ranks, job, self._folder)
+                self._learned = predictor.learn(*words)
+            counters, walls, reports = predictor.compare(ranks, self._learned, *words)
             self._same_bits(reports)
-            sent = predictor.retrace(ranks).sent
-            walls = [sum(f.wall_s for f in frames) for frames in reports[0].rounds]
-            job = msgspec.structs.replace(job, clock="cpu", recorded=False)
-            reports = run_ranks(ranks, job, self._folder)
-            busy = [measured_busy_s(reports, k) for k in range(ROUNDS)]
-            counters = {
-                "predicted_s": sum(said.frame_s),
-                "predicted_busy_s": said.busy_s,
-                "measured_busy_s": min(busy),
-                "time_off": sum(said.frame_s) / min(walls) - 1,
-                "busy_off": said.busy_s / min(busy) - 1,
-                "messages_retraced": float(sum(sent.values())),
-                "messages_predicted": float(
-                    sum(n for name, n in said.sent.items() if name != "REGION")
-                ),
-            }
-            return Measured(Timing.of(walls, busy), counters=counters)
+            return Measured(Timing.of(walls, walls), counters=counters)
 
         return Task(
             "art-dataflow",
@@ -167,11 +156,24 @@ class DataflowPlan:
             clock="wall",
         )
 
+    def _order_of_use(self) -> Task:
+        def run() -> Measured:
+            scene = folded_scene(self._side)
+            camera = orbit(self._side, self._size, 60)[0]
+            counters = order_of_use(scene, self._orbit[0].to_quality(), camera)
+            seconds = counters.pop("frame_s")
+            timing = Timing(seconds, seconds, seconds, 1)
+            return Measured(timing, counters=counters)
+
+        return Task(
+            "art-dataflow", "order of use/orbit", "1 rank", run, self._settings(1)
+        )
+
     def _latency(self, ranks: int) -> Task:
         def run() -> Measured:
-            job = RankJob(visits=400)
-            reports = run_ranks(ranks, job, self._folder)
-            took = np.concatenate([report.latency_s for report in reports])
+            job = AskJob(patterns=(Pattern(visits=400),))
+            reports = ask_ranks(ranks, job, self._folder, *real_time())
+            took = np.concatenate([r.patterns[0].latency_s for r in reports])
             median, late = np.percentile(took, (50, 95)).tolist()
             counters = {"median_us": 1e6 * median, "p95_us": 1e6 * late}
             timing = Timing(median, median, median, len(took))

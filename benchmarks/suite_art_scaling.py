@@ -116,6 +116,7 @@ class ScalingPlan:
             "migrating": base,
             "migrating, any holder": replace(base, random_holder=True),
             "migrating, one request at a time": replace(base, most_pending=1),
+            "rays": replace(base, dataflow=Dataflow.RAYS),
         }
         case = f"ways/16 ranks, cache 3/{machine}"
         tight = f"ways/16 ranks, cache 1.5/{machine}"
@@ -264,6 +265,8 @@ def _counters(outcome: Outcome) -> dict[str, float]:
         "simulated_s": outcome.seconds,
         "overhead": outcome.overhead,
         "cells_fetched_a_frame": outcome.cells_fetched / frames,
+        "rays_sent_a_frame": outcome.rays_sent / frames,
+        "mb_a_frame": outcome.bytes_sent / frames / 1e6,
         "messages_a_frame": sum(outcome.sent.values()) / frames,
         "hops_a_cell": hops / max(data, 1),
         "owners_moved": float(outcome.owners_moved),

@@ -45,9 +45,9 @@ FAREWELL_S = 1.0
 """Time a rank that gives up leaves the others to write down what they know."""
 
 _PROBES = 2
-"""Probes before nothing is said to be there. MPICH's says no, and only then fetches what
-has arrived: with one probe every second look found nothing, and a rank moved its rays
-for each cell by itself (4 ranks on 2 cores: 1,300 moves instead of 400)."""
+"""Probes before nothing is said to be there. MPICH's says no, and only then fetches
+what has arrived: with one probe every second look found nothing, and a rank moved its
+rays for each cell by itself (4 ranks on 2 cores: 1,300 moves instead of 400)."""
 
 LARGEST_BUNDLE = 1 << 18
 """Bytes of messages sent as one, unless a single one is longer."""

@@ -1,18 +1,11 @@
 """What the transport between processes promises beyond messages' order."""
 
 import subprocess
-import sys
 from pathlib import Path
 
-import pytest
+from tests.mpi.launching import NEEDS_RANKS, ROOT, ranks_command
 
-from benchmarks.ranks import mpiexec_path
-
-pytest.importorskip("mpi4py")
-pytestmark = [
-    pytest.mark.mpi,
-    pytest.mark.skipif(not mpiexec_path().exists(), reason="there is no mpiexec"),
-]
+pytestmark = NEEDS_RANKS
 
 MESSAGES = 10
 
@@ -43,15 +36,14 @@ transport.close()
 
 
 def test_a_look_finds_what_has_arrived(tmp_path: Path) -> None:
-    command = [str(mpiexec_path()), "-n", "2", sys.executable, "-m", "mpi4py"]
     done = subprocess.run(
-        [*command, "-c", RANKS, str(tmp_path)],
+        ranks_command(2, "-c", RANKS, str(tmp_path)),
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
         timeout=60,
         check=False,
-        cwd=Path(__file__).parents[2],
+        cwd=ROOT,
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == str([*range(MESSAGES), None])

@@ -50,6 +50,8 @@ def fetched(reports: list[RankReport], frame: int) -> int:
         pytest.param(1, 20, Dataflow.STATIC, marks=pytest.mark.slow),
         pytest.param(2, 20, Dataflow.STATIC, marks=pytest.mark.slow),
         pytest.param(4, 30, Dataflow.MIGRATING, marks=pytest.mark.slow),
+        (2, 60, Dataflow.RAYS),
+        pytest.param(4, 60, Dataflow.RAYS, marks=pytest.mark.slow),
     ],
 )
 def test_simulated_nodes_send_what_real_ranks_sent(
@@ -68,7 +70,8 @@ def test_simulated_nodes_send_what_real_ranks_sent(
     sent = Predictor(drawn, tmp_path).retrace(ranks).sent
     asked = sum(f.tally["requests"] for r in reports for f in r.rounds[0])
     counted = {kind.name: number for kind, number in sent.items()}
-    assert counted.get("REQUEST", 0) == asked
+    said = ("RAYS", "RETURN") if dataflow is Dataflow.RAYS else ("REQUEST",)
+    assert sum(counted.get(kind, 0) for kind in said) == asked
     assert (asked > 0) == (ranks > 1)
 
 

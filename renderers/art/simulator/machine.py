@@ -9,9 +9,10 @@ from typing import Any, Protocol
 from renderers.art.ledger import AT_HOME, Ledger
 from renderers.art.messages import HEADER_BYTES, Message, MessageKind, ProtocolError
 from renderers.art.node import Node
+from renderers.art.ray_node import RayNode
 from renderers.art.simulator.torus import Torus
 
-SimulatedNode = Node[Any]
+SimulatedNode = Node[Any] | RayNode[Any, Any]
 
 
 class Spender(Protocol):
@@ -38,8 +39,8 @@ class Costs:
     for messages. scan_s: passing over one packet that waits, when another is looked
     for (the paper scans its ray stack; 0 where waiting packets are found by cell).
     slice_s: work between two polls. link: bytes/s of a link. hop_s: for each link.
-    lru_share: of the cost of visits, what keeping their order costs. own_s: taking a
-    message to oneself; None for `receive_s`.
+    touch_s: noting that a ray uses a cell; part of the
+    cost of work, not added to it.
     """
 
     send_s: float
@@ -51,9 +52,19 @@ class Costs:
     slice_s: float
     link: float
     hop_s: float
-    lru_share: float = 0.0
-    own_s: float | None = None
+    touch_s: float = 0.0
 
+
+T3D_CLOCK_S = 1 / 150e6
+T3D_READ_CLOCKS = 2 + 14 + 23
+T3D_WRITE_CLOCKS = 23
+"""A word from another page of the memory, and a line of it written: C. Grassl of Cray
+Research, "STREAM for T3D", 31 January 1995 (mail archive of the STREAM benchmark)."""
+
+T3D_TOUCH_S = (3 * T3D_READ_CLOCKS + 4 * T3D_WRITE_CLOCKS) * T3D_CLOCK_S
+"""To put a cell first in a list linked both ways: three reads (the cell's place in the
+list, its links, the list's head) and four lines written (the cell's, its neighbours'
+and the old first's). Counted, not measured; the processor's own steps are left out."""
 
 T3D = Costs(
     send_s=1.5e-6,
@@ -65,10 +76,10 @@ T3D = Costs(
     slice_s=1.1e-3,
     link=150e6,
     hop_s=50e-9,
-    lru_share=0.025,
+    touch_s=T3D_TOUCH_S,
 )
-"""The machine of the paper. Its text gives send_s, link, the share of LRU, and by its
-times slice_s, one ray; the rest are assumptions for a processor of 150 MHz."""
+"""The machine of the paper. Its text gives send_s, link, and by its times slice_s, one
+ray; the rest are assumptions for a processor of 150 MHz."""
 
 
 TODAY = Costs(
@@ -106,8 +117,8 @@ class Machine:
     """Run nodes on a torus until all their frames are drawn.
 
     A rank handles messages only between slices. It begins its next frame when it has no
-    rays left, without waiting for others, unless told otherwise. Control of frames is
-    left out.
+    rays left, without waiting for others. Control of frames is left out, and so are the
+    finished pixels.
     """
 
     def __init__(
@@ -117,32 +128,28 @@ class Machine:
         ranks: Iterable[Lot],
         *,
         payload_bytes: int,
-        in_step: bool = False,
+        lru_share: float = 0.0,
         watch: Callable[["Machine", Message], None] | None = None,
     ) -> None:
         """Take each rank's node, work, and packets by frame.
 
-        payload_bytes: of a cell on its way. in_step: a frame begins when all ranks have
-        ended the one before, and finished pixels are sent to rank 0. watch: called
-        after each message handled.
+        payload_bytes: of a cell on its way. lru_share: of the time of work, what noting
+        the use of cells costs. watch: called after each message handled.
         """
         self.torus = torus
         self.sent: Counter[MessageKind] = Counter()
         self.data_by_hops: Counter[int] = Counter()
+        self.bytes = 0
+        """Sent between ranks, headers included."""
         self.events = 0
         self.seconds = 0.0
         self._costs = costs
         self._payload_bytes = payload_bytes
+        self._lru_share = lru_share
         self._watch = watch
-        self._in_step = in_step
         self._ranks = [_Rank(*rank) for rank in ranks]
         self._queue: list[tuple[float, int, int]] = []
         self._number = 0
-
-    @property
-    def nodes(self) -> list[SimulatedNode]:
-        """Get the nodes in order of rank."""
-        return [rank.node for rank in self._ranks]
 
     @property
     def ledgers(self) -> list[Ledger]:
@@ -187,67 +194,52 @@ class Machine:
             rank.idle_since = None
         now = self._take(rank, now)
         node, work = rank.node, rank.work
-        if not node.has_rays and rank.frames and self._may_begin(node.frame):
+        if not node.has_rays and rank.frames:
+            if len(rank.ends) < node.frame:
+                rank.ends.append(now)
             node.begin(node.frame + 1, rank.frames.pop(0))
         if node.is_active:
             before = work.spent_s
             messages = node.advance(1)
             spent = work.spent_s - before
-            rank.ledger.render += spent * (1 - costs.lru_share)
-            rank.ledger.lru += spent * costs.lru_share
+            rank.ledger.render += spent * (1 - self._lru_share)
+            rank.ledger.lru += spent * self._lru_share
             now += spent
-            if costs.scan_s:
+            if costs.scan_s and isinstance(node, Node):
                 scan = costs.scan_s * node.waiting_packets
                 rank.ledger.scan += scan
                 now += scan
             now = self._send(rank, messages, now)
-            if not node.has_rays:
-                self._ended(rank, now)
             self._schedule(number, now)
-        elif not node.has_rays and rank.frames and not self._in_step:
-            self._ended(rank, now)
+        elif not node.has_rays and rank.frames:
             self._schedule(number, now)
         else:
-            if not node.has_rays and len(rank.ends) < node.frame:
-                self._ended(rank, now)
             rank.idle_since = now
             if rank.inbox:
                 self._schedule(number, max(now, rank.inbox[0][0]))
-
-    def _may_begin(self, drawn: int) -> bool:
-        return not self._in_step or all(len(r.ends) >= drawn for r in self._ranks)
-
-    def _ended(self, rank: _Rank, now: float) -> None:
-        rank.ends.append(now)
-        if self._in_step and self._may_begin(len(rank.ends)):
-            for number, other in enumerate(self._ranks):
-                if other.idle_since is not None:
-                    self._schedule(number, max(now, other.idle_since))
+        if not node.has_rays and len(rank.ends) < node.frame:
+            rank.ends.append(now)
 
     def _take(self, rank: _Rank, now: float) -> float:
         costs, ledger, inbox, work = self._costs, rank.ledger, rank.inbox, rank.work
         handle, control_s = rank.node.handle, costs.receive_s + costs.handle_s
-        own_s = control_s if costs.own_s is None else costs.own_s + costs.handle_s
         copy_s = self._payload_bytes * costs.copy_s
         ledger.poll += costs.poll_s
         now += costs.poll_s
         while inbox and inbox[0][0] <= now:
             message = heapq.heappop(inbox)[2]
             kind = message.kind
-            cost = own_s if message.source == message.target else control_s
             if kind in AT_HOME:
-                ledger.directory += cost
-                now += cost
+                ledger.directory += control_s
+                now += control_s
             else:
+                cost = control_s
                 if kind is _DATA:
                     cost += copy_s
+                elif message.payload:
+                    cost += len(message.payload) * costs.copy_s
                 ledger.receive += cost
                 now += cost
-            if kind is MessageKind.REGION:
-                cost = len(message.payload) * costs.copy_s
-                ledger.receive += cost
-                now += cost
-                continue
             before = work.spent_s
             replies = handle(message)
             spent = work.spent_s - before
@@ -264,15 +256,12 @@ class Machine:
         copied = self._payload_bytes
         for message in messages:
             kind, source, target = message.kind, message.source, message.target
-            size, cost = HEADER_BYTES, costs.send_s
             if kind is MessageKind.REGION:
-                if not self._in_step:
-                    continue
-                size += len(message.payload)
-                cost += len(message.payload) * costs.copy_s
+                continue
+            more = copied if kind is _DATA else len(message.payload)
+            size, cost = HEADER_BYTES + more, costs.send_s + more * costs.copy_s
+            self.bytes += size if source != target else 0
             if kind is _DATA:
-                size += copied
-                cost += copied * costs.copy_s
                 self.data_by_hops[torus.hops(source, target)] += 1
             arrival = now
             if source != target:

@@ -14,7 +14,7 @@ BEGIN, ADVANCE, HANDLE, SAY = 0, 1, 2, 3
 """Events: a frame begins, packets move, a message is handled; SAY follows the event
 that caused it."""
 
-COLUMNS = ("event", "kind", "source", "target", "frame", "cell", "who", "aux")
+COLUMNS = ("event", "kind", "source", "target", "frame", "cell", "who", "aux", "size")
 
 
 class Recording:
@@ -51,7 +51,7 @@ class Recording:
 
     def begin(self, frame: int, packets: Iterable[Any]) -> None:
         """Note the frame."""
-        self._rows.append((BEGIN, 0, 0, 0, frame, 0, 0, 0))
+        self._rows.append((BEGIN, 0, 0, 0, frame, 0, 0, 0, 0))
         self._node.begin(frame, packets)
 
     def cancel(self) -> None:
@@ -63,7 +63,7 @@ class Recording:
         began = time.thread_time()
         said = self._node.advance(budget)
         self.move_s.append(time.thread_time() - began)
-        self._rows.append((ADVANCE, budget, 0, 0, 0, 0, 0, 0))
+        self._rows.append((ADVANCE, budget, 0, 0, 0, 0, 0, 0, 0))
         self._say(said)
         return said
 
@@ -89,7 +89,8 @@ class Recording:
 
 
 def fields(message: Message) -> tuple[int, ...]:
-    """Get what tells messages apart, payload aside."""
+    """Get what tells messages apart: of a payload its size, and only that of rays."""
+    travels = message.kind in (MessageKind.RAYS, MessageKind.RETURN)
     return (
         int(message.kind),
         message.source,
@@ -98,4 +99,5 @@ def fields(message: Message) -> tuple[int, ...]:
         message.cell,
         message.who,
         message.aux,
+        len(message.payload) if travels else 0,
     )

@@ -15,8 +15,10 @@ from renderers.art.cache import CellCache
 from renderers.art.directory import Directory
 from renderers.art.messages import Message, MessageKind, ProtocolError
 from renderers.art.node import Node
+from renderers.art.node_maker import MarchNode
 from renderers.art.simulator.recording import ADVANCE, BEGIN, HANDLE, SAY, fields
 from renderers.art.simulator.strands import StrandPacket, StrandWork
+from renderers.art.simulator.trips import Begun, StrandRayNode, StrandTravel
 
 Frames = Sequence[Sequence[StrandPacket]]
 
@@ -42,6 +44,21 @@ def twin(
     )
 
 
+def ray_twin(
+    node: MarchNode,
+    begun: Begun,
+    costs: NDArray[np.float64] | None = None,
+) -> StrandRayNode:
+    """Make a simulated node to which rays travel, for a rank that owns its cells.
+
+    node: prepared for `Dataflow.RAYS`. begun: the same for all ranks.
+    """
+    work = StrandWork(CellCache(node.cache.capacity), costs)
+    place = node.directory
+    travel = StrandTravel(work, place.rank, place.home_of, begun)
+    return StrandRayNode(travel, place.rank)
+
+
 class Retracing:
     """Drive nodes by recorded events.
 
@@ -51,7 +68,7 @@ class Retracing:
 
     def __init__(
         self,
-        nodes: Sequence[Node[StrandPacket]],
+        nodes: Sequence[Node[StrandPacket] | StrandRayNode],
         events: Sequence[NDArray[np.int64]],
         frames: Sequence[Frames],
     ) -> None:

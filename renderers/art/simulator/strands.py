@@ -4,6 +4,7 @@ Rays that need the same cells one after another make a strand. A packet of stran
 at the same cells as the packet of rays it was recorded from, whatever cells are here.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -91,14 +92,20 @@ def record_packet(packet: RayPacket, work: MarchWork) -> StrandPacket:
 class StrandWork:
     """Move strands through the cells that a node shows; nothing is sampled.
 
-    features: what was done so far, by `FEATURES`. `spent_s` is their cost.
+    features: what was done so far, by `FEATURES`. `spent_s` is their cost. A packet is
+    interrupted when moving its strands has cost `slice_s` since it was taken up.
     """
 
     def __init__(
-        self, cache: CellCache, costs: NDArray[np.float64] | None = None
+        self,
+        cache: CellCache,
+        costs: NDArray[np.float64] | None = None,
+        *,
+        slice_s: float = math.inf,
     ) -> None:
         self.features = np.zeros(len(FEATURES))
         self._costs = np.zeros(len(FEATURES)) if costs is None else costs
+        self._slice_s = slice_s
         self._cache = cache
         self._slots: dict[int, int] = {}
 
@@ -111,8 +118,8 @@ class StrandWork:
         """Get the number of visits."""
         return {"cells_entered": int(self.features[_VISITS])}
 
-    def run(self, packets: list[StrandPacket], clock: int) -> list[list[int]]:
-        """Move each strand until it ends or needs a cell that is not shown."""
+    def run(self, packets: list[StrandPacket], clock: int) -> list[list[int] | None]:
+        """Move each strand until it ends, needs a cell, or the slice is over."""
         return [self._run(packet, clock) for packet in packets]
 
     def result(self, packet: StrandPacket) -> bytes:
@@ -144,7 +151,7 @@ class StrandWork:
         """Hide a cell that was changed."""
         self.hide(cell)
 
-    def _run(self, packet: StrandPacket, clock: int) -> list[int]:
+    def _run(self, packet: StrandPacket, clock: int) -> list[int] | None:
         slots, stamp, features = self._slots, self._cache.stamp, self.features
         features[_MOVES] += 1
         features[_RAYS] += packet.rays
@@ -153,6 +160,7 @@ class StrandWork:
             features[_STARTS] += packet.rays
             features[_COUNTED] += packet.entry
         stops: set[int] = set()
+        spent = 0.0
         for strand in packet.strands:
             cells, at = strand.cells, strand.at
             end = at
@@ -161,11 +169,17 @@ class StrandWork:
                 if slot is None:
                     stops.add(cells[end])
                     break
+                if spent >= self._slice_s:
+                    break
                 if clock:
                     stamp[slot] = clock
+                if self._slice_s < math.inf:
+                    spent += float(strand.work[end] @ self._costs[_COUNTED])
                 end += 1
             if end > at:
                 features[_VISITS] += strand.rays * (end - at)
                 features[_COUNTED] += strand.work[at:end].sum(axis=0)
                 strand.at = end
+            if spent >= self._slice_s:
+                return None
         return sorted(stops)

@@ -1,6 +1,6 @@
 """An orbit drawn by simulated ranks, set up as the paper's measurements were."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,6 +9,7 @@ from renderers.art.audit import audit
 from renderers.art.cache import CellCache
 from renderers.art.directory import Directory, deal_owners, homes
 from renderers.art.ledger import Ledger
+from renderers.art.march import COUNTERS
 from renderers.art.messages import Message, MessageKind
 from renderers.art.node import MOST_PENDING, Node
 from renderers.art.node_maker import MOST_WORKING
@@ -16,8 +17,15 @@ from renderers.art.policy import Dataflow
 from renderers.art.regions import curve_key, skew_of
 from renderers.art.simulator.machine import Costs, Lot, Machine
 from renderers.art.simulator.replay import ReplayWork, Visits
+from renderers.art.simulator.strands import (
+    FEATURES,
+    Strand,
+    StrandPacket,
+    StrandWork,
+)
 from renderers.art.simulator.torus import Torus
 from renderers.art.simulator.trace import FrameTrace, Orbit
+from renderers.art.simulator.trips import Begun, StrandRayNode, StrandTravel
 
 PAPER_S = {
     128: {1: 2153, 2: 1062, 4: 557, 8: 281, 16: 142},
@@ -25,6 +33,8 @@ PAPER_S = {
 }
 """Table 1 of the paper: seconds for 30 frames, by voxels a side and by ranks."""
 
+
+_SAMPLES = COUNTERS.index("samples")
 
 _STORY = 32
 """Messages a simulated rank remembers; thousands of ranks share this memory."""
@@ -61,7 +71,7 @@ class Outcome:
     """Say what a simulated run found.
 
     seconds: of the whole; frame_s: by frame, from the last rank's end to the last
-    rank's end. cells_fetched: by all ranks. slots: a rank's.
+    rank's end. cells_fetched, rays_sent: by all ranks. slots: a rank's.
     """
 
     setup: Setup
@@ -69,8 +79,10 @@ class Outcome:
     frame_s: list[float]
     ledgers: list[Ledger]
     sent: dict[str, int]
+    bytes_sent: int
     data_by_hops: dict[int, int]
     cells_fetched: int
+    rays_sent: int
     deferrals: int
     owners_moved: int
     slots: int
@@ -108,6 +120,36 @@ class Traces:
     def samples(self, frames: int) -> int:
         """Count the samples of the first frames."""
         return sum(self.frame(k).samples for k in range(frames))
+
+    def touch_share(self, frames: int, touch_s: float, sample_s: float) -> float:
+        """Get what it costs to note each ray's use of each cell, of all work's time."""
+        touches = sum(self.frame(k).crossings for k in range(frames))
+        return touches * touch_s / (self.samples(frames) * sample_s)
+
+    def deal_strands(self, setup: Setup) -> list[list[list[StrandPacket]]]:
+        """Give each rank its packets as strands, by frame, dealt as by `deal`."""
+        orbit = self.orbit
+        wide, tile = orbit.image // orbit.packet, max(setup.tile // orbit.packet, 1)
+        skew = skew_of(setup.ranks)
+        dealt: list[list[list[StrandPacket]]] = [[] for _ in range(setup.ranks)]
+        for number in range(setup.frames):
+            by_tile: dict[tuple[int, int], list[StrandPacket]] = {}
+            for packet, rays in orbit.strands(number):
+                row, column = divmod(packet, wide)
+                strands = []
+                for cells, numbers in rays.items():
+                    work = np.zeros((len(cells), len(COUNTERS)))
+                    work[:, _SAMPLES] = numbers[:-1]
+                    strands.append(Strand(cells, work, int(numbers[-1])))
+                made = StrandPacket(
+                    strands, orbit.packet**2, np.zeros(len(COUNTERS)), 0
+                )
+                by_tile.setdefault((row // tile, column // tile), []).append(made)
+            for frames in dealt:
+                frames.append([])
+            for (ty, tx), packets in sorted(by_tile.items()):
+                dealt[(tx + skew * ty) % setup.ranks][number].extend(packets)
+        return dealt
 
     def deal(self, setup: Setup) -> list[list[list[Visits]]]:
         """Give each rank its packets, by frame."""
@@ -160,32 +202,81 @@ def payload_bytes(orbit: Orbit) -> int:
 
 
 def simulate(setup: Setup, traces: Traces) -> Outcome:
-    """Run the nodes that ship on a simulated machine; not those where rays travel."""
+    """Run the nodes that ship on a simulated machine."""
+    orbit, costs = setup.orbit, setup.costs
+    torus = Torus(setup.ranks, costs.link, costs.hop_s)
+    nodes: list[Node[Visits]] = []
+    watch: Callable[[Machine, Message], None] | None = None
     if setup.dataflow is Dataflow.RAYS:
-        raise ValueError("the simulator moves cells; rays travel on real ranks only")
+        lots, slots = _ray_lots(setup, traces), -(-orbit.cells // setup.ranks)
+        # No cell ever goes, and so nobody asks which was used last.
+        costs = replace(costs, touch_s=0.0)
+    else:
+        if setup.dataflow is Dataflow.REPLICATED:
+            setup = replace(setup, cache=float(setup.ranks))
+        slots = simulated_slots(setup)[0]
+        lots = []
+        for node, work, frames in _cell_lots(setup, traces, torus):
+            nodes.append(node)
+            lots.append((node, work, frames))
+    migrates = setup.dataflow is Dataflow.MIGRATING and setup.ranks > 1
+    if setup.validate and migrates:
+
+        def watch(machine: Machine, message: Message) -> None:
+            audit(nodes, machine.flying(), (message.cell,))
+
+    share = traces.touch_share(setup.frames, costs.touch_s, setup.sample_s)
+    machine = Machine(
+        costs,
+        torus,
+        lots,
+        payload_bytes=payload_bytes(orbit),
+        lru_share=share,
+        watch=watch,
+    )
+    seconds = machine.run()
+    if migrates:
+        audit(nodes, machine.flying())
+    ends = machine.frame_ends()
+    return Outcome(
+        setup,
+        seconds,
+        [b - a for a, b in zip([0.0, *ends], ends, strict=False)],
+        machine.ledgers,
+        {kind.name: machine.sent[kind] for kind in MessageKind if machine.sent[kind]},
+        machine.bytes,
+        dict(sorted(machine.data_by_hops.items())),
+        sum(node.cache.fetches for node in nodes),
+        sum(lot[0].tally().get("rays_sent", 0) for lot in lots),
+        sum(node.cache.deferrals for node in nodes),
+        sum(node.directory.moves for node in nodes),
+        slots,
+        machine.events,
+    )
+
+
+def _cell_lots(
+    setup: Setup, traces: Traces, torus: Torus
+) -> Iterator[tuple[Node[Visits], ReplayWork, list[list[Visits]]]]:
+    """Make ranks between which cells move, or which have them all."""
     orbit, ranks = setup.orbit, setup.ranks
-    torus = Torus(ranks, setup.costs.link, setup.costs.hop_s)
     migrates = setup.dataflow is Dataflow.MIGRATING and ranks > 1
+    alone = setup.dataflow is Dataflow.REPLICATED
     home = homes(orbit.cells, ranks)
     owner = deal_owners(np.ones(orbit.cells, np.bool_), ranks)
     if setup.scattered:
         owner = owner[np.random.default_rng(1).permutation(orbit.cells)]
-    if setup.dataflow is Dataflow.REPLICATED:
-        setup = replace(setup, cache=float(ranks))
     slots, quota = simulated_slots(setup)
-    made: list[Lot] = []
-    packets = traces.deal(setup)
     random = np.random.default_rng(0)
 
     def no_distance(rank: int) -> list[int]:
         return [int(n) for n in random.integers(0, 1 << 30, ranks)]
 
-    for rank in range(ranks):
+    for rank, frames in enumerate(traces.deal(setup)):
         cache = CellCache(slots, quota if migrates else 0)
         if migrates:
             for cell in np.flatnonzero(owner == rank).tolist():
                 cache.own(cell)
-        alone = setup.dataflow is Dataflow.REPLICATED
         work = ReplayWork(cache, slice_s=setup.costs.slice_s, checks=migrates)
         place = Directory(
             rank,
@@ -202,33 +293,21 @@ def simulate(setup: Setup, traces: Traces) -> Outcome:
             story=_STORY,
             validate=setup.validate,
         )
-        made.append((node, work, packets[rank]))
-    watch: Callable[[Machine, Message], None] | None = None
-    if setup.validate and migrates:
+        yield node, work, frames
 
-        def watch(machine: Machine, message: Message) -> None:
-            audit(machine.nodes, machine.flying(), (message.cell,))
 
-    machine = Machine(
-        setup.costs, torus, made, payload_bytes=payload_bytes(orbit), watch=watch
-    )
-    seconds = machine.run()
-    if migrates:
-        audit(machine.nodes, machine.flying())
-    ends = machine.frame_ends()
-    return Outcome(
-        setup,
-        seconds,
-        [b - a for a, b in zip([0.0, *ends], ends, strict=False)],
-        machine.ledgers,
-        {kind.name: machine.sent[kind] for kind in MessageKind if machine.sent[kind]},
-        dict(sorted(machine.data_by_hops.items())),
-        sum(node.cache.fetches for node in machine.nodes),
-        sum(node.cache.deferrals for node in machine.nodes),
-        sum(node.directory.moves for node in machine.nodes),
-        slots,
-        machine.events,
-    )
+def _ray_lots(setup: Setup, traces: Traces) -> list[Lot]:
+    """Make ranks between which rays travel, each with its share of the volume."""
+    owner = deal_owners(np.ones(setup.orbit.cells, np.bool_), setup.ranks)
+    prices = np.zeros(len(FEATURES))
+    prices[FEATURES.index("samples")] = setup.sample_s
+    begun: Begun = {}
+    lots: list[Lot] = []
+    for rank, frames in enumerate(traces.deal_strands(setup)):
+        work = StrandWork(CellCache(1), prices, slice_s=setup.costs.slice_s)
+        travel = StrandTravel(work, rank, owner, begun)
+        lots.append((StrandRayNode(travel, rank), work, frames))
+    return lots
 
 
 def simulated_slots(setup: Setup) -> tuple[int, int]:

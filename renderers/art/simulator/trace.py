@@ -51,6 +51,32 @@ class Orbit:
         depth = (x * forward[0] + y * forward[1] + z * forward[2]).ravel()
         return FrameTrace(*self._visits(right, up, forward), depth)
 
+    def strands(
+        self, number: int
+    ) -> Iterator[tuple[int, dict[tuple[int, ...], NDArray[np.float64]]]]:
+        """Give each packet that meets the volume: number, and its rays by the cells
+        they meet, in order. Of each cell the samples, then the number of rays."""
+        wide = self.image // self.packet
+        each, samples_each = self.thin**2, self.thin**3 / 2
+        for row, index, within in self._rows(*self._axes(number)):
+            for column in range(wide):
+                found: dict[tuple[int, ...], NDArray[np.float64]] = {}
+                for cells, inside in zip(
+                    index[column].reshape(-1, index.shape[-1]),
+                    within[column].reshape(-1, index.shape[-1]),
+                    strict=True,
+                ):
+                    met = cells[inside]
+                    if not met.size:
+                        continue
+                    starts = np.flatnonzero(np.diff(met, prepend=-1))
+                    samples = np.diff(starts, append=met.size) * samples_each
+                    key = tuple(met[starts].tolist())
+                    numbers = np.append(samples, each)
+                    found[key] = found[key] + numbers if key in found else numbers
+                if found:
+                    yield row * wide + column, found
+
     def _axes(self, number: int) -> tuple[NDArray[np.float64], ...]:
         turn = math.radians(self.start_deg + number * self.step_deg)
         high = math.radians(self.elevation_deg)
@@ -72,35 +98,13 @@ class Orbit:
     ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], int]:
         """Count samples by packet and cell, one a voxel."""
         wide = self.image // self.packet
-        pixel = self.side * self.spread / self.image
         thin = self.thin
-        inside = (np.arange(0, self.packet, thin) + thin / 2) * pixel
-        reach = self.side * self.spread / 2
-        along = np.arange(-reach, reach, self.thin / 2)
-        per = self.side // self.cell
         found: list[tuple[NDArray[np.int64], ...]] = []
         crossings = 0
-        for row in range(wide):
-            v = (row * self.packet) * pixel + inside - reach
-            u = np.arange(wide)[:, None] * (self.packet * pixel) + inside - reach
-            # (packet, ray across, ray down, sample)
-            index = None
-            within = None
-            for axis in (2, 1, 0):
-                at = (
-                    u[:, :, None, None] * right[axis]
-                    + v[None, None, :, None] * up[axis]
-                    + along * forward[axis]
-                    + self.side / 2
-                )
-                ok = (at >= 0) & (at < self.side)
-                part = (at * (1 / self.cell)).astype(np.int32)
-                index = part if index is None else index * per + part
-                within = ok if within is None else within & ok
-            assert index is not None
-            assert within is not None
-            changed = (index[..., 1:] != index[..., :-1]) & within[..., 1:]
-            crossings += int(changed.sum()) * thin * thin
+        for row, index, within in self._rows(right, up, forward):
+            entered = within.copy()
+            entered[..., 1:] &= (index[..., 1:] != index[..., :-1]) | ~within[..., :-1]
+            crossings += int(entered.sum()) * thin * thin
             packet = np.broadcast_to(np.arange(wide)[:, None, None, None], index.shape)
             key = packet[within].astype(np.int64) * self.cells + index[within]
             if wide * self.cells <= _MOST_BINS:
@@ -116,11 +120,46 @@ class Orbit:
         )
         return packets, cells, samples, crossings
 
+    def _rows(
+        self,
+        right: NDArray[np.float64],
+        up: NDArray[np.float64],
+        forward: NDArray[np.float64],
+    ) -> Iterator[tuple[int, NDArray[np.int32], NDArray[np.bool_]]]:
+        """Follow rays, a row of packets at a time: number, each sample's cell, whether
+        it is inside; (packet, ray across, ray down, sample)."""
+        wide = self.image // self.packet
+        pixel = self.side * self.spread / self.image
+        thin = self.thin
+        inside = (np.arange(0, self.packet, thin) + thin / 2) * pixel
+        reach = self.side * self.spread / 2
+        along = np.arange(-reach, reach, self.thin / 2)
+        per = self.side // self.cell
+        for row in range(wide):
+            v = (row * self.packet) * pixel + inside - reach
+            u = np.arange(wide)[:, None] * (self.packet * pixel) + inside - reach
+            index: NDArray[np.int32] | None = None
+            within: NDArray[np.bool_] | None = None
+            for axis in (2, 1, 0):
+                at = (
+                    u[:, :, None, None] * right[axis]
+                    + v[None, None, :, None] * up[axis]
+                    + along * forward[axis]
+                    + self.side / 2
+                )
+                ok = (at >= 0) & (at < self.side)
+                part = (at * (1 / self.cell)).astype(np.int32)
+                index = part if index is None else index * per + part
+                within = ok if within is None else within & ok
+            assert index is not None
+            assert within is not None
+            yield row, index, within
+
 
 class FrameTrace:
     """Hold the visits of a frame: for each packet its cells, front to back.
 
-    samples: by visit. crossings: visits of single rays.
+    samples: by visit. crossings: visits of cells by single rays.
     """
 
     def __init__(

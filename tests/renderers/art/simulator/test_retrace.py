@@ -9,25 +9,28 @@ from renderers.art.march import COUNTERS, FrameRays
 from renderers.art.messages import ProtocolError
 from renderers.art.node import Node
 from renderers.art.node_maker import make_node
-from renderers.art.policy import Dataflow
+from renderers.art.policy import CellPolicy, Dataflow
 from renderers.art.quality import Quality
 from renderers.art.rank import Rank
 from renderers.art.regions import Gather, deal_regions
 from renderers.art.simulator.recording import SAY, Recording
-from renderers.art.simulator.retrace import Retracing, twin
+from renderers.art.simulator.retrace import Retracing, ray_twin, twin
 from renderers.art.simulator.strands import (
     FEATURES,
     StrandPacket,
     StrandWork,
     record_packet,
 )
+from renderers.art.simulator.trips import Begun, StrandRayNode, StrandTravel
 from renderers.art.transport import LoopBack
+from renderers.art.travel import make_frame_node
 from renderers.scene import Camera, Scene
 
 QUALITY = Quality(0.5, 1 / 1024)
 FRAMES = 2
 
-Recorded = tuple[Retracing, list[Recording], list[Node[StrandPacket]]]
+Simulated = Node[StrandPacket] | StrandRayNode
+Recorded = tuple[Retracing, list[Recording], list[Simulated]]
 
 
 def record(
@@ -40,23 +43,26 @@ def record(
     joint = LoopBack(ranks, seed)
     random = np.random.default_rng(seed)
     parts = [Rank(joint.end(rank)) for rank in range(ranks)]
-    watched, nodes, strands = [], [], []
+    watched, strands = [], []
+    nodes: list[Simulated] = []
+    begun: Begun = {}
     regions = [
         deal_regions(camera.width, camera.height, r, ranks) for r in range(ranks)
     ]
     for rank in range(ranks):
-        _, node, _ = make_node(
-            scene,
-            "classic",
-            QUALITY,
-            rank=rank,
-            ranks=ranks,
-            cache_cells=cells,
-            dataflow=dataflow,
-            from_file=True,  # a rank on its own would look no cell up
+        # From a file, for a rank on its own would look no cell up.
+        policy = CellPolicy(cells, dataflow, from_file=True)
+        _, node, _ = make_frame_node(
+            scene, "classic", QUALITY, policy, rank=rank, ranks=ranks
         )
         watched.append(Recording(node))
-        nodes.append(twin(node))
+        if isinstance(node, Node):
+            nodes.append(twin(node))
+        else:
+            _, owning, _ = make_node(
+                scene, "classic", QUALITY, rank=rank, ranks=ranks, dataflow=dataflow
+            )
+            nodes.append(ray_twin(owning, begun))
         packets = [record_packet(march.start(r, rays), lone) for r in regions[rank]]
         strands.append([packets] * FRAMES)
     for frame in range(1, FRAMES + 1):
@@ -82,7 +88,7 @@ def record(
 @given(
     ranks=st.sampled_from([1, 2, 3, 5]),
     spare=st.sampled_from([1, 4, 30]),
-    dataflow=st.sampled_from([Dataflow.MIGRATING, Dataflow.STATIC]),
+    dataflow=st.sampled_from([Dataflow.MIGRATING, Dataflow.STATIC, Dataflow.RAYS]),
     seed=st.integers(0, 2**32 - 1),
 )
 def test_simulated_nodes_say_what_recorded_ranks_said(
@@ -97,10 +103,15 @@ def test_simulated_nodes_say_what_recorded_ranks_said(
     retracing.run()
     for node, real in zip(nodes, watched, strict=True):
         told = real.tally()
-        for name in ("cells_fetched", "cells_evicted", "requests", "owners_moved"):
+        names = ["cells_fetched", "cells_evicted", "requests", "owners_moved"]
+        if dataflow is Dataflow.RAYS:
+            names = ["rays_sent", "requests"]
+        for name in names:
             assert node.tally()[name] == told[name]
         # The kernel's own counters are shared out over strands, and sum to the whole.
         work = node.work
+        if isinstance(work, StrandTravel):
+            work = work.strands
         assert isinstance(work, StrandWork)
         for name in COUNTERS:
             share = work.features[FEATURES.index(name)]

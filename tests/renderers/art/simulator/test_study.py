@@ -13,6 +13,7 @@ from renderers.art.simulator.study import (
     simulated_slots,
 )
 from renderers.art.simulator.trace import Orbit
+from renderers.art.travel import RAY_BYTES
 
 SMALL = Orbit(side=32, image=64, packet=4)
 
@@ -37,7 +38,8 @@ def test_one_rank_needs_what_its_samples_cost(setup: Setup, traces: Traces) -> N
     assert outcome.sent == {}
 
 
-SIMULATED = (Dataflow.REPLICATED, Dataflow.STATIC, Dataflow.MIGRATING)
+SIMULATED = tuple(Dataflow)
+OF_CELLS = (Dataflow.REPLICATED, Dataflow.STATIC, Dataflow.MIGRATING)
 
 
 @pytest.mark.parametrize("dataflow", SIMULATED)
@@ -58,6 +60,11 @@ def test_every_way_does_the_same_work(
     elif dataflow is Dataflow.STATIC:
         assert set(outcome.sent) == {"REQUEST", "DATA"}
         assert outcome.sent["REQUEST"] == outcome.sent["DATA"]
+    elif dataflow is Dataflow.RAYS:
+        assert set(outcome.sent) == {"RAYS", "RETURN"}
+        assert outcome.cells_fetched == 0 < outcome.rays_sent
+        # Every ray that left comes home once; those that went on were sent again.
+        assert outcome.bytes_sent > outcome.rays_sent * RAY_BYTES
     else:
         assert outcome.sent["DATA"] == outcome.cells_fetched
 
@@ -101,7 +108,7 @@ def test_the_papers_speed_up_comes_out() -> None:
 def test_memory_is_the_same_for_every_way(setup: Setup) -> None:
     slots = {
         way: simulated_slots(replace(setup, dataflow=way, cache=2.0))[0]
-        for way in SIMULATED
+        for way in OF_CELLS
     }
     share = SMALL.cells // 4
     assert slots[Dataflow.MIGRATING] == slots[Dataflow.STATIC] + share == 2 * share
@@ -112,9 +119,21 @@ def test_the_balance_bounds_the_efficiency(setup: Setup, traces: Traces) -> None
     assert 30.0 / (outcome.seconds * 4) <= traces.balance(setup) + 0.05
 
 
-def test_rays_do_not_travel_here(setup: Setup, traces: Traces) -> None:
-    with pytest.raises(ValueError, match="rays travel on real ranks only"):
-        simulate(replace(setup, dataflow=Dataflow.RAYS), traces)
+def test_the_share_of_noting_use_is_counted(setup: Setup, traces: Traces) -> None:
+    outcome = simulate(replace(setup, cache=4.0), traces)
+    touches = sum(traces.frame(k).crossings for k in range(3))
+    spent = sum(ledger.lru for ledger in outcome.ledgers)
+    assert spent == pytest.approx(touches * T3D.touch_s)
+    rays = simulate(replace(setup, dataflow=Dataflow.RAYS), traces)
+    assert rays.shares()["lru"] == 0.0
+
+
+def test_rays_wait_for_nobody_whose_cells_are_their_own(
+    setup: Setup, traces: Traces
+) -> None:
+    outcome = simulate(replace(setup, ranks=1, dataflow=Dataflow.RAYS), traces)
+    assert outcome.seconds == pytest.approx(30.0, rel=1e-3)
+    assert outcome.sent == {}
 
 
 @pytest.mark.parametrize("ranks", [3, 8])
