@@ -106,7 +106,7 @@ class DataflowPlan:
             job = RankJob(
                 requests=self._orbit[:3], dataflow=way.value, rounds=ROUNDS + 1
             )
-            reports = run_ranks(ranks, job, self._folder)
+            reports = run_ranks(ranks, job, self._folder, *real_time())
             self._same_bits(reports)
             # The first round compiles.
             frames = [[f.wall_s for f in r] for r in reports[0].rounds[1:]]
