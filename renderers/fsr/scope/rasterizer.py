@@ -14,7 +14,7 @@ from renderers.fsr.scope.blocked_surfels import BlockedSurfels, sort_surfels
 from renderers.fsr.scope.disc_bounds import disc_bounds
 from renderers.fsr.scope.kernel_set import KernelSet, best_kernels
 from renderers.fsr.scope.kernels import fill_holes
-from renderers.fsr.scope.rims.sharpening import sharpen_rims
+from renderers.fsr.scope.rims.sharpening import RimSharpener
 from renderers.fsr.scope.scratch import TileScratch, lined_up
 from renderers.fsr.scope.tiles import (
     MOST_TILES,
@@ -102,6 +102,7 @@ class SurfelRasterizer:
         self._rows = int(rows)
         self._hide = hide
         self._sharp = sharp
+        self._rims = RimSharpener(distance, self._kernels.sharpen)
         self._records = np.empty((0, RECORD), np.float32)
         self._boxes = np.empty((0, 4), np.int32)
         self._ranges = np.empty(0, np.int32)
@@ -193,7 +194,7 @@ class SurfelRasterizer:
         if any(t[2] for t in totals):
             self.counters["holes filled"] = _fill(table, result)
         if self._sharp:
-            asked, moved = sharpen_rims(self._distance, camera, team, result)
+            asked, moved = self._rims.sharpen(camera, team, result)
             self.counters["rim pixels asked"] = asked
             self.counters["rim pixels moved"] = moved
         return result

@@ -29,7 +29,7 @@ STEP_MM = f32(0.2)
 STEPS = 160
 LONGEST_MM = f32(150)
 
-NOT_ASKED, ASKED, MOVED = 0, 1, 2
+NOT_ASKED, ASKED = 0, 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -99,23 +99,61 @@ def ask(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def claim(queue: Ints, count: int, state: NDArray[np.uint8]) -> int:
+    """Keep the pixels of a queue that no other part asks; return how many."""
+    kept = 0
+    for n in range(count):
+        at = queue[n]
+        if state[at] == NOT_ASKED:
+            state[at] = ASKED
+            queue[kept] = at
+            kept += 1
+    return kept
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def spread_from(
+    queue: Ints, first: int, last: int, count: int, width: int,
+    state: NDArray[np.uint8], depth: Floats, into: Ints,
+) -> int:  # fmt: skip
+    """Ask the neighbours of the moved pixels ``queue[first:last]``, too.
+
+    They are added to `into` from place `count` on. Returns the new count.
+    """
+    height = depth.shape[0]
+    for n in range(first, last):
+        at = queue[n]
+        y, x = at // width, at % width
+        for k in range(4):
+            v = y + (1 if k == 0 else -1 if k == 1 else 0)
+            u = x + (1 if k == 2 else -1 if k == 3 else 0)
+            if not (0 <= v < height and 0 <= u < width):
+                continue
+            if state[v * width + u] == NOT_ASKED and depth[v, u] < f32(1e6):
+                state[v * width + u] = ASKED
+                into[count] = v * width + u
+                count += 1
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def sharpen(
     distance: Floats, m: Floats, eye: Floats, axes: Floats, lens: Floats,
-    first: int, last: int, queue: Ints, state: NDArray[np.uint8],
-    depth: Floats, normal: Floats,
+    depth: Floats, first: int, last: int, queue: Ints, state: NDArray[np.uint8],
+    found: Floats,
 ) -> tuple[int, int]:  # fmt: skip
-    """Ask the rims of rows ``first..last``, and the neighbours of what has moved.
+    """Ask the rims of rows ``first..last``, and the neighbours of what moves.
 
-    queue: with room for the whole picture. state: one for each pixel, zeros at first,
-    shared by all parts of a picture. Neighbours may be of other rows. What a pixel
-    gets depends on its own ray and splats only, and one that is asked twice agrees
-    with itself: neither order nor parts change a bit. Returns how many were asked and
-    how many moved to another wall.
+    queue: with room for the whole picture; the numbers of the pixels that moved are
+    left at its begin. state: one for each pixel, zeros at first, shared by all parts of
+    a picture. found: ``(pixels + 1, 4)``, depth and normal of what moved, shared, too;
+    the last row takes what is not wanted. Neighbours may be of other rows. What a pixel
+    gets depends on its own ray and splats only, which stay as they are: neither order
+    nor parts change a bit. Returns how many were asked and how many moved to another
+    wall.
     """
-    height, width = depth.shape
-    count = list_rims(depth, first, last, queue)
-    for n in range(count):
-        state[queue[n]] = ASKED
+    width = depth.shape[1]
+    count = claim(queue, list_rims(depth, first, last, queue), state)
     done = moved = 0
     while done < count:
         at = queue[done]
@@ -126,29 +164,37 @@ def sharpen(
         dy = a * axes[0, 1] + b * axes[1, 1] + c * axes[2, 1]
         dz = a * axes[0, 2] + b * axes[1, 2] + c * axes[2, 2]
         splats = depth[y, x]
-        # after the depth is read: another part may just have moved it
-        if state[at] == MOVED:
-            continue
         t = ask(distance, m, eye, dx, dy, dz, splats)
         if t < f32(0) or abs(t - splats) < SAME_MM:
             continue
-        state[at] = MOVED
-        depth[y, x] = t
-        normal[y, x, 0], normal[y, x, 1], normal[y, x, 2] = wall_normal(
+        found[at, 0] = t
+        found[at, 1], found[at, 2], found[at, 3] = wall_normal(
             distance,
             m,
             eye[0] + t * (m[0, 0] * dx + m[0, 1] * dy + m[0, 2] * dz),
             eye[1] + t * (m[1, 0] * dx + m[1, 1] * dy + m[1, 2] * dz),
             eye[2] + t * (m[2, 0] * dx + m[2, 1] * dy + m[2, 2] * dz),
         )
+        # never overtakes what is still to be asked
+        queue[moved] = at
         moved += 1
-        for k in range(4):
-            v = y + (1 if k == 0 else -1 if k == 1 else 0)
-            u = x + (1 if k == 2 else -1 if k == 3 else 0)
-            if not (0 <= v < height and 0 <= u < width):
-                continue
-            if state[v * width + u] == NOT_ASKED and depth[v, u] < f32(1e6):
-                state[v * width + u] = ASKED
-                queue[count] = v * width + u
-                count += 1
+        count = spread_from(queue, moved - 1, moved, count, width, state, depth, queue)
     return done, moved
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def settle(
+    queue: Ints, moved: Ints, found: Floats, depth: Floats, normal: Floats
+) -> None:
+    """Write what all parts have found into the picture.
+
+    queue: ``(parts, n)``, of which each part has `moved` pixels at its begin.
+    """
+    width = depth.shape[1]
+    for part in range(queue.shape[0]):
+        for n in range(moved[part]):
+            at = queue[part, n]
+            y, x = at // width, at % width
+            depth[y, x] = found[at, 0]
+            for c in range(3):
+                normal[y, x, c] = found[at, c + 1]

@@ -1,46 +1,83 @@
 """Rims of a splatted picture made as sharp as the surface."""
 
-import numpy as np
+from collections.abc import Callable
 
-from renderers.fsr.scope.rims.kernels import sharpen
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.fsr.scope.rims.kernels import settle
 from renderers.scene import Camera, GBuffer, Volume
 from renderers.scene.thread_team import ThreadTeam
 
-PARTS_PER_THREAD = 4
+PARTS_PER_THREAD = 8
 """Rims lie unevenly over the rows."""
 
+SPARE = 16
+"""Numbers after the last of a queue: vectors load sixteen at a time."""
 
-def sharpen_rims(
-    distance: Volume, camera: Camera, team: ThreadTeam, result: GBuffer
-) -> tuple[int, int]:
-    """Take discs away where they stand over a free edge; change `result` in place.
 
-    distance: signed, mm, whose zero set the discs cover. Returns how many pixels' rays
-    were followed and how many went to another wall; they may count a pixel twice where
-    threads meet, but the bits do not depend on the team's size.
+class RimSharpener:
+    """Take discs away where they stand over a free edge; keeps its scratch memory.
+
+    distance: signed, mm, whose zero set the discs cover. kernel: one of the twins
+    named `sharpen`.
     """
-    voxel_from_world = distance.voxel_from_world
-    eye = voxel_from_world[:3, :3] @ camera.eye_mm + voxel_from_world[:3, 3]
-    height, width = result.size
-    state = np.zeros(height * width, np.uint8)
-    parts = PARTS_PER_THREAD * team.threads if team.threads > 1 else 1
-    edges = [height * part // parts for part in range(parts + 1)]
 
-    def sharpen_rows(part: int) -> tuple[int, int]:
-        asked, moved = sharpen(
-            distance.values,
-            voxel_from_world[:3, :3].astype(np.float32),
+    def __init__(
+        self, distance: Volume, kernel: Callable[..., tuple[int, int]]
+    ) -> None:
+        self._distance = distance
+        self._kernel = kernel
+        self._queues = np.empty((0, 0), np.int32)
+        self._found = np.empty((0, 4), np.float32)
+        self._state = np.empty(0, np.uint8)
+
+    def sharpen(
+        self, camera: Camera, team: ThreadTeam, result: GBuffer
+    ) -> tuple[int, int]:
+        """Change `result` in place.
+
+        Returns how many pixels' rays were followed and how many went to another wall;
+        they may count a pixel twice where threads meet, but the bits of the picture do
+        not depend on the team's size.
+        """
+        to_voxel = self._distance.voxel_from_world
+        eye = to_voxel[:3, :3] @ camera.eye_mm + to_voxel[:3, 3]
+        height, width = result.size
+        parts = PARTS_PER_THREAD * team.threads if team.threads > 1 else 1
+        self._make_room(parts, height * width)
+        edges = [height * part // parts for part in range(parts + 1)]
+        common = (
+            self._distance.values,
+            to_voxel[:3, :3].astype(np.float32),
             eye.astype(np.float32),
             camera.frame[1:].astype(np.float32),
             camera.lens_table(),
-            edges[part],
-            edges[part + 1],
-            np.empty(height * width, np.int32),
-            state,
             result.depth_mm,
-            result.normal,
         )
-        return asked, moved
 
-    totals = team.map(sharpen_rows, range(parts))
-    return sum(t[0] for t in totals), sum(t[1] for t in totals)
+        def sharpen_rows(part: int) -> tuple[int, int]:
+            asked, moved = self._kernel(
+                *common,
+                edges[part],
+                edges[part + 1],
+                self._queues[part],
+                self._state,
+                self._found,
+            )
+            return asked, moved
+
+        totals = team.map(sharpen_rows, range(parts))
+        moved: NDArray[np.int32] = np.array([t[1] for t in totals], np.int32)
+        settle(self._queues, moved, self._found, result.depth_mm, result.normal)
+        return sum(t[0] for t in totals), int(moved.sum())
+
+    def _make_room(self, parts: int, pixels: int) -> None:
+        if self._queues.shape != (parts, pixels + SPARE):
+            # pages of which nothing is used cost nothing
+            self._queues = np.empty((parts, pixels + SPARE), np.int32)
+        if len(self._state) != pixels:
+            self._state = np.empty(pixels, np.uint8)
+            # one more for lanes that are not wanted
+            self._found = np.empty((pixels + 1, 4), np.float32)
+        self._state[:] = 0

@@ -1,0 +1,1 @@
+"""Rims asked sixteen rays at a time."""
