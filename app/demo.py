@@ -17,7 +17,7 @@ from app.registering import register_by_touch
 from app.replay import ReplayReport, replay_session
 from app.second_channel import PathChannel
 from app.session_info import LIVE_TIER, SEED, describe_session
-from app.session_setup import build_session, build_view, path_view
+from app.session_setup import build_session, build_view, first_views
 from app.snapshots import Keepsake, TakenSnapshot, ViewAsker, take_snapshots
 from app.terminal import Stages, print_json, print_table
 from app.versions import versions
@@ -118,8 +118,7 @@ def _fly(
             progress=stages,
         )
         size = (options.size, options.size)
-        middle_s = path.duration_s / 2
-        view.warm_up(path_view(scenario, room, path, middle_s, size), stages)
+        view.warm_up(first_views(scenario, room, path, size), stages)
         stages("Opening the arm", 0.0)
         arm = stack.enter_context(
             open_arm(scenario, path_file, device=options.device, faults=options.faults)

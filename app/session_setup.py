@@ -1,5 +1,7 @@
 """The parts of a session, built from its description or from its scenario."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -8,6 +10,9 @@ from app.operating_room import OperatingRoom, Progress
 from devices import ProbePath
 from renderers.shading import Tier
 from scenarios import Sample, Scenario, Session, View, tip_frame
+
+TOOL_AHEAD_MM, TOOL_ASIDE_MM = 12.0, 3.0
+"""Where a tool is well in view."""
 
 
 def build_session(
@@ -49,6 +54,21 @@ def build_view(
         threads=threads,
         progress=progress,
     )
+
+
+def first_views(
+    scenario: Scenario, room: OperatingRoom, path: ProbePath, size: tuple[int, int]
+) -> list[View]:
+    """Give views that need all that a session needs, to be drawn before it begins.
+
+    From inside the nose, from before the nostril with its hairs, and with a tool in
+    front of the lens.
+    """
+    inside = path_view(scenario, room, path, path.duration_s / 2, size)
+    eye, right, _, forward = inside.camera.frame
+    tip = eye + TOOL_AHEAD_MM * forward + TOOL_ASIDE_MM * right
+    beside = replace(inside, world_from_instrument=tip_frame(tip, forward))
+    return [inside, path_view(scenario, room, path, 0.0, size), beside]
 
 
 def path_view(

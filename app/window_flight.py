@@ -31,7 +31,7 @@ from app.pedal_watch import PedalWatch, record_of
 from app.pose_stream import StreamedAim, streaming
 from app.registering import register_by_touch
 from app.session_info import LIVE_TIER, SEED, describe_session
-from app.session_setup import build_session, build_view, path_view
+from app.session_setup import build_session, build_view, first_views
 from app.snapshot_desk import KeptMoment, SnapshotDesk
 from app.snapshots import ViewAsker
 from app.watched_source import ClosedError, KeyboardRoll, WatchedSource
@@ -181,8 +181,7 @@ class WindowFlight(QObject):
             threads=order.threads,
             progress=self._stage,
         )
-        middle_s = order.path.duration_s / 2
-        view.warm_up(path_view(scenario, room, order.path, middle_s, size), self._stage)
+        view.warm_up(first_views(scenario, room, order.path, size), self._stage)
         self._stage("Opening the input", 0.0)
         with ExitStack() as stack:
             streamer = stack.enter_context(streaming(order.stream))

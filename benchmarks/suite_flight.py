@@ -15,7 +15,7 @@ from app.flight import fly
 from app.operating_room import OperatingRoom, prepare_room
 from app.second_channel import PATH_PEDAL, PathChannel
 from app.session_info import LIVE_TIER, SEED, describe_session
-from app.session_setup import build_session, build_view, path_view
+from app.session_setup import build_session, build_view, first_views, path_view
 from benchmarks.nasal_views import Judge, acceptance_views, bundled_flight, path_views
 from benchmarks.plan import Measured, Task, register
 from benchmarks.schema import Setting
@@ -119,7 +119,8 @@ class FlightPlan:
                 has_instrument=True,
                 threads=threads,
             )
-            view.warm_up(self._seen(path.duration_s / 2), _quietly)
+            size = (self._size, self._size)
+            view.warm_up(first_views(scenario, self._room, path, size), _quietly)
             self._views[threads] = view
         return self._views[threads]
 

@@ -69,30 +69,37 @@ class Session:
         self.size = size
         self._distance = distance
         self._scorer = Scorer(targets)
+        self._stepped: tuple[Sample, NDArray[np.float64], float] | None = None
 
     def step(self, sample: Sample) -> None:
         """Take in one sample and score it."""
-        world_from_tip = self.world_from_device @ sample.device_from_tip
-        gap = self._clearance_mm(world_from_tip)
+        world_from_tip, gap = self._placed(sample)
         self._scorer.add(sample.time_s, world_from_tip[:3, 3], gap)
+        self._stepped = sample, world_from_tip, gap
 
     def view(self, sample: Sample) -> View:
         """Give the view of a sample without scoring it."""
-        world_from_tip = self.world_from_device @ sample.device_from_tip
+        world_from_tip, gap = self._placed(sample)
         return View(
             self.endoscope.camera(world_from_tip, sample.roll_deg, self.size),
             world_from_tip,
             tip_frame(sample.instrument_tip_mm, sample.instrument_pointing),
-            self._clearance_mm(world_from_tip),
+            gap,
         )
 
-    def _clearance_mm(self, world_from_tip: NDArray[np.float64]) -> float:
-        return shaft_clearance(
+    def _placed(self, sample: Sample) -> tuple[NDArray[np.float64], float]:
+        """Give the tip's pose in the patient and the gap around the shaft."""
+        if self._stepped is not None and self._stepped[0] is sample:
+            # a frame shows the sample that was scored last
+            return self._stepped[1:]
+        world_from_tip = self.world_from_device @ sample.device_from_tip
+        clearance = shaft_clearance(
             self._distance,
             world_from_tip,
             self.endoscope.diameter_mm / 2,
             SHAFT_CHECKED_MM,
-        ).gap_mm
+        )
+        return world_from_tip, clearance.gap_mm
 
     def score(self) -> Score:
         """Give the score so far."""

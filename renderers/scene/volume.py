@@ -38,6 +38,9 @@ class Volume:
     origin_mm: NDArray[np.float64]
     direction: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
     background: float = AIR_HU
+    _voxel_from_world: NDArray[np.float64] = field(
+        init=False, repr=False, compare=False
+    )
 
     def __post_init__(self) -> None:
         values = np.ascontiguousarray(self.values)
@@ -66,11 +69,16 @@ class Volume:
         if values.flags.writeable:
             values = values.view()
             values.flags.writeable = False
+        linear = (direction / spacing).T
+        voxel_from_world = np.eye(4)
+        voxel_from_world[:3, :3] = linear
+        voxel_from_world[:3, 3] = -linear @ origin
         for name, array in (
             ("values", values),
             ("spacing_mm", spacing),
             ("origin_mm", origin),
             ("direction", direction),
+            ("_voxel_from_world", voxel_from_world),
         ):
             array.flags.writeable = False
             object.__setattr__(self, name, array)
@@ -91,12 +99,8 @@ class Volume:
 
     @property
     def voxel_from_world(self) -> NDArray[np.float64]:
-        """Get the 4x4 transform from world mm to voxel coordinates."""
-        linear = (self.direction / self.spacing_mm).T
-        matrix = np.eye(4)
-        matrix[:3, :3] = linear
-        matrix[:3, 3] = -linear @ self.origin_mm
-        return matrix
+        """Get the 4x4 transform from world mm to voxel coordinates, read-only."""
+        return self._voxel_from_world
 
     @property
     def center_mm(self) -> NDArray[np.float64]:

@@ -27,6 +27,7 @@ from renderers.scene.facets.bounds.kernels import (
 f32 = np.float32
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
+Ints = NDArray[np.int32]
 
 ORTHOGRAPHIC = 2
 """The value of `Projection`."""
@@ -90,103 +91,67 @@ def _side(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _fill(
-    e: Doubles, flat: bool, n: int, box: tuple[int, int, int, int], at: Doubles,
-    margin: float, lens: Floats, depth: Floats, owner: NDArray[np.int32],
+def bound_groups(
+    spheres: Floats, turn: Doubles, shift: Doubles, projection: int, widest: float,
+    pixels_per_unit: float, height: int, rows: Ints,
 ) -> None:  # fmt: skip
-    """Follow the rays near a triangle's picture, or of a box if margin < 0.
+    """Say between which rows of the picture each group of triangles may show.
 
-    at: the corners in pixels.
+    rows: ``(g, 2)``, first and past the last; no row is left for a group out of view.
+    The rest is as `list_facets` has it.
     """
-    # into locals: the compiler cannot know that writing depths leaves them alone
-    ax, ay, az = e[0], e[1], e[2]
-    bx, by, bz = e[3], e[4], e[5]
-    cx, cy, cz = e[6], e[7], e[8]
-    d0, d1, d2 = e[9], e[10], e[11]
-    px, py, qx, qy, rx, ry = at[0], at[1], at[2], at[3], at[4], at[5]
-    # a level side adds nothing to its neighbours
-    pq = (qx - px) / (qy - py) if qy != py else 0.0
-    qr = (rx - qx) / (ry - qy) if ry != qy else 0.0
-    rp = (px - rx) / (py - ry) if py != ry else 0.0
-    left, right, top, bottom = box
-    width = depth.shape[1]
-    rays = lens.reshape(-1)
-    for y in range(top, bottom + 1):
-        first, last = left, right
-        if margin >= 0:
-            z = float(y)
-            x0, x1 = math.inf, -math.inf
-            x0, x1 = _side(px, py, pq, min(py, qy), max(py, qy), z, margin, x0, x1)
-            x0, x1 = _side(qx, qy, qr, min(qy, ry), max(qy, ry), z, margin, x0, x1)
-            x0, x1 = _side(rx, ry, rp, min(ry, py), max(ry, py), z, margin, x0, x1)
-            x0, x1 = max(x0 - margin, float(left)), min(x1 + margin, float(right))
-            if not x0 <= x1:
-                continue
-            first, last = math.ceil(x0), math.floor(x1)
-        near = depth[y]
-        mine = owner[y]
-        row = rays[3 * y * width : 3 * (y + 1) * width]
-        for x in range(first, last + 1):
-            i = np.uint64(x)
-            dx = float(row[np.uint64(3 * x)])
-            dy = float(row[np.uint64(3 * x + 1)])
-            dz = float(row[np.uint64(3 * x + 2)])
-            u = dx * ax + dy * ay + dz * az
-            v = dx * bx + dy * by + dz * bz
-            w = dx * cx + dy * cy + dz * cz
-            total = u + v + w
-            inside = (u >= 0) & (v >= 0) & (w >= 0) | (u <= 0) & (v <= 0) & (w <= 0)
-            if not (inside & (total != 0)):
-                continue
-            t = f32((u * d0 + v * d1 + w * d2) / total) if flat else f32(d0 / total)
-            if (t > 0) & (t < near[i]):
-                near[i] = t
-                mine[i] = n
+    for g in range(spheres.shape[0]):
+        rows[g, 0], rows[g, 1] = 0, height
+        x, y, z = spheres[g, 0], spheres[g, 1], spheres[g, 2]
+        a = turn[0, 0] * x + turn[0, 1] * y + turn[0, 2] * z + shift[0]
+        b = turn[1, 0] * x + turn[1, 1] * y + turn[1, 2] * z + shift[1]
+        c = turn[2, 0] * x + turn[2, 1] * y + turn[2, 2] * z + shift[2]
+        away = math.sqrt(a * a + b * b + c * c)
+        if projection == ORTHOGRAPHIC or away <= spheres[g, 3]:
+            continue
+        slip = math.asin(spheres[g, 3] / away)
+        sine = math.sqrt(a * a + b * b)
+        theta = math.atan2(sine, c)
+        if theta - slip > widest:
+            rows[g, 1] = 0
+        elif projection != PERSPECTIVE:
+            up, more = bound_cap(b, sine, theta, slip)
+            row = height / 2 - 0.5 - up * pixels_per_unit
+            reach = more * pixels_per_unit + MARGIN_PX
+            rows[g, 0] = math.floor(min(max(row - reach, 0.0), float(height)))
+            rows[g, 1] = math.ceil(min(max(row + reach, -1.0), height - 1.0)) + 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def draw_facets(
-    corners: Floats, pieces: Floats, parent: NDArray[np.int32], spheres: Floats,
-    first: NDArray[np.int32], turn: Doubles, shift: Doubles,
-    projection: int, widest: float, pixels_per_unit: float, lens: Floats, depth: Floats,
-    owner: NDArray[np.int32], begin: int, end: int,
-) -> tuple[int, int, int, int]:  # fmt: skip
-    """Lower `depth` to the nearest triangle's and note it; return the rows, columns.
+def list_facets(
+    corners: Floats, pieces: Floats, parent: Ints, first: Ints, rows: Ints,
+    turn: Doubles, shift: Doubles, projection: int, widest: float,
+    pixels_per_unit: float, width: int, height: int, begin: int, end: int, piece: int,
+    places: Doubles, boxes: Ints,
+) -> tuple[int, int]:  # fmt: skip
+    """List the triangles that may show in rows ``begin..end``, from a piece on.
 
     corners: ``(n, 9)``, mm, mesh frame. pieces: ``(m, 9)``, where to look for triangle
-    `parent`, in groups ``first[g]..first[g + 1]`` within spheres ``(g, 4)``. turn,
-    shift: camera from mesh. widest: angle from the axis that the lens sees.
-    pixels_per_unit: picture pixels per radian, tangent or mm. owner: triangle that
-    gave the depth; left alone elsewhere. begin, end: the rows to draw.
+    `parent`, in groups ``first[g]..first[g + 1]`` of `rows`. turn, shift: camera from
+    mesh. widest: angle from the axis that the lens sees. pixels_per_unit: picture
+    pixels per radian, tangent or mm. places, boxes: what `fill_facets` wants of each.
+    Returns the piece to go on with, where there was no room for more, and how many
+    were listed.
     """
-    height, width = depth.shape
     p = np.empty(9, np.float64)
     box = np.empty(4, np.float64)
     at = np.empty(6, np.float64)
     e = np.empty(12, np.float64)
     flat = projection == ORTHOGRAPHIC
     middle_x, middle_y = width / 2 - 0.5, height / 2 - 0.5
-    top, bottom, left, right = end, begin, width, 0
     known = -1
-    for g in range(spheres.shape[0]):
-        x, y, z = spheres[g, 0], spheres[g, 1], spheres[g, 2]
-        a = turn[0, 0] * x + turn[0, 1] * y + turn[0, 2] * z + shift[0]
-        b = turn[1, 0] * x + turn[1, 1] * y + turn[1, 2] * z + shift[1]
-        c = turn[2, 0] * x + turn[2, 1] * y + turn[2, 2] * z + shift[2]
-        away = math.sqrt(a * a + b * b + c * c)
-        if not flat and away > spheres[g, 3]:
-            slip = math.asin(spheres[g, 3] / away)
-            sine = math.sqrt(a * a + b * b)
-            theta = math.atan2(sine, c)
-            if theta - slip > widest:
-                continue
-            if projection != PERSPECTIVE:
-                up, more = bound_cap(b, sine, theta, slip)
-                row = middle_y - up * pixels_per_unit
-                reach = more * pixels_per_unit + MARGIN_PX
-                if row + reach < begin or row - reach > end - 1:
-                    continue
-        for m in range(first[g], first[g + 1]):
+    count = 0
+    for g in range(rows.shape[0]):
+        if rows[g, 0] >= end or rows[g, 1] <= begin:
+            continue
+        for m in range(max(first[g], piece), first[g + 1]):
+            if count == boxes.shape[0]:
+                return m, count
             _place(pieces, m, turn, shift, p)
             if projection == PERSPECTIVE or flat:
                 bulge = bound_plane(p, projection, box, at)
@@ -206,23 +171,98 @@ def draw_facets(
                 _place(corners, n, turn, shift, p)
                 edge_products(p, projection, e)
                 known = n
-            within = (math.ceil(x0), math.floor(x1), math.ceil(y0), math.floor(y1))
             margin = bulge
             if bulge != BOXED:
                 margin = bulge * pixels_per_unit + MARGIN_PX
                 for i in range(3):
                     at[2 * i] = middle_x + at[2 * i] * pixels_per_unit
                     at[2 * i + 1] = middle_y - at[2 * i + 1] * pixels_per_unit
-            _fill(e, flat, n, within, at, margin, lens, depth, owner)
-            left, right = min(left, within[0]), max(right, within[1] + 1)
-            top, bottom = min(top, within[2]), max(bottom, within[3] + 1)
-    return top, bottom, left, right
+            places[count, :12] = e
+            places[count, 12:18] = at
+            places[count, 18] = margin
+            boxes[count, 0] = n
+            boxes[count, 1], boxes[count, 2] = math.ceil(x0), math.floor(x1)
+            boxes[count, 3], boxes[count, 4] = math.ceil(y0), math.floor(y1)
+            count += 1
+    return pieces.shape[0], count
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def slope(ax: float, ay: float, bx: float, by: float) -> float:
+    """Give a side's columns a row; a level side adds nothing to its neighbours."""
+    return (bx - ax) / (by - ay) if by != ay else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def row_span(
+    corners: tuple[float, float, float, float, float, float],
+    slopes: tuple[float, float, float], margin: float, y: int, left: int, right: int,
+) -> tuple[int, int]:  # fmt: skip
+    """Give the columns of row y near a triangle's picture; all of them if BOXED."""
+    if margin < 0:
+        return left, right
+    px, py, qx, qy, rx, ry = corners
+    z = float(y)
+    x0, x1 = math.inf, -math.inf
+    x0, x1 = _side(px, py, slopes[0], min(py, qy), max(py, qy), z, margin, x0, x1)
+    x0, x1 = _side(qx, qy, slopes[1], min(qy, ry), max(qy, ry), z, margin, x0, x1)
+    x0, x1 = _side(rx, ry, slopes[2], min(ry, py), max(ry, py), z, margin, x0, x1)
+    x0, x1 = max(x0 - margin, float(left)), min(x1 + margin, float(right))
+    return (math.ceil(x0), math.floor(x1)) if x0 <= x1 else (1, 0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def fill_facets(
+    places: Doubles, boxes: Ints, count: int, flat: bool, lens: Floats, depth: Floats,
+    owner: Ints,
+) -> None:  # fmt: skip
+    """Lower `depth` to the nearest of the listed triangles' and note whose it is.
+
+    places: ``(n, 20)``, see `edge_products`; three corners in pixels; how far the sides
+    bulge out from between them, or BOXED. boxes: ``(n, 5)``, which triangle, first
+    and last column and row. owner: triangle that gave the depth; left alone elsewhere.
+    """
+    width = depth.shape[1]
+    rays = lens.reshape(-1)
+    for r in range(count):
+        # into locals: the compiler cannot know that writing depths leaves them alone
+        ax, ay, az = places[r, 0], places[r, 1], places[r, 2]
+        bx, by, bz = places[r, 3], places[r, 4], places[r, 5]
+        cx, cy, cz = places[r, 6], places[r, 7], places[r, 8]
+        d0, d1, d2 = places[r, 9], places[r, 10], places[r, 11]
+        px, py, qx, qy = places[r, 12], places[r, 13], places[r, 14], places[r, 15]
+        rx, ry, margin = places[r, 16], places[r, 17], places[r, 18]
+        picture = px, py, qx, qy, rx, ry
+        slopes = slope(px, py, qx, qy), slope(qx, qy, rx, ry), slope(rx, ry, px, py)
+        n, left, right = boxes[r, 0], boxes[r, 1], boxes[r, 2]
+        for y in range(boxes[r, 3], boxes[r, 4] + 1):
+            first, last = row_span(picture, slopes, margin, y, left, right)
+            near = depth[y]
+            mine = owner[y]
+            row = rays[3 * y * width : 3 * (y + 1) * width]
+            for x in range(first, last + 1):
+                i = np.uint64(x)
+                dx = float(row[np.uint64(3 * x)])
+                dy = float(row[np.uint64(3 * x + 1)])
+                dz = float(row[np.uint64(3 * x + 2)])
+                u = dx * ax + dy * ay + dz * az
+                v = dx * bx + dy * by + dz * bz
+                w = dx * cx + dy * cy + dz * cz
+                total = u + v + w
+                inside = (u >= 0) & (v >= 0) & (w >= 0)
+                inside |= (u <= 0) & (v <= 0) & (w <= 0)
+                if not (inside & (total != 0)):
+                    continue
+                t = f32((u * d0 + v * d1 + w * d2) / total) if flat else f32(d0 / total)
+                if (t > 0) & (t < near[i]):
+                    near[i] = t
+                    mine[i] = n
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def resolve_facets(
     corners: Floats, corner_normals: Floats, turn: Doubles, shift: Doubles,
-    projection: int, axes: Doubles, lens: Floats, owner: NDArray[np.int32],
+    projection: int, axes: Doubles, lens: Floats, owner: Ints,
     material: int, normal: Floats, coverage: Floats, materials: NDArray[np.uint8],
     rows: tuple[int, int], columns: tuple[int, int],
 ) -> None:  # fmt: skip

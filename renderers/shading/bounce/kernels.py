@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.shading.field.kernels import is_outside, taps, wall_normals
 from renderers.shading.lanes.kernels import Four, Lanes
 from renderers.shading.surface.block import (
     BOUNCE,
@@ -21,19 +22,23 @@ from renderers.shading.surface.block import (
     T,
     W,
 )
-from renderers.simd import f32 as to_real
 from renderers.simd import (
+    any_,
     full,
     gather,
     lanes,
     load,
+    load_where,
     maximum,
     minimum,
     rows_alike,
     select,
     store,
+    store_packed,
     store_where,
 )
+from renderers.simd import count as count_of
+from renderers.simd import f32 as to_real
 
 f32 = np.float32
 i32 = np.int32
@@ -41,7 +46,7 @@ i32 = np.int32
 PLANES = 5
 """Of the grid: irradiance, normal, depth."""
 WIDTH = 16
-"""Grid points gathered together."""
+"""Rays traced, and grid points gathered, together."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -84,59 +89,51 @@ def trace_lights(
 ) -> int:
     """March every direction from the eye to the wall; return how many arrived.
 
-    voxel_from_mm: ``(3, 3)``. directions: ``(n, 3)`` unit, world. lights: ``(8, n)``
+    voxel_from_mm: ``(3, 3)``. directions: ``(3, n)`` unit, world. lights: ``(8, n)``
     filled from the left with position, normal towards air, and the ray's flux.
     """
     m = voxel_from_mm
-    nz, ny, nx = distance.shape
-    count = 0
-    for r in range(directions.shape[0]):
-        dx = directions[r, 0]
-        dy = directions[r, 1]
-        dz = directions[r, 2]
+    rays = directions.shape[1]
+    found = 0
+    for r in range(0, rays, WIDTH):
+        live = lanes(WIDTH) < i32(rays - r)
+        dx = load_where(directions, r, live)
+        dy = load_where(directions, rays + r, live)
+        dz = load_where(directions, 2 * rays + r, live)
         vx = m[0, 0] * dx + m[0, 1] * dy + m[0, 2] * dz
         vy = m[1, 0] * dx + m[1, 1] * dy + m[1, 2] * dz
         vz = m[2, 0] * dx + m[2, 1] * dy + m[2, 2] * dz
-        t = f32(0)
-        arrived = False
+        t = full(f32(0), WIDTH)
+        arrived = t < f32(0)
         for _ in range(step_limit):
             x = eye_voxel[0] + t * vx
             y = eye_voxel[1] + t * vy
             z = eye_voxel[2] + t * vz
-            if not (
-                f32(0) <= x <= f32(nx - 1)
-                and f32(0) <= y <= f32(ny - 1)
-                and f32(0) <= z <= f32(nz - 1)
-            ):
-                break
-            d = tap(distance, x, y, z)
-            if d > f32(-0.04):
-                arrived = True
-                break
+            live &= ~is_outside(distance, x, y, z)
+            d = taps(distance, x, y, z)
+            arrived |= live & (d > f32(-0.04))
+            live &= ~arrived
             # the field is interpolated: slightly less than its promise is safe
-            t += max(f32(-0.95) * d, f32(0.05))
-            if t >= longest_mm:
+            t += select(live, maximum(f32(-0.95) * d, f32(0.05)), f32(0))
+            live &= t < longest_mm
+            if not any_(live):
                 break
-        if not arrived:
+        if not any_(arrived):
             continue
-        h = f32(0.6)
-        gx = tap(distance, x + h, y, z) - tap(distance, x - h, y, z)
-        gy = tap(distance, x, y + h, z) - tap(distance, x, y - h, z)
-        gz = tap(distance, x, y, z + h) - tap(distance, x, y, z - h)
-        wx = m[0, 0] * gx + m[1, 0] * gy + m[2, 0] * gz
-        wy = m[0, 1] * gx + m[1, 1] * gy + m[2, 1] * gz
-        wz = m[0, 2] * gx + m[1, 2] * gy + m[2, 2] * gz
-        # distance grows into tissue: the normal towards air is against the gradient
-        scale = f32(-1) / f32(math.sqrt(wx * wx + wy * wy + wz * wz + f32(1e-12)))
-        lights[0, count] = t * dx
-        lights[1, count] = t * dy
-        lights[2, count] = t * dz
-        lights[3, count] = wx * scale
-        lights[4, count] = wy * scale
-        lights[5, count] = wz * scale
-        lights[6, count] = flux[r]
-        count += 1
-    return count
+        x = eye_voxel[0] + t * vx
+        y = eye_voxel[1] + t * vy
+        z = eye_voxel[2] + t * vz
+        nx, ny, nz = wall_normals(distance, m, x, y, z)
+        store_packed(lights, found, t * dx, arrived)
+        store_packed(lights, rays + found, t * dy, arrived)
+        store_packed(lights, 2 * rays + found, t * dz, arrived)
+        store_packed(lights, 3 * rays + found, nx, arrived)
+        store_packed(lights, 4 * rays + found, ny, arrived)
+        store_packed(lights, 5 * rays + found, nz, arrived)
+        own = load_where(flux, r, arrived)
+        store_packed(lights, 6 * rays + found, own, arrived)
+        found += count_of(arrived)
+    return found
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -8,6 +8,7 @@ times the cost). Measured against 200 paths a pixel, albedo .3.
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,13 +55,8 @@ class VirtualLights:
         """
         if count < 1:
             raise ValueError(f"at least one virtual light is needed, got {count}")
-        span = 1 - math.cos(CONE_HALF_ANGLE)
-        cosine = 1 - (np.arange(count) + 0.5) / count * span
-        sine = np.sqrt(1 - cosine**2)
-        turn = np.arange(count) * _GOLDEN_ANGLE
-        local = np.stack([sine * np.cos(turn), sine * np.sin(turn), cosine], axis=-1)
-        flux = light.power * np.exp(-light.spread * (1 - cosine))
-        flux *= 2 * math.pi * span / count
+        local, cosine, patch = _spiral(count)
+        flux = light.power * np.exp(-light.spread * (1 - cosine)) * patch
         voxel_from_world = distance.voxel_from_world
         eye = voxel_from_world[:3, :3] @ camera.eye_mm + voxel_from_world[:3, 3]
         table = np.zeros((8, count), np.float32)
@@ -68,7 +64,7 @@ class VirtualLights:
             distance.values,
             voxel_from_world[:3, :3].astype(np.float32),
             eye.astype(np.float32),
-            (local @ camera.frame[1:]).astype(np.float32),
+            np.ascontiguousarray((local @ camera.frame[1:]).T, np.float32),
             flux.astype(np.float32),
             np.float32(LONGEST_MM),
             _STEP_LIMIT,
@@ -78,8 +74,8 @@ class VirtualLights:
         # A light stands for the patch its ray's solid angle cuts from the wall. Where
         # that is wide, far away and with few rays, a mere point would leave a glowing
         # dot in every corner near it.
-        patch = 2 * math.pi * span / count * (table[:3] ** 2).sum(axis=0)
-        table[7] = np.maximum(SMALLEST_SOFTENING_MM2, patch / (4 * math.pi))
+        area = patch * (table[:3] ** 2).sum(axis=0)
+        table[7] = np.maximum(SMALLEST_SOFTENING_MM2, area / (4 * math.pi))
         return cls(table)
 
     @staticmethod
@@ -119,3 +115,14 @@ class VirtualLights:
         else:
             bands.run(grid.shape[1], rows)
         return grid
+
+
+@lru_cache(maxsize=4)
+def _spiral(count: int) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+    """Give directions ``(count, 3)``, cosines to the axis, and a ray's solid angle."""
+    span = 1 - math.cos(CONE_HALF_ANGLE)
+    cosine = 1 - (np.arange(count) + 0.5) / count * span
+    sine = np.sqrt(1 - cosine**2)
+    turn = np.arange(count) * _GOLDEN_ANGLE
+    local = np.stack([sine * np.cos(turn), sine * np.sin(turn), cosine], axis=-1)
+    return local, cosine, 2 * math.pi * span / count

@@ -12,13 +12,13 @@ from renderers.shading.illumination import Effects, ScopeLight
 from renderers.shading.materials import F0, material_table
 from renderers.shading.secondary.kernels import (
     FILM,
-    METAL,
     MIRROR,
     THIN,
-    add_rows,
     blur_rows,
     follow_rows,
 )
+from renderers.shading.secondary.spread.kernels import W as TOGETHER
+from renderers.shading.secondary.spread.kernels import add_rows
 from renderers.shading.tissue_colour import SKIN_COLOR, colour_table
 
 BLUR_SHARE = 32
@@ -31,11 +31,19 @@ class SecondLight:
     The wall that is seen in a mirror, or that lights a thin wall from behind, is lit
     by the scope, with its shadows, and by virtual lights. It has the albedo of its
     blood and skin, without the fine mottle.
+
+    stride: pixels from one point that is followed to the next. Raises ValueError where
+    that is no multiple of four.
     """
 
     def __init__(
         self, surface: AirSurface, effects: Effects, stride: int, blood_bias: float
     ) -> None:
+        if stride < 1 or stride % TOGETHER:
+            raise ValueError(
+                f"mirrors are followed every so many pixels, a multiple of {TOGETHER}; "
+                f"got {stride}"
+            )
         self._surface = surface
         self._bits = (
             FILM * effects.film_mirror
@@ -61,9 +69,7 @@ class SecondLight:
     ) -> None:
         """Change `radiance` ``(h, w, 3)`` in place. gain: of the bounce light."""
         bits = self._bits
-        if bits == MIRROR and not np.any(gbuffer.material == METAL):
-            return
-        if not bits:
+        if not bits or (bits == MIRROR and is_all_tissue(gbuffer.material)):
             return
         distance = self._surface.distance
         voxel_from_world = distance.voxel_from_world
@@ -119,3 +125,11 @@ class SecondLight:
         bands.run(len(grid), follow)
         bands.run(len(grid), blur)
         bands.run(height, add)
+
+
+def is_all_tissue(material: NDArray[np.uint8]) -> bool:
+    """Tell whether no pixel shows anything but tissue, which is material 0."""
+    flat = material.reshape(-1)
+    whole = len(flat) // 8 * 8
+    # eight pixels at a time
+    return not (flat[:whole].view(np.uint64).any() or flat[whole:].any())

@@ -21,25 +21,21 @@ from renderers.fsr.scope.rims.kernels import (
     claim,
     spread_from,
 )
+from renderers.shading.field.kernels import is_outside, taps, wall_normals
 from renderers.simd import (
     absolute,
     any_,
     bits,
-    cell1,
-    f32,
     full,
     gather,
-    i32,
     lanes,
     load,
     load_where,
     maximum,
-    minimum,
     put_rows4,
     rank,
     rows4,
     select,
-    sqrt,
     store_packed,
 )
 from renderers.simd import count as count_of
@@ -78,24 +74,6 @@ def list_rims(depth: Floats, first: int, last: int, found: Ints) -> int:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def tap(values: Floats, x: Any, y: Any, z: Any) -> Any:
-    """Interpolate trilinearly at voxel coordinates, clamped to the grid."""
-    nz, ny, nx = values.shape
-    row = np.int32(nx)
-    layer = np.int32(nx * ny)
-    x = minimum(maximum(x, _ZERO), np.float32(nx) - np.float32(1.001))
-    y = minimum(maximum(y, _ZERO), np.float32(ny) - np.float32(1.001))
-    z = minimum(maximum(z, _ZERO), np.float32(nz) - np.float32(1.001))
-    i = i32(x)
-    j = i32(y)
-    k = i32(z)
-    x -= f32(i)
-    y -= f32(j)
-    z -= f32(k)
-    return cell1(values, i + j * row + k * layer, nx, nx * ny, x, y, z)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def directions(m: Floats, axes: Floats, lens: Floats, at: Any, wanted: Any) -> Any:
     """Give pixels' rays in voxels a mm."""
     to = at * 3
@@ -119,7 +97,6 @@ def find_normals(
 ) -> None:  # fmt: skip
     """Put the walls' normals beside the depths of the pixels that moved."""
     spare = np.int32(found.shape[0] - 1)
-    h = np.float32(0.6)
     for first in range(0, moved, W):
         wanted = lanes(W) < np.int32(moved - first)
         at = select(wanted, load(queue, first, W), spare)
@@ -128,15 +105,8 @@ def find_normals(
         x = eye[0] + t * vx
         y = eye[1] + t * vy
         z = eye[2] + t * vz
-        gx = tap(distance, x + h, y, z) - tap(distance, x - h, y, z)
-        gy = tap(distance, x, y + h, z) - tap(distance, x, y - h, z)
-        gz = tap(distance, x, y, z + h) - tap(distance, x, y, z - h)
-        wx = m[0, 0] * gx + m[1, 0] * gy + m[2, 0] * gz
-        wy = m[0, 1] * gx + m[1, 1] * gy + m[2, 1] * gz
-        wz = m[0, 2] * gx + m[1, 2] * gy + m[2, 2] * gz
-        size = sqrt(wx * wx + wy * wy + wz * wz + np.float32(1e-12))
-        scale = np.float32(-1) / size
-        put_rows4(found, at, t, wx * scale, wy * scale, wz * scale)
+        nx, ny, nz = wall_normals(distance, m, x, y, z)
+        put_rows4(found, at, t, nx, ny, nz)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -146,7 +116,6 @@ def sharpen(
     found: Floats,
 ) -> tuple[int, int]:  # fmt: skip
     """Do as the scalar twin."""
-    nz, ny, nx = distance.shape
     width = depth.shape[1]
     spare = np.int32(found.shape[0] - 1)
     count = claim(queue, list_rims(depth, first, last, queue), state)
@@ -191,7 +160,7 @@ def sharpen(
         x = eye[0] + s * vx
         y = eye[1] + s * vy
         z = eye[2] + s * vz
-        d = tap(distance, x, y, z)
+        d = taps(distance, x, y, z)
         in_air = d < _ZERO
         # bisection: the wall lies between the last places on either side of it
         at_wall = refined & ~in_air
@@ -200,9 +169,7 @@ def sharpen(
         inside = select(at_wall, d, inside)
         left = select(refined, left - 1, left)
         # a march's first step has nothing before it
-        out = (x < _ZERO) | (x > np.float32(nx - 1))
-        out |= (y < _ZERO) | (y > np.float32(ny - 1))
-        out |= (z < _ZERO) | (z > np.float32(nz - 1))
+        out = is_outside(distance, x, y, z)
         first_step = steps == STEPS
         ended = ~refined & (out | (first_step & (d > -AFLOAT_MM)))
         hits = ~refined & ~in_air

@@ -1,0 +1,1 @@
+"""Triangles met by eight rays at a time."""

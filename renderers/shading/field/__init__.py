@@ -1,0 +1,1 @@
+"""The distance field at many places at once."""

@@ -1,0 +1,1 @@
+"""What was found at lattice points, brought to all pixels."""
