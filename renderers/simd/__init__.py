@@ -50,6 +50,7 @@ from renderers.simd.rows import (
     rows4,
     rows8,
     store_groups,
+    store_quads,
     store_spread,
     store_triples,
 )
@@ -97,6 +98,7 @@ __all__ = [
     "store",
     "store_groups",
     "store_packed",
+    "store_quads",
     "store_spread",
     "store_triples",
     "store_where",

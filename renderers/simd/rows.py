@@ -254,6 +254,29 @@ def store_groups(typingctx: Any, array: Any, index: Any, step: Any, x: Any) -> A
     return signature(types.void, array, types.intp, types.intp, x), generate
 
 
+def _store_interleaved(
+    context: Any, builder: Any, kind: Any, array: Any, place: Any, step: Any, rest: Any
+) -> Any:
+    """Store every group of four lanes of some vectors as a run of tuples."""
+    base = data(context, builder, kind, array)
+    n = rest[0].type.count
+    none = ir.Constant(rest[0].type, ir.Undefined)
+    front = concatenate(builder, list(rest[:2]))
+    back = concatenate(builder, [rest[2], rest[3] if len(rest) > 3 else none])
+    run = ir.VectorType(ELEMENTS["f32"], 4 * len(rest))
+    for first in range(0, n, 4):
+        lanes = [
+            channel * n + lane
+            for lane in range(first, first + 4)
+            for channel in range(len(rest))
+        ]
+        tuples = shuffle(builder, front, back, lanes)
+        at = builder.gep(base, [place], source_etype=ELEMENTS["f32"])
+        builder.store(tuples, builder.bitcast(at, run.as_pointer())).align = 4
+        place = builder.add(place, step)
+    return context.get_dummy_value()
+
+
 @vector_function
 def store_triples(
     typingctx: Any, array: Any, index: Any, step: Any, x: Any, y: Any, z: Any
@@ -264,27 +287,26 @@ def store_triples(
     """
     if not _is_groups(array, x, y, z):
         return None
-    run = ir.VectorType(ELEMENTS["f32"], 12)
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        base = data(context, builder, sig.args[0], args[0])
-        n, place = x.count, args[1]
-        none = ir.Constant(x.llvm, ir.Undefined)
-        xy = concatenate(builder, [args[3], args[4]])
-        z_ = concatenate(builder, [args[5], none])
-        for first in range(0, n, 4):
-            lanes = [
-                channel * n + lane
-                for lane in range(first, first + 4)
-                for channel in range(3)
-            ]
-            triples = shuffle(builder, xy, z_, lanes)
-            at = builder.gep(base, [place], source_etype=ELEMENTS["f32"])
-            builder.store(triples, builder.bitcast(at, run.as_pointer())).align = 4
-            place = builder.add(place, args[2])
-        return context.get_dummy_value()
+        return _store_interleaved(context, builder, sig.args[0], *args[:3], args[3:])
 
     sig = signature(types.void, array, types.intp, types.intp, x, x, x)
+    return sig, generate
+
+
+@vector_function
+def store_quads(
+    typingctx: Any, array: Any, index: Any, step: Any, x: Any, y: Any, z: Any, w: Any
+) -> Any:
+    """Store (x, y, z, w, x ...) of every group of four lanes, `step` floats apart."""
+    if not _is_groups(array, x, y, z, w):
+        return None
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return _store_interleaved(context, builder, sig.args[0], *args[:3], args[3:])
+
+    sig = signature(types.void, array, types.intp, types.intp, x, x, x, x)
     return sig, generate
 
 

@@ -12,8 +12,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.fsr.classic.fall import BEND, EDGE, REST, SHIFT
 from renderers.fsr.classic.ordering.kernels import list_run, list_tile
-from renderers.fsr.classic.projection.kernels import CUT, RECORD, absorbed
+from renderers.fsr.classic.projection.kernels import RECORD, absorbed
 from renderers.fsr.classic.shells.kernels import key_of
 from renderers.fsr.classic.tiles import (
     ACROSS,
@@ -31,13 +32,6 @@ Real = float | np.float32
 
 DARK = 1e-20
 """The light never falls below this: the smallest numbers take a hundred cycles."""
-
-FLAT = np.float32(-1 / CUT**2)
-"""Times a squared distance in sigmas: minus one at the cut."""
-
-# (1 + z) (1 + a z + b z^2)^8 is the edge-subtracted Gaussian but for 3.0e-4 of its
-# peak, least maximum error with one at z = 0; its integral is right to 2.4e-4
-FALL = (np.float32(0.4424543), np.float32(0.13612369))
 
 FRAGMENT_BITS = 8
 """Fragments of a square are counted in parts of 256."""
@@ -70,14 +64,13 @@ def squares_of_box(box_x: int, box_y: int, left: int, top: int) -> Any:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def footprint(z: Any) -> Any:
-    """Weigh a pixel: one at the centre, zero from the cut on."""
-    z = max(z, np.float32(-1))
-    g = (z * FALL[1] + FALL[0]) * z + _ONE
+def footprint(dx: Any, dy: Any, slim: Any, cross: Any, flat: Any) -> Any:
+    """Weigh a pixel: zero from the cut on; `WEIGHT` times this is one at the centre."""
+    y = min(dx * (dx * slim + dy * cross) + (dy * dy * flat - SHIFT), EDGE)
+    g = y * y + BEND
     g = g * g
     g = g * g
-    g = g * g
-    return g * (z + _ONE)
+    return g * g - REST
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -95,35 +88,23 @@ def limit_tile(limit_mm: F32, left: int, top: int, limits: F32) -> bool:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def open_tiles(
-    first: int, end: int, across: int, width: int, height: int, states: F32,
-    depths: F32, alive: I64,
-) -> None:  # fmt: skip
-    """Let all light through where the picture is, none beyond.
-
-    first, end: which tiles. states: ``(tiles, STATE * SQUARES)``. depths: a value per
-    pixel of each tile, or none. alive: each tile's squares that take light, as bits.
-    """
-    for t in range(first, end):
-        left = t % across * TILE_SIDE
-        top = t // across * TILE_SIDE
-        state = states[t]
-        state[:] = 0
-        depths[t] = np.inf
-        if left + TILE_SIDE <= width and top + TILE_SIDE <= height:
-            alive[t] = -1
-            for k in range(0, SQUARES * STATE, STATE):
-                state[k : k + SQUARE] = 1
-            continue
-        alive[t] = 0
-        for k in range(SQUARES):
-            x = left + k % ACROSS * SIDE
-            y = top + k // ACROSS * SIDE
-            if x < width and y < height:
-                alive[t] |= np.int64(1) << k
-            for p in range(SQUARE):
-                ahead = x + p % SIDE < width and y + p // SIDE < height
-                state[k * STATE + p] = 1 if ahead else 0
+def open_tile(left: int, top: int, width: int, height: int, state: F32) -> Any:
+    """Let all light through where the picture is; give the squares there, as bits."""
+    state[:] = 0
+    if left + TILE_SIDE <= width and top + TILE_SIDE <= height:
+        for k in range(0, SQUARES * STATE, STATE):
+            state[k : k + SQUARE] = 1
+        return np.int64(-1)
+    alive = np.int64(0)
+    for k in range(SQUARES):
+        x = left + k % ACROSS * SIDE
+        y = top + k // ACROSS * SIDE
+        if x < width and y < height:
+            alive |= np.int64(1) << k
+        for p in range(SQUARE):
+            ahead = x + p % SIDE < width and y + p // SIDE < height
+            state[k * STATE + p] = 1 if ahead else 0
+    return alive
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -158,13 +139,9 @@ def _blend_splats(
             break
         o = items[m] * RECORD
         u, v, far = records[o], records[o + 1], records[o + 6]
-        half = records[o + 2]
+        slim, cross, flat = records[o + 2], records[o + 3], records[o + 4]
+        half = slim
         gain = records[o + 5]
-        x = u - np.float32(left) - _HALF
-        y = v - np.float32(top) - _HALF
-        slim = records[o + 2] * FLAT
-        cross = records[o + 3] * (FLAT * np.float32(2))
-        flat = records[o + 4] * FLAT
         met, pixels = squares_of_box(boxes[o + 7], boxes[o + 11], left, top)
         met &= alive
         for k in range(SQUARES):
@@ -173,19 +150,18 @@ def _blend_splats(
             fragments += pixels
             bright = False
             for p in range(SQUARE):
-                dx = np.float32(k % ACROSS * SIDE + p % SIDE) - x
-                dy = np.float32(k // ACROSS * SIDE + p // SIDE) - y
-                if points:
-                    inside = -half <= dx < half and -half <= dy < half
-                    w = gain if inside else _ZERO
-                else:
-                    z = dx * (dx * slim + dy * cross) + dy * dy * flat
-                    w = footprint(z) * gain
-                if limits.size > 0 and not far < limits[k * SQUARE + p]:
-                    w = _ZERO
+                dx = np.float32(left + k % ACROSS * SIDE + p % SIDE) + _HALF - u
+                dy = np.float32(top + k // ACROSS * SIDE + p // SIDE) + _HALF - v
                 at = k * STATE + p
                 before = state[at]
-                w = w * before
+                w = before * gain
+                if points:
+                    inside = -half <= dx < half and -half <= dy < half
+                    w = w if inside else _ZERO
+                else:
+                    w = footprint(dx, dy, slim, cross, flat) * w
+                if limits.size > 0 and not far < limits[k * SQUARE + p]:
+                    w = _ZERO
                 after = max(before - w, np.float32(DARK))
                 state[at] = after
                 for c in range(3):
@@ -243,13 +219,9 @@ def _sum_sheets(
             break
         o = items[m] * RECORD
         u, v, here = records[o], records[o + 1], records[o + 6]
+        slim, cross, flat = records[o + 2], records[o + 3], records[o + 4]
         gain = records[o + 5]
         sheet = sheet_of(here, low, scale, thickness)
-        x = u - np.float32(left) - _HALF
-        y = v - np.float32(top) - _HALF
-        slim = records[o + 2] * FLAT
-        cross = records[o + 3] * (FLAT * np.float32(2))
-        flat = records[o + 4] * FLAT
         met, pixels = squares_of_box(boxes[o + 7], boxes[o + 11], left, top)
         met &= alive
         for k in range(SQUARES):
@@ -264,10 +236,9 @@ def _sum_sheets(
                     continue
             fragments += pixels
             for p in range(SQUARE):
-                dx = np.float32(k % ACROSS * SIDE + p % SIDE) - x
-                dy = np.float32(k // ACROSS * SIDE + p // SIDE) - y
-                z = dx * (dx * slim + dy * cross) + dy * dy * flat
-                w = footprint(z) * gain
+                dx = np.float32(left + k % ACROSS * SIDE + p % SIDE) + _HALF - u
+                dy = np.float32(top + k // ACROSS * SIDE + p // SIDE) + _HALF - v
+                w = footprint(dx, dy, slim, cross, flat) * gain
                 if limits.size > 0 and not here < limits[k * SQUARE + p]:
                     w = _ZERO
                 at = k * STATE + p
@@ -286,8 +257,7 @@ def _sum_sheets(
 def draw_tiles(
     records: F32, boxes: I32, ranges: I32, numbers: I32, count: int, first: int,
     end: int, across: int, points: bool, cut: Real, sheets_of: F32, limit_mm: F32,
-    last: bool,
-    items: I32, limits: F32, sums: F32, sheets: I32, far: F32, states: F32, depths: F32,
+    is_new: bool, last: bool, items: I32, limits: F32, sums: F32, sheets: I32, far: F32, states: F32, depths: F32,
     alive: I64, image: F32, depth: F32,
 ) -> int:  # fmt: skip
     """Blend splats into tiles, near ones first; write the tiles that are finished.
@@ -297,10 +267,12 @@ def draw_tiles(
     below this takes no more. sheets_of: low and scale, which map depth to the keys by
     which items are in order, and a sheet's thickness in keys; no elements where splats
     are blended one by one. limit_mm: per pixel of the picture the depth from which
-    nothing is seen; no elements where there is none. last: no more splats will come.
-    items: ``(3, n)`` scratch for all splats and sixteen more; limits, sums, sheets,
-    far: of a tile. states, depths, alive: see `open_tiles`. depth: where T first falls
-    to one half; no elements where it is not wanted. Returns the fragments: pixels of
+    nothing is seen; no elements where there is none. is_new: these are the first
+    splats. last: no more will come. items: ``(6, n)`` scratch for all splats and
+    sixteen more; limits, sums, sheets, far: of a tile. states: ``(tiles, STATE *
+    SQUARES)``. depths: a value per pixel of each tile, or none. alive: each tile's
+    squares that take light, as bits. depth: where T first falls to one half; no
+    elements where it is not wanted. Returns the fragments: pixels of
     the splats' boxes in squares that were drawn, in parts of 2 ** `FRAGMENT_BITS`.
     """
     fragments = 0
@@ -313,10 +285,14 @@ def draw_tiles(
         ranges, numbers, count, row, column, last_column, items[0], items[1]
     )
     for t in range(first, end):
-        if alive[t] == 0:
+        if not is_new and alive[t] == 0:
             continue
         column = t - row * across
         left = column * TILE_SIDE
+        if is_new:
+            height, width = image.shape[0], image.shape[1]
+            alive[t] = open_tile(left, top, width, height, states[t])
+            depths[t] = np.inf
         limited = limit_mm.size > 0 and limit_tile(limit_mm, left, top, limits)
         bound = limits if limited else limits[:0]
         listed = items[2, : list_tile(items[0], items[1], some, column, items[2])]

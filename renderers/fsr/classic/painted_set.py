@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.classic.painting.kernels import paint_splats
+from renderers.fsr.classic.view import grid_of
 from renderers.fsr.fuzzy_set import FuzzySet
 from renderers.scene import Scene
 
@@ -22,7 +23,7 @@ class PaintedSet:
     Ambient and diffuse light only: like the 1995 renderer, it varies no highlights
     from splat to splat. Neither depends on the eye.
 
-    rows: where splats are. places: ``(n, 4)`` float32, grid place (i, j, k) and
+    rows: where splats are; grid: of all views of them. places: ``(n, 4)`` float32, grid place (i, j, k) and
     extinction times volume (mm^2). paints: ``(n, 4)`` float32 linear RGB, lit, and
     the size in grid steps. columns: ``(n,)`` float32, grid place i once more.
     row_numbers, row_extents, row_places: the rows that hold any, see `clip_set`.
@@ -39,6 +40,7 @@ class PaintedSet:
         # one to spare: vectors read the first splat where they have none
         room = max(len(fuzzy_set), 1)
         self.rows = fuzzy_set.rows
+        self.grid = grid_of(fuzzy_set.rows)
         self.widest_mm = float(scene.volume.spacing_mm.max())
         self.sheet_mm = SHEET_STEPS * float(np.prod(scene.volume.spacing_mm) ** (1 / 3))
         self.places: NDArray[np.float32] = np.zeros((room, 4), np.float32)

@@ -18,6 +18,7 @@ from renderers.fsr.classic.projection.kernels import CUT, RECORD
 from renderers.fsr.classic.splat_list import SplatList, sigma_of
 from renderers.fsr.classic.taken_splats import SPARE, Piece
 from renderers.fsr.footprint import peak_table
+from renderers.fsr.scope.scratch import lined_up
 from renderers.scene.thread_team import ThreadTeam
 
 PEAK_ROWS = 1024
@@ -98,7 +99,8 @@ class ProjectedSplats:
         team.map(place, range(piece.parts))
 
     def _make_room(self, room: int) -> None:
-        self.records: NDArray[np.float32] = np.empty((room, RECORD), np.float32)
+        self.records: NDArray[np.float32] = lined_up(room * RECORD)
+        self.records = self.records.reshape(-1, RECORD)
         self.boxes: NDArray[np.int32] = self.records.view(np.int32)
         self._found: NDArray[np.int32] = np.empty(room, np.int32)
         self.numbers, self.ranges = np.zeros((2, room + SPARE), np.int32)

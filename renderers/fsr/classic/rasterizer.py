@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.classic.kernel_set import KernelSet, best_kernels
-from renderers.fsr.classic.kernels import FRAGMENT_BITS, open_tiles
+from renderers.fsr.classic.kernels import FRAGMENT_BITS
 from renderers.fsr.classic.mode import SplatMode, Traversal
 from renderers.fsr.classic.painted_set import PaintedSet
 from renderers.fsr.classic.projected_splats import ProjectedSplats
@@ -178,17 +178,6 @@ class SplatRasterizer:
 
         def draw(run: tuple[int, int]) -> int:
             first, end = run
-            if is_new:
-                open_tiles(
-                    first,
-                    end,
-                    across,
-                    width,
-                    height,
-                    tiles.states,
-                    tiles.depths,
-                    tiles.alive,
-                )
             scratch = self._scratch(len(projected.ranges))
             return self._kernels.draw_tiles(
                 records,
@@ -203,6 +192,7 @@ class SplatRasterizer:
                 np.float32(self._least_light),
                 splats.sheets,
                 canvas.limit_mm,
+                is_new,
                 piece.last,
                 scratch.items,
                 scratch.limits,

@@ -14,12 +14,12 @@ RUN = 16
 class TileScratch:
     """Hold what one thread needs of the tile it draws.
 
-    items: ``(3, n)`` room for lists of splats. limits: a float a pixel. sums: four of a
+    items: ``(6, n)`` room for lists of splats. limits: a float a pixel. sums: four of a
     sheet. sheets, far: one a square.
     """
 
     def __init__(self, splats: int) -> None:
-        self.items: NDArray[np.int32] = np.empty((3, splats), np.int32)
+        self.items: NDArray[np.int32] = np.empty((6, splats), np.int32)
         self.limits: NDArray[np.float32] = lined_up(SQUARES * SQUARE)
         self.sums: NDArray[np.float32] = lined_up(SQUARES * STATE)
         self.sheets: NDArray[np.int32] = lined_up(SQUARES, np.int32)

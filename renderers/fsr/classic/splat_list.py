@@ -92,7 +92,7 @@ def list_splats(
             f"sheets are layers of distance, so their splats need the order "
             f"{Traversal.DISTANCE.value!r}, got {traversal.value!r}"
         )
-    view = view_of(camera, painted.rows)
+    view = view_of(camera, painted.grid)
     sigma_mm = sigma_of(mode) * painted.widest_mm
     # the parts of a splat that is split may lie behind the next that is not
     near_mm = -math.inf if view.is_flat else sigma_mm / WIDEST_SIGMA + painted.widest_mm

@@ -15,6 +15,23 @@ _CORNERS = np.array(list(itertools.product((0.0, 1.0), repeat=3))).T
 
 
 @dataclass(frozen=True, slots=True)
+class Grid:
+    """Hold what does not depend on the camera.
+
+    axes_mm: ``(3, 3)`` steps of i, j, k in columns. voxel_from_world: ``(3, 4)``. top:
+    the last grid point. corners_mm: ``(3, 8)`` of the outermost voxels; middle_mm,
+    radius_mm: the ball through them.
+    """
+
+    axes_mm: NDArray[np.float64]
+    voxel_from_world: NDArray[np.float64]
+    top: NDArray[np.float64]
+    corners_mm: NDArray[np.float64]
+    middle_mm: NDArray[np.float64]
+    radius_mm: float
+
+
+@dataclass(frozen=True, slots=True)
 class View:
     """Hold a camera in terms of a grid.
 
@@ -37,23 +54,36 @@ class View:
         return KEYS / max(self.high - self.low, 1e-9)
 
 
-def view_of(camera: Camera, rows: SparseRows) -> View:
-    """Find how a camera sees a set's grid."""
-    world_from_voxel = rows.world_from_voxel
-    axes = camera.frame[1:] @ world_from_voxel[:3, :3]
-    start = camera.frame[1:] @ (world_from_voxel[:3, 3] - camera.eye_mm)
+def grid_of(rows: SparseRows) -> Grid:
+    """Find what every view of a set needs of its grid."""
+    matrix = rows.world_from_voxel
     top = np.array(rows.shape[::-1]) - 1.0
-    base = np.clip(np.rint(np.linalg.solve(axes, -start)), 0, top)
-    matrix = np.column_stack([axes, axes @ base + start])
-    seen = axes @ (_CORNERS * (top[:, None] + 1) - 0.5) + start[:, None]
+    corners = _CORNERS * (top[:, None] + 1) - 0.5
+    corners_mm = matrix[:3, :3] @ corners + matrix[:3, 3:]
+    middle_mm = corners_mm.mean(axis=1)
+    radius_mm = float(np.linalg.norm(corners_mm.T - middle_mm, axis=1).max())
+    inverse = np.linalg.inv(matrix)[:3]
+    return Grid(matrix[:3, :3], inverse, top, corners_mm, middle_mm, radius_mm)
+
+
+def view_of(camera: Camera, grid: Grid) -> View:
+    """Find how a camera sees a set's grid."""
+    to_camera = camera.frame[1:]
+    voxel = grid.voxel_from_world[:, :3] @ camera.eye_mm + grid.voxel_from_world[:, 3]
+    base = np.minimum(np.maximum(np.rint(voxel), 0.0), grid.top)
+    matrix = np.empty((3, 4))
+    matrix[:, :3] = to_camera @ grid.axes_mm
+    matrix[:, 3] = to_camera @ (grid.axes_mm @ (base - voxel))
+    seen = to_camera @ (grid.corners_mm - camera.eye_mm[:, None])
     is_flat = camera.projection is Projection.ORTHOGRAPHIC
     if is_flat:
         low, high = float(seen[2].min()), float(seen[2].max())
     else:
-        middle = axes @ (top / 2) + start
-        reach = seen.max(axis=1) - seen.min(axis=1)
-        low = max(math.hypot(*middle) - math.hypot(*reach) / 2, 0.0)
-        high = math.sqrt(float((seen * seen).sum(axis=0).max()))
+        # the grid lies in the ball around its middle that holds its corners
+        squares = (seen * seen).sum(axis=0).tolist()
+        middle = to_camera @ (grid.middle_mm - camera.eye_mm)
+        low = max(math.hypot(*middle) - grid.radius_mm, 0.0)
+        high = math.sqrt(max(squares))
     half = 0.5 * min(camera.width, camera.height)
     pinhole = camera.projection is Projection.PERSPECTIVE
     scale = half / (math.tan(camera.extent) if pinhole else camera.extent)

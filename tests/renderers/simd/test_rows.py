@@ -16,6 +16,7 @@ from renderers.simd import (
     rows8,
     store,
     store_groups,
+    store_quads,
     store_spread,
     store_triples,
 )
@@ -110,12 +111,13 @@ def test_rows_of_scalars_and_spread_lanes() -> None:
 
 def squares(width: int) -> Any:
     @njit
-    def run(x: Any, single: Any, triple: Any) -> None:
+    def run(x: Any, single: Any, triple: Any, quad: Any) -> None:
         a = load(x, 0, width)
         b = load(x, width, width)
         c = load(x, 2 * width, width)
         store_groups(single, 3, 11, a)
         store_triples(triple, 9, 33, a, b, c)
+        store_quads(quad, 12, 44, a, b, c, a)
 
     return run
 
@@ -124,13 +126,16 @@ def squares(width: int) -> Any:
 def test_groups_of_four_go_to_rows_of_a_picture(width: int) -> None:
     x = np.arange(1, 3 * width + 1, dtype=np.float32)
     single, triple = np.zeros((9, 11), np.float32), np.zeros((9, 11, 3), np.float32)
-    squares(width)(x, single, triple)
+    quad = np.zeros((9, 11, 4), np.float32)
+    squares(width)(x, single, triple, quad)
     wanted, colours = np.zeros_like(single), np.zeros_like(triple)
     high = width // 4
     wanted[:high, 3:7] = x[:width].reshape(high, 4)
     colours[:high, 3:7] = x.reshape(3, high, 4).transpose(1, 2, 0)
     np.testing.assert_array_equal(single, wanted)
     np.testing.assert_array_equal(triple, colours)
+    np.testing.assert_array_equal(quad[..., :3], colours)
+    np.testing.assert_array_equal(quad[..., 3], single)
 
 
 def triples(width: int) -> Any:

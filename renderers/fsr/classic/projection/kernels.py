@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.fsr.classic.fall import WEIGHT
 from renderers.fsr.classic.ordering.kernels import NOWHERE
 from renderers.fsr.classic.tiles import TILE_SHIFT
 
@@ -18,17 +19,20 @@ F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 Real = float | np.float32
 
-RECORD = 12
-"""Floats of a projected splat: pixel centre 0-1, inverse covariance xx, xy, yy 2-4
-(for a point, half its side in place of the first), peak 5, depth 6, first and last
-column of pixels 7, colour 8-10, first and last row 11; of these the bits, sixteen each
-from the lowest."""
+RECORD = 16
+"""Floats of a projected splat, a line of the cache: pixel centre 0-1, what a squared
+distance over the cut's is made of, xx, xy, yy 2-4 (for a point, half its side in place
+of the first), peak times `WEIGHT` 5 (a point's peak), depth 6, first and last column
+of pixels 7, colour 8-10, first and last row 11; of these the bits, sixteen each from
+the lowest. The last four are not used."""
 
 ANTIALIAS = 0.3
 """Squared pixels added to a footprint's covariance, so that small ones keep mass."""
 
 CUT = 3.0
 """Sigmas at which a footprint ends."""
+
+CUT_SHARE = np.float32(1 / CUT**2)
 
 OPAQUEST = 1.0 - 1e-6
 
@@ -218,10 +222,11 @@ def project_splats(
         record = records[e]
         record[0] = u
         record[1] = v
-        record[2] = side if points else yy / det
-        record[3] = -xy / det
-        record[4] = xx / det
-        record[5] = peak
+        inverse = CUT_SHARE / det
+        record[2] = side if points else yy * inverse
+        record[3] = xy * inverse * np.float32(-2)
+        record[4] = xx * inverse
+        record[5] = peak if points else peak * WEIGHT
         record[6] = z if projection == 2 else distance
         boxes[e, 7] = left | right << 16
         record[8] = paints[s, 0]

@@ -9,14 +9,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.fsr.classic.dealing.kernels import (
-    DEAL,
-    HAND,
-    deal_splats,
-    room_for_deal,
-)
-from renderers.fsr.classic.kernels import DARK, FALL, limit_tile
+from renderers.fsr.classic.dealing.kernels import DEAL, deal_splats, room_for_deal
+from renderers.fsr.classic.fall import BEND, EDGE, REST, SHIFT
+from renderers.fsr.classic.kernels import DARK, limit_tile, open_tile
 from renderers.fsr.classic.ordering.vector.kernels import list_run, list_tile
+from renderers.fsr.classic.projection.kernels import RECORD
 from renderers.fsr.classic.projection.vector.kernels import absorbed
 from renderers.fsr.classic.tiles import (
     ACROSS,
@@ -34,10 +31,12 @@ from renderers.simd import (
     load,
     lowest,
     maximum,
-    put_rows4,
+    minimum,
+    prefetch,
     select,
     store,
     store_groups,
+    store_quads,
 )
 
 F32 = NDArray[np.float32]
@@ -51,14 +50,16 @@ _HALF = np.float32(0.5)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _footprint(z: Any) -> Any:
-    """Weigh pixels: one at the centre, zero from the cut on."""
-    z = maximum(z, np.float32(-1))
-    g = (z * FALL[1] + FALL[0]) * z + _ONE
+def _footprint(records: F32, o: int, u: Any, v: Any) -> Any:
+    """Weigh pixels for a splat's record, see the scalar twin."""
+    dx = u - records[o]
+    dy = v - records[o + 1]
+    y = dx * (dx * records[o + 2] + dy * records[o + 3])
+    y = minimum(y + (dy * dy * records[o + 4] - SHIFT), EDGE)
+    g = y * y + BEND
     g = g * g
     g = g * g
-    g = g * g
-    return g * (z + _ONE)
+    return g * g - REST
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -79,9 +80,8 @@ def _close_tile(
             red = load(state, at + SQUARE, SQUARE)
             green = load(state, at + 2 * SQUARE, SQUARE)
             blue = load(state, at + 3 * SQUARE, SQUARE)
-            pixel = (lanes(SQUARE) >> 2) * width + (lanes(SQUARE) & 3)
-            place = pixel + np.int32(y * width + x)
-            put_rows4(image, place, red, green, blue, alpha)
+            place = 4 * (y * width + x)
+            store_quads(image, place, 4 * width, red, green, blue, alpha)
             if with_depth:
                 store_groups(
                     depth, y * width + x, width, load(depths, k * SQUARE, SQUARE)
@@ -101,21 +101,22 @@ def _close_tile(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _blend_splats(
-    records: F32, items: I32, left: int, top: int, points: bool, cut: Real,
+    records: F32, boxes: I32, items: I32, left: int, top: int, points: bool, cut: Real,
     limits: F32, with_depth: bool, deal: Any,
     state: F32, depths: F32, alive: Any,
 ) -> Any:  # fmt: skip
-    """Do as the scalar twin, square by square."""
-    hands, words, shares = deal
+    """Do as the scalar twin, square by square, two splats at a time where it can."""
+    words, offsets, shares, _ = deal
     limited = limits.size > 0
+    plain = not (points or limited or with_depth)
     one = np.int64(1)
     fragments = 0
     for first in range(0, items.shape[0], DEAL):
         if alive == 0:
             break
         touched, halves = deal_splats(
-            records, items, first, min(DEAL, items.shape[0] - first), left, top, alive,
-            points, limits[:0], deal,
+            records, boxes, items, first, min(DEAL, items.shape[0] - first), left, top,
+            alive, points, limits[:0], deal,
         )  # fmt: skip
         while touched != 0:
             k = lowest(touched)
@@ -127,8 +128,8 @@ def _blend_splats(
             blue = load(state, at + 3 * SQUARE, SQUARE)
             bound = load(limits, k * SQUARE, SQUARE) if limited else light
             deep = load(depths, k * SQUARE, SQUARE) if with_depth else light
-            u = f32((lanes(SQUARE) & 3) + np.int32((k & 7) * SIDE))
-            v = f32((lanes(SQUARE) >> 2) + np.int32((k >> 3) * SIDE))
+            u = f32((lanes(SQUARE) & 3) + np.int32(left + (k & 7) * SIDE)) + _HALF
+            v = f32((lanes(SQUARE) >> 2) + np.int32(top + (k >> 3) * SIDE)) + _HALF
             half = 0
             those = words[k]
             while True:
@@ -139,30 +140,47 @@ def _blend_splats(
                     those = words[half * SQUARES + k]
                     continue
                 m = half * SQUARES + lowest(those)
-                those &= those - one
-                o = m * HAND
+                o = offsets[m]
+                rest = those & (those - one)
+                if plain and rest != 0:
+                    # the weights of two ask nothing of each other
+                    n = half * SQUARES + lowest(rest)
+                    p = offsets[n]
+                    w = _footprint(records, o, u, v) * (light * records[o + 5])
+                    next_ = _footprint(records, p, u, v)
+                    middle = maximum(light - w, np.float32(DARK))
+                    next_ = next_ * (middle * records[p + 5])
+                    after = maximum(middle - next_, np.float32(DARK))
+                    if any_(after > cut):
+                        light = after
+                        red = red + w * records[o + 8] + next_ * records[p + 8]
+                        green = green + w * records[o + 9] + next_ * records[p + 9]
+                        blue = blue + w * records[o + 10] + next_ * records[p + 10]
+                        fragments += shares[m] + shares[n]
+                        those = rest & (rest - one)
+                        continue
+                those = rest
                 fragments += shares[m]
-                dx = u - hands[o]
-                dy = v - hands[o + 1]
+                w = light * records[o + 5]
                 if points:
-                    side = hands[o + 2]
+                    side = records[o + 2]
+                    dx = u - records[o]
+                    dy = v - records[o + 1]
                     inside = (dx >= -side) & (dx < side)
                     inside &= (dy >= -side) & (dy < side)
-                    w = select(inside, hands[o + 5], dx * _ZERO)
+                    w = select(inside, w, _ZERO)
                 else:
-                    z = dx * (dx * hands[o + 2] + dy * hands[o + 3])
-                    w = _footprint(z + dy * dy * hands[o + 4]) * hands[o + 5]
+                    w = _footprint(records, o, u, v) * w
                 if limited:
-                    w = select(bound > hands[o + 6], w, _ZERO)
-                w = w * light
+                    w = select(bound > records[o + 6], w, _ZERO)
                 before = light
                 light = maximum(light - w, np.float32(DARK))
-                red = red + w * hands[o + 8]
-                green = green + w * hands[o + 9]
-                blue = blue + w * hands[o + 10]
+                red = red + w * records[o + 8]
+                green = green + w * records[o + 9]
+                blue = blue + w * records[o + 10]
                 if with_depth:
                     fallen = (before > _HALF) & (light <= _HALF)
-                    deep = select(fallen, hands[o + 6], deep)
+                    deep = select(fallen, records[o + 6], deep)
                 if not any_(light > cut):
                     alive &= ~(one << k)
                     break
@@ -200,7 +218,7 @@ def _end_sheet(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sum_sheets(
-    records: F32, items: I32, left: int, top: int, sheets_of: F32, cut: Real,
+    records: F32, boxes: I32, items: I32, left: int, top: int, sheets_of: F32, cut: Real,
     limits: F32, with_depth: bool, deal: Any,
     sums: F32, sheets: I32, far: F32, state: F32, depths: F32, alive: Any,
 ) -> Any:  # fmt: skip
@@ -208,7 +226,7 @@ def _sum_sheets(
     low, scale, thickness = sheets_of[0], sheets_of[1], sheets_of[2]
     sums[:] = 0
     sheets[:] = -1
-    hands, words, shares = deal
+    words, offsets, shares, sheet_of = deal
     limited = limits.size > 0
     one = np.int64(1)
     zero = full(_ZERO, SQUARE)
@@ -217,8 +235,8 @@ def _sum_sheets(
         if alive == 0:
             break
         touched, halves = deal_splats(
-            records, items, first, min(DEAL, items.shape[0] - first), left, top, alive,
-            False, sheets_of, deal,
+            records, boxes, items, first, min(DEAL, items.shape[0] - first), left, top,
+            alive, False, sheets_of, deal,
         )  # fmt: skip
         while touched != 0:
             k = lowest(touched)
@@ -229,8 +247,8 @@ def _sum_sheets(
             green = load(sums, at + 2 * SQUARE, SQUARE)
             blue = load(sums, at + 3 * SQUARE, SQUARE)
             bound = load(limits, k * SQUARE, SQUARE) if limited else depth
-            u = f32((lanes(SQUARE) & 3) + np.int32((k & 7) * SIDE))
-            v = f32((lanes(SQUARE) >> 2) + np.int32((k >> 3) * SIDE))
+            u = f32((lanes(SQUARE) & 3) + np.int32(left + (k & 7) * SIDE)) + _HALF
+            v = f32((lanes(SQUARE) >> 2) + np.int32(top + (k >> 3) * SIDE)) + _HALF
             last = np.float32(sheets[k])
             half = 0
             those = words[k]
@@ -243,8 +261,8 @@ def _sum_sheets(
                     continue
                 m = half * SQUARES + lowest(those)
                 those &= those - one
-                o = m * HAND
-                sheet = hands[o + 7]
+                o = offsets[m]
+                sheet = sheet_of[m]
                 if sheet != last:
                     store(sums, at, depth)
                     store(sums, at + SQUARE, red)
@@ -261,16 +279,13 @@ def _sum_sheets(
                         alive &= ~(one << k)
                         break
                 fragments += shares[m]
-                dx = u - hands[o]
-                dy = v - hands[o + 1]
-                z = dx * (dx * hands[o + 2] + dy * hands[o + 3])
-                w = _footprint(z + dy * dy * hands[o + 4]) * hands[o + 5]
+                w = _footprint(records, o, u, v) * records[o + 5]
                 if limited:
-                    w = select(bound > hands[o + 6], w, _ZERO)
+                    w = select(bound > records[o + 6], w, _ZERO)
                 depth = depth + w
-                red = red + w * hands[o + 8]
-                green = green + w * hands[o + 9]
-                blue = blue + w * hands[o + 10]
+                red = red + w * records[o + 8]
+                green = green + w * records[o + 9]
+                blue = blue + w * records[o + 10]
             sheets[k] = np.int32(last)
             store(sums, at, depth)
             store(sums, at + SQUARE, red)
@@ -285,11 +300,20 @@ def _sum_sheets(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _list_ahead(records: F32, items: I32, some: int, column: int, turn: int) -> int:
+    """List a tile's splats in one of two places; ask for the first ones' records."""
+    listed = items[4 + (turn & 1)]
+    found = list_tile(items[0], items[1], some, column, listed)
+    for m in range(min(found, DEAL)):
+        prefetch(records, listed[m] * RECORD)
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def draw_tiles(
     records: F32, boxes: I32, ranges: I32, numbers: I32, count: int, first: int,
     end: int, across: int, points: bool, cut: Real, sheets_of: F32, limit_mm: F32,
-    last: bool,
-    items: I32, limits: F32, sums: F32, sheets: I32, far: F32, states: F32, depths: F32,
+    is_new: bool, last: bool, items: I32, limits: F32, sums: F32, sheets: I32, far: F32, states: F32, depths: F32,
     alive: I64, image: F32, depth: F32,
 ) -> int:  # fmt: skip
     """Do as the scalar twin."""
@@ -303,23 +327,33 @@ def draw_tiles(
     some = list_run(
         ranges, numbers, count, row, column, last_column, items[0], items[1]
     )
+    ahead = 0
     for t in range(first, end):
-        if alive[t] == 0:
-            continue
+        # while a tile is drawn, the first splats of the next come near
+        if t == first:
+            ahead = _list_ahead(records, items, some, column, 0)
+        found, listed = ahead, items[4 + (t - first & 1)]
         column = t - row * across
+        if t + 1 < end and (is_new or alive[t + 1] != 0):
+            ahead = _list_ahead(records, items, some, column + 1, t + 1 - first)
+        if not is_new and alive[t] == 0:
+            continue
         left = column * TILE_SIDE
+        if is_new:
+            height, width = image.shape[0], image.shape[1]
+            alive[t] = open_tile(left, top, width, height, states[t])
+            depths[t] = np.inf
         limited = limit_mm.size > 0 and limit_tile(limit_mm, left, top, limits)
         bound = limits if limited else limits[:0]
-        listed = items[2, : list_tile(items[0], items[1], some, column, items[2])]
         if sheets_of.size > 0:
             alive[t], pixels = _sum_sheets(
-                records, listed, left, top, sheets_of, cut, bound, with_depth, deal,
-                sums, sheets, far, states[t], depths[t], alive[t],
+                records, boxes, listed[:found], left, top, sheets_of, cut, bound,
+                with_depth, deal, sums, sheets, far, states[t], depths[t], alive[t],
             )  # fmt: skip
         else:
             alive[t], pixels = _blend_splats(
-                records, listed, left, top, points, cut, bound, with_depth, deal,
-                states[t], depths[t], alive[t],
+                records, boxes, listed[:found], left, top, points, cut, bound,
+                with_depth, deal, states[t], depths[t], alive[t],
             )  # fmt: skip
         fragments += pixels
         if last or alive[t] == 0:

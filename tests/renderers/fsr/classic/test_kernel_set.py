@@ -71,6 +71,37 @@ def test_vectors_and_scalars_give_equal_bits(
         np.testing.assert_array_equal(a.depth_mm, b.depth_mm)
 
 
+@pytest.mark.parametrize("thin_mm", [0.5, 0.02, 1e-4])
+@pytest.mark.parametrize("roll", [0.0, 0.3, 0.9, 1.5])
+def test_leaving_squares_out_that_needles_miss_changes_no_bit(
+    team: ThreadTeam, thin_mm: float, roll: float
+) -> None:
+    """Flat voxels on edge, hundreds of pixels long and a few wide, at any slant."""
+    rng = np.random.default_rng(5)
+    values = rng.uniform(60, 120, (4, 4, 5)).astype(np.float32)
+    spacing = np.array([1.0, 0.9, thin_mm])
+    volume = Volume(values, spacing, -spacing * [2.0, 1.5, 1.5])
+    transfer = TransferFunction(
+        np.array([0.0, 200.0]), np.ones((2, 3)), np.array([0.0, 0.5])
+    )
+    scene = Scene(volume, transfer)
+    fuzzy = extract_fuzzy_set(volume, Inclusion.density(0, 120), 50.0)
+    camera = Camera.looking_at(
+        (1.0, -20.0, 0.01),
+        (0, 0, 0),
+        up=(np.sin(roll), 0.0, np.cos(roll)),
+        extent=2.5,
+        size=(230, 190),
+        projection=Projection.ORTHOGRAPHIC,
+    )
+    a, b = (
+        SplatRasterizer(fuzzy, scene, kernels=kernels).draw(camera, team).rgba
+        for kernels in (best_kernels(), scalar_kernels())
+    )
+    assert a[..., 3].max() > 0
+    np.testing.assert_array_equal(a.view(np.uint32), b.view(np.uint32))
+
+
 def test_scalars_serve_where_vectors_do_not_compile(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

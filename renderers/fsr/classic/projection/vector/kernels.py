@@ -10,15 +10,18 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.fsr.classic.fall import WEIGHT
 from renderers.fsr.classic.ordering.kernels import NOWHERE
 from renderers.fsr.classic.projection.kernels import (
     ANTIALIAS,
     ATAN,
     CUT,
+    CUT_SHARE,
     LOG2E,
     OPAQUEST,
     OVERLAP,
     POWER,
+    RECORD,
 )
 from renderers.fsr.classic.tiles import TILE_SHIFT
 from renderers.simd import (
@@ -34,6 +37,7 @@ from renderers.simd import (
     load,
     maximum,
     minimum,
+    prefetch,
     put_rows4,
     rows4,
     select,
@@ -46,6 +50,10 @@ I32 = NDArray[np.int32]
 Real = float | np.float32
 
 _W = 16
+_AHEAD = 6 * _W
+_LINE = 4
+"""Splats in a line of the cache: neighbours mostly follow one another."""
+
 _ONE = np.float32(1)
 _ZERO = np.float32(0)
 _HALF = np.float32(0.5)
@@ -108,6 +116,10 @@ def project_splats(
     visible = 0
     for e in range(0, n, _W):
         met = lanes(_W) < n - e
+        for lane in range(0, _W, _LINE):
+            soon = index[min(e + _AHEAD + lane, n - 1)] * 4
+            prefetch(places, soon)
+            prefetch(paints, soon)
         s = select(met, load(index, e, _W), np.int32(0))
         dx, dy, dz, mass = rows4(places, s)
         dx -= base[0]
@@ -202,10 +214,12 @@ def project_splats(
         depth = z if projection == 2 else distance
         box_x = as_f32(b0 | (b1 << 16))
         box_y = as_f32(b2 | (b3 << 16))
-        curve = side if points else yy / det
-        row = (lanes(_W) + np.int32(e)) * 3
-        put_rows4(records, row, u, v, curve, -xy / det)
-        put_rows4(records, row + 1, xx / det, peak, depth, box_x)
+        inverse = CUT_SHARE / det
+        curve = side if points else yy * inverse
+        gain = peak if points else peak * WEIGHT
+        row = (lanes(_W) + np.int32(e)) * (RECORD // 4)
+        put_rows4(records, row, u, v, curve, xy * inverse * np.float32(-2))
+        put_rows4(records, row + 1, xx * inverse, gain, depth, box_x)
         put_rows4(records, row + 2, red, green, blue, box_y)
         visible += count(met)
     return visible
