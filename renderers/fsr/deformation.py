@@ -23,6 +23,9 @@ GROWTH = 1.1
 SEAM_MM = 1.5
 """From a cut's faces; two discs' diameters at 0.5 mm."""
 
+RIM_STEPS = 4
+"""Grid steps in one of the distance's beside a cut, whose rims are sharp."""
+
 MOST_REFINED = 4
 """Surfels per spacing are not multiplied by more than this: beyond, gaps may show."""
 
@@ -78,9 +81,10 @@ def _moved(
     surfels: Surfels, distance: Volume, deflection: Deflection
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Give places (world) and normals of what is in the balls, as dense as needed."""
+    part = _around(distance, deflection)
     refine = round(float(distance.spacing_mm.max()) / surfels.spacing_mm)
     for times in range(1, MOST_REFINED + 1):
-        q, normals = _within(distance, deflection, refine * times)
+        q, normals = _within(part, deflection, refine * times)
         x = deflection.push_forward(q)
         jacobian = deflection.jacobian(x)
         growth = largest_growth(normals, jacobian)
@@ -90,8 +94,8 @@ def _moved(
     whole = deflection.opening(x) >= SEAM_MM
     if not any(isinstance(part, Cut) for part in deflection.deflectors):
         return x, normals
-    deformed = deflected_distance(distance, deflection)
-    rim, towards = _within(deformed, deflection, refine)
+    deformed = deflected_distance(_finer(part, RIM_STEPS), deflection)
+    rim, towards = _within(deformed, deflection, 1)
     near = deflection.opening(rim) < SEAM_MM
     return (
         np.concatenate([x[whole], rim[near]]),
@@ -99,10 +103,8 @@ def _moved(
     )
 
 
-def _within(
-    distance: Volume, deflection: Deflection, refine: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Find a surface's surfels in a deflection's balls: places (world) and normals."""
+def _around(distance: Volume, deflection: Deflection) -> Volume:
+    """Crop a volume to what holds a deflection's balls, and two voxels more."""
     inverse = distance.voxel_from_world
     top = np.array(distance.shape[::-1])
     low, high = top.copy(), np.zeros(3, int)
@@ -115,13 +117,39 @@ def _within(
     high = np.maximum(high, low + 2)
     (i0, j0, k0), (i1, j1, k1) = low, high
     matrix = distance.world_from_voxel
-    part = Volume(
+    return Volume(
         distance.values[k0:k1, j0:j1, i0:i1],
         distance.spacing_mm,
         matrix[:3, :3] @ low + matrix[:3, 3],
         distance.direction,
         distance.background,
     )
+
+
+def _finer(volume: Volume, steps: int) -> Volume:
+    """Read a volume's trilinear field `steps` times as densely."""
+    values = volume.values.astype(np.float32)
+    for axis in range(3):
+        count = (values.shape[axis] - 1) * steps + 1
+        below, rest = np.divmod(np.arange(count), steps)
+        above = np.minimum(below + 1, values.shape[axis] - 1)
+        share = (rest / np.float32(steps)).astype(np.float32)
+        share = share.reshape([-1 if n == axis else 1 for n in range(3)])
+        low, high = values.take(below, axis), values.take(above, axis)
+        values = low + (high - low) * share
+    return Volume(
+        values,
+        volume.spacing_mm / steps,
+        volume.origin_mm,
+        volume.direction,
+        volume.background,
+    )
+
+
+def _within(
+    part: Volume, deflection: Deflection, refine: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Find a surface's surfels in a deflection's balls: places (world) and normals."""
     found = extract_surfels(part, refine)
     q = found.position.astype(np.float64) + part.origin_mm
     inside = deflection.moves(q)

@@ -51,12 +51,13 @@ class TileStates:
         """
         down, across, _ = self.shape
         starts = range(0, across, RUN)
-        every = [
+        alive = np.logical_or.reduceat(self.alive.reshape(down, across), starts, axis=1)
+        return [
             (row * across + start, row * across + min(start + RUN, across))
-            for row in range(down)
-            for start in starts
+            for row, some in enumerate(alive.tolist())
+            for start, is_alive in zip(starts, some, strict=True)
+            if is_alive
         ]
-        return [(first, end) for first, end in every if self.alive[first:end].any()]
 
     def waiting_sets(self) -> NDArray[np.int32]:
         """Tell where light is taken, see `find_waiting`."""
