@@ -2,8 +2,8 @@
 
     python examples/make_deflections.py
 
-Columns: as it is, pulled aside, turned, swollen, shrunk, cut. Above the ray caster's
-picture of the deformed tissue, below that of displaced splats.
+Columns: as it is, pulled aside, turned, swollen, shrunk, cut. Above what bent rays see,
+below displaced splats.
 """
 
 import math
@@ -62,9 +62,9 @@ def main() -> None:
     columns = []
     for name, deflection in KINDS.items():
         deformed = deflected_scene(scene, deflection)
-        rays, gain = finished(
-            deformed, ActiveRayTracer(deformed).gbuffer(camera), camera, None
-        )
+        # light and tint of both are those of the deformed tissue
+        bent = ActiveRayTracer(scene, deflection=deflection).gbuffer(camera)
+        rays, gain = finished(deformed, bent, camera, None)
         splatter = FuzzySetRenderer(scene, deflection=deflection)
         splats, _ = finished(deformed, splatter.gbuffer(camera), camera, gain)
         splatter.close()

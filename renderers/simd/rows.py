@@ -254,14 +254,13 @@ def store_groups(typingctx: Any, array: Any, index: Any, step: Any, x: Any) -> A
     return signature(types.void, array, types.intp, types.intp, x), generate
 
 
-def _store_interleaved(
-    context: Any, builder: Any, kind: Any, array: Any, place: Any, step: Any, rest: Any
-) -> Any:
+def _store_interleaved(context: Any, builder: Any, kind: Any, args: Any) -> Any:
     """Store every group of four lanes of some vectors as a run of tuples."""
+    array, place, step, *rest = args
     base = data(context, builder, kind, array)
     n = rest[0].type.count
     none = ir.Constant(rest[0].type, ir.Undefined)
-    front = concatenate(builder, list(rest[:2]))
+    front = concatenate(builder, rest[:2])
     back = concatenate(builder, [rest[2], rest[3] if len(rest) > 3 else none])
     run = ir.VectorType(ELEMENTS["f32"], 4 * len(rest))
     for first in range(0, n, 4):
@@ -289,7 +288,7 @@ def store_triples(
         return None
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return _store_interleaved(context, builder, sig.args[0], *args[:3], args[3:])
+        return _store_interleaved(context, builder, sig.args[0], args)
 
     sig = signature(types.void, array, types.intp, types.intp, x, x, x)
     return sig, generate
@@ -304,7 +303,7 @@ def store_quads(
         return None
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return _store_interleaved(context, builder, sig.args[0], *args[:3], args[3:])
+        return _store_interleaved(context, builder, sig.args[0], args)
 
     sig = signature(types.void, array, types.intp, types.intp, x, x, x, x)
     return sig, generate

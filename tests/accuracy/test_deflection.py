@@ -52,27 +52,76 @@ def phantom() -> Phantom:
     return build_phantom(PhantomParameters(), SPACING_MM, field_mm=box)
 
 
-def camera() -> Camera:
-    return Camera.looking_at(EYE, PLACE, extent=np.radians(40.0), size=(SIZE, SIZE))
+VIEWS = {
+    "front": (EYE, PLACE, 40.0),
+    "near": (np.array([-5.3, 11.55, 22.38]), PLACE, 40.0),
+    "aside": (np.array([-6.135, 8.932, 20.259]), np.array([-5.9, 15.3, 22.0]), 50.0),
+    "below": (np.array([-4.735, 7.632, 16.059]), PLACE, 35.0),
+}
+
+
+def camera(view: str = "front") -> Camera:
+    eye, target, extent_deg = VIEWS[view]
+    extent = np.radians(extent_deg)
+    return Camera.looking_at(eye, target, extent=extent, size=(SIZE, SIZE))
 
 
 def shown(
-    scene: Scene, buffer: GBuffer, gain: float | None
+    scene: Scene, buffer: GBuffer, gain: float | None, view: str = "front"
 ) -> tuple[NDArray[np.uint8], float]:
     assert scene.surface is not None
     shader = ScopeShader(scene.surface, Tier.LIVE, threads=2)
     return scope_picture(
-        buffer, camera(), shader, CameraPass(threads=2), ScopeLight(), gain
+        buffer, camera(view), shader, CameraPass(threads=2), ScopeLight(), gain
     )
+
+
+def scene_of(phantom: Phantom) -> Scene:
+    surface = AirSurface(phantom.distance, phantom.blood, phantom.skin)
+    return Scene(phantom.ct, classic_transfer_function(), surface=surface)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", list(KINDS))
+def test_displaced_splats_show_what_bent_rays_see(phantom: Phantom, name: str) -> None:
+    """The same maps, one asked by rays, the other inverted for splats.
+
+    SSIM .981 to .993 and 1.5 to 3.7 codes were measured, with the cut .976 and 5.6.
+    """
+    scene = scene_of(phantom)
+    deflection = Deflection(KINDS[name])
+    # what light falls on is read from the deformed tissue for both
+    deformed = deflected_scene(scene, deflection)
+    splats = FuzzySetRenderer(scene, deflection=deflection)
+    rays, straight = (
+        ActiveRayTracer(scene, deflection=deflection),
+        ActiveRayTracer(scene),
+    )
+    for view in VIEWS:
+        met, found = rays.gbuffer(camera(view)), splats.gbuffer(camera(view))
+        assert rays.report is not None
+        assert rays.report.counters["bent"] > 0
+        wanted, gain = shown(deformed, met, None, view)
+        picture, _ = shown(deformed, found, gain, view)
+        still, _ = shown(scene, straight.gbuffer(camera(view)), gain, view)
+        assert rmse_codes(still, wanted) > 11, "it moves"
+        assert ssim(picture, wanted) >= 0.97, view
+        assert rmse_codes(picture, wanted) <= 7.0, view
+        assert np.all(found.coverage[met.coverage > 0] == 1), f"holes seen from {view}"
+    splats.close()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name in KINDS if name != "cut"])
 def test_deformed_tissue_looks_the_same_by_splats_and_by_rays(
     phantom: Phantom, name: str
 ) -> None:
-    surface = AirSurface(phantom.distance, phantom.blood, phantom.skin)
-    scene = Scene(phantom.ct, classic_transfer_function(), surface=surface)
+    """Rays that know no deflectors, through the deformed tissue on its own grid.
+
+    A grid of .7 mm rounds a cut's rims: rays through it are 12 to 18 codes from bent
+    ones, so that with a cut it is no judge.
+    """
+    scene = scene_of(phantom)
     deflection = Deflection(KINDS[name])
     deformed = deflected_scene(scene, deflection)
     splats = FuzzySetRenderer(scene, deflection=deflection)

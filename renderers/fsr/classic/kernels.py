@@ -257,8 +257,8 @@ def _sum_sheets(
 def draw_tiles(
     records: F32, boxes: I32, ranges: I32, numbers: I32, count: int, first: int,
     end: int, across: int, points: bool, cut: Real, sheets_of: F32, limit_mm: F32,
-    is_new: bool, last: bool, items: I32, limits: F32, sums: F32, sheets: I32, far: F32, states: F32, depths: F32,
-    alive: I64, image: F32, depth: F32,
+    is_new: bool, last: bool, items: I32, limits: F32, sums: F32, sheets: I32, far: F32,
+    states: F32, depths: F32, alive: I64, image: F32, depth: F32,
 ) -> int:  # fmt: skip
     """Blend splats into tiles, near ones first; write the tiles that are finished.
 

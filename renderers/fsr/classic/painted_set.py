@@ -23,9 +23,10 @@ class PaintedSet:
     Ambient and diffuse light only: like the 1995 renderer, it varies no highlights
     from splat to splat. Neither depends on the eye.
 
-    rows: where splats are; grid: of all views of them. places: ``(n, 4)`` float32, grid place (i, j, k) and
-    extinction times volume (mm^2). paints: ``(n, 4)`` float32 linear RGB, lit, and
-    the size in grid steps. columns: ``(n,)`` float32, grid place i once more.
+    rows: where splats are; grid: what their views share. places: ``(n, 4)`` float32,
+    grid place (i, j, k) and extinction times volume (mm^2). paints: ``(n, 4)`` float32
+    linear RGB, lit, and the size in grid steps. columns: ``(n,)`` float32, grid place
+    i once more.
     row_numbers, row_extents, row_places: the rows that hold any, see `clip_set`.
     widest_mm: the largest spacing. sheet_mm: thickness of a sheet.
     """

@@ -171,7 +171,6 @@ class SplatRasterizer:
     ) -> int:
         """Draw a projected piece of a list; give the fragments."""
         tiles, projected = self._tiles, self._splats
-        height, width, _ = canvas.image.shape
         across = tiles.shape[1]
         records = projected.records.reshape(-1)
         boxes = projected.boxes.reshape(-1)

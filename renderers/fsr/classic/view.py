@@ -62,7 +62,7 @@ def grid_of(rows: SparseRows) -> Grid:
     corners_mm = matrix[:3, :3] @ corners + matrix[:3, 3:]
     middle_mm = corners_mm.mean(axis=1)
     radius_mm = float(np.linalg.norm(corners_mm.T - middle_mm, axis=1).max())
-    inverse = np.linalg.inv(matrix)[:3]
+    inverse = np.asarray(np.linalg.inv(matrix)[:3], np.float64)
     return Grid(matrix[:3, :3], inverse, top, corners_mm, middle_mm, radius_mm)
 
 

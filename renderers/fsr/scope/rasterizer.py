@@ -16,6 +16,7 @@ from renderers.fsr.scope.kernel_set import KernelSet, best_kernels
 from renderers.fsr.scope.kernels import fill_holes
 from renderers.fsr.scope.rims.sharpening import RimSharpener
 from renderers.fsr.scope.scratch import TileScratch, lined_up
+from renderers.fsr.scope.seams import Seams
 from renderers.fsr.scope.tiles import (
     MOST_TILES,
     RAY,
@@ -89,7 +90,9 @@ class SurfelRasterizer:
     ) -> None:
         self._kernels = kernels or best_kernels()
         coarse, fine = extract_surfels(distance), extract_surfels(distance, refine=2)
+        self._seams = None
         if deflection is not None:
+            self._seams = Seams(distance, deflection)
             coarse = displace_surfels(coarse, distance, deflection)
             fine = displace_surfels(fine, distance, deflection)
             distance = deflected_distance(distance, deflection)
@@ -197,6 +200,10 @@ class SurfelRasterizer:
             asked, moved = self._rims.sharpen(camera, team, result)
             self.counters["rim pixels asked"] = asked
             self.counters["rim pixels moved"] = moved
+        if self._seams is not None:
+            asked, moved = self._seams.settle(camera, result)
+            self.counters["seam pixels asked"] = asked
+            self.counters["seam pixels moved"] = moved
         return result
 
     def _project(self, camera: Camera, team: ThreadTeam) -> int:

@@ -218,8 +218,8 @@ def _end_sheet(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sum_sheets(
-    records: F32, boxes: I32, items: I32, left: int, top: int, sheets_of: F32, cut: Real,
-    limits: F32, with_depth: bool, deal: Any,
+    records: F32, boxes: I32, items: I32, left: int, top: int, sheets_of: F32,
+    cut: Real, limits: F32, with_depth: bool, deal: Any,
     sums: F32, sheets: I32, far: F32, state: F32, depths: F32, alive: Any,
 ) -> Any:  # fmt: skip
     """Do as the scalar twin, square by square."""
@@ -313,8 +313,8 @@ def _list_ahead(records: F32, items: I32, some: int, column: int, turn: int) -> 
 def draw_tiles(
     records: F32, boxes: I32, ranges: I32, numbers: I32, count: int, first: int,
     end: int, across: int, points: bool, cut: Real, sheets_of: F32, limit_mm: F32,
-    is_new: bool, last: bool, items: I32, limits: F32, sums: F32, sheets: I32, far: F32, states: F32, depths: F32,
-    alive: I64, image: F32, depth: F32,
+    is_new: bool, last: bool, items: I32, limits: F32, sums: F32, sheets: I32, far: F32,
+    states: F32, depths: F32, alive: I64, image: F32, depth: F32,
 ) -> int:  # fmt: skip
     """Do as the scalar twin."""
     fragments = 0
