@@ -108,7 +108,7 @@ def open_tile(left: int, top: int, width: int, height: int, state: F32) -> Any:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _close_tile(
+def close_tile(
     state: F32, depths: F32, left: int, top: int, with_depth: bool, image: F32,
     depth: F32,
 ) -> None:  # fmt: skip
@@ -309,5 +309,5 @@ def draw_tiles(
             )  # fmt: skip
         fragments += pixels
         if last or alive[t] == 0:
-            _close_tile(states[t], depths[t], left, top, with_depth, image, depth)
+            close_tile(states[t], depths[t], left, top, with_depth, image, depth)
     return fragments

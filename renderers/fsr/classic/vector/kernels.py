@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from renderers.fsr.classic.dealing.kernels import DEAL, deal_splats, room_for_deal
 from renderers.fsr.classic.fall import BEND, EDGE, REST, SHIFT
-from renderers.fsr.classic.kernels import DARK, limit_tile, open_tile
+from renderers.fsr.classic.kernels import DARK, close_tile, limit_tile, open_tile
 from renderers.fsr.classic.ordering.vector.kernels import list_run, list_tile
 from renderers.fsr.classic.projection.kernels import RECORD
 from renderers.fsr.classic.projection.vector.kernels import absorbed
@@ -69,34 +69,19 @@ def _close_tile(
 ) -> None:  # fmt: skip
     """Write a tile's part of the picture: premultiplied RGBA, and depth if wanted."""
     height, width = image.shape[0], image.shape[1]
+    if left + TILE_SIDE > width or top + TILE_SIDE > height:
+        close_tile(state, depths, left, top, with_depth, image, depth)
+        return
     for k in range(SQUARES):
-        x = left + k % ACROSS * SIDE
-        y = top + k // ACROSS * SIDE
-        if x >= width or y >= height:
-            continue
+        pixel = (top + k // ACROSS * SIDE) * width + left + k % ACROSS * SIDE
         at = k * STATE
-        if x + SIDE <= width and y + SIDE <= height:
-            alpha = _ONE - load(state, at, SQUARE)
-            red = load(state, at + SQUARE, SQUARE)
-            green = load(state, at + 2 * SQUARE, SQUARE)
-            blue = load(state, at + 3 * SQUARE, SQUARE)
-            place = 4 * (y * width + x)
-            store_quads(image, place, 4 * width, red, green, blue, alpha)
-            if with_depth:
-                store_groups(
-                    depth, y * width + x, width, load(depths, k * SQUARE, SQUARE)
-                )
-            continue
-        for p in range(SQUARE):
-            a = x + p % SIDE
-            b = y + p // SIDE
-            if a < width and b < height:
-                image[b, a, 0] = state[at + SQUARE + p]
-                image[b, a, 1] = state[at + 2 * SQUARE + p]
-                image[b, a, 2] = state[at + 3 * SQUARE + p]
-                image[b, a, 3] = _ONE - state[at + p]
-                if with_depth:
-                    depth[b, a] = depths[k * SQUARE + p]
+        alpha = _ONE - load(state, at, SQUARE)
+        red = load(state, at + SQUARE, SQUARE)
+        green = load(state, at + 2 * SQUARE, SQUARE)
+        blue = load(state, at + 3 * SQUARE, SQUARE)
+        store_quads(image, 4 * pixel, 4 * width, red, green, blue, alpha)
+        if with_depth:
+            store_groups(depth, pixel, width, load(depths, k * SQUARE, SQUARE))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
