@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from anatomy import classic_transfer_function, sinus_phantom
 from renderers.art import ActiveRayTracer, Quality
+from renderers.reference import render_reference
 from renderers.scene import (
     Camera,
     PhongMaterial,
@@ -169,3 +170,32 @@ def test_a_head_is_within_the_tolerances_of_each_quality() -> None:
             for p in (found, truth)
         ]
         assert ssim(*codes) > likeness, name
+
+
+def test_fine_steps_find_what_gauss_steps_find() -> None:
+    """Noise, a spike and a jump; another method, in float64, from kink to kink."""
+    values = np.random.default_rng(6).uniform(-100, 100, (6, 7, 5)).astype(np.float32)
+    volume = Volume(values, np.array([1.0, 0.8, 1.3]), np.array([-2.0, -3, -2]))
+    nodes = np.array([-40.0, -5, 0, 5, 30, 30.001, 90])
+    transfer = TransferFunction(
+        nodes,
+        np.random.default_rng(7).random((7, 3)),
+        np.array([0, 0, 3, 0.1, 0.1, 1, 2]),
+    )
+    scene = Scene(volume, transfer, (), PhongMaterial(1, 0, 0))
+    camera = Camera.looking_at(
+        [-7.0, -9, 4], [0.3, -0.4, 0.2], extent=0.2, size=(8, 8),
+        projection=Projection.PERSPECTIVE,
+    )  # fmt: skip
+    truth = render_reference(scene, camera, 1 / 64, shaded=False, rule="gauss")
+    errors = [
+        image_error(
+            ActiveRayTracer(scene, Quality(step, 0.0, classification="integrated"))
+            .render(camera)
+            .rgba,
+            truth,
+        ).max
+        for step in (1 / 8, 1 / 32, 1 / 128)
+    ]
+    assert errors[-1] < 1e-4
+    assert math.log2(errors[0] / errors[-1]) / 4 > 1.5

@@ -80,6 +80,26 @@ def tilt(k0: Lanes, k1: Lanes, tau: Lanes, a: Lanes) -> Lanes:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _whole_pieces(
+    sums: F32, first: Lanes, last: Lanes, beyond: Lanes, scale: Lanes
+) -> tuple[Lanes, Lanes, Lanes, Lanes]:
+    """Give opacities and colours of the pieces from `first` up to `last`.
+
+    A function of its own, as `between_nodes` is.
+    """
+    d1, s1, x1, y1, z1, w1, m1, n1 = rows8(sums, select(beyond, last, 0))
+    d0, s0, x0, y0, z0, w0, m0, n0 = rows8(sums, select(beyond, first, 0))
+    depth = (d1 - d0) + (s1 - s0)
+    some = depth > ZERO
+    return (
+        opacity(depth * scale),
+        select(some, ((x1 - x0) + (y1 - y0)) / depth, ZERO),
+        select(some, ((z1 - z0) + (w1 - w0)) / depth, ZERO),
+        select(some, ((m1 - m0) + (n1 - n0)) / depth, ZERO),
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def beyond_nodes(
     extinction: F32, color: F32, sums: F32, crossing: Lanes,
     p0: Lanes, p1: Lanes, scale: Lanes, v1: Lanes, e1: Lanes,
@@ -88,8 +108,7 @@ def beyond_nodes(
     """Add what lies behind the first node on their way to segments that cross nodes.
 
     scale: mm a unit of density. v1, p1, e1, r1, g1, b1: of the segments' far ends.
-    a0, r0, g0, b0: what lies before the node. A function of its own, as
-    `between_nodes` is.
+    a0, r0, g0, b0: what lies before the node.
     """
     p0, p1 = select(crossing, p0, 0), select(crossing, p1, 0)
     rising = p1 > p0
@@ -98,14 +117,7 @@ def beyond_nodes(
     am, rm, gm, bm = a0 * ZERO, a0 * ZERO, a0 * ZERO, a0 * ZERO
     beyond = crossing & (last > first)
     if any_(beyond):
-        d1, s1, x1, y1, z1, w1, m1, n1 = rows8(sums, select(beyond, last, 0))
-        d0, s0, x0, y0, z0, w0, m0, n0 = rows8(sums, select(beyond, first, 0))
-        depth = (d1 - d0) + (s1 - s0)
-        some = depth > ZERO
-        am = opacity(depth * scale)
-        rm = select(some, ((x1 - x0) + (y1 - y0)) / depth, ZERO)
-        gm = select(some, ((z1 - z0) + (w1 - w0)) / depth, ZERO)
-        bm = select(some, ((m1 - m0) + (n1 - n0)) / depth, ZERO)
+        am, rm, gm, bm = _whole_pieces(sums, first, last, beyond, scale)
     node = select(rising, last, first)
     at_node, _, ke, _ = rows4(extinction, node)
     kr, kg, kb, _ = rows4(color, node)

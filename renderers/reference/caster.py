@@ -1,14 +1,17 @@
 """The plain, slow, double-precision ray caster that both renderers are judged by.
 
-Nothing is skipped, cut off, tabulated or shared: numpy in float64, one array operation
-for each sample of all rays. It draws mode `classic`.
+Nothing is skipped, cut off, tabulated or shared: numpy in float64. It draws mode
+`classic`, either with the samples that the ray tracer takes, at the middles of equal
+steps, or as exactly as it can.
 """
 
 import math
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.reference.quadrature import faces, gauss_ray, kinks, steps_between
 from renderers.scene import Camera, Scene, Volume
 from renderers.scene.deflection import Deflection
 
@@ -23,6 +26,7 @@ def render_reference(
     *,
     shaded: bool = True,
     deflection: Deflection | None = None,
+    rule: Literal["midpoint", "gauss"] = "midpoint",
 ) -> NDArray[np.float64]:
     """Cast the camera's rays; return premultiplied linear RGBA, ``(h, w, 4)``.
 
@@ -32,11 +36,25 @@ def render_reference(
     shaded: False leaves out the lights and uses the transfer function's colours.
     deflection: bends the rays; samples are taken where they lead, lengths are those of
         the straight ray.
+    rule: "gauss" cuts rays at faces of voxels and where the density passes a node of
+        the transfer function, into steps no longer than `step_mm`, with two Gauss
+        points each: fourth order, jumps included; 1e-9 in the scenes with closed forms
+        (`renderers.reference.quadrature`). One ray after the other: slow.
     """
     if not (math.isfinite(step_mm) and step_mm > 0):
         raise ValueError(f"step must be a positive length in mm, got {step_mm!r}")
     origins, directions = (a.reshape(-1, 3) for a in camera.rays())
     gradient = sobel_gradient(scene.volume) if shaded else None
+    if rule == "gauss":
+        if deflection is not None and deflection.deflectors:
+            raise ValueError(
+                "bent rays have kinks that rule gauss does not know; take rule midpoint"
+            )
+        pixels = [
+            _cast_exactly(scene, origin, way, step_mm, gradient)
+            for origin, way in zip(origins, directions, strict=True)
+        ]
+        return np.array(pixels).reshape(camera.height, camera.width, 4)
     bent = deflection or Deflection()
     result = np.zeros((len(origins), 4))
     for first in range(0, len(origins), _RAYS_AT_ONCE):
@@ -137,6 +155,44 @@ def _cast(
         color[on] += weight[:, None] * radiance
         clear[on] -= weight
     return np.column_stack([color, 1 - clear])
+
+
+def _cast_exactly(
+    scene: Scene,
+    origin: NDArray[np.float64],
+    way: NDArray[np.float64],
+    step_mm: float,
+    gradient: NDArray[np.float64] | None,
+) -> NDArray[np.float64]:
+    """Give one pixel by rule gauss, ``(4,)``."""
+    volume = scene.volume
+    (near,), (far,) = box_interval(volume, origin[None], way[None])
+    if not near < far:
+        return np.zeros(4)
+    low, high = volume.value_range
+
+    def density(t: NDArray[np.float64]) -> NDArray[np.float64]:
+        points = origin + t[:, None] * way
+        return _interpolate(volume, volume.values[..., None], points)[:, 0]
+
+    def medium(
+        t: NDArray[np.float64],
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        points = origin + t[:, None] * way
+        color, kappa = scene.transfer_function.evaluate(density(t))
+        if gradient is not None:
+            slope = _interpolate(volume, gradient, points)
+            ways = np.broadcast_to(way, points.shape)
+            color = _shade(scene, color, slope, points, ways, 1e-6 * (high - low))
+        return color, kappa
+
+    matrix = volume.voxel_from_world
+    start = matrix[:3, :3] @ origin + matrix[:3, 3]
+    ends = faces(start, matrix[:3, :3] @ way, near, far)
+    bends = kinks(density, ends, scene.transfer_function.nodes)
+    cuts = steps_between(np.unique(np.concatenate([ends, bends])), step_mm)
+    light, clear = gauss_ray(medium, cuts)
+    return np.append(light, 1 - clear)
 
 
 def _interpolate(
