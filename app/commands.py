@@ -267,6 +267,7 @@ def emulator(*, words: EmulatorWords = NOTHING_TYPED) -> int:
 def bench(
     *,
     suite: tuple[str, ...] = (),
+    only: str = "",
     quick: Flag = False,
     out: Path = Path("out/bench"),
     fresh: Flag = False,
@@ -278,6 +279,8 @@ def bench(
     ----------
     suite
         Suites to run; all of them when left out.
+    only
+        Measure the rows whose case/mode holds this text, and their baselines.
     quick
         Small sizes, for a first look.
     out
@@ -287,7 +290,9 @@ def bench(
     """
     from benchmarks.runner import run_bench
 
-    return run_bench(suites=suite, quick=quick, out=out, fresh=fresh, as_json=json)
+    return run_bench(
+        suites=suite, quick=quick, out=out, fresh=fresh, as_json=json, only=only
+    )
 
 
 @app.command

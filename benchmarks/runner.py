@@ -69,13 +69,19 @@ RESULTS_FILE = "results.json"
 
 
 def run_bench(
-    *, suites: tuple[str, ...], quick: bool, out: Path, fresh: bool, as_json: bool
+    *,
+    suites: tuple[str, ...],
+    quick: bool,
+    out: Path,
+    fresh: bool,
+    as_json: bool,
+    only: str = "",
 ) -> int:
     """Measure, going on from what an interrupted run left in `out`.
 
-    suites: names; empty for all. Rows of the same sources, machine and settings are
-    kept. Ctrl-C leaves the rows finished so far. Raises ValueError for an unknown
-    suite or a file in the way.
+    suites: names; empty for all. only: a text that a row's case/mode must hold. Rows of
+    the same sources, machine and settings are kept. Ctrl-C leaves the rows finished so
+    far. Raises ValueError for an unknown suite or a file in the way.
     """
     unknown = [name for name in suites if name not in SUITES]
     if unknown:
@@ -86,7 +92,8 @@ def run_bench(
     path = out / RESULTS_FILE
     results = Results() if fresh else load_results(path)
     with Stages(quiet=as_json) as stages:
-        runner = Runner(results, path, stages, limit_s=QUICK_LIMIT_S if quick else None)
+        limit_s = QUICK_LIMIT_S if quick else None
+        runner = Runner(results, path, stages, limit_s=limit_s, only=only)
         try:
             for done, (name, suite) in enumerate(chosen.items(), start=1):
                 runner.run_suite(name, suite, quick, share=done / len(chosen))
@@ -113,11 +120,13 @@ class Runner:
         stages: Stages,
         *,
         limit_s: float | None = None,
+        only: str = "",
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Drop rows that other sources or another machine made.
 
-        limit_s: begin no task that would end later, counted from now.
+        limit_s: begin no task that would end later, counted from now. only: measure
+        tasks whose case/mode holds that text, and what they are compared with.
         """
         here, sources = machine(), commit()
         results.rows[:] = [
@@ -130,6 +139,7 @@ class Runner:
         self._stages = stages
         self._clock = clock
         self._limit_s = limit_s
+        self._only = only
         self._began = clock()
         self._end: float | None = None
         self._measured: dict[tuple[str, str, str], Row] = {}
@@ -147,7 +157,8 @@ class Runner:
             finished = {row.key for row in self._results.rows}
             for done, task in enumerate(tasks):
                 self._stages(f"Suite {name}", done / len(tasks))
-                if task.key not in finished:
+                wanted = self._only in f"{task.case}/{task.mode}"
+                if wanted and task.key not in finished:
                     self._measure(task, tasks)
         self._stages(f"Suite {name}", 1.0)
 

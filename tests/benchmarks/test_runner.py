@@ -52,10 +52,12 @@ def run(
     path: Path,
     limit_s: float | None = None,
     clock: Callable[[], float] | None = None,
+    only: str = "",
 ) -> Results:
     with Stages(quiet=True) as stages:
         extra = {} if clock is None else {"clock": clock}
-        runner = Runner(load_results(path), path, stages, limit_s=limit_s, **extra)
+        results = load_results(path)
+        runner = Runner(results, path, stages, limit_s=limit_s, only=only, **extra)
         runner.run_suite("s", suite, quick=True)
     return load_results(path)
 
@@ -153,6 +155,23 @@ def test_a_two_thread_row_is_compared_by_the_wall_clock() -> None:
     baseline = make_row(wall, slower, None)
     assert make_row(wall, made, baseline).ratio == pytest.approx(3.0)
     assert make_row(task, made, baseline).ratio == pytest.approx(12.0)
+
+
+@pytest.mark.parametrize(
+    ("only", "measured"),
+    [
+        ("", ["peer", "own", "alone"]),
+        ("wall/own", ["peer", "own"]),
+        ("peer", ["peer"]),
+        ("no such row", []),
+    ],
+)
+def test_rows_are_chosen_by_a_text_with_their_baselines(
+    tmp_path: Path, only: str, measured: list[str]
+) -> None:
+    calls: list[str] = []
+    run(ThreeTasks(calls), tmp_path / "results.json", only=only)
+    assert calls == measured
 
 
 def test_an_unknown_suite_is_refused_by_name(tmp_path: Path) -> None:
