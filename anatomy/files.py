@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from anatomy.volume_header import check_header
-from renderers.scene import AIR_HU, Volume, whole_file
+from disk import whole_file
+from renderers.scene import AIR_HU, Volume
 
 _HEADER_TOLERANCE = 1e-3
 """Largest departure from orthonormal axes that counts as rounding in a header."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.scene import whole_file
+from disk import whole_file
 
 
 def save_exr(

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.schema import Row
-from renderers.scene import whole_file
+from disk import whole_file
 
 QUANTITIES = ("wall", "see-through", "shaded", "surface", "picture")
 PANEL_INCHES = (3.8, 3.6)

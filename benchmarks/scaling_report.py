@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.schema import Row
-from renderers.scene import whole_file
+from disk import whole_file
 
 SUITE = "art-scaling"
 NAME = "art-scaling"

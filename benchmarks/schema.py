@@ -11,7 +11,7 @@ from typing import Literal
 import msgspec
 
 from benchmarks.machine import Machine
-from renderers.scene import whole_file
+from disk import whole_file
 
 SCHEMA_VERSION = 1
 

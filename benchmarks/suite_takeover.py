@@ -72,12 +72,12 @@ class TakeoverPlan:
     def _request(self, case: str) -> SnapshotRequest:
         if case == RAYS:
             subject = subjects(self._quick)[0].subject
-            size = 256 if self._quick else 1024
+            size = 256 if self._quick else 512
             camera = subject.views["inside"].camera(size, Projection.PERSPECTIVE)
             return self._client.request_classic(
-                subject.scene, camera, quality="reference", samples=4
+                subject.scene, camera, quality="final", samples=4
             )
-        view = acceptance_views(64 if self._quick else 256)[1]
+        view = acceptance_views(64 if self._quick else 128)[1]
         surface = nasal_scene(view.head).surface
         if surface is None:
             raise UnavailableError("the view has no air surface")

@@ -5,8 +5,6 @@ samples changed. Floats are written with the shortest digits that read back to t
 same bits.
 """
 
-import os
-import tempfile
 from pathlib import Path
 from typing import Literal
 
@@ -15,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.probe_path import ProbePath
+from disk import whole_file
 
 COLUMNS = (
     "t_s",
@@ -100,16 +99,8 @@ def save_probe_path(path: ProbePath, file: Path | str) -> None:
         msgspec.json.encode([*row, button])
         for row, button in zip(table, path.buttons.tolist(), strict=True)
     )
-    handle, partial = tempfile.mkstemp(dir=file.parent, prefix=file.name)
-    try:
-        with os.fdopen(handle, "wb") as out:
-            out.write(header[:-1] + b',"rows":[\n' + rows + b"\n]}\n")
-        # mkstemp makes files that only their owner may read.
-        os.chmod(partial, 0o644)
-        os.replace(partial, file)
-    except BaseException:
-        os.unlink(partial)
-        raise
+    with whole_file(file, makes_folder=False) as beside:
+        beside.write_bytes(header[:-1] + b',"rows":[\n' + rows + b"\n]}\n")
 
 
 def _path_from_table(name: str, source: str, table: NDArray[np.float64]) -> ProbePath:

@@ -2,9 +2,6 @@
 
 import importlib
 import json
-import os
-import tempfile
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
 
@@ -14,6 +11,7 @@ from numpy.typing import NDArray
 
 from devices.registration import Registration
 from devices.registration_error import RegistrationError, RegistrationReason
+from disk import whole_file
 
 LARGEST_FILE_BYTES = 10_000_000
 
@@ -85,10 +83,8 @@ def save_registration(path: Path, record: RegistrationRecord) -> None:
     values = msgspec.to_builtins(record)
     text = json.dumps(values, indent=2, allow_nan=False) + "\n"
 
-    def write(name: str) -> None:
-        Path(name).write_text(text, encoding="utf-8")
-
-    _replace(path, ".json", write)
+    with whole_file(path, makes_folder=False) as beside:
+        beside.write_text(text, encoding="utf-8")
 
 
 def load_registration(path: Path) -> RegistrationRecord:
@@ -125,10 +121,8 @@ def save_itk_transform(path: Path, world_from_device: NDArray[np.float64]) -> No
     transform.SetMatrix(device_from_world[:3, :3].ravel().tolist())
     transform.SetTranslation(device_from_world[:3, 3].tolist())
 
-    def write(name: str) -> None:
-        sitk.WriteTransform(transform, name)
-
-    _replace(path, ".tfm", write)
+    with whole_file(path, makes_folder=False) as beside:
+        sitk.WriteTransform(transform, str(beside))
 
 
 def _not_one(path: Path, why: str) -> RegistrationError:
@@ -136,16 +130,3 @@ def _not_one(path: Path, why: str) -> RegistrationError:
         RegistrationReason.FILE,
         f"{path} gives no registration: {why}; make one with `paravol register`.",
     )
-
-
-def _replace(path: Path, suffix: str, write: Callable[[str], None]) -> None:
-    handle, name = tempfile.mkstemp(dir=path.absolute().parent, suffix=suffix)
-    os.close(handle)
-    try:
-        write(name)
-        # mkstemp makes files that only their owner may read.
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        os.unlink(name)
-        raise

@@ -23,7 +23,7 @@ import msgspec
 import numpy as np
 
 from devices.closing import Closing
-from renderers.scene import whole_file
+from disk import whole_file
 from scenarios.session import Sample
 
 SCHEMA_VERSION = 1

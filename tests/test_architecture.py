@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("anatomy", "app", "benchmarks", "devices", "renderers", "scenarios")
+PACKAGES = (
+    *("anatomy", "app", "benchmarks", "devices", "disk", "renderers", "scenarios"),
+)
 SOURCES = sorted(p for name in PACKAGES for p in (ROOT / name).rglob("*.py"))
 TESTS = sorted((ROOT / "tests").rglob("*.py"))
 FACES = [p for p in SOURCES if p.name == "__init__.py"]

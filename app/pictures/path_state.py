@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from app.pictures.studio import Fineness, Studio
 from app.pictures.view_file import ViewFile
-from renderers.scene import whole_file
+from disk import whole_file
 
 
 def key_of(studio: Studio, view: ViewFile, fineness: Fineness) -> str:

@@ -12,9 +12,10 @@ import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 
+from disk import whole_file
 from renderers.art.deflectors import DeflectorSpec, to_deflection
 from renderers.art.job import Amount, Axis, Pixels, Point, Positive, Row
-from renderers.scene import Camera, Projection, whole_file
+from renderers.scene import Camera, Projection
 
 T = TypeVar("T")
 

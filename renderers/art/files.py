@@ -1,9 +1,9 @@
 """Files that other processes read: whole or not at all."""
 
 import os
-import tempfile
 from pathlib import Path
 
+from disk import whole_file
 from renderers.art.steps import Step, reached
 
 HIDDEN = ".tmp-"
@@ -20,18 +20,14 @@ def write_whole(
     time twice; do without for what is soon replaced, or see `make_last`. Raise OSError
     when the disk refuses.
     """
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=HIDDEN)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(record)
-            if lasting:
-                file.flush()
-                os.fsync(file.fileno())
+    # A job that was pruned meanwhile is not to be brought back.
+    with whole_file(
+        path, prefix=HIDDEN, ending="", mode=0o600, makes_folder=False
+    ) as beside:
+        beside.write_bytes(record)
+        if lasting:
+            make_last(beside)
         reached(Step.FILE_WRITTEN)
-        os.replace(name, path)
-    except BaseException:
-        os.unlink(name)
-        raise
     if lasting:
         make_last(path.parent)
 

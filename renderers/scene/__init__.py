@@ -14,7 +14,6 @@ from renderers.scene.transfer import (
     opacity_from_extinction,
 )
 from renderers.scene.volume import AIR_HU, Volume
-from renderers.scene.whole_file import whole_file
 
 __all__ = [
     "AIR_HU",
@@ -41,5 +40,4 @@ __all__ = [
     "save_png",
     "srgb_from_linear",
     "ssim",
-    "whole_file",
 ]

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.scene.whole_file import whole_file
+from disk import whole_file
 
 
 def srgb_from_linear(linear: NDArray[np.floating]) -> NDArray[np.float32]:

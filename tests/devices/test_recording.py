@@ -56,7 +56,7 @@ def test_a_failed_write_leaves_the_old_file(
     def full(*names: object) -> None:
         raise OSError("disk full")
 
-    monkeypatch.setattr("devices.recording.os.replace", full)
+    monkeypatch.setattr("os.replace", full)
     with pytest.raises(OSError, match="disk full"):
         save_probe_path(short_path, file)
     assert file.read_bytes() == before

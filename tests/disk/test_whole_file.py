@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from renderers.scene.whole_file import whole_file
+from disk import whole_file
 
 
 def test_a_file_takes_its_place_when_it_is_whole(tmp_path: Path) -> None:
@@ -34,6 +34,23 @@ def test_half_a_file_leaves_the_old_one(
         write()
     assert path.read_text("utf-8") == "old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_folder_that_is_gone_may_stay_gone_and_a_file_be_its_owners(
+    tmp_path: Path,
+) -> None:
+    with (
+        pytest.raises(FileNotFoundError),
+        whole_file(tmp_path / "gone" / "a.json", makes_folder=False),
+    ):
+        pass
+    assert not list(tmp_path.iterdir())
+    path = tmp_path / "a.json"
+    with whole_file(path, prefix=".half-", ending="", mode=0o600) as beside:
+        assert beside.name.startswith(".half-")
+        assert beside.suffix == ""
+        beside.write_text("{}", "utf-8")
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
 
 
 def test_a_writer_may_have_replaced_the_other_file_itself(tmp_path: Path) -> None:
