@@ -13,6 +13,7 @@ from benchmarks.schema import Setting
 from benchmarks.timing import Timing, measure
 from renderers.art import ActiveRayTracer
 from renderers.fsr.scope import SurfelRasterizer
+from renderers.fsr.scope.kernel_set import best_kernels, scalar_kernels
 from renderers.scene import GBuffer, Material, image_error
 from renderers.scene.thread_team import ThreadTeam
 from renderers.shading import (
@@ -27,6 +28,7 @@ from scenarios import tip_frame
 
 EVERYTHING = "everything"
 SHARP, RAGGED = "rims by rays", "rims by discs"
+ALONE = "rims by rays one by one"
 
 TOOL_AT_MM = (-1.5, -2.2, 15.0)
 TOOL_ALONG = (0.05, 0.12, 1.0)
@@ -91,18 +93,18 @@ class LookPlan:
                     )
                 )
         settings = {"size": self._size, "threads": 1, "reference": "ray tracer"}
-        for name, sharp in ((RAGGED, False), (SHARP, True)):
-            found.append(
-                Task(
-                    "look",
-                    "nose/views/rims",
-                    name,
-                    partial(self._rims, sharp),
-                    settings | {"series": name},
-                    baseline=None if name == RAGGED else RAGGED,
-                    cost_s=30.0,
-                )
+        found += [
+            Task(
+                "look",
+                "nose/views/rims",
+                name,
+                partial(self._rims, name),
+                settings | {"series": name},
+                baseline=None if name == RAGGED else RAGGED,
+                cost_s=30.0,
             )
+            for name in (RAGGED, ALONE, SHARP)
+        ]
         return found
 
     def close(self) -> None:
@@ -169,11 +171,16 @@ class LookPlan:
         error = image_error(np.stack(found), np.stack(wanted))
         return Measured(_sum(timings), error, "sRGB", counters)
 
-    def _rims(self, sharp: bool) -> Measured:
+    def _rims(self, mode: str) -> Measured:
         """Draw views by splats; count pixels that show another wall than rays do."""
         scene = nasal_scene("default")
         assert scene.surface is not None
-        rasterizer = SurfelRasterizer(scene.surface.distance, sharp=sharp)
+        kernels = best_kernels()
+        if mode == ALONE:
+            kernels = replace(kernels, sharpen=scalar_kernels().sharpen)
+        rasterizer = SurfelRasterizer(
+            scene.surface.distance, sharp=mode != RAGGED, kernels=kernels
+        )
         tracer = ActiveRayTracer(scene)
         timings = []
         wrong = pixels = 0
