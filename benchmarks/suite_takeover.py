@@ -75,7 +75,7 @@ class TakeoverPlan:
             size = 256 if self._quick else 512
             camera = subject.views["inside"].camera(size, Projection.PERSPECTIVE)
             return self._client.request_classic(
-                subject.scene, camera, quality="final", samples=4
+                subject.scene, camera, quality="reference"
             )
         view = acceptance_views(64 if self._quick else 128)[1]
         surface = nasal_scene(view.head).surface
