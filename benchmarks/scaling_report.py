@@ -86,6 +86,7 @@ def _report(cases: dict[str, list[Row]]) -> str:
             }
         else:
             columns = {
+                "frames drawn": ("frames_efficiency", "{:.1%}"),
                 "cold": ("cold_efficiency", "{:.1%}"),
                 "warm": ("warm_efficiency", "{:.1%}"),
                 "balance allows": ("balance_limit", "{:.1%}"),

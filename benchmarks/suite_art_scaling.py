@@ -39,8 +39,12 @@ TODAY_SAMPLE_S = 15e-9
 PAPER_FRAMES = 30
 
 LARGE_FRAMES = 3
-ORBIT_STARTS_DEG = (0.0, 37.0, 71.0)
+ORBIT_STARTS_DEG: tuple[float, ...] = (0.0, 37.0, 71.0)
 """Where the repeated orbits of the large runs begin; all else is determined."""
+
+HUGE_RANKS = 4096
+HUGE_FRAMES = 2
+"""Of one orbit: so many ranks take six minutes a frame."""
 
 
 def tile_of(ranks: int) -> int:
@@ -159,13 +163,16 @@ class ScalingPlan:
         **change: Any,
     ) -> Task:
         """Draw a few frames of several orbits; compare with one rank of no overhead."""
-        base = self._setup(ranks, orbit, LARGE_FRAMES, costs)
+        frames, starts = LARGE_FRAMES, ORBIT_STARTS_DEG
+        if ranks >= HUGE_RANKS:
+            frames, starts = HUGE_FRAMES, starts[:1]
+        base = self._setup(ranks, orbit, frames, costs)
         setup = replace(base, **({"by_curve": True} | change))
 
         def run() -> Measured:
             found = []
             wall, cpu = time.perf_counter(), time.process_time()
-            for start in ORBIT_STARTS_DEG:
+            for start in starts:
                 traces = Traces(replace(orbit, start_deg=start))
                 ready = replace(
                     setup, orbit=traces.orbit, sample_s=self._sample_s(setup)
@@ -230,7 +237,8 @@ def _alone(outcome: Outcome, traces: Traces) -> dict[str, float]:
     """Compare with one rank of no overhead at all, cold and warm frames apart.
 
     efficiency: of an animation as long as the paper's, whose later frames cost what
-    the warm ones did.
+    the warm ones did. frames_efficiency: of the frames drawn; ranks begin a frame while
+    others finish the one before, so of two frames only this is sure.
     """
     setup = outcome.setup
     one = [traces.frame(k).samples * setup.sample_s for k in range(setup.frames)]
@@ -239,6 +247,7 @@ def _alone(outcome: Outcome, traces: Traces) -> dict[str, float]:
     whole = (one[0] + later * sum(one[1:])) / setup.ranks
     return {
         "efficiency": whole / (cold + later * warm),
+        "frames_efficiency": sum(one) / (outcome.seconds * setup.ranks),
         "cold_efficiency": one[0] / (cold * setup.ranks),
         "warm_efficiency": sum(one[1:]) / (warm * setup.ranks),
         "balance_limit": traces.balance(setup),

@@ -209,8 +209,6 @@ def simulate(setup: Setup, traces: Traces) -> Outcome:
     watch: Callable[[Machine, Message], None] | None = None
     if setup.dataflow is Dataflow.RAYS:
         lots, slots = _ray_lots(setup, traces), -(-orbit.cells // setup.ranks)
-        # No cell ever goes, and so nobody asks which was used last.
-        costs = replace(costs, touch_s=0.0)
     else:
         if setup.dataflow is Dataflow.REPLICATED:
             setup = replace(setup, cache=float(setup.ranks))
@@ -219,6 +217,9 @@ def simulate(setup: Setup, traces: Traces) -> Outcome:
         for node, work, frames in _cell_lots(setup, traces, torus):
             nodes.append(node)
             lots.append((node, work, frames))
+    if setup.dataflow in (Dataflow.RAYS, Dataflow.REPLICATED):
+        # No cell ever goes, and so nobody asks which was used last.
+        costs = replace(costs, touch_s=0.0)
     migrates = setup.dataflow is Dataflow.MIGRATING and setup.ranks > 1
     if setup.validate and migrates:
 
