@@ -16,7 +16,7 @@ from renderers.art.regions import Gather, Region, region_payload
 from renderers.art.simulator.host import HostCosts
 
 PATTERNS = tuple(
-    Pattern(visits=960, at_once=at_once, cell_bytes=size)
+    Pattern(visits=320, at_once=at_once, cell_bytes=size)
     for at_once, size in (
         (1, 64),
         (1, CELL_BYTES),
@@ -31,6 +31,9 @@ PATTERNS = tuple(
 what a message costs, what a bundle, what a byte."""
 
 ROUNDS = 5
+
+_LOTS = 15
+"""Of short patterns, tried in turn: some lot of each is not disturbed by others."""
 
 _TIMES = 200
 
@@ -51,7 +54,7 @@ def learn_host(folder: Path, *launcher: str) -> HostCosts:
     What depends on the pictures is left out: frame_s, packet_s and busy.
     """
     reports = ask_ranks(
-        2, AskJob(patterns=PATTERNS * ROUNDS, waits=True), folder, *launcher
+        2, AskJob(patterns=PATTERNS * _LOTS, waits=True), folder, *launcher
     )
     poll_s = min(report.poll_s for report in reports)
     rest_s = min(report.rest_s for report in reports)
