@@ -10,6 +10,7 @@ from app.versions import versions
 from benchmarks import (
     suite_anatomy,
     suite_art,
+    suite_art_bent,
     suite_art_classification,
     suite_art_dataflow,
     suite_art_growth,
@@ -43,6 +44,7 @@ from benchmarks.schema import (
 
 BUILT_IN = (
     suite_art,
+    suite_art_bent,
     suite_art_dataflow,
     suite_art_classification,
     suite_art_growth,

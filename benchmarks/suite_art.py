@@ -2,9 +2,7 @@
 
 from functools import partial
 
-import numpy as np
-from numpy.typing import NDArray
-
+from benchmarks.float64_check import float64_check
 from benchmarks.plan import Measured, Task, register
 from benchmarks.references import (
     REFERENCE_NAME,
@@ -19,7 +17,6 @@ from benchmarks.timing import measure
 from benchmarks.volume_peer import PEER, PEER_REFERENCE_STEP, VolumePeer
 from renderers.art import ActiveRayTracer, Quality
 from renderers.art.kernel_set import KernelSet, scalar_kernels
-from renderers.reference import render_reference
 from renderers.scene import Projection, image_error
 
 QUALITIES = ("preview", "snapshot", "final")
@@ -39,9 +36,6 @@ divided by their opacity where they are cut, which lowers these errors (the peer
 0.008 and does not divide)."""
 
 SURFACE_SIZE = 512
-CHECK_SIZE = 24
-CHECK_STEP = 1 / 8
-"""The float64 reference takes the same samples: what differs is rounding."""
 
 
 class ArtPlan:
@@ -66,7 +60,7 @@ class ArtPlan:
                 found += [self._surface(source, view, name) for name in QUALITIES]
                 found.append(self._surface(source, view, "preview", threads=2))
         for source in self._subjects[: 1 if self._quick else None]:
-            found += self._check(source)
+            found += float64_check("art", source)
         return found
 
     def close(self) -> None:
@@ -251,51 +245,6 @@ class ArtPlan:
             baseline=None if threads == 1 else alone,
             clock="cpu" if threads == 1 else "wall",
         )
-
-    def _check(self, source: SubjectSource) -> list[Task]:
-        """Compare with the independent float64 ray caster, on a small picture."""
-        case = f"{source.name}/inside/float64 check"
-        plain, art = "float64 ray caster", "ART, same samples"
-        pictures: dict[str, NDArray[np.float64]] = {}
-        settings: dict[str, Setting] = {
-            "size": CHECK_SIZE,
-            "step_voxels": CHECK_STEP,
-            "threads": 1,
-            "lens": "perspective",
-        }
-
-        def slow() -> Measured:
-            subject = source.subject
-            camera = subject.views["inside"].camera(CHECK_SIZE, Projection.PERSPECTIVE)
-            step_mm = CHECK_STEP * float(subject.scene.volume.spacing_mm.min())
-            timing, pictures[plain] = measure(
-                lambda: render_reference(subject.scene, camera, step_mm),
-                least=1,
-                most=1,
-                warm_up=False,
-            )
-            return Measured(timing)
-
-        def fast() -> Measured:
-            subject = source.subject
-            camera = subject.views["inside"].camera(CHECK_SIZE, Projection.PERSPECTIVE)
-            tracer = ActiveRayTracer(subject.scene, Quality(CHECK_STEP, 0.0), threads=1)
-            timing, image = measure(lambda: tracer.render(camera), budget_s=0.2)
-            return Measured(
-                timing, image_error(image.rgba, pictures[plain]), "linear RGBA"
-            )
-
-        return [
-            Task("art", case, plain, slow, settings),
-            Task(
-                "art",
-                case,
-                art,
-                fast,
-                settings | {"reference": plain},
-                baseline=plain,
-            ),
-        ]
 
 
 register("art", ArtPlan)
