@@ -171,15 +171,14 @@ def march_classic(
             if kappa <= ZERO:
                 continue
             counters[1] += 1
-            gx, gy, gz = ZERO, ZERO, ZERO
             if each > 1:
                 gx = trilinear(view.samples, at + 1, each, row, slab, fx, fy, fz)
                 gy = trilinear(view.samples, at + 2, each, row, slab, fx, fy, fz)
                 gz = trilinear(view.samples, at + 3, each, row, slab, fx, fy, fz)
-            cr, cg, cb = light_up(
-                lights, material, least_gradient, cr, cg, cb, gx, gy, gz,
-                x * spacing[0], y * spacing[1], z * spacing[2], vx, vy, vz,
-            )  # fmt: skip
+                cr, cg, cb = light_up(
+                    lights, material, least_gradient, cr, cg, cb, gx, gy, gz,
+                    x * spacing[0], y * spacing[1], z * spacing[2], vx, vy, vz,
+                )  # fmt: skip
             weight = t * opacity(kappa * h)
             term[0], term[1], term[2] = weight * cr, weight * cg, weight * cb
             term[3] = weight

@@ -20,6 +20,9 @@ STOP_MARGIN_PX = 2.0
 """Rays are cast this far beyond the round field stop, so that its soft edge has
 something to be soft over."""
 
+WIDEST_PINHOLE = math.radians(89.0)
+"""Half field of a pinhole: beyond it a few middle pixels hold all there is to see."""
+
 
 class Projection(IntEnum):
     """Name a lens law. The numbers are what kernels receive."""
@@ -92,6 +95,11 @@ class Camera:
         limit = math.inf if self.projection is Projection.ORTHOGRAPHIC else math.pi / 2
         if not (math.isfinite(self.extent) and 0 < self.extent <= limit):
             raise ValueError(f"camera extent out of range: {self.extent}")
+        if self.projection is Projection.PERSPECTIVE and self.extent > WIDEST_PINHOLE:
+            raise ValueError(
+                f"a pinhole's half field must be at most {WIDEST_PINHOLE:.4f} radians, "
+                f"got {self.extent}; an equidistant lens sees more"
+            )
         if self.width < 1 or self.height < 1:
             raise ValueError(
                 f"picture size must be positive: {self.width, self.height}"

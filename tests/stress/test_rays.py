@@ -1,12 +1,15 @@
 """Rays that run where rounding decides: along faces, through corners, just outside."""
 
 import math
+from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from renderers.art import ActiveRayTracer, Quality
+from renderers.art.quality import ClassificationName
 from renderers.scene import (
     Camera,
     PhongMaterial,
@@ -24,13 +27,15 @@ TISSUE = TransferFunction(
     np.array([-1.0, 1.0]), np.full((2, 3), 0.5), np.full(2, KAPPA)
 )
 QUALITY = Quality(0.5, 0.0)
+BOTH = pytest.mark.parametrize("kind", get_args(ClassificationName))
 
 
-def cube(side: int = 8) -> ActiveRayTracer:
+def cube(side: int = 8, kind: ClassificationName = "post") -> ActiveRayTracer:
     """Fill 0 to 32 mm; lit, so that rays go from cell to cell."""
     volume = Volume(np.zeros((N, N, N), np.int16), np.ones(3), np.zeros(3))
     scene = Scene(volume, TISSUE, (), PhongMaterial(0.999999, 0, 0))
-    return ActiveRayTracer(scene, QUALITY, threads=1, cell_side=side)
+    quality = replace(QUALITY, classification=kind)
+    return ActiveRayTracer(scene, quality, threads=1, cell_side=side)
 
 
 def one(
@@ -50,12 +55,15 @@ def depth_of(alpha: float) -> float:
 AXES = [sign * row for row in np.eye(3) for sign in (1.0, -1.0)]
 
 
+@BOTH
 @pytest.mark.parametrize("at", [0.0, -0.0, 8.0, 16.5, 32.0])
 @pytest.mark.parametrize("way", AXES)
-def test_rays_along_an_axis_and_in_a_face(way: NDArray[np.float64], at: float) -> None:
+def test_rays_along_an_axis_and_in_a_face(
+    way: NDArray[np.float64], at: float, kind: ClassificationName
+) -> None:
     """On the volume's lowest and highest face, between cells, and within one."""
     eye = np.where(way != 0, np.where(way > 0, -10.0, 42.0), at)
-    assert depth_of(one(cube(), eye, way)) == pytest.approx(32, abs=1e-4)
+    assert depth_of(one(cube(kind=kind), eye, way)) == pytest.approx(32, abs=1e-4)
 
 
 @pytest.mark.parametrize("way", AXES)
@@ -65,28 +73,31 @@ def test_rays_just_outside_meet_nothing(way: NDArray[np.float64]) -> None:
         assert one(cube(), eye, way) == 0
 
 
+@BOTH
 @pytest.mark.parametrize("side", [8, 16])
-def test_rays_through_corners_of_cells(side: int) -> None:
+def test_rays_through_corners_of_cells(side: int, kind: ClassificationName) -> None:
     """The diagonal and edges: each sample in one cell, the length the chord's."""
     ways = ([1.0, 1, 1], [1.0, 1, -1], [1.0, 1, 0], [0.0, 1, 1], [1.0, 0, -1])
     for way in map(np.array, ways):
-        tracer = cube(side)
+        tracer = cube(side, kind)
         middle = np.array([16.0, 16, 16])
         eye = middle - 30 * way / np.linalg.norm(way) * math.sqrt(3)
         found = depth_of(one(tracer, eye, way))
         assert found == pytest.approx(32 * np.linalg.norm(way), abs=2e-4)
         assert tracer.report is not None
         counters = tracer.report.counters
-        assert counters["samples"] == math.ceil(np.linalg.norm(way) * 64)
+        ends = int(kind == "integrated")
+        assert counters["samples"] == math.ceil(np.linalg.norm(way) * 64) + ends
         assert counters["cells_fetched"] <= 3 * 32 // side
 
 
+@BOTH
 @pytest.mark.parametrize("angle", [1e-7, 1e-5, 1e-3])
-def test_rays_that_graze_a_face(angle: float) -> None:
+def test_rays_that_graze_a_face(angle: float, kind: ClassificationName) -> None:
     """Just inside they have the whole length, turned away none of it."""
     for inwards in (1.0, -1.0):
         way = np.array([0.0, math.cos(angle), inwards * math.sin(angle)])
-        found = one(cube(), np.array([16.0, 0.0, 0.0]), way)
+        found = one(cube(kind=kind), np.array([16.0, 0.0, 0.0]), way)
         wanted = 32 / math.cos(angle) if inwards > 0 else 0.0
         assert depth_of(found) == pytest.approx(wanted, abs=1e-3)
 
@@ -154,3 +165,48 @@ def test_pictures_of_odd_sizes_are_parts_of_one_law(size: tuple[int, int]) -> No
 def test_steps_that_lead_nowhere_are_refused(step: float) -> None:
     with pytest.raises(ValueError, match="step must be 1/256 to 4 voxels"):
         Quality(step, 0.0)
+
+
+@BOTH
+@pytest.mark.parametrize("place", [1e-6, 0.3, 8.0, 31.999, 32 - 1e-6])
+def test_there_is_no_near_plane(place: float, kind: ClassificationName) -> None:
+    """From any place within, all that lies before the eye is seen, and no more."""
+    found = one(cube(kind=kind), np.array([16.0, place, 16]), np.array([0.0, 1, 0]))
+    assert found == pytest.approx(-math.expm1(-KAPPA * (32 - place)), abs=1e-6)
+
+
+@pytest.mark.parametrize("extent", [0.0, -0.1, math.nan, math.inf, 4.0])
+@pytest.mark.parametrize("projection", [Projection.PERSPECTIVE, Projection.EQUIDISTANT])
+def test_fields_of_view_that_are_none_are_refused(
+    extent: float, projection: Projection
+) -> None:
+    with pytest.raises(ValueError, match="extent out of range"):
+        Camera.looking_at(
+            np.zeros(3), [0, 1.0, 0], extent=extent, size=(8, 8), projection=projection
+        )
+
+
+def test_half_the_world_is_too_much_for_a_pinhole() -> None:
+    with pytest.raises(ValueError, match=r"at most 1\.5533 radians, got 1\.57"):
+        Camera.looking_at(
+            np.zeros(3), [0, 1.0, 0], extent=math.pi / 2, size=(8, 8),
+            projection=Projection.PERSPECTIVE,
+        )  # fmt: skip
+    Camera.looking_at(np.zeros(3), [0, 1.0, 0], extent=math.pi / 2, size=(8, 8))
+
+
+@pytest.mark.parametrize("extent", [1e-9, math.radians(89.0)])
+def test_the_narrowest_and_the_widest_field_are_finite(extent: float) -> None:
+    camera = Camera.looking_at(
+        [16.0, -10, 16], [16.0, 16, 16], extent=extent, size=(9, 9),
+        projection=Projection.PERSPECTIVE,
+    )  # fmt: skip
+    rgba = cube().render(camera).rgba
+    assert np.isfinite(rgba).all()
+    assert rgba[4, 4, 3] == pytest.approx(-math.expm1(-KAPPA * 32), abs=1e-5)
+
+
+@pytest.mark.parametrize("size", [(0, 8), (8, 0), (-1, 8)])
+def test_pictures_without_pixels_are_refused(size: tuple[int, int]) -> None:
+    with pytest.raises(ValueError, match="picture size must be positive"):
+        Camera.looking_at(np.zeros(3), [0, 1.0, 0], size=size)

@@ -1,12 +1,14 @@
 """Transfer functions at the edges: jumps, overflow, what lies outside their nodes."""
 
 import math
+from typing import get_args
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from renderers.art import ActiveRayTracer, Quality
+from renderers.art.quality import ClassificationName
 from renderers.scene import (
     Camera,
     PhongMaterial,
@@ -34,10 +36,16 @@ def seen_through(volume: Volume, transfer: TransferFunction) -> NDArray[np.float
         [0, -5.0, 0], [0, 1.0, 0], extent=1e-3, size=(1, 1),
         projection=Projection.ORTHOGRAPHIC,
     )  # fmt: skip
-    tracer = ActiveRayTracer(
-        Scene(volume, transfer, (), PLAIN), Quality(0.5, 0.0), threads=1
+    scene = Scene(volume, transfer, (), PLAIN)
+    post, integrated = (
+        ActiveRayTracer(scene, Quality(0.5, 0.0, classification=kind), threads=1)
+        .render(camera)
+        .rgba[0, 0]
+        for kind in get_args(ClassificationName)
     )
-    return np.asarray(tracer.render(camera).rgba[0, 0])
+    # densities do not change along the ray: both see the same
+    assert integrated == pytest.approx(post, rel=1e-6, abs=1e-30)
+    return np.asarray(post)
 
 
 @pytest.mark.parametrize(
@@ -102,3 +110,30 @@ def test_the_thinnest_keeps_its_digits(opacity: float) -> None:
     )
     exact = -math.expm1(8e3 * math.log1p(-opacity))
     assert seen_through(slab(0.5), transfer)[3] == pytest.approx(exact, rel=1e-6)
+
+
+@pytest.mark.parametrize("kind", get_args(ClassificationName))
+def test_a_function_edited_while_it_is_drawn_changes_no_picture(
+    kind: ClassificationName,
+) -> None:
+    """A picture has the function that its scene was given, whatever becomes of it."""
+    nodes, color = np.array([0.0, 300.0]), np.array([[0.2] * 3, [0.8] * 3])
+    kappa = np.array([0.01, 0.3])
+    values = np.random.default_rng(1).uniform(0, 300, (20, 20, 20)).astype(np.float32)
+    volume = Volume(values, np.ones(3), np.full(3, -9.5))
+    quality = Quality(0.5, 0.0, classification=kind)
+    camera = Camera.looking_at([0, -30.0, 0], [0, 1.0, 0], extent=0.3, size=(130, 70))
+    transfer = TransferFunction(nodes.copy(), color.copy(), kappa.copy())
+    wanted = ActiveRayTracer(Scene(volume, transfer), quality).render(camera).rgba
+    scene = Scene(volume, TransferFunction(nodes, color, kappa))
+    told: list[float] = []
+
+    def edit(share: float) -> bool:
+        told.append(share)
+        nodes[:], color[:], kappa[:] = [5.0, 7.0], 0.0, 99.0
+        return True
+
+    found = ActiveRayTracer(scene, quality, threads=1).render(camera, edit).rgba
+    assert len(told) > 1
+    assert min(told) < 1
+    assert found.tobytes() == wanted.tobytes()

@@ -11,7 +11,7 @@ from renderers.art.optics.kernels import ONE, ZERO, power
 TINY = np.float32(1e-6)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def light_up(
     lights: NDArray[np.float32], material: NDArray[np.float32],
     least_gradient: np.float32, r: np.float32, g: np.float32, b: np.float32,

@@ -62,3 +62,15 @@ def test_nothing_is_unpickled(tmp_path: Path) -> None:
         (tmp_path / ("a" * 64)).write_bytes(record)
         with pytest.raises(ValueError, match=r"."):
             store.get("a" * 64, ("float32", "object"), 1000)
+
+
+def test_arrays_of_one_shape_and_other_content_have_other_keys(tmp_path: Path) -> None:
+    """Whoever calls them alike: one voxel is enough, and both can be had."""
+    store = DataStore(tmp_path)
+    first = np.zeros((4, 5, 6), np.int16)
+    second = first.copy()
+    second[3, 4, 5] = 1
+    digests = [store.put(first), store.put(second), store.put(first.copy())]
+    assert digests[0] == digests[2] != digests[1]
+    for digest, array in zip(digests, (first, second), strict=False):
+        assert np.array_equal(store.get(digest, ("int16",), 10_000), array)

@@ -84,3 +84,16 @@ def test_skipping_cells_and_their_coming_change_no_bit(
         found, after = picture(subject, outside, quality, one, cells, side)
         assert found == expected
         assert after["cells_evicted"] > 0 or side == 16
+
+
+def test_volumes_too_large_for_distances_are_drawn_alike(
+    subject: Scene, outside: Camera, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Empty cells all show one value then, and it belongs to what is clear there."""
+    expected, _ = picture(subject, outside, QUALITIES[0], packet_kernels(32))
+    monkeypatch.setattr("renderers.art.node_maker.LARGEST_LEAP", 1)
+    found, counters = picture(subject, outside, QUALITIES[0], packet_kernels(32))
+    assert found == expected
+    assert counters["skipped"] == 0
+    found, _ = picture(subject, outside, QUALITIES[0], packet_kernels(32), 5)
+    assert found == expected
