@@ -140,16 +140,3 @@ class Encoders:
         """Return the nearest unwrapped counts of continuous angles (..., 6)."""
         counts: NDArray[np.float64] = angles * (np.array(self.turn) / (2.0 * np.pi))
         return np.rint(counts).astype(np.int64)
-
-
-def unwrap_counts(
-    unwrapped: NDArray[np.int64], reading: NDArray[np.int64]
-) -> NDArray[np.int64]:
-    """Return unwrapped counts that continue ``unwrapped`` to a new 14-bit reading.
-
-    Right as long as no joint turns by half the field (half a turn of the base)
-    between two samples.
-    """
-    half = FIELD // 2
-    step: NDArray[np.int64] = (reading - unwrapped + half) % FIELD - half
-    return unwrapped + step

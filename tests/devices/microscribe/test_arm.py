@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from scipy.spatial.transform import Rotation
 
-from devices.microscribe.arm import BALL_TIP, Encoders, TipChange, unwrap_counts
+from devices.microscribe.arm import BALL_TIP, Encoders, TipChange
 from devices.microscribe.packets import decode_packet
 from devices.microscribe.profiles import DX40937, NOMINAL, SECOND_3DX, ArmProfile
 
@@ -127,17 +127,6 @@ def test_counts_invert_angles(counts: np.ndarray) -> None:
     encoders = Encoders((16384, 16384, 8192, 4096, 4096, 2000))
     angles = counts * (2.0 * np.pi / np.array(encoders.turn))
     assert np.array_equal(encoders.counts(angles), counts)
-
-
-@given(
-    arrays.arrays(np.int64, 6, elements=st.integers(-(10**6), 10**6)),
-    arrays.arrays(np.int64, 6, elements=st.integers(-8191, 8191)),
-)
-def test_unwrapping_follows_any_step_below_half_the_field(
-    start: np.ndarray, step: np.ndarray
-) -> None:
-    moved = start + step
-    assert np.array_equal(unwrap_counts(start, moved % 16384), moved)
 
 
 def test_tips_change_the_length_of_the_stylus() -> None:
