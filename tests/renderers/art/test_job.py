@@ -111,6 +111,15 @@ def test_a_node_must_be_complete() -> None:
         decode_request(record)
 
 
+def test_bent_rays_are_not_integrated() -> None:
+    ball = {"kind": "scale", "center_mm": [0.0, 0, 0], "radius_mm": 5.0, "factor": 1.5}
+    record = msgspec.json.decode(changed(CLASSIC, "deflectors", [ball]))
+    assert decode_request(msgspec.json.encode(record)).classification == "post"
+    record["classification"] = "integrated"
+    with pytest.raises(ValueError, match=r"choose classification post.*`\$\.classi"):
+        decode_request(msgspec.json.encode(record))
+
+
 def test_length_is_limited() -> None:
     record = msgspec.json.encode(SCOPE) + b" " * LARGEST_REQUEST
     with pytest.raises(ValueError, match="at most 262144 bytes"):
