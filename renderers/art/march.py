@@ -88,6 +88,16 @@ class FrameRays:
         )
 
 
+def _read_only(part: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Lay a part of an array out in a row, copied only where it does not lie so.
+
+    Compiled code tells what may be written from what may not: here nothing may.
+    """
+    part = np.ascontiguousarray(part)
+    part.flags.writeable = False
+    return part
+
+
 def clear_intervals(transfer_function: TransferFunction) -> NDArray[np.float32]:
     """Get the intervals of density without any extinction, ``(k, 2)``."""
     nodes = np.concatenate([[-np.inf], transfer_function.nodes, [np.inf]])
@@ -178,11 +188,12 @@ class _Marching:
     ) -> RayPacket:
         """Put the rays of a region at their first samples, so many times as fine."""
         n = region.pixels
-        geometry = np.zeros((n + 1, 8), np.float32)
-        count = np.zeros(n, np.int32)
+        geometry = np.empty((n + 1, 8), np.float32)
+        geometry[n] = 0
+        count = np.empty(n, np.int32)
         self._kernels.set_up_rays(
-            np.array(rays.table[region.rows, region.columns]).reshape(n, 3),
-            np.array(rays.limit[region.rows, region.columns]).reshape(n),
+            _read_only(rays.table[region.rows, region.columns]).reshape(n, 3),
+            _read_only(rays.limit[region.rows, region.columns]).reshape(n),
             0,
             rays.frame,
             rays.orthographic,

@@ -54,14 +54,15 @@ class RayPacket:
     ) -> "RayPacket":
         """Put rays at their first sample."""
         n = len(count)
+        state = np.zeros((3, n + 1, 4), np.float32)
         return cls(
             region,
             tile_order(region.right - region.left, region.bottom - region.top),
             geometry,
             count,
-            np.zeros((n + 1, 4), np.int32),
-            np.zeros((n + 1, 4), np.float32),
-            np.zeros((n + 1, 4), np.float32),
+            state[0].view(np.int32),
+            state[1],
+            state[2],
             np.full(n, np.inf, np.float32),
         )
 

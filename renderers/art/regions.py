@@ -44,6 +44,9 @@ class Region:
 LONE_REGION_PX = 64
 """Edge of a region where nobody shares the picture: fewer, for what each costs."""
 
+STRIP_PX = 8
+"""Smallest height of a strip: the packets' tiles are squares of so many pixels."""
+
 
 def skew_of(ranks: int) -> int:
     """Get the shift of the deal from one row of regions to the next.
@@ -106,6 +109,23 @@ def deal_regions(
         for tx, x in enumerate(range(0, width, edge))
         if (tx + shift * ty) % ranks == rank
         and not (finished is not None and finished[ty, tx])
+    ]
+
+
+def strips(done: NDArray[np.bool_], pixels: int) -> list[Region]:
+    """Cut what is not done of a picture into strips of about so many pixels.
+
+    For a picture that nobody shares. As wide as it where they can be: their rays then
+    lie in a row everywhere. done: as of `Gather`.
+    """
+    height, width = done.shape
+    columns = max(min(width, pixels // STRIP_PX), STRIP_PX)
+    rows = max(pixels // columns // STRIP_PX, 1) * STRIP_PX
+    return [
+        Region(x, y, min(x + columns, width), min(y + rows, height))
+        for y in range(0, height, rows)
+        for x in range(0, width, columns)
+        if not done[y : y + rows, x : x + columns].all()
     ]
 
 

@@ -13,8 +13,8 @@ from renderers.art.kernel_set import KernelSet
 from renderers.art.march import FrameRays, March
 from renderers.art.node_maker import MarchNode, make_node
 from renderers.art.quality import Quality
-from renderers.art.regions import Gather, deal_regions, finished_squares
-from renderers.art.slices import lone_region_px, next_slice
+from renderers.art.regions import Gather, strips
+from renderers.art.slices import next_slice, rays_a_packet
 from renderers.art.steps import Step, reached
 from renderers.art.work import MarchWork
 from renderers.scene import Camera, GBuffer, Image, Scene, Volume
@@ -151,9 +151,7 @@ class ActiveRayTracer:
             march, node, work = self._node(mode)
             gather = gather or Gather(width, height)
             before = node.tally()
-            lone_px = lone_region_px(march.quality)
-            finished = finished_squares(gather.done, lone_px)
-            regions = deal_regions(width, height, 0, 1, lone_px, finished)
+            regions = strips(gather.done, rays_a_packet(march.quality))
             run = pool.map if self._threads > 1 else map
             work.use(run)
             work.deliver(gather)

@@ -215,6 +215,8 @@ def set_up_rays(
             far = min(far, max(a, b))
         if not (near < far < np.inf):
             count[ray] = 0
+            for k in range(8):
+                geometry[ray, k] = ZERO
             continue
         steps = max(1, math.ceil((far - near) / step_mm))
         h = (far - near) / steps
