@@ -57,6 +57,17 @@ def shell_scene(volume: Volume, kappa: float, *, lit: bool) -> Scene:
     return Scene(volume, transfer, (), PhongMaterial(1.0, 0.0, 0.0))
 
 
+def shell_camera(pixels: int) -> Camera:
+    """Look at the cube from outside with a square picture."""
+    return Camera.looking_at(
+        [-300.0, -260.0, 150.0],
+        [0.0, 0.0, 0.0],
+        extent=0.3,
+        size=(pixels, pixels),
+        projection=Projection.PERSPECTIVE,
+    )
+
+
 def exponent(of: list[float], costs: list[float]) -> float:
     """Fit a power to costs: the slope of their logarithms."""
     slope: NDArray[np.float64] = np.polyfit(np.log(of), np.log(costs), 1)
@@ -143,13 +154,7 @@ class GrowthPlan:
             Quality(step, 1 / 1024, compact=True),
             threads=1,
         )
-        camera = Camera.looking_at(
-            [-300.0, -260.0, 150.0],
-            [0.0, 0.0, 0.0],
-            extent=0.3,
-            size=(pixels, pixels),
-            projection=Projection.PERSPECTIVE,
-        )
+        camera = shell_camera(pixels)
         timing, _ = measure(lambda: tracer.render(camera), budget_s=self._budget_s)
         assert tracer.report is not None
         counters = {key: float(n) for key, n in tracer.report.counters.items()}

@@ -53,8 +53,6 @@ Lanes = Any
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 
-FAR = np.float32(np.inf)
-
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def queue_rays(
@@ -65,15 +63,16 @@ def queue_rays(
     spare: filled in behind them. queue: int32, longer than `order` by a packet. Tell as
     well whether any of them has moved before.
     """
-    found, moved = 0, False
+    found, farthest = 0, 0
     for ray in order:
         cursor[ray, 3] = 0
-        if cursor[ray, 0] < ends[ray]:
-            queue[found] = ray
-            found += 1
-            moved = moved or cursor[ray, 0] > 0
+        at, end = cursor[ray, 0], ends[ray]
+        # No branch: at the rim of what is seen none could be foretold.
+        queue[found] = ray
+        found += at < end
+        farthest = max(farthest, at if at < end else 0)
     queue[found:] = spare
-    return found, moved
+    return found, farthest > 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -154,6 +153,7 @@ def classic_packets(width: int, lit: bool) -> Callable[..., None]:
         cells_x, cells_y = view.counts[0], view.counts[1]
         queue = np.empty(len(order) + width, np.int32)
         marks = np.empty(width, np.int32)
+        depths = np.empty(width, np.float32)
         spare = np.int32(len(value) - 1)
         zero = full(ZERO, width)
         none = full(np.int32(0), width)
@@ -161,7 +161,7 @@ def classic_packets(width: int, lit: bool) -> Callable[..., None]:
         total, moved = queue_rays(order, ends, cursor, spare, queue)
         for head in range(0, total, width):
             ray = load(queue, head, width)
-            ox, oy, oz, sx, sy, sz, h, _ = rows8(geometry, ray)
+            ox, oy, oz, sx, sy, sz, h, near = rows8(geometry, ray)
             px, py, pz = per_voxel(sx), per_voxel(sy), per_voxel(sz)
             r, g, b, a = zero, zero, zero, zero
             lr, lg, lb, la = zero, zero, zero, zero
@@ -175,7 +175,8 @@ def classic_packets(width: int, lit: bool) -> Callable[..., None]:
                 per_mm = ONE / h
                 vx, vy = sx * spacing[0] * per_mm, sy * spacing[1] * per_mm
                 vz = sz * spacing[2] * per_mm
-            end = gather(ends, ray, ray < spare)
+            last = gather(ends, ray, ray < spare)
+            end = last
             t = maximum((ONE - a) - la, ZERO)
             on = i < end
             cube = cube_at(
@@ -280,7 +281,6 @@ def classic_packets(width: int, lit: bool) -> Callable[..., None]:
                 b, a = select(cut, (b + lb) * k_, b), select(cut, ONE, a)
                 lr, lg = select(cut, ZERO, lr), select(cut, ZERO, lg)
                 lb, la = select(cut, ZERO, lb), select(cut, ZERO, la)
-            last = gather(ends, ray, ray < spare)
             put_rows4(cursor, ray, select(stays, i, last), half, none, wait)
             put_rows4(
                 value, ray, select(stays, r, r + lr), select(stays, g, g + lg),
@@ -292,11 +292,12 @@ def classic_packets(width: int, lit: bool) -> Callable[..., None]:
                     carry, ray, select(stays, lr, ZERO), select(stays, lg, ZERO),
                     select(stays, lb, ZERO), select(stays, la, ZERO),
                 )  # fmt: skip
-        for k in order:
-            if cursor[k, 1] > 0 and depth[k] == FAR:
-                depth[k] = (
-                    geometry[k, 7] + np.float32(cursor[k, 1] - 1) * geometry[k, 6]
-                )
+            if any_(half > 0):
+                store(marks, 0, half)
+                store(depths, 0, near + f32(half - 1) * h)
+                for lane in range(width):
+                    if marks[lane] > 0:
+                        depth[queue[head + lane]] = depths[lane]
         counters[0] += samples
         counters[1] += contributing
         store(marks, 0, skipped)

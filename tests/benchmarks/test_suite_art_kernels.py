@@ -1,0 +1,34 @@
+"""Suite `art-kernels` from end to end, small."""
+
+import pytest
+
+from benchmarks.packet_parts.kernels import WIDTH
+from benchmarks.plan import Measured
+from benchmarks.suite_art_kernels import LIGHTS, TARGETS, KernelPlan
+from renderers.art.kernel_set import PACKET
+
+
+def test_parts_are_read_by_packets_as_wide_as_those_that_march() -> None:
+    assert WIDTH == PACKET
+
+
+@pytest.mark.slow
+def test_code_for_a_lesser_processor_draws_the_same_picture() -> None:
+    plan = KernelPlan(quick=True)
+    plan._sizes.voxels = plan._sizes.pixels = 32
+    plan._sizes.budget_s = 0.0
+    plan._sizes.spacing_mm = 3.0
+    found: dict[tuple[str, str], Measured] = {
+        (task.case, task.mode): task.measure() for task in plan.tasks()
+    }
+    for lights in LIGHTS:
+        case = f"shells/{lights}/instructions"
+        first, second = (found[case, target].counters for target in TARGETS)
+        assert first["samples"] == second["samples"]
+        for counters in (first, second):
+            assert counters["share_of_parts"] > 0
+            assert counters["share_of_limit"] > 0
+    live = found["head of 256/inside/surface", "ART preview"]
+    assert live.error is not None
+    assert live.error.rmse < 1
+    assert live.counters["frames_per_second"] > 0
