@@ -1,11 +1,10 @@
 """A process that traces the shells with code for the processor its environment names.
 
-Prints a line of JSON: seconds and counters of pictures without and with lights.
+Prints a line of JSON: seconds and counters of a picture.
 """
 
 import hashlib
 import sys
-from functools import partial
 
 import msgspec
 
@@ -26,37 +25,31 @@ class Traced(msgspec.Struct):
     digest: str
 
 
-def trace_shells(size: int, pixels: int, budget_s: float) -> list[Traced]:
-    """Draw the shells of suite `art-growth`, step 1/2, without and with lights."""
+def trace_shells(size: int, pixels: int, budget_s: float, *, lit: bool) -> Traced:
+    """Draw the shells of suite `art-growth`, step 1/2, without lights or with four."""
     prepare_environment()
     # After the environment is set: these import numba.
     from benchmarks.sample_parts import sample_parts_ns
     from benchmarks.suite_art_growth import shell_camera, shell_scene, shells
     from renderers.art import ActiveRayTracer
 
-    volume, found = shells(size), []
-    for lit, parts_ns in zip((False, True), sample_parts_ns(), strict=True):
-        scene = shell_scene(volume, 1.0, lit=lit)
-        tracer = ActiveRayTracer(scene, "snapshot", threads=1)
-        camera = shell_camera(pixels)
-        timing, image = measure(partial(tracer.render, camera), budget_s=budget_s)
-        assert tracer.report is not None
-        found.append(
-            Traced(
-                timing.min_s,
-                timing.median_s,
-                timing.cpu_s,
-                timing.repeats,
-                tracer.report.counters["samples"],
-                tracer.report.counters["contributing"],
-                parts_ns,
-                hashlib.sha256(image.rgba.tobytes()).hexdigest(),
-            )
-        )
-    return found
+    scene, camera = shell_scene(shells(size), 1.0, lit=lit), shell_camera(pixels)
+    tracer = ActiveRayTracer(scene, "snapshot", threads=1)
+    timing, image = measure(lambda: tracer.render(camera), budget_s=budget_s)
+    assert tracer.report is not None
+    return Traced(
+        timing.min_s,
+        timing.median_s,
+        timing.cpu_s,
+        timing.repeats,
+        tracer.report.counters["samples"],
+        tracer.report.counters["contributing"],
+        sample_parts_ns(lit),
+        hashlib.sha256(image.rgba.tobytes()).hexdigest(),
+    )
 
 
 if __name__ == "__main__":
-    size, pixels = int(sys.argv[1]), int(sys.argv[2])
-    made = trace_shells(size, pixels, float(sys.argv[3]))
+    size, pixels, budget, lit = sys.argv[1:]
+    made = trace_shells(int(size), int(pixels), float(budget), lit=bool(int(lit)))
     sys.stdout.buffer.write(msgspec.json.encode(made))

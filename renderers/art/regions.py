@@ -119,7 +119,7 @@ def strips(done: NDArray[np.bool_], pixels: int) -> list[Region]:
     lie in a row everywhere. done: as of `Gather`.
     """
     height, width = done.shape
-    columns = max(min(width, pixels // STRIP_PX), STRIP_PX)
+    columns = min(width, max(pixels // STRIP_PX**2, 1) * STRIP_PX)
     rows = max(pixels // columns // STRIP_PX, 1) * STRIP_PX
     return [
         Region(x, y, min(x + columns, width), min(y + rows, height))

@@ -53,6 +53,8 @@ Lanes = Any
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 
+FAR = np.float32(np.inf)
+
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def queue_rays(

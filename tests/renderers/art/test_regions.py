@@ -4,7 +4,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from renderers.art.messages import ProtocolError
-from renderers.art.regions import Gather, Region, deal_regions, region_payload, skew_of
+from renderers.art.regions import (
+    STRIP_PX,
+    Gather,
+    Region,
+    deal_regions,
+    region_payload,
+    skew_of,
+    strips,
+)
 
 
 @given(width=st.integers(1, 200), height=st.integers(1, 150), ranks=st.integers(1, 9))
@@ -14,6 +22,29 @@ def test_every_pixel_is_dealt_once(width: int, height: int, ranks: int) -> None:
         for region in deal_regions(width, height, rank, ranks):
             dealt[region.rows, region.columns] += 1
     assert np.all(dealt == 1)
+
+
+@given(
+    width=st.integers(1, 200),
+    height=st.integers(1, 150),
+    pixels=st.integers(1, 5000),
+    seed=st.integers(0, 99),
+)
+def test_strips_cover_what_is_left_once(
+    width: int, height: int, pixels: int, seed: int
+) -> None:
+    random = np.random.default_rng(seed)
+    done = np.zeros((height, width), np.bool_)
+    done[: random.integers(height + 1)] = True
+    covered = np.zeros((height, width), int)
+    for strip in strips(done, pixels):
+        covered[strip.rows, strip.columns] += 1
+        # No more rays than asked for, unless those of one tile are.
+        assert strip.pixels <= max(pixels, STRIP_PX**2)
+        assert not done[strip.rows, strip.columns].all()
+        assert strip.left % STRIP_PX == strip.top % STRIP_PX == 0
+    assert covered.max(initial=0) <= 1
+    assert np.all(covered[~done] == 1)
 
 
 @pytest.mark.parametrize("ranks", [2, 3, 4, 8, 16])
