@@ -70,6 +70,9 @@ def replay(
     *,
     check: bool = False,
     video: Path | None = None,
+    view_at: float | None = None,
+    out: Path | None = None,
+    case: Path | None = None,
     threads: Threads = 0,
     json: Json = False,
 ) -> int:
@@ -83,8 +86,24 @@ def replay(
         End with status 1 unless every frame and every figure comes out the same.
     video
         Write the frames as an MP4 film.
+    view_at
+        Write what was seen at this second as a view file, for `paravol snapshot
+        --view`; without --check or --video nothing else is done.
+    out
+        The view file, such as a.view.json.
+    case
+        With --view-at: where the case that was flown through lies now.
     """
-    from app.report import run_replay
+    from app.report import run_replay, run_view_at
+
+    if (view_at is None) != (out is None):
+        raise ValueError("--view-at and --out go together.")
+    if case is not None and out is None:
+        raise ValueError("--case goes with --view-at.")
+    if view_at is not None and out is not None:
+        run_view_at(session, view_at, out, case=case, quietly=json)
+        if not check and video is None:
+            return 0
 
     return run_replay(
         session, check=check, video=video, threads=thread_count(threads), as_json=json

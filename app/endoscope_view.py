@@ -80,6 +80,9 @@ class EndoscopeView:
         # that one of them has the whole tool
         self._bands = RowBands(threads, bands_per_thread=4)
         self._hasher = ThreadPoolExecutor(1, thread_name_prefix="hash")
+        self._lit: tuple[object, GBuffer, NDArray[np.float32]] | None = None
+        self.views_skipped = 0
+        """Frames whose view was the one before, so that they were only exposed."""
 
     def warm_up(self, views: Sequence[View], progress: Progress) -> None:
         """Compile every kernel and fill every table by drawing `views` once.
@@ -139,27 +142,20 @@ class EndoscopeView:
     def draw(
         self, view: View, *, number: int, elapsed_s: float, gain: float | None = None
     ) -> Frame:
-        """Draw one frame: `gbuffer`, then `develop`."""
-        return self.develop(
-            view, self.gbuffer(view), number=number, elapsed_s=elapsed_s, gain=gain
-        )
-
-    def develop(
-        self,
-        view: View,
-        buffer: GBuffer,
-        *,
-        number: int,
-        elapsed_s: float,
-        gain: float | None = None,
-    ) -> Frame:
-        """Light what was found and take the picture.
+        """Draw one frame.
 
         number: seeds the sensor noise.
         elapsed_s: time since the last frame; the automatic gain follows with it.
         gain: a fixed gain instead, for replays.
+        A scope that rests is only exposed anew: the same bits as drawn again.
         """
-        radiance = self.light(view, buffer)
+        seen = view.camera.key, view.world_from_instrument.tobytes()
+        if self._lit is None or self._lit[0] != seen:
+            buffer = self.gbuffer(view)
+            self._lit = seen, buffer, self.light(view, buffer)
+        else:
+            self.views_skipped += 1
+        _, buffer, radiance = self._lit
         if gain is None:
             gain = self._auto_gain.follow(meter(radiance), elapsed_s)
         pixels = self.expose(view, buffer, radiance, gain=gain, number=number)

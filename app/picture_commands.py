@@ -34,6 +34,7 @@ def snapshot(
     up: Place = (0.0, 0.0, 1.0),
     lens: Literal["equidistant", "perspective", "orthographic"] = "equidistant",
     half_side: float = 40.0,
+    distortion: tuple[float, float] = (0.0, 0.0),
     classic: Flag = False,
     out: tuple[Path, ...] = (),
     save_view: Path | None = None,
@@ -46,6 +47,7 @@ def snapshot(
     noise: float = 0.0,
     state: Path | None = None,
     time_limit: float | None = None,
+    tolerance: float | None = None,
     against: Literal["fsr", "fast"] | None = None,
     confidence: Path | None = None,
     stereo: float | None = None,
@@ -87,6 +89,8 @@ def snapshot(
         For --eye; an endoscope's is equidistant.
     half_side
         Millimetres from the middle of an orthographic picture to its edge.
+    distortion
+        For --eye: k1 and k2 of the lens, barrel where k1 is negative.
     classic
         Draw a case by its transfer function, not as an endoscope sees it.
     out
@@ -111,6 +115,9 @@ def snapshot(
         With --truth: keep the paths in this .npz, and go on with those there.
     time_limit
         Seconds after which the best picture so far is taken.
+    tolerance
+        Take four samples of a pixel only where they matter most, until the error is
+        estimated at so many of 255 codes; 0 takes all, the worst first.
     against
         Compare with the live picture (fsr), or --truth with the quick bounce light
         (fast); the error map lands beside the first file.
@@ -136,6 +143,7 @@ def snapshot(
         up=up,
         lens=lens,
         half_side_mm=half_side,
+        distortion=distortion,
         classic=classic,
         out=out,
         save_view=save_view,
@@ -148,6 +156,7 @@ def snapshot(
         noise=noise,
         state=state,
         time_limit_s=time_limit,
+        tolerance=tolerance,
         against=against,
         confidence=confidence,
         stereo_mm=stereo,

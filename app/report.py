@@ -40,6 +40,27 @@ def run_replay(
     return 1 if check and not report.is_exact else 0
 
 
+def run_view_at(
+    folder: Path, time_s: float, out: Path, *, case: Path | None, quietly: bool
+) -> None:
+    """Write what a session saw at a time, at the size it was shown, as a view file."""
+    import numpy as np
+
+    from app.pictures.sources import session_views
+    from app.pictures.view_file import save_view
+    from scenarios.bundle import read_session
+
+    if not time_s >= 0:
+        raise ValueError(f"--view-at takes seconds from 0 on, got {time_s:g}.")
+    with Stages() as stages:
+        width, height = read_session(folder)[0].picture_size
+        size = max(width, height)
+        _, views = session_views(folder, np.array([time_s]), size, case, stages)
+        save_view(out, views[0])
+    if not quietly:
+        print(f"{out}: the view at {time_s:g} s, for paravol snapshot --view {out}")
+
+
 def _differing(report: "ReplayReport") -> str:
     if report.same_look:
         return str(len(report.differing_frames))

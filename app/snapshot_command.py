@@ -6,7 +6,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from app.pictures.against import judge, splatted
+from app.pictures.against import demand_splats, judge, splatted
 from app.pictures.camera_path import load_camera_path, views_along
 from app.pictures.doubt import save_doubt
 from app.pictures.drawing import Drawing
@@ -45,6 +45,8 @@ def run_snapshot(options: SnapshotOptions, *, as_json: bool) -> int:
         studio, views = _views(options, stages)
         for view in views[:1] + views[-1:]:
             studio.demand(view)
+            if options.against == "fsr":
+                demand_splats(view)
         if options.save_view is not None:
             save_view(options.save_view, views[0])
         with Drawing(studio, options.ranks, stages) as drawing:
@@ -77,6 +79,7 @@ def _fineness(options: SnapshotOptions) -> Fineness:
         truth,
         options.time_limit_s,
         options.classification,
+        options.tolerance,
     )
 
 
@@ -136,6 +139,7 @@ def _sights(
         size=options.size,
         lens=lens,
         half_side_mm=options.half_side_mm,
+        distortion=options.distortion,
         classic=classic,
     )
     return Studio.of(place, stages), [view]
@@ -218,6 +222,11 @@ def _tell(report: dict[str, Any]) -> None:
             f"{', '.join(report['files'])}: {result.width} x {result.height}, "
             f"{result.seconds['total']:.1f} s"
         )
+        if result.error is not None:
+            print(
+                f"four samples for {(4 * result.traced - 1) / 3:.0%} of the pixels, "
+                f"one for the others: error estimated at {result.error:.2f} codes rms"
+            )
         if result.noise is not None:
             print(f"light by paths: noise {result.noise:.2%} of the light (1 sd, rms)")
     if not report["complete"]:

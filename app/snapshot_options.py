@@ -28,6 +28,7 @@ class SnapshotOptions:
     up: Place
     lens: Lens
     half_side_mm: float
+    distortion: tuple[float, float]
     classic: bool
     out: tuple[Path, ...]
     save_view: Path | None
@@ -40,6 +41,7 @@ class SnapshotOptions:
     noise: float
     state: Path | None
     time_limit_s: float | None
+    tolerance: float | None
     against: Literal["fsr", "fast"] | None
     confidence: Path | None
     stereo_mm: float | None
@@ -85,6 +87,8 @@ def check(options: SnapshotOptions) -> None:
     if options.lens != "equidistant" and options.eye is None:
         raise ValueError("--lens belongs to --eye and --target.")
     plain = options.classic or options.volume is not None
+    if options.distortion != (0, 0) and options.eye is None:
+        raise ValueError("--distortion belongs to --eye and --target.")
     if options.lens != "equidistant" and not plain:
         raise ValueError(
             f"An endoscope's lens is equidistant; --lens {options.lens} needs "
@@ -105,6 +109,7 @@ def check(options: SnapshotOptions) -> None:
         ("--fps", options.fps, 0.1, 240.0),
         ("--half-side", options.half_side_mm, 0.01, 1e4),
         ("--time-limit", options.time_limit_s, 0.01, 86_400.0),
+        ("--tolerance", options.tolerance, 0.0, 255.0),
         ("--stereo", options.stereo_mm, 0.01, 1000.0),
         ("--ranks", options.ranks, 1, 1024),
     ):
@@ -152,6 +157,13 @@ def _check_truth(options: SnapshotOptions) -> None:
         raise ValueError("--state and --against fast belong to --truth.")
     if options.state is not None and options.state.suffix != ".npz":
         raise ValueError(f"--state goes to a .npz file, got {options.state}.")
+    if options.tolerance is not None and (
+        options.truth or options.classic or options.samples != 4 or options.volume
+    ):
+        raise ValueError(
+            "--tolerance spares samples of an endoscope's picture with --samples 4; it "
+            "goes without --truth, --classic and --volume."
+        )
     if options.stereo_mm is not None and (
         options.against or options.confidence or options.state
     ):

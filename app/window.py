@@ -92,6 +92,7 @@ class TraineeWindow(QMainWindow):
         flight.registered.connect(self._on_registered)
         flight.arrived.connect(self._on_frame)
         flight.moment_kept.connect(self._on_moment)
+        flight.view_kept.connect(self._notify)
         flight.pictured.connect(self._moments.show_moment)
         flight.away.connect(self._on_away)
         flight.back.connect(self._on_back)
@@ -155,6 +156,8 @@ class TraineeWindow(QMainWindow):
                 self._notify(self._overview.switch(), "The side wall of the nose")
             case Qt.Key.Key_Space:
                 self._keep_moment()
+            case Qt.Key.Key_V if self._instant is not None:
+                self._flight.keep_view()
             case _:
                 super().keyPressEvent(event)
 
@@ -186,6 +189,7 @@ class TraineeWindow(QMainWindow):
         elif self._instant is not None:
             self._flight.keep_moment()
 
+    @Slot(str, str)
     def _notify(self, message: str, detail: str) -> None:
         self.picture.say(message, detail)
         self._notice_until_s = time.monotonic() + NOTICE_S

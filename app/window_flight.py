@@ -34,6 +34,7 @@ from app.session_info import LIVE_TIER, SEED, describe_session
 from app.session_setup import build_session, build_view, first_views
 from app.snapshot_desk import KeptMoment, SnapshotDesk
 from app.snapshots import ViewAsker
+from app.view_keeper import ViewKeeper
 from app.watched_source import ClosedError, KeyboardRoll, WatchedSource
 from devices import DeviceError, ProbePath, Registration
 from devices.buttons import Button, ButtonEvent
@@ -91,6 +92,8 @@ class WindowFlight(QObject):
     """A snapshot of this time of the session was asked for."""
     pictured = Signal(object)
     """A `MomentPicture`: a kept moment's snapshot, as far as it is drawn."""
+    view_kept = Signal(str, str)
+    """A view was saved as a file, or not: what to say of it, and where it is or why."""
     away = Signal()
     """The device was unplugged; it is being looked for."""
     back = Signal(float)
@@ -107,6 +110,7 @@ class WindowFlight(QObject):
         self.roll = KeyboardRoll(order.input.aim)
         self._closed = threading.Event()
         self._moment_wanted = threading.Event()
+        self._view_wanted = threading.Event()
         self._desk: SnapshotDesk | None = None
         self._lock = threading.Lock()
         self._newest: Instant | None = None
@@ -136,6 +140,10 @@ class WindowFlight(QObject):
     def keep_moment(self) -> None:
         """Ask for a snapshot of the next frame's moment."""
         self._moment_wanted.set()
+
+    def keep_view(self) -> None:
+        """Ask for the next frame's view as a file."""
+        self._view_wanted.set()
 
     def _run(self) -> None:
         try:
@@ -205,10 +213,13 @@ class WindowFlight(QObject):
             recorder = self._recorder(stack, info)
             if order.record is not None:
                 self._desk = self._open_desk(room, order.record)
+            keeper = ViewKeeper(
+                scenario, room, order.record, has_instrument=has_instrument
+            )
             aim: Aim = PedalWatch(self.roll, partial(self._on_pedal, recorder))
             if streamer is not None:
                 aim = StreamedAim(aim, streamer, world_from_device, has_instrument)
-            self._follow(source, lasting, aim, session, view, recorder)
+            self._follow(source, lasting, aim, session, view, recorder, keeper)
 
     def _register(self, source: OrderedPoses) -> Registration:
         """Ask for the fiducials to be touched, unless the input lies in the patient."""
@@ -239,6 +250,7 @@ class WindowFlight(QObject):
         session: Session,
         view: EndoscopeView,
         recorder: SessionRecorder,
+        keeper: ViewKeeper,
     ) -> None:
         """Fly until the path ends, the window closes or the arm is lost for good."""
         order = self.order
@@ -268,6 +280,9 @@ class WindowFlight(QObject):
                 if self._desk is not None:
                     moment = KeptMoment(sample.time_s, seen, frame.gain, number)
                     self._desk.draw(moment)
+            if self._view_wanted.is_set():
+                self._view_wanted.clear()
+                self.view_kept.emit(*keeper.keep(seen, frame, sample, number))
             self._post(
                 Instant(frame.pixels, seen, sample.time_s, source.age_ms(), rate)
             )

@@ -12,6 +12,7 @@ WINDOW_KEYS = {
     "M": "slices: CT, MR, both",
     "C": "open the head",
     "Space": "keep this moment",
+    "V": "save this view",
     "F": "full screen",
     "Q": "quit",
 }

@@ -102,11 +102,11 @@ def orbited(camera: Camera, radius_mm: float, step_mm: float) -> Camera:
     across = np.cos(angle) * right + np.sin(angle) * forward
     target = eye + radius_mm * forward
     frame = np.stack([target - radius_mm * turned, across, up, turned])
-    return Camera(frame, camera.extent, camera.width, camera.height, camera.projection)
+    return camera.moved(frame)
 
 
 def shifted(camera: Camera, step_mm: float) -> Camera:
     """Move a camera forwards along its view axis."""
     frame = camera.frame.copy()
     frame[0] += step_mm * frame[3]
-    return Camera(frame, camera.extent, camera.width, camera.height, camera.projection)
+    return camera.moved(frame)

@@ -36,11 +36,12 @@ CHANGES: dict[str, dict[str, Any]] = {
     "cut: bent rays": {
         "deflectors": [CUT | {"normal": [1.0, 0.0, 0.0], "pull_mm": 1.2}]
     },
-    "orthographic, classic": {
+    # from just beside the septum: what lies before the eye is cut away
+    "orthographic: the side wall": {
         "camera": {
-            "eye_mm": [-6.0, -80.0, 24.0],
-            "target_mm": [-6.0, 0.0, 24.0],
-            "extent": 45.0,
+            "eye_mm": [-2.0, 25.0, 22.0],
+            "target_mm": [-30.0, 25.0, 22.0],
+            "extent": 31.0,
             "projection": "orthographic",
         },
         "look": {"mode": "classic"},

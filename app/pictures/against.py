@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from app.comparison import Difference, difference, save_comparison
 from app.pictures.outputs import Drawn
 from app.pictures.studio import Studio, placed
-from app.pictures.view_file import ScopeLook
+from app.pictures.view_file import ScopeLook, ViewFile
 from renderers.art.deflectors import to_deflection
 from renderers.scene import image_error
 from renderers.scene.deflection import deflected_surface
@@ -26,6 +26,15 @@ class Judged:
     codes: Difference
     light: float | None
     file: str
+
+
+def demand_splats(view: ViewFile) -> None:
+    """Raise ValueError for a lens that splats cannot be seen through."""
+    if not view.to_camera().distortion.is_none:
+        raise ValueError(
+            "--against fsr draws splats, which know no distorted lens; take a view "
+            f"whose camera has none, got {view.camera.distortion}."
+        )
 
 
 def splatted(studio: Studio, drawn: Drawn, threads: int) -> NDArray[np.uint8]:

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from app.pictures.view_file import ViewCamera, ViewFile, decoded
 from renderers.art.job import Axis, Point
-from renderers.scene import Camera
 
 
 class PathKey(Struct, frozen=True, forbid_unknown_fields=True):
@@ -78,15 +77,7 @@ def views_along(
     return [
         msgspec.structs.replace(
             view,
-            camera=ViewCamera.of(
-                Camera(
-                    np.vstack([eye, frame]),
-                    camera.extent,
-                    camera.width,
-                    camera.height,
-                    camera.projection,
-                )
-            ),
+            camera=ViewCamera.of(camera.moved(np.vstack([eye, frame]))),
         )
         for eye, frame in zip(eyes, axes, strict=True)
     ]

@@ -69,6 +69,7 @@ class Drawn:
             "Complete": "yes" if result.complete else "no: stopped early",
             "Traced": f"{result.traced:.6g}",
             "Noise": noise,
+            "Error": "" if result.error is None else f"{result.error:.6g} codes",
             "Gain": "" if result.gain is None else repr(result.gain),
             "Seconds": f"{result.seconds['total']:.3f}",
         }

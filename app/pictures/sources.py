@@ -118,6 +118,7 @@ def placed_view(
     size: int,
     lens: Lens,
     half_side_mm: float,
+    distortion: tuple[float, float] = (0.0, 0.0),
     classic: bool,
 ) -> ViewFile:
     """Give the view from a place to a place; ValueError where one cannot look so."""
@@ -127,7 +128,14 @@ def placed_view(
     view = ViewFile(
         schema="paravol.view/1",
         head=head,
-        camera=ViewCamera(eye, extent, target_mm=target, up=up, projection=lens),
+        camera=ViewCamera(
+            eye,
+            extent,
+            target_mm=target,
+            up=up,
+            projection=lens,
+            distortion=distortion,
+        ),
         size_px=(size, size),
         look=ClassicLook() if classic else ScopeLook(1.45, seed=SEED),
     )

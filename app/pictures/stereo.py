@@ -3,7 +3,6 @@
 import msgspec
 
 from app.pictures.view_file import ScopeLook, ViewCamera, ViewFile
-from renderers.scene import Camera
 
 
 def both_eyes(view: ViewFile, apart_mm: float) -> list[ViewFile]:
@@ -13,10 +12,8 @@ def both_eyes(view: ViewFile, apart_mm: float) -> list[ViewFile]:
     for sign in (-0.5, 0.5):
         frame = camera.frame.copy()
         frame[0] += sign * apart_mm * frame[1]
-        moved = Camera(
-            frame, camera.extent, camera.width, camera.height, camera.projection
-        )
-        views.append(msgspec.structs.replace(view, camera=ViewCamera.of(moved)))
+        moved = ViewCamera.of(camera.moved(frame))
+        views.append(msgspec.structs.replace(view, camera=moved))
     return views
 
 

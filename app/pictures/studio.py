@@ -30,7 +30,8 @@ from scenarios.scenario import Head as ScenarioHead
 class Fineness:
     """Say how finely a picture is drawn, and how long it may take.
 
-    seconds: the best picture so far is taken then.
+    seconds: the best picture so far is taken then. tolerance: as in
+    `SnapshotRequest`.
     """
 
     quality: QualityName = "snapshot"
@@ -38,6 +39,7 @@ class Fineness:
     truth: TruthSpec | None = None
     seconds: float | None = None
     classification: ClassificationName = "post"
+    tolerance: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +130,9 @@ class Studio:
             progressive=True,
             deliver_after_s=fineness.seconds,
         )
-        return msgspec.structs.replace(request, deflectors=view.deflectors)
+        return msgspec.structs.replace(
+            request, deflectors=view.deflectors, tolerance=fineness.tolerance
+        )
 
 
 LONGEST_S = 86_400.0

@@ -15,7 +15,7 @@ from msgspec import Meta, Struct
 from disk import whole_file
 from renderers.art.deflectors import DeflectorSpec, to_deflection
 from renderers.art.job import Amount, Axis, Pixels, Point, Positive, Row
-from renderers.scene import Camera, Projection
+from renderers.scene import Camera, Distortion, Projection
 
 T = TypeVar("T")
 
@@ -55,7 +55,8 @@ class ViewCamera(_Strict, frozen=True):
 
     Either axes (unit right, up and forward: exact) or a target, with up roughly upwards
     (easy to write). extent: half the field on the picture's shorter side, in radians,
-    orthographic in mm.
+    orthographic in mm. distortion: k1 and k2 of the lens; see
+    `renderers.scene.distortion`.
     """
 
     eye_mm: Point
@@ -64,6 +65,7 @@ class ViewCamera(_Strict, frozen=True):
     target_mm: Point | None = None
     up: Point | None = None
     projection: Literal["equidistant", "perspective", "orthographic"] = "equidistant"
+    distortion: tuple[float, float] = (0.0, 0.0)
 
     @classmethod
     def of(cls, camera: Camera) -> "ViewCamera":
@@ -76,11 +78,13 @@ class ViewCamera(_Strict, frozen=True):
                 camera.projection.name.lower(),
                 Literal["equidistant", "perspective", "orthographic"],
             ),
+            distortion=(camera.distortion.k1, camera.distortion.k2),
         )
 
     def camera(self, size: tuple[int, int]) -> Camera:
         """Build the camera; ValueError where the two ways to aim are mixed."""
         projection = Projection[self.projection.upper()]
+        distortion = Distortion(*self.distortion)
         if (self.axes is None) == (self.target_mm is None):
             raise ValueError(
                 "A view's camera needs either axes or target_mm, one of them alone."
@@ -91,7 +95,7 @@ class ViewCamera(_Strict, frozen=True):
                     "A view's up goes with target_mm; axes have their own."
                 )
             frame = np.array([self.eye_mm, *self.axes])
-            return Camera(frame, self.extent, *size, projection)
+            return Camera(frame, self.extent, *size, projection, distortion)
         assert self.target_mm is not None
         return Camera.looking_at(
             self.eye_mm,
@@ -100,6 +104,7 @@ class ViewCamera(_Strict, frozen=True):
             extent=self.extent,
             size=size,
             projection=projection,
+            distortion=distortion,
         )
 
 

@@ -308,6 +308,7 @@ class SnapshotClient:
                 ),
                 camera.extent,
                 projection,
+                (camera.distortion.k1, camera.distortion.k2),
             ),
             image=ImageSpec(camera.width, camera.height, samples),
             work=work,

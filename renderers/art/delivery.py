@@ -19,7 +19,7 @@ from renderers.art.saved_work import SavedWork
 from renderers.art.stage import instrument_meshes, seen_surface
 from renderers.art.team import Progress, Traced, traced_camera
 from renderers.art.truth import follow_light, truth_of
-from renderers.scene import GBuffer, Image, Scene, save_png
+from renderers.scene import Camera, GBuffer, Image, Mesh, Scene, save_png
 from renderers.shading import (
     CameraPass,
     Caster,
@@ -49,7 +49,7 @@ class Picture:
     ``(h, w)`` float32 along the rays. coverage: ``(h, w)`` float32, alpha. samples:
     ``(h, w)`` uint32 rays of each pixel; with light by random paths, paths. gain: of
     the camera, None in mode classic. complete, noise: as in `SnapshotResult`. state: of
-    the paths, to go on from.
+    the paths, to go on from. error: estimated, of a picture that was refined.
     """
 
     pixels: NDArray[np.uint8]
@@ -61,6 +61,28 @@ class Picture:
     complete: bool = True
     noise: float | None = None
     state: NDArray[np.float64] | None = None
+    error: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """Hold what lights a view: the camera of its rays, the light, tools in it."""
+
+    camera: Camera
+    light: ScopeLight
+    shader: ScopeShader
+    tools: list[tuple[Mesh, NDArray[np.float64]]]
+
+    @property
+    def casters(self) -> list[Caster]:
+        """Get what casts shadows."""
+        return [Caster.of(mesh, pose) for mesh, pose in self.tools]
+
+    def with_tools(self, found: GBuffer) -> GBuffer:
+        """Put the tools before or behind what rays found."""
+        for mesh, pose in self.tools:
+            found = found.nearest(mesh.gbuffer(self.camera, pose))
+        return found
 
 
 class Finisher:
@@ -144,14 +166,10 @@ class Finisher:
         enough: Callable[[], bool],
         saved: SavedWork | None,
     ) -> Picture:
-        fine = traced_camera(request)
-        tools = instrument_meshes(self._data, work.instruments)
-        gbuffer = found
-        for mesh, pose in tools:
-            gbuffer = gbuffer.nearest(mesh.gbuffer(fine, pose))
-        light = ScopeLight(work.ring_radius_mm, power=work.light_power)
-        shader = self._shader(request, work, scene)
-        casters = [Caster.of(mesh, pose) for mesh, pose in tools]
+        sight = self.sight(request, work, scene)
+        fine, light, shader = sight.camera, sight.light, sight.shader
+        gbuffer = sight.with_tools(found)
+        casters = sight.casters
         radiance = shader.shade(gbuffer, fine, light, casters=casters)
         truth = None
         samples = np.full(
@@ -164,7 +182,9 @@ class Finisher:
                 self._data,
                 work,
                 seen_surface(request, scene),
-                SeenWalls.of(gbuffer, fine, light),
+                SeenWalls.of(
+                    gbuffer, fine, light, shader.reflectance(gbuffer, fine, light)
+                ),
                 self._threads,
                 go_on,
                 enough,
@@ -177,13 +197,7 @@ class Finisher:
         if request.image.samples == 4:
             radiance = downsample_radiance(radiance)
             gbuffer = downsample_gbuffer(gbuffer)
-        pixels, gain = self._camera.finish(
-            radiance,
-            gbuffer,
-            request.to_camera(),
-            gain=work.gain,
-            frame_number=work.frame_number,
-        )
+        pixels, gain = self.expose(request, work, radiance, gbuffer)
         return Picture(
             pixels,
             radiance,
@@ -194,6 +208,31 @@ class Finisher:
             truth is None or truth.complete,
             None if truth is None else truth.noise,
             None if truth is None else truth.state,
+        )
+
+    def sight(self, request: SnapshotRequest, work: ScopeWork, scene: Scene) -> "Sight":
+        """Set up what lights the rays of a request."""
+        return Sight(
+            traced_camera(request),
+            ScopeLight(work.ring_radius_mm, power=work.light_power),
+            self._shader(request, work, scene),
+            instrument_meshes(self._data, work.instruments),
+        )
+
+    def expose(
+        self,
+        request: SnapshotRequest,
+        work: ScopeWork,
+        radiance: NDArray[np.float32],
+        gbuffer: GBuffer,
+    ) -> tuple[NDArray[np.uint8], float]:
+        """Take the picture of one radiance a pixel; give it and the gain."""
+        return self._camera.finish(
+            radiance,
+            gbuffer,
+            request.to_camera(),
+            gain=work.gain,
+            frame_number=work.frame_number,
         )
 
     def _shader(

@@ -13,7 +13,14 @@ from msgspec import Meta, Struct
 from renderers.art.bent import BENT_PROBLEM
 from renderers.art.deflectors import DeflectorSpec, to_deflection
 from renderers.art.quality import ClassificationName, Quality
-from renderers.scene import Camera, Light, PhongMaterial, Projection, TransferFunction
+from renderers.scene import (
+    Camera,
+    Distortion,
+    Light,
+    PhongMaterial,
+    Projection,
+    TransferFunction,
+)
 
 LARGEST_REQUEST = 256 * 1024
 """Bytes of a request, at most; arrays travel beside it."""
@@ -53,13 +60,17 @@ class GridSpec(_Strict, frozen=True):
 
 
 class CameraSpec(_Strict, frozen=True):
-    """Place an eye and its lens; see `renderers.scene.Camera`."""
+    """Place an eye and its lens; see `renderers.scene.Camera`.
+
+    distortion: k1 and k2 of the lens.
+    """
 
     eye_mm: Point
     axes: tuple[Axis, Axis, Axis]
     """Unit right, up and forward."""
     extent: Positive
     projection: Literal["equidistant", "perspective", "orthographic"] = "equidistant"
+    distortion: tuple[float, float] = (0.0, 0.0)
 
 
 class ImageSpec(_Strict, frozen=True):
@@ -152,7 +163,10 @@ class SnapshotRequest(_Strict, frozen=True):
     pictures are traced first, so that a picture can be had at any moment, and those
     and parts of the picture itself are shown as they come. deflectors: bend the
     rays, the first of them moving the undeformed tissue. deliver_after_s: the best
-    picture so far is delivered then. classification: see `Quality`.
+    picture so far is delivered then. tolerance: 4 samples a pixel only where they
+    matter most, until the error is estimated at so many codes; 0 for everywhere, in
+    that order; None in whatever order is quickest. In mode scope without truth.
+    classification: see `Quality`.
     """
 
     schema: Literal["paravol.snapshot.request/2"]
@@ -171,6 +185,7 @@ class SnapshotRequest(_Strict, frozen=True):
     deflectors: Annotated[tuple[DeflectorSpec, ...], Meta(max_length=16)] = ()
     deliver_after_s: Annotated[float, Meta(gt=0, le=86_400)] | None = None
     classification: ClassificationName = "post"
+    tolerance: Annotated[float, Meta(ge=0, le=255)] | None = None
 
     def to_camera(self) -> Camera:
         """Build the camera of one sample a pixel."""
@@ -181,6 +196,7 @@ class SnapshotRequest(_Strict, frozen=True):
             self.image.width,
             self.image.height,
             Projection[camera.projection.upper()],
+            Distortion(*camera.distortion),
         )
 
     def to_quality(self) -> Quality:
@@ -200,10 +216,13 @@ class SnapshotResult(_Strict, frozen=True):
     """Say what was drawn, and what it cost.
 
     seconds: `load`, `trace`, `shade`, `total`. digests: of the files, by name.
+    counters: what tracing cost; views_skipped, traces_skipped: 1 where a picture, or
+    what its rays found, was there from before.
     complete: False for the best picture there was when it had to be delivered. traced:
     share of the rays that were; the others show what a coarser picture has. noise: of
     light by random paths, root mean square over the mean; None where there is none, or
-    it is not known yet.
+    it is not known yet. error: estimated root mean square error, in codes of the
+    encoded light, of a picture whose samples went where they mattered most; else None.
     """
 
     schema: Literal["paravol.snapshot.result/2"]
@@ -217,6 +236,7 @@ class SnapshotResult(_Strict, frozen=True):
     complete: bool
     traced: float
     noise: float | None
+    error: float | None
     seconds: dict[str, float]
     counters: dict[str, int]
     digests: dict[str, Digest]

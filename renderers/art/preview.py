@@ -7,6 +7,7 @@ from types import TracebackType
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from renderers.art.delivery import Finisher
 from renderers.art.filling import fill
@@ -72,6 +73,11 @@ class Preview(AbstractContextManager["Preview"]):
             )
             self._tiles.add(self._whole, picture.pixels)
             self._coarse, self._gain = found, picture.gain
+
+    def show_picture(self, pixels: NDArray[np.uint8]) -> None:
+        """Show a picture of the final size that is not final."""
+        if self._tiles is not None:
+            self._tiles.add(self._whole, pixels)
 
     def looking_at(self, gather: Gather, progress: Progress) -> Progress:
         """Show what is gathered whenever progress is told and there is time for it."""

@@ -133,7 +133,8 @@ class Gather:
     """Collect finished regions into one picture.
 
     value: ``(h, w, 4)`` float32. depth: ``(h, w)`` float32, +inf where nothing is.
-    done: ``(h, w)`` whether a ray has come.
+    done: ``(h, w)`` whether a ray has come. wanted: ``(h, w)`` rays asked
+    for, the others may find nothing; None for all.
     """
 
     def __init__(self, width: int, height: int) -> None:
@@ -141,6 +142,7 @@ class Gather:
         self.depth = np.full((height, width), np.inf, np.float32)
         self.done = np.zeros((height, width), np.bool_)
         self.missing = width * height
+        self.wanted: NDArray[np.bool_] | None = None
 
     def add(
         self,

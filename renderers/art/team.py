@@ -62,6 +62,8 @@ class Team(Protocol):
     """Promise what a worker needs."""
 
     ranks: int
+    traces_parts: bool
+    """Whether `Gather.wanted` saves anything; ranks trace all rays."""
 
     def trace(
         self,
@@ -107,6 +109,7 @@ class SerialTeam:
     """Trace with the threads of this process."""
 
     ranks = 1
+    traces_parts = True
 
     def __init__(self, threads: int = 2) -> None:
         self._threads = threads
@@ -131,11 +134,14 @@ class SerialTeam:
             self._kept = key, tracer
         tracer = self._kept[1]
         camera = traced_camera(request)
+        limit = None
+        if gather is not None and gather.wanted is not None:
+            limit = np.where(gather.wanted, np.inf, 0).astype(np.float32)
         found: GBuffer | Image
         if isinstance(request.work, ScopeWork):
-            found = tracer.gbuffer(camera, progress, gather)
+            found = tracer.gbuffer(camera, progress, gather, limit_mm=limit)
         else:
-            found = tracer.render(camera, progress, gather)
+            found = tracer.render(camera, progress, gather, limit_mm=limit)
         assert tracer.report is not None
         return Traced(found, tracer.report.counters)
 
@@ -227,6 +233,7 @@ class RankTeam:
 
     def __init__(self, rank: Rank, policy: CellPolicy | None = None) -> None:
         self.ranks = rank.transport.ranks
+        self.traces_parts = False
         self._rank = rank
         self._prepared = _Prepared(rank.transport, policy or CellPolicy())
 

@@ -15,18 +15,21 @@ from renderers.art.job import (
     SnapshotResult,
     decode_request,
 )
+from renderers.art.kept_views import KeptViews
 from renderers.art.lease import LEASE_S, SAVE_EVERY_S
 from renderers.art.preview import Preview
 from renderers.art.progressive import trace_best
 from renderers.art.pruning import KEEP_S, Pruner
+from renderers.art.refinement import Refinement, can_refine, refined
 from renderers.art.saved_work import SavedWork, code_key, forget_saved
 from renderers.art.spool import Claim, JobState, Spool
 from renderers.art.stage import load_scene
 from renderers.art.steps import Step, reached
-from renderers.art.team import SerialTeam, Team
+from renderers.art.team import Progress, SerialTeam, Team, Traced
 from renderers.art.tracer import RenderStoppedError
 from renderers.art.transport import RankRefusedError, TransportError
 from renderers.art.truth import truth_of
+from renderers.scene import Scene
 
 POLL_S = 0.05
 MOST_ATTEMPTS = 3
@@ -95,6 +98,7 @@ class _Worker:
         self._team = team
         self._save_every_s = save_every_s
         self._stopped = stopped
+        self._kept = KeptViews()
 
     def serve(self, claim: Claim) -> bool:
         """Draw one job; False when the worker was stopped before it ended.
@@ -165,20 +169,30 @@ class _Worker:
         loaded = time.perf_counter()
         folder = self._spool.attempt_folder(request.id, attempt)
         saved = SavedWork(self._spool, request, attempt, self._save_every_s)
-        # where light is followed by paths, that takes nearly all the time
-        tracing = 0.05 if truth_of(request) else 0.9
-        with Preview(folder, request, scene, self.finisher) as preview:
-            traced = trace_best(
-                self._team,
-                request,
-                scene,
-                lambda share: go_on(tracing * share),
-                enough,
-                preview,
-                saved,
-            )
+        picture, traced = self._kept.picture(request), self._kept.traced(request)
+        skipped = {
+            "views_skipped": int(picture is not None),
+            "traces_skipped": int(picture is not None or traced is not None),
+        }
+        counters: dict[str, int] = {}
+        share = 1.0
+        if picture is None and can_refine(request):
+            refinement = Refinement(self._team, self.finisher, request, scene, go_on)
+            with Preview(folder, request, scene, self.finisher) as preview:
+                picture = refined(refinement, go_on, enough, preview.show_picture)
+            counters = dict(refinement.counters)
+            share = float(picture.samples.mean()) / 4
+            self._kept.keep_picture(request, picture)
+        elif picture is None and traced is None:
+            traced = self._trace(request, scene, folder, go_on, enough, saved)
+            self._kept.keep_traced(request, traced)
+            counters = traced.counters
+            share = 1.0 if traced.drawn is None else float(traced.drawn.mean())
         found = time.perf_counter()
-        picture = self.finisher.finish(request, scene, traced, go_on, enough, saved)
+        if picture is None:
+            assert traced is not None
+            picture = self.finisher.finish(request, scene, traced, go_on, enough, saved)
+            self._kept.keep_picture(request, picture)
         reached(Step.PICTURE_SHADED)
         shaded = time.perf_counter()
         if not (heart.look() and go_on(1.0)):
@@ -195,17 +209,41 @@ class _Worker:
             attempt=attempt,
             gain=picture.gain,
             complete=picture.complete,
-            traced=1.0 if traced.drawn is None else float(traced.drawn.mean()),
+            traced=share,
             noise=picture.noise,
+            error=picture.error,
             seconds={
                 "load": loaded - began,
                 "trace": found - loaded,
                 "shade": shaded - found,
                 "total": time.perf_counter() - began,
             },
-            counters=traced.counters,
+            counters=counters | skipped,
             digests=digests,
         )
         write_whole(folder / "result.json", msgspec.json.encode(result))
         reached(Step.RESULT_WRITTEN)
         heart.done = 1.0
+
+    def _trace(
+        self,
+        request: SnapshotRequest,
+        scene: Scene,
+        folder: Path,
+        go_on: Progress,
+        enough: Callable[[], bool],
+        saved: SavedWork,
+    ) -> Traced:
+        """Trace a view; show it while it comes."""
+        # where light is followed by paths, that takes nearly all the time
+        tracing = 0.05 if truth_of(request) else 0.9
+        with Preview(folder, request, scene, self.finisher) as preview:
+            return trace_best(
+                self._team,
+                request,
+                scene,
+                lambda share: go_on(tracing * share),
+                enough,
+                preview,
+                saved,
+            )

@@ -119,8 +119,10 @@ class FuzzySetRenderer:
     ) -> Image:
         """Draw mode `classic`: premultiplied linear RGBA.
 
-        with_depth, limit_mm: see `SplatRasterizer.draw`.
+        with_depth, limit_mm: see `SplatRasterizer.draw`. Raises ValueError for a
+        distorted lens.
         """
+        _demand_law(camera)
         mode = self.mode or self._gauge.mode(camera)
         image = self._classic.draw(
             camera,
@@ -138,7 +140,8 @@ class FuzzySetRenderer:
 
         The pictures of `render`, to the bit; cameras are taken one ahead.
         """
-        views = ((camera, self.mode or self._gauge.mode(camera)) for camera in cameras)
+        checked = map(_demand_law, cameras)
+        views = ((camera, self.mode or self._gauge.mode(camera)) for camera in checked)
         for image in draw_film(self._classic, self._team, views, self.traversal):
             self._counters = {"splats": len(self.fuzzy_set), **self._classic.counters}
             yield image
@@ -146,9 +149,10 @@ class FuzzySetRenderer:
     def gbuffer(self, camera: Camera) -> GBuffer:
         """Find the air surface behind each pixel: the geometry of mode `scope`.
 
-        Raises ValueError when the scene has no air surface or the camera is
-        orthographic.
+        Raises ValueError when the scene has no air surface, or the camera is
+        orthographic or distorted.
         """
+        _demand_law(camera)
         result = self._scope.draw(camera, self._team)
         self._counters = {"splats": self._scope.splat_count, **self._scope.counters}
         return result
@@ -187,6 +191,16 @@ class FuzzySetRenderer:
                 "this scene has no air surface; give it one or draw mode classic"
             )
         return SurfelRasterizer(self._undeformed.distance, deflection=self._deflection)
+
+
+def _demand_law(camera: Camera) -> Camera:
+    """Raise ValueError for a distorted lens: footprints follow the undistorted laws."""
+    if not camera.distortion.is_none:
+        raise ValueError(
+            f"splats are drawn without distortion, got {camera.distortion}; take the "
+            "ray tracer for this lens"
+        )
+    return camera
 
 
 def default_inclusion(scene: Scene) -> Inclusion:

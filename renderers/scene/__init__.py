@@ -1,6 +1,7 @@
 """The vocabulary both renderers speak. Nothing here knows a renderer."""
 
 from renderers.scene.camera import Camera, Projection
+from renderers.scene.distortion import Distortion
 from renderers.scene.gbuffer import GBuffer, Material
 from renderers.scene.image import Image, save_png, srgb_from_linear
 from renderers.scene.light import Light, four_lights
@@ -19,6 +20,7 @@ __all__ = [
     "AIR_HU",
     "AirSurface",
     "Camera",
+    "Distortion",
     "GBuffer",
     "Image",
     "ImageError",

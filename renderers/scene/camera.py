@@ -5,16 +5,19 @@ of an ``height x width`` picture is sampled at its centre; row 0 is at the top.
 Three projections: the rigid endoscope's *equidistant* lens ``r = f * theta``
 (a rigid sinus scope shows 52 % of the size at the edge of its field, Laryngoscope
 2015;125:561; theta / tan(theta) is .79 there and cos(theta)**2 .51, so the law needs
-no coefficient), the pinhole, and the orthographic view.
+no coefficient), the pinhole, and the orthographic view. The first two may be distorted
+(`renderers.scene.distortion`), as calibrations of real scopes find them.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from renderers.scene.distortion import NO_DISTORTION, Distortion
 
 STOP_MARGIN_PX = 2.0
 """Rays are cast this far beyond the round field stop, so that its soft edge has
@@ -39,7 +42,11 @@ _TOLERANCE = 1e-6 + 1e-5 * _ORTHONORMAL
 
 @lru_cache(maxsize=8)
 def _lens_table(
-    projection: Projection, extent: float, width: int, height: int
+    projection: Projection,
+    extent: float,
+    width: int,
+    height: int,
+    distortion: Distortion = NO_DISTORTION,
 ) -> NDArray[np.float32]:
     half = min(width, height) / 2
     x, y = np.meshgrid(
@@ -47,7 +54,11 @@ def _lens_table(
         -(np.arange(height) + 0.5 - height / 2) / half,
     )
     table = np.zeros((height, width, 3))
-    if projection is Projection.EQUIDISTANT:
+    if not distortion.is_none:
+        _distort(table, projection, extent, x, y, distortion)
+        if projection is Projection.EQUIDISTANT:
+            table[np.hypot(x, y) > 1 + STOP_MARGIN_PX / half] = 0
+    elif projection is Projection.EQUIDISTANT:
         r = np.hypot(x, y)
         theta = r * extent
         # sin(theta)/r -> extent at the centre, where r is 0
@@ -67,6 +78,27 @@ def _lens_table(
     return result
 
 
+def _distort(
+    table: NDArray[np.float64],
+    projection: Projection,
+    extent: float,
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    distortion: Distortion,
+) -> None:
+    """Fill a lens table; where the lens would fold there is no ray."""
+    edge = math.tan(extent) if projection is Projection.PERSPECTIVE else extent
+    r = np.hypot(x, y)
+    u = distortion.inverse(r * float(distortion.of(np.array(edge))))
+    seen = np.isfinite(u)
+    theta = np.arctan(u) if projection is Projection.PERSPECTIVE else u
+    # on the axis any direction will do: the sine is 0
+    across = np.where(r > 0, r, 1.0)
+    table[..., 0] = np.where(seen, np.sin(theta) * x / across, 0)
+    table[..., 1] = np.where(seen, np.sin(theta) * y / across, 0)
+    table[..., 2] = np.where(seen, np.cos(theta), 0)
+
+
 @dataclass(frozen=True, slots=True)
 class Camera:
     """Place an eye and its lens.
@@ -76,6 +108,8 @@ class Camera:
         falls on the half of the picture's shorter side; for ORTHOGRAPHIC that half
         side in mm.
     width, height: picture size in pixels.
+    distortion: of the lens. The extent keeps its meaning: the field that falls on the
+        half of the shorter side, distortion included.
     """
 
     frame: NDArray[np.float64]
@@ -83,6 +117,7 @@ class Camera:
     width: int
     height: int
     projection: Projection = Projection.EQUIDISTANT
+    distortion: Distortion = NO_DISTORTION
 
     def __post_init__(self) -> None:
         frame = np.array(self.frame, dtype=np.float64)
@@ -107,6 +142,58 @@ class Camera:
         frame.flags.writeable = False
         object.__setattr__(self, "frame", frame)
         object.__setattr__(self, "projection", Projection(self.projection))
+        self._demand_rising()
+
+    def _demand_rising(self) -> None:
+        """Raise ValueError where a distorted lens turns back within its field."""
+        if self.distortion.is_none:
+            return
+        if self.projection is Projection.ORTHOGRAPHIC:
+            raise ValueError("an orthographic view has no lens to be distorted")
+        if not self.edge < self.distortion.fold:
+            pinhole = self.projection is Projection.PERSPECTIVE
+            fold = self.distortion.fold
+            fold = math.atan(fold) if pinhole else fold
+            raise ValueError(
+                f"a lens with {self.distortion} folds at {fold:.4g} rad from its axis; "
+                f"the half field must be less, got {self.extent:.4g}"
+            )
+
+    @property
+    def edge(self) -> float:
+        """Get the undistorted radius on the half of the shorter side.
+
+        A tangent (pinhole), radians (equidistant) or mm (orthographic).
+        """
+        if self.projection is Projection.PERSPECTIVE:
+            return math.tan(self.extent)
+        return self.extent
+
+    @property
+    def pixels_per_unit(self) -> float:
+        """Get the picture's pixels per tangent, radian or mm, in its middle."""
+        edge = self.edge
+        if not self.distortion.is_none:
+            edge = float(self.distortion.of(np.array(edge)))
+        return min(self.width, self.height) / 2 / edge
+
+    @property
+    def widest(self) -> float:
+        """Get the undistorted radius of the ray farthest from the axis."""
+        half = min(self.width, self.height) / 2
+        r = 1 + STOP_MARGIN_PX / half
+        if self.projection is not Projection.EQUIDISTANT:
+            r = math.hypot(self.width, self.height) / 2 / half
+        found = float(
+            self.distortion.inverse(np.array(r * half) / self.pixels_per_unit)
+        )
+        return found if math.isfinite(found) else self.distortion.fold
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Get something that is equal exactly for cameras with the same rays."""
+        lens = self.extent, self.width, self.height, self.projection, self.distortion
+        return self.frame.tobytes(), *lens
 
     @classmethod
     def looking_at(
@@ -118,6 +205,7 @@ class Camera:
         extent: float = math.radians(44.0),
         size: tuple[int, int] = (512, 512),
         projection: Projection = Projection.EQUIDISTANT,
+        distortion: Distortion = NO_DISTORTION,
     ) -> "Camera":
         """Aim from `eye_mm` at `target_mm`; `up` need only be roughly upwards.
 
@@ -134,7 +222,7 @@ class Camera:
         forward /= np.linalg.norm(forward)
         right /= np.linalg.norm(right)
         frame = np.stack([eye, right, np.cross(right, forward), forward])
-        return cls(frame, extent, size[0], size[1], projection)
+        return cls(frame, extent, size[0], size[1], projection, distortion)
 
     @property
     def eye_mm(self) -> NDArray[np.float64]:
@@ -145,9 +233,9 @@ class Camera:
     @property
     def radians_per_pixel(self) -> float:
         """Get the angle of one pixel at the centre (mm per pixel, orthographic)."""
-        pinhole = self.projection is Projection.PERSPECTIVE
-        half = math.tan(self.extent) if pinhole else self.extent
-        return 2 * half / min(self.width, self.height)
+        if not self.distortion.is_none:
+            return 1 / self.pixels_per_unit
+        return 2 * self.edge / min(self.width, self.height)
 
     def lens_table(self) -> NDArray[np.float32]:
         """Give camera-frame ray directions ``(height, width, 3)``, read-only.
@@ -156,7 +244,9 @@ class Camera:
         Orthographic: (x, y) is the ray origin's offset in mm along right and up and
         z is 1. The table is cached; it depends on the lens and the size only.
         """
-        return _lens_table(self.projection, self.extent, self.width, self.height)
+        return _lens_table(
+            self.projection, self.extent, self.width, self.height, self.distortion
+        )
 
     def rays(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Give world origins and unit directions, both ``(height, width, 3)``.
@@ -180,7 +270,7 @@ class Camera:
 
         The centre of pixel (row i, column j) is (j + .5, i + .5). The distance is
         along the ray (along the view axis, orthographic); points behind a pinhole
-        get a NaN position.
+        get a NaN position, as do those beyond where a distorted lens would fold.
         """
         local = (np.asarray(points_mm, dtype=np.float64) - self.frame[0]) @ self.frame[
             1:
@@ -201,10 +291,30 @@ class Camera:
             slope = np.where(near_axis, 1 / np.maximum(np.abs(z), 1e-12), theta / safe)
             scale = slope * half / self.extent
             distance = np.sqrt(rho**2 + z**2)
+        if not self.distortion.is_none:
+            scale = scale * self._bent(rho, z)
         column = self.width / 2 + x * scale
         row = self.height / 2 - y * scale
         return np.stack([column, row], axis=-1), distance
 
+    def _bent(
+        self, rho: NDArray[np.float64], z: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Give how much farther from the middle a distorted lens puts a point."""
+        u = np.arctan2(rho, z)
+        if self.projection is Projection.PERSPECTIVE:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                u = np.where(z > 0, rho / z, np.nan)
+        edge = float(self.distortion.stretch(np.array(self.edge)))
+        return (
+            np.where(u < self.distortion.fold, self.distortion.stretch(u), np.nan)
+            / edge
+        )
+
     def with_size(self, width: int, height: int) -> "Camera":
         """Return the same view at another picture size."""
-        return Camera(self.frame, self.extent, width, height, self.projection)
+        return replace(self, width=width, height=height)
+
+    def moved(self, frame: NDArray[np.float64]) -> "Camera":
+        """Return the same lens at another place."""
+        return replace(self, frame=frame)

@@ -95,8 +95,8 @@ class Effects:
     hairs: vibrissae stand on the skin inside the nostril.
     metal_mirror: metal shows the walls around it.
     film_mirror: the wet film shows other walls, most at grazing angles.
-    thin_walls: light comes through a thin wall from its other side, and is lost there.
-        In no tier: it takes bone for tissue, and a bare lamella looks green.
+    thin_walls: light comes through a thin wall from its other side, and is lost there;
+        a wall is mucosa, bone and mucosa, before a cell that sends some of it back.
     """
 
     tool_shadow: bool = True
@@ -115,8 +115,8 @@ class Tier(Enum):
     """Choose quality against time."""
 
     LIVE = (2, 256, Detail.LEAN, 1, Effects(), 8)
-    FULL = (6, 512, Detail.FULL, 1, Effects(film_mirror=True), 4)
-    SNAPSHOT = (6, 1024, Detail.FULL, 2, Effects(film_mirror=True), 4)
+    FULL = (6, 512, Detail.FULL, 1, Effects(film_mirror=True, thin_walls=True), 4)
+    SNAPSHOT = (6, 1024, Detail.FULL, 2, Effects(film_mirror=True, thin_walls=True), 4)
 
     def __init__(
         self,

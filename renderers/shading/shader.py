@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from renderers.scene import AirSurface, Camera, GBuffer, Projection
 from renderers.shading.bands import RowBands
-from renderers.shading.bounce.light_grid import VirtualLights
+from renderers.shading.bounce.light_grid import STRIDE, VirtualLights
 from renderers.shading.hairs.hair_layer import HairLayer
 from renderers.shading.illumination import Detail, Effects, ScopeLight, Tier
 from renderers.shading.look import Look
@@ -22,6 +23,19 @@ from renderers.simd_guard import demand_vectors
 BOUNCE_FACTOR = 1.15
 """Fitted over five nasal views against a path tracer with four bounces; the virtual
 lights stand for the first bounce only."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lattice:
+    """Hold the light found on a coarse lattice of a view's pixels.
+
+    lights: that bounce stands for. grid: of `VirtualLights.gather`. followed: of
+    `SecondLight.follow`.
+    """
+
+    lights: VirtualLights
+    grid: NDArray[np.float32]
+    followed: NDArray[np.float32] | None
 
 
 class ScopeShader:
@@ -63,32 +77,40 @@ class ScopeShader:
         light: ScopeLight,
         bounce: PathLight | None = None,
         casters: Sequence[Caster] = (),
+        only: NDArray[np.bool_] | None = None,
+        lattice: "Lattice | None" = None,
     ) -> NDArray[np.float32]:
         """Give linear radiance ``(h, w, 3)`` float32, black where nothing is seen.
 
         bounce: light by way of other walls that stands in for the quick estimate of it
-        (see `PathTracer`). casters: tools that stand in the light. The camera must have
-        the G-buffer's size. The G-buffer is only read: surface detail never moves
-        depth.
+        (see `PathTracer`). casters: tools that stand in the light. only: ``(h, w)``
+        pixels that are wanted, the others get anything. lattice: of the whole view; the
+        pixels wanted then get the bits that they have in the whole picture, whatever
+        the G-buffer holds elsewhere. The camera must have the G-buffer's size. The
+        G-buffer is only read: surface detail never moves depth.
         """
         demand_size(gbuffer, camera)
         if camera.projection is Projection.ORTHOGRAPHIC:
             raise ValueError("scope light needs a lens with an eye, not orthographic")
+        if only is None:
+            only = np.ones(gbuffer.size, np.bool_)
+        else:
+            only = np.ascontiguousarray(only, np.bool_)
         gbuffer = _read_only(gbuffer)
+        seen = gbuffer
+        if not only.all():
+            seen = replace(gbuffer, coverage=np.where(only, gbuffer.coverage, 0))
+            seen = _read_only(seen)
         rods = rod_table(casters if self.effects.tool_shadow else (), camera)
         sources = light.sources(camera, self.tier.sources)
-        lights = VirtualLights.trace(
-            self._look.distance, camera, light, self.tier.virtual_lights
-        )
+        lattice = lattice or self.lattice(gbuffer, camera, light)
         if bounce is None:
-            grid = lights.gather(gbuffer, camera, self._bands)
-            radiance = self._paint(gbuffer, camera, light, grid, rods)
+            radiance = self._paint(seen, camera, light, lattice.grid, rods)
         elif bounce.irradiance.shape == (*gbuffer.size, 3):
             dark = VirtualLights.dark_grid(gbuffer)
-            radiance = self._paint(gbuffer, camera, light, dark, rods)
-            reflected = self._paint(gbuffer, camera, light, dark, rods, lit=False)
+            radiance = self._paint(seen, camera, light, dark, rods)
+            reflected = self.reflectance(seen, camera, light)
             reflected *= bounce.irradiance
-            reflected *= np.float32(1 / math.pi)
             radiance += reflected
         else:
             raise ValueError(
@@ -100,14 +122,53 @@ class ScopeShader:
             gbuffer,
             camera,
             light,
-            lights,
+            lattice.lights,
             sources,
             BOUNCE_FACTOR,
             self._bands,
+            lattice.followed,
+            only,
         )
         if self._hairs is not None:
             self._hairs.add(radiance, gbuffer, camera, light, sources, self._bands)
         return radiance
+
+    def reflectance(
+        self, gbuffer: GBuffer, camera: Camera, light: ScopeLight
+    ) -> NDArray[np.float32]:
+        """Give the radiance ``(h, w, 3)`` that a unit of bounced irradiance makes."""
+        demand_size(gbuffer, camera)
+        gbuffer = _read_only(gbuffer)
+        dark = VirtualLights.dark_grid(gbuffer)
+        rods = rod_table((), camera)
+        found = self._paint(gbuffer, camera, light, dark, rods, lit=False)
+        found *= np.float32(1 / math.pi)
+        return found
+
+    @property
+    def lattice_px(self) -> int:
+        """Get the stride of the lattice of pixels by which pictures are lit.
+
+        Its points are the pixels whose row and column are multiples of it, or the last.
+        """
+        return math.gcd(STRIDE, self.tier.mirror_stride)
+
+    def lattice(self, gbuffer: GBuffer, camera: Camera, light: ScopeLight) -> "Lattice":
+        """Find the light of the lattice of a view; no other pixel counts.
+
+        With it `shade` need not find it again.
+        """
+        demand_size(gbuffer, camera)
+        gbuffer = _read_only(gbuffer)
+        sources = light.sources(camera, self.tier.sources)
+        lights = VirtualLights.trace(
+            self._look.distance, camera, light, self.tier.virtual_lights
+        )
+        grid = lights.gather(gbuffer, camera, self._bands)
+        followed = self._second.follow(
+            gbuffer, camera, light, lights, sources, BOUNCE_FACTOR, self._bands
+        )
+        return Lattice(lights, grid, followed)
 
     def _paint(
         self,

@@ -166,11 +166,17 @@ def colour_table() -> NDArray[np.float32]:
     """
     table = np.empty((TABLE_SIZE, 5), np.float32)
     for i in range(TABLE_SIZE):
-        optics = TissueOptics(max((i / (TABLE_SIZE - 1)) ** 2, 1e-4))
-        table[i, :3] = optics.color()
-        table[i, 3:] = optics.diffusion_lengths_mm()
+        table[i] = colour_row(TissueOptics(max((i / (TABLE_SIZE - 1)) ** 2, 1e-4)))
     table.flags.writeable = False
     return table
+
+
+def colour_row(optics: TissueOptics) -> NDArray[np.float32]:
+    """Give a medium's row of `colour_table`: albedo, and two diffusion lengths."""
+    row = np.empty(5, np.float32)
+    row[:3] = optics.color()
+    row[3:] = optics.diffusion_lengths_mm()
+    return row
 
 
 def chromaticity(color: NDArray[np.float64]) -> tuple[float, float]:

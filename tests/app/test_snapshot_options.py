@@ -23,6 +23,7 @@ DEFAULTS: dict[str, Any] = {
     "truth": False,
     "paths": 256,
     "noise": 0.0,
+    "distortion": (0.0, 0.0),
     "ranks": 1,
     "threads": 1,
 }
@@ -46,6 +47,10 @@ def options(**given: Any) -> SnapshotOptions:
         (PLACED | {"lens": "perspective"}, "needs --classic"),
         (CASE | {"out": (Path("a.jpg"),)}, r"\.png, \.exr, \.nrrd; got a\.jpg"),
         (CASE | {"until_s": 2.0, "out": (Path("a.png"),)}, r"in a row go to \.mp4"),
+        (CASE | {"distortion": (-0.1, 0.0)}, "--distortion belongs to --eye"),
+        (CASE | {"tolerance": 1.0, "truth": True}, "--tolerance spares samples"),
+        (CASE | {"tolerance": 1.0, "samples": 1}, "--tolerance spares samples"),
+        (CASE | {"tolerance": -1.0}, "--tolerance"),
         (CASE | {"until_s": 0.0}, "--until must be later than --time"),
         (PLACED | {"until_s": 2.0}, "is moved by --path"),
         (CASE | {"until_s": 2.0, "against": "fsr"}, "--against is for a single"),

@@ -44,9 +44,4 @@ class MotionGauge:
 
 
 def _same_lens(a: Camera, b: Camera) -> bool:
-    return (a.projection, a.extent, a.width, a.height) == (
-        b.projection,
-        b.extent,
-        b.width,
-        b.height,
-    )
+    return a.moved(b.frame).key == b.key

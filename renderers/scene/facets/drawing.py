@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.scene.camera import STOP_MARGIN_PX, Camera, Projection
+from renderers.scene.camera import Camera, Projection
 from renderers.scene.facets.facets import Facets
 from renderers.scene.facets.kernels import (
     bound_groups,
@@ -53,11 +53,10 @@ def draw_facets(
     axes = np.ascontiguousarray(camera.frame[1:])
     turn = axes @ world_from_mesh[:3, :3]
     shift = axes @ (world_from_mesh[:3, 3] - camera.frame[0])
-    half = min(camera.width, camera.height) / 2
     pinhole = camera.projection is Projection.PERSPECTIVE
-    unit = math.tan(camera.extent) if pinhole else camera.extent
     # the corners of a pinhole's picture are further out than its sides
-    widest = math.pi / 2 if pinhole else unit * (1 + STOP_MARGIN_PX / half)
+    widest = math.pi / 2 if pinhole else camera.widest
+    stretches = camera.distortion.stretches(camera.widest)
     projection = int(camera.projection)
     groups = np.empty((len(facets.spheres), 2), np.int32)
     bound_groups(
@@ -66,10 +65,13 @@ def draw_facets(
         shift,
         projection,
         widest,
-        half / unit,
+        camera.pixels_per_unit,
         camera.height,
         groups,
     )
+    if not camera.distortion.is_none:
+        # where groups appear is bounded for undistorted lenses only
+        groups[:] = 0, camera.height
     seen = groups[groups[:, 1] > groups[:, 0]]
     if not len(seen):
         return
@@ -94,7 +96,8 @@ def draw_facets(
                 shift,
                 projection,
                 widest,
-                half / unit,
+                camera.pixels_per_unit,
+                stretches,
                 camera.width,
                 camera.height,
                 first,

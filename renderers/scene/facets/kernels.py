@@ -126,15 +126,17 @@ def bound_groups(
 def list_facets(
     corners: Floats, pieces: Floats, parent: Ints, first: Ints, rows: Ints,
     turn: Doubles, shift: Doubles, projection: int, widest: float,
-    pixels_per_unit: float, width: int, height: int, begin: int, end: int, piece: int,
-    places: Doubles, boxes: Ints,
+    pixels_per_unit: float, stretches: tuple[float, float], width: int, height: int,
+    begin: int, end: int, piece: int, places: Doubles, boxes: Ints,
 ) -> tuple[int, int]:  # fmt: skip
     """List the triangles that may show in rows ``begin..end``, from a piece on.
 
     corners: ``(n, 9)``, mm, mesh frame. pieces: ``(m, 9)``, where to look for triangle
     `parent`, in groups ``first[g]..first[g + 1]`` of `rows`. turn, shift: camera from
     mesh. widest: angle from the axis that the lens sees. pixels_per_unit: picture
-    pixels per radian, tangent or mm. places, boxes: what `fill_facets` wants of each.
+    pixels per radian, tangent or mm in the middle; stretches: by which factor a
+    distorted lens takes pixels out or in, at least and at most. places, boxes: what
+    `fill_facets` wants of each.
     Returns the piece to go on with, where there was no room for more, and how many
     were listed.
     """
@@ -143,6 +145,8 @@ def list_facets(
     at = np.empty(6, np.float64)
     e = np.empty(12, np.float64)
     flat = projection == ORTHOGRAPHIC
+    least, most = stretches
+    distorted = least != 1 or most != 1
     middle_x, middle_y = width / 2 - 0.5, height / 2 - 0.5
     known = -1
     count = 0
@@ -159,6 +163,15 @@ def list_facets(
                 bulge = bound_equidistant(p, widest, box, at)
             if bulge == UNSEEN:
                 continue
+            if distorted:
+                # along its own radius, each point by a factor between the two
+                bulge = BOXED
+                box[0], box[1] = min(box[0] * least, box[0] * most), max(
+                    box[1] * least, box[1] * most
+                )  # fmt: skip
+                box[2], box[3] = min(box[2] * least, box[2] * most), max(
+                    box[3] * least, box[3] * most
+                )  # fmt: skip
             # in floats first: an infinite bound is no integer
             x0 = max(middle_x + box[0] * pixels_per_unit - MARGIN_PX, 0.0)
             x1 = min(middle_x + box[1] * pixels_per_unit + MARGIN_PX, width - 1.0)

@@ -44,11 +44,11 @@ class HairLayer:
         strands = self.strands
         if not len(strands.points_mm):
             return
-        half = min(camera.width, camera.height) / 2
         pinhole = camera.projection is Projection.PERSPECTIVE
-        unit = math.tan(camera.extent) if pinhole else camera.extent
         # a hair's ends may be outside while it crosses the rim
         widest = 1.5 if pinhole else min(camera.extent + 0.3, 3.0)
+        fold = camera.distortion.fold
+        widest = min(widest, math.atan(fold) if pinhole else fold)
         points = strands.points_mm - camera.eye_mm
         placed = np.zeros((*points.shape[:2], 4), np.float32)
         seen = project_strands(
@@ -57,7 +57,8 @@ class HairLayer:
             np.ascontiguousarray(camera.frame[1:]),
             int(camera.projection),
             widest,
-            half / unit,
+            camera.pixels_per_unit,
+            (camera.distortion.k1, camera.distortion.k2),
             camera.width,
             camera.height,
             placed,

@@ -65,12 +65,14 @@ def light_strands(
 @njit(cache=True, nogil=True, error_model="numpy")
 def project_strands(
     points: Doubles, radius: Doubles, axes: Doubles, projection: int, widest: float,
-    per_unit: float, width: int, height: int, placed: Floats,
+    per_unit: float, distortion: tuple[float, float], width: int, height: int,
+    placed: Floats,
 ) -> int:  # fmt: skip
     """Find column, row, distance and half width in pixels of points ``(n, p, 4)``.
 
-    per_unit: pixels per radian or tangent. Points beyond `widest` radians from the
-    axis get no width. Returns how many strands are in view.
+    per_unit: pixels per radian or tangent in the middle. distortion: k1, k2. Points
+    beyond `widest` radians from the axis get no width. Returns how many strands are in
+    view.
     """
     seen = 0
     for n in range(points.shape[0]):
@@ -93,6 +95,10 @@ def project_strands(
             else:
                 scale = per_unit * (theta / rho if rho > 1e-9 else 1 / away)
                 wide = per_unit / away
+            square = theta * theta
+            if projection == PERSPECTIVE:
+                square = rho / c * (rho / c)
+            scale *= 1 + square * (distortion[0] + square * distortion[1])
             placed[n, p, 0] = width / 2 - 0.5 + a * scale
             placed[n, p, 1] = height / 2 - 0.5 - b * scale
             placed[n, p, 2] = away

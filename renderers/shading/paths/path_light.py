@@ -74,7 +74,8 @@ class SeenWalls:
     """Hold the places of one view that light is followed from.
 
     points: ``(h, w, 3)`` float32 mm from the eye, world axes. normals: of the G-buffer.
-    shown: ``(h, w)`` where there is a wall.
+    shown: ``(h, w)`` where there is a wall. weight: ``(h, w, 3)`` what a unit of
+    irradiance adds to the picture there; None for the same everywhere.
     """
 
     camera: Camera
@@ -82,15 +83,22 @@ class SeenWalls:
     points: NDArray[np.float32]
     normals: NDArray[np.float32]
     shown: NDArray[np.bool_]
+    weight: NDArray[np.float32] | None = None
 
     @classmethod
-    def of(cls, gbuffer: GBuffer, camera: Camera, light: ScopeLight) -> "SeenWalls":
+    def of(
+        cls,
+        gbuffer: GBuffer,
+        camera: Camera,
+        light: ScopeLight,
+        weight: NDArray[np.float32] | None = None,
+    ) -> "SeenWalls":
         """Take them from a G-buffer of the camera's size."""
         demand_size(gbuffer, camera)
         shown = (gbuffer.coverage > 0) & np.isfinite(gbuffer.depth_mm)
         depth = np.where(shown, gbuffer.depth_mm, 0)[..., None]
         points = (depth * (camera.lens_table() @ camera.frame[1:])).astype(np.float32)
-        return cls(camera, light, points, gbuffer.normal, shown)
+        return cls(camera, light, points, gbuffer.normal, shown, weight)
 
 
 class PathTracer:

@@ -1,10 +1,12 @@
 """Paths where they help the picture most: a view's light, better with every moment.
 
 The picture is cut into blocks. Each has a place in a heap by how much one batch of
-paths more would lower the picture's squared error; the most urgent block is walked, its
-error estimated anew, and it goes back into the heap (priority driven ray tracing). It
-may stop between any two batches: what has come together is the best picture so far, its
-error is told, and it can be stored and gone on with to the same bits.
+paths more would lower the picture's squared error: the estimated variance of the light
+that arrives, times the squared weight with which the picture shows it. The most urgent
+block is walked, its error estimated anew, and it goes back into the heap (priority
+driven ray tracing). It may stop between any two batches: what has come together is the
+best picture so far, its error is told, and it can be stored and gone on with to the
+same bits. A block's light depends on the number of its batches alone, not on the order.
 """
 
 import heapq
@@ -48,6 +50,7 @@ class PathSampling:
             for x in range(0, width, BLOCK_PX)
             if walls.shown[y : y + BLOCK_PX, x : x + BLOCK_PX].any()
         ]
+        self._weight = np.ones(3, np.float32) if walls.weight is None else walls.weight
         self._total = np.zeros((height, width, 3))
         self._squares = np.zeros((height, width, 3))
         self._batches = np.zeros((height, width), np.int32)
@@ -75,7 +78,10 @@ class PathSampling:
         return not self._heap or self._heap[0][0] == LEAST_BATCHES
 
     def noise(self) -> float:
-        """Give `PathLight.noise` of what there is; inf before it is known."""
+        """Give `PathLight.noise` of what there is; inf before it is known.
+
+        Of the light as the picture shows it, where the walls have weights.
+        """
         if not self.is_complete:
             return math.inf
         light = float(self._light.sum())
@@ -113,8 +119,9 @@ class PathSampling:
         if n >= LEAST_BATCHES:
             mean = self._total[here] / n
             spread = np.maximum(self._squares[here] / n - mean * mean, 0) / (n - 1)
-            self._errors[number] = spread.sum()
-            self._light[number] = mean.sum()
+            weight = self._weight if self._weight.ndim == 1 else self._weight[here]
+            self._errors[number] = (weight * weight * spread).sum()
+            self._light[number] = (weight * mean).sum()
             # the variance of a mean falls from s^2 / n to s^2 / (n + 1)
             gain = self._errors[number] / (n + 1)
         return min(n, LEAST_BATCHES), -gain, number

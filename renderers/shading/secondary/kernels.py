@@ -29,6 +29,19 @@ THICKEST_MM = f32(2.5)
 """Through more than that comes no light one could see: red is down to a tenth."""
 THINNEST_MM = f32(0.15)
 """The surface is known no better."""
+MUCOSA_SHARE = f32(0.4)
+THICKEST_MUCOSA_MM = f32(0.5)
+"""Of a wall's thickness is mucosa on either side, at most so thick; bone is between."""
+STRAY_PER_MM = f32(1.7)
+"""Reduced scattering of soft tissue between green and red (Jacques, Phys. Med. Biol.
+58, 2013). What was not scattered goes on as it came, away from the eye that the light
+is beside."""
+CELL_SHARE = f32(0.25)
+"""Of the inside of the cell behind a thin wall, that is this wall: a cube has a sixth,
+half a ball a third."""
+FOUND = 9
+"""Numbers found for a point: what it mirrors, the light through its wall, and the share
+of its own diffuse light that its wall loses; red, green, blue each."""
 STEP_MM = f32(0.05)
 SERIES = f32(0.6)
 """Of the light that walls return again and again; as in the bounce light."""
@@ -78,18 +91,57 @@ def slab(rho: np.float32, thickness: np.float32, length: np.float32) -> Three:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def wall(
+    thickness: np.float32, rho: np.float32, length: np.float32,
+    bone_rho: np.float32, bone_length: np.float32,
+) -> tuple[np.float32, np.float32]:  # fmt: skip
+    """Give what a wall of mucosa, bone and mucosa sends through, and sends back.
+
+    Layers add as Stokes' plates do (Proc. R. Soc. 11, 1862).
+    """
+    skin = min(MUCOSA_SHARE * thickness, THICKEST_MUCOSA_MM)
+    t, lost, _ = slab(rho, skin, length)
+    r = rho - lost
+    t_bone, lost, _ = slab(bone_rho, thickness - f32(2) * skin, bone_length)
+    r_bone = bone_rho - lost
+    # mucosa upon bone, seen from the mucosa and from the bone
+    k = f32(1) / (f32(1) - r * r_bone)
+    r_front = r + t * t * r_bone * k
+    r_back = r_bone + t_bone * t_bone * r * k
+    t_two = t * t_bone * k
+    k = f32(1) / (f32(1) - r_back * r)
+    return t_two * t * k, r_front + t_two * t_two * r * k
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def with_cell(through: np.float32, back: np.float32, rho: np.float32) -> np.float32:
+    """Give what a thin wall and the cell behind it send back of the light before them.
+
+    What gets through goes round in the cell, whose other walls are endless mucosa, as
+    in an integrating sphere: each time `CELL_SHARE` of it meets the thin wall. Without
+    it a bare wall would be green: thin mucosa scatters no more red than green, and what
+    it lets through is red.
+    """
+    meets = CELL_SHARE
+    again = (f32(1) - meets) * rho + meets * back
+    return back + through * through * meets / (f32(1) - again)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def follow(
     at: Three, ray: Three, normal: Three, wanted: int, gain: np.float32,
     distance: Floats, m: Floats, eye: Floats,
     sources: Floats, forward: Floats, spread: np.float32, each: np.float32,
     lights: Floats, table: Floats, code: Bytes, skin: Bytes, skin_albedo: Floats,
-    bias_root: np.float32, found: Floats,
+    bone: Floats, bias_root: np.float32, found: Floats,
 ) -> None:  # fmt: skip
-    """Find what a point mirrors, ``found[:3]``, and what light adds through its wall.
+    """Find what a point mirrors and what its wall does with light: `FOUND` numbers.
 
-    All radiance, red, green, blue. ray: from the eye. gain: of the bounce light.
-    table: ``(256, 5)``, see `colour_table`. ``found[3:]`` may be negative: a thin wall
-    loses light, too.
+    ray: from the eye. gain: of the bounce light. table: ``(256, 5)``, see
+    `colour_table`; bone: a row of it. ``found[:3]``, ``found[3:6]``: radiance that is
+    mirrored and that comes through the wall. ``found[6:]``: the share of the point's
+    own diffuse light that goes through instead of back, beside a wall of
+    `THICKEST_MM`; negative where bone shines through thin mucosa.
     """
     found[:] = f32(0)
     if wanted & (FILM | MIRROR):
@@ -137,9 +189,8 @@ def follow(
             far = direct(
                 distance, m, eye, there, behind, sources, forward, spread, each
             )
+            far *= f32(1) - f32(math.exp(-STRAY_PER_MM * t))
             far_bounce = gain * bounced(lights, there, behind)
-            near = direct(distance, m, eye, at, normal, sources, forward, spread, each)
-            near_bounce = gain * bounced(lights, at, normal)
             x, y, z = to_voxels(m, eye, at)
             rho = albedo_at(table, code, skin, skin_albedo, bias_root, x, y, z)
             i = min(max(int(x + f32(0.5)), 0), code.shape[2] - 1)
@@ -149,11 +200,18 @@ def follow(
             row = min(int(blood), table.shape[0] - 1)
             for c in range(3):
                 length = table[row, 3 if c == 0 else 4]
-                through, lost, _ = slab(rho[c], t, length)
+                through, back = wall(
+                    t, rho[c], length, bone[c], bone[3 if c == 0 else 4]
+                )
                 series = rho[c] / (f32(1) - SERIES * rho[c])
                 lit = through * (far + far_bounce * series)
-                lit -= lost * (near + near_bounce * series)
                 found[3 + c] = lit * f32(1 / math.pi)
+                # tissue has its colour as it lies upon bone: a thick wall has it all
+                seen = with_cell(through, back, rho[c])
+                through, back = wall(
+                    THICKEST_MM, rho[c], length, bone[c], bone[3 if c == 0 else 4]
+                )
+                found[6 + c] = f32(1) - seen / with_cell(through, back, rho[c])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -184,11 +242,11 @@ def follow_rows(
     distance: Floats, m: Floats, eye: Floats,
     sources: Floats, forward: Floats, spread: np.float32, each: np.float32,
     lights: Floats, table: Floats, code: Bytes, skin: Bytes, skin_albedo: Floats,
-    bias_root: np.float32, grid: Floats, first: int, last: int,
+    bone: Floats, bias_root: np.float32, grid: Floats, first: int, last: int,
 ) -> None:  # fmt: skip
     """Follow the light of every `stride`-th pixel, rows ``first..last`` of the grid.
 
-    grid: ``(gh, gw, 6)``, see `follow`.
+    grid: ``(gh, gw, FOUND)``, see `follow`.
     """
     height, width = depth.shape
     for gy in range(first, last):
@@ -204,7 +262,7 @@ def follow_rows(
                 (t * ray[0], t * ray[1], t * ray[2]), ray,
                 (normal[y, x, 0], normal[y, x, 1], normal[y, x, 2]), wanted, gain,
                 distance, m, eye, sources, forward, spread, each, lights, table,
-                code, skin, skin_albedo, bias_root, grid[gy, gx],
+                code, skin, skin_albedo, bone, bias_root, grid[gy, gx],
             )  # fmt: skip
 
 

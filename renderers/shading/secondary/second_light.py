@@ -1,6 +1,8 @@
 """Mirrored light and light through thin walls, added to a shaded picture."""
 
 import math
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +14,7 @@ from renderers.shading.illumination import Effects, ScopeLight
 from renderers.shading.materials import F0, material_table
 from renderers.shading.secondary.kernels import (
     FILM,
+    FOUND,
     MIRROR,
     THIN,
     blur_rows,
@@ -19,7 +22,12 @@ from renderers.shading.secondary.kernels import (
 )
 from renderers.shading.secondary.spread.kernels import W as TOGETHER
 from renderers.shading.secondary.spread.kernels import add_rows
-from renderers.shading.tissue_colour import SKIN_COLOR, colour_table
+from renderers.shading.tissue_colour import (
+    BONE,
+    SKIN_COLOR,
+    colour_row,
+    colour_table,
+)
 
 BLUR_SHARE = 32
 """Of a picture's width, over which what ground metal mirrors runs together."""
@@ -54,11 +62,11 @@ class SecondLight:
         self._bias_root = np.float32(math.sqrt(blood_bias))
         self._table = colour_table()
         self._skin = np.array(SKIN_COLOR, np.float32)
+        self._bone = colour_row(BONE)
         self._reflect = np.ascontiguousarray(material_table()[:, F0])
 
-    def add(
+    def follow(
         self,
-        radiance: NDArray[np.float32],
         gbuffer: GBuffer,
         camera: Camera,
         light: ScopeLight,
@@ -66,45 +74,22 @@ class SecondLight:
         sources: NDArray[np.float32],
         gain: float,
         bands: RowBands,
-    ) -> None:
-        """Change `radiance` ``(h, w, 3)`` in place. gain: of the bounce light."""
+    ) -> NDArray[np.float32] | None:
+        """Follow the light of lattice points, for `add`; None where none is wanted.
+
+        gain: of the bounce light.
+        """
         bits = self._bits
         if not bits or (bits == MIRROR and is_all_tissue(gbuffer.material)):
-            return
-        distance = self._surface.distance
-        voxel_from_world = distance.voxel_from_world
-        eye = voxel_from_world[:3, :3] @ camera.eye_mm + voxel_from_world[:3, 3]
+            return None
         height, width = gbuffer.size
         stride = self._stride
-        grid = np.zeros((height // stride + 2, width // stride + 2, 6), np.float32)
-        common = (
-            gbuffer.depth_mm,
-            gbuffer.normal,
-            gbuffer.coverage,
-            gbuffer.material,
-            camera.lens_table(),
-            camera.frame[1:].astype(np.float32),
-            bits,
-            stride,
-            np.float32(gain),
-            distance.values,
-            voxel_from_world[:3, :3].astype(np.float32),
-            eye.astype(np.float32),
-            sources,
-            camera.frame[3].astype(np.float32),
-            np.float32(light.spread),
-            np.float32(light.power / len(sources)),
-            lights.table,
-            self._table,
-            self._surface.blood.values,
-            self._surface.skin.values,
-            self._skin,
-            self._bias_root,
-        )
-        blurred = np.empty_like(grid)
+        shape = (height // stride + 2, width // stride + 2, FOUND)
+        grid, blurred = np.zeros(shape, np.float32), np.empty(shape, np.float32)
+        rows = self._bound(follow_rows, gbuffer, camera, light, lights, sources, gain)
 
         def follow(first: int, last: int) -> None:
-            follow_rows(*common, grid, first, last)
+            rows(grid, first, last)
 
         def blur(first: int, last: int) -> None:
             blur_rows(
@@ -119,12 +104,76 @@ class SecondLight:
                 last,
             )
 
-        def add(first: int, last: int) -> None:
-            add_rows(*common, blurred, self._reflect, radiance, first, last)
-
         bands.run(len(grid), follow)
         bands.run(len(grid), blur)
-        bands.run(height, add)
+        return blurred
+
+    def add(
+        self,
+        radiance: NDArray[np.float32],
+        gbuffer: GBuffer,
+        camera: Camera,
+        light: ScopeLight,
+        lights: VirtualLights,
+        sources: NDArray[np.float32],
+        gain: float,
+        bands: RowBands,
+        followed: NDArray[np.float32] | None,
+        only: NDArray[np.bool_],
+    ) -> None:
+        """Change `radiance` ``(h, w, 3)`` in place. followed: what `follow` gave.
+
+        only: ``(h, w)`` pixels to change.
+        """
+        if followed is None:
+            return
+        rows = self._bound(add_rows, gbuffer, camera, light, lights, sources, gain)
+
+        def add(first: int, last: int) -> None:
+            rows(followed, self._reflect, only, radiance, first, last)
+
+        bands.run(gbuffer.size[0], add)
+
+    def _bound(
+        self,
+        kernel: Callable[..., None],
+        gbuffer: GBuffer,
+        camera: Camera,
+        light: ScopeLight,
+        lights: VirtualLights,
+        sources: NDArray[np.float32],
+        gain: float,
+    ) -> Callable[..., None]:
+        """Give a kernel what both take first."""
+        distance = self._surface.distance
+        voxel_from_world = distance.voxel_from_world
+        eye = voxel_from_world[:3, :3] @ camera.eye_mm + voxel_from_world[:3, 3]
+        return partial(
+            kernel,
+            gbuffer.depth_mm,
+            gbuffer.normal,
+            gbuffer.coverage,
+            gbuffer.material,
+            camera.lens_table(),
+            camera.frame[1:].astype(np.float32),
+            self._bits,
+            self._stride,
+            np.float32(gain),
+            distance.values,
+            voxel_from_world[:3, :3].astype(np.float32),
+            eye.astype(np.float32),
+            sources,
+            camera.frame[3].astype(np.float32),
+            np.float32(light.spread),
+            np.float32(light.power / len(sources)),
+            lights.table,
+            self._table,
+            self._surface.blood.values,
+            self._surface.skin.values,
+            self._skin,
+            self._bone,
+            self._bias_root,
+        )
 
 
 def is_all_tissue(material: NDArray[np.uint8]) -> bool:

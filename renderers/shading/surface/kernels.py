@@ -231,6 +231,8 @@ def shade_rows(
                 w, depth, normal, coverage, lens, axes, to_voxel, eye_voxel, pixel,
                 y0, x0, first, last,
             )  # fmt: skip
+            if not any_(load(w, COVER, N) > f32(0)):
+                continue
             mixed = set_materials(w, material, y0, x0, first, last, materials, mixed)
             paint(
                 w, mixed, tint, shape, blood_bias, colours, skin_colour,

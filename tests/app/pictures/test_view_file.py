@@ -29,16 +29,24 @@ def made(eye: Any, target: Any, extent: float = 0.7) -> ViewFile:
     return ViewFile("paravol.view/1", PhantomHead(), ViewCamera.of(camera))
 
 
-@given(st.tuples(coordinate, coordinate, coordinate), st.floats(0.01, 1.5))
+@given(
+    st.tuples(coordinate, coordinate, coordinate),
+    st.floats(0.01, 1.5),
+    st.tuples(st.floats(0, 1), st.floats(0, 1)),
+)
 def test_a_camera_comes_back_to_the_last_bit(
-    eye: tuple[float, float, float], extent: float
+    eye: tuple[float, float, float], extent: float, distortion: tuple[float, float]
 ) -> None:
     view = made(eye, (eye[0] + 3, eye[1] + 17, eye[2] - 5), extent)
+    bent = msgspec.structs.replace(view.camera, distortion=distortion)
+    view = msgspec.structs.replace(view, camera=bent)
     again = msgspec.json.decode(msgspec.json.encode(view), type=ViewFile)
     assert again == view
     camera, other = view.to_camera(), again.to_camera()
     assert_array_equal(other.frame, camera.frame)
+    assert other.key == camera.key
     assert other.extent == extent
+    assert (other.distortion.k1, other.distortion.k2) == distortion
 
 
 def test_a_file_written_by_hand_is_understood(tmp_path: Path) -> None:

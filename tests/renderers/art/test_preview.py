@@ -57,7 +57,8 @@ def test_the_finished_picture_is_the_same_with_and_without(
             )
         client.submit(request)
         requests.append(request)
-    assert run_worker(client.spool.folder, once=True) == 2
+        # a worker of its own: one that knows the view would not draw it again
+        assert run_worker(client.spool.folder, once=True) == 1
     plain, shown = (client.wait(request.id) for request in requests)
     assert shown.radiance().tobytes() == plain.radiance().tobytes()
     assert shown.pixels().tobytes() == plain.pixels().tobytes()

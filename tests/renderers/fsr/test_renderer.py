@@ -6,6 +6,7 @@ from renderers.fsr.classic import SplatMode, Traversal
 from renderers.scene import (
     AirSurface,
     Camera,
+    Distortion,
     Renderer,
     Scene,
     TransferFunction,
@@ -144,3 +145,16 @@ def test_left_to_itself_a_view_at_rest_is_drawn_splat_by_splat(hollow: Volume) -
     camera = Camera.looking_at((0.5, -2, 0), (0, 4, 0), size=(60, 50))
     for _ in range(2):
         assert free.render(camera).rgba.tobytes() == fixed.render(camera).rgba.tobytes()
+
+
+def test_a_distorted_lens_is_refused_by_name(hollow: Volume) -> None:
+    renderer = FuzzySetRenderer(scene_of(hollow), threads=1)
+    camera = Camera.looking_at(
+        (0.5, -2, 0), (0, 4, 0), size=(16, 16), distortion=Distortion(-0.1, 0.02)
+    )
+    for draw in (renderer.render, renderer.gbuffer):
+        with pytest.raises(ValueError, match=r"without distortion, got .*k1=-0\.1"):
+            draw(camera)
+    with pytest.raises(ValueError, match="take the ray tracer for this lens"):
+        list(renderer.film([camera]))
+    renderer.close()

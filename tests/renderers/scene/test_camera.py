@@ -1,5 +1,6 @@
 """Laws of the camera: what `project` and `rays` say must be one and the same lens."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from renderers.scene import Camera, Projection
+from renderers.scene import Camera, Distortion, Projection
 from renderers.scene.camera import STOP_MARGIN_PX
 
 ALL = list(Projection)
@@ -229,3 +230,102 @@ def test_aiming_needs_a_direction_off_the_vertical(
 ) -> None:
     with pytest.raises(ValueError, match="cannot aim"):
         Camera.looking_at((1, 2, 3), target)
+
+
+COEFFICIENTS = st.tuples(st.floats(-0.3, 0.5), st.floats(-0.1, 0.3))
+
+
+def distorted(projection: Projection, k: tuple[float, float], seed: int) -> Camera:
+    """Take as wide a field as the lens has before it folds, at most 1.2 rad."""
+    distortion = Distortion(*k)
+    fold = distortion.fold
+    fold = math.atan(fold) if projection is Projection.PERSPECTIVE else fold
+    return dataclasses.replace(
+        posed(projection, seed, (31, 22), min(0.9 * fold, 1.2)), distortion=distortion
+    )
+
+
+@pytest.mark.parametrize("projection", LENSES)
+@given(k=COEFFICIENTS, seed=st.integers(0, 10**6), distance=st.floats(0.1, 500))
+def test_a_distorted_ray_projects_to_its_pixel(
+    projection: Projection, k: tuple[float, float], seed: int, distance: float
+) -> None:
+    camera = distorted(projection, k, seed)
+    origins, directions = camera.rays()
+    seen = np.linalg.norm(directions, axis=-1) > 0.5
+    assert seen[camera.height // 2, camera.width // 2]
+    pixel, along = camera.project(origins + distance * directions)
+    # where the lens hardly spreads any more a pixel holds no digits of an angle
+    near = camera.distortion.fold * 0.97
+    u = np.arccos(np.clip(directions @ camera.frame[3], -1, 1))
+    u = np.tan(u) if projection is Projection.PERSPECTIVE else u
+    seen &= u < near
+    np.testing.assert_allclose(
+        pixel[seen], pixel_centers(camera)[seen], atol=5e-4, rtol=0
+    )
+    np.testing.assert_allclose(along[seen], distance, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("projection", LENSES)
+def test_no_distortion_changes_no_bit(projection: Projection) -> None:
+    plain = posed(projection)
+    none = dataclasses.replace(plain, distortion=Distortion(0.0, 0.0))
+    assert none.lens_table().tobytes() == plain.lens_table().tobytes()
+    points = plain.rays()[1] * 7 + plain.eye_mm
+    assert np.array_equal(none.project(points)[0], plain.project(points)[0])
+    # and next to none is next to nothing
+    hardly = dataclasses.replace(plain, distortion=Distortion(1e-9))
+    np.testing.assert_allclose(hardly.lens_table(), plain.lens_table(), atol=1e-6)
+
+
+def test_a_barrel_draws_a_rod_where_its_polynomial_says() -> None:
+    """A straight rod becomes the analytic curve, within .05 pixels."""
+    k = (-0.25, 0.05)
+    lens = Distortion(*k)
+    camera = dataclasses.replace(
+        posed(Projection.PERSPECTIVE, 2, (400, 400), 0.7), distortion=lens
+    )
+    _, right, up, forward = camera.frame
+    across = np.linspace(-0.7, 0.7, 41)
+    rod = camera.eye_mm + 30 * (forward + across[:, None] * right + 0.4 * up)
+    pixel, _ = camera.project(rod)
+    r = np.hypot(across, 0.4)
+    bent = 1 + k[0] * r**2 + k[1] * r**4
+    edge = math.tan(0.7)
+    scale = 200 / (edge * (1 + k[0] * edge**2 + k[1] * edge**4))
+    np.testing.assert_allclose(pixel[:, 0], 200 + scale * bent * across, atol=0.05)
+    np.testing.assert_allclose(pixel[:, 1], 200 - scale * bent * 0.4, atol=0.05)
+    # a barrel bends it outwards in the middle
+    assert pixel[20, 1] < pixel[0, 1] - 5
+
+
+def test_beyond_the_fold_there_is_no_ray_and_no_pixel() -> None:
+    lens = Distortion(-0.3)
+    # accuracy of a known lens: u = 1 / sqrt(.9), half angle 46.5 degrees
+    assert lens.fold == pytest.approx(1.0541, abs=1e-4)
+    camera = dataclasses.replace(
+        posed(Projection.PERSPECTIVE, 5, (200, 100), 0.75), distortion=lens
+    )
+    directions = camera.rays()[1]
+    shown = np.linalg.norm(directions, axis=-1) > 0.5
+    assert shown[50, 100]
+    assert not shown[50, 0]
+    angle = np.arccos(np.clip(directions[shown] @ camera.frame[3], -1, 1))
+    assert np.tan(angle).max() <= lens.fold + 1e-6
+    beyond = camera.eye_mm + camera.frame[3] + 1.06 * camera.frame[1]
+    assert np.isnan(camera.project(beyond)[0]).all()
+
+
+@pytest.mark.parametrize(
+    ("projection", "k", "message"),
+    [
+        (Projection.PERSPECTIVE, (-0.3, 0.0), r"folds at 0\.8117 rad.*got 0\.9"),
+        (Projection.EQUIDISTANT, (-0.6, 0.0), r"folds at 0\.7454 rad.*got 0\.9"),
+        (Projection.ORTHOGRAPHIC, (-0.1, 0.0), "no lens to be distorted"),
+    ],
+)
+def test_a_lens_that_folds_in_its_field_is_refused(
+    projection: Projection, k: tuple[float, float], message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        dataclasses.replace(posed(projection, extent=0.9), distortion=Distortion(*k))

@@ -1,5 +1,6 @@
 """A mesh's depth against the closed forms of a plane and a sphere."""
 
+import dataclasses
 import math
 from typing import Any
 
@@ -11,7 +12,14 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from renderers.scene import Camera, GBuffer, Material, Mesh, Projection
+from renderers.scene import (
+    Camera,
+    Distortion,
+    GBuffer,
+    Material,
+    Mesh,
+    Projection,
+)
 
 ALL = list(Projection)
 SEEDS = st.integers(0, 10**6)
@@ -166,6 +174,40 @@ def test_normals_are_unit_face_the_eye_and_cover_is_where_depth_is(
         point = origins[hit] + buffer.depth_mm[hit, None] * directions[hit]
         outwards = (point - center) / np.linalg.norm(point - center, axis=1)[:, None]
         assert np.sum(normal * outwards, axis=1).min() > 0.99
+
+
+DISTORTED = [
+    (Projection.PERSPECTIVE, Distortion(-0.3, 0.05)),
+    (Projection.PERSPECTIVE, Distortion(0.5)),
+    (Projection.EQUIDISTANT, Distortion(-0.4)),
+    (Projection.EQUIDISTANT, Distortion(0.3, -0.1)),
+]
+
+
+@pytest.mark.parametrize(("projection", "distortion"), DISTORTED)
+@given(seed=SEEDS)
+def test_a_distorted_lens_meets_a_sphere_with_its_own_rays(
+    projection: Projection, distortion: Distortion, seed: int
+) -> None:
+    """The closed form of every ray; no triangle is looked for in the wrong place."""
+    camera = dataclasses.replace(camera_of(projection), distortion=distortion)
+    rng = np.random.default_rng(seed)
+    center = (
+        camera.eye_mm
+        + rng.uniform(6, 40) * camera.frame[3]
+        + rng.uniform(-14, 14, 2) @ camera.frame[1:3]
+    )
+    radius = rng.uniform(0.5, 4.0)
+    found = sphere(radius, 3).gbuffer(camera, placed(center, seed)).depth_mm
+    outer = sphere_depth(camera, center, radius)
+    # an icosphere of three subdivisions lies within this of its ball
+    inner = sphere_depth(camera, center, 0.993 * radius)
+    surely = np.isfinite(inner)
+    assert np.isfinite(found[surely]).all()
+    assert np.all(found[surely] <= inner[surely] + 1e-4)
+    hit = np.isfinite(found)
+    assert np.all(np.isfinite(outer[hit]))
+    assert np.all(found[hit] >= outer[hit] - 1e-4)
 
 
 def dense(buffer: GBuffer) -> NDArray[np.float64]:

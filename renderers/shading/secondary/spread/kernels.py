@@ -10,8 +10,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.shading.paths.kernels import albedo_at
 from renderers.shading.secondary.kernels import (
     FILM,
+    FOUND,
     METAL,
     MIRROR,
     THIN,
@@ -117,12 +119,13 @@ def add_rows(
     distance: Floats, m: Floats, eye: Floats,
     sources: Floats, forward: Floats, spread: np.float32, each: np.float32,
     lights: Floats, table: Floats, code: Bytes, skin: Bytes, skin_albedo: Floats,
-    bias_root: np.float32, grid: Floats, reflect: Floats, radiance: Floats,
-    first: int, last: int,
+    bone: Floats, bias_root: np.float32, grid: Floats, reflect: Floats,
+    only: NDArray[np.bool_], radiance: Floats, first: int, last: int,
 ) -> None:  # fmt: skip
     """Add the light that was found to rows ``first..last`` of the picture.
 
     stride: a multiple of `W`. reflect: each material's reflectance at normal incidence.
+    only: ``(h, w)`` pixels to add to.
     Pixels far from all lattice points of their own surface follow light of their own.
     """
     width = depth.shape[1]
@@ -130,9 +133,11 @@ def add_rows(
     of_tissue = effects & (FILM | THIN)
     metal = i32(METAL if of_metal else NOTHING)
     tissue = i32(TISSUE if of_tissue else NOTHING)
-    channels = 6 if effects & THIN else 3
-    found = np.zeros(6 * W, np.float32)
-    own = np.empty(6, np.float32)
+    thin = effects & THIN
+    channels = FOUND if thin else 3
+    found = np.zeros(FOUND * W, np.float32)
+    own = np.empty(FOUND, np.float32)
+    tints = np.zeros(2 * W, np.float32)
     dry = np.empty(W, np.float32)
     kind = np.empty(W, np.int32)
     rays = np.empty(3 * W, np.float32)
@@ -148,7 +153,7 @@ def add_rows(
                 continue
             count = min(W, width - x)
             for i in range(W):
-                kind[i] = material[y, x + i] if i < count else -1
+                kind[i] = material[y, x + i] if i < count and only[y, x + i] else -1
             kinds = load(kind, 0, W)
             wanted = (kinds == metal) | (kinds == tissue)
             inside = lanes(W) < i32(count)
@@ -183,6 +188,12 @@ def add_rows(
                     place = (d * ray[0], d * ray[1], d * ray[2])
                     if (skinned >> i) & 1:
                         dry[i] = f32(skin_at(skin, m, eye, place))
+                        if thin:
+                            u, v, w = to_voxels(m, eye, place)
+                            rho = albedo_at(
+                                table, code, skin, skin_albedo, bias_root, u, v, w
+                            )  # fmt: skip
+                            tints[i], tints[W + i] = rho[0], rho[2]
                     if (alone >> i) & 1:
                         wall = (normal[y, x + i, 0], normal[y, x + i, 1],
                                 normal[y, x + i, 2])  # fmt: skip
@@ -190,7 +201,7 @@ def add_rows(
                         follow(
                             place, ray, wall, shows, gain, distance, m, eye, sources,
                             forward, spread, each, lights, table, code, skin,
-                            skin_albedo, bias_root, own,
+                            skin_albedo, bone, bias_root, own,
                         )  # fmt: skip
                         for n in range(channels):
                             found[n * W + i] = own[n]
@@ -202,6 +213,19 @@ def add_rows(
             # dry skin hardly mirrors
             mirrored *= f32(1) - f32(0.7 / 255) * load(dry, 0, W)
             red, green, blue = triples(radiance, at, count)
+            if thin:
+                # what the film sparkles is the same in all three, and stays
+                lit, tint = load(tints, 0, W), load(tints, W, W)
+                lit = maximum(red - blue, f32(0)) / maximum(lit - tint, f32(1e-3))
+                spark = minimum(minimum(red, green), blue)
+                spark = minimum(maximum(blue - tint * lit, f32(0)), spark)
+                thinned = wanted & (kinds == TISSUE)
+                lost = (red - spark) * load(found, 6 * W, W)
+                red = select(thinned, red - lost, red)
+                lost = (green - spark) * load(found, 7 * W, W)
+                green = select(thinned, green - lost, green)
+                lost = (blue - spark) * load(found, 8 * W, W)
+                blue = select(thinned, blue - lost, blue)
             more = mirrored * load(found, 0, W) + rest * load(found, 3 * W, W)
             red = select(wanted, maximum(red + cover * more, f32(0)), red)
             more = mirrored * load(found, W, W) + rest * load(found, 4 * W, W)

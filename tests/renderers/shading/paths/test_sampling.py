@@ -1,5 +1,6 @@
 """Light by paths that can stop and go on, and says truly how far it is off."""
 
+import dataclasses
 import math
 from typing import Any
 
@@ -10,7 +11,12 @@ from numpy.typing import NDArray
 
 from renderers.scene import AirSurface, Camera, GBuffer, Volume
 from renderers.shading.illumination import ScopeLight
-from renderers.shading.paths.path_light import PathLight, PathTracer, SeenWalls
+from renderers.shading.paths.path_light import (
+    PathLight,
+    PathTracer,
+    SeenWalls,
+    estimate,
+)
 from renderers.shading.paths.sampling import PathSampling
 from renderers.shading.tissue_colour import colour_table
 
@@ -225,3 +231,68 @@ def test_an_empty_view_is_dark_and_done(tracer: PathTracer, camera: Camera) -> N
     assert sampling.is_complete
     assert sampling.noise() == 0.0
     assert not sampling.light().irradiance.any()
+
+
+def weighted(walls: SeenWalls) -> SeenWalls:
+    """Show the light of some columns far better than that of others."""
+    height, width = walls.shown.shape
+    column = np.exp(-np.arange(width) / (0.2 * width)).astype(np.float32)
+    weight = np.broadcast_to(column[:, None], (height, width, 3)).copy()
+    return dataclasses.replace(walls, weight=weight)
+
+
+def test_no_order_of_the_same_paths_changes_a_bit(
+    tracer: PathTracer, walls: SeenWalls
+) -> None:
+    """Whatever comes first, a block with so many batches has the same light."""
+    urgent = sampled(tracer, weighted(walls), 150).light()
+    assert urgent.batches is not None
+    blocks = [
+        (y, min(y + 16, walls.shown.shape[0]), x, min(x + 16, walls.shown.shape[1]))
+        for y in range(0, walls.shown.shape[0], 16)
+        for x in range(0, walls.shown.shape[1], 16)
+    ]
+    turns = [
+        number
+        for number, block in enumerate(blocks)
+        for _ in range(int(urgent.batches[block[0], block[2]]))
+    ]
+    for seed in range(2):
+        order = np.random.default_rng(seed).permutation(turns) if seed else turns
+        total = np.zeros((*walls.shown.shape, 3))
+        squares = np.zeros_like(total)
+        done = [0] * len(blocks)
+        for number in order:
+            tracer.walk(walls, done[number], blocks[number], total, squares)
+            done[number] += 1
+        found = estimate(walls, total, squares, urgent.batches)
+        equal(found, urgent)
+
+
+def test_stopped_early_it_is_nearer_to_the_picture_than_in_raster_order(
+    tracer: PathTracer, walls: SeenWalls
+) -> None:
+    """At the same number of rays, for every stop; the picture weighs the light."""
+    seen = weighted(walls)
+    weight = seen.weight
+    assert weight is not None
+    blocks = PathSampling(tracer, seen).blocks
+    height, width = walls.shown.shape
+    other = PathTracer(tracer.surface, seed=99)
+    total = np.zeros((height, width, 3))
+    squares = np.zeros_like(total)
+    for batch in range(64):
+        other.walk(walls, batch, (0, height, 0, width), total, squares)
+    other.close()
+    truth = total / 64
+
+    def error(light: NDArray[Any]) -> float:
+        return float(np.sqrt(((weight * (light - truth)) ** 2).mean()))
+
+    for share in (3, 6, 12):
+        urgent = sampled(tracer, seen, share * blocks).light()
+        total[:] = 0
+        for batch in range(share):
+            tracer.walk(walls, batch, (0, height, 0, width), total, squares)
+        even = total / share
+        assert error(urgent.irradiance) < 0.9 * error(even)

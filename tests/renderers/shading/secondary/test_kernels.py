@@ -7,17 +7,21 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from renderers.shading.secondary.kernels import (
+    FOUND,
     METAL,
     MIRROR,
+    STRAY_PER_MM,
     THIN,
     TISSUE,
     blur_rows,
     bounced,
     follow,
     slab,
+    wall,
     wanted_of,
+    with_cell,
 )
-from renderers.shading.tissue_colour import SKIN_COLOR, colour_table
+from renderers.shading.tissue_colour import BONE, SKIN_COLOR, colour_row, colour_table
 
 f32 = np.float32
 SPACING = 0.25
@@ -25,6 +29,7 @@ NO_LIGHTS = np.zeros((8, 0), np.float32)
 FORWARD = np.array([0, 0, 1], np.float32)
 SKIN = np.array(SKIN_COLOR, np.float32)
 TABLE = colour_table()
+BONE_ROW = colour_row(BONE)
 CODE = 100
 
 RHO = st.floats(0.02, 0.9)
@@ -62,7 +67,7 @@ def room(distance: NDArray[np.float64], eye: list[float], at: list[float],
 ):  # fmt: skip
     """Follow a point of a room; eye in mm from the grid's corner, the rest from it."""
     code = np.full(distance.shape, CODE, np.uint8)
-    found = np.empty(6, np.float32)
+    found = np.empty(FOUND, np.float32)
 
     def three(v: list[float]) -> tuple[np.float32, np.float32, np.float32]:
         return f32(v[0]), f32(v[1]), f32(v[2])
@@ -72,7 +77,7 @@ def room(distance: NDArray[np.float64], eye: list[float], at: list[float],
         distance.astype(np.float32), np.eye(3, dtype=np.float32) / f32(SPACING),
         np.array(eye, np.float32) / f32(SPACING), np.array(sources, np.float32),
         FORWARD, f32(0), f32(2.0), lights, TABLE, code, np.zeros_like(code), SKIN,
-        f32(1), found,
+        BONE_ROW, f32(1), found,
     )  # fmt: skip
     return found
 
@@ -115,10 +120,12 @@ def test_a_wall_lit_from_behind_glows_by_the_slab_law(thickness: float) -> None:
     found = room(
         distance, eye, [front, 0, 0], [1, 0, 0], [-1, 0, 0], THIN, [lamp]
     )  # fmt: skip
-    falls = 2.0 / 4.0**2
+    # what is not scattered on its way goes straight on
+    falls = 2.0 / 4.0**2 * (1 - np.exp(-STRAY_PER_MM * thickness))
     for c in range(3):
-        through, _, _ = slab(
-            TABLE[CODE, c], f32(thickness), TABLE[CODE, 3 if c == 0 else 4]
+        k = 3 if c == 0 else 4
+        through, _ = wall(
+            f32(thickness), TABLE[CODE, c], TABLE[CODE, k], BONE_ROW[c], BONE_ROW[k]
         )
         # the way through is found in steps
         assert found[3 + c] == pytest.approx(
@@ -128,18 +135,80 @@ def test_a_wall_lit_from_behind_glows_by_the_slab_law(thickness: float) -> None:
     assert found[3] > 3 * found[4] > 0
 
 
-def test_a_thin_wall_lit_from_the_front_is_darker() -> None:
+def test_a_thin_wall_lit_from_the_front_loses_light_and_a_thick_one_none() -> None:
     x, *_ = grid(81)
     thin = 0.25 - np.abs(x - 10)
     found = room(
         thin, [5, 10, 10], [4.75, 0, 0], [1, 0, 0], [-1, 0, 0], THIN, [[0, 0, 0]]
     )
-    assert np.all(found[3:] < 0)
+    assert not found[3:6].any()
+    # red goes astray behind; bone shines through with green and blue
+    assert found[6] > 0
+    assert np.all(found[7:] < 0)
     thick = 4.0 - np.abs(x - 10)
     found = room(
         thick, [3, 10, 10], [3.0, 0, 0], [1, 0, 0], [-1, 0, 0], THIN, [[0, 0, 0]]
     )
     assert not found.any()
+
+
+@given(MM, RHO, st.floats(0.1, 3), RHO, st.floats(0.1, 4))
+def test_a_wall_of_layers_keeps_energy_and_becomes_its_mucosa(
+    thickness: float, rho: float, length: float, bone: float, bone_length: float
+) -> None:
+    arguments = (f32(rho), f32(length), f32(bone), f32(bone_length))
+    through, back = wall(f32(thickness), *arguments)
+    assert 0 <= through <= 1
+    assert 0 <= back <= 1
+    assert through + back <= 1 + 1e-5
+    # layers of one and the same stuff are one slab of it
+    same, kept = wall(f32(thickness), f32(rho), f32(length), f32(rho), f32(length))
+    expected, lost, _ = slab(f32(rho), f32(thickness), f32(length))
+    assert same == pytest.approx(float(expected), rel=2e-3, abs=1e-6)
+    assert kept == pytest.approx(rho - float(lost), rel=2e-3, abs=1e-5)
+    # mucosa of many lengths is all that is seen, whatever is beneath
+    _, far = wall(f32(50), f32(rho), f32(0.05), f32(bone), f32(bone_length))
+    assert far == pytest.approx(rho, rel=1e-3)
+
+
+@given(st.floats(0, 1), st.floats(0, 1), RHO)
+def test_a_cell_behind_gives_back_no_more_than_came_in(
+    through: float, share: float, rho: float
+) -> None:
+    back = (1 - through) * share
+    seen = with_cell(f32(through), f32(back), f32(rho))
+    assert back - 1e-6 <= seen <= back + through + 1e-5
+    # no wall at all is the opening of a cell: what an integrating sphere sends back
+    open_ = with_cell(f32(1), f32(0), f32(rho))
+    assert open_ == pytest.approx(0.25 / (1 - 0.75 * rho), rel=1e-5)
+
+
+@pytest.mark.parametrize("code", [50, 76, 85, 100, 120])
+def test_no_wall_turns_green(code: int) -> None:
+    """Red stays the strongest by far, whatever the wall's thickness."""
+    thick = seen_wall(code, 2.5)
+    for thickness in np.linspace(0.15, 2.5, 20):
+        red, green, blue = TABLE[code, :3] * seen_wall(code, thickness) / thick
+        assert red > 1.3 * green
+        assert red > 1.3 * blue
+
+
+def seen_wall(code: int, thickness: float) -> NDArray[np.float64]:
+    """Give what a wall and its cell send back, red, green and blue."""
+    found = [
+        with_cell(
+            *wall(
+                f32(thickness),
+                TABLE[code, c],
+                TABLE[code, k],
+                BONE_ROW[c],
+                BONE_ROW[k],
+            ),
+            TABLE[code, c],
+        )
+        for c, k in ((0, 3), (1, 4), (2, 4))
+    ]
+    return np.array(found, np.float64)
 
 
 def test_virtual_lights_add_up() -> None:

@@ -7,18 +7,21 @@ import pytest
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
+from renderers.shading.paths.kernels import albedo_at
 from renderers.shading.secondary.kernels import (
     FILM,
+    FOUND,
     METAL,
     MIRROR,
     THIN,
     TISSUE,
     follow,
     ray_of,
+    to_voxels,
     wanted_of,
 )
 from renderers.shading.secondary.spread.kernels import LEAST, add_rows, skin_at
-from renderers.shading.tissue_colour import SKIN_COLOR, colour_table
+from renderers.shading.tissue_colour import BONE, SKIN_COLOR, colour_row, colour_table
 
 f32 = np.float32
 SIZE = (37, 45)
@@ -64,13 +67,15 @@ class Scene:
             random.integers(0, 256, (33, 33, 33)).astype(np.uint8),
             self.skin,
             np.array(SKIN_COLOR, np.float32),
+            colour_row(BONE),
             f32(1),
         )
         rows, columns = height // stride + 2, width // stride + 2
-        self.grid = random.uniform(-0.1, 1, (rows, columns, 6)).astype(np.float32)
+        self.grid = random.uniform(-0.1, 1, (rows, columns, FOUND)).astype(np.float32)
         self.reflect = np.array([0.02, 0.55, 0.1, 0.1, 0.1], np.float32)
         self.axes = np.eye(3, dtype=np.float32)
         self.radiance = random.uniform(0, 0.1, (*SIZE, 3)).astype(np.float32)
+        self.only = np.ones(SIZE, np.bool_)
 
     def added(self, *edges: int) -> NDArray[np.float32]:
         radiance = self.radiance.copy()
@@ -78,7 +83,7 @@ class Scene:
             add_rows(
                 self.depth, self.normal, self.coverage, self.material, self.lens,
                 self.axes, self.effects, self.stride, f32(1.15), *self.light,
-                self.grid, self.reflect, radiance, first, last,
+                self.grid, self.reflect, self.only, radiance, first, last,
             )  # fmt: skip
         return radiance
 
@@ -86,7 +91,7 @@ class Scene:
         """Sum the cell's corners, and their weights, in the kernel's order."""
         stride, (height, width) = self.stride, SIZE
         fy, fx = f32(y % stride) / f32(stride), f32(x % stride) / f32(stride)
-        found, total = np.zeros(6, np.float32), f32(0)
+        found, total = np.zeros(FOUND, np.float32), f32(0)
         n = self.normal[y, x]
         for corner in range(4):
             right, down = corner & 1, corner >> 1
@@ -137,10 +142,37 @@ class Scene:
             if kind == TISSUE:
                 dry = skin_at(self.skin, self.light[1], self.light[2], place)
                 mirrored *= f32(1) - f32(0.7 / 255) * f32(dry)
-            more = mirrored * found[:3] + rest * found[3:]
+            if self.effects & THIN and kind == TISSUE:
+                radiance[y, x] -= self.lost(radiance[y, x], found[6:], place)
+            more = mirrored * found[:3] + rest * found[3:6]
             lit = radiance[y, x] + self.coverage[y, x] * more
             radiance[y, x] = np.maximum(lit, f32(0))
         return radiance, own
+
+    def lost(
+        self,
+        seen: NDArray[np.float32],
+        share: NDArray[np.float32],
+        place: tuple[np.float32, np.float32, np.float32],
+    ) -> NDArray[np.float32]:
+        """Take a share of what is not the film's sparkle, the same in all colours."""
+        m, eye = self.light[1], self.light[2]
+        at = [f32(v) for v in to_voxels(m, eye, place)]
+        table, code, skin, albedo = self.light[8:12]
+        found = albedo_at(table, code, skin, albedo, f32(1), at[0], at[1], at[2])
+        rho = np.array(found, np.float32)
+        lit = max(seen[0] - seen[2], f32(0)) / max(rho[0] - rho[2], f32(1e-3))
+        spark = min(max(seen[2] - rho[2] * lit, f32(0)), seen.min())
+        return np.asarray((seen - spark) * share)
+
+
+def test_pixels_that_are_not_wanted_stay() -> None:
+    scene = Scene(4, FILM | MIRROR | THIN)
+    every = scene.added(0, SIZE[0])
+    scene.only = np.random.default_rng(2).random(SIZE) < 0.3
+    some = scene.added(0, SIZE[0])
+    assert_array_equal(some[scene.only], every[scene.only])
+    assert_array_equal(some[~scene.only], scene.radiance[~scene.only])
 
 
 @pytest.mark.parametrize("stride", [4, 8])
