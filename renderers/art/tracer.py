@@ -1,6 +1,5 @@
 """The Active Ray Tracer on one machine: a scene and a camera become a picture."""
 
-import math
 import os
 import time
 from collections.abc import Callable
@@ -10,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.art.cell_sides import SMALLEST_SIDE, side_for
 from renderers.art.kernel_set import KernelSet
 from renderers.art.march import FrameRays, March
 from renderers.art.node_maker import MarchNode, make_node
@@ -20,30 +20,6 @@ from renderers.art.steps import Step, reached
 from renderers.art.work import MarchWork
 from renderers.scene import Camera, GBuffer, Image, Scene, Volume
 from renderers.scene.deflection import Deflection
-
-SMALLEST_SIDE = 8
-SIDES = (SMALLEST_SIDE, 16, 32)
-
-ROOMY_BYTES = 256 << 20
-"""A lit copy of a volume that takes no more has the quickest cells, the smallest. Cells
-of 32 took 6 to 11 % more time than those of 8 at 128 and 256 voxels along an edge."""
-
-LIT_BYTES = 8
-"""Of a voxel in a brick: value and gradient, int16 each."""
-
-
-def brick_voxels(shape: tuple[int, int, int], side: int) -> int:
-    """Count the voxels of a volume's bricks when all of its cells are met.
-
-    A brick has a voxel more along each edge than its cell, and cells stand out beyond
-    the volume's end.
-    """
-    return (side + 1) ** 3 * math.prod(-(-n // side) for n in shape)
-
-
-def leanest_side(shape: tuple[int, int, int]) -> int:
-    """Choose the side of cells whose bricks take the least when all are met."""
-    return min(SIDES, key=lambda side: brick_voxels(shape, side))
 
 
 class RenderStoppedError(RuntimeError):
@@ -216,10 +192,7 @@ class ActiveRayTracer:
             return self._cell_side
         if mode == "scope" or self._cache_cells is not None:
             return SMALLEST_SIDE
-        shape = self.scene.volume.shape
-        if LIT_BYTES * brick_voxels(shape, SMALLEST_SIDE) <= ROOMY_BYTES:
-            return SMALLEST_SIDE
-        return leanest_side(shape)
+        return side_for(self.scene.volume.shape)
 
     def _node(self, mode: str) -> tuple[March, MarchNode, MarchWork]:
         if mode not in self._made:

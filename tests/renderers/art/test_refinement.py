@@ -11,6 +11,7 @@ import pytest
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
+from renderers.art import ActiveRayTracer
 from renderers.art.client import SnapshotClient
 from renderers.art.delivery import Finisher, Picture
 from renderers.art.growing import FILE_NAME, GrowingPicture
@@ -202,3 +203,19 @@ def test_only_pictures_of_four_samples_by_quick_light_are_refined(
     assert not can_refine(msgspec.structs.replace(truth, tolerance=0.0))
     classic = client.request_classic(scene, inside, samples=4)
     assert not can_refine(msgspec.structs.replace(classic, tolerance=0.0))
+
+
+def test_rays_that_nobody_wants_change_no_others(scene: Scene, inside: Camera) -> None:
+    tracer = ActiveRayTracer(scene, threads=1)
+    camera = inside.with_size(150, 130)
+    whole = tracer.gbuffer(camera)
+    wanted = np.zeros((130, 150), np.bool_)
+    wanted[70:90, 10:40] = True
+    wanted[3, ::7] = True
+    limit = np.where(wanted, np.inf, 0).astype(np.float32)
+    found = tracer.gbuffer(camera, limit_mm=limit)
+    assert np.array_equal(found.depth_mm[wanted], whole.depth_mm[wanted])
+    assert np.array_equal(found.normal[wanted], whole.normal[wanted])
+    assert not np.isfinite(found.depth_mm[~wanted]).any()
+    none = tracer.gbuffer(camera, limit_mm=np.zeros_like(limit))
+    assert not none.coverage.any()

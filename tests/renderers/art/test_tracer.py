@@ -7,7 +7,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from renderers.art import ActiveRayTracer, Quality, RenderStoppedError
-from renderers.art.tracer import LIT_BYTES, SIDES, brick_voxels, leanest_side
 from renderers.reference import render_reference
 from renderers.scene import (
     AirSurface,
@@ -18,7 +17,6 @@ from renderers.scene import (
     Scene,
     TransferFunction,
     Volume,
-    four_lights,
     image_error,
 )
 
@@ -343,65 +341,3 @@ def test_caller_mistakes_are_named(scene: Scene, outside: Camera) -> None:
     broken = Scene(Volume(values, np.ones(3), np.zeros(3)), scene.transfer_function)
     with pytest.raises(ValueError, match="not finite"):
         ActiveRayTracer(broken).render(outside)
-
-
-@pytest.mark.parametrize("shape", [(64, 64, 64), (128, 96, 160), (97, 189, 143)])
-def test_the_leanest_cells_take_at_most_what_others_take(
-    shape: tuple[int, int, int],
-) -> None:
-    """Eight bytes a voxel of a lit brick; whole cells of 32 keep below nine of them."""
-
-    def a_voxel(side: int) -> float:
-        return float(LIT_BYTES * brick_voxels(shape, side) / np.prod(shape))
-
-    best = a_voxel(leanest_side(shape))
-    assert best == min(a_voxel(side) for side in SIDES)
-    if all(n % 32 == 0 for n in shape):
-        # and one more for the distance over empty space
-        assert best + 1 <= 10
-
-
-def test_a_large_lit_copy_keeps_to_ten_bytes_a_voxel(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Every cell is met: all of the volume is thin tissue."""
-    monkeypatch.setattr("renderers.art.tracer.ROOMY_BYTES", 1 << 20)
-    rng = np.random.default_rng(3)
-    values = rng.integers(1, 900, (64, 64, 64)).astype(np.int16)
-    volume = Volume(values, np.full(3, 0.3), np.full(3, -9.5))
-    transfer = TransferFunction(
-        np.array([0.0, 1000.0]), np.ones((2, 3)), np.array([1e-3, 2e-3])
-    )
-    scene = Scene(volume, transfer, four_lights())
-    camera = Camera.looking_at(
-        (40.0, 30, 20),
-        (0.0, 0, 0),
-        extent=0.3,
-        size=(48, 48),
-        projection=Projection.PERSPECTIVE,
-    )
-    tracer = ActiveRayTracer(scene, "snapshot", threads=1)
-    found = tracer.render(camera)
-    assert tracer.report is not None
-    assert tracer.report.counters["cells_fetched"] == 8
-    assert tracer.memory / values.size <= 10
-    monkeypatch.undo()
-    small = ActiveRayTracer(scene, "snapshot", threads=1)
-    assert small.render(camera).rgba.tobytes() == found.rgba.tobytes()
-    assert small.memory / values.size > 12
-
-
-def test_rays_that_nobody_wants_change_no_others(scene: Scene, inside: Camera) -> None:
-    tracer = ActiveRayTracer(scene, threads=1)
-    camera = inside.with_size(150, 130)
-    whole = tracer.gbuffer(camera)
-    wanted = np.zeros((130, 150), np.bool_)
-    wanted[70:90, 10:40] = True
-    wanted[3, ::7] = True
-    limit = np.where(wanted, np.inf, 0).astype(np.float32)
-    found = tracer.gbuffer(camera, limit_mm=limit)
-    assert np.array_equal(found.depth_mm[wanted], whole.depth_mm[wanted])
-    assert np.array_equal(found.normal[wanted], whole.normal[wanted])
-    assert not np.isfinite(found.depth_mm[~wanted]).any()
-    none = tracer.gbuffer(camera, limit_mm=np.zeros_like(limit))
-    assert not none.coverage.any()
