@@ -81,7 +81,7 @@ class Distortion:
         if math.isinf(fold):
             high = np.maximum(1.0, d)
             while np.any(short := self.of(high) < d):
-                high[short] *= 2
+                high = np.where(short, 2 * high, high)
         u = np.minimum(d, high)
         for _ in range(ROUNDS):
             error = self.of(u) - d
