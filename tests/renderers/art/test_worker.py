@@ -147,29 +147,29 @@ def test_a_client_that_cancels_need_not_wait_for_a_busy_worker(
 def test_a_cancelled_picture_costs_one_slice_of_rays_more(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
-    """Work after the wish is known is bounded by a count, not by a time."""
+    """Work after the client is told is bounded by a count, not by a time."""
     taken: list[Step] = []
-    told: list[int] = []
+    ended = threading.Event()
     job = client.submit(
         client.request_classic(scene, outside.with_size(1000, 900), quality="preview")
     )
-    team = WatchedTeam(looks=lambda request, _: client.cancel(request.id))
 
     def watch(step: Step) -> None:
         taken.append(step)
         if step is Step.JOB_ENDED:
-            told.append(taken.count(Step.RAYS_MOVED))
+            ended.set()
+        elif taken.count(Step.RAYS_MOVED) == 2 and step is Step.RAYS_MOVED:
+            client.cancel(job)
+            assert ended.wait(60), "the client was not told that its job has ended"
 
     reached.watcher = watch
     try:
-        run_worker(client.spool.folder, once=True, team=team)
+        run_worker(client.spool.folder, once=True)
     finally:
         reached.watcher = None
     assert client.spool.status(job).state is JobState.CANCELLED
-    moved = taken.count(Step.RAYS_MOVED)
-    whole = -(-1000 // 64) * -(-900 // 64) / PACKETS_A_SLICE
-    assert moved - told[0] <= 1
-    assert moved < whole
+    assert 2 <= taken.count(Step.RAYS_MOVED) <= 3
+    assert 4 * PACKETS_A_SLICE < -(-1000 // 64) * -(-900 // 64)
 
 
 def test_a_deadline_counts_from_when_it_was_asked_for(
@@ -225,7 +225,9 @@ def test_a_stopped_worker_leaves_its_job_to_the_next(
         # The second worker also starts its clock when it first looks.
         while client.spool.status(job).attempt < 2:
             done.wait(0.02)
-        snapshot = client.wait(job, timeout_s=60)
+        # A machine with much to do may hold its heartbeat up for longer than a lease.
+        patient = SnapshotClient(folder, name="test", lease_s=60)
+        snapshot = patient.wait(job, timeout_s=120)
     finally:
         done.set()
         worker.join()
