@@ -30,10 +30,11 @@ OF_RANK_0 = [
     *(("SCENE_LOADED", 1), ("SCENE_LOADED", 2), ("SCENE_LOADED", 3)),
     *(("FRAME_BEGUN", 1), ("FRAME_BEGUN", 2), ("RAYS_MOVED", 1), ("RAYS_MOVED", 4)),
     *(("RANK_DONE", 1), ("RANK_DONE", 2), ("FRAME_COMPLETE", 1)),
-    *(("FRAME_COMPLETE", 2), ("TILE_SHOWN", 1), ("WORK_SAVED", 1)),
+    *(("FRAME_COMPLETE", 2), ("TILE_SHOWN", 1)),
     ("PICTURE_SHADED", 1),
     *(("PICTURE_WRITTEN", 1), ("RESULT_WRITTEN", 1), ("JOB_ENDED", 1)),
 ]
+OF_RANK_0_LATE = [("WORK_SAVED", 1), ("WORK_SAVED", 2)]
 OF_THE_OTHERS = [
     *(("SCENE_LOADED", 1), ("SCENE_LOADED", 2), ("FRAME_BEGUN", 1)),
     *(("FRAME_BEGUN", 2), ("RAYS_MOVED", 1), ("RAYS_MOVED", 4), ("RANK_DONE", 1)),
@@ -46,13 +47,19 @@ OF_NOBODY_HERE = {"DATA_STORED", "REQUEST_PUBLISHED", "CANCEL_ASKED", "JOB_HIDDE
 
 def test_no_step_is_left_out() -> None:
     steps = {step.name for step in Step} - OF_NOBODY_HERE
-    assert {step for step, _ in OF_RANK_0 + OF_THE_OTHERS} == steps
+    assert {step for step, _ in OF_RANK_0 + OF_RANK_0_LATE + OF_THE_OTHERS} == steps
 
 
 @pytest.fixture(scope="module")
 def job(tmp_path_factory: pytest.TempPathFactory) -> Job:
     """Get the job that is done again and again."""
     return Job(tmp_path_factory.mktemp("job"))
+
+
+@pytest.fixture(scope="module")
+def large_job(tmp_path_factory: pytest.TempPathFactory) -> Job:
+    """Get a job of which some is finished, and saved, long before the rest."""
+    return Job(tmp_path_factory.mktemp("large"), size=(900, 800))
 
 
 def kill_a_rank(job: Job, folder: Path, victim: int, step: str, nth: int) -> None:
@@ -91,6 +98,14 @@ def test_the_death_of_a_rank_among_rays_loses_nothing(
 @pytest.mark.parametrize(("step", "nth"), OF_RANK_0)
 def test_rank_0_may_die_anywhere(job: Job, tmp_path: Path, step: str, nth: int) -> None:
     kill_a_rank(job, tmp_path / "spool", 0, step, nth)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("step", "nth"), OF_RANK_0_LATE)
+def test_rank_0_may_die_when_some_is_saved(
+    large_job: Job, tmp_path: Path, step: str, nth: int
+) -> None:
+    kill_a_rank(large_job, tmp_path / "spool", 0, step, nth)
 
 
 @pytest.mark.slow

@@ -18,6 +18,7 @@ from renderers.art.growing import FILE_NAME, GrowingPicture
 from renderers.art.job import ClassicWork, SnapshotRequest, SnapshotResult
 from renderers.art.saved_work import ENDING, unwrap
 from renderers.art.spool import JobState, JobStatus, Spool
+from renderers.art.team import traced_camera
 from renderers.art.worker import run_worker
 from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
 from tests.stress.doomed import Order, Outcome
@@ -43,14 +44,14 @@ def small_scene() -> Scene:
 class Job:
     """Hold a request, and what its picture's radiance must be, by hash."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, size: tuple[int, int] = SIZE) -> None:
         """Ask in a spool of its own, so that no other holds the array."""
         scene = small_scene()
         camera = Camera.looking_at(
             [22, -15, 8],
             [0, 0, 0],
             extent=0.5,
-            size=SIZE,
+            size=size,
             projection=Projection.PERSPECTIVE,
         )
         client = SnapshotClient(folder / "made")
@@ -117,7 +118,8 @@ def doomed_children(job: Job, folder: Path) -> Iterator[Children]:
 
 def check_nothing_is_half(folder: Path, request: SnapshotRequest) -> None:
     """Read every file that has a name, whole."""
-    spool = Spool(folder)
+    spool, camera = Spool(folder), traced_camera(request)
+    size = camera.width, camera.height
     for path in folder.rglob("*"):
         if path.is_dir() or any(part.startswith(HIDDEN) for part in path.parts):
             continue
@@ -135,10 +137,10 @@ def check_nothing_is_half(folder: Path, request: SnapshotRequest) -> None:
             np.load(path, allow_pickle=False)
         elif path.suffix == ".png":
             with PngImage.open(path) as image:
-                assert image.size == SIZE
+                assert image.size == size
                 image.load()
         elif path.name == FILE_NAME:
-            GrowingPicture(spool, request.id, *SIZE).update()
+            GrowingPicture(spool, request.id, *size).update()
         elif path.suffix == ENDING:
             assert unwrap(record) is not None, f"{path} is damaged"
         elif path.parent.name == "data":
