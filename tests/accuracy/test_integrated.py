@@ -24,30 +24,19 @@ from renderers.scene import (
     image_error,
     ssim,
 )
+from tests.accuracy.balls import distances, hounsfield
 
 FINAL = replace(Quality.named("final"), classification="integrated")
 KAPPA = 0.1
 SIZE = 128
 
 
-def distances(radius_mm: float, h: float) -> NDArray[np.float64]:
-    """Measure from a sphere's surface, positive inside, in a cube of 20 mm."""
-    n = round(20 / h) + 1
-    axis = (np.arange(n) - (n - 1) / 2) * h
-    r = np.sqrt(axis[:, None, None] ** 2 + axis[:, None] ** 2 + axis**2)
-    return np.asarray(radius_mm - r)
-
-
 def jump_scene(distance_mm: NDArray[np.float64], h: float) -> Scene:
     """Keep 200 HU a millimetre, whole, to 1000; extinction jumps at 0 HU."""
-    values = np.clip(np.rint(200 * distance_mm), -1000, 1000).astype(np.int16)
     transfer = TransferFunction(
         np.array([-1e-3, 0.0]), np.ones((2, 3)), np.array([0, KAPPA])
     )
-    return Scene(
-        Volume(values, np.full(3, h), np.full(3, -10.0)), transfer, (),
-        PhongMaterial(1, 0, 0),
-    )  # fmt: skip
+    return Scene(hounsfield(distance_mm, h), transfer, (), PhongMaterial(1, 0, 0))
 
 
 def from_outside() -> tuple[Camera, NDArray[np.float64]]:

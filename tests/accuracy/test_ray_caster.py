@@ -38,6 +38,7 @@ from renderers.scene import (
     TransferFunction,
     Volume,
 )
+from tests.accuracy.balls import distances, hounsfield
 
 PLAIN = PhongMaterial(1.0, 0.0, 0.0)
 FINAL = Quality.named("final")
@@ -117,20 +118,6 @@ def test_uniform_box(
     slanted = math.cos(angle) * forward + math.sin(angle) * side
     alpha = one_ray(scene, quality, -40 * slanted, slanted)[3]
     assert alpha == pytest.approx(0.865172839254449, abs=2e-5)
-
-
-def distances(radius_mm: float, spacing_mm: float) -> NDArray[np.float64]:
-    """Measure from the sphere's surface, positive inside, in a cube of 20 mm."""
-    n = round(20 / spacing_mm) + 1
-    axis = (np.arange(n) - (n - 1) / 2) * spacing_mm
-    r = np.sqrt(axis[:, None, None] ** 2 + axis[:, None] ** 2 + axis**2)
-    return np.asarray(radius_mm - r)
-
-
-def hounsfield(distance_mm: NDArray[np.float64], spacing_mm: float) -> Volume:
-    """Store distances as 200 HU a millimetre, clipped to 1000."""
-    values = np.clip(np.rint(200 * distance_mm), -1000, 1000).astype(np.int16)
-    return Volume(values, np.full(3, spacing_mm), np.full(3, -10.0))
 
 
 STEP_AT_0 = [-0.01, 0.0]

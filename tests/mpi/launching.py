@@ -65,6 +65,19 @@ def ranks(
         yield child
 
 
+def run_two(program: str, folder: Path) -> "subprocess.CompletedProcess[str]":
+    """Run a program of two ranks, which gets a folder, to its end."""
+    return subprocess.run(
+        ranks_command(2, "-c", program, str(folder)),
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+        cwd=ROOT,
+    )
+
+
 def processes_of(spool: Path) -> list[int]:
     """List living processes whose command line names a spool."""
     found = []

@@ -1,9 +1,8 @@
 """What the transport between processes promises beyond messages' order."""
 
-import subprocess
 from pathlib import Path
 
-from tests.mpi.launching import NEEDS_RANKS, ROOT, ranks_command
+from tests.mpi.launching import NEEDS_RANKS, run_two
 
 pytestmark = NEEDS_RANKS
 
@@ -36,14 +35,6 @@ transport.close()
 
 
 def test_a_look_finds_what_has_arrived(tmp_path: Path) -> None:
-    done = subprocess.run(
-        ranks_command(2, "-c", RANKS, str(tmp_path)),
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-        cwd=ROOT,
-    )
+    done = run_two(RANKS, tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == str([*range(MESSAGES), None])

@@ -1,9 +1,8 @@
 """A rank that waits in vain says so, and all ranks leave what they heard last."""
 
-import subprocess
 from pathlib import Path
 
-from tests.mpi.launching import NEEDS_RANKS, ROOT, ranks_command
+from tests.mpi.launching import NEEDS_RANKS, run_two
 
 pytestmark = NEEDS_RANKS
 
@@ -36,15 +35,7 @@ except TransportError as error:
 def test_a_rank_that_is_not_answered_ends_all_and_leaves_its_record(
     tmp_path: Path,
 ) -> None:
-    done = subprocess.run(
-        ranks_command(2, "-c", RANKS, str(tmp_path)),
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-        cwd=ROOT,
-    )
+    done = run_two(RANKS, tmp_path)
     assert done.returncode != 0
     reason = "Rank 0 has waited 0 s for a cell"
     assert done.stdout.count(reason) == 2

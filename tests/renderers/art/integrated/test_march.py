@@ -1,6 +1,7 @@
 """What the march of integrated transfer functions prepares, and what it refuses."""
 
 from collections import deque
+from typing import Any
 
 import numpy as np
 import pytest
@@ -72,8 +73,9 @@ def test_rays_without_their_last_samples_are_refused(
 
 
 def test_classification_is_one_of_two() -> None:
+    wrong: Any = "both"
     with pytest.raises(ValueError, match="post or integrated, got 'both'"):
-        Quality(0.5, 0.0, classification="both")  # type: ignore[arg-type]
+        Quality(0.5, 0.0, classification=wrong)
 
 
 @pytest.mark.parametrize("ranks", [2, 3])
