@@ -12,14 +12,15 @@ from renderers.scene.facets.facets import Facets
 from renderers.scene.facets.kernels import (
     bound_groups,
     fill_facets,
+    is_outside,
     list_facets,
-    resolve_facets,
 )
+from renderers.scene.facets.surfacing.kernels import resolve_facets
 from renderers.scene.gbuffer import GBuffer
 from renderers.scene.mesh import RowRunner
 from renderers.simd_guard import vector_problem
 
-ROOM = 1024
+ROOM = 4096
 """Triangles that are listed at a time."""
 
 PLACE, BOX = 20, 5
@@ -27,7 +28,7 @@ PLACE, BOX = 20, 5
 
 
 @cache
-def best_fill() -> Callable[..., None]:
+def best_fill() -> Callable[..., tuple[int, int]]:
     """Give the vector kernel where it can be trusted, else its scalar twin."""
     if vector_problem():
         return fill_facets
@@ -43,7 +44,7 @@ def draw_facets(
     camera: Camera,
     world_from_mesh: NDArray[np.float64],
     run: RowRunner,
-    fill: Callable[..., None] | None = None,
+    fill: Callable[..., tuple[int, int]] | None = None,
 ) -> None:
     """Draw triangles where they are nearer; see `Mesh.draw`.
 
@@ -78,39 +79,53 @@ def draw_facets(
     top, bottom = int(seen[:, 0].min()), int(seen[:, 1].max())
     owner = np.full(buffer.size, -1, np.int32)
     lens = camera.lens_table()
+    flat = camera.projection is Projection.ORTHOGRAPHIC
+    front = 0.0
+    if facets.is_closed and not flat and is_outside(facets.corners, -shift @ turn):
+        front = -float(np.linalg.det(turn))
+    # all at once, not row by row: to look through what is in view takes long
+    lists = []
+    piece = 0
+    while piece < len(facets.pieces):
+        places = np.empty((ROOM, PLACE), np.float64)
+        boxes = np.empty((ROOM, BOX), np.int32)
+        piece, count = list_facets(
+            facets.corners,
+            facets.pieces,
+            facets.parent,
+            facets.first,
+            groups,
+            turn,
+            shift,
+            projection,
+            widest,
+            camera.pixels_per_unit,
+            stretches,
+            camera.width,
+            camera.height,
+            front,
+            piece,
+            places,
+            boxes,
+        )
+        lists.append((places, boxes, count))
 
     def rows(first: int, last: int) -> None:
         first, last = first + top, last + top
-        places = np.empty((ROOM, PLACE), np.float64)
-        boxes = np.empty((ROOM, BOX), np.int32)
         left, right = camera.width, 0
-        piece = 0
-        while piece < len(facets.pieces):
-            piece, count = list_facets(
-                facets.corners,
-                facets.pieces,
-                facets.parent,
-                facets.first,
-                groups,
-                turn,
-                shift,
-                projection,
-                widest,
-                camera.pixels_per_unit,
-                stretches,
-                camera.width,
-                camera.height,
-                first,
-                last,
-                piece,
+        for places, boxes, count in lists:
+            least, most = fill(
                 places,
                 boxes,
+                count,
+                flat,
+                lens,
+                buffer.depth_mm,
+                owner,
+                first,
+                last,
             )
-            if count:
-                flat = projection == Projection.ORTHOGRAPHIC
-                fill(places, boxes, count, flat, lens, buffer.depth_mm, owner)
-                left = min(left, int(boxes[:count, 1].min()))
-                right = max(right, int(boxes[:count, 2].max()) + 1)
+            left, right = min(left, least), max(right, most)
         resolve_facets(
             facets.corners,
             facets.normals,

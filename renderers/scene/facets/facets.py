@@ -28,6 +28,7 @@ class Facets:
     pieces, parent: ``(m, 9)`` float32 and ``(m,)`` int32; where triangles are looked
     for: small triangles that together cover the large ones, and whose they are.
     spheres: ``(g, 4)`` float32, centre and radius of ``pieces[first[g]:first[g + 1]]``.
+    is_closed: whether they bound solids, so that from outside none is seen from behind.
     """
 
     corners: NDArray[np.float32]
@@ -36,6 +37,7 @@ class Facets:
     parent: NDArray[np.int32]
     spheres: NDArray[np.float32]
     first: NDArray[np.int32]
+    is_closed: bool
 
     @classmethod
     def of(cls, corners: NDArray[np.float64]) -> "Facets":
@@ -62,6 +64,7 @@ class Facets:
             parent.astype(np.int32),
             np.concatenate([(low + high) / 2, radius], axis=1).astype(np.float32),
             np.append(first, len(pieces)).astype(np.int32),
+            _is_closed(corners),
         )
 
 
@@ -79,8 +82,7 @@ def _corner_normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
         np.linalg.norm(np.cross(ahead, back), axis=2),
         np.einsum("nij,nij->ni", ahead, back),
     ).ravel()
-    # Corners at one place are joined by position: a mesh may repeat its vertices.
-    _, place = np.unique(corners.reshape(-1, 3).round(6), axis=0, return_inverse=True)
+    place = _places(corners)
     owner = np.arange(len(place)) // 3
     order = np.argsort(place, kind="stable")
     groups = np.split(order, np.flatnonzero(np.diff(place[order])) + 1)
@@ -91,6 +93,27 @@ def _corner_normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
         result[group] = smooth @ (faces * angle[group, None])
     result /= np.maximum(np.linalg.norm(result, axis=1, keepdims=True), 1e-30)
     return result.reshape(-1, 3, 3)
+
+
+def _places(corners: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Number the places of corners: a mesh may repeat its vertices."""
+    _, place = np.unique(corners.reshape(-1, 3).round(6), axis=0, return_inverse=True)
+    return place.ravel()
+
+
+def _is_closed(corners: NDArray[np.float64]) -> bool:
+    """Say whether each edge is passed once in each direction, round some volume."""
+    place = _places(corners).reshape(-1, 3).astype(np.int64)
+    ahead = np.roll(place, -1, axis=1)
+    if np.any(place == ahead):
+        return False
+    most = int(place.max()) + 1
+    there = np.sort((place * most + ahead).ravel())
+    back = np.sort((ahead * most + place).ravel())
+    once = bool(np.all(np.diff(there) > 0))
+    return (
+        once and np.array_equal(there, back) and float(np.linalg.det(corners).sum()) > 0
+    )
 
 
 def _cut(

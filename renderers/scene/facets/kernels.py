@@ -35,13 +35,9 @@ ORTHOGRAPHIC = 2
 MARGIN_PX = 0.5
 """For rounding."""
 
-SILHOUETTE = 1e-3
-"""Least cosine between a smooth normal and the ray: at a silhouette the interpolated
-normal may look past the horizon."""
-
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _place(corners: Floats, n: int, turn: Doubles, shift: Doubles, p: Doubles) -> None:
+def place(corners: Floats, n: int, turn: Doubles, shift: Doubles, p: Doubles) -> None:
     """Bring triangle n into the camera's frame."""
     for i in range(3):
         x, y, z = corners[n, 3 * i], corners[n, 3 * i + 1], corners[n, 3 * i + 2]
@@ -71,6 +67,37 @@ def edge_products(p: Doubles, projection: int, e: Doubles) -> None:
         z = p[3] * p[7] - p[4] * p[6]
         e[9] = p[0] * x + p[1] * y + p[2] * z
         e[10] = e[11] = 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def is_outside(corners: Floats, eye: Doubles) -> bool:
+    """Say whether a point is outside what closed triangles bound; False if unsure.
+
+    What goes in and out of it straight above the point, along the mesh's z, cancels.
+    A line that meets an edge, or a point on the surface, is not decided.
+    """
+    ex, ey, ez = eye[0], eye[1], eye[2]
+    ways = 0
+    for n in range(corners.shape[0]):
+        ax, ay = corners[n, 0] - ex, corners[n, 1] - ey
+        bx, by = corners[n, 3] - ex, corners[n, 4] - ey
+        cx, cy = corners[n, 6] - ex, corners[n, 7] - ey
+        # neighbours share an edge's product up to its sign
+        u = bx * cy - by * cx
+        v = cx * ay - cy * ax
+        w = ax * by - ay * bx
+        low, high = min(u, v, w), max(u, v, w)
+        if low < 0 and high > 0:
+            continue
+        height = u * (corners[n, 2] - ez) + v * (corners[n, 5] - ez)
+        height += w * (corners[n, 8] - ez)
+        height = height if high > 0 else -height
+        if height < 0:
+            continue
+        if low == 0 or high == 0 or height == 0:
+            return False
+        ways += 1 if high > 0 else -1
+    return ways == 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -127,16 +154,18 @@ def list_facets(
     corners: Floats, pieces: Floats, parent: Ints, first: Ints, rows: Ints,
     turn: Doubles, shift: Doubles, projection: int, widest: float,
     pixels_per_unit: float, stretches: tuple[float, float], width: int, height: int,
-    begin: int, end: int, piece: int, places: Doubles, boxes: Ints,
+    front: float, piece: int, places: Doubles, boxes: Ints,
 ) -> tuple[int, int]:  # fmt: skip
-    """List the triangles that may show in rows ``begin..end``, from a piece on.
+    """List the triangles that may show, from a piece on.
 
     corners: ``(n, 9)``, mm, mesh frame. pieces: ``(m, 9)``, where to look for triangle
     `parent`, in groups ``first[g]..first[g + 1]`` of `rows`. turn, shift: camera from
     mesh. widest: angle from the axis that the lens sees. pixels_per_unit: picture
     pixels per radian, tangent or mm in the middle; stretches: by which factor a
-    distorted lens takes pixels out or in, at least and at most. places, boxes: what
-    `fill_facets` wants of each.
+    distorted lens takes pixels out or in, at least and at most. front: sign of the
+    triple product of the corners of a triangle that faces the eye, where those that
+    look away are hidden; 0 where they may show. places, boxes: what `fill_facets`
+    wants of each.
     Returns the piece to go on with, where there was no room for more, and how many
     were listed.
     """
@@ -151,12 +180,19 @@ def list_facets(
     known = -1
     count = 0
     for g in range(rows.shape[0]):
-        if rows[g, 0] >= end or rows[g, 1] <= begin:
+        if rows[g, 1] <= rows[g, 0]:
             continue
         for m in range(max(first[g], piece), first[g + 1]):
             if count == boxes.shape[0]:
                 return m, count
-            _place(pieces, m, turn, shift, p)
+            n = parent[m]
+            if n != known:
+                place(corners, n, turn, shift, p)
+                edge_products(p, projection, e)
+                known = n
+            if e[9] * front < 0:
+                continue
+            place(pieces, m, turn, shift, p)
             if projection == PERSPECTIVE or flat:
                 bulge = bound_plane(p, projection, box, at)
             else:
@@ -175,15 +211,10 @@ def list_facets(
             # in floats first: an infinite bound is no integer
             x0 = max(middle_x + box[0] * pixels_per_unit - MARGIN_PX, 0.0)
             x1 = min(middle_x + box[1] * pixels_per_unit + MARGIN_PX, width - 1.0)
-            y0 = max(middle_y - box[3] * pixels_per_unit - MARGIN_PX, float(begin))
-            y1 = min(middle_y - box[2] * pixels_per_unit + MARGIN_PX, end - 1.0)
+            y0 = max(middle_y - box[3] * pixels_per_unit - MARGIN_PX, 0.0)
+            y1 = min(middle_y - box[2] * pixels_per_unit + MARGIN_PX, height - 1.0)
             if not (x0 <= x1 and y0 <= y1):
                 continue
-            n = parent[m]
-            if n != known:
-                _place(corners, n, turn, shift, p)
-                edge_products(p, projection, e)
-                known = n
             margin = bulge
             if bulge != BOXED:
                 margin = bulge * pixels_per_unit + MARGIN_PX
@@ -227,9 +258,12 @@ def row_span(
 @njit(cache=True, nogil=True, error_model="numpy")
 def fill_facets(
     places: Doubles, boxes: Ints, count: int, flat: bool, lens: Floats, depth: Floats,
-    owner: Ints,
-) -> None:  # fmt: skip
+    owner: Ints, begin: int, end: int,
+) -> tuple[int, int]:  # fmt: skip
     """Lower `depth` to the nearest of the listed triangles' and note whose it is.
+
+    Does so in rows ``begin..end`` only. Returns the first column that it looked at and
+    the one past the last.
 
     places: ``(n, 20)``, see `edge_products`; three corners in pixels; how far the sides
     bulge out from between them, or BOXED. boxes: ``(n, 5)``, which triangle, first
@@ -237,7 +271,11 @@ def fill_facets(
     """
     width = depth.shape[1]
     rays = lens.reshape(-1)
+    least, most = width, 0
     for r in range(count):
+        top, bottom = max(boxes[r, 3], begin), min(boxes[r, 4] + 1, end)
+        if top >= bottom:
+            continue
         # into locals: the compiler cannot know that writing depths leaves them alone
         ax, ay, az = places[r, 0], places[r, 1], places[r, 2]
         bx, by, bz = places[r, 3], places[r, 4], places[r, 5]
@@ -248,7 +286,8 @@ def fill_facets(
         picture = px, py, qx, qy, rx, ry
         slopes = slope(px, py, qx, qy), slope(qx, qy, rx, ry), slope(rx, ry, px, py)
         n, left, right = boxes[r, 0], boxes[r, 1], boxes[r, 2]
-        for y in range(boxes[r, 3], boxes[r, 4] + 1):
+        least, most = min(least, left), max(most, right + 1)
+        for y in range(top, bottom):
             first, last = row_span(picture, slopes, margin, y, left, right)
             near = depth[y]
             mine = owner[y]
@@ -270,74 +309,4 @@ def fill_facets(
                 if (t > 0) & (t < near[i]):
                     near[i] = t
                     mine[i] = n
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def resolve_facets(
-    corners: Floats, corner_normals: Floats, turn: Doubles, shift: Doubles,
-    projection: int, axes: Doubles, lens: Floats, owner: Ints,
-    material: int, normal: Floats, coverage: Floats, materials: NDArray[np.uint8],
-    rows: tuple[int, int], columns: tuple[int, int],
-) -> None:  # fmt: skip
-    """Write normal, coverage and material of the pixels that a triangle owns.
-
-    corner_normals: ``(n, 9)``, mesh frame. axes: rows are the camera's axes, world.
-    Normals face the eye.
-    """
-    p = np.empty(9, np.float64)
-    e = np.empty(12, np.float64)
-    s = np.empty(3, np.float64)
-    flat = projection == ORTHOGRAPHIC
-    # right, up, forward is a left-handed frame: there cross products point inwards
-    handed = turn[0, 0] * (turn[1, 1] * turn[2, 2] - turn[1, 2] * turn[2, 1])
-    handed -= turn[0, 1] * (turn[1, 0] * turn[2, 2] - turn[1, 2] * turn[2, 0])
-    handed += turn[0, 2] * (turn[1, 0] * turn[2, 1] - turn[1, 1] * turn[2, 0])
-    known = -1
-    for y in range(rows[0], rows[1]):
-        for x in range(columns[0], columns[1]):
-            n = owner[y, x]
-            if n < 0:
-                continue
-            if n != known:
-                _place(corners, n, turn, shift, p)
-                edge_products(p, projection, e)
-                known = n
-            dx, dy, dz = lens[y, x, 0], lens[y, x, 1], lens[y, x, 2]
-            v = dx * e[3] + dy * e[4] + dz * e[5]
-            w = dx * e[6] + dy * e[7] + dz * e[8]
-            total = dx * e[0] + dy * e[1] + dz * e[2] + v + w
-            v /= total
-            w /= total
-            u = 1.0 - v - w
-            for j in range(3):
-                s[j] = 0.0
-            for i in range(3):
-                smooth = (
-                    u * corner_normals[n, i]
-                    + v * corner_normals[n, 3 + i]
-                    + w * corner_normals[n, 6 + i]
-                )
-                for j in range(3):
-                    s[j] += turn[j, i] * smooth
-            # the side the eye is on, from the flat triangle
-            ax, ay, az = p[3] - p[0], p[4] - p[1], p[5] - p[2]
-            bx, by, bz = p[6] - p[0], p[7] - p[1], p[8] - p[2]
-            rx = 0.0 if flat else float(dx)
-            ry = 0.0 if flat else float(dy)
-            rz = float(dz)
-            facing = rx * (ay * bz - az * by) + ry * (az * bx - ax * bz)
-            facing += rz * (ax * by - ay * bx)
-            side = -1.0 if handed * facing > 0 else 1.0
-            side /= max(math.sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]), 1e-30)
-            sx, sy, sz = side * s[0], side * s[1], side * s[2]
-            over = max(sx * rx + sy * ry + sz * rz + SILHOUETTE, 0.0)
-            sx -= over * rx
-            sy -= over * ry
-            sz -= over * rz
-            scale = 1 / max(math.sqrt(sx * sx + sy * sy + sz * sz), 1e-30)
-            for j in range(3):
-                normal[y, x, j] = f32(
-                    scale * (sx * axes[0, j] + sy * axes[1, j] + sz * axes[2, j])
-                )
-            coverage[y, x] = f32(1)
-            materials[y, x] = material
+    return least, most

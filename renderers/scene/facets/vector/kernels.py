@@ -34,12 +34,16 @@ def _quotient(u: Any, v: Any, w: Any, total: Any, places: Doubles, r: int) -> An
 @njit(cache=True, nogil=True, error_model="numpy")
 def fill_facets(
     places: Doubles, boxes: Ints, count: int, flat: bool, lens: Floats, depth: Floats,
-    owner: Ints,
-) -> None:  # fmt: skip
+    owner: Ints, begin: int, end: int,
+) -> tuple[int, int]:  # fmt: skip
     """Do as the scalar twin."""
     width = depth.shape[1]
     here = lanes(W)
+    least, most = width, 0
     for r in range(count):
+        top, bottom = max(boxes[r, 3], begin), min(boxes[r, 4] + 1, end)
+        if top >= bottom:
+            continue
         ax, ay, az = places[r, 0], places[r, 1], places[r, 2]
         bx, by, bz = places[r, 3], places[r, 4], places[r, 5]
         cx, cy, cz = places[r, 6], places[r, 7], places[r, 8]
@@ -49,8 +53,9 @@ def fill_facets(
         picture = px, py, qx, qy, rx, ry
         slopes = slope(px, py, qx, qy), slope(qx, qy, rx, ry), slope(rx, ry, px, py)
         left, right = boxes[r, 1], boxes[r, 2]
+        least, most = min(least, left), max(most, right + 1)
         mine = full(boxes[r, 0], W)
-        for y in range(boxes[r, 3], boxes[r, 4] + 1):
+        for y in range(top, bottom):
             first, last = row_span(picture, slopes, margin, y, left, right)
             for x in range(first, last + 1, W):
                 at = y * width + x
@@ -80,3 +85,4 @@ def fill_facets(
                 nearer = inside & (t > np.float32(0)) & (t < near)
                 store_where(depth, at, t, nearer)
                 store_where(owner, at, mine, nearer)
+    return least, most

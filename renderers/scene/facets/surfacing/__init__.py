@@ -1,0 +1,1 @@
+"""What a triangle looks like where it is seen."""
