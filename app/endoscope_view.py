@@ -1,12 +1,11 @@
 """The endoscope's picture: tissue by splats, instruments by rays, one light for all."""
 
-import hashlib
 from collections.abc import Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from xxhash import xxh3_128_hexdigest
 
 from app.operating_room import OperatingRoom, Progress
 from renderers.fsr import FuzzySetRenderer
@@ -37,16 +36,14 @@ class Frame:
     pixels: NDArray[np.uint8]
     gbuffer: GBuffer
     gain: float
-    _digest: Future[str] = field(repr=False)
 
-    @property
-    def blake2b(self) -> str:
-        """Get the hash of the picture's bytes, 32 hexadecimal digits.
+    def fingerprint(self) -> str:
+        """Hash the picture's bytes: 32 hexadecimal digits.
 
-        It is made beside whatever follows; asking at once waits for it. BLAKE2b takes
-        1.2 ms for 512 x 512 pixels where SHA-256 takes 2.0.
+        It tells pictures apart and is no proof against forgers. XXH3 takes 0.01 ms for
+        512 x 512 pixels where BLAKE2b takes 1.
         """
-        return self._digest.result()
+        return xxh3_128_hexdigest(self.pixels.data)
 
 
 class EndoscopeView:
@@ -79,7 +76,6 @@ class EndoscopeView:
         # few parts, since each looks through all groups of triangles, but not so few
         # that one of them has the whole tool
         self._bands = RowBands(threads, bands_per_thread=4)
-        self._hasher = ThreadPoolExecutor(1, thread_name_prefix="hash")
         self._lit: tuple[object, GBuffer, NDArray[np.float32]] | None = None
         self.views_skipped = 0
         """Frames whose view was the one before, so that they were only exposed."""
@@ -159,9 +155,4 @@ class EndoscopeView:
         if gain is None:
             gain = self._auto_gain.follow(meter(radiance), elapsed_s)
         pixels = self.expose(view, buffer, radiance, gain=gain, number=number)
-        return Frame(pixels, buffer, gain, self._hasher.submit(blake2b, pixels))
-
-
-def blake2b(pixels: NDArray[np.uint8]) -> str:
-    """Hash a picture's bytes: 32 hexadecimal digits."""
-    return hashlib.blake2b(pixels.data, digest_size=16).hexdigest()
+        return Frame(pixels, buffer, gain)

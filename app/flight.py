@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any, Protocol, Self
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -84,8 +84,7 @@ def fly(
     device pass through; what was recorded before is on disk.
     """
     timing = Timing()
-    frames = _FrameRecorder(recorder)
-    with _settled_memory(), frames:
+    with _settled_memory():
         number = 0
         started = shown = time.perf_counter()
         while True:
@@ -110,41 +109,17 @@ def fly(
             timing.frame_ms.append((time.perf_counter() - begun) * 1e3)
             timing.pose_age_ms.append((time.monotonic() - pose.host_time_s) * 1e3)
             shown = begun
-            frames.add(number, seen, frame)
-            on_frame(seen, frame, sample, number)
-            number += 1
-
-
-class _FrameRecorder:
-    """Record each frame when the next is there, since its hash is not made at once.
-
-    A context manager: the last frame is recorded at its end, whatever ends it.
-    """
-
-    def __init__(self, recorder: SessionRecorder) -> None:
-        self._recorder = recorder
-        self._last: tuple[int, int, View, Frame] | None = None
-
-    def add(self, number: int, seen: View, frame: Frame) -> None:
-        """Take a frame of the newest sample."""
-        self._record()
-        self._last = number, self._recorder.samples - 1, seen, frame
-
-    def _record(self) -> None:
-        if self._last is not None:
-            number, sample, seen, frame = self._last
-            self._last = None
-            self._recorder.add(
+            recorder.add(
                 FrameRecord(
-                    number, sample, frame.gain, seen.clearance_mm, frame.blake2b
+                    number,
+                    recorder.samples - 1,
+                    frame.gain,
+                    seen.clearance_mm,
+                    frame.fingerprint(),
                 )
             )
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._record()
+            on_frame(seen, frame, sample, number)
+            number += 1
 
 
 @contextmanager

@@ -112,7 +112,7 @@ def replay_session(
                     seen, number=record.number, elapsed_s=0.0, gain=record.gain
                 )
                 frames += 1
-                if same_look and frame.blake2b != record.blake2b:
+                if same_look and frame.fingerprint() != record.xxh3_128:
                     pictures.append(record.number)
                 if seen.clearance_mm != record.clearance_mm:
                     clearances.append(record.number)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from app.endoscope_view import EndoscopeView, blake2b
+from app.endoscope_view import EndoscopeView, Frame
 from app.flight import Timing as LoopTiming
 from app.flight import fly
 from app.operating_room import OperatingRoom, prepare_room
@@ -229,7 +229,7 @@ def stage_times(view: EndoscopeView, seen: View) -> list[float]:
     tick()
     pixels = view.expose(seen, buffer, radiance, gain=gain, number=1)
     tick()
-    blake2b(pixels)
+    Frame(pixels, buffer, gain).fingerprint()
     tick()
     return [after - before for before, after in itertools.pairwise(times)]
 

@@ -102,14 +102,16 @@ class FrameRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     sample: index of the sample it shows, counted from 0 in this stream.
     gain: the camera's gain; stored because it depends on all frames before.
-    blake2b: hash of the picture's bytes, 16 bytes long.
+    xxh3_128: hash of the picture's bytes. blake2b: what stood there in recordings of
+    looks before 3, whose pictures are not compared.
     """
 
     number: int
     sample: int
     gain: float
     clearance_mm: float
-    blake2b: str
+    xxh3_128: str = ""
+    blake2b: str = ""
 
 
 class EventRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

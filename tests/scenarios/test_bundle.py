@@ -1,6 +1,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given
@@ -50,7 +51,7 @@ def record_all(folder: Path, count: int) -> list[Record]:
         for i in range(count):
             for record in (
                 SampleRecord.of(sample(i)),
-                FrameRecord(i, i, 1.0 / (i + 3), 0.25, "a" * 64),
+                FrameRecord(i, i, 1.0 / (i + 3), 0.25, "a" * 32),
             ):
                 recorder.add(record)
                 written.append(record)
@@ -68,6 +69,13 @@ def test_round_trip_keeps_every_bit(tmp_path: Path) -> None:
     first = read[0]
     assert isinstance(first, SampleRecord)
     assert np.array_equal(first.sample().device_from_tip, sample(0).device_from_tip)
+
+
+def test_frames_of_older_looks_are_still_read() -> None:
+    """They had another hash, under its own name."""
+    old = {"number": 3, "sample": 5, "gain": 0.5, "clearance_mm": 1.25}
+    frame = msgspec.convert({**old, "blake2b": "b" * 32}, FrameRecord)
+    assert frame == FrameRecord(3, 5, 0.5, 1.25, blake2b="b" * 32)
 
 
 @dataclass(repr=False)

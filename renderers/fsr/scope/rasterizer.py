@@ -2,6 +2,9 @@
 
 import math
 import threading
+from collections.abc import Callable
+from functools import partial
+from operator import call
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,15 +23,13 @@ from renderers.fsr.scope.seams import Seams
 from renderers.fsr.scope.tiles import (
     MOST_TILES,
     RAY,
-    SIDE,
     SQUARE,
     SQUARES,
-    SQUARES_X,
-    SQUARES_Y,
     TILE_HEIGHT,
     TILE_SHIFT_X,
     TILE_SHIFT_Y,
     TILE_WIDTH,
+    tile_by_tile,
 )
 from renderers.fsr.surfels import extract_surfels
 from renderers.fsr.visibility import BlockBounds, Standpoint, VisibleSets
@@ -233,16 +234,20 @@ class SurfelRasterizer:
             hide=self._hide and allowed is None,
             allowed=allowed,
         )
-        visible = listed = kept = 0
+        listed = kept = 0
+        parts: list[Callable[[], int]] = []
         for surfels, mark, low, high in (
             (self._fine, NEAR, NEAREST_MM, near),
             (self._coarse, FAR, coarse_from, math.inf),
         ):
             limits = low, high, reach * surfels.spacing_mm
             runs = self._blocks.runs(blocks, mark, surfels.order, PART)
-            visible += self._project_runs(camera, team, surfels, runs, limits, listed)
+            project = self._projection(camera, surfels, runs, limits, listed)
+            parts += [partial(project, part) for part in range(len(runs.cuts) - 1)]
             listed += len(runs)
             kept += runs.rows
+        # both sets in one: threads are slow to wake
+        visible = sum(team.map(call, parts))
         self.counters = {
             "listed": listed,
             "visible": visible,
@@ -254,15 +259,15 @@ class SurfelRasterizer:
         }
         return listed
 
-    def _project_runs(
+    def _projection(
         self,
         camera: Camera,
-        team: ThreadTeam,
         surfels: BlockedSurfels,
         runs: Runs,
         limits: tuple[float, float, float],
         base: int,
-    ) -> int:
+    ) -> Callable[[int], int]:
+        """Give what projects a part of a set's runs; `base` records come before."""
         frame = camera.frame.copy()
         frame[0] -= surfels.first_mm
         frame32 = frame.astype(np.float32)
@@ -294,23 +299,16 @@ class SurfelRasterizer:
                 )
             )
 
-        return sum(team.map(project, range(len(runs.cuts) - 1)))
+        return project
 
     def _tile_rays(self, table: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Lay rays out as tiles want them: ``(tiles, SQUARES * RAY)``.
-
-        Per square x, y and z of its pixels; zero beyond the picture.
-        """
+        """Lay rays out as `tile_by_tile` does, once a lens."""
         if table is not self._table:
             height, width = table.shape[:2]
             down, across = tile_grid(height, width)
-            padded = np.zeros((down * TILE_HEIGHT, across * TILE_WIDTH, 3), np.float32)
-            padded[:height, :width] = table
-            squares = padded.reshape(down, SQUARES_Y, SIDE, across, SQUARES_X, SIDE, 3)
-            self._rays = lined_up(padded.size).reshape(down * across, SQUARES * RAY)
-            # to tile row, tile column, square row, square, channel, row, column
-            laid = squares.transpose(0, 3, 1, 4, 6, 2, 5)
-            self._rays[:] = laid.reshape(self._rays.shape)
+            size = down * across * SQUARES * RAY
+            self._rays = lined_up(size).reshape(down * across, SQUARES * RAY)
+            self._rays[:] = tile_by_tile(table, down, across)
             self._table = table
         return self._rays
 

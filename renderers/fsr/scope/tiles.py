@@ -5,6 +5,9 @@ quantity in a square are neighbours, and so are all quantities of a square. A di
 then touches few and whole cache lines, and a square is one vector.
 """
 
+import numpy as np
+from numpy.typing import NDArray
+
 TILE_SHIFT_X = 7
 TILE_SHIFT_Y = 6
 TILE_WIDTH = 1 << TILE_SHIFT_X
@@ -38,3 +41,19 @@ BLOCKS = BLOCKS_X * BLOCKS_Y
 
 MOST_TILES = 255
 """Tiles along a side of a picture: a surfel's range of them takes four bytes."""
+
+
+def tile_by_tile(
+    table: NDArray[np.float32], down: int, across: int
+) -> NDArray[np.float32]:
+    """Lay the rays ``(h, w, 3)`` of a picture out as ``(tiles, SQUARES * RAY)``.
+
+    Per square x, y and z of its pixels; zero beyond the picture.
+    """
+    height, width = table.shape[:2]
+    padded = np.zeros((down * TILE_HEIGHT, across * TILE_WIDTH, 3), np.float32)
+    padded[:height, :width] = table
+    squares = padded.reshape(down, SQUARES_Y, SIDE, across, SQUARES_X, SIDE, 3)
+    # to tile row, tile column, square row, square, channel, row, column
+    laid = squares.transpose(0, 3, 1, 4, 6, 2, 5)
+    return laid.reshape(down * across, SQUARES * RAY)

@@ -30,6 +30,11 @@ class HairLayer:
     def __init__(self, surface: AirSurface, seed: int) -> None:
         self.strands = Strands.grow(surface, seed)
         self._albedo = np.array(ALBEDO, np.float32)
+        points = self.strands.points_mm.reshape(-1, 3)
+        # a ball around them all
+        self._middle = points.mean(axis=0) if len(points) else np.zeros(3)
+        reach = np.linalg.norm(points - self._middle, axis=1)
+        self._radius = float(reach.max(initial=0.0))
 
     def add(
         self,
@@ -49,6 +54,8 @@ class HairLayer:
         widest = 1.5 if pinhole else min(camera.extent + 0.3, 3.0)
         fold = camera.distortion.fold
         widest = min(widest, math.atan(fold) if pinhole else fold)
+        if self._is_beyond(camera, widest):
+            return
         points = strands.points_mm - camera.eye_mm
         placed = np.zeros((*points.shape[:2], 4), np.float32)
         seen = project_strands(
@@ -87,3 +94,13 @@ class HairLayer:
             )
 
         bands.run(gbuffer.size[0], rows)
+
+    def _is_beyond(self, camera: Camera, widest: float) -> bool:
+        """Say whether all hairs are more than `widest` radians off the view axis."""
+        toward = self._middle - camera.eye_mm
+        distance = float(np.linalg.norm(toward))
+        if distance <= self._radius:
+            return False
+        cosine = float(toward @ camera.frame[3]) / distance
+        off = math.acos(min(max(cosine, -1.0), 1.0))
+        return off - math.asin(self._radius / distance) > widest
