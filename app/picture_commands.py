@@ -41,7 +41,7 @@ def snapshot(
     size: Size = 512,
     samples: Literal[1, 4] = 4,
     quality: Literal["preview", "snapshot", "final", "reference"] = "snapshot",
-    classification: Literal["post", "integrated"] = "post",
+    classification: Literal["post", "integrated"] | None = None,
     truth: Flag = False,
     paths: int = 256,
     noise: float = 0.0,
@@ -103,8 +103,9 @@ def snapshot(
     quality
         Step and cut-off of rays: preview, snapshot, final or reference.
     classification
-        With --classic: colours of a step by its middle (post), or by all that the
-        density passes from end to end (integrated), which misses no thin shell.
+        With --classic: colours of a step by all that the density passes from end to
+        end (integrated, the default), which misses no thin shell, or by its middle
+        alone (post), which is quicker.
     truth
         Follow the light from wall to wall by random paths; slow, its noise is told.
     paths

@@ -78,7 +78,7 @@ def _fineness(options: SnapshotOptions) -> Fineness:
         options.samples,
         truth,
         options.time_limit_s,
-        options.classification,
+        options.classification or "integrated",
         options.tolerance,
     )
 

@@ -35,7 +35,7 @@ class SnapshotOptions:
     size: int
     samples: Samples
     quality: QualityName
-    classification: ClassificationName
+    classification: ClassificationName | None
     truth: bool
     paths: int
     noise: float
@@ -94,10 +94,10 @@ def check(options: SnapshotOptions) -> None:
             f"An endoscope's lens is equidistant; --lens {options.lens} needs "
             "--classic."
         )
-    if options.classification != "post" and not (plain or options.view is not None):
+    if options.classification and not (plain or options.view is not None):
         raise ValueError(
-            "--classification integrated is about transfer functions; it needs "
-            "--classic, --volume or --view."
+            "--classification is about transfer functions; it needs --classic, "
+            "--volume or --view."
         )
     demand_endings(options.files, film=options.is_film)
     if options.confidence is not None:

@@ -1,7 +1,7 @@
 """Integrated transfer functions beside post-classified ones: time and error of both.
 
-At equal steps, and at equal error: post-classified steps are halved until their error
-is no larger than that of integrated ones.
+The named qualities integrate. At equal steps, and at equal error: post-classified steps
+are halved until their error is no larger than that of integrated ones.
 """
 
 from dataclasses import replace
@@ -18,7 +18,14 @@ from benchmarks.schema import Setting
 from benchmarks.timing import measure
 from renderers.art import ActiveRayTracer, Quality
 from renderers.art.quality import ClassificationName
-from renderers.scene import Projection, Scene, TransferFunction, image_error
+from renderers.scene import (
+    Projection,
+    Scene,
+    TransferFunction,
+    image_error,
+    srgb_from_linear,
+    ssim,
+)
 
 QUALITIES = ("preview", "snapshot", "final")
 QUANTITIES = ("wall", "see-through", "thin shell")
@@ -122,7 +129,8 @@ class ClassificationPlan:
         key = source.name, view, quantity, name
         if key not in self._errors:
             self._draw(source, view, quantity, name, "integrated")
-        quality = replace(Quality.named(name), cutoff=Quality.named("final").cutoff)
+        cutoff = Quality.named("final").cutoff
+        quality = replace(Quality.named(name), cutoff=cutoff, classification="post")
         while True:
             found = self._measure(source, view, quantity, quality)
             assert found.error is not None
@@ -148,7 +156,11 @@ class ClassificationPlan:
         timing, image = measure(partial(tracer.render, camera), budget_s=self._budget_s)
         assert tracer.report is not None
         counters = {name: float(n) for name, n in tracer.report.counters.items()}
-        error = image_error(rgb_over_black(image.rgba), self._references[key])
+        found, wanted = rgb_over_black(image.rgba), self._references[key]
+        error = image_error(found, wanted)
+        # of codes that are not rounded, which would cost more than is asked for
+        codes = [255 * srgb_from_linear(one) for one in (found, wanted)]
+        counters["ssim"] = ssim(*codes)
         return Measured(timing, error, "linear", counters)
 
 

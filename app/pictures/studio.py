@@ -17,7 +17,6 @@ from app.pictures.view_file import (
     ScopeLook,
     ViewFile,
 )
-from renderers.art.bent import BENT_PROBLEM
 from renderers.art.client import QualityName, Samples, SnapshotClient
 from renderers.art.job import SnapshotRequest, TruthSpec
 from renderers.art.quality import ClassificationName
@@ -38,7 +37,7 @@ class Fineness:
     samples: Samples = 4
     truth: TruthSpec | None = None
     seconds: float | None = None
-    classification: ClassificationName = "post"
+    classification: ClassificationName = "integrated"
     tolerance: float | None = None
 
 
@@ -105,8 +104,6 @@ class Studio:
                 progressive=True,
                 deliver_after_s=fineness.seconds,
             )
-            if view.deflectors and fineness.classification == "integrated":
-                raise ValueError(BENT_PROBLEM)
             return msgspec.structs.replace(
                 request,
                 deflectors=view.deflectors,

@@ -10,7 +10,6 @@ import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 
-from renderers.art.bent import BENT_PROBLEM
 from renderers.art.deflectors import DeflectorSpec, to_deflection
 from renderers.art.quality import ClassificationName, Quality
 from renderers.scene import (
@@ -184,7 +183,7 @@ class SnapshotRequest(_Strict, frozen=True):
     progressive: bool = False
     deflectors: Annotated[tuple[DeflectorSpec, ...], Meta(max_length=16)] = ()
     deliver_after_s: Annotated[float, Meta(gt=0, le=86_400)] | None = None
-    classification: ClassificationName = "post"
+    classification: ClassificationName = "integrated"
     tolerance: Annotated[float, Meta(ge=0, le=255)] | None = None
 
     def to_camera(self) -> Camera:
@@ -260,8 +259,6 @@ def decode_request(record: bytes) -> SnapshotRequest:
         request.to_camera()
     except ValueError as error:
         raise ValueError(f"{error} - at `$.camera`") from error
-    if request.deflectors and request.classification == "integrated":
-        raise ValueError(f"{BENT_PROBLEM} - at `$.classification`")
     if request.camera.projection != "equidistant" and isinstance(
         request.work, ScopeWork
     ):

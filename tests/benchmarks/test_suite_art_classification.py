@@ -6,6 +6,8 @@ from benchmarks.plan import Measured
 from benchmarks.scenes import SubjectSource
 from benchmarks.suite_art_classification import ClassificationPlan, thin_shell
 
+KINDS = ("post", "integrated")
+
 
 def test_a_thin_shell_is_clear_before_and_behind() -> None:
     film = thin_shell()
@@ -32,6 +34,8 @@ def test_rows_are_at_equal_steps_and_at_equal_error(
     rmse = {name: made.error.rmse for name, made in found.items() if made.error}
     for name in ("preview", "snapshot", "final"):
         assert rmse[f"{name}, integrated"] < rmse[f"{name}, post"] / 2
+        likeness = [found[f"{name}, {kind}"].counters["ssim"] for kind in KINDS]
+        assert 0 < likeness[0] < likeness[1] < 1
         equal = found[f"post, error of {name}, integrated"]
         assert equal.counters["rmse_of_integrated"] == rmse[f"{name}, integrated"]
         finest = equal.counters["step_voxels"] <= 1 / 64

@@ -1,5 +1,5 @@
 """Rays bent by deflectors: the tissue is deformed, the volume stays as it is."""
 
-from renderers.art.bent.march import BENT_PROBLEM, BentMarch
+from renderers.art.bent.march import BentMarch
 
-__all__ = ["BENT_PROBLEM", "BentMarch"]
+__all__ = ["BentMarch"]

@@ -73,6 +73,42 @@ def leap_bent(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def find_cube(view: CellView, point: F64, cube: NDArray[np.int64]) -> int:
+    """Find the cube of a place, and how many cubes on the next with something in it is.
+
+    cube: (3,), becomes the cube.
+    """
+    for k in range(3):
+        cube[k] = min(int(point[k]), int(view.top[k]))
+    wide, high = int(view.top[0]) + 1, int(view.top[1]) + 1
+    return int(view.leap[U((cube[2] * high + cube[1]) * wide + cube[0])])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def find_corner(
+    view: CellView, shift: int, cube: NDArray[np.int64], clock: int,
+    missing: NDArray[np.int64],
+) -> int:  # fmt: skip
+    """Find the first number of a cube's lowest corner; MISSING without one.
+
+    missing: (1,), becomes the cell that is.
+    """
+    each = view.channels
+    ix, iy, iz = int(cube[0]), int(cube[1]), int(cube[2])
+    cell = (iz >> shift) * int(view.counts[1]) + (iy >> shift)
+    cell = cell * int(view.counts[0]) + (ix >> shift)
+    slot = int(view.slots[cell])
+    if slot < 0:
+        missing[0] = cell
+        return MISSING
+    if clock > 0:
+        view.stamp[slot] = clock
+    mask, n1 = (1 << shift) - 1, (1 << shift) + 1
+    lx, ly, lz = ix & mask, iy & mask, iz & mask
+    return (((slot * n1 + lz) * n1 + ly) * n1 + lx) * each
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def find_samples(
     view: CellView, shift: int, point: F64, cube: NDArray[np.int64], clock: int,
     current: NDArray[np.int64],
@@ -82,26 +118,11 @@ def find_samples(
     cube: (3,), becomes the cube. current: (1,), becomes the cell that is missing, or
     the distance to the next cube with something in it.
     """
-    wide, high = int(view.top[0]) + 1, int(view.top[1]) + 1
-    for k in range(3):
-        cube[k] = min(int(point[k]), int(view.top[k]))
-    far = int(view.leap[U((cube[2] * high + cube[1]) * wide + cube[0])])
+    far = find_cube(view, point, cube)
     if far > 0:
         current[0] = far
         return EMPTY
-    each = view.channels
-    ix, iy, iz = int(cube[0]), int(cube[1]), int(cube[2])
-    cell = (iz >> shift) * int(view.counts[1]) + (iy >> shift)
-    cell = cell * int(view.counts[0]) + (ix >> shift)
-    slot = int(view.slots[cell])
-    if slot < 0:
-        current[0] = cell
-        return MISSING
-    if clock > 0:
-        view.stamp[slot] = clock
-    mask, n1 = (1 << shift) - 1, (1 << shift) + 1
-    lx, ly, lz = ix & mask, iy & mask, iz & mask
-    return (((slot * n1 + lz) * n1 + ly) * n1 + lx) * each
+    return find_corner(view, shift, cube, clock, current)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

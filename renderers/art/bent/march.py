@@ -5,11 +5,14 @@ without any deflector. The others are cut into finer steps, so that what they se
 by no more than a step from sample to sample.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.art.integrated import IntegratedMarch
 from renderers.art.march import COUNTERS, ClassicMarch, FrameRays, ScopeMarch
 from renderers.art.rays import RayPacket
 from renderers.art.regions import Region
@@ -22,11 +25,6 @@ from renderers.scene.deflection import (
     Translation,
 )
 from renderers.scene.volume import Volume
-
-BENT_PROBLEM = (
-    "bent rays take a transfer function at their samples only; choose classification "
-    "post, or leave the deflectors out"
-)
 
 SLACK_VOXELS = 0.01
 """Rays are bent that come so near to a ball: more than float32 places are off."""
@@ -69,9 +67,7 @@ class BentMarch:
     def __init__(
         self, straight: ClassicMarch | ScopeMarch, deflection: Deflection
     ) -> None:
-        """Raise ValueError where a transfer function shall be integrated."""
-        if straight.quality.classification == "integrated":
-            raise ValueError(BENT_PROBLEM)
+        """Take the march of straight rays, of either mode and classification."""
         self.volume = straight.volume
         self.quality = straight.quality
         self.clear = straight.clear
@@ -108,12 +104,14 @@ class BentMarch:
             packet.carry,
             packet.depth,
             np.ascontiguousarray(packet.order[chosen]),
+            front=packet.front,
         )
 
     def run(
         self, packet: RayPacket, view: CellView, shift: int, clock: int
     ) -> NDArray[np.int64]:
         """Move each ray until it ends or misses a cell."""
+        from renderers.art.bent.integrated.kernels import march_integrated
         from renderers.art.bent.kernels import march_classic, march_scope
 
         assert isinstance(packet, _BentPacket)
@@ -124,47 +122,17 @@ class BentMarch:
             counters = np.zeros(len(COUNTERS), np.int64)
         if not len(packet.bent):
             return counters
-        spacing = self.volume.spacing_mm.astype(np.float32)
+        rays: list[Any] = [self._maps, self._stretch, self._has_cut, packet.bent]
+        rays += [packet.geometry, packet.count, packet.cursor, packet.value]
+        cells: list[Any] = [view, shift, clock]
+        march: Callable[..., None]
         if isinstance(straight, ScopeMarch):
-            march_scope(
-                self._maps,
-                self._stretch,
-                self._has_cut,
-                packet.bent,
-                packet.geometry,
-                packet.count,
-                packet.cursor,
-                packet.value,
-                packet.depth,
-                view,
-                shift,
-                clock,
-                spacing,
-                counters,
-            )
-            return counters
-        table, lights, material, _, least, cutoff, renormalise = straight.look(view)
-        march_classic(
-            self._maps,
-            self._stretch,
-            self._has_cut,
-            packet.bent,
-            packet.geometry,
-            packet.count,
-            packet.cursor,
-            packet.value,
-            packet.carry,
-            packet.depth,
-            view,
-            shift,
-            clock,
-            table,
-            lights,
-            material,
-            spacing,
-            least,
-            cutoff,
-            renormalise,
-            counters,
-        )
+            march, rays = march_scope, [*rays, packet.depth]
+            look: tuple[Any, ...] = (self.volume.spacing_mm.astype(np.float32),)
+        else:
+            march, rays = march_classic, [*rays, packet.carry, packet.depth]
+            look = straight.look(view)
+        if isinstance(straight, IntegratedMarch):
+            march, rays = march_integrated, [*rays, packet.front, straight.sums]
+        march(*rays, *cells, *look, counters)
         return counters

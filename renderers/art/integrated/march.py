@@ -56,7 +56,7 @@ class IntegratedMarch(ClassicMarch):
     A segment is shaded in its middle, with the mean of the gradients at its ends: of
     second order, and the end in air has a small gradient and hence little say. Rays
     leap over one interval of clear densities only: from one to another they might pass
-    something.
+    something. sums: what `sums_at_nodes` gives.
     """
 
     at_ends = True
@@ -73,7 +73,7 @@ class IntegratedMarch(ClassicMarch):
         # Empty samples are taken beside others: a step reaches no farther than so many
         # cubes along an axis.
         self.margin = int(quality.step_voxels * 1.001) + 1
-        self._sums = sums_at_nodes(self.table)
+        self.sums = sums_at_nodes(self.table)
         self._march = (
             kernels.march_integrated
             if self.needs_gradients
@@ -104,7 +104,7 @@ class IntegratedMarch(ClassicMarch):
             packet.carry,
             packet.depth,
             packet.front,
-            self._sums,
+            self.sums,
             view,
             shift,
             clock,

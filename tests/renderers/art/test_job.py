@@ -17,6 +17,7 @@ from renderers.art.job import (
     SnapshotRequest,
     decode_request,
 )
+from renderers.art.quality import QUALITIES
 
 DIGEST = "0123456789abcdef" * 4
 GRID = GridSpec((1.0, 1, 1), (0.0, 0, 0), ((1.0, 0, 0), (0.0, 1, 0), (0.0, 0, 1)))
@@ -111,13 +112,17 @@ def test_a_node_must_be_complete() -> None:
         decode_request(record)
 
 
-def test_bent_rays_are_not_integrated() -> None:
+def test_transfer_functions_are_integrated_unless_asked_otherwise() -> None:
+    """Bent rays or not; a request has the classification of the quality it names."""
     ball = {"kind": "scale", "center_mm": [0.0, 0, 0], "radius_mm": 5.0, "factor": 1.5}
     record = msgspec.json.decode(changed(CLASSIC, "deflectors", [ball]))
-    assert decode_request(msgspec.json.encode(record)).classification == "post"
-    record["classification"] = "integrated"
-    with pytest.raises(ValueError, match=r"choose classification post.*`\$\.classi"):
-        decode_request(msgspec.json.encode(record))
+    for quality in QUALITIES:
+        record["quality"] = quality
+        found = decode_request(msgspec.json.encode(record)).to_quality()
+        assert found == QUALITIES[quality]
+    record["classification"] = "post"
+    found = decode_request(msgspec.json.encode(record)).to_quality()
+    assert found.classification == "post"
 
 
 def test_length_is_limited() -> None:

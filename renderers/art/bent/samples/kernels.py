@@ -73,14 +73,20 @@ def light_sample(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def half_outside(a: float, b: float) -> np.float32:
+    """Give how much of half a step, .5 at most, is not in a gap, from its openings."""
+    if min(a, b) >= 0.0:
+        return np.float32(0.5)
+    top = max(a, b)
+    if top < 0.0:
+        return np.float32(0.0)
+    # beyond a ball's rim there is no face to be near: half of that half
+    if np.isinf(top):
+        return np.float32(0.25)
+    return np.float32(0.5 * top / (top - min(a, b)))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def outside(before: float, middle: float, after: float) -> np.float32:
     """Give the share of a step that is not in a gap, from openings at three places."""
-    share = 0.0
-    for a, b in ((before, middle), (middle, after)):
-        if min(a, b) >= 0.0:
-            share += 0.5
-        elif max(a, b) >= 0.0:
-            top = max(a, b)
-            # beyond a ball's rim there is no face to be near: half of that half
-            share += 0.25 if np.isinf(top) else 0.5 * top / (top - min(a, b))
-    return np.float32(share)
+    return half_outside(before, middle) + half_outside(middle, after)

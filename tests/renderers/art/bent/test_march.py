@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from renderers.art import ActiveRayTracer, Quality
+from renderers.art.quality import ClassificationName
 from renderers.reference import render_reference
 from renderers.scene import (
     AirSurface,
@@ -93,7 +94,10 @@ def uniform(kappa: float = 0.051293294387551) -> Scene:
 
 @pytest.mark.parametrize("name", [n for n in NAMES if n != "cut"])
 @pytest.mark.parametrize("quality", ["preview", "final"])
-def test_a_uniform_medium_stays_what_it_is(name: str, quality: str) -> None:
+@pytest.mark.parametrize("kind", get_args(ClassificationName))
+def test_a_uniform_medium_stays_what_it_is(
+    name: str, quality: str, kind: ClassificationName
+) -> None:
     """S14: whatever is done inside the box, for every ray, to 20 roundings."""
     scene = uniform()
     camera = Camera.looking_at(
@@ -103,7 +107,7 @@ def test_a_uniform_medium_stays_what_it_is(name: str, quality: str) -> None:
         size=(31, 31),
         projection=Projection.PERSPECTIVE,
     )
-    quality_ = replace(Quality.named(quality), cutoff=0.0)
+    quality_ = replace(Quality.named(quality), cutoff=0.0, classification=kind)
     deflection = kinds(np.array([0.5, 1.0, -0.3]), 13.0)[name]
     straight = ActiveRayTracer(scene, quality_).render(camera).rgba
     tracer = ActiveRayTracer(scene, quality_, deflection=deflection)
@@ -114,7 +118,10 @@ def test_a_uniform_medium_stays_what_it_is(name: str, quality: str) -> None:
 
 
 @pytest.mark.parametrize("off", [0.0, 0.21, 0.5])
-def test_a_cut_takes_as_much_as_its_gap_is_wide(off: float) -> None:
+@pytest.mark.parametrize("kind", get_args(ClassificationName))
+def test_a_cut_takes_as_much_as_its_gap_is_wide(
+    off: float, kind: ClassificationName
+) -> None:
     """``1 - exp(-kappa (L - gap))`` along the normal, wherever steps end."""
     pull, radius = 2.0, 9.0
     cut = Cut(np.array([0.0, off, 0.0]), radius, np.array([0.0, 1.0, 0.0]), pull)
@@ -130,29 +137,33 @@ def test_a_cut_takes_as_much_as_its_gap_is_wide(off: float) -> None:
     )
     for step, bound in ((1.0, 2e-3), (0.125, 5e-5)):
         tracer = ActiveRayTracer(
-            uniform(), Quality(step, 0.0), deflection=Deflection((cut,))
+            uniform(),
+            Quality(step, 0.0, classification=kind),
+            deflection=Deflection((cut,)),
         )
         alpha = tracer.render(camera).rgba[4, 4, 3]
         wanted = -math.expm1(-0.051293294387551 * (32 - 2 * half))
         assert alpha == pytest.approx(wanted, abs=bound)
 
 
-@pytest.mark.parametrize("mode", ["classic", "scope"])
+@pytest.mark.parametrize("mode", ["classic", "classic, post", "scope"])
 @pytest.mark.parametrize("name", ["chain", "cut"])
 def test_neither_cells_nor_threads_nor_skipping_change_a_bit(
     scene: Scene, outside: Camera, inside: Camera, mode: str, name: str
 ) -> None:
     deflection = kinds(scene.volume.center_mm, 6.0)[name]
+    kind: ClassificationName = "post" if mode == "classic, post" else "integrated"
+    quality = replace(Quality.named("snapshot"), classification=kind)
     cell_variants: list[dict[str, Any]] = [
-        {"threads": 1},
-        {"threads": 3, "cell_side": 16},
-        {"cache_cells": 2},
-        {"quality": replace(Quality.named("snapshot"), skip_empty=False)},
+        {"threads": 1, "quality": quality},
+        {"threads": 3, "cell_side": 16, "quality": quality},
+        {"cache_cells": 2, "quality": quality},
+        {"quality": replace(quality, skip_empty=False)},
     ]
     results = []
     for given in cell_variants:
         tracer = ActiveRayTracer(scene, deflection=deflection, **given)
-        if mode == "classic":
+        if mode != "scope":
             image = tracer.render(outside)
             results.append((image.rgba, image.depth_mm))
         else:

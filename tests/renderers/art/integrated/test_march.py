@@ -15,7 +15,6 @@ from renderers.art.policy import CellPolicy, Dataflow
 from renderers.art.regions import Gather, Region, deal_regions
 from renderers.art.travel import make_frame_node
 from renderers.scene import Camera, Scene, TransferFunction
-from renderers.scene.deflection import Deflection, Scaling
 
 INTEGRATED = Quality(0.5, 1 / 1024, classification="integrated")
 
@@ -53,13 +52,6 @@ def test_equal_sums_are_equal_bit_for_bit() -> None:
     sums = sums_at_nodes(table)
     # pieces are counted from what lies before the first node
     assert sums[3].tobytes() == sums[4].tobytes() == sums[5].tobytes()
-
-
-def test_bent_rays_are_refused_by_name(scene: Scene) -> None:
-    ball = Deflection((Scaling(scene.volume.center_mm, 4.0, 1.5),))
-    tracer = ActiveRayTracer(scene, INTEGRATED, deflection=ball)
-    with pytest.raises(ValueError, match="choose classification post"):
-        tracer.render(Camera.looking_at([0, 0, 0], [1, 0, 0], size=(8, 8)))
 
 
 def test_rays_without_their_last_samples_are_refused(

@@ -1,0 +1,1 @@
+"""Bent rays whose samples are the ends of segments."""
