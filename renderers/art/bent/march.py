@@ -111,9 +111,6 @@ class BentMarch:
         self, packet: RayPacket, view: CellView, shift: int, clock: int
     ) -> NDArray[np.int64]:
         """Move each ray until it ends or misses a cell."""
-        from renderers.art.bent.integrated.kernels import march_integrated
-        from renderers.art.bent.kernels import march_classic, march_scope
-
         assert isinstance(packet, _BentPacket)
         straight = self._straight
         if len(packet.order):
@@ -124,15 +121,23 @@ class BentMarch:
             return counters
         rays: list[Any] = [self._maps, self._stretch, self._has_cut, packet.bent]
         rays += [packet.geometry, packet.count, packet.cursor, packet.value]
-        cells: list[Any] = [view, shift, clock]
-        march: Callable[..., None]
         if isinstance(straight, ScopeMarch):
-            march, rays = march_scope, [*rays, packet.depth]
+            rays.append(packet.depth)
             look: tuple[Any, ...] = (self.volume.spacing_mm.astype(np.float32),)
         else:
-            march, rays = march_classic, [*rays, packet.carry, packet.depth]
+            rays += [packet.carry, packet.depth]
             look = straight.look(view)
         if isinstance(straight, IntegratedMarch):
-            march, rays = march_integrated, [*rays, packet.front, straight.sums]
-        march(*rays, *cells, *look, counters)
+            rays += [packet.front, straight.sums]
+        self._kernel()(*rays, view, shift, clock, *look, counters)
         return counters
+
+    def _kernel(self) -> Callable[..., None]:
+        from renderers.art.bent.integrated.kernels import march_integrated
+        from renderers.art.bent.kernels import march_classic, march_scope
+
+        if isinstance(self._straight, ScopeMarch):
+            return march_scope
+        if isinstance(self._straight, IntegratedMarch):
+            return march_integrated
+        return march_classic
