@@ -15,8 +15,8 @@ from renderers.fsr.occlusion.blocks import BLOCK_SHIFT, Runs
 from renderers.fsr.projection.kernels import RECORD
 from renderers.fsr.scope.blocked_surfels import BlockedSurfels, sort_surfels
 from renderers.fsr.scope.disc_bounds import disc_bounds
+from renderers.fsr.scope.holes.filling import fill_holes
 from renderers.fsr.scope.kernel_set import KernelSet, best_kernels
-from renderers.fsr.scope.kernels import fill_holes
 from renderers.fsr.scope.rims.sharpening import RimSharpener
 from renderers.fsr.scope.scratch import TileScratch, lined_up
 from renderers.fsr.scope.seams import Seams
@@ -57,9 +57,6 @@ an ethmoid cell of 1 mm seen from 10 mm was closed; the surfels are 5 % fewer.""
 
 FACING = 0.004
 """Least cosine to the eye. A wall seen more flatly is less than a pixel high."""
-
-HOLE_NEIGHBOURS = 5
-"""Neighbours an empty pixel needs to count as a hole rather than as open air."""
 
 REFRESH = 128
 """Surfels of a tile between two looks at its farthest depths."""
@@ -195,8 +192,8 @@ class SurfelRasterizer:
         self.counters["fragments"] = sum(t[0] for t in totals)
         self.counters["hidden"] = sum(t[1] for t in totals)
         self.counters["holes filled"] = 0
-        if any(t[2] for t in totals):
-            self.counters["holes filled"] = _fill(table, result)
+        if torn := [divmod(n, across) for n, t in enumerate(totals) if t[2]]:
+            self.counters["holes filled"] = fill_holes(table, result, torn, team)
         if self._sharp:
             asked, moved = self._rims.sharpen(camera, team, result)
             self.counters["rim pixels asked"] = asked
@@ -331,18 +328,3 @@ def tile_grid(height: int, width: int) -> tuple[int, int]:
             f"{MOST_TILES * TILE_HEIGHT} pixels, got {width} x {height}"
         )
     return down, across
-
-
-def _fill(table: NDArray[np.float32], result: GBuffer) -> int:
-    room = result.depth_mm.size // 16 + 16
-    return int(
-        fill_holes(
-            table,
-            result.depth_mm,
-            result.normal,
-            result.coverage,
-            HOLE_NEIGHBOURS,
-            np.empty((room, 2), np.int32),
-            np.empty((room, 4), np.float32),
-        )
-    )

@@ -18,8 +18,6 @@ PERSPECTIVE = 1
 SOFT_MM = f32(0.08)
 """A hair comes out of the skin over this depth: renderers know depth no better."""
 NEAREST_MM = f32(0.3)
-KEEN = 40.0
-"""Exponent of a hair's gloss across its direction."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -57,7 +55,11 @@ def light_strands(
                 sine = math.sqrt(max(1 - with_l * with_l, 0.0))
                 both = sine * math.sqrt(max(1 - with_v * with_v, 0.0))
                 matt += power * sine
-                shine += power * max(both - with_l * with_v, 0.0) ** KEEN
+                # to the 40th: how keen a hair's gloss is across its direction
+                near2 = max(both - with_l * with_v, 0.0) ** 2
+                near8 = near2 * near2 * near2 * near2
+                near32 = near8 * near8 * near8 * near8
+                shine += power * near32 * near8
             for c in range(3):
                 colour[n, p, c] = albedo[c] * matt / math.pi + gloss * shine
 

@@ -1,0 +1,1 @@
+"""Pixels that no disc covers although their neighbours are covered."""
