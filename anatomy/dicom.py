@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.slices import Layout, SliceStack, straighten
-from anatomy.volume_header import MEMORY_SHARE, machine_memory
+from renderers.scene.memory import memory_limit
 from renderers.scene.volume import AIR_HU, Volume
 
 MOST_FILES = 20_000
@@ -131,7 +131,7 @@ def read_series(
     """
     pydicom = importlib.import_module("pydicom")
     need = series.rows * series.columns * len(series.files) * WORKING_BYTES
-    limit = int(MEMORY_SHARE * machine_memory())
+    limit = memory_limit()
     if need > limit:
         raise ValueError(
             f"the series {series} needs {need:,} bytes; at most {limit:,} can be read "

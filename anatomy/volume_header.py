@@ -5,15 +5,11 @@ volume that is in its right place is refused here, before memory is asked for.
 """
 
 import gzip
-import os
 import zlib
 from typing import Any
 
-MEMORY_SHARE = 0.5
-"""Of the machine's memory that the values of one file may take."""
-
-WIDEST_RATIO = 1e4
-"""Between the largest and the smallest spacing; beyond it a unit is wrong."""
+from renderers.scene.memory import memory_limit
+from renderers.scene.volume import WIDEST_RATIO
 
 MOST_HEADER_BYTES = 65_536
 
@@ -59,7 +55,7 @@ def check_header(reader: Any, name: str, pixel_type: str) -> None:
             "least 2 along each axis"
         )
     need = size[0] * size[1] * size[2] * _BYTES[pixel_type]
-    limit = int(MEMORY_SHARE * machine_memory())
+    limit = memory_limit()
     if need > limit:
         raise ValueError(
             f"{name} says it is {size[0]} x {size[1]} x {size[2]} voxels, which needs "
@@ -82,11 +78,6 @@ def check_header(reader: Any, name: str, pixel_type: str) -> None:
     _check_frame(reader, name)
     if name.lower().endswith((".nii", ".nii.gz")):
         _check_length(name, NIFTI_HEADER_BYTES + need)
-
-
-def machine_memory() -> int:
-    """Give the bytes of memory of this machine."""
-    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 
 
 def _check_frame(reader: Any, name: str) -> None:

@@ -1,9 +1,13 @@
 """How the ray tracer's cost grows: with voxels, pixels, steps and transparency.
 
 Each sweep changes one quantity and ends with the exponent of a power fitted to its
-times: 3 for voxels along an edge would be the cost of looking at every voxel.
+times: 3 for voxels along an edge would be the cost of looking at every voxel. Lit
+volumes are drawn from cells of each side, too: time, bytes a voxel, and the time of a
+first picture, for which cells are made.
 """
 
+import time
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -12,6 +16,7 @@ from numpy.typing import NDArray
 from benchmarks.plan import Measured, Task, register
 from benchmarks.timing import measure
 from renderers.art import ActiveRayTracer, Quality
+from renderers.art.cell_sides import SIDES
 from renderers.scene import (
     Camera,
     PhongMaterial,
@@ -85,7 +90,8 @@ class GrowthPlan:
     def tasks(self) -> list[Task]:
         """List the sweeps."""
         last = self._last
-        return [
+        cells = [self._sides(kappa, side) for kappa in (1.0, 1e-3) for side in SIDES]
+        return cells + [
             task
             for lit in (False, True)
             for task in (
@@ -110,6 +116,39 @@ class GrowthPlan:
 
     def close(self) -> None:
         """Nothing is left open."""
+
+    def _sides(self, kappa: float, side: int) -> Task:
+        """Draw shells, or a haze that fills all cells, from cells of one side."""
+        case = f"{'shells' if kappa == 1 else 'haze'}/four lights/cells"
+        return Task(
+            "art-growth",
+            case,
+            f"cells of {side}",
+            partial(self._measure_cells, kappa, side),
+            {"voxels": USUAL_SIZE, "size": USUAL_PICTURE, "threads": 1, "series": case},
+            baseline=None if side == SIDES[0] else f"cells of {SIDES[0]}",
+        )
+
+    def _measure_cells(self, kappa: float, side: int) -> Measured:
+        volume = shells(USUAL_SIZE)
+        scene = shell_scene(volume, kappa, lit=True)
+        if kappa < 1:
+            nodes, color = np.array([-1e4, 1e4]), np.full((2, 3), 0.5)
+            haze = TransferFunction(nodes, color, np.full(2, kappa))
+            scene = replace(scene, transfer_function=haze)
+        camera = shell_camera(USUAL_PICTURE)
+        first_s = []
+        for _ in range(2):
+            began = time.process_time()
+            tracer = ActiveRayTracer(scene, threads=1, cell_side=side)
+            tracer.render(camera)
+            first_s.append(time.process_time() - began)
+        timing, _ = measure(lambda: tracer.render(camera), budget_s=self._budget_s)
+        counters = {
+            "bytes_per_voxel": tracer.memory / volume.values.size,
+            "first_picture_s": min(first_s),
+        }
+        return Measured(timing, counters=counters)
 
     def _task(
         self,

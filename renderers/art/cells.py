@@ -12,10 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.preparation import chebyshev, find_clear, find_clear_cubes
+from renderers.art.preparation import (
+    chebyshev,
+    find_clear,
+    find_clear_cubes,
+    sum_blocks,
+)
 
 SIDES = (8, 16, 32)
 """Cell sides, in cubes. Powers of two, so that a voxel's cell is a shift away."""
+
+_LAYERS = 32
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,23 +181,57 @@ def cube_distances(
     flat = np.zeros(math.prod(shape) + 3, np.uint8)
     if len(clear):
         distance = flat[:-3].reshape(shape)
-        find_clear_cubes(np.array(values, np.float32, order="C"), clear, distance)
+        for z in range(0, shape[0], _LAYERS):
+            # of a mapped file no more than this is in memory
+            slab = np.array(values[z : z + _LAYERS + 1], np.float32, order="C")
+            find_clear_cubes(slab, clear, distance[z : z + _LAYERS])
         chebyshev(distance)
     return flat
+
+
+def _may_change(values: NDArray[Any]) -> bool:
+    """Tell whether an array, or one that it is a view of, can be written to."""
+    owner: object = values
+    while isinstance(owner, np.ndarray):
+        if owner.flags.writeable:
+            return True
+        owner = owner.base
+    return False
+
+
+def _sums_of(
+    values: NDArray[Any], starts: list[tuple[int, int, int]], width: int
+) -> NDArray[np.uint64]:
+    """Sum the bits of blocks that begin a voxel before `starts` (z, y, x)."""
+    found = np.empty(len(starts), np.uint64)
+    bits = values.view(np.dtype(f"u{values.itemsize}"))
+    sum_blocks(bits, np.array(starts, np.int64).reshape(-1, 3), width, found)
+    return found
 
 
 class CellShare:
     """The raw cells that one rank keeps for others.
 
     A rank on its own keeps the volume itself and cuts blocks when asked; one of many
-    copies its own cells, and the rest of the volume need not be in its memory.
+    copies its own cells, and the rest of the volume need not be in its memory. Where
+    the volume's array can be written to, by whoever made it, blocks are cut later only
+    if they are still what they were: a picture is never made of two volumes.
     """
 
     def __init__(
-        self, grid: CellGrid, values: NDArray[Any], cells: NDArray[np.int64] | None
+        self,
+        grid: CellGrid,
+        values: NDArray[Any],
+        cells: NDArray[np.int64] | None,
+        *,
+        wanted: NDArray[np.bool_] | None = None,
     ) -> None:
-        """Keep `cells` of a volume, or the whole volume when `cells` is None."""
+        """Keep `cells` of a volume, or the whole volume when `cells` is None.
+
+        wanted: the cells that may be asked for, ``(cells,)``; None for all.
+        """
         self.grid = grid
+        self._wanted = np.ones(grid.cells, np.bool_) if wanted is None else wanted
         self.dtype = values.dtype
         self._whole = cells is None
         self._blocks: dict[int, NDArray[Any]] = {}
@@ -211,6 +252,12 @@ class CellShare:
             )
         # For many ranks this is a mapped file: what is not read takes no memory.
         self._values = values
+        self._sums: NDArray[np.uint64] | None = None
+        if self._whole and _may_change(values):
+            self._sums = np.zeros(self.grid.cells, np.uint64)
+            chosen = np.flatnonzero(self._wanted)
+            starts = [self.grid.start(int(cell)) for cell in chosen]
+            self._sums[chosen] = _sums_of(values, starts, self.grid.side + 3)
 
     @property
     def values(self) -> NDArray[Any]:
@@ -218,8 +265,21 @@ class CellShare:
         return self._values
 
     def block(self, cell: int) -> NDArray[Any]:
-        """Get a cell's block; raise KeyError when another rank keeps it."""
-        return self.read(cell) if self._whole else self._blocks[cell]
+        """Get a cell's block; raise KeyError when another rank keeps it.
+
+        Raise ValueError where the volume's array was edited since it was taken.
+        """
+        if not self._whole:
+            return self._blocks[cell]
+        block = self.read(cell)
+        if self._sums is not None and self._wanted[cell]:
+            found = _sums_of(block, [(1, 1, 1)], self.grid.side + 3)
+            if found[0] != self._sums[cell]:
+                raise ValueError(
+                    f"the volume's array was edited while it was drawn (cell {cell} is "
+                    "another now); edit a copy and make a scene of it"
+                )
+        return block
 
     def read(self, cell: int) -> NDArray[Any]:
         """Cut a cell's block from the volume, whoever keeps it."""

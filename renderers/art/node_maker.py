@@ -1,13 +1,15 @@
 """A scene made ready for one rank: its march, its cells, its node."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderers.art.bent import BentMarch
-from renderers.art.bricks import Bricks
+from renderers.art.bricks import MOST_VOXELS, Bricks
 from renderers.art.cache import CellCache
+from renderers.art.cell_sides import QUICK_SIDE, side_for
 from renderers.art.cells import CellGrid, CellShare, cube_distances
 from renderers.art.directory import (
     EMPTY,
@@ -26,9 +28,11 @@ from renderers.art.node import Node
 from renderers.art.policy import Dataflow
 from renderers.art.quality import Quality
 from renderers.art.rays import RayPacket
+from renderers.art.room import Room, demand_distances, room_for
 from renderers.art.work import MarchWork
 from renderers.scene import Scene
 from renderers.scene.deflection import Deflection
+from renderers.scene.memory import memory_limit
 
 MarchNode = Node[RayPacket]
 
@@ -120,6 +124,21 @@ class _Look:
         empty = ranges[~seen, 0]
         return cls(march, grid, seen, leap, span, float(empty[0]) if len(empty) else 0)
 
+    def room(self, limit: int) -> Room:
+        """Fit what one rank draws with into so many bytes; ValueError if it cannot."""
+        march, voxels = self.march, math.prod(self.grid.shape)
+        number = 4 if self.span is None else 2
+        channels = 4 if march.needs_gradients else 1
+        wanted = march.seeks_values and voxels < MOST_VOXELS
+        return room_for(
+            self.grid.shape,
+            int(np.count_nonzero(self.seen)),
+            (self.grid.side + 1) ** 3 * channels * number,
+            voxels * number if wanted else 0,
+            limit,
+            bricks=march.needs_gradients,
+        )
+
 
 def make_node(
     scene: Scene,
@@ -130,25 +149,41 @@ def make_node(
     ranks: int = 1,
     dataflow: Dataflow = Dataflow.STATIC,
     distances: Distances | None = None,
-    cell_side: int = 8,
+    cell_side: int | None = 8,
     cache_cells: int | None = None,
     from_file: bool = False,
     validate: bool = False,
     kernels: KernelSet | None = None,
     deflection: Deflection | None = None,
+    memory_bytes: int | None = None,
 ) -> tuple[March, MarchNode, MarchWork]:
     """Prepare one rank for a scene in mode `classic` or `scope`.
 
-    distances: what separates ranks; None where it makes no difference. cache_cells:
-    cells a rank has ready; None for all that can be seen. from_file: as `CellPolicy`
+    distances: what separates ranks; None where it makes no difference. cell_side: None
+    for the quickest that keep a lit copy small. cache_cells: cells a rank has ready;
+    None for all that can be seen and there is room for. from_file: as `CellPolicy`
     says. kernels: the compiled functions; None for the fastest this machine has.
-    deflection: bends the rays.
+    deflection: bends the rays. memory_bytes: that one rank alone may take beside the
+    volume; None for half of the machine's. Raise ValueError where that is too little.
     """
-    looked = _Look.at(scene, mode, quality, cell_side, kernels, deflection)
-    grid, seen, march = looked.grid, looked.seen, looked.march
     if not 0 <= rank < ranks:
         raise ValueError(f"rank must be 0 to {ranks - 1}, got {rank}")
+    limit = memory_limit() if memory_bytes is None else memory_bytes
+    if ranks == 1:
+        demand_distances(scene.volume.shape, limit)
+    looked = _Look.at(
+        scene, mode, quality, cell_side or QUICK_SIDE, kernels, deflection
+    )
+    if cell_side is None and looked.march.needs_gradients:
+        side = side_for(looked.grid.shape, int(np.count_nonzero(looked.seen)))
+        if side != looked.grid.side:
+            looked = _Look.at(scene, mode, quality, side, kernels, deflection)
+    grid, seen, march = looked.grid, looked.seen, looked.march
     full = int(np.count_nonzero(seen))
+    roomy = True
+    if ranks == 1 and cache_cells is None and not from_file:
+        room = looked.room(limit)
+        cache_cells, roomy = room.cells, room.whole
     migrates = dataflow is Dataflow.MIGRATING and ranks > 1
     home = homes(grid.cells, ranks)
     owner = deal_owners(seen, ranks) if migrates else home
@@ -181,14 +216,14 @@ def make_node(
         cache.stamp,
         looked.span,
         gradients=march.needs_gradients,
-        whole=values if lone and march.seeks_values else None,
+        whole=values if lone and roomy and march.seeks_values else None,
     )
     if not looked.leap.any() and not seen.all():
         bricks.show_empty(np.flatnonzero(~seen), looked.empty_value)
     work = MarchWork(
         march,
         bricks,
-        CellShare(grid, values, mine),
+        CellShare(grid, values, mine, wanted=seen),
         keeps_raw=migrates,
         seen=seen,
     )

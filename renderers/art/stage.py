@@ -92,7 +92,8 @@ def family_key(request: SnapshotRequest) -> bytes:
 
 def _key(part: object, request: SnapshotRequest) -> bytes:
     fineness = request.quality, request.step_voxels, request.cutoff
-    return msgspec.json.encode((part, *fineness, request.deflectors))
+    how = *fineness, request.classification, request.deflectors
+    return msgspec.json.encode((part, *how))
 
 
 def seen_surface(request: SnapshotRequest, scene: Scene) -> AirSurface:

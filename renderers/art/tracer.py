@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.cell_sides import SMALLEST_SIDE, side_for
+from renderers.art.cell_sides import SMALLEST_SIDE
 from renderers.art.kernel_set import KernelSet
 from renderers.art.march import FrameRays, March
 from renderers.art.node_maker import MarchNode, make_node
@@ -70,14 +70,18 @@ class ActiveRayTracer:
         validate: bool = False,
         kernels: KernelSet | None = None,
         deflection: Deflection | None = None,
+        memory_bytes: int | None = None,
     ) -> None:
         """Take a scene.
 
         quality: a `Quality` or the name of one. cell_side: voxels along a cell; None
-        for 8, or for what takes the least memory where that would be much. cache_cells:
-        cells kept ready, at least 1; None for all that can be seen. kernels: the
-        compiled functions; None for the fastest this machine has. All draw the same
-        picture. deflection: bends the rays: the scene is seen deformed.
+        for what is quick and keeps a lit volume's copy small. cache_cells: cells kept
+        ready, at least 1; None for all that can be seen and there is room for.
+        memory_bytes: that may be taken beside the volume; None for half of the
+        machine's. Cells there is no room for are made anew each time they are met; a
+        volume of which not even a few fit is refused (ValueError) when it is drawn.
+        kernels: the compiled functions; None for the fastest this machine has. All draw
+        the same picture. deflection: bends the rays: the scene is seen deformed.
         """
         if threads < 1:
             raise ValueError(f"threads must be at least 1, got {threads}")
@@ -92,6 +96,7 @@ class ActiveRayTracer:
         self._validate = validate
         self._kernels = kernels
         self._deflection = deflection
+        self._memory_bytes = memory_bytes
         self._made: dict[str, tuple[March, MarchNode, MarchWork]] = {}
 
     def render(
@@ -187,12 +192,10 @@ class ActiveRayTracer:
         self.report = RenderReport(time.perf_counter() - began, counters)
         return gather, stopped
 
-    def _side(self, mode: str) -> int:
-        if self._cell_side is not None:
-            return self._cell_side
-        if mode == "scope" or self._cache_cells is not None:
+    def _side(self, mode: str) -> int | None:
+        if self._cell_side is None and (mode == "scope" or self._cache_cells):
             return SMALLEST_SIDE
-        return side_for(self.scene.volume.shape)
+        return self._cell_side
 
     def _node(self, mode: str) -> tuple[March, MarchNode, MarchWork]:
         if mode not in self._made:
@@ -205,6 +208,7 @@ class ActiveRayTracer:
                 validate=self._validate,
                 kernels=self._kernels,
                 deflection=self._deflection,
+                memory_bytes=self._memory_bytes,
             )
         return self._made[mode]
 

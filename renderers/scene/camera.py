@@ -18,6 +18,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from renderers.scene.distortion import NO_DISTORTION, Distortion
+from renderers.scene.memory import memory_limit
+
+PIXEL_BYTES = 92
+"""Taken for each pixel while a picture is drawn: lens table, rays, what they found."""
 
 STOP_MARGIN_PX = 2.0
 """Rays are cast this far beyond the round field stop, so that its soft edge has
@@ -123,6 +127,13 @@ class Camera:
         frame = np.array(self.frame, dtype=np.float64)
         if frame.shape != (4, 3) or not np.all(np.isfinite(frame)):
             raise ValueError(f"camera frame must be finite (4, 3), got {frame}")
+        need = PIXEL_BYTES * self.width * self.height
+        if self.width > 0 and self.height > 0 and need > memory_limit():
+            raise ValueError(
+                f"a picture of {self.width} x {self.height} pixels needs {need:,} "
+                f"bytes and at most {memory_limit():,} may be taken; draw it in parts, "
+                "each with a camera of its own"
+            )
         axes = frame[1:]
         # np.allclose takes ten times as long, and there is a camera for every frame
         if not np.all(np.abs(axes @ axes.T - _ORTHONORMAL) <= _TOLERANCE):

@@ -35,11 +35,21 @@ def opacity_from_extinction(
     return -np.expm1(-np.asarray(kappa_per_mm, dtype=np.float64) * length_mm)
 
 
+def _parted(nodes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Put the first of two equal nodes lower, by what float32 can tell apart."""
+    jumps = np.flatnonzero(np.diff(nodes) == 0)
+    least = 1e-6 * float(np.abs(nodes).max()) or 1e-6
+    at = np.maximum(np.abs(nodes[jumps]), least).astype(np.float32)
+    nodes[jumps] -= np.spacing(at)
+    return nodes
+
+
 @dataclass(frozen=True, slots=True)
 class TransferFunction:
     """Map density to linear colour and extinction, piecewise linearly.
 
-    nodes: ``(n,)`` strictly increasing densities.
+    nodes: ``(n,)`` increasing densities. Two may be equal: there the function jumps,
+        and has what the second says; the first is put a hair lower.
     color: ``(n, 3)`` linear RGB, not multiplied by opacity.
     kappa_per_mm: ``(n,)`` extinction, zero where the medium is clear.
     Beyond the first and last node the end values hold.
@@ -53,8 +63,13 @@ class TransferFunction:
         nodes = np.array(self.nodes, dtype=np.float64)
         color = np.array(self.color, dtype=np.float64)
         kappa = np.array(self.kappa_per_mm, dtype=np.float64)
+        if nodes.ndim == 1 and len(nodes) > 1 and np.all(np.isfinite(nodes)):
+            nodes = _parted(nodes)
         if nodes.ndim != 1 or len(nodes) < 2 or not np.all(np.diff(nodes) > 0):
-            raise ValueError(f"transfer function nodes must increase strictly: {nodes}")
+            raise ValueError(
+                "transfer function nodes must increase strictly, but for two at a "
+                f"jump: {self.nodes}"
+            )
         if color.shape != (len(nodes), 3) or kappa.shape != nodes.shape:
             raise ValueError(
                 f"{len(nodes)} nodes need colour {(len(nodes), 3)} and extinction "

@@ -15,8 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.scene.memory import memory_limit
+
 AIR_HU = -1000.0
 """Value of everything outside a CT volume."""
+
+WIDEST_RATIO = 1e4
+"""Between the largest and the smallest spacing; beyond it a unit is wrong."""
 
 _RIGID_TOLERANCE = 1e-6
 """Largest departure of direction cosines from an orthonormal matrix. Image headers
@@ -27,7 +32,8 @@ carry six decimals, so 1e-6 is what a correct file can be off by."""
 class Volume:
     """Hold scalars on a grid, their spacing, origin and direction.
 
-    values: ``(nz, ny, nx)`` any real dtype, made C-contiguous and read-only.
+    values: ``(nz, ny, nx)`` any real dtype, made C-contiguous and read-only. The array
+        given stays its owner's; whoever edits it later edits this volume.
     spacing_mm, origin_mm: ``(3,)`` in x, y, z order; origin is the centre of voxel 0.
     direction: ``(3, 3)`` columns are the world directions of the array's x, y, z axes.
     background: value taken to fill the world outside the grid.
@@ -43,7 +49,14 @@ class Volume:
     )
 
     def __post_init__(self) -> None:
-        values = np.ascontiguousarray(self.values)
+        values = np.asarray(self.values)
+        if not values.flags.c_contiguous and values.nbytes > memory_limit():
+            raise ValueError(
+                f"a volume of shape {values.shape} needs {values.nbytes:,} bytes in C "
+                f"order and at most {memory_limit():,} may be taken; give it in that "
+                "order, as np.load(..., mmap_mode='r') does of a file"
+            )
+        values = np.ascontiguousarray(values)
         if values.ndim != 3 or min(values.shape) < 2:
             raise ValueError(
                 f"a volume needs three axes of at least 2 voxels, got shape "
@@ -56,7 +69,13 @@ class Volume:
         direction = np.array(self.direction, dtype=np.float64)
         if spacing.shape != (3,) or not np.all(np.isfinite(spacing) & (spacing > 0)):
             raise ValueError(
-                f"spacing must be three positive millimetre values, got {spacing}"
+                f"spacing must be three positive millimetre values, got {spacing}; a "
+                "flipped axis is told by the direction"
+            )
+        if spacing.max() > WIDEST_RATIO * spacing.min():
+            raise ValueError(
+                f"spacing of {spacing} mm has a ratio beyond {WIDEST_RATIO:g}; one of "
+                "the numbers is in another unit"
             )
         if origin.shape != (3,) or not np.all(np.isfinite(origin)):
             raise ValueError(f"origin must be three finite millimetre values: {origin}")

@@ -17,6 +17,7 @@ from renderers.scene import (
     Scene,
     TransferFunction,
     Volume,
+    four_lights,
 )
 
 N = 33
@@ -210,3 +211,73 @@ def test_the_narrowest_and_the_widest_field_are_finite(extent: float) -> None:
 def test_pictures_without_pixels_are_refused(size: tuple[int, int]) -> None:
     with pytest.raises(ValueError, match="picture size must be positive"):
         Camera.looking_at(np.zeros(3), [0, 1.0, 0], size=size)
+
+
+@BOTH
+@pytest.mark.parametrize("component", [1e-310, 5e-324, -1e-310, 1e-30])
+def test_a_direction_that_all_but_vanishes_along_an_axis_is_none(
+    component: float, kind: ClassificationName
+) -> None:
+    way = np.array([component, 1.0, component])
+    alpha = one(cube(kind=kind), np.array([16.0, -10.0, 16.0]), way)
+    assert depth_of(alpha) == pytest.approx(32, abs=1e-4)
+
+
+@BOTH
+@pytest.mark.parametrize("length", [1e-200, 1e-3, 7.0])
+def test_directions_that_are_not_of_unit_length_are_refused(
+    length: float, kind: ClassificationName
+) -> None:
+    eye, way = np.array([16.0, -10.0, 16.0]), np.array([0.0, 0.6, 0.8])
+    camera = Camera.looking_at(
+        eye, eye + way, extent=1e-9, size=(1, 1), projection=Projection.ORTHOGRAPHIC
+    )
+    with pytest.raises(ValueError, match="axes must be orthonormal"):
+        Camera(np.vstack([camera.frame[0], length * camera.frame[1:]]), 1e-9, 1, 1)
+    assert 0 < one(cube(kind=kind), eye, way) < 1
+
+
+@BOTH
+@pytest.mark.parametrize("offset_mm", [1e6, -1e6])
+def test_far_from_the_origin_pictures_are_the_same(
+    offset_mm: float, kind: ClassificationName
+) -> None:
+    """To the rounding of places in float64: rays are set up in it."""
+    eye, target = np.array([16.3, -40.0, 15.1]), np.full(3, 16.0)
+    values = np.random.default_rng(2).integers(-1, 2, (N, N, N)).astype(np.int16)
+    ramp = TransferFunction(np.array([-1.0, 1.0]), np.eye(3)[:2], np.array([0.0, 0.2]))
+    quality = replace(QUALITY, classification=kind)
+    pictures = []
+    for origin in (np.zeros(3), offset_mm * np.array([1.0, -1.0, 0.5])):
+        scene = Scene(Volume(values, np.ones(3), origin), ramp, four_lights())
+        camera = Camera.looking_at(
+            origin + eye, origin + target, extent=0.3, size=(24, 24),
+            projection=Projection.PERSPECTIVE,
+        )  # fmt: skip
+        pictures.append(ActiveRayTracer(scene, quality, threads=1).render(camera).rgba)
+    assert pictures[0][..., 3].max() > 0.5
+    assert np.abs(pictures[0] - pictures[1]).max() < 1e-5
+
+
+@BOTH
+def test_a_step_longer_than_the_way_is_one_segment(kind: ClassificationName) -> None:
+    """Of its true length: two voxels, half a millimetre apart, and steps of 4."""
+    values = np.zeros((9, 2, 9), np.int16)
+    volume = Volume(values, np.array([1.0, 0.5, 1.0]), np.zeros(3))
+    quality = Quality(4.0, 0.0, classification=kind)
+    scene = Scene(volume, TISSUE, (), PhongMaterial(1, 0, 0))
+    tracer = ActiveRayTracer(scene, quality, threads=1)
+    alpha = one(tracer, np.array([4.0, -3.0, 4.0]), np.array([0.0, 1.0, 0.0]))
+    assert alpha == pytest.approx(-math.expm1(-KAPPA * 0.5), abs=1e-7)
+    assert tracer.report is not None
+    assert tracer.report.counters["samples"] == 1 + (kind == "integrated")
+
+
+def test_a_picture_that_no_memory_holds_is_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Before anything is taken, with the bytes: machines differ in what they have."""
+    monkeypatch.setattr("renderers.scene.camera.memory_limit", lambda: 1 << 30)
+    with pytest.raises(ValueError, match=r"16384 x 16384 pix.* 24,696,061,952 b"):
+        Camera.looking_at(np.zeros(3), [0, 1.0, 0], size=(16384, 16384))
+    Camera.looking_at(np.zeros(3), [0, 1.0, 0], size=(2048, 2048))

@@ -20,6 +20,7 @@ from renderers.scene import (
 )
 
 PLAIN = PhongMaterial(1, 0, 0)
+BOTH = pytest.mark.parametrize("kind", get_args(ClassificationName))
 GRAY = np.full((2, 3), 0.5)
 
 
@@ -49,12 +50,55 @@ def seen_through(volume: Volume, transfer: TransferFunction) -> NDArray[np.float
 
 
 @pytest.mark.parametrize(
-    "nodes", [[0.0, 0.0], [1.0, 0.0], [0.0, math.nan], [0.0, math.inf], [0.0], []]
+    "nodes",
+    [[0.0] * 3, [1.0, 0.0], [0.0, math.nan], [0.0, math.inf], [0.0], []],
 )
 def test_nodes_that_do_not_increase_are_refused(nodes: list[float]) -> None:
     n = len(nodes)
     with pytest.raises(ValueError, match=r"increase strictly|finite"):
         TransferFunction(np.array(nodes), np.zeros((n, 3)), np.zeros(n))
+
+
+@pytest.mark.parametrize("at", [0.0, -480.0, 10.3, 3e4, -1e-5])
+@pytest.mark.parametrize("others", [True, False])
+def test_two_nodes_at_one_density_are_a_jump(at: float, others: bool) -> None:
+    """Right-continuous: the density itself has what the second node says."""
+    nodes, kappa = np.array([at, at]), np.array([0.03, 0.3])
+    color = np.array([[0.8] * 3, [0.2] * 3])
+    if others:
+        nodes = np.array([at - 100, at, at, at + 100])
+        kappa, color = np.repeat(kappa, 2), np.repeat(color, 2, axis=0)
+    transfer = TransferFunction(nodes, color, kappa)
+    step = max(abs(at), 1.0) * 1e-4
+    for density, k in ((at - step, 0), (at, -1), (at + step, -1)):
+        alpha = -math.expm1(-8 * kappa[k])
+        found = seen_through(slab(density), transfer)
+        # float32 tells 3e4 from its neighbours by 2e-3, and that is the jump
+        wanted = [alpha * color[k, 0]] * 3 + [alpha]
+        assert found == pytest.approx(wanted, abs=1e-5)
+
+
+@BOTH
+@pytest.mark.parametrize("at", np.linspace(10.0, 11.0, 9))
+def test_a_jump_at_any_phase_of_the_step(at: float, kind: ClassificationName) -> None:
+    """Extinction .03 and .3, colour .8 and .2, jumping where a ramp is `at` mm deep."""
+    depth = np.broadcast_to(np.arange(33, dtype=np.float32)[:, None], (3, 33, 3))
+    volume = Volume(np.ascontiguousarray(depth), np.ones(3), np.array([-1.0, 0, -1]))
+    transfer = TransferFunction(
+        np.array([at, at]), np.array([[0.8] * 3, [0.2] * 3]), np.array([0.03, 0.3])
+    )
+    camera = Camera.looking_at(
+        [0, -5.0, 0], [0, 1.0, 0], extent=1e-3, size=(1, 1),
+        projection=Projection.ORTHOGRAPHIC,
+    )  # fmt: skip
+    quality = Quality(0.25, 0.0, classification=kind)
+    scene = Scene(volume, transfer, (), PLAIN)
+    found = ActiveRayTracer(scene, quality, threads=1).render(camera).rgba[0, 0]
+    before, behind = -math.expm1(-0.03 * at), -math.expm1(-0.3 * (32 - at))
+    light = 0.8 * before + 0.2 * (1 - before) * behind
+    # half a step on the wrong side at most where steps are sampled
+    most = 2e-6 if kind == "integrated" else 0.0134 * 0.125
+    assert found[0] == pytest.approx(light, abs=most)
 
 
 @pytest.mark.parametrize("kappa", [-1e-9, math.nan, math.inf])

@@ -198,3 +198,65 @@ def test_a_volume_on_disk_is_drawn_cell_by_cell(tmp_path: Path, lit: bool) -> No
     brick = 9**3 * 2 * (4 if lit else 1)
     assert tracer.memory <= 6 * brick + values.size
     assert pictures[0].tobytes() == pictures[1].tobytes()
+
+
+@pytest.mark.parametrize("lit", [False, True])
+def test_what_there_is_no_room_for_is_made_anew(lit: bool) -> None:
+    """To the bits of all the room there is; too little is refused with its bytes."""
+    values = np.random.default_rng(5).integers(0, 256, (60, 65, 70)).astype(np.int16)
+    lights, material = (four_lights(), PhongMaterial()) if lit else ((), PLAIN)
+    volume = Volume(values, np.full(3, 0.25), np.array([-9.0, -8, -7]))
+    scene = Scene(volume, RAMP, lights, material)
+    brick = 17**3 * 2 * (4 if lit else 1)
+    limit = values.size + 68 * brick
+    pictures = []
+    for allowed in (None, limit):
+        tracer = ActiveRayTracer(scene, COMPACT, cell_side=16, memory_bytes=allowed)
+        pictures.append(tracer.render(from_corner(40)).rgba)
+    if lit:
+        assert tracer.report is not None
+        assert tracer.report.counters["cells_evicted"] > 0
+    assert tracer.memory <= limit
+    assert pictures[0].tobytes() == pictures[1].tobytes()
+    for allowed, complaint in (
+        (values.size + 30 * brick, r"70 x 65 x 60 voxels needs at least [\d,]+ bytes"),
+        (1000, r"needs 273,000 bytes .* at most 1,000 may"),
+    ):
+        tracer = ActiveRayTracer(scene, COMPACT, cell_side=16, memory_bytes=allowed)
+        with pytest.raises(ValueError, match=complaint):
+            tracer.render(from_corner())
+
+
+def test_a_copy_that_no_memory_holds_is_refused_before_it_is_made() -> None:
+    endless = np.broadcast_to(np.int16(0), (30_000, 30_000, 30_000))
+    with pytest.raises(ValueError, match=r"54,000,000,000,000 bytes in C order"):
+        Volume(endless, np.ones(3), np.zeros(3))
+
+
+@pytest.mark.parametrize("between", [False, True])
+def test_an_array_edited_while_it_is_drawn_is_refused(between: bool) -> None:
+    """During a picture or between two: none is made of two volumes."""
+    values = np.random.default_rng(5).integers(0, 256, (40, 41, 42)).astype(np.int16)
+    volume = Volume(values, np.full(3, 0.4), np.full(3, -8.0))
+    thin = TransferFunction(RAMP.nodes, RAMP.color, 0.01 * RAMP.kappa_per_mm)
+    scene = Scene(volume, thin, four_lights())
+    # the room for one cell: each is made anew again and again
+    tracer = ActiveRayTracer(scene, COMPACT, threads=1, cache_cells=1)
+    wanted = tracer.render(from_corner(40)).rgba
+    tracer = ActiveRayTracer(scene, COMPACT, threads=1, cache_cells=1)
+
+    def edit(share: float) -> bool:
+        values[:] = 0
+        return True
+
+    if between:
+        assert tracer.render(from_corner(40)).rgba.tobytes() == wanted.tobytes()
+        edit(1.0)
+    with pytest.raises(ValueError, match="array was edited while it was drawn"):
+        tracer.render(from_corner(40), edit)
+
+
+def test_spacings_of_two_units_are_refused() -> None:
+    with pytest.raises(ValueError, match="ratio beyond 10000; one of the numbers is"):
+        Volume(speckle(), np.array([1.0, 1.0, 1.1e4]), np.zeros(3))
+    Volume(speckle(), np.array([1.0, 1.0, 1e4]), np.zeros(3))

@@ -6,6 +6,14 @@ from renderers.art.preparation.kernels import (
     find_clear,
     find_clear_cubes,
     set_up_rays,
+    sum_blocks,
 )
 
-__all__ = ["build_brick", "chebyshev", "find_clear", "find_clear_cubes", "set_up_rays"]
+__all__ = [
+    "build_brick",
+    "chebyshev",
+    "find_clear",
+    "find_clear_cubes",
+    "set_up_rays",
+    "sum_blocks",
+]

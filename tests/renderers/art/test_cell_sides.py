@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from renderers.art import ActiveRayTracer
-from renderers.art.cell_sides import LIT_BYTES, SIDES, brick_voxels, leanest_side
+from renderers.art.cell_sides import (
+    LIT_BYTES,
+    MOST_A_VOXEL,
+    QUICK_SIDE,
+    SIDES,
+    brick_voxels,
+    leanest_side,
+    side_for,
+)
 from renderers.scene import (
     Camera,
     Projection,
@@ -31,16 +39,22 @@ def test_the_leanest_cells_take_at_most_what_others_take(
         assert best + 1 <= 10
 
 
-def test_a_large_lit_copy_keeps_to_ten_bytes_a_voxel(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Every cell is met: all of the volume is thin tissue."""
-    monkeypatch.setattr("renderers.art.cell_sides.ROOMY_BYTES", 1 << 20)
+def test_quick_cells_are_taken_where_they_keep_to_the_bound() -> None:
+    shape = (256, 256, 256)
+    assert side_for(shape, 0) == side_for(shape, 3600) == QUICK_SIDE
+    assert side_for(shape, 16**3) == leanest_side(shape) == 32
+
+
+@pytest.mark.parametrize(("filled", "side"), [(False, QUICK_SIDE), (True, 32)])
+def test_a_lit_copy_keeps_to_ten_bytes_a_voxel(filled: bool, side: int) -> None:
+    """Thin tissue everywhere, or in the lower half; to the bits of other cells."""
     rng = np.random.default_rng(3)
     values = rng.integers(1, 900, (64, 64, 64)).astype(np.int16)
+    if not filled:
+        values[32:] = -10
     volume = Volume(values, np.full(3, 0.3), np.full(3, -9.5))
     transfer = TransferFunction(
-        np.array([0.0, 1000.0]), np.ones((2, 3)), np.array([1e-3, 2e-3])
+        np.array([0.0, 1000.0]), np.ones((2, 3)), np.array([1e-3 * filled, 2e-3])
     )
     scene = Scene(volume, transfer, four_lights())
     camera = Camera.looking_at(
@@ -53,11 +67,11 @@ def test_a_large_lit_copy_keeps_to_ten_bytes_a_voxel(
     tracer = ActiveRayTracer(scene, "snapshot", threads=1)
     found = tracer.render(camera)
     assert tracer.report is not None
-    assert tracer.report.counters["cells_fetched"] == 8
+    assert tracer.report.counters["cells"] == (64 // side) ** 3
     # one brick is to spare, for cells in which nothing can be seen
-    spare = LIT_BYTES * 33**3
-    assert (tracer.memory - spare) / values.size <= 10
-    monkeypatch.undo()
-    small = ActiveRayTracer(scene, "snapshot", threads=1)
+    spare = LIT_BYTES * (side + 1) ** 3
+    assert (tracer.memory - spare) / values.size <= MOST_A_VOXEL
+    small = ActiveRayTracer(scene, "snapshot", threads=1, cell_side=8)
     assert small.render(camera).rgba.tobytes() == found.rgba.tobytes()
-    assert small.memory / values.size > 12
+    if filled:
+        assert small.memory / values.size > 12

@@ -1,9 +1,12 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from renderers.art.cells import CellGrid, CellShare, cube_distances
+from renderers.scene import Volume
 
 shapes = st.tuples(*[st.integers(2, 40)] * 3)
 sides = st.sampled_from([8, 16, 32])
@@ -137,6 +140,44 @@ def test_a_share_changes_with_what_moves_and_what_is_edited() -> None:
     assert np.array_equal(share.block(1), grid.block(values, 1))
     share.renew(1)
     assert np.array_equal(share.block(1), grid.block(edited, 1))
+
+
+@pytest.mark.parametrize("kind", ["i1", "<i2", ">u2", "<f4", ">f8"])
+def test_a_block_of_an_edited_array_is_refused(kind: str) -> None:
+    """Whichever voxel of it, ghosts too; what lies beyond it does not matter."""
+    rng = np.random.default_rng(8)
+    values = random_values((20, 18, 33)).astype(kind)
+    volume = Volume(values, np.ones(3), np.zeros(3))
+    grid = CellGrid(volume.shape)
+    share = CellShare(grid, volume.values, None)
+    for _ in range(60):
+        at = tuple(int(rng.integers(n)) for n in values.shape)
+        before = values[at]
+        values[at] = before - 1 if before > 0 else before + 1
+        changed = np.zeros(values.shape, np.bool_)
+        changed[at] = True
+        touched = grid.touched(changed)
+        for cell in range(grid.cells):
+            if cell in touched:
+                with pytest.raises(ValueError, match=f"cell {cell} is another now"):
+                    share.block(cell)
+            else:
+                share.block(cell)
+        values[at] = before
+        assert np.array_equal(share.block(3), grid.block(values, 3))
+
+
+def test_an_array_that_nobody_can_edit_is_not_summed(tmp_path: Path) -> None:
+    values = random_values((20, 18, 33))
+    np.save(tmp_path / "v.npy", values)
+    mapped = np.load(tmp_path / "v.npy", mmap_mode="r", allow_pickle=False)
+    values.flags.writeable = False
+    for kept in (mapped, values):
+        share = CellShare(CellGrid(kept.shape), kept, None)
+        assert share._sums is None
+    wide = np.zeros((20, 18, 33))
+    part = Volume(wide[2:], np.ones(3), np.zeros(3)).values
+    assert CellShare(CellGrid((18, 18, 33)), part, None)._sums is not None
 
 
 def test_mistakes_are_named() -> None:

@@ -73,6 +73,9 @@ def test_a_key_tells_scenes_apart_but_not_views(
     assert scene_key(one) == scene_key(other_view)
     assert scene_key(one) != scene_key(finer)
     assert scene_key(one) != scene_key(msgspec.structs.replace(one, cutoff=0.25))
+    sampled = msgspec.structs.replace(one, classification="post")
+    assert scene_key(one) != scene_key(sampled)
+    assert family_key(one) != family_key(sampled)
 
 
 def test_instruments_stand_where_their_pose_says(

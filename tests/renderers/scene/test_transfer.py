@@ -133,7 +133,7 @@ def test_inputs_are_copied_and_frozen() -> None:
 @pytest.mark.parametrize(
     ("nodes", "color", "kappa"),
     [
-        ([0.0, 0.0], np.ones((2, 3)), np.ones(2)),
+        ([0.0] * 3, np.ones((3, 3)), np.ones(3)),
         ([1.0, 0.0], np.ones((2, 3)), np.ones(2)),
         ([0.0], np.ones((1, 3)), np.ones(1)),
         ([0.0, np.nan], np.ones((2, 3)), np.ones(2)),

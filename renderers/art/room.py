@@ -1,0 +1,67 @@
+"""What there is memory for: all that is drawn with, or as many cells as fit."""
+
+import math
+from dataclasses import dataclass
+
+LEAST_CELLS = 64
+"""Ready at a time; with fewer, rays side by side would take cells from each other."""
+
+
+@dataclass(frozen=True, slots=True)
+class Room:
+    """Share out memory.
+
+    cells: kept ready, the volume's others are made anew when they are needed; None for
+    all. whole: a copy of the volume is kept, too.
+    """
+
+    cells: int | None
+    whole: bool
+
+
+def demand_distances(shape: tuple[int, int, int], limit: int) -> None:
+    """Raise ValueError where the distances over empty space alone take too much."""
+    need = math.prod(shape)
+    if need > limit:
+        raise ValueError(
+            f"drawing a volume of {_size(shape)} voxels needs {need:,} bytes for its "
+            f"empty space alone and at most {limit:,} may be taken; draw a part of it, "
+            "or allow more by memory_bytes"
+        )
+
+
+def room_for(
+    shape: tuple[int, int, int],
+    seen: int,
+    brick_bytes: int,
+    whole_bytes: int,
+    limit: int,
+    *,
+    bricks: bool,
+) -> Room:
+    """Fit what a volume is drawn with into `limit` bytes.
+
+    seen: cells that may hold something to be seen. brick_bytes: of a cell's brick.
+    whole_bytes: of a copy of the volume, 0 where none is wanted. bricks: they are
+    wanted beside such a copy. Raise ValueError where not even a few cells fit.
+    """
+    left = limit - math.prod(shape)
+    # one brick more serves all empty cells
+    every = (seen + 1) * brick_bytes
+    if whole_bytes and whole_bytes + bricks * every <= left:
+        return Room(None, True)
+    if (bricks or not whole_bytes) and every <= left:
+        return Room(None, False)
+    cells = left // brick_bytes - 1
+    if cells < min(seen, LEAST_CELLS):
+        need = math.prod(shape) + (min(seen, LEAST_CELLS) + 1) * brick_bytes
+        raise ValueError(
+            f"drawing a volume of {_size(shape)} voxels needs at least {need:,} bytes "
+            f"and at most {limit:,} may be taken; draw a part of it, or allow more by "
+            "memory_bytes"
+        )
+    return Room(max(min(cells, seen), 1), False)
+
+
+def _size(shape: tuple[int, int, int]) -> str:
+    return " x ".join(map(str, shape[::-1]))
