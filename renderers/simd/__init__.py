@@ -31,13 +31,20 @@ from renderers.simd.functions import (
     select,
     sqrt,
 )
-from renderers.simd.interleaved import gather_pairs, rows_alike, unzip3, zip3
+from renderers.simd.interleaved import (
+    gather_pairs,
+    rows_alike,
+    swapped,
+    unzip3,
+    zip3,
+)
 from renderers.simd.memory import (
     gather,
     gather_u8,
     load,
     load_where,
     prefetch,
+    spread,
     store,
     store_packed,
     store_where,
@@ -94,6 +101,7 @@ __all__ = [
     "rows8",
     "rows_alike",
     "select",
+    "spread",
     "sqrt",
     "store",
     "store_groups",
@@ -102,6 +110,7 @@ __all__ = [
     "store_spread",
     "store_triples",
     "store_where",
+    "swapped",
     "unzip3",
     "zip3",
 ]

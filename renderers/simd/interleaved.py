@@ -98,3 +98,18 @@ def rows_alike(typingctx: Any, x: Any, rows: Any) -> Any:
         return shuffle(builder, args[0], args[0], list(range(x.count)) * times)
 
     return signature(Vector(x.element, x.count * times), x, rows), generate
+
+
+@width_function
+def swapped(typingctx: Any, x: Any, step: Any) -> Any:
+    """Exchange every lane with the one `step`, a power of two, before or after it."""
+    if not isinstance(step, types.IntegerLiteral) or not isinstance(x, Vector):
+        return None
+    places = [lane ^ step.literal_value for lane in range(x.count)]
+    if max(places) >= x.count:
+        return None
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return shuffle(builder, args[0], args[0], places)
+
+    return signature(x, x, step), generate

@@ -82,6 +82,27 @@ def load(typingctx: Any, array: Any, index: Any, width: Any) -> Any:
     return signature(vector, array, types.intp, width), generate
 
 
+@width_function
+def spread(typingctx: Any, array: Any, index: Any, width: Any) -> Any:
+    """Copy the index-th element into `width` lanes.
+
+    As a number in a sum, but that no index counts from the end: to ask for that takes
+    three instructions an element.
+    """
+    found = stored(array)
+    if found is None or found[2] or not isinstance(width, types.IntegerLiteral):
+        return None
+    vector = Vector(found[0], width.literal_value)
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        base = data(context, builder, sig.args[0], args[0])
+        at = _place(builder, base, args[1], found[1], 1)
+        at = builder.bitcast(at, found[1].as_pointer())
+        return splat(builder, builder.load(at), vector.count)
+
+    return signature(vector, array, types.intp, width), generate
+
+
 @vector_function
 def store(typingctx: Any, array: Any, index: Any, x: Any) -> Any:
     """Store all lanes from the index-th element on."""
@@ -212,7 +233,8 @@ def prefetch(typingctx: Any, array: Any, index: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         base = data(context, builder, sig.args[0], args[0])
         at = builder.gep(base, [args[1]], source_etype=step)
-        at = builder.bitcast(at, ir.PointerType())
+        # one kind of pointer for all arrays: the function is declared once
+        at = builder.bitcast(at, BYTE.as_pointer())
         # to read, soon and more than once, data
         how = [ir.Constant(I32, n) for n in (0, 3, 1)]
         call_llvm(builder, "llvm.prefetch.p0", ir.VoidType(), [at, *how])

@@ -13,25 +13,29 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.fsr.classic.fall import BEND, EDGE, REST, SHIFT
-from renderers.fsr.classic.ordering.kernels import list_run, list_tile
+from renderers.fsr.classic.ordering.kernels import list_block, list_tile
 from renderers.fsr.classic.projection.kernels import RECORD, absorbed
 from renderers.fsr.classic.shells.kernels import key_of
 from renderers.fsr.classic.tiles import (
     ACROSS,
+    RUN,
     SIDE,
     SQUARE,
     SQUARES,
     STATE,
     TILE_SIDE,
 )
+from renderers.scene.turns.kernels import take_turn
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 I64 = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 Real = float | np.float32
 
 DARK = 1e-20
-"""The light never falls below this: the smallest numbers take a hundred cycles."""
+"""Light that every splat leaves: the smallest numbers take a hundred cycles. It is far
+below what rounding takes from light that shows."""
 
 FRAGMENT_BITS = 8
 """Fragments of a square are counted in parts of 256."""
@@ -128,6 +132,14 @@ def close_tile(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def clear_tile(left: int, top: int, image: F32, depth: F32) -> None:
+    """Write a tile that no splat meets."""
+    bottom, right = top + TILE_SIDE, left + TILE_SIDE
+    image[top:bottom, left:right] = 0
+    depth[top:bottom, left:right] = np.inf
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _blend_splats(
     records: F32, boxes: I32, items: I32, left: int, top: int, points: bool, cut: Real,
     limits: F32, with_depth: bool, state: F32, depths: F32, alive: Any,
@@ -137,12 +149,13 @@ def _blend_splats(
     for m in range(items.shape[0]):
         if alive == 0:
             break
-        o = items[m] * RECORD
+        s = items[m]
+        o = s * RECORD
         u, v, far = records[o], records[o + 1], records[o + 6]
         slim, cross, flat = records[o + 2], records[o + 3], records[o + 4]
         half = slim
         gain = records[o + 5]
-        met, pixels = squares_of_box(boxes[o + 7], boxes[o + 11], left, top)
+        met, pixels = squares_of_box(boxes[s, 0], boxes[s, 1], left, top)
         met &= alive
         for k in range(SQUARES):
             if not (met >> k) & 1:
@@ -154,15 +167,14 @@ def _blend_splats(
                 dy = np.float32(top + k // ACROSS * SIDE + p // SIDE) + _HALF - v
                 at = k * STATE + p
                 before = state[at]
-                w = before * gain
                 if points:
                     inside = -half <= dx < half and -half <= dy < half
-                    w = w if inside else _ZERO
+                    w = before * gain if inside else _ZERO
                 else:
-                    w = footprint(dx, dy, slim, cross, flat) * w
+                    w = before * (footprint(dx, dy, slim, cross, flat) * gain)
                 if limits.size > 0 and not far < limits[k * SQUARE + p]:
                     w = _ZERO
-                after = max(before - w, np.float32(DARK))
+                after = before - w + np.float32(DARK)
                 state[at] = after
                 for c in range(3):
                     state[at + (c + 1) * SQUARE] += w * records[o + 8 + c]
@@ -185,7 +197,7 @@ def _end_sheet(
         tau = sums[at]
         before = state[at]
         share = before * absorbed(tau)
-        after = max(before - share, np.float32(DARK))
+        after = before - share + np.float32(DARK)
         scale = share / max(tau, np.float32(1e-30))
         state[at] = after
         sums[at] = _ZERO
@@ -217,12 +229,13 @@ def _sum_sheets(
     for m in range(items.shape[0]):
         if alive == 0:
             break
-        o = items[m] * RECORD
+        s = items[m]
+        o = s * RECORD
         u, v, here = records[o], records[o + 1], records[o + 6]
         slim, cross, flat = records[o + 2], records[o + 3], records[o + 4]
         gain = records[o + 5]
         sheet = sheet_of(here, low, scale, thickness)
-        met, pixels = squares_of_box(boxes[o + 7], boxes[o + 11], left, top)
+        met, pixels = squares_of_box(boxes[s, 0], boxes[s, 1], left, top)
         met &= alive
         for k in range(SQUARES):
             if not (met >> k) & 1:
@@ -254,60 +267,91 @@ def _sum_sheets(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def next_run(turns: I64, image: F32, alive: I64) -> tuple[int, int]:
+    """Give first and last + 1 of the next tiles to draw, in one row, or no tile.
+
+    turns: of the runs of `RUN` tiles, shared by threads; those below one another follow
+    one another. Runs that take no more light are left out. See `draw_tiles`.
+    """
+    across = (image.shape[1] + TILE_SIDE - 1) // TILE_SIDE
+    down = (image.shape[0] + TILE_SIDE - 1) // TILE_SIDE
+    runs = (across + RUN - 1) // RUN
+    while True:
+        turn = take_turn(turns)
+        if turn >= down * runs:
+            return 0, 0
+        column, row = turn // down * RUN, turn % down
+        first = row * across + column
+        end = min(first + RUN, (row + 1) * across)
+        for t in range(first, end):
+            if alive[t] != 0:
+                return first, end
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def draw_tiles(
-    records: F32, boxes: I32, ranges: I32, numbers: I32, count: int, first: int,
-    end: int, across: int, points: bool, cut: Real, sheets_of: F32, limit_mm: F32,
-    is_new: bool, last: bool, items: I32, limits: F32, sums: F32, sheets: I32, far: F32,
-    states: F32, depths: F32, alive: I64, image: F32, depth: F32,
+    records: F32, boxes: I32, ranges: I32, numbers: I32, count: int, turns: I64,
+    points: bool, cut: Real, sheets_of: F32, limit_mm: F32, fresh: Flags, last: bool,
+    items: I32, limits: F32, sums: F32, sheets: I32, far: F32, states: F32, depths: F32,
+    alive: I64, image: F32, depth: F32,
 ) -> int:  # fmt: skip
     """Blend splats into tiles, near ones first; write the tiles that are finished.
 
-    boxes: the memory of `records`. ranges, numbers, count: see `list_run`. first, end:
-    the tiles first..end - 1, in one row. cut: a square whose pixels all have T at or
-    below this takes no more. sheets_of: low and scale, which map depth to the keys by
-    which items are in order, and a sheet's thickness in keys; no elements where splats
-    are blended one by one. limit_mm: per pixel of the picture the depth from which
-    nothing is seen; no elements where there is none. is_new: these are the first
-    splats. last: no more will come. items: ``(6, n)`` scratch for all splats and
-    sixteen more; limits, sums, sheets, far: of a tile. states: ``(tiles, STATE *
-    SQUARES)``. depths: a value per pixel of each tile, or none. alive: each tile's
-    squares that take light, as bits. depth: where T first falls to one half; no
-    elements where it is not wanted. Returns the fragments: pixels of
-    the splats' boxes in squares that were drawn, in parts of 2 ** `FRAGMENT_BITS`.
+    boxes: ``(n, 4)`` of `records`, see `project_splats`. ranges, numbers, count: see
+    `list_block`. turns: ``(1,)`` zero; threads that share it share out the tiles. cut:
+    a square whose pixels all have T at or below this takes no more. sheets_of: low and
+    scale, which map depth to the keys by which items are in order, and a sheet's
+    thickness in keys; no elements where splats are blended one by one. limit_mm: per
+    pixel of the picture the depth from which nothing is seen; no elements where there
+    is none. fresh: tiles that have had no splat. last: no more will come. items: ``(8,
+    n)`` scratch for all splats and sixteen more; limits, sums, sheets, far: of a tile.
+    states: ``(tiles, STATE * SQUARES)``. depths: a value per pixel of each tile, or
+    none. alive: each tile's squares that take light, as bits. depth: where T first
+    falls to one half; no elements where it is not wanted. Returns the fragments: pixels
+    of the splats' boxes in squares that were drawn, in parts of 2 ** `FRAGMENT_BITS`.
     """
     fragments = 0
     with_depth = depth.size > 0
-    row = first // across
-    top = row * TILE_SIDE
-    column = first - row * across
-    last_column = column + end - first - 1
-    some = list_run(
-        ranges, numbers, count, row, column, last_column, items[0], items[1]
-    )
-    for t in range(first, end):
-        if not is_new and alive[t] == 0:
-            continue
-        column = t - row * across
-        left = column * TILE_SIDE
-        if is_new:
-            height, width = image.shape[0], image.shape[1]
-            alive[t] = open_tile(left, top, width, height, states[t])
-            depths[t] = np.inf
-        limited = limit_mm.size > 0 and limit_tile(limit_mm, left, top, limits)
-        bound = limits if limited else limits[:0]
-        listed = items[2, : list_tile(items[0], items[1], some, column, items[2])]
-        if sheets_of.size > 0:
-            alive[t], pixels = _sum_sheets(
-                records, boxes, listed, left, top, sheets_of[0], sheets_of[1],
-                sheets_of[2], cut, bound, with_depth, sums, sheets, far, states[t],
-                depths[t], alive[t],
-            )  # fmt: skip
-        else:
-            alive[t], pixels = _blend_splats(
-                records, boxes, listed, left, top, points, cut, bound, with_depth,
-                states[t], depths[t], alive[t],
-            )  # fmt: skip
-        fragments += pixels
-        if last or alive[t] == 0:
-            close_tile(states[t], depths[t], left, top, with_depth, image, depth)
+    height, width = image.shape[0], image.shape[1]
+    across = (width + TILE_SIDE - 1) // TILE_SIDE
+    while True:
+        first, end = next_run(turns, image, alive)
+        if first == end:
+            break
+        row = first // across
+        top = row * TILE_SIDE
+        start = first - row * across
+        stop = start + end - first - 1
+        own, listed = items[0], items[2]
+        some = list_block(ranges, numbers, count, row, row, start, stop, own, items[1])
+        for t in range(first, end):
+            if alive[t] == 0:
+                continue
+            column = t - row * across
+            left = column * TILE_SIDE
+            found = list_tile(own, items[1], some, column, listed)
+            if fresh[t] and found == 0:
+                if last:
+                    clear_tile(left, top, image, depth)
+                continue
+            if fresh[t]:
+                fresh[t] = False
+                alive[t] = open_tile(left, top, width, height, states[t])
+                depths[t] = np.inf
+            limited = limit_mm.size > 0 and limit_tile(limit_mm, left, top, limits)
+            bound = limits if limited else limits[:0]
+            if sheets_of.size > 0:
+                alive[t], pixels = _sum_sheets(
+                    records, boxes, listed[:found], left, top, sheets_of[0],
+                    sheets_of[1], sheets_of[2], cut, bound, with_depth, sums, sheets,
+                    far, states[t], depths[t], alive[t],
+                )  # fmt: skip
+            else:
+                alive[t], pixels = _blend_splats(
+                    records, boxes, listed[:found], left, top, points, cut, bound,
+                    with_depth, states[t], depths[t], alive[t],
+                )  # fmt: skip
+            fragments += pixels
+            if last or alive[t] == 0:
+                close_tile(states[t], depths[t], left, top, with_depth, image, depth)
     return fragments

@@ -30,7 +30,7 @@ FOOTPRINT_SUM = 2 * math.pi * (1 - _EDGE * (1 + 0.5 * CUT**2)) / (1 - _EDGE)
 class ProjectedSplats:
     """Project pieces of lists, in memory that is kept from piece to piece.
 
-    records: ``(n, RECORD)`` float32, boxes: the same memory, see the kernels. Of the
+    records: ``(n, RECORD)`` float32, boxes: ``(n, 4)`` int32, see the kernels. Of the
     last piece, near ones first: ranges, numbers: ``(n,)`` int32, tiles and records of
     those that may show. visible: how many these are.
     """
@@ -101,6 +101,6 @@ class ProjectedSplats:
     def _make_room(self, room: int) -> None:
         self.records: NDArray[np.float32] = lined_up(room * RECORD)
         self.records = self.records.reshape(-1, RECORD)
-        self.boxes: NDArray[np.int32] = self.records.view(np.int32)
+        self.boxes: NDArray[np.int32] = lined_up(room * 4, np.int32).reshape(-1, 4)
         self._found: NDArray[np.int32] = np.empty(room, np.int32)
         self.numbers, self.ranges = np.zeros((2, room + SPARE), np.int32)

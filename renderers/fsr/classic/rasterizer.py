@@ -128,14 +128,14 @@ class SplatRasterizer:
             )
         if self._tiles.shape != (down, across, with_depth):
             self._tiles = TileStates(down, across, with_depth)
-        self._tiles.alive[:] = -1
+        else:
+            self._tiles.begin()
         canvas = Canvas(
             np.empty((*size, 4), np.float32),
             np.empty(size if with_depth else (0, 0), np.float32),
             np.empty((0, 0), np.float32) if limit_mm is None else limit_mm,
         )
         fragments = visible = 0
-        is_new = True
         self.stage_s = dict.fromkeys(("project", "order", "draw"), 0.0)
         clock = Clock(self.stage_s)
         for piece in self._taken.pieces(splats, self._tiles):
@@ -145,10 +145,9 @@ class SplatRasterizer:
             clock.passed("project")
             self._splats.order(piece, team)
             clock.passed("order")
-            fragments += self._draw_piece(piece, splats, canvas, is_new, team)
+            fragments += self._draw_piece(piece, splats, canvas, team)
             clock.passed("draw")
             visible += self._splats.visible
-            is_new = False
             if not self._tiles.alive.any():
                 break
         self.counters = {
@@ -166,32 +165,27 @@ class SplatRasterizer:
         piece: Piece,
         splats: SplatList,
         canvas: "Canvas",
-        is_new: bool,
         team: ThreadTeam,
     ) -> int:
         """Draw a projected piece of a list; give the fragments."""
         tiles, projected = self._tiles, self._splats
-        across = tiles.shape[1]
         records = projected.records.reshape(-1)
-        boxes = projected.boxes.reshape(-1)
+        turns = np.zeros(1, np.int64)
 
-        def draw(run: tuple[int, int]) -> int:
-            first, end = run
+        def draw(_: int) -> int:
             scratch = self._scratch(len(projected.ranges))
             return self._kernels.draw_tiles(
                 records,
-                boxes,
+                projected.boxes,
                 projected.ranges,
                 projected.numbers,
                 projected.visible,
-                first,
-                end,
-                across,
+                turns,
                 splats.mode is SplatMode.POINTS,
                 np.float32(self._least_light),
                 splats.sheets,
                 canvas.limit_mm,
-                is_new,
+                tiles.fresh,
                 piece.last,
                 scratch.items,
                 scratch.limits,
@@ -205,7 +199,7 @@ class SplatRasterizer:
                 canvas.depth,
             )
 
-        return sum(team.map(draw, tiles.runs()))
+        return sum(team.map(draw, range(team.threads)))
 
     def _scratch(self, splats: int) -> TileScratch:
         scratch: TileScratch | None = getattr(self._local, "scratch", None)

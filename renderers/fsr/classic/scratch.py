@@ -7,19 +7,16 @@ from renderers.fsr.classic.shells.kernels import find_waiting
 from renderers.fsr.classic.tiles import BLOCKS, SQUARE, SQUARES, STATE
 from renderers.fsr.scope.scratch import lined_up
 
-RUN = 16
-"""Tiles side by side that one thread draws at a time."""
-
 
 class TileScratch:
     """Hold what one thread needs of the tile it draws.
 
-    items: ``(6, n)`` room for lists of splats. limits: a float a pixel. sums: four of a
+    items: ``(8, n)`` room for lists of splats. limits: a float a pixel. sums: four of a
     sheet. sheets, far: one a square.
     """
 
     def __init__(self, splats: int) -> None:
-        self.items: NDArray[np.int32] = np.empty((6, splats), np.int32)
+        self.items: NDArray[np.int32] = np.empty((8, splats), np.int32)
         self.limits: NDArray[np.float32] = lined_up(SQUARES * SQUARE)
         self.sums: NDArray[np.float32] = lined_up(SQUARES * STATE)
         self.sheets: NDArray[np.int32] = lined_up(SQUARES, np.int32)
@@ -31,7 +28,7 @@ class TileStates:
 
     states: ``(tiles, 4 floats a pixel)`` light and colours. depths: ``(tiles, one a
     pixel)``, or none. alive: ``(tiles,)`` int64, the squares that take light, a bit
-    each; all, until a tile is opened.
+    each; all, until a tile is opened. fresh: ``(tiles,)``, those that are not.
     """
 
     def __init__(self, down: int, across: int, with_depth: bool) -> None:
@@ -42,22 +39,14 @@ class TileStates:
         depths = SQUARES * SQUARE if with_depth else 0
         self.depths: NDArray[np.float32] = lined_up(tiles * depths)
         self.depths = self.depths.reshape(tiles, depths)
-        self.alive: NDArray[np.int64] = np.full(tiles, -1, np.int64)
+        self.alive: NDArray[np.int64] = np.empty(tiles, np.int64)
+        self.fresh: NDArray[np.bool_] = np.empty(tiles, np.bool_)
+        self.begin()
 
-    def runs(self) -> list[tuple[int, int]]:
-        """List first and last + 1 of tiles that are drawn at a time, in one row each.
-
-        Rows that take no more light are left out.
-        """
-        down, across, _ = self.shape
-        starts = range(0, across, RUN)
-        alive = np.logical_or.reduceat(self.alive.reshape(down, across), starts, axis=1)
-        return [
-            (row * across + start, row * across + min(start + RUN, across))
-            for row, some in enumerate(alive.tolist())
-            for start, is_alive in zip(starts, some, strict=True)
-            if is_alive
-        ]
+    def begin(self) -> None:
+        """Begin another picture."""
+        self.alive[:] = -1
+        self.fresh[:] = True
 
     def waiting_sets(self) -> NDArray[np.int32]:
         """Tell where light is taken, see `find_waiting`."""

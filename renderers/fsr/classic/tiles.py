@@ -23,5 +23,8 @@ BLOCKS = ACROSS // 2
 STATE = 4 * SQUARE
 """Floats of a square: the light still to come, then red, green, blue so far."""
 
+RUN = 16
+"""Tiles side by side that one thread draws at a time."""
+
 MOST_TILES = 255
 """Tiles along a side of a picture: a splat's range of them takes four bytes."""

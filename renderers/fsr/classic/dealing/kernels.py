@@ -17,6 +17,9 @@ from renderers.fsr.classic.tiles import ACROSS, SIDE, SQUARES, TILE_SIDE
 from renderers.simd import (
     absolute,
     any_,
+    as_f32,
+    bits,
+    count,
     f32,
     floor,
     full,
@@ -32,6 +35,8 @@ from renderers.simd import (
     select,
     sqrt,
     store,
+    store_packed,
+    swapped,
 )
 
 F32 = NDArray[np.float32]
@@ -54,6 +59,9 @@ _BEYOND = np.float32(1 + 0.01 / CUT**2)
 
 _ROUNDED = np.float32(1e-6)
 """And the share of what these are summed from: much, where a footprint is a needle."""
+
+_AHEAD = 3 * _W
+"""Splats whose boxes are on their way while others are dealt."""
 
 _WIDE = 12
 """Pixels of a box, less one, from which leaving out its corners pays."""
@@ -104,38 +112,83 @@ def room_for_deal() -> Any:
     """Make room for a deal.
 
     Which of 64 splats each square got, as bits; where each splat's record begins; its
-    fragments per square; its sheet.
+    fragments per square; its sheet; and the squares of each, in two halves.
     """
-    offsets, shares = np.empty(DEAL, np.int32), np.empty(DEAL, np.int32)
-    return np.empty(DEAL, np.int64), offsets, shares, np.empty(DEAL, np.float32)
+    room = DEAL + _W
+    offsets, shares = np.empty(room, np.int32), np.empty(room, np.int32)
+    sheets, halves = np.empty(room, np.float32), np.empty((2, room), np.int32)
+    return np.empty(DEAL, np.int64), offsets, shares, sheets, halves
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _swap_bits(words: I64, first: int, step: int, low: Any) -> None:
+    """Swap blocks of bits `step` wide between words as far apart, eight at a time."""
+    for m in range(0, SQUARES, 2 * step):
+        for k in range(first + m, first + m + step, 8):
+            upper = load(words, k, 8)
+            under = load(words, k + step, 8)
+            change = ((upper >> step) ^ under) & low
+            store(words, k + step, under ^ change)
+            store(words, k, upper ^ (change << step))
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _swap_within(x: Any, low: Any, step: int) -> Any:
+    """Do as `_swap_bits` between the lanes of a vector, which are eight words."""
+    other = swapped(x, step)
+    is_under = (i64(lanes(8)) & step) != 0
+    kept = select(is_under, full(~low, 8), low)
+    return (x & kept) | (select(is_under, other >> step, other << step) & ~kept)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def transpose(words: I64) -> None:
-    """Swap bit k of word m with bit m of word k (Warren, Hacker's Delight, 7-3)."""
-    step = 32
-    low = np.int64(0xFFFFFFFF)
-    while step > 0:
-        for first in range(0, SQUARES, 2 * step):
-            for m in range(first, first + step):
-                change = ((words[m] >> step) ^ words[m + step]) & low
-                words[m + step] ^= change
-                words[m] ^= change << step
-        step >>= 1
-        low ^= low << step
+def transpose(words: I64, first: int) -> None:
+    """Swap bit k of word m with bit m of word k (Warren, Hacker's Delight, 7-3).
+
+    first: of the 64 words.
+    """
+    _swap_bits(words, first, 32, np.int64(0xFFFFFFFF))
+    _swap_bits(words, first, 16, np.int64(0x0000FFFF0000FFFF))
+    _swap_bits(words, first, 8, np.int64(0x00FF00FF00FF00FF))
+    for m in range(first, first + SQUARES, 8):
+        x = load(words, m, 8)
+        x = _swap_within(x, np.int64(0x0F0F0F0F0F0F0F0F), 4)
+        x = _swap_within(x, np.int64(0x3333333333333333), 2)
+        x = _swap_within(x, np.int64(0x5555555555555555), 1)
+        store(words, m, x)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _join(words: I64, halves: I32, size: int) -> Any:
+    """Turn squares of splats into splats of squares; give the squares that got any."""
+    stride = halves.shape[1]
+    touched = np.int64(0)
+    for first in range(0, size, SQUARES):
+        for m in range(first, first + SQUARES, 8):
+            met = lanes(8) < np.int32(size - m)
+            low = i64(load(halves, m, 8)) & np.int64(0xFFFFFFFF)
+            both = low | (i64(load(halves, stride + m, 8)) << 32)
+            store(words, m, select(met, both, np.int64(0)))
+        transpose(words, first)
+        for m in range(0, SQUARES, 8):
+            touched |= bits(load(words, first + m, 8) != np.int64(0)) << m
+    return touched
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def deal_splats(
-    records: F32, boxes: I32, items: I32, first: int, size: int, left: int, top: int,
-    alive: Any, points: bool, sheets_of: F32, deal: Any,
+    records: F32, boxes: I32, items: I32, first: int, left: int, top: int, alive: Any,
+    points: bool, sheets_of: F32, deal: Any,
 ) -> Any:  # fmt: skip
-    """Deal `size` of a tile's splats out to its live squares.
+    """Deal some of a tile's splats out to its live squares, `DEAL` at most.
 
-    first: of the items. sheets_of: see `draw_tiles`. deal: see `room_for_deal`.
-    Returns the squares that got any, as bits, and how many times 64 splats were dealt.
+    first: of the items; sixteen are to spare. sheets_of: see `draw_tiles`. deal: see
+    `room_for_deal`. Splats that meet no live square are passed over, and their records
+    never read. Returns the squares that got any, as bits, how many times 64 splats
+    were dealt, and the first item that was not looked at.
     """
-    masks, offsets, shares, sheets = deal
+    words, offsets, shares, sheets, halves = deal
+    room = halves.shape[1]
     left_box = np.int32(left)
     top_box = np.int32(top)
     none = np.int32(0)
@@ -144,16 +197,19 @@ def deal_splats(
     all_bits = full(np.int64(-1), _W)
     two = full(np.int32(2), _W)
     one_each = full(np.int32(1), _W)
-    ahead = min(items.shape[0], first + size + DEAL)
-    for m in range(first + DEAL, ahead):
-        # while these are drawn, those of the next deal come near
-        prefetch(records, items[m] * RECORD)
-    for m in range(0, size, _W):
-        met = lanes(_W) < np.int32(size - m)
-        at = select(met, load(items, first + m, _W), none) * RECORD
-        store(offsets, m, at)
-        columns = gather(boxes, at + 7, met)
-        rows = gather(boxes, at + 11, met)
+    found = items.shape[0]
+    size = 0
+    m = first
+    if first == 0:
+        for k in range(min(_AHEAD, found)):
+            prefetch(boxes, items[k] * 4)
+    while m < found and size <= DEAL - _W:
+        met = lanes(_W) < np.int32(found - m)
+        item = select(met, load(items, m, _W), none)
+        at = item * RECORD
+        for k in range(m + _AHEAD, min(m + _AHEAD + _W, found)):
+            prefetch(boxes, items[k] * 4)
+        columns, rows, deep, _ = rows4(boxes, item)
         x0 = (columns & 0xFFFF) - left_box
         x1 = (columns >> 16) - left_box
         y0 = (rows & 0xFFFF) - top_box
@@ -163,9 +219,10 @@ def deal_splats(
         y0, y1 = maximum(y0, none), minimum(y1, end)
         pixels = (x1 - x0 + 1) * (y1 - y0 + 1)
         x0, x1, y0, y1 = x0 >> 2, x1 >> 2, y0 >> 2, y1 >> 2
-        squares = (x1 - x0 + 1) * (y1 - y0 + 1)
-        store(shares, m, i32(f32(pixels << FRAGMENT_BITS) / f32(squares)))
         if any_(is_wide) and not points:
+            for k in range(m + _W, min(m + 2 * _W, found)):
+                # the next are most likely wide, too
+                prefetch(records, items[k] * RECORD)
             u, v, slim, cross = rows4(records, at >> 2)
             flat = gather(records, at + 4, met)
             u = u - np.float32(left)
@@ -176,17 +233,24 @@ def deal_splats(
             # one row's bits, copied into rows y0 to y1
             down = row_bits >> i64((ACROSS - 1 - y1) << 3)
             those = across * (down & (all_bits << i64(y0 << 3)))
-        store(masks, m, select(met, those & alive, np.int64(0)))
+        those = those & alive
+        met &= those != np.int64(0)
+        m += _W
+        if not any_(met):
+            continue
+        squares = (x1 - x0 + 1) * (y1 - y0 + 1)
+        share = i32(f32(pixels << FRAGMENT_BITS) / f32(squares))
+        store_packed(offsets, size, at, met)
+        store_packed(shares, size, share, met)
+        store_packed(halves, size, i32(those), met)
+        store_packed(halves, room + size, i32(those >> 32), met)
         if sheets_of.size > 0:
-            far = gather(records, at + 6, met)
-            step = maximum((far - sheets_of[0]) * sheets_of[1], _ZERO)
+            step = maximum((as_f32(deep) - sheets_of[0]) * sheets_of[1], _ZERO)
             step = floor(minimum(step, np.float32(KEYS - 1)))
-            store(sheets, m, floor(step / sheets_of[2]))
-    touched = np.int64(0)
-    for m in range(size):
-        touched |= masks[m]
-    halves = (size + SQUARES - 1) // SQUARES
-    masks[size : halves * SQUARES] = 0
-    for half in range(halves):
-        transpose(masks[half * SQUARES : (half + 1) * SQUARES])
-    return touched, halves
+            store_packed(sheets, size, floor(step / sheets_of[2]), met)
+        dealt = size + count(met)
+        for k in range(size, dealt):
+            # on its way while the others are dealt
+            prefetch(records, offsets[k])
+        size = dealt
+    return _join(words, halves, size), (size + SQUARES - 1) // SQUARES, m

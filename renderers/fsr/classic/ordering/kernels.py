@@ -22,7 +22,7 @@ def count_keys(
 ) -> None:
     """Count a part's splats that show by key, of the keys first_key..end_key - 1.
 
-    ranges: see `list_run`. counts: ``(KEYS,)``.
+    ranges: see `list_block`. counts: ``(KEYS,)``.
     """
     counts[first_key:end_key] = 0
     for s in range(ranges.shape[0]):
@@ -63,21 +63,21 @@ def place_by_keys(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def list_run(
-    ranges: I32, numbers: I32, count: int, row: int, first: int, last: int, items: I32,
-    own: I32,
+def list_block(
+    ranges: I32, numbers: I32, count: int, top: int, bottom: int, first: int, last: int,
+    items: I32, own: I32,
 ) -> int:  # fmt: skip
-    """List those of `count` splats that meet any of some tiles side by side.
+    """List those of `count` splats that meet any of a block of tiles.
 
     ranges: first and last tile column and row, a byte each from the lowest. numbers:
-    what splats are listed as. row, first, last: of the tiles. items, own: which
-    splats, in their order, and their ranges. Returns their number.
+    what splats are listed as. top, bottom, first, last: rows and columns of the tiles.
+    items, own: which splats, in their order, and their ranges. Returns their number.
     """
     n = 0
     for s in range(count):
         r = ranges[s]
         beside = r & 255 > last or (r >> 8) & 255 < first
-        if beside or (r >> 16) & 255 > row or (r >> 24) & 255 < row:
+        if beside or (r >> 16) & 255 > bottom or (r >> 24) & 255 < top:
             continue
         items[n] = numbers[s]
         own[n] = r
@@ -87,7 +87,7 @@ def list_run(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def list_tile(items: I32, own: I32, n: int, column: int, listed: I32) -> int:
-    """List those of the first n splats of a run that meet its tile in a column."""
+    """List those of the first n splats of a row that meet its tile in a column."""
     found = 0
     for s in range(n):
         if own[s] & 255 <= column <= (own[s] >> 8) & 255:

@@ -22,9 +22,9 @@ Real = float | np.float32
 RECORD = 16
 """Floats of a projected splat, a line of the cache: pixel centre 0-1, what a squared
 distance over the cut's is made of, xx, xy, yy 2-4 (for a point, half its side in place
-of the first), peak times `WEIGHT` 5 (a point's peak), depth 6, first and last column
-of pixels 7, colour 8-10, first and last row 11; of these the bits, sixteen each from
-the lowest. The last four are not used."""
+of the first), peak times `WEIGHT` 5 (a point's peak), depth 6, colour 8-10. The others
+are not used. A splat's box of pixels is kept apart: it is all that is asked of splats
+which no light reaches."""
 
 ANTIALIAS = 0.3
 """Squared pixels added to a footprint's covariance, so that small ones keep mass."""
@@ -109,8 +109,10 @@ def project_splats(
     tangent or mm. widest: splats of a squared angular sigma above this are left out;
     orthographic ones never are. points: squares of constant opacity. sheet_share: not
     zero in sheets, where a peak is an optical depth: the footprint's sum over sigma
-    squared. boxes: the memory of `records`. ranges: first and last tile column and
-    row, a byte each from the lowest, `NOWHERE` for what does not show.
+    squared. boxes: ``(n, 4)`` first and last column of a splat's pixels, sixteen bits
+    each from the lowest, first and last row, the bits of the depth; one is not used.
+    ranges: first and last tile column and row, a byte each from the
+    lowest, `NOWHERE` for what does not show.
     """
     m = matrix
     s2 = sigma * sigma
@@ -216,9 +218,9 @@ def project_splats(
         if not (x0 <= x1 and y0 <= y1 and peak > _ZERO):
             continue
         left, right, top_, bottom = int(x0), int(x1), int(y0), int(y1)
-        columns = left >> TILE_SHIFT | right >> TILE_SHIFT << 8
-        rows = top_ >> TILE_SHIFT | bottom >> TILE_SHIFT << 8
-        ranges[e] = np.int32(columns | rows << 16)
+        across = left >> TILE_SHIFT | right >> TILE_SHIFT << 8
+        down = top_ >> TILE_SHIFT | bottom >> TILE_SHIFT << 8
+        ranges[e] = np.int32(across | down << 16)
         record = records[e]
         record[0] = u
         record[1] = v
@@ -228,10 +230,11 @@ def project_splats(
         record[4] = xx * inverse
         record[5] = peak if points else peak * WEIGHT
         record[6] = z if projection == 2 else distance
-        boxes[e, 7] = left | right << 16
+        boxes[e, 0] = left | right << 16
+        boxes[e, 1] = top_ | bottom << 16
+        boxes[e, 2] = np.float32(record[6]).view(np.int32)
         record[8] = paints[s, 0]
         record[9] = paints[s, 1]
         record[10] = paints[s, 2]
-        boxes[e, 11] = top_ | bottom << 16
         visible += 1
     return visible

@@ -13,17 +13,18 @@ _W = 16
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def list_run(
-    ranges: I32, numbers: I32, count: int, row: int, first: int, last: int, items: I32,
-    own: I32,
+def list_block(
+    ranges: I32, numbers: I32, count: int, top: int, bottom: int, first: int, last: int,
+    items: I32, own: I32,
 ) -> int:  # fmt: skip
     """Do as the scalar twin; all arrays have sixteen to spare."""
     n = 0
-    row32, first32, last32 = np.int32(row), np.int32(first), np.int32(last)
+    top32, bottom32 = np.int32(top), np.int32(bottom)
+    first32, last32 = np.int32(first), np.int32(last)
     for s in range(0, count, _W):
         r = load(ranges, s, _W)
         met = lanes(_W) < np.int32(count - s)
-        met &= ((r >> 16) & 255 <= row32) & ((r >> 24) & 255 >= row32)
+        met &= ((r >> 16) & 255 <= bottom32) & ((r >> 24) & 255 >= top32)
         met &= (r & 255 <= last32) & ((r >> 8) & 255 >= first32)
         if any_(met):
             store_packed(items, n, load(numbers, s, _W), met)

@@ -27,6 +27,7 @@ from renderers.fsr.classic.tiles import TILE_SHIFT
 from renderers.simd import (
     absolute,
     as_f32,
+    as_i32,
     count,
     f32,
     floor,
@@ -104,7 +105,7 @@ def project_splats(
     projection: int, scale: Real, width: int, height: int, widest: Real, peaks: F32,
     points: bool, sheet_share: Real, records: F32, boxes: I32, ranges: I32,
 ) -> int:  # fmt: skip
-    """Do as the scalar twin; index, records and ranges have sixteen to spare."""
+    """Do as the scalar twin; index and what is written have sixteen to spare."""
     m = matrix
     s2 = sigma * sigma
     soften = np.float32(ANTIALIAS)
@@ -212,14 +213,15 @@ def project_splats(
         tiles |= ((b2 >> TILE_SHIFT) << 16) | ((b3 >> TILE_SHIFT) << 24)
         store(ranges, e, select(met, tiles, np.int32(NOWHERE)))
         depth = z if projection == 2 else distance
-        box_x = as_f32(b0 | (b1 << 16))
-        box_y = as_f32(b2 | (b3 << 16))
         inverse = CUT_SHARE / det
         curve = side if points else yy * inverse
         gain = peak if points else peak * WEIGHT
-        row = (lanes(_W) + np.int32(e)) * (RECORD // 4)
+        row = lanes(_W) + np.int32(e)
+        far = as_i32(depth)
+        put_rows4(boxes, row, b0 | (b1 << 16), b2 | (b3 << 16), far, far)
+        row = row * (RECORD // 4)
         put_rows4(records, row, u, v, curve, xy * inverse * np.float32(-2))
-        put_rows4(records, row + 1, xx * inverse, gain, depth, box_x)
-        put_rows4(records, row + 2, red, green, blue, box_y)
+        put_rows4(records, row + 1, xx * inverse, gain, depth, depth)
+        put_rows4(records, row + 2, red, green, blue, blue)
         visible += count(met)
     return visible

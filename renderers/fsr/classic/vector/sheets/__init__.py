@@ -1,0 +1,1 @@
+"""Splats of mode `classic` summed in sheets of depth."""

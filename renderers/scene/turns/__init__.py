@@ -1,0 +1,1 @@
+"""Turns that threads inside compiled code take without asking Python."""
