@@ -10,14 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.fsr.classic.dealing.kernels import deal_splats, room_for_deal
-from renderers.fsr.classic.kernels import (
-    DARK,
-    clear_tile,
-    close_tile,
-    limit_tile,
-    next_run,
-    open_tile,
-)
+from renderers.fsr.classic.kernels import DARK
 from renderers.fsr.classic.ordering.vector.kernels import list_block, list_tile
 from renderers.fsr.classic.tiles import (
     ACROSS,
@@ -26,6 +19,13 @@ from renderers.fsr.classic.tiles import (
     SQUARES,
     STATE,
     TILE_SIDE,
+)
+from renderers.fsr.classic.tiling.kernels import (
+    clear_tile,
+    close_tile,
+    limit_tile,
+    next_run,
+    open_tile,
 )
 from renderers.fsr.classic.vector.sheets.kernels import footprint, sum_sheets
 from renderers.simd import (
