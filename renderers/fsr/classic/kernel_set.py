@@ -15,28 +15,25 @@ class KernelSet:
 
     clip_set: Callable[..., int]
     survey_spans: Callable[..., int]
-    take_shell: Callable[..., int]
-    project_splats: Callable[..., int]
+    project_piece: Callable[..., None]
     draw_tiles: Callable[..., int]
 
 
 def scalar_kernels() -> KernelSet:
     """Give the functions that every machine compiles."""
     from renderers.fsr.classic.kernels import draw_tiles
-    from renderers.fsr.classic.projection.kernels import project_splats
-    from renderers.fsr.classic.shells.kernels import take_shell
+    from renderers.fsr.classic.pieces.kernels import project_piece
     from renderers.fsr.classic.survey.kernels import clip_set, survey_spans
 
-    return KernelSet(clip_set, survey_spans, take_shell, project_splats, draw_tiles)
+    return KernelSet(clip_set, survey_spans, project_piece, draw_tiles)
 
 
 def best_kernels() -> KernelSet:
     """Give vector functions where they can be trusted, else scalar ones."""
     if vector_problem():
         return scalar_kernels()
-    from renderers.fsr.classic.projection.vector.kernels import project_splats
-    from renderers.fsr.classic.shells.vector.kernels import take_shell
+    from renderers.fsr.classic.pieces.vector.kernels import project_piece
     from renderers.fsr.classic.survey.vector.kernels import clip_set, survey_spans
     from renderers.fsr.classic.vector.kernels import draw_tiles
 
-    return KernelSet(clip_set, survey_spans, take_shell, project_splats, draw_tiles)
+    return KernelSet(clip_set, survey_spans, project_piece, draw_tiles)

@@ -11,9 +11,8 @@ from renderers.fsr.classic.near import LAST_SIGMA
 from renderers.fsr.classic.ordering.kernels import (
     KEYS,
     begin_keys,
-    count_keys,
-    place_by_keys,
 )
+from renderers.fsr.classic.pieces.kernels import order_piece
 from renderers.fsr.classic.projection.kernels import CUT, RECORD
 from renderers.fsr.classic.splat_list import SplatList, sigma_of
 from renderers.fsr.classic.taken_splats import SPARE, Piece
@@ -36,67 +35,77 @@ class ProjectedSplats:
     """
 
     def __init__(self, kernels: KernelSet) -> None:
-        self._project = kernels.project_splats
+        self._project = kernels.project_piece
         self._counts: NDArray[np.int32] = np.empty((0, KEYS), np.int32)
-        self._parts: list[tuple[int, int]] = []
         self._make_room(1)
         self.visible = 0
 
     def project(self, piece: Piece, splats: SplatList, team: ThreadTeam) -> None:
         """Take a piece of a list and project it."""
         camera, view, mode = splats.camera, splats.view, splats.mode
-        sigma = sigma_of(mode)
         if len(piece.index) > len(self.records):
             self._make_room(len(piece.index))
         if piece.parts > len(self._counts):
             self._counts = np.empty((piece.parts, KEYS), np.int32)
-        keys = piece.first_key, piece.end_key
+        turns = np.zeros(1, np.int64)
+        seen_by = (
+            view.base,
+            view.matrix,
+            int(camera.projection),
+            np.float32(view.scale),
+            camera.width,
+            camera.height,
+        )
+        look = (
+            np.float32(sigma_of(mode)),
+            np.float32(LAST_SIGMA**2),
+            peak_table(PEAK_ROWS),
+            mode is SplatMode.POINTS,
+            np.float32(FOOTPRINT_SUM if mode is SplatMode.SHEET else 0.0),
+        )
 
-        def project(part: int) -> tuple[int, int]:
-            first, end = piece.take(part)
+        def project(_: int) -> None:
             self._project(
-                piece.index[first:],
-                end - first,
+                turns,
+                piece.starts,
+                piece.taken,
+                piece.cuts,
+                piece.index,
+                piece.keys,
+                piece.first_key,
+                piece.end_key,
+                piece.spans,
+                seen_by,
+                look,
                 piece.places,
                 piece.paints,
-                view.base,
-                view.matrix,
-                np.float32(sigma),
-                int(camera.projection),
-                np.float32(view.scale),
-                camera.width,
-                camera.height,
-                np.float32(LAST_SIGMA**2),
-                peak_table(PEAK_ROWS),
-                mode is SplatMode.POINTS,
-                np.float32(FOOTPRINT_SUM if mode is SplatMode.SHEET else 0.0),
-                self.records[first:],
-                self.boxes[first:],
-                self._found[first:],
+                self.records,
+                self.boxes,
+                self._found,
+                self._counts,
             )
-            here = slice(first, end)
-            count_keys(self._found[here], piece.keys[here], *keys, self._counts[part])
-            return first, end
 
-        self._parts = team.map(project, range(piece.parts))
+        team.map(project, range(min(team.threads, piece.parts)))
 
     def order(self, piece: Piece, team: ThreadTeam) -> None:
         """Put the piece that was projected in order."""
         counts = self._counts[: piece.parts]
         self.visible = begin_keys(counts, piece.first_key, piece.end_key)
+        turns = np.zeros(1, np.int64)
 
-        def place(part: int) -> None:
-            first, end = self._parts[part]
-            place_by_keys(
-                self._found[first:end],
-                piece.keys[first:end],
-                first,
-                self._counts[part],
+        def place(_: int) -> None:
+            order_piece(
+                turns,
+                piece.starts,
+                piece.taken,
+                self._found,
+                piece.keys,
+                counts,
                 self.numbers,
                 self.ranges,
             )
 
-        team.map(place, range(piece.parts))
+        team.map(place, range(min(team.threads, piece.parts)))
 
     def _make_room(self, room: int) -> None:
         self.records: NDArray[np.float32] = lined_up(room * RECORD)

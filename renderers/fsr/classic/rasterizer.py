@@ -72,7 +72,7 @@ class SplatRasterizer:
         self._painted = PaintedSet(fuzzy_set, scene)
         self._row_count = fuzzy_set.rows.row_count
         self._least_light = least_light
-        self._taken = TakenSplats(self._painted, self._kernels)
+        self._taken = TakenSplats(self._painted)
         self._splats = ProjectedSplats(self._kernels)
         self._tiles = TileStates(1, 1, False)
         self._local = threading.local()

@@ -1,12 +1,12 @@
 """The shells of a list, one after the other, near splats first."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.classic.kernel_set import KernelSet
 from renderers.fsr.classic.mode import Traversal
 from renderers.fsr.classic.ordering.kernels import KEYS
 from renderers.fsr.classic.painted_set import PaintedSet
@@ -31,28 +31,34 @@ class Piece:
     """Name splats to draw, in parts.
 
     index: which of `places` and `paints` (see `PaintedSet`). keys: by which to order
-    them, first_key to end_key - 1; ties as they are. take: fills a part of both and
-    gives its first and last + 1 place; `SPARE` more are its own. last: no more will
-    come.
+    them, first_key to end_key - 1; ties as they are. starts: where each part begins in
+    both; `SPARE` behind it are its own. taken, cuts, spans: see `project_piece`. last:
+    no more will come.
     """
 
     index: NDArray[np.int32]
     keys: NDArray[np.int32]
     first_key: int
     end_key: int
-    parts: int
-    take: Callable[[int], tuple[int, int]]
+    starts: NDArray[np.int64]
+    taken: NDArray[np.int64]
+    cuts: NDArray[np.int64]
+    spans: tuple[Any, ...]
     places: NDArray[np.float32]
     paints: NDArray[np.float32]
     last: bool
+
+    @property
+    def parts(self) -> int:
+        """Get the number of parts."""
+        return len(self.taken)
 
 
 class TakenSplats:
     """Take lists apart, in memory of its own."""
 
-    def __init__(self, painted: PaintedSet, kernels: KernelSet) -> None:
+    def __init__(self, painted: PaintedSet) -> None:
         self._painted = painted
-        self._take_shell = kernels.take_shell
         room = len(painted.rows) + SPARE * (MOST_PARTS + 1)
         self._index, self._keys = np.zeros((2, room), np.int32)
 
@@ -82,41 +88,34 @@ class TakenSplats:
         self, splats: SplatList, first: int, end: int, waiting: NDArray[np.int32]
     ) -> Piece:
         """Take what is between two keys."""
-        painted, view, camera = self._painted, splats.view, splats.camera
+        painted, view = self._painted, splats.view
         count = min(-(-splats.count // LEAST_PART), MOST_PARTS)
         at = np.arange(count) * splats.count // count
         cuts = np.append(np.searchsorted(splats.begins, at), len(splats.spans))
-        starts = splats.begins[cuts] + SPARE * np.arange(count + 1)
-
-        def take(part: int) -> tuple[int, int]:
-            begin = int(starts[part])
-            taken = self._take_shell(
-                splats.spans[cuts[part] : cuts[part + 1]],
-                splats.lowest[cuts[part] : cuts[part + 1]],
-                splats.highest[cuts[part] : cuts[part + 1]],
-                painted.rows.shape[1],
-                painted.columns,
-                view.base,
-                view.matrix,
-                int(camera.projection),
-                np.float32(view.low),
-                np.float32(view.keys_per_mm),
-                np.float32(splats.near_mm),
-                first,
-                end,
-                np.float32(view.scale),
-                np.float32(CUT * sigma_of(splats.mode) * painted.widest_mm),
-                camera.width,
-                camera.height,
-                waiting,
-                self._index[begin:],
-                self._keys[begin:],
-            )
-            return begin, begin + taken
-
-        all_ = painted.places, painted.paints
+        spans = (
+            splats.spans,
+            splats.lowest,
+            splats.highest,
+            painted.rows.shape[1],
+            painted.columns,
+            np.float32(view.low),
+            np.float32(view.keys_per_mm),
+            np.float32(splats.near_mm),
+            np.float32(CUT * sigma_of(splats.mode) * painted.widest_mm),
+            waiting,
+        )
         return Piece(
-            self._index, self._keys, first, end, count, take, *all_, end == KEYS
+            self._index,
+            self._keys,
+            first,
+            end,
+            splats.begins[cuts[:-1]] + SPARE * np.arange(count),
+            np.zeros(count, np.int64),
+            cuts,
+            spans,
+            painted.places,
+            painted.paints,
+            end == KEYS,
         )
 
     def _grid_order(self, splats: SplatList) -> NDArray[np.int32]:
@@ -147,11 +146,20 @@ def _in_order(
     for part in range(count):
         some = index[part * LEAST_PART : (part + 1) * LEAST_PART]
         parts[part, : len(some)] = some
-
-    def take(part: int) -> tuple[int, int]:
-        taken = min(len(index) - part * LEAST_PART, LEAST_PART)
-        return part * stride, part * stride + taken
-
     flat = parts.reshape(-1)
+    starts = stride * np.arange(count)
+    taken = np.minimum(len(index) - LEAST_PART * np.arange(count), LEAST_PART)
+    none = np.empty(0, np.int32)
+    nothing = np.float32(0)
+    spans = (
+        np.empty((0, 3), np.int32),
+        none,
+        none,
+        1,
+        np.empty(0, np.float32),
+        *(nothing,) * 4,
+        none,
+    )
     keys = np.zeros_like(flat)
-    return Piece(flat, keys, 0, 1, count, take, places, paints, last)
+    cuts = np.empty(0, np.int64)
+    return Piece(flat, keys, 0, 1, starts, taken, cuts, spans, places, paints, last)

@@ -14,6 +14,8 @@ from renderers.fsr.classic import SplatMode, SplatRasterizer
 from renderers.fsr.classic.kernel_set import KernelSet, best_kernels, scalar_kernels
 from renderers.fsr.classic.mode import Traversal
 from renderers.fsr.classic.painted_set import PaintedSet
+from renderers.fsr.classic.shells import kernels as shells
+from renderers.fsr.classic.shells.vector import kernels as vectors
 from renderers.fsr.classic.splat_list import list_splats
 from renderers.scene import Camera, Image, Projection, Scene, TransferFunction, Volume
 from renderers.scene.thread_team import ThreadTeam
@@ -158,11 +160,11 @@ def test_every_far_element_is_in_one_shell_and_near_ones_in_none(
     )
     assert splats.count == len(listed)
     ends = [0, *sorted(set(cuts)), 4096]
-    for kernels in (best_kernels(), scalar_kernels()):
+    for take_shell in (shells.take_shell, vectors.take_shell):
         taken: list[NDArray[np.int32]] = []
         for first, end in pairwise(ends):
             index, keys = np.full((2, splats.count + 32), -7, np.int32)
-            n = kernels.take_shell(
+            n = take_shell(
                 splats.spans, splats.lowest, splats.highest, painted.rows.shape[1],
                 painted.columns, splats.view.base, splats.view.matrix, int(projection),
                 np.float32(splats.view.low), np.float32(splats.view.keys_per_mm),

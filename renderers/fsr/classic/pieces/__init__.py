@@ -1,0 +1,1 @@
+"""Pieces of lists: their splats taken, projected and put in order."""

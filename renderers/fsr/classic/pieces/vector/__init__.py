@@ -1,0 +1,1 @@
+"""Pieces projected sixteen splats at a time."""
