@@ -13,8 +13,10 @@ from benchmarks.scenes import SubjectSource
 from benchmarks.schema import Setting
 from benchmarks.timing import measure
 from renderers.fsr import FuzzySetRenderer
-from renderers.fsr.classic import SplatMode
+from renderers.fsr.classic import SplatMode, SplatRasterizer
+from renderers.fsr.classic.film import draw_film
 from renderers.scene import Camera, Projection, image_error
+from renderers.scene.thread_team import ThreadTeam
 
 PEER = "VTK splats, depth-sorted"
 
@@ -61,6 +63,66 @@ class SplatTasks:
                     )
                 )
         return found
+
+    def in_two_stages(self, source: SubjectSource, view: str, size: int) -> list[Task]:
+        """Measure one thread that draws while another culls, against drawing alone.
+
+        As in 1995, where one process culled and another drew. Culling is hidden where
+        the two take equally long.
+        """
+        found = []
+        for mode in (SplatMode.GAUSSIAN, SplatMode.SHEET):
+            alone = f"FSR {mode.value}, drawing alone"
+            for name, is_film in (
+                (alone, False),
+                (f"FSR {mode.value}, culled meanwhile", True),
+            ):
+                found.append(
+                    self._stage(source, view, size, mode, name, alone, is_film)
+                )
+        return found
+
+    def _stage(
+        self,
+        source: SubjectSource,
+        view: str,
+        size: int,
+        mode: SplatMode,
+        name: str,
+        alone: str,
+        is_film: bool,
+    ) -> Task:
+        def draw() -> Measured:
+            renderer = self._renderers(source, 1)
+            rasterizer = SplatRasterizer(renderer.fuzzy_set, renderer.scene)
+            camera = _pinhole(source, view, size)
+            team = ThreadTeam(1)
+            if is_film:
+                views = iter(lambda: (camera, mode), None)
+                film = draw_film(rasterizer, team, views)
+                timing, image = measure(lambda: next(film), budget_s=self._budget_s)
+                film.close()
+            else:
+                splats = rasterizer.prepare(camera, mode)
+                timing, image = measure(
+                    lambda: rasterizer.draw_list(splats, team), budget_s=self._budget_s
+                )
+            culling, _ = measure(
+                lambda: rasterizer.prepare(camera, mode), budget_s=self._budget_s
+            )
+            counters = {"culling, ms": 1e3 * culling.min_s}
+            made = Measured(timing, counters=counters)
+            return self._compare(source, view, size, rgb_over_black(image.rgba), made)
+
+        return Task(
+            self._suite,
+            _case(source, view),
+            name,
+            draw,
+            _settings(size, 1) | {"series": name},
+            baseline=alone if is_film else f"FSR {mode.value}",
+            clock="wall",
+        )
 
     def _task(
         self,

@@ -46,6 +46,7 @@ class SplatsPlan:
             for view in VIEWS[:1] if self._quick else VIEWS:
                 found += self._draw.beside_vtk(source, view, SIZE)
                 found += self._draw.on_two_threads(source, view, SIZE)
+                found += self._draw.in_two_stages(source, view, SIZE)
         for size in CUBES[:1] if self._quick else CUBES:
             found += self._extraction(size)
         return found

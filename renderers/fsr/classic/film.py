@@ -4,7 +4,7 @@ As in the renderer of 1995, one process culls while another draws: here threads,
 compiled code holds no lock of the interpreter.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 
 from renderers.fsr.classic.mode import SplatMode, Traversal
@@ -19,7 +19,7 @@ def draw_film(
     team: ThreadTeam,
     views: Iterable[tuple[Camera, SplatMode]],
     traversal: Traversal = Traversal.DISTANCE,
-) -> Iterator[Image]:
+) -> Generator[Image, None, None]:
     """Draw views, culling each while the one before is drawn.
 
     Pictures are those of `SplatRasterizer.draw` to the bit. A view is taken one

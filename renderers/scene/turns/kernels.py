@@ -68,7 +68,6 @@ look: Any = intrinsic(_look)
 @njit(cache=True, nogil=True)
 def wait_for_change(shared: I64, value: int, looks: int) -> bool:
     """Look until the first element is another, so often at most; say whether it is."""
-    for _ in range(looks):
-        if look(shared) != value:
-            return True
-    return False
+    while looks > 0 and look(shared) == value:
+        looks -= 1
+    return looks > 0
