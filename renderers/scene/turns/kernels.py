@@ -4,7 +4,6 @@ A compiled function of thirty arguments takes Python five to ten microseconds to
 one thread at a time; with turns it is called once per thread and not once per part.
 """
 
-import platform
 from typing import Any
 
 import numpy as np
@@ -16,8 +15,6 @@ from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 I64 = NDArray[np.int64]
-
-_HAS_PAUSE = platform.machine().lower() in ("x86_64", "amd64")
 
 
 def _first(context: Any, builder: Any, array: Any, value: Any) -> Any:
@@ -50,7 +47,7 @@ def _look(typingctx: Any, shared: Any) -> Any:
         return None
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        if _HAS_PAUSE:
+        if builder.module.triple.startswith("x86_64"):
             kind = ir.FunctionType(ir.VoidType(), [])
             name = "llvm.x86.sse2.pause"
             pause = cgutils.get_or_insert_function(builder.module, kind, name)

@@ -1,4 +1,6 @@
+import gc
 import threading
+import time
 
 import pytest
 
@@ -46,3 +48,49 @@ def test_an_error_in_a_part_reaches_the_caller() -> None:
 def test_threads_must_be_positive() -> None:
     with pytest.raises(ValueError, match="at least one thread"):
         ThreadTeam(0)
+
+
+def test_a_team_at_work_leaves_others_to_themselves() -> None:
+    """Another thread, and a part that asks for more parts."""
+    team = ThreadTeam(2)
+
+    def more(part: int) -> list[int]:
+        return team.map(abs, range(-part, 1))
+
+    assert team.map(more, range(9)) == [list(range(n, -1, -1)) for n in range(9)]
+    found: list[list[list[int]]] = []
+    others = [
+        threading.Thread(target=lambda: found.append(team.map(more, range(50))))
+        for _ in range(3)
+    ]
+    for other in others:
+        other.start()
+    for other in others:
+        other.join(timeout=60)
+    assert found == [[list(range(n, -1, -1)) for n in range(50)]] * 3
+    team.close()
+
+
+def test_threads_end_with_their_team_and_sleep_between_maps() -> None:
+    before = threading.active_count()
+    team = ThreadTeam(3)
+    together = threading.Barrier(3, timeout=30)
+    for pause_s in (0.0, 0.05):
+        # awake or asleep, they come
+        time.sleep(pause_s)
+        assert len(team.map(lambda _: together.wait(), range(3))) == 3
+    assert threading.active_count() == before + 2
+    helpers = [t for t in threading.enumerate() if t.name == "team"][-2:]
+    del team
+    gc.collect()
+    for helper in helpers:
+        helper.join(timeout=30)
+        assert not helper.is_alive()
+
+
+def test_after_closing_the_caller_works_alone() -> None:
+    team = ThreadTeam(2)
+    assert team.map(abs, range(4)) == [0, 1, 2, 3]
+    team.close()
+    mine = threading.get_ident()
+    assert team.map(lambda _: threading.get_ident(), range(4)) == [mine] * 4

@@ -8,7 +8,15 @@ from numba import njit
 from numba.core.errors import TypingError
 from numpy.testing import assert_array_equal
 
-from renderers.simd import gather_pairs, load, rows_alike, store, unzip3, zip3
+from renderers.simd import (
+    gather_pairs,
+    load,
+    rows_alike,
+    store,
+    swapped,
+    unzip3,
+    zip3,
+)
 
 WIDTHS = (4, 8, 16, 32)
 
@@ -80,3 +88,24 @@ def test_rows_are_alike(rows: int) -> None:
     out = np.zeros(4 * rows, np.float32)
     alike(x, out)
     assert_array_equal(out, np.tile(x, rows))
+
+
+@pytest.mark.parametrize("step", [1, 2, 4])
+def test_lanes_are_swapped_with_those_a_step_away(step: int) -> None:
+    @njit
+    def swap(x: Any, out: Any) -> None:
+        store(out, 0, swapped(load(x, 0, 8), step))
+
+    x = np.arange(8, dtype=np.int64)
+    out = np.zeros_like(x)
+    swap(x, out)
+    assert_array_equal(out, x ^ step)
+
+
+def test_lanes_are_not_swapped_with_those_beyond_the_last() -> None:
+    @njit
+    def swap(x: Any) -> None:
+        store(x, 0, swapped(load(x, 0, 4), 4))
+
+    with pytest.raises(TypingError):
+        swap(np.zeros(4, np.int64))

@@ -15,6 +15,7 @@ from renderers.simd import (
     load,
     load_where,
     prefetch,
+    spread,
     store,
     store_packed,
     store_where,
@@ -149,3 +150,25 @@ def _ahead(x: Any, index: Any) -> Any:
 def test_asking_for_memory_never_fails(index: int) -> None:
     for dtype in (np.float32, np.int64, np.uint8):
         assert _ahead(np.full(8, 3, dtype), index) == 3
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64, np.int32, np.int64])
+def test_one_element_is_spread_over_all_lanes(dtype: Any) -> None:
+    @njit
+    def run(x: Any, index: Any, out: Any) -> None:
+        store(out, 0, spread(x, index, 8))
+
+    x = np.arange(20).reshape(4, 5).astype(dtype)
+    out = np.zeros(8, dtype)
+    run(x, 13, out)
+    np.testing.assert_array_equal(out, np.full(8, 13, dtype))
+
+
+def test_lines_of_unlike_arrays_are_asked_for_by_one_kernel() -> None:
+    @njit
+    def run(x: Any, n: Any) -> Any:
+        prefetch(x, 0)
+        prefetch(n, 10**6)
+        return x[0] + n[0]
+
+    assert run(np.ones(4, np.float32), np.ones(4, np.int32)) == 2
