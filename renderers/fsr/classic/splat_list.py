@@ -129,7 +129,7 @@ def list_splats(
         lowest,
         highest,
         begins,
-        split_near(painted.places[here], painted.paints[here], view, sigma_mm),
+        split_near(here, painted.places, painted.paints, view, sigma_mm),
         near_mm,
         _shell_ends(bins, sheets),
         sheets,

@@ -48,16 +48,6 @@ def depth_of(dx: Real, dy: Real, dz: Real, m: F32, flat: bool) -> Any:
     return np.float32(math.sqrt(x * x + y * y + z * z))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def depths_of_places(
-    places: F32, base: F32, matrix: F32, flat: bool, depths: F32
-) -> None:
-    """Give the depths of single places."""
-    for s in range(depths.shape[0]):
-        dx, dy, dz = places[s, 0] - base[0], places[s, 1] - base[1], places[s, 2]
-        depths[s] = depth_of(dx, dy, dz - base[2], matrix, flat)
-
-
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _gather_sets(waiting: I32) -> None:
     """Turn zeros and ones of blocks into sets, see `find_waiting`."""

@@ -1,0 +1,1 @@
+"""Splats near an eye, cut into smaller ones."""
