@@ -21,6 +21,11 @@ from renderers.fsr.scope.scratch import lined_up
 from renderers.scene.thread_team import ThreadTeam
 
 PEAK_ROWS = 1024
+
+LEAST_SHARED = 1 << 15
+"""Fewer splats are put in order by one thread: two write into the same lines of the
+cache."""
+
 _EDGE = math.exp(-0.5 * CUT**2)
 FOOTPRINT_SUM = 2 * math.pi * (1 - _EDGE * (1 + 0.5 * CUT**2)) / (1 - _EDGE)
 """Integral of the edge-subtracted footprint, in squared sigmas."""
@@ -105,7 +110,8 @@ class ProjectedSplats:
                 self.ranges,
             )
 
-        team.map(place, range(min(team.threads, piece.parts)))
+        helped = self.visible >= LEAST_SHARED and piece.parts > 1
+        team.map(place, range(team.threads if helped else 1))
 
     def _make_room(self, room: int) -> None:
         self.records: NDArray[np.float32] = lined_up(room * RECORD)
