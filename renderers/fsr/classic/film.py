@@ -4,8 +4,9 @@ As in the renderer of 1995, one process culls while another draws: here threads,
 compiled code holds no lock of the interpreter.
 """
 
-from collections.abc import Generator, Iterable
+from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 
 from renderers.fsr.classic.mode import SplatMode, Traversal
 from renderers.fsr.classic.rasterizer import SplatRasterizer
@@ -20,17 +21,30 @@ def draw_film(
     views: Iterable[tuple[Camera, SplatMode]],
     traversal: Traversal = Traversal.DISTANCE,
 ) -> Generator[Image, None, None]:
-    """Draw views, culling each while the one before is drawn.
+    """Draw views, culling each while the tiles of the one before are drawn.
 
-    Pictures are those of `SplatRasterizer.draw` to the bit. A view is taken one
-    picture ahead.
+    Culling is half Python, of which there runs one thread at a time: begun earlier it
+    would hold up what leads to the tiles. Pictures are those of `SplatRasterizer.draw`
+    to the bit. A view is taken one picture ahead.
     """
+    coming = iter(views)
     with ThreadPoolExecutor(1, thread_name_prefix="culling") as culling:
-        next_: Future[SplatList] | None = None
-        for camera, mode in views:
-            culled = next_
-            next_ = culling.submit(rasterizer.prepare, camera, mode, traversal)
-            if culled is not None:
-                yield rasterizer.draw_list(culled.result(), team)
-        if next_ is not None:
-            yield rasterizer.draw_list(next_.result(), team)
+
+        def cull(view: tuple[Camera, SplatMode]) -> Future[SplatList]:
+            return culling.submit(rasterizer.prepare, *view, traversal)
+
+        view = next(coming, None)
+        waiting = [cull(view)] if view is not None else []
+        while waiting:
+            splats = waiting.pop().result()
+            view = next(coming, None)
+            begin = None
+            if view is not None:
+                begin = partial(_put, waiting, partial(cull, view))
+            yield rasterizer.draw_list(splats, team, meanwhile=begin)
+
+
+def _put(
+    waiting: list[Future[SplatList]], begin: Callable[[], Future[SplatList]]
+) -> None:
+    waiting.append(begin())

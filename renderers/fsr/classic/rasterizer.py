@@ -7,6 +7,7 @@ to far in tiles, so that a tile is done when no light is left.
 
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,9 @@ from renderers.scene.thread_team import ThreadTeam
 
 LEAST_LIGHT = 1 / 1024
 """Light below which a square of pixels takes no more: a quarter of a code."""
+
+MANY = 500
+"""Splats that take long enough to draw for others to make use of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,14 +114,16 @@ class SplatRasterizer:
         *,
         with_depth: bool = False,
         limit_mm: NDArray[np.float32] | None = None,
+        meanwhile: Callable[[], object] | None = None,
     ) -> Image:
         """Composite a list: the second stage. Bits do not depend on the team's size.
 
         with_depth: find for every pixel the depth by which half of the light is gone,
         along the ray, or along the axis in an orthographic view. limit_mm: ``(h, w)``
         depth of something opaque, infinite where there is nothing; splats behind it
-        are hidden per pixel. Raises ValueError where that does not fit the camera, and
-        for a picture of too many pixels.
+        are hidden per pixel. meanwhile: is called once, before tiles are drawn: what
+        another thread then does in Python holds nothing up. Raises ValueError where
+        limits do not fit the camera, and for a picture of too many pixels.
         """
         size = splats.camera.height, splats.camera.width
         down, across = tile_grid(*size)
@@ -145,11 +151,16 @@ class SplatRasterizer:
             clock.passed("project")
             self._splats.order(piece, team)
             clock.passed("order")
+            if meanwhile and self._splats.visible >= MANY:
+                meanwhile()
+                meanwhile = None
             fragments += self._draw_piece(piece, splats, canvas, team)
             clock.passed("draw")
             visible += self._splats.visible
             if not self._tiles.alive.any():
                 break
+        if meanwhile:
+            meanwhile()
         self.counters = {
             "listed": splats.count,
             "visible": visible,
