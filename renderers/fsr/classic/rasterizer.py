@@ -23,6 +23,7 @@ from renderers.fsr.classic.splat_list import SplatList, list_splats
 from renderers.fsr.classic.taken_splats import Piece, TakenSplats
 from renderers.fsr.classic.tiles import MOST_TILES, TILE_SIDE
 from renderers.fsr.fuzzy_set import FuzzySet
+from renderers.fsr.tile_grid import tile_grid
 from renderers.scene import Camera, Image, Scene
 from renderers.scene.thread_team import ThreadTeam
 
@@ -126,7 +127,7 @@ class SplatRasterizer:
         limits do not fit the camera, and for a picture of too many pixels.
         """
         size = splats.camera.height, splats.camera.width
-        down, across = tile_grid(*size)
+        down, across = tile_grid(*size, (TILE_SIDE, TILE_SIDE), MOST_TILES)
         if limit_mm is not None and limit_mm.shape != size:
             raise ValueError(
                 f"depth limits of shape {limit_mm.shape} do not fit a picture of "
@@ -217,17 +218,3 @@ class SplatRasterizer:
         if scratch is None or scratch.items.shape[1] < splats:
             scratch = self._local.scratch = TileScratch(splats)
         return scratch
-
-
-def tile_grid(height: int, width: int) -> tuple[int, int]:
-    """Give the tiles down and across a picture.
-
-    Raises ValueError for a picture of more than `MOST_TILES` either way.
-    """
-    down, across = -(-height // TILE_SIDE), -(-width // TILE_SIDE)
-    if max(down, across) > MOST_TILES:
-        raise ValueError(
-            f"a picture may have {MOST_TILES * TILE_SIDE} x "
-            f"{MOST_TILES * TILE_SIDE} pixels, got {width} x {height}"
-        )
-    return down, across

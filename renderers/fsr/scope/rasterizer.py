@@ -32,6 +32,7 @@ from renderers.fsr.scope.tiles import (
     tile_by_tile,
 )
 from renderers.fsr.surfels import extract_surfels
+from renderers.fsr.tile_grid import tile_grid
 from renderers.fsr.visibility import BlockBounds, Standpoint, VisibleSets
 from renderers.scene import Camera, GBuffer, Projection, Volume
 from renderers.scene.deflection import Deflection, deflected_distance
@@ -155,7 +156,7 @@ class SurfelRasterizer:
         )
         table = camera.lens_table()
         rays = self._tile_rays(table)
-        down, across = tile_grid(height, width)
+        down, across = tile_grid(height, width, (TILE_HEIGHT, TILE_WIDTH), MOST_TILES)
         records = self._records.reshape(-1)
 
         def draw(tile: int) -> tuple[int, int, int]:
@@ -302,7 +303,9 @@ class SurfelRasterizer:
         """Lay rays out as `tile_by_tile` does, once a lens."""
         if table is not self._table:
             height, width = table.shape[:2]
-            down, across = tile_grid(height, width)
+            down, across = tile_grid(
+                height, width, (TILE_HEIGHT, TILE_WIDTH), MOST_TILES
+            )
             size = down * across * SQUARES * RAY
             self._rays = lined_up(size).reshape(down * across, SQUARES * RAY)
             self._rays[:] = tile_by_tile(table, down, across)
@@ -314,17 +317,3 @@ class SurfelRasterizer:
         if scratch is None or len(scratch.items) < listed + SQUARE:
             scratch = self._local.scratch = TileScratch(len(self._ranges))
         return scratch
-
-
-def tile_grid(height: int, width: int) -> tuple[int, int]:
-    """Give the tiles down and across a picture.
-
-    Raises ValueError for a picture of more than `MOST_TILES` either way.
-    """
-    down, across = -(-height // TILE_HEIGHT), -(-width // TILE_WIDTH)
-    if max(down, across) > MOST_TILES:
-        raise ValueError(
-            f"a picture may have {MOST_TILES * TILE_WIDTH} x "
-            f"{MOST_TILES * TILE_HEIGHT} pixels, got {width} x {height}"
-        )
-    return down, across
