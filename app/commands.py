@@ -315,8 +315,19 @@ def bench(
 
 
 @app.command
-def doctor(*, json: Json = False) -> int:
-    """Say what this machine can do and what is missing."""
+def doctor(*, device: str | None = None, json: Json = False) -> int:
+    """Say what this machine can do and what is missing, or whether an arm is well.
+
+    Parameters
+    ----------
+    device
+        Look at the MicroScribe on this serial port instead, such as /dev/ttyUSB0,
+        while its joints are moved: encoders, line, clock.
+    """
+    if device is not None:
+        from app.arm_check import run_arm_check
+
+        return run_arm_check(device, as_json=json)
     from app.doctor import run_doctor
 
     return run_doctor(as_json=json)

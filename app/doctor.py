@@ -36,13 +36,16 @@ class Finding:
 
 def run_doctor(*, as_json: bool) -> int:
     """Print the findings; 1 when something required is missing."""
-    findings = examine()
+    return tell("This machine", examine(), as_json=as_json)
+
+
+def tell(title: str, findings: list[Finding], *, as_json: bool) -> int:
+    """Print findings as a table or as JSON; 1 when something required is missing."""
     missing = [f.name for f in findings if f.is_missing]
     if as_json:
         print_json({"findings": [asdict(f) for f in findings], "missing": missing})
     else:
-        rows = [(f.name, _told(f)) for f in findings]
-        print_table("This machine", rows)
+        print_table(title, [(f.name, _told(f)) for f in findings])
         if missing:
             print(f"Required and missing: {', '.join(missing)}.")
         else:

@@ -246,20 +246,7 @@ class MicroScribe(Closing):
     @property
     def counters(self) -> dict[str, int]:
         """Get what went wrong on the line so far, by name."""
-        session, sampler = self._keeper.link.session, self._keeper.sampler
-        packets = session.counters
-        return {
-            "packets": packets.packets,
-            "framing": packets.framing,
-            "noise": packets.noise,
-            "suspect": packets.suspect,
-            "stray": session.stray,
-            "missed": sampler.missed,
-            "recoveries": sampler.recoveries,
-            "losses": self._keeper.losses,
-            "refused": sampler.tracker.refused,
-            "jumps": sampler.tracker.jumps,
-        }
+        return self._keeper.counters
 
     def read(self, timeout_s: float) -> Pose:
         """Return the next pose, none lost.

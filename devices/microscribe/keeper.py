@@ -96,6 +96,24 @@ class ArmKeeper:
         self._known: frozenset[str] = frozenset()
         self._retry_s = FIRST_RETRY_S
 
+    @property
+    def counters(self) -> dict[str, int]:
+        """Get what went wrong on the line so far, by name."""
+        session, sampler = self.link.session, self.sampler
+        packets = session.counters
+        return {
+            "packets": packets.packets,
+            "framing": packets.framing,
+            "noise": packets.noise,
+            "suspect": packets.suspect,
+            "stray": session.stray,
+            "missed": sampler.missed,
+            "recoveries": sampler.recoveries,
+            "losses": self.losses,
+            "refused": sampler.tracker.refused,
+            "jumps": sampler.tracker.jumps,
+        }
+
     def step(self, patience_s: float = 0.0) -> list[Pose]:
         """Poll, wait for the stream or look for the arm; return the poses.
 

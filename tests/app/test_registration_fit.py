@@ -3,7 +3,6 @@
 Time is moved by the reader, so that half a minute of registering takes seconds.
 """
 
-from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,44 +19,16 @@ from app.registration_fit import (
     fit_registration,
 )
 from app.registration_walk import RegistrationWalk
-from app.rehearsed_arm import RehearsedTruth, rehearsed_line, rehearsed_truth
+from app.rehearsed_arm import rehearsed_line, rehearsed_truth
 from app.skin import Skin
-from devices import Pose, ProbePath, RegistrationError, RegistrationReason
+from devices import RegistrationError, RegistrationReason
 from devices.microscribe.emulator_memory import DrivenClock
-from devices.microscribe.link import ArmDescription, ArmLink
-from devices.microscribe.sampler import ArmSampler
 from devices.microscribe.uncertainty import ParameterSpread
 from devices.registration_file import RegistrationRecord
 from devices.rehearsal import rehearse
 from devices.target_error import BUDGET_MM
 from scenarios import load_scenario
-
-PERIOD_S = 0.01
-
-
-class DrivenArm:
-    """The driver's link and sampler on the emulated line, without threads."""
-
-    def __init__(self, truth: RehearsedTruth, path: ProbePath) -> None:
-        self._clock = DrivenClock()
-        line = rehearsed_line(truth, path, self._clock)
-        link = ArmLink(line.open_port(), clock=self._clock)
-        self._sampler = ArmSampler(link, (115200,))
-        self._poses: deque[Pose] = deque()
-
-    @property
-    def description(self) -> ArmDescription:
-        return self._sampler.description
-
-    def read(self, timeout_s: float) -> Pose:
-        until = self._clock.now() + timeout_s
-        while not self._poses:
-            if self._clock.now() > until:
-                raise TimeoutError("the arm said nothing")
-            begun = self._clock.now()
-            self._poses += self._sampler.next_poses()
-            self._clock.sleep_until(begun + PERIOD_S)
-        return self._poses.popleft()
+from tests.devices.driven_arm import DrivenArm
 
 
 class Silent:
@@ -100,7 +71,7 @@ def _run(room: Room, spread: ParameterSpread, seed: int, *, trace: bool = True) 
     raster = room.skin.raster() if trace else None
     path = rehearse(points, pivot_mm=points[0], traced_mm=raster, seed=seed)
     truth = rehearsed_truth(path, spread, seed)
-    arm = DrivenArm(truth, path)
+    arm = DrivenArm(rehearsed_line(truth, path, DrivenClock()))
     walk = RegistrationWalk(arm, Silent())
     pivot = walk.pivot(along_axis=True)
     held = walk.touch(list(room.landmarks))
@@ -173,7 +144,7 @@ def test_swapped_cheeks_are_named(room: Room) -> None:
     points = np.stack(list(room.landmarks.values()))
     path = rehearse(points[[0, 2, 1, 3]], seed=2)
     truth = rehearsed_truth(path, ParameterSpread(), 2)
-    arm = DrivenArm(truth, path)
+    arm = DrivenArm(rehearsed_line(truth, path, DrivenClock()))
     held = RegistrationWalk(arm, Silent()).touch(list(room.landmarks))
     touched = Touched(held, np.zeros((0, 3)), None)
     with pytest.raises(
@@ -195,7 +166,7 @@ def test_landmarks_close_together_cannot_serve_a_far_target(room: Room) -> None:
     near = dict(zip("abcd", points, strict=True))
     path = rehearse(points, seed=3)
     truth = rehearsed_truth(path, ParameterSpread(), 3)
-    arm = DrivenArm(truth, path)
+    arm = DrivenArm(rehearsed_line(truth, path, DrivenClock()))
     held = RegistrationWalk(arm, Silent()).touch(list(near))
     far = {"vertebra": np.array([0.0, 130.0, -20.0])}
     with pytest.raises(RegistrationError, match="'vertebra'") as caught:
@@ -213,7 +184,7 @@ def test_landmarks_close_together_cannot_serve_a_far_target(room: Room) -> None:
 def test_a_known_tip_has_no_error_of_its_own(room: Room) -> None:
     path = rehearse(np.stack(list(room.landmarks.values())), seed=4)
     truth = rehearsed_truth(path, ParameterSpread(), 4)
-    arm = DrivenArm(truth, path)
+    arm = DrivenArm(rehearsed_line(truth, path, DrivenClock()))
     errors = arm_errors(arm.description, ParameterSpread(), None)
     assert not errors.tip_mm.any()
     assert not errors.tip_covariance.any()

@@ -1,0 +1,56 @@
+"""The driver's blocking half on an emulated line whose time the reader moves."""
+
+from collections import deque
+
+from devices import Pose
+from devices.microscribe.emulator_memory import DrivenClock, MemoryLine
+from devices.microscribe.keeper import ArmKeeper, ArmSettings
+from devices.microscribe.link import ArmDescription
+from devices.microscribe.sampler import HomeState
+
+PERIOD_S = 0.01
+
+
+class DrivenArm:
+    """What `MicroScribe` shows of an arm, without its thread and without waiting."""
+
+    def __init__(self, line: MemoryLine) -> None:
+        clock = line.clock
+        assert isinstance(clock, DrivenClock)
+        self._clock = clock
+        settings = ArmSettings(rates=(115200,), poll_hz=1.0 / PERIOD_S)
+        self._keeper = ArmKeeper(line.open_port(), settings, None, clock)
+        self._poses: deque[Pose] = deque()
+
+    @property
+    def description(self) -> ArmDescription:
+        return self._keeper.sampler.description
+
+    @property
+    def home_state(self) -> HomeState:
+        return self._keeper.sampler.home_state
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        return self._keeper.sampler.tracker.counts
+
+    @property
+    def frozen_joints(self) -> tuple[int, ...]:
+        return self._keeper.sampler.tracker.watch.frozen
+
+    @property
+    def clock_drift(self) -> float:
+        return self._keeper.sampler.tracker.alignment.drift
+
+    @property
+    def counters(self) -> dict[str, int]:
+        return self._keeper.counters
+
+    def read(self, timeout_s: float) -> Pose:
+        until = self._clock.now() + timeout_s
+        while not self._poses:
+            if self._clock.now() > until:
+                raise TimeoutError("the arm said nothing")
+            self._poses += self._keeper.step()
+            self._clock.sleep_until(self._keeper.due_s)
+        return self._poses.popleft()
