@@ -145,11 +145,6 @@ def encode_blood(fraction: NDArray[np.float64]) -> NDArray[np.uint8]:
     return np.floor(255 * root + 0.5).astype(np.uint8)
 
 
-def decode_blood(stored: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """Give the blood fractions that `encode_blood` stored."""
-    return (stored.astype(np.float64) / 255) ** 2
-
-
 _LABELLED = {
     "air": AIR_LABELS,
     "mucosa": (Label.MUCOSA,),

@@ -15,7 +15,6 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from devices.registration_error import RegistrationError, RegistrationReason
@@ -44,34 +43,6 @@ class Surface(Protocol):
     def normal(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the gradient (n, 3) of the distance there, about unit length."""
         ...
-
-
-class PointSurface:
-    """A surface known by points and their normals: nearest point, tangent plane."""
-
-    def __init__(
-        self, points: NDArray[np.float64], normals: NDArray[np.float64]
-    ) -> None:
-        """Take points (m, 3), mm, and unit normals (m, 3) away from the air."""
-        if points.shape != normals.shape or points.ndim != 2 or not len(points):
-            raise ValueError(
-                f"a surface needs as many normals as points, got {normals.shape} for "
-                f"{points.shape}"
-            )
-        self._points, self._normals = points, normals
-        self._tree = cKDTree(points)
-
-    def distance(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return signed distances (n,), mm, of points (n, 3); negative in air."""
-        nearest = self._tree.query(points)[1]
-        off = points - self._points[nearest]
-        distances: NDArray[np.float64] = np.sum(off * self._normals[nearest], axis=1)
-        return distances
-
-    def normal(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the normals (n, 3) of the nearest points."""
-        normals: NDArray[np.float64] = self._normals[self._tree.query(points)[1]]
-        return normals
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -107,17 +107,6 @@ class MicroScribeEmulator:
         """Open the port of that name; raise DeviceError if that cannot be."""
         return SerialPort(name)
 
-    def wait_for_port(self, timeout_s: float = READY_S) -> str:
-        """Return the port's new name once the arm was plugged in elsewhere.
-
-        Raises TimeoutError when that did not happen in time.
-        """
-        ready = self._announcement(timeout_s)
-        if ready is None:
-            raise TimeoutError(f"the arm was not plugged in within {timeout_s:g} s")
-        self.port_name = ready["port"]
-        return self.port_name
-
     def stop(self) -> None:
         """End the child and wait for it; harmless when repeated."""
         for pipe in (self._child.stdin, self._child.stdout, self._child.stderr):

@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from devices.registration_error import RegistrationError, RegistrationReason
 from devices.rigid_fit import fit_rigid
-from devices.surface_registration import Landmarks, PointSurface, refine
+from devices.surface_registration import Landmarks, refine
 
 RADII = np.array([70.0, 90.0, 110.0])
 
@@ -91,16 +91,6 @@ def test_a_lifted_stylus_is_outweighed() -> None:
     assert _off(lifted.world_from_device) < _off(clean.world_from_device) + 0.1
 
 
-def test_a_cloud_of_points_serves_as_surface() -> None:
-    cloud = _on_ellipsoid(40000, 2)
-    surface = PointSurface(cloud, Ellipsoid().normal(cloud))
-    start, landmarks = _landmarks(0.5, 6)
-    traced = _into_device(_on_ellipsoid(100, 7))
-    dense = refine(start, landmarks, traced, surface, 0.1)
-    exact = refine(start, landmarks, traced, Ellipsoid(), 0.1)
-    assert abs(_off(dense.world_from_device) - _off(exact.world_from_device)) < 0.03
-
-
 def test_without_a_trace_the_covariances_alone_decide() -> None:
     start, landmarks = _landmarks(0.5, 8)
     none = np.zeros((0, 3))
@@ -136,5 +126,3 @@ def test_poor_traces_are_refused() -> None:
         refine(start, landmarks, elsewhere, Ellipsoid(), 0.1)
     with pytest.raises(ValueError, match="need the surface"):
         refine(start, landmarks, elsewhere, None, 0.1)
-    with pytest.raises(ValueError, match="as many normals"):
-        PointSurface(np.zeros((3, 3)), np.zeros((2, 3)))
