@@ -144,11 +144,14 @@ def test_depth_agrees_with_rays_into_the_deformed_field(
     seen = np.any(camera.lens_table() != 0, axis=-1)
     assert np.all(g.coverage[seen] == 1), "no holes"
     field = deflected_distance(hollow, deflection)
+    # every other row and column: rays through the deformed field are slow
+    asked = np.zeros_like(seen)
+    asked[::2, ::2] = seen[::2, ::2]
     origin, ray = camera.rays()
     t = np.arange(0.0, 14.0, 0.02)
-    points = origin[seen][:, None] + t[:, None] * ray[seen][:, None]
+    points = origin[asked][:, None] + t[:, None] * ray[asked][:, None]
     depth = t[np.argmax(field.sample(points) > 0, axis=1)]
-    off = np.abs(g.depth_mm[seen] - depth)
+    off = np.abs(g.depth_mm[asked] - depth)
     assert np.median(off) < 0.03
     # silhouettes grow by a fraction of a disc
     assert np.mean(off > 0.5) < (0.06 if name == "cut" else 0.02)

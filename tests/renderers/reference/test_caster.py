@@ -201,7 +201,7 @@ def test_a_ray_through_a_gap_loses_what_the_gap_is_long() -> None:
     scene = constant_scene(0.05)
     cut = Cut(np.zeros(3), 6.0, np.array([0.0, 1.0, 0.0]), 1.0)
     camera = single_ray(np.array([0.0, -30, 0]), np.zeros(3))
-    alpha = render_reference(scene, camera, 0.002, deflection=Deflection((cut,)))
+    alpha = render_reference(scene, camera, 0.006, deflection=Deflection((cut,)))
     half = 0.0
     for _ in range(100):
         half = (1 - (half / 6) ** 2) ** 2

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -32,11 +33,16 @@ def camera_of(projection: Projection, size: int = 48) -> Camera:
     )
 
 
+# Cutting a large mesh up takes longer than drawing it, so that equal ones are one.
+
+
+@cache
 def sphere(radius: float, subdivisions: int) -> Mesh:
     solid = trimesh.creation.icosphere(subdivisions=subdivisions, radius=radius)
     return Mesh(np.asarray(solid.vertices), np.asarray(solid.faces, dtype=np.int32))
 
 
+@cache
 def plate(half: float) -> Mesh:
     corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) * half
     return Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32))
