@@ -7,8 +7,17 @@ from pathlib import Path
 import numpy as np
 
 from devices.microscribe import MicroScribe, MicroScribeEmulator
-from devices.microscribe.driver import SerialPorts
+from devices.microscribe.driver import SerialPort, SerialPorts
 from scenarios import Scenario
+
+
+def demand_port(device: str | None) -> None:
+    """Raise DeviceError for a serial port that cannot be opened; None is no port.
+
+    Asked before anything slow begins. A port at the far end of a network is left alone.
+    """
+    if device is not None and "://" not in device:
+        SerialPort(device).close()
 
 
 @contextmanager

@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from app.arm import open_arm
+from app.arm import demand_port, open_arm
 from app.device_log import DeviceLog
 from app.endoscope_view import Frame
 from app.faults import DeviceLostError
@@ -59,6 +59,7 @@ def run_demo(options: DemoOptions, *, as_json: bool) -> int:
     """Run the demonstration; 1 when the replay differs from the flight."""
     if options.size % 2:
         raise ValueError(f"--size must be even, for the film; got {options.size}.")
+    demand_port(options.device)
     scenario, folder = load_scenario(options.scenario)
     path_file = folder / scenario.path
     path = load_probe_path(path_file)

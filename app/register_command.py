@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from app.arm import demand_port
 from app.operating_room import prepare_room
 from app.registering import head_of
 from app.registration_fit import Touched, describe_registration, fit_registration
@@ -115,6 +116,7 @@ def _check(options: RegisterOptions) -> None:
     """Refuse bad options before anybody has touched anything."""
     if options.emulated == (options.device is not None):
         raise ValueError("Give either --device with the arm's port or --emulated.")
+    demand_port(options.device)
     if options.out.suffix != ".json":
         raise ValueError(f"--out must name a .json file, got {options.out}.")
     if not options.out.absolute().parent.is_dir():

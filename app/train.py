@@ -45,6 +45,7 @@ def run_train(
     Raises ValueError for bad input, ToldError where no window can open, the device's
     error when the arm fails, KeyboardInterrupt after Ctrl-C.
     """
+    from app.arm import demand_port
     from app.inputs import choose_input
     from app.pose_stream import listening_address
     from devices import load_probe_path
@@ -60,6 +61,7 @@ def run_train(
     path = load_probe_path(path_file)
     stream = None if stream_igtl is None else listening_address(stream_igtl)
     flown = choose_input(input, device, exercise, path, path_file, registration, roll)
+    demand_port(device)
     graphics = probe_window()
     if not graphics.works:
         raise ToldError(graphics.problem)

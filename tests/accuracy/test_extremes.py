@@ -56,7 +56,10 @@ def test_the_coarsest_voxels_make_sense(parameters: PhantomParameters) -> None:
     check(build_phantom(parameters, COARSEST_MM))
 
 
-@pytest.mark.parametrize("parameters", HEADS)
+@pytest.mark.parametrize(
+    "parameters",
+    [*HEADS[2:], *(pytest.param(p, marks=pytest.mark.slow) for p in HEADS[:2])],
+)
 def test_heads_at_the_ends_of_their_ranges_do_not_leak(
     parameters: PhantomParameters,
 ) -> None:

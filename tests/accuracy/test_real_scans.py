@@ -94,6 +94,7 @@ def head(ct: Scan) -> ImportedHead:
     return import_head(ct, 0.7)
 
 
+@pytest.mark.slow  # tests/anatomy/test_dicom.py does so with a tilted, uneven made head
 @needs_ct
 def test_every_voxel_is_where_its_slice_was(tmp_path: Path) -> None:
     """Pixels that hold their own coordinate, on the real tilted, uneven slices.

@@ -145,13 +145,20 @@ def test_unreadable_volume(
     assert not (tmp_path / "a.png").exists()
 
 
-def test_no_such_port(
-    short_scenario: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("command", ["demo", "register", "train", "doctor"])
+def test_no_such_port_is_told_before_anything_slow_begins(
+    command: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    words = ["demo", "--device", "/dev/ttyNOTHING", "--out", str(tmp_path / "out")]
-    words += ["--size", "32", "--scenario", str(short_scenario)]
-    assert main(words) == 1
-    assert "/dev/ttyNOTHING" in told(capsys)
+    monkeypatch.chdir(tmp_path)
+    assert main([command, "--device", "/dev/ttyNOTHING"]) == 1
+    said = capsys.readouterr()
+    assert said.out == ""
+    (line,) = said.err.splitlines()
+    assert "serial port /dev/ttyNOTHING cannot be opened" in line
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_folder_in_use_is_not_shared(

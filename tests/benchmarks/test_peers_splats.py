@@ -20,7 +20,7 @@ CAMERA = Camera.looking_at(
 )  # fmt: skip
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def peer() -> Iterator[PeerProcess]:
     process = PeerProcess("benchmarks.peers_splats")
     yield process

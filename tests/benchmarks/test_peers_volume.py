@@ -43,7 +43,7 @@ def solid(center_mm: tuple[float, float, float], kappa: float) -> Scene:
     return Scene(volume, transfer, lights=(), material=plain)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def peer() -> Iterator[PeerProcess]:
     process = PeerProcess("benchmarks.peers_volume")
     yield process
