@@ -12,12 +12,11 @@ import pytest
 ROOT = Path(__file__).parents[2]
 
 DRAW = """
-import hashlib, sys
-sys.path.insert(0, "tests/renderers/art")
-from conftest import make_scene
+import hashlib
 from renderers.art import ActiveRayTracer, Quality
 from renderers.art.kernel_set import packet_kernels
 from renderers.scene import Camera, Projection
+from tests.scenes import make_scene
 
 scene = make_scene()
 centre = scene.volume.center_mm

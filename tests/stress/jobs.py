@@ -20,7 +20,8 @@ from renderers.art.saved_work import ENDING, unwrap
 from renderers.art.spool import JobState, JobStatus, Spool
 from renderers.art.team import traced_camera
 from renderers.art.worker import run_worker
-from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
+from renderers.scene import Camera, Projection, Scene
+from tests.scenes import rough_scene
 from tests.stress.doomed import Order, Outcome
 
 LEASE_S = 0.05
@@ -31,14 +32,7 @@ SIZE = (150, 130)
 
 def small_scene() -> Scene:
     """Make noise seen through thin and thick extinction."""
-    values = np.random.default_rng(4).integers(-300, 300, (20, 24, 28), np.int16)
-    volume = Volume(values, np.array([0.5, 0.5, 0.8]), np.array([-7.0, -6, -8]))
-    transfer = TransferFunction(
-        np.array([0.0, 100, 300]),
-        np.array([[1.0, 0.5, 0.2], [0.2, 0.9, 0.4], [1, 1, 1]]),
-        np.array([0.0, 0.02, 0.5]),
-    )
-    return Scene(volume, transfer)
+    return rough_scene((20, 24, 28), (-7, -6, -8))
 
 
 class Job:
