@@ -168,6 +168,11 @@ def load_view(path: Path) -> ViewFile:
     try:
         view.to_camera()
         to_deflection(view.deflectors)
+        if view.instruments and isinstance(view.look, ClassicLook):
+            raise ValueError(
+                "mode classic draws no instruments, and the view places "
+                f"{len(view.instruments)}; leave them out, or look in mode scope"
+            )
     except ValueError as error:
         raise ValueError(f"The view file {path} is not valid: {error}") from error
     head = view.head

@@ -42,17 +42,14 @@ def test_displaced_splats_show_what_bent_rays_see(phantom: Phantom, name: str) -
         ActiveRayTracer(scene),
     )
     for view in VIEWS:
-        met, found = (
-            rays.gbuffer(turbinate_camera(view)),
-            splats.gbuffer(turbinate_camera(view)),
-        )
+        camera = turbinate_camera(view)
+        met, found = rays.gbuffer(camera), splats.gbuffer(camera)
         assert rays.report is not None
         assert rays.report.counters["bent"] > 0
         wanted, gain = turbinate_picture(deformed, met, None, view)
         picture, _ = turbinate_picture(deformed, found, gain, view)
-        still, _ = turbinate_picture(
-            scene, straight.gbuffer(turbinate_camera(view)), gain, view
-        )
+        unmoved = straight.gbuffer(camera)
+        still, _ = turbinate_picture(scene, unmoved, gain, view)
         assert rmse_codes(still, wanted) > 11, "it moves"
         assert ssim(picture, wanted) >= 0.97, view
         assert rmse_codes(picture, wanted) <= 7.0, view
@@ -79,9 +76,8 @@ def test_deformed_tissue_looks_the_same_by_splats_and_by_rays(
     met = ActiveRayTracer(deformed).gbuffer(camera)
     wanted, gain = turbinate_picture(deformed, met, None)
     picture, _ = turbinate_picture(deformed, found, gain)
-    still, _ = turbinate_picture(
-        scene, ActiveRayTracer(scene).gbuffer(turbinate_camera()), gain
-    )
+    unmoved = ActiveRayTracer(scene).gbuffer(camera)
+    still, _ = turbinate_picture(scene, unmoved, gain)
     splats.close()
     assert rmse_codes(still, wanted) > 11, "it moves"
     assert ssim(picture, wanted) >= 0.95
