@@ -82,6 +82,7 @@ class EmulatorServer:
         self._announce = announce
         self._idle = idle
         self._plugged = True
+        self._generation = arm.generation
         self._stopped = False
         self._wake_read, self._wake_write = os.pipe()
         self._thread = threading.Thread(target=self._run_in_thread, name="emulator")
@@ -165,8 +166,16 @@ class EmulatorServer:
         said = arm.speak(now, rate)
         if said and self._plugged:
             port.write(said)
+        self._follow_plug()
+
+    def _follow_plug(self) -> None:
+        arm = self.arm
+        if arm.plugged and self._plugged and arm.generation != self._generation:
+            # out and in again between two looks
+            self._move_plug(False)
         if arm.plugged != self._plugged:
             self._move_plug(arm.plugged)
+        self._generation = arm.generation
 
     def _move_plug(self, plugged: bool) -> None:
         self._plugged = plugged

@@ -148,10 +148,10 @@ def test_replay_checks_every_frame(
 def test_unplugging_in_flight_keeps_the_recording(
     coarse_scenario: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    # seconds after the first poll: the fiducials take about seven
+    # ten seconds after the first poll: the fiducials take about seven
     status = main(
         [
-            *f"demo --size {SIZE} --ranks 1 --fault unplug@8.5".split(),
+            *f"demo --size {SIZE} --ranks 1 --fault unplug@10".split(),
             *("--scenario", str(coarse_scenario), "--out", str(tmp_path)),
         ]
     )

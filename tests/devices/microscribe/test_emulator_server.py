@@ -1,3 +1,4 @@
+import os
 import sys
 import threading
 import time
@@ -91,6 +92,22 @@ def test_a_port_that_comes_back_elsewhere_is_announced() -> None:
             again.write(b"\x03")
             assert again.read(14)[:1] == b"\x83"
     assert names[0] != names[1]
+
+
+def test_a_plug_out_and_in_again_between_two_looks_moves_the_port() -> None:
+    """Both lines are read at once, as on a machine that had stalled."""
+    read, write = os.pipe()
+    os.write(write, b"unplug\nreplug\n")
+    os.close(write)  # which ends the service
+    names: list[str] = []
+    server = EmulatorServer(make_arm(), TerminalPort(), announce=names.append)
+    try:
+        server.run(read)
+        assert len(names) == 2
+        assert names[0] != names[1] == server.port_name
+    finally:
+        server.close()
+        os.close(read)
 
 
 def test_a_fault_that_unplugs_for_good_ends_the_service() -> None:
