@@ -5,9 +5,9 @@ import math
 SMALLEST_SIDE = 8
 QUICK_SIDE = 16
 SIDES = (SMALLEST_SIDE, QUICK_SIDE, 32)
-"""With cells of 16 a lit volume's first picture takes a sixth to nearly a half less time
-than with cells of 8, and others as long (.95 to 1.06 times); cells of 32 take 9 to 13 %
-more where all are met."""
+"""With cells of 16 a lit volume's first picture takes a sixth to nearly a half less
+time than with cells of 8, and others as long (.95 to 1.06 times); cells of 32 take 9 to
+13 % more where all are met."""
 
 LIT_BYTES = 8
 """Of a voxel in a brick: value and gradient, int16 each."""
