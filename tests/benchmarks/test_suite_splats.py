@@ -70,5 +70,9 @@ def test_every_row_has_its_figures(
     assert one.counters["ns per fragment"] > 0
     for name in ("2 threads", "2 threads, film"):
         assert found[case, f"FSR sheet, {name}"].error == one.error
+    for name in ("drawing alone", "culled meanwhile"):
+        stage = found[case, f"FSR sheet, {name}"]
+        assert stage.error == one.error
+        assert stage.counters["culling, ms"] > 0
     extraction = found["phantom_128/extraction", "FSR extraction"].counters
     assert extraction["voxels that differ"] <= 1e-4 * extraction["splats"]
