@@ -7,18 +7,17 @@ from numba import njit
 
 from renderers.art.optics.kernels import (
     BIAS,
-    C3,
-    C4,
-    C5,
-    C6,
-    C7,
     DIGITS,
+    E1,
+    E2,
+    E3,
+    E4,
+    E5,
+    E6,
     HALF,
     LARGEST_POWER,
     LEAST_POWER,
     LN2,
-    LN2_HIGH,
-    LN2_LOW,
     LOG2_E,
     MANTISSA,
     MOST_FACTORS,
@@ -54,12 +53,12 @@ Lanes = Any
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def opacity(depth: Lanes) -> Lanes:
     """Give ``1 - exp(-depth)``."""
-    x = minimum(depth, OPAQUE)
-    n = i32(x * LOG2_E + HALF)
-    f = (x - f32(n) * LN2_HIGH) - f32(n) * LN2_LOW
+    y = minimum(depth, OPAQUE) * LOG2_E
+    n = i32(y + HALF)
+    f = y - f32(n)
     q = f * f
-    p = (ONE - f * R2) + q * (C3 - f * C4)
-    p = f * (p + (q * q) * ((C5 - f * C6) + q * C7))
+    p = (E1 + f * E2) + q * (E3 + f * E4)
+    p = f * (p + (q * q) * (E5 + f * E6))
     scale = as_f32((BIAS - n) << DIGITS)
     return (ONE - scale) + scale * p
 
