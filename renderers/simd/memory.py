@@ -15,11 +15,11 @@ from renderers.simd.vector import (
     BYTE,
     ELEMENTS,
     I32,
+    I64,
     Vector,
     call_llvm,
     ir,
     mangled,
-    splat,
     vector_function,
     width_function,
 )
@@ -283,8 +283,8 @@ def gather(typingctx: Any, array: Any, index: Any, mask: Any) -> Any:
 def gather_u8(typingctx: Any, array: Any, index: Any, mask: Any) -> Any:
     """Take bytes ``array[index]`` as i32 lanes, zero where the mask is unset.
 
-    Four bytes are read at each place, so the array needs three to spare at its end:
-    processors gather no single bytes. A little-endian machine is assumed.
+    Byte by byte: processors gather no bytes, and a gather of the words around them
+    takes 1.1 to 1.5 times as long (AMD Zen 4). Unset lanes read byte 0.
     """
     found = stored(array)
     if found is None or array.dtype != types.uint8 or not _is_index(index, mask):
@@ -293,9 +293,18 @@ def gather_u8(typingctx: Any, array: Any, index: Any, mask: Any) -> Any:
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         base = data(context, builder, sig.args[0], args[0])
-        words = gather_lanes(builder, base, args[1], args[2], BYTE, vector)
-        low = splat(builder, ir.Constant(I32, 255), vector.count)
-        return builder.and_(words, low)
+        kind = ir.VectorType(BYTE, vector.count)
+        at = builder.select(args[2], args[1], ir.Constant(index.llvm, None))
+        lanes = ir.Constant(kind, ir.Undefined)
+        for k in range(vector.count):
+            lane = ir.Constant(I32, k)
+            place = builder.zext(builder.extract_element(at, lane), I64)
+            place = builder.gep(base, [place], source_etype=BYTE)
+            byte = builder.load(builder.bitcast(place, BYTE.as_pointer()))
+            byte.align = 1
+            lanes = builder.insert_element(lanes, byte, lane)
+        wide = builder.zext(lanes, vector.llvm)
+        return builder.select(args[2], wide, ir.Constant(vector.llvm, None))
 
     return signature(vector, array, index, mask), generate
 
