@@ -11,19 +11,16 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.art.integrated.lanes.kernels import beyond_nodes, classify, tilt
-from renderers.art.kernels import WITHIN
 from renderers.art.optics.kernels import HALF, ONE, ZERO
 from renderers.art.vector.kernels import (
     FAR,
     add,
-    cube_at,
-    per_voxel,
     queue_rays,
     stamp,
-    way_out,
 )
+from renderers.art.vector.leaps.kernels import leap, per_voxel, stand
 from renderers.art.vector.optics.kernels import opacity
-from renderers.art.vector.shading.kernels import light_up
+from renderers.art.vector.shading.kernels import any_local, are_grey, light_up
 from renderers.art.views import ABSENT, CellView, Classification
 from renderers.simd import (
     absolute,
@@ -35,7 +32,6 @@ from renderers.simd import (
     full,
     gather,
     gather_u8,
-    i32,
     load,
     maximum,
     minimum,
@@ -44,6 +40,7 @@ from renderers.simd import (
     rows8,
     select,
     store,
+    store_packed,
 )
 
 F32 = NDArray[np.float32]
@@ -80,15 +77,19 @@ def integrated_packets(width: int, lit: bool) -> Callable[..., None]:
         top_x, top_y, top_z = view.top[0], view.top[1], view.top[2]
         row, slab = top_x + np.int32(1), (top_x + np.int32(1)) * (top_y + np.int32(1))
         cells_x, cells_y = view.counts[0], view.counts[1]
-        queue = np.empty(len(order) + width, np.int32)
+        queue = np.empty(2 * len(order) + width, np.int32)
         marks = np.empty(width, np.int32)
         spare = np.int32(len(value) - 1)
-        zero = full(ZERO, width)
+        zero, one = full(ZERO, width), full(ONE, width)
+        grey, local = are_grey(lights), any_local(lights)
         none = full(np.int32(0), width)
         skipped, samples, contributing = none, 0, 0
         total, moved = queue_rays(order, ends, cursor, spare, queue)
-        for head in range(0, total, width):
+        head = 0
+        while head < total:
             ray = load(queue, head, width)
+            head += width
+            few = patience if head < total else 0
             ox, oy, oz, sx, sy, sz, h, _ = rows8(geometry, ray)
             px, py, pz = per_voxel(sx), per_voxel(sy), per_voxel(sz)
             r, g, b, a = zero, zero, zero, zero
@@ -116,42 +117,33 @@ def integrated_packets(width: int, lit: bool) -> Callable[..., None]:
             end = gather(ends, ray, ray < spare)
             t = maximum((ONE - a) - la, ZERO)
             on = i < end
-            cube = cube_at(
-                f32(i), ox, oy, oz, sx, sy, sz, top_x, top_y, top_z, row, slab
+            ix, iy, iz, fx, fy, fz = stand(
+                f32(i), ox, oy, oz, sx, sy, sz, top_x, top_y, top_z
             )
-            far = gather_u8(view.leap, select(on, cube, 0), on)
-            while any_(on):
+            far = gather_u8(view.leap, iz * slab + iy * row + ix, on)
+            while count(on) > few:
                 # Where something begins, the empty sample before it is needed, too.
                 back = on & (far == 0) & (joint != i) & (i > 0) & (forced == 0)
-                one = select(back, none + 1, none)
-                i -= one
-                skipped -= one
-                forced += one
-                fi = f32(i)
-                x, y, z = ox + fi * sx, oy + fi * sy, oz + fi * sz
-                ix = minimum(i32(x), top_x)
-                iy = minimum(i32(y), top_y)
-                iz = minimum(i32(z), top_z)
-                fx, fy, fz = x - f32(ix), y - f32(iy), z - f32(iz)
+                if any_(back):
+                    step_back = select(back, none + 1, none)
+                    i -= step_back
+                    skipped -= step_back
+                    forced += step_back
+                    ix, iy, iz, fx, fy, fz = stand(
+                        f32(i), ox, oy, oz, sx, sy, sz, top_x, top_y, top_z
+                    )
                 leaps = on & (far > 0) & ~((joint == i) & (within > 0))
                 at = on & ~leaps
                 if any_(leaps):
-                    reach = f32(far) - WITHIN
-                    out = way_out(fx, px, reach)
-                    out = minimum(out, way_out(fy, py, reach))
-                    out = minimum(out, way_out(fz, pz, reach))
-                    out = minimum(maximum(out, ZERO), f32(end - i - 1))
-                    jump = i32(out) + 1
-                    jump = select(leaps, jump, 0)
+                    jump = leap(leaps, far, fx, fy, fz, px, py, pz, end - i)
                     skipped += jump
                     i += jump
                 if count(leaps) > patience or not any_(at):
                     on = i < end
-                    cube = cube_at(
-                        f32(i), ox, oy, oz, sx, sy, sz, top_x, top_y, top_z, row,
-                        slab,
-                    )  # fmt: skip
-                    far = gather_u8(view.leap, select(on, cube, 0), on)
+                    ix, iy, iz, fx, fy, fz = stand(
+                        f32(i), ox, oy, oz, sx, sy, sz, top_x, top_y, top_z
+                    )
+                    far = gather_u8(view.leap, iz * slab + iy * row + ix, on)
                     far = select(forced > 0, 0, far)
                     continue
                 corner = iz * n2 + iy * n1 + ix
@@ -179,6 +171,7 @@ def integrated_packets(width: int, lit: bool) -> Callable[..., None]:
                     v = cell1(field, corner, step, deep, fx, fy, fz)
                 samples += count(at)
                 joined = at & (joint == i) & (i > 0)
+                here = i
                 i = select(at, i + 1, i)
                 joint = select(at, i, joint)
                 inside = at & (far == 0) & (forced == 0)
@@ -186,10 +179,10 @@ def integrated_packets(width: int, lit: bool) -> Callable[..., None]:
                 forced = select(at, 0, forced)
                 # Ask how far it is to the next before anything hangs on this one.
                 on = i < end
-                cube = cube_at(
-                    f32(i), ox, oy, oz, sx, sy, sz, top_x, top_y, top_z, row, slab
+                ix, iy, iz, fx, fy, fz = stand(
+                    f32(i), ox, oy, oz, sx, sy, sz, top_x, top_y, top_z
                 )
-                far = gather_u8(view.leap, select(on, cube, 0), on)
+                far = gather_u8(view.leap, iz * slab + iy * row + ix, on)
                 v *= view.unit
                 p1, e1, r1, g1, b1 = classify(
                     table.lines, table.first, table.extinction, table.color,
@@ -233,12 +226,15 @@ def integrated_packets(width: int, lit: bool) -> Callable[..., None]:
                     continue
                 contributing += found
                 if lit:
+                    x, y, z = zero, zero, zero
+                    if local:
+                        fi = f32(here)
+                        x = ((ox + fi * sx) - HALF * sx) * spacing[0]
+                        y = ((oy + fi * sy) - HALF * sy) * spacing[1]
+                        z = ((oz + fi * sz) - HALF * sz) * spacing[2]
                     cr, cg, cb = light_up(
-                        lights, material, least_gradient, zero, cr, cg, cb,
-                        mx, my, mz,
-                        (x - HALF * sx) * spacing[0], (y - HALF * sy) * spacing[1],
-                        (z - HALF * sz) * spacing[2],
-                        vx, vy, vz,
+                        lights, grey, material, least_gradient, one, cr, cg, cb,
+                        mx, my, mz, x, y, z, vx, vy, vz,
                     )  # fmt: skip
                 weight = t * alpha
                 r, lr = add(r, lr, weight * cr, seen)
@@ -247,9 +243,14 @@ def integrated_packets(width: int, lit: bool) -> Callable[..., None]:
                 a, la = add(a, la, weight, seen)
                 t = maximum((ONE - a) - la, ZERO)
                 half = select(seen & (t <= HALF) & (half == 0), i, half)
-                end = select(seen & (t < cutoff), 0, end)
-                on &= i < end
-            stays = wait > 0
+                ends_here = seen & (t < cutoff)
+                end = select(ends_here, 0, end)
+                on &= ~ends_here
+            if any_(on):
+                store_packed(queue, total, ray, on)
+                total += count(on)
+                moved = True
+            stays = on | (wait > 0)
             if renormalise:
                 cut = ~stays & (t < cutoff)
                 k_ = ONE / (ONE - t)

@@ -10,6 +10,7 @@ from renderers.art.preparation.kernels import LEAST_RATE
 from renderers.art.preparation.kernels import set_up_rays as set_up_rest
 from renderers.simd import (
     absolute,
+    any_,
     f32,
     f64,
     floor,
@@ -101,6 +102,13 @@ def set_up_rays(
         near, far = _narrow(near, far, sy, ry, top[1])
         near, far = _narrow(near, far, sz, rz, top[2])
         hit = (near < far) & (far < ENDLESS)
+        at = (lanes(WIDTH) + np.int32(ray)) * 2
+        if not any_(hit):
+            none = f32(zero)
+            store(count, ray, i32(zero))
+            put_rows4(geometry, at, none, none, none, none)
+            put_rows4(geometry, at + 1, none, none, none, none)
+            continue
         near, far = select(hit, near, ZERO), select(hit, far, ONE)
         steps = maximum(-floor(-((far - near) / step_mm)), ONE)
         h = (far - near) / steps
@@ -110,7 +118,6 @@ def set_up_rays(
         else:
             begin = near + HALF * h
         store(count, ray, select(hit, i32(steps), 0))
-        at = (lanes(WIDTH) + np.int32(ray)) * 2
         put_rows4(
             geometry,
             at,

@@ -12,16 +12,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.art.kernels import BISECTIONS, LAST_PART, WITHIN
+from renderers.art.kernels import BISECTIONS, LAST_PART
 from renderers.art.optics.kernels import BIAS, DIGITS, ONE, ZERO
-from renderers.art.vector.kernels import (
-    F32,
-    I32,
-    per_voxel,
-    queue_rays,
-    stamp,
-    way_out,
-)
+from renderers.art.vector.kernels import F32, I32, queue_rays, stamp
+from renderers.art.vector.leaps.kernels import leap, per_voxel, stand
 from renderers.art.views import ABSENT, CellView
 from renderers.simd import (
     any_,
@@ -34,10 +28,8 @@ from renderers.simd import (
     full,
     gather,
     gather_u8,
-    i32,
     lanes,
     load,
-    maximum,
     minimum,
     put_rows4,
     rows4,
@@ -45,6 +37,7 @@ from renderers.simd import (
     select,
     sqrt,
     store,
+    store_packed,
 )
 
 DONE = np.int32(BISECTIONS + 2)
@@ -88,41 +81,35 @@ def seek_packets(width: int) -> Callable[..., None]:
         wide = top_x + np.int32(2)
         deep = wide * (top_y + np.int32(2))
         cells_x, cells_y = view.counts[0], view.counts[1]
-        queue = np.empty(len(order) + width, np.int32)
+        queue = np.empty(2 * len(order) + width, np.int32)
         marks = np.empty(width, np.int32)
         spare = np.int32(len(value) - 1)
         total, _ = queue_rays(order, ends, cursor, spare, queue)
         zero = full(ZERO, width)
         none = full(np.int32(0), width)
         skipped, samples = none, 0
-        for head in range(0, total, width):
+        head = 0
+        while head < total:
             ray = load(queue, head, width)
+            head += width
+            few = patience if head < total else 0
             ox, oy, oz, sx, sy, sz, _, _ = rows8(geometry, ray)
             px, py, pz = per_voxel(sx), per_voxel(sy), per_voxel(sz)
             i, stage, bracket, _ = rows4(cursor, ray)
             last, wait = gather(ends, ray, ray < spare), none
             end = select(stage > BISECTIONS, 0, last)
-            while any_(i < end):
+            while count(i < end) > few:
                 on = i < end
                 seeking = stage == 0
                 halves = minimum(stage, BISECTIONS)
                 part = f32(2 * bracket + 1) * as_f32((BIAS - halves) << DIGITS)
                 at_i = select(seeking | (i == 0), f32(i), f32(i - 1) + part)
-                x, y, z = ox + at_i * sx, oy + at_i * sy, oz + at_i * sz
-                ix = minimum(i32(x), top_x)
-                iy = minimum(i32(y), top_y)
-                iz = minimum(i32(z), top_z)
-                fx, fy, fz = x - f32(ix), y - f32(iy), z - f32(iz)
-                cube = select(on, iz * slab + iy * row + ix, 0)
-                far = gather_u8(view.leap, cube, on)
+                ix, iy, iz, fx, fy, fz = stand(
+                    at_i, ox, oy, oz, sx, sy, sz, top_x, top_y, top_z
+                )
+                far = gather_u8(view.leap, iz * slab + iy * row + ix, on)
                 leaps = on & seeking & (far > 0)
-                reach = f32(far) - WITHIN
-                out = way_out(fx, px, reach)
-                out = minimum(out, way_out(fy, py, reach))
-                out = minimum(out, way_out(fz, pz, reach))
-                out = minimum(maximum(out, ZERO), f32(end - i - 1))
-                jump = i32(out) + 1
-                jump = select(leaps, jump, 0)
+                jump = leap(leaps, far, fx, fy, fz, px, py, pz, end - i)
                 i += jump
                 skipped += jump
                 at = on & ~leaps
@@ -165,8 +152,12 @@ def seek_packets(width: int) -> Callable[..., None]:
                 i = select(at & seeking & air, i + 1, i)
                 stage = select(begins, begun, select(at & ~seeking, stage + 1, stage))
                 end = select(stage > BISECTIONS, 0, end)
+            left = i < end
+            if any_(left):
+                store_packed(queue, total, ray, left)
+                total += count(left)
             # Rays that have their surface say so; the others have left, or wait.
-            stays = (wait > 0) | (stage > BISECTIONS)
+            stays = left | (wait > 0) | (stage > BISECTIONS)
             put_rows4(cursor, ray, select(stays, i, last), stage, bracket, wait)
         counters[0] += samples
         store(marks, 0, skipped)
@@ -204,10 +195,9 @@ def settle_packets(width: int) -> Callable[..., None]:
             i, stage, bracket, _ = rows4(cursor, ray)
             part = f32(bracket + 1) * LAST_PART
             at_i = select(i == 0, f32(i), f32(i - 1) + part)
-            x, y, z = ox + at_i * sx, oy + at_i * sy, oz + at_i * sz
-            ix = minimum(i32(x), top_x)
-            iy = minimum(i32(y), top_y)
-            iz = minimum(i32(z), top_z)
+            ix, iy, iz, fx, fy, fz = stand(
+                at_i, ox, oy, oz, sx, sy, sz, top_x, top_y, top_z
+            )
             cell = (iz >> shift) * cells_y + (iy >> shift)
             cell = select(on, cell * cells_x + (ix >> shift), 0)
             corner = gather(view.corners, cell, on)
@@ -216,9 +206,7 @@ def settle_packets(width: int) -> Callable[..., None]:
             if clock > 0:
                 stamp(view.slots, cell, at, marks, view.stamp, clock)
             corner = select(at, corner + (iz * n2 + iy * n1 + ix), 0)
-            v, gx, gy, gz = cell4(
-                view.samples, corner, step, deep, x - f32(ix), y - f32(iy), z - f32(iz)
-            )
+            v, gx, gy, gz = cell4(view.samples, corner, step, deep, fx, fy, fz)
             steep = sqrt(gx * gx + gy * gy + gz * gz)
             sloped = steep > ZERO
             rise = gx * (sx * spacing[0]) + gy * (sy * spacing[1])

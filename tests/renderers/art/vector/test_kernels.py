@@ -5,6 +5,7 @@ import pytest
 
 from renderers.art import ActiveRayTracer, Quality
 from renderers.art.kernel_set import KernelSet, packet_kernels, scalar_kernels
+from renderers.art.quality import ClassificationName
 from renderers.scene import Camera, PhongMaterial, Scene
 
 QUALITIES = (
@@ -74,3 +75,25 @@ def test_a_scene_without_lights_keeps_its_colours(
     found, counters = picture(flat, outside, quality, packet_kernels(32), 999)
     assert counters["cells_fetched"] > 0
     assert found == expected
+
+
+@pytest.mark.parametrize("classification", ["post", "integrated"])
+def test_rays_that_outlive_their_packet_go_on_together(
+    scene: Scene, outside: Camera, classification: ClassificationName
+) -> None:
+    """Ends at random, and few of them far away, so that packets leave rays again."""
+    camera = outside.with_size(96, 40)
+    random = np.random.default_rng(11)
+    limit = random.choice([30.0, 34.0, 38.0, 60.0], (40, 96)).astype(np.float32)
+    quality = Quality(0.25, 0.0, classification=classification)
+    found = []
+    for kernels in (scalar_kernels(), packet_kernels(32)):
+        for cells in (999, 40):
+            tracer = ActiveRayTracer(
+                scene, quality, threads=1, cache_cells=cells, kernels=kernels
+            )
+            image = tracer.render(camera, limit_mm=limit)
+            assert image.depth_mm is not None
+            assert np.isfinite(image.depth_mm).any()
+            found.append(image.rgba.tobytes() + image.depth_mm.tobytes())
+    assert len(set(found)) == 1
