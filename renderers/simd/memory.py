@@ -20,6 +20,7 @@ from renderers.simd.vector import (
     call_llvm,
     ir,
     mangled,
+    splat,
     vector_function,
     width_function,
 )
