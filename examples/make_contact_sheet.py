@@ -40,8 +40,11 @@ def labelled(seed: int) -> NDArray[np.uint8]:
     picture = Image.fromarray(np.pad(cell, ((22, 6), (3, 3))))
     words = [v.replace(":left", " L").replace(":right", " R")
              for v in parameters.variants if not v.startswith("agger")]  # fmt: skip
-    line = f"{seed}: " + ", ".join([f"keros {parameters.keros_mm:.1f}", *words])
-    ImageDraw.Draw(picture).text((6, 5), line[:96], fill=230)
+    line = ", ".join([f"{seed}: keros {parameters.keros_mm:.1f}", *words])
+    draw = ImageDraw.Draw(picture)
+    if draw.textlength(line) > picture.width - 12:
+        raise ValueError(f"the caption is wider than the slices: {line}")
+    draw.text((6, 5), line, fill=230)
     return np.asarray(picture)
 
 

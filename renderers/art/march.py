@@ -223,8 +223,11 @@ class ClassicMarch(_Marching):
         self.table = classification(scene.transfer_function)
         volume = scene.volume
         material = scene.material
+        # lights that give nothing back are left out: they would add zeros
+        weight = max(material.diffuse, material.specular)
+        lights = [light for light in scene.lights if weight * light.color.max() > 0]
         # Else a sample has the transfer function's colour, whatever its normal.
-        self.needs_gradients = len(scene.lights) > 0 or material.ambient != 1
+        self.needs_gradients = len(lights) > 0 or material.ambient != 1
         self.seeks_values = not self.needs_gradients
         self._march = (
             kernels.march_classic if self.needs_gradients else kernels.march_unlit
@@ -234,8 +237,8 @@ class ClassicMarch(_Marching):
         )
         # Lights are turned into the array's axes, and multiplied by what the material
         # gives back, once instead of at every sample.
-        self._lights = np.zeros((len(scene.lights), 10), np.float32)
-        for row, light in zip(self._lights, scene.lights, strict=True):
+        self._lights = np.zeros((len(lights), 10), np.float32)
+        for row, light in zip(self._lights, lights, strict=True):
             origin = volume.origin_mm if light.is_local else np.zeros(3)
             row[:3] = volume.direction.T @ (light.vector - origin)
             row[3:6] = material.diffuse * light.color
