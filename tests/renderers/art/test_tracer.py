@@ -1,28 +1,22 @@
 import math
 from collections.abc import Callable
-from dataclasses import replace
-from typing import get_args
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from renderers.art import ActiveRayTracer, Quality, RenderStoppedError
-from renderers.art.quality import ClassificationName
 from renderers.reference import render_reference
 from renderers.scene import (
     AirSurface,
     Camera,
-    Light,
     PhongMaterial,
     Projection,
     Renderer,
     Scene,
     TransferFunction,
     Volume,
-    four_lights,
     image_error,
 )
 
@@ -226,51 +220,6 @@ def test_counters_prove_what_was_skipped(scene: Scene, outside: Camera) -> None:
     assert off["skipped"] == 0
     assert on["skipped"] > 0.3 * off["samples"]
     assert on["cells_fetched"] <= on["cells_occupied"] < on["cells"]
-
-
-@pytest.mark.parametrize("kind", get_args(ClassificationName))
-def test_each_thing_that_is_skipped_is_counted_and_changes_no_bit(
-    scene: Scene, outside: Camera, kind: ClassificationName
-) -> None:
-    """Gradients that light nothing, lights that give nothing, rays that end at once."""
-    quality = Quality(0.5, 0.0, classification=kind)
-
-    def drawn(
-        lights: tuple[Light, ...], material: PhongMaterial, limit: float | None = None
-    ) -> tuple[NDArray[np.float32], dict[str, int], int]:
-        lit = replace(scene, lights=lights, material=material)
-        tracer = ActiveRayTracer(lit, quality)
-        ends = None
-        if limit is not None:
-            ends = np.full((outside.height, outside.width), limit, np.float32)
-        rgba = tracer.render(outside, limit_mm=ends).rgba
-        assert tracer.report is not None
-        return rgba, tracer.report.counters, tracer.memory
-
-    plain, counters, memory = drawn((), PhongMaterial(1.0, 0.0))
-    # no light and full ambience: a sample has its own colour, whatever its normal;
-    # so it has beside a light too dim for the last digit of 1
-    dim, off = (replace(four_lights()[0], color=np.full(3, c)) for c in (1e-30, 0.0))
-    shaded, shaded_counters, shaded_memory = drawn((dim,), PhongMaterial(1.0))
-    assert np.array_equal(plain, shaded)
-    assert counters["contributing"] == shaded_counters["contributing"] > 0
-    # no gradient is made, and no brick: an int16 or float32 a voxel and a distance
-    voxels = scene.volume.values.size
-    assert memory <= 5.5 * voxels < shaded_memory
-    assert counters["cells_fetched"] == 0 < shaded_counters["cells_fetched"]
-    for unlit in (
-        drawn((off,) * 3, PhongMaterial(1.0)),
-        drawn(four_lights(), PhongMaterial(1.0, 0.0)),
-    ):
-        assert np.array_equal(unlit[0], plain)
-        assert unlit[1:] == (counters, memory)
-    some, some_counters, _ = drawn((*four_lights(), off), PhongMaterial())
-    wanted, wanted_counters, _ = drawn(four_lights(), PhongMaterial())
-    assert np.array_equal(some, wanted)
-    assert some_counters == wanted_counters
-    nothing, counters, _ = drawn(four_lights(), PhongMaterial(), 0.0)
-    assert not nothing.any()
-    assert counters["samples"] == counters["skipped"] == counters["cells_fetched"] == 0
 
 
 def test_cells_stay_for_the_next_picture(scene: Scene, outside: Camera) -> None:
