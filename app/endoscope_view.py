@@ -10,6 +10,7 @@ from xxhash import xxh3_128_hexdigest
 from app.operating_room import OperatingRoom, Progress
 from renderers.fsr import FuzzySetRenderer
 from renderers.scene import GBuffer, Mesh
+from renderers.scene.thread_team import ThreadTeam
 from renderers.shading import (
     AutoGain,
     CameraPass,
@@ -64,18 +65,20 @@ class EndoscopeView:
 
         instrument: mesh of the tool beside the scope, or None.
         """
-        self.renderer = FuzzySetRenderer(room.scene, threads=threads)
+        # one team for all stages: its threads are still awake when the next begins
+        team = ThreadTeam(threads)
+        self.renderer = FuzzySetRenderer(room.scene, threads=team)
         tell = progress or (lambda stage, share: None)
         tell(SIGHT_STAGE, 0.0)
         self.renderer.look_up_sight(progress=lambda share: tell(SIGHT_STAGE, share))
-        self._shader = ScopeShader(room.surface, tier, seed=seed, threads=threads)
-        self._camera_pass = CameraPass(threads=threads)
+        self._shader = ScopeShader(room.surface, tier, seed=seed, threads=team)
+        self._camera_pass = CameraPass(threads=team)
         self._light = ScopeLight(ring_radius_mm)
         self.instrument = instrument
         self._auto_gain = AutoGain()
         # few parts, since each looks through all groups of triangles, but not so few
         # that one of them has the whole tool
-        self._bands = RowBands(threads, bands_per_thread=4)
+        self._bands = RowBands(team, bands_per_thread=4)
         self._lit: tuple[object, GBuffer, NDArray[np.float32]] | None = None
         self.views_skipped = 0
         """Frames whose view was the one before, so that they were only exposed."""

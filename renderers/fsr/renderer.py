@@ -31,8 +31,8 @@ class FuzzySetRenderer:
     """Splat a scene in mode `classic` or find its air surface for mode `scope`.
 
     The sets are extracted once, when first needed. Pictures are made one at a time;
-    rows of each are shared out over `threads` threads, with the same bits for any
-    number of them.
+    rows of each are shared out over `threads` threads, or over a team's that others
+    use as well, with the same bits for any number of them.
 
     scene: what is to be seen. inclusion, threshold: which voxels mode `classic`
         splats; by default opaque boundaries. mode: how it draws them; None lets the
@@ -48,7 +48,7 @@ class FuzzySetRenderer:
         *,
         inclusion: Inclusion | None = None,
         threshold: float = BOUNDARY_THRESHOLD,
-        threads: int = 2,
+        threads: int | ThreadTeam = 2,
         mode: SplatMode | None = SplatMode.GAUSSIAN,
         points: bool = False,
         traversal: Traversal = Traversal.DISTANCE,
@@ -62,7 +62,7 @@ class FuzzySetRenderer:
         self._gauge = MotionGauge(float(scene.volume.spacing_mm.min()))
         self._inclusion = inclusion or default_inclusion(scene)
         self._threshold = threshold
-        self._team = ThreadTeam(threads)
+        self._team = ThreadTeam.of(threads)
         self._counters: dict[str, int] = {}
 
     @cached_property

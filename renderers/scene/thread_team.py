@@ -38,6 +38,11 @@ class ThreadTeam:
         self._in_use = threading.Lock()
         weakref.finalize(self, self._board.end)
 
+    @classmethod
+    def of(cls, threads: "int | ThreadTeam") -> "ThreadTeam":
+        """Give a team of so many threads, or the team itself."""
+        return threads if isinstance(threads, ThreadTeam) else cls(threads)
+
     def map(
         self, work: Callable[[Part], Result], parts: Sequence[Part]
     ) -> list[Result]:

@@ -12,16 +12,15 @@ class RowBands:
     depend on the band it is in; then any number of threads gives the same bits.
     """
 
-    def __init__(self, threads: int, bands_per_thread: int = 4) -> None:
-        if threads < 1 or bands_per_thread < 1:
-            raise ValueError(
-                f"threads and bands must be positive, got {threads}, {bands_per_thread}"
-            )
-        self.threads = threads
+    def __init__(self, threads: int | ThreadTeam, bands_per_thread: int = 4) -> None:
+        """Take so many threads, or a team's that others use as well."""
+        if bands_per_thread < 1:
+            raise ValueError(f"bands must be positive, got {bands_per_thread}")
+        self._team = ThreadTeam.of(threads)
+        threads = self.threads = self._team.threads
         # several bands a thread: rows at the top and bottom of a round picture are
         # short, so equal shares of rows are not equal shares of work
         self._bands = 1 if threads == 1 else threads * bands_per_thread
-        self._team = ThreadTeam(threads)
 
     def run(
         self, rows: int, kernel: Callable[[int, int], None], least: int = 1

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.scene import Camera, GBuffer, Projection
+from renderers.scene.thread_team import ThreadTeam
 from renderers.shading.bands import RowBands
 from renderers.shading.camera.optics import Optics, make_optics
 from renderers.shading.camera_settings import CameraSettings
@@ -36,7 +37,10 @@ class CameraPass:
     """
 
     def __init__(
-        self, settings: CameraSettings | None = None, threads: int = 2, seed: int = 1
+        self,
+        settings: CameraSettings | None = None,
+        threads: int | ThreadTeam = 2,
+        seed: int = 1,
     ) -> None:
         self.settings = settings or CameraSettings()
         self._bands = RowBands(threads)

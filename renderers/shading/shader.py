@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.scene import AirSurface, Camera, GBuffer, Projection
+from renderers.scene.thread_team import ThreadTeam
 from renderers.shading.bands import RowBands
 from renderers.shading.bounce.light_grid import STRIDE, VirtualLights
 from renderers.shading.hairs.hair_layer import HairLayer
@@ -54,7 +55,7 @@ class ScopeShader:
         tier: Tier = Tier.LIVE,
         seed: int = 7,
         blood_bias: float = 1.0,
-        threads: int = 2,
+        threads: int | ThreadTeam = 2,
         effects: Effects | None = None,
     ) -> None:
         demand_vectors("The light of the endoscope")

@@ -94,3 +94,10 @@ def test_after_closing_the_caller_works_alone() -> None:
     team.close()
     mine = threading.get_ident()
     assert team.map(lambda _: threading.get_ident(), range(4)) == [mine] * 4
+
+
+def test_a_team_may_be_passed_on() -> None:
+    with_two = ThreadTeam.of(2)
+    assert with_two.threads == 2
+    assert ThreadTeam.of(with_two) is with_two
+    with_two.close()

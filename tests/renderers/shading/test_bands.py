@@ -60,6 +60,8 @@ def test_an_error_in_a_band_reaches_the_caller() -> None:
     bands.close()
 
 
-def test_no_threads_are_refused() -> None:
-    with pytest.raises(ValueError, match="positive"):
+def test_no_threads_and_no_bands_are_refused() -> None:
+    with pytest.raises(ValueError, match="at least one thread, got 0"):
         RowBands(0)
+    with pytest.raises(ValueError, match="positive, got 0"):
+        RowBands(2, bands_per_thread=0)
