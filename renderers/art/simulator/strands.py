@@ -39,6 +39,7 @@ class StrandPacket:
     """Hold the strands of one packet.
 
     entry: kernel's counters of the way to the first cells. size: bytes of its result.
+    has_front: whether rays take their last sample along where they travel.
     """
 
     strands: list[Strand]
@@ -46,11 +47,14 @@ class StrandPacket:
     entry: NDArray[np.float64]
     size: int
     has_begun: bool = False
+    has_front: bool = False
 
     def fresh(self) -> "StrandPacket":
         """Get the packet before its first move."""
         strands = [Strand(s.cells, s.work, s.rays) for s in self.strands]
-        return StrandPacket(strands, self.rays, self.entry, self.size)
+        return StrandPacket(
+            strands, self.rays, self.entry, self.size, has_front=self.has_front
+        )
 
 
 def record_packet(packet: RayPacket, work: MarchWork) -> StrandPacket:
@@ -86,7 +90,8 @@ def record_packet(packet: RayPacket, work: MarchWork) -> StrandPacket:
         Strand(cells, np.sum([shares[ray] for ray in rays], axis=0), len(rays))
         for cells, rays in strands.items()
     ]
-    return StrandPacket(made, n, entry, len(work.result(packet)))
+    size = len(work.result(packet))
+    return StrandPacket(made, n, entry, size, has_front=len(packet.front) > 0)
 
 
 class StrandWork:

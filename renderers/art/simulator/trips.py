@@ -13,7 +13,12 @@ from renderers.art.march import COUNTERS
 from renderers.art.messages import ProtocolError
 from renderers.art.ray_node import RayNode
 from renderers.art.simulator.strands import Strand, StrandPacket, StrandWork
-from renderers.art.travel import HEADER_BYTES, RAY_BYTES, RETURN_BYTES
+from renderers.art.travel import (
+    FRONT_BYTES,
+    HEADER_BYTES,
+    RAY_BYTES,
+    RETURN_BYTES,
+)
 
 _HEADER = np.dtype([("origin", "<u4"), ("number", "<u4"), ("strands", "<u4")])
 _STRAND = np.dtype([("index", "<u4"), ("at", "<u4")])
@@ -97,7 +102,8 @@ class StrandTravel:
         parts = []
         for owner, which in sorted(stopped.items()):
             rays = sum(packet.strands[k].rays for k in which)
-            parts.append((owner, _pack(trip, which, rays * RAY_BYTES)))
+            each = RAY_BYTES + FRONT_BYTES * packet.has_front
+            parts.append((owner, _pack(trip, which, rays * each)))
             self._rays_sent += rays
             if self.is_own(trip):
                 trip.away += rays
@@ -124,7 +130,9 @@ class StrandTravel:
             strand = begun.strands[index]
             strands.append(Strand(strand.cells, strand.work, strand.rays, at))
         rays = sum(strand.rays for strand in strands)
-        packet = StrandPacket(strands, rays, _NO_WORK, 0, has_begun=True)
+        packet = StrandPacket(
+            strands, rays, _NO_WORK, 0, has_begun=True, has_front=begun.has_front
+        )
         return StrandTrip(origin, number, [index for index, _ in rows], packet)
 
     def take_home(self, payload: bytes) -> StrandTrip:

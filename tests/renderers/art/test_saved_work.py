@@ -197,7 +197,7 @@ def take_over(client: SnapshotClient, team: RankTeam | None = None) -> None:
 def test_a_job_taken_over_goes_on_where_it_was(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
-    camera = outside.with_size(256, 320)
+    camera = outside.with_size(256, 512)
     job = client.submit(client.request_classic(scene, camera))
     for share in (0.3, 0.6):
         # dies without a word, twice
@@ -217,7 +217,7 @@ def test_a_job_taken_over_goes_on_where_it_was(
     assert tracer.report is not None
     counters = snapshot.result.counters
     assert snapshot.result.attempt == 3
-    assert 0.4 < counters["rays_kept"] / (256 * 320) < 1
+    assert 0.4 < counters["rays_kept"] / (256 * 512) < 1
     assert 0 < counters["samples"] < tracer.report.counters["samples"]
     assert not files(client), "what was saved is gone with the job"
 
