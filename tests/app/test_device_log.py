@@ -19,6 +19,7 @@ pytestmark = pytest.mark.display
 Train = Callable[..., tuple[subprocess.CompletedProcess[str], list[int]]]
 
 
+@pytest.mark.slow
 def test_an_arm_that_was_unplugged_goes_on_when_it_is_back(
     train: Train, coarse_scenario: Path, tmp_path: Path
 ) -> None:

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from typing import get_args
 
 import numpy as np
 import pytest
@@ -28,7 +27,9 @@ TISSUE = TransferFunction(
     np.array([-1.0, 1.0]), np.full((2, 3), 0.5), np.full(2, KAPPA)
 )
 QUALITY = Quality(0.5, 0.0)
-BOTH = pytest.mark.parametrize("kind", get_args(ClassificationName))
+BOTH = pytest.mark.parametrize(
+    "kind", ["integrated", pytest.param("post", marks=pytest.mark.slow)]
+)
 
 
 def cube(side: int = 8, kind: ClassificationName = "post") -> ActiveRayTracer:

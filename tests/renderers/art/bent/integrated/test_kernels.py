@@ -73,7 +73,9 @@ def test_what_moves_nothing_changes_nothing(scene: Scene, lit: bool) -> None:
     assert np.mean(off > 1e-3) < 0.01
 
 
-@pytest.mark.parametrize("name", ["swollen", "cut"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("swollen", marks=pytest.mark.slow), "cut"]
+)
 def test_halving_the_step_quarters_the_error(scene: Scene, name: str) -> None:
     """Extinction that jumps, lights: of second order, where post has the first.
 
