@@ -42,6 +42,7 @@ class Facets:
     @classmethod
     def of(cls, corners: NDArray[np.float64]) -> "Facets":
         """Cut and group triangles ``(n, 3, 3)``."""
+        place = _places(corners)
         sides = corners[:, 1:] - corners[:, :1]
         area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2
         edge = max(_EDGE_MM, math.sqrt(area) / _EDGES_ACROSS)
@@ -59,16 +60,18 @@ class Facets:
         radius = np.linalg.norm(high - low, axis=1, keepdims=True) * 0.50001
         return cls(
             np.ascontiguousarray(corners, np.float32).reshape(-1, 9),
-            _corner_normals(corners).astype(np.float32).reshape(-1, 9),
+            _corner_normals(corners, place).astype(np.float32).reshape(-1, 9),
             np.ascontiguousarray(pieces, np.float32).reshape(-1, 9),
             parent.astype(np.int32),
             np.concatenate([(low + high) / 2, radius], axis=1).astype(np.float32),
             np.append(first, len(pieces)).astype(np.int32),
-            _is_closed(corners),
+            _is_closed(corners, place),
         )
 
 
-def _corner_normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+def _corner_normals(
+    corners: NDArray[np.float64], place: NDArray[np.intp]
+) -> NDArray[np.float64]:
     """Give a unit normal for each corner ``(n, 3, 3)`` of triangles ``(n, 3, 3)``.
 
     It is the mean of the faces that share the place and do not meet at a crease, each
@@ -82,7 +85,6 @@ def _corner_normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
         np.linalg.norm(np.cross(ahead, back), axis=2),
         np.einsum("nij,nij->ni", ahead, back),
     ).ravel()
-    place = _places(corners)
     owner = np.arange(len(place)) // 3
     order = np.argsort(place, kind="stable")
     groups = np.split(order, np.flatnonzero(np.diff(place[order])) + 1)
@@ -96,14 +98,14 @@ def _corner_normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _places(corners: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Number the places of corners: a mesh may repeat its vertices."""
+    """Number the places ``(3 n,)`` of corners: a mesh may repeat its vertices."""
     _, place = np.unique(corners.reshape(-1, 3).round(6), axis=0, return_inverse=True)
     return place.ravel()
 
 
-def _is_closed(corners: NDArray[np.float64]) -> bool:
+def _is_closed(corners: NDArray[np.float64], place: NDArray[np.intp]) -> bool:
     """Say whether each edge is passed once in each direction, round some volume."""
-    place = _places(corners).reshape(-1, 3).astype(np.int64)
+    place = place.reshape(-1, 3)
     ahead = np.roll(place, -1, axis=1)
     if np.any(place == ahead):
         return False
