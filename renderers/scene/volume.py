@@ -135,8 +135,8 @@ class Volume:
     def sample(self, points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
         """Interpolate trilinearly at ``(..., 3)`` world points, in float64.
 
-        Outside the interpolable box the background is returned. For single points
-        and tests; kernels do their own interpolation.
+        Outside the interpolable box the background is returned. For a few points and
+        for tests; kernels do their own interpolation.
         """
         points = np.asarray(points_mm, dtype=np.float64)
         matrix = self.voxel_from_world
@@ -156,6 +156,24 @@ class Volume:
             )
             result += weight * self.values[k + dz, j + dy, i + dx]
         return np.where(inside, result, self.background)
+
+    def at_voxel(self, voxel: NDArray[np.float64]) -> float:
+        """Interpolate as `sample` does, at one place ``(3,)`` in voxels.
+
+        In plain numbers: numpy takes ten times as long for one.
+        """
+        nz, ny, nx = self.shape
+        x, y, z = voxel.tolist()
+        if not (0 <= x <= nx - 1 and 0 <= y <= ny - 1 and 0 <= z <= nz - 1):
+            return self.background
+        i, j, k = min(int(x), nx - 2), min(int(y), ny - 2), min(int(z), nz - 2)
+        fx, fy, fz = x - i, y - j, z - k
+        cell = self.values[k : k + 2, j : j + 2, i : i + 2].tolist()
+        (a, b), (c, d) = (
+            [row[0] + fx * (row[1] - row[0]) for row in layer] for layer in cell
+        )
+        front, back = a + fy * (b - a), c + fy * (d - c)
+        return float(front + fz * (back - front))
 
     def with_values(self, values: NDArray[Any], background: float) -> "Volume":
         """Return the same grid holding other values of the same shape."""

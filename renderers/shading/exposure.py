@@ -37,9 +37,11 @@ def meter(radiance: NDArray[np.float32]) -> float:
     if gain >= LARGEST_GAIN:
         return LARGEST_GAIN
     place = round(HIGHLIGHT_SHARE * (len(largest) - 1))
+    if np.count_nonzero(largest * gain <= HIGHLIGHT) > place:
+        # most pictures: to order the samples takes as long as all the rest
+        return gain
     largest.partition(place)
-    brightest = float(largest[place])
-    return min(gain, HIGHLIGHT / brightest) if brightest > 0 else gain
+    return min(gain, HIGHLIGHT / float(largest[place]))
 
 
 @lru_cache(maxsize=4)

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 from enum import Enum
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,8 +50,7 @@ class ScopeLight:
 
         Half of them on the crescent to the right of the lens, half on the left.
         """
-        angle, _ = self._angles(count)
-        ring = camera.frame[1:3].T @ np.stack([np.cos(angle), np.sin(angle)])
+        ring = camera.frame[1:3].T @ _crescents(count).outward
         sources: NDArray[np.float32] = (self.ring_radius_mm * ring.T).astype(np.float32)
         return sources
 
@@ -61,21 +61,36 @@ class ScopeLight:
         of that stretch's chord. What a tool leaves of the light depends on it: with
         points for sources, two of them would cast two hard shadows.
         """
-        angle, step = self._angles(count)
-        along = camera.frame[1:3].T @ np.stack([-np.sin(angle), np.cos(angle)])
-        reach = self.ring_radius_mm * math.sin(step / 2)
+        crescents = _crescents(count)
+        along = camera.frame[1:3].T @ crescents.along
+        reach = self.ring_radius_mm * math.sin(crescents.step / 2)
         arcs: NDArray[np.float32] = (reach * along.T).astype(np.float32)
         return arcs
 
-    @staticmethod
-    def _angles(count: int) -> tuple[NDArray[np.float64], float]:
-        """Give the angles of sources about the view axis, and between neighbours."""
-        if count < 2 or count % 2:
-            raise ValueError(f"two crescents need an even count >= 2, got {count}")
-        half = count // 2
-        step = 2 * _CRESCENT_HALF_ANGLE / half
-        angle = -_CRESCENT_HALF_ANGLE + (np.arange(half) + 0.5) * step
-        return np.concatenate([angle, angle + math.pi]), step
+
+@dataclass(frozen=True, slots=True)
+class _Crescents:
+    """Place sources about the view axis.
+
+    outward, along: ``(2, n)`` unit vectors right and up, from the axis and round it.
+    step: angle between neighbours.
+    """
+
+    outward: NDArray[np.float64]
+    along: NDArray[np.float64]
+    step: float
+
+
+@lru_cache(maxsize=8)
+def _crescents(count: int) -> _Crescents:
+    if count < 2 or count % 2:
+        raise ValueError(f"two crescents need an even count >= 2, got {count}")
+    half = count // 2
+    step = 2 * _CRESCENT_HALF_ANGLE / half
+    angle = -_CRESCENT_HALF_ANGLE + (np.arange(half) + 0.5) * step
+    angle = np.concatenate([angle, angle + math.pi])
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return _Crescents(np.stack([cosine, sine]), np.stack([-sine, cosine]), step)
 
 
 class Detail(Enum):

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -93,13 +94,12 @@ class ScopeShader:
         demand_size(gbuffer, camera)
         if camera.projection is Projection.ORTHOGRAPHIC:
             raise ValueError("scope light needs a lens with an eye, not orthographic")
-        if only is None:
-            only = np.ones(gbuffer.size, np.bool_)
-        else:
-            only = np.ascontiguousarray(only, np.bool_)
         gbuffer = _read_only(gbuffer)
         seen = gbuffer
-        if not only.all():
+        if only is None:
+            only = _all_of(gbuffer.size)
+        else:
+            only = np.ascontiguousarray(only, np.bool_)
             seen = replace(gbuffer, coverage=np.where(only, gbuffer.coverage, 0))
             seen = _read_only(seen)
         rods = rod_table(casters if self.effects.tool_shadow else (), camera)
@@ -239,6 +239,11 @@ class ScopeShader:
         self._bands.close()
 
 
+@lru_cache(maxsize=1)
+def _all_of(size: tuple[int, int]) -> NDArray[np.bool_]:
+    return np.ones(size, np.bool_)
+
+
 def _read_only(gbuffer: GBuffer) -> GBuffer:
     """View the buffer so that it cannot be written, whatever the caller can do.
 
@@ -247,6 +252,8 @@ def _read_only(gbuffer: GBuffer) -> GBuffer:
     """
 
     def view(array: NDArray[Any]) -> NDArray[Any]:
+        if array.flags.c_contiguous and not array.flags.writeable:
+            return array
         result = np.ascontiguousarray(array).view()
         result.flags.writeable = False
         return result

@@ -8,6 +8,7 @@ it: there is closed tissue in front of it.
 
 import itertools
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from renderers.fsr.display_list import view_planes
 from renderers.fsr.normals import kernel_geometry
 from renderers.fsr.occlusion.kernels import flag_blocks, list_runs, trace_cones
 from renderers.fsr.sparse_rows import SparseRows
-from renderers.scene import Camera, Volume
+from renderers.scene import Camera, Projection, Volume
 from renderers.scene.thread_team import ThreadTeam
 
 BLOCK_SHIFT = 2
@@ -88,6 +89,10 @@ class Blocks:
 
     def __init__(self, distance: Volume, coarse: SparseRows, fine: SparseRows) -> None:
         self._distance = distance
+        self._margin = MARGIN_VOXELS * float(distance.spacing_mm.max())
+        block_mm = distance.spacing_mm * (1 << BLOCK_SHIFT)
+        self._half_diagonal = float(np.linalg.norm(block_mm)) / 2
+        self._endless = np.empty((0, 0), np.float32)
         self._values, _, _ = kernel_geometry(distance)
         nz, ny, nx = distance.shape
         self._deep, self._high, self._wide = (
@@ -173,12 +178,12 @@ class Blocks:
         elements are wanted up to, coarse ones from this distance. hide: without,
         no cones are traced. allowed: per block, 0 for those known to be hidden.
         """
-        distance = self._distance
-        nz, ny, nx = distance.shape
-        camera_from_voxel, voxel_from_camera = _transforms(camera, distance)
+        nz, ny, nx = self._distance.shape
+        camera_from_voxel = _camera_from_voxel(camera, self._distance)
         shape = (-(-camera.height // SQUARE_PX), -(-camera.width // SQUARE_PX))
-        ends = np.full(shape, np.inf, np.float32)
-        margin = MARGIN_VOXELS * float(distance.spacing_mm.max())
+        if self._endless.shape != shape:
+            self._endless = np.full(shape, np.inf, np.float32)
+        ends = self._endless.copy() if hide else self._endless
 
         def trace(first: int) -> None:
             trace_cones(
@@ -192,19 +197,19 @@ class Blocks:
                 camera.width,
                 camera.height,
                 SQUARE_PX,
-                margin,
+                self._margin,
                 first,
                 min(first + ROWS_PER_TASK, shape[0]),
                 ends,
             )
 
         if hide:
+            inverse = np.linalg.inv(camera_from_voxel)
+            voxel_from_camera = np.asarray(inverse, np.float64)
             team.map(trace, range(0, shape[0], ROWS_PER_TASK))
-        planes = view_planes(camera, 0.0)
-        planes[:, 3] += planes[:, :3] @ camera.eye_mm
-        planes[:, :3] = planes[:, :3] @ camera.frame[1:].T
-        edge = 1 << BLOCK_SHIFT
-        half_diagonal = float(np.linalg.norm(distance.spacing_mm)) * edge / 2
+        planes = _lens_planes(
+            camera.projection, camera.extent, camera.width, camera.height
+        )
 
         def flag(part: tuple[int, int]) -> tuple[int, int]:
             met, hidden = flag_blocks(
@@ -213,9 +218,9 @@ class Blocks:
                 part[1],
                 self._wide,
                 self._high,
-                edge,
+                1 << BLOCK_SHIFT,
                 camera_from_voxel,
-                half_diagonal + radius_mm,
+                self._half_diagonal + radius_mm,
                 planes,
                 near_reach_mm,
                 far_from_mm,
@@ -237,11 +242,20 @@ class Blocks:
         return Visible(self._shown, self._distances, in_view, hidden)
 
 
-def _transforms(
-    camera: Camera, distance: Volume
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _camera_from_voxel(camera: Camera, distance: Volume) -> NDArray[np.float64]:
     camera_from_world = np.eye(4)
     camera_from_world[:3, :3] = camera.frame[1:]
     camera_from_world[:3, 3] = -camera.frame[1:] @ camera.eye_mm
-    camera_from_voxel = camera_from_world @ distance.world_from_voxel
-    return camera_from_voxel, np.asarray(np.linalg.inv(camera_from_voxel), np.float64)
+    camera_from_voxel: NDArray[np.float64] = (
+        camera_from_world @ distance.world_from_voxel
+    )
+    return camera_from_voxel
+
+
+@lru_cache(maxsize=4)
+def _lens_planes(
+    projection: Projection, extent: float, width: int, height: int
+) -> NDArray[np.float64]:
+    """Bound what a lens sees by planes in the camera's own frame."""
+    at_origin = np.concatenate([np.zeros((1, 3)), np.eye(3)])
+    return view_planes(Camera(at_origin, extent, width, height, projection), 0.0)

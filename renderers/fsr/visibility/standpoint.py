@@ -33,8 +33,9 @@ class Standpoint:
         That is outside the airway, and in tissue.
         """
         matrix = self._voxel_from_world
-        row = self._sets.row(matrix[:3, :3] @ eye_mm + matrix[:3, 3])
-        if row < 0 or self._distance.sample(eye_mm) >= 0:
+        at = matrix[:3, :3] @ eye_mm + matrix[:3, 3]
+        row = self._sets.row(at)
+        if row < 0 or self._distance.at_voxel(at) >= 0:
             return None
         if row != self._row:
             self._row, self._seen = row, self._sets.seen(row)

@@ -57,7 +57,6 @@ def draw_facets(
     pinhole = camera.projection is Projection.PERSPECTIVE
     # the corners of a pinhole's picture are further out than its sides
     widest = math.pi / 2 if pinhole else camera.widest
-    stretches = camera.distortion.stretches(camera.widest)
     projection = int(camera.projection)
     groups = np.empty((len(facets.spheres), 2), np.int32)
     bound_groups(
@@ -83,6 +82,7 @@ def draw_facets(
     front = 0.0
     if facets.is_closed and not flat and is_outside(facets.corners, -shift @ turn):
         front = -float(np.linalg.det(turn))
+    stretches = camera.distortion.stretches(camera.widest)
     # all at once, not row by row: to look through what is in view takes long
     lists = []
     piece = 0

@@ -55,8 +55,8 @@ class VirtualLights:
         """
         if count < 1:
             raise ValueError(f"at least one virtual light is needed, got {count}")
-        local, cosine, patch = _spiral(count)
-        flux = light.power * np.exp(-light.spread * (1 - cosine)) * patch
+        local, patch = _spiral(count)
+        flux = _flux(count, light.power, light.spread)
         voxel_from_world = distance.voxel_from_world
         eye = voxel_from_world[:3, :3] @ camera.eye_mm + voxel_from_world[:3, 3]
         table = np.zeros((8, count), np.float32)
@@ -65,7 +65,7 @@ class VirtualLights:
             voxel_from_world[:3, :3].astype(np.float32),
             eye.astype(np.float32),
             np.ascontiguousarray((local @ camera.frame[1:]).T, np.float32),
-            flux.astype(np.float32),
+            flux,
             np.float32(LONGEST_MM),
             _STEP_LIMIT,
             table,
@@ -118,11 +118,19 @@ class VirtualLights:
 
 
 @lru_cache(maxsize=4)
-def _spiral(count: int) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """Give directions ``(count, 3)``, cosines to the axis, and a ray's solid angle."""
+def _spiral(count: int) -> tuple[NDArray[np.float64], float]:
+    """Give directions ``(count, 3)``, z along the axis, and a ray's solid angle."""
     span = 1 - math.cos(CONE_HALF_ANGLE)
     cosine = 1 - (np.arange(count) + 0.5) / count * span
     sine = np.sqrt(1 - cosine**2)
     turn = np.arange(count) * _GOLDEN_ANGLE
     local = np.stack([sine * np.cos(turn), sine * np.sin(turn), cosine], axis=-1)
-    return local, cosine, 2 * math.pi * span / count
+    return local, 2 * math.pi * span / count
+
+
+@lru_cache(maxsize=8)
+def _flux(count: int, power: float, spread: float) -> NDArray[np.float32]:
+    """Give what the source sends along each direction."""
+    local, patch = _spiral(count)
+    flux: NDArray[np.float64] = power * np.exp(-spread * (1 - local[:, 2])) * patch
+    return flux.astype(np.float32)

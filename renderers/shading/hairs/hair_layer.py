@@ -97,10 +97,12 @@ class HairLayer:
 
     def _is_beyond(self, camera: Camera, widest: float) -> bool:
         """Say whether all hairs are more than `widest` radians off the view axis."""
-        toward = self._middle - camera.eye_mm
-        distance = float(np.linalg.norm(toward))
+        # in plain numbers: this is all that most frames ask of hairs
+        toward = (self._middle - camera.eye_mm).tolist()
+        distance = math.hypot(*toward)
         if distance <= self._radius:
             return False
-        cosine = float(toward @ camera.frame[3]) / distance
+        along = camera.frame[3].tolist()
+        cosine = sum(a * b for a, b in zip(toward, along, strict=True)) / distance
         off = math.acos(min(max(cosine, -1.0), 1.0))
         return off - math.asin(self._radius / distance) > widest
