@@ -7,9 +7,8 @@ from typing import Any
 
 from app.arm import demand_port, open_arm
 from app.device_log import DeviceLog
-from app.endoscope_view import Frame
 from app.faults import DeviceLostError
-from app.flight import Timing, fly
+from app.flight import Shown, Timing, fly
 from app.folder import claimed_folder, remove_old_session
 from app.lasting_poses import LastingPoses
 from app.operating_room import OperatingRoom, prepare_room
@@ -23,7 +22,7 @@ from app.terminal import Stages, print_json, print_table
 from app.versions import versions
 from devices import DeviceError, ProbePath, load_probe_path
 from renderers.scene import Mesh
-from scenarios import Sample, Scenario, Score, View, load_scenario
+from scenarios import Scenario, Score, load_scenario
 from scenarios.bundle import SessionInfo, SessionRecorder, write_json
 
 LOST_PATIENCE_S = 60.0
@@ -133,10 +132,11 @@ def _fly(
         session = build_session(scenario, room, registration.world_from_device, size)
         recorder = stack.enter_context(SessionRecorder(bundle, info))
 
-        def on_frame(seen: View, frame: Frame, sample: Sample, number: int) -> None:
-            stages("Flying", sample.time_s / path.duration_s)
+        def on_frame(shown: Shown) -> None:
+            time_s = shown.sample.time_s
+            stages("Flying", time_s / path.duration_s)
             for keepsake in kept:
-                keepsake.offer(number, seen, frame, sample.time_s)
+                keepsake.offer(shown.number, shown.view, shown.frame, time_s)
 
         log = DeviceLog(recorder, session)
 

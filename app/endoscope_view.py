@@ -1,6 +1,6 @@
 """The endoscope's picture: tissue by splats, instruments by rays, one light for all."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ from xxhash import xxh3_128_hexdigest
 from app.operating_room import OperatingRoom, Progress
 from renderers.fsr import FuzzySetRenderer
 from renderers.scene import GBuffer, Mesh
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_team import Errand, ThreadTeam
 from renderers.shading import (
     AutoGain,
     CameraPass,
@@ -72,7 +72,10 @@ class EndoscopeView:
         tell(SIGHT_STAGE, 0.0)
         self.renderer.look_up_sight(progress=lambda share: tell(SIGHT_STAGE, share))
         self._shader = ScopeShader(room.surface, tier, seed=seed, threads=team)
-        self._camera_pass = CameraPass(threads=team)
+        # beside the next view, see `begin`
+        self._team = team
+        self._camera_pass = CameraPass(threads=1)
+        self._begun: Errand[Frame] | None = None
         self._light = ScopeLight(ring_radius_mm)
         self.instrument = instrument
         self._auto_gain = AutoGain()
@@ -138,15 +141,26 @@ class EndoscopeView:
         )
         return pixels
 
-    def draw(
-        self, view: View, *, number: int, elapsed_s: float, gain: float | None = None
-    ) -> Frame:
-        """Draw one frame.
+    def begin(
+        self,
+        view: View,
+        *,
+        number: int,
+        elapsed_s: float,
+        gain: float | None = None,
+        then: Callable[[Frame], None] | None = None,
+    ) -> Errand[Frame]:
+        """Find what a view sends into the scope; leave taking the picture to a thread.
 
         number: seeds the sensor noise.
         elapsed_s: time since the last frame; the automatic gain follows with it.
         gain: a fixed gain instead, for replays.
-        A scope that rests is only exposed anew: the same bits as drawn again.
+        then: called with the finished frame, in the thread that finished it. Frames
+        are finished in the order in which they were begun.
+        While one thread takes the picture the next view may be begun: what only one
+        thread can do there costs nothing then. The first error of a frame, or of what
+        is called with it, is raised by its result and by the next call. A scope that
+        rests is only exposed anew: the same bits as drawn again.
         """
         seen = view.camera.key, view.world_from_instrument.tobytes()
         if self._lit is None or self._lit[0] != seen:
@@ -155,7 +169,34 @@ class EndoscopeView:
         else:
             self.views_skipped += 1
         _, buffer, radiance = self._lit
-        if gain is None:
-            gain = self._auto_gain.follow(meter(radiance), elapsed_s)
-        pixels = self.expose(view, buffer, radiance, gain=gain, number=number)
-        return Frame(pixels, buffer, gain)
+
+        self.settle()
+        chosen = gain
+        if chosen is None:
+            chosen = self._auto_gain.follow(meter(radiance), elapsed_s)
+
+        def finish() -> Frame:
+            pixels = self.expose(view, buffer, radiance, gain=chosen, number=number)
+            frame = Frame(pixels, buffer, chosen)
+            if then is not None:
+                then(frame)
+            return frame
+
+        self._begun = self._team.start(finish)
+        import time
+        time.sleep(0.00005)
+        return self._begun
+
+    def settle(self) -> None:
+        """Wait until nothing is in the making; its error is raised, once."""
+        begun, self._begun = self._begun, None
+        if begun is not None:
+            begun.result()
+
+    def draw(
+        self, view: View, *, number: int, elapsed_s: float, gain: float | None = None
+    ) -> Frame:
+        """Draw one frame and wait for it; see `begin`."""
+        begun = self.begin(view, number=number, elapsed_s=elapsed_s, gain=gain)
+        self.settle()
+        return begun.result()

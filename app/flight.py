@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -19,8 +20,23 @@ PATIENCE_S = 2.0
 driver itself notices a lost line within about a second."""
 
 
-OnFrame = Callable[[View, Frame, Sample, int], None]
-"""Called with each finished frame, its view, its sample and its number."""
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """Hold a finished frame and what it shows.
+
+    number: counts frames from 0. pose_age_ms: from the newest pose's measurement to
+    now, when the picture is there.
+    """
+
+    view: View
+    frame: Frame
+    sample: Sample
+    number: int
+    pose_age_ms: float
+
+
+OnFrame = Callable[[Shown], None]
+"""Called with each finished frame, in order, not by the thread that reads poses."""
 
 
 class Aim(Protocol):
@@ -41,7 +57,11 @@ class OrderedPoses(Protocol):
 
 @dataclass(slots=True)
 class Timing:
-    """Gather what a flight took, frame by frame."""
+    """Gather what a flight took, frame by frame.
+
+    frame_ms: from one finished picture to the next. pose_age_ms: from a pose's
+    measurement to its finished picture.
+    """
 
     frame_ms: list[float] = field(default_factory=list)
     pose_age_ms: list[float] = field(default_factory=list)
@@ -83,19 +103,19 @@ def fly(
     Every pose is recorded and scored; each frame shows the newest one. Errors of the
     device pass through; what was recorded before is on disk.
     """
-    timing = Timing()
-    with _settled_memory():
+    teller = _Teller(recorder, on_frame)
+    with _settled_memory(), _settled_view(view):
         number = 0
-        started = shown = time.perf_counter()
+        begun = time.perf_counter()
         while True:
             newest: tuple[Pose, Sample] | None = None
             for pose in _arrived(source):
                 sample = aim.complete(pose)
                 if sample.time_s >= until_s:
-                    timing.wall_s = time.perf_counter() - started
-                    return timing
+                    return teller.timing
                 if sample.time_s < 0.0:
-                    started = shown = time.perf_counter()
+                    begun = time.perf_counter()
+                    teller.start()
                     continue
                 session.step(sample)
                 newest = pose, sample
@@ -103,23 +123,55 @@ def fly(
             if newest is None:
                 continue
             pose, sample = newest
-            begun = time.perf_counter()
+            before, begun = begun, time.perf_counter()
             seen = session.view(sample)
-            frame = view.draw(seen, number=number, elapsed_s=begun - shown)
-            timing.frame_ms.append((time.perf_counter() - begun) * 1e3)
-            timing.pose_age_ms.append((time.monotonic() - pose.host_time_s) * 1e3)
-            shown = begun
-            recorder.add(
-                FrameRecord(
-                    number,
-                    recorder.samples - 1,
-                    frame.gain,
-                    seen.clearance_mm,
-                    frame.fingerprint(),
-                )
+            tell = partial(
+                teller.tell, number, recorder.samples - 1, pose, sample, seen
             )
-            on_frame(seen, frame, sample, number)
+            view.begin(seen, number=number, elapsed_s=begun - before, then=tell)
             number += 1
+
+
+class _Teller:
+    """Record each finished frame and tell of it."""
+
+    def __init__(self, recorder: SessionRecorder, on_frame: OnFrame) -> None:
+        self.timing = Timing()
+        self._recorder = recorder
+        self._on_frame = on_frame
+        self.start()
+
+    def start(self) -> None:
+        """Count time from now on."""
+        self._started = self._told = time.perf_counter()
+
+    def tell(
+        self,
+        number: int,
+        index: int,
+        pose: Pose,
+        sample: Sample,
+        seen: View,
+        frame: Frame,
+    ) -> None:
+        """Tell of one; index: of its sample among those recorded."""
+        before, self._told = self._told, time.perf_counter()
+        age_ms = (time.monotonic() - pose.host_time_s) * 1e3
+        self.timing.frame_ms.append((self._told - before) * 1e3)
+        self.timing.pose_age_ms.append(age_ms)
+        self.timing.wall_s = self._told - self._started
+        gap, print_ = seen.clearance_mm, frame.fingerprint()
+        self._recorder.add(FrameRecord(number, index, frame.gain, gap, print_))
+        self._on_frame(Shown(seen, frame, sample, number, age_ms))
+
+
+@contextmanager
+def _settled_view(view: EndoscopeView) -> Iterator[None]:
+    """Leave no frame in the making."""
+    try:
+        yield
+    finally:
+        view.settle()
 
 
 @contextmanager

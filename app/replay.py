@@ -2,6 +2,7 @@
 
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -11,6 +12,7 @@ from app.endoscope_view import Frame
 from app.operating_room import OperatingRoom, Progress, prepare_room
 from app.session_setup import build_session, build_view
 from app.video import VideoWriter
+from renderers.scene.thread_team import Errand
 from renderers.shading import LOOK_VERSION
 from scenarios import Sample, Scenario, Score
 from scenarios.bundle import FrameRecord, SampleRecord, read_session
@@ -92,13 +94,22 @@ def replay_session(
     )
     same_look = info.look == LOOK_VERSION
     frames = 0
-    frame: Frame | None = None
+    last: Errand[Frame] | None = None
     pictures: list[int] = []
     clearances: list[int] = []
     samples: list[Sample] = []
+
+    def check(record: FrameRecord, time_s: float, frame: Frame) -> None:
+        if same_look and frame.fingerprint() != record.xxh3_128:
+            pictures.append(record.number)
+        if film is not None:
+            film.show_until(frame.pixels, time_s)
+
     with ExitStack() as stack:
         if film is not None:
             stack.enter_context(film)
+        # interrupted, no frame is still in the making when the film is closed
+        stack.callback(view.settle)
         for index, record in enumerate(records):
             if isinstance(record, SampleRecord):
                 sample = record.sample()
@@ -108,20 +119,21 @@ def replay_session(
                 # A frame is recorded when it is finished; newer samples have come in.
                 shown = samples[record.sample]
                 seen = session.view(shown)
-                frame = view.draw(
-                    seen, number=record.number, elapsed_s=0.0, gain=record.gain
+                last = view.begin(
+                    seen,
+                    number=record.number,
+                    elapsed_s=0.0,
+                    gain=record.gain,
+                    then=partial(check, record, shown.time_s),
                 )
                 frames += 1
-                if same_look and frame.fingerprint() != record.xxh3_128:
-                    pictures.append(record.number)
                 if seen.clearance_mm != record.clearance_mm:
                     clearances.append(record.number)
-                if film is not None:
-                    film.show_until(frame.pixels, shown.time_s)
             progress("Replaying", (index + 1) / len(records))
-        if film is not None and frame is not None:
+        view.settle()
+        if film is not None and last is not None:
             # the last frame was still to be seen when the flight ended
-            film.show_until(frame.pixels, samples[-1].time_s)
+            film.show_until(last.result().pixels, samples[-1].time_s)
     score = session.score()
     return ReplayReport(
         complete=complete,

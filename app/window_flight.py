@@ -20,9 +20,9 @@ from PySide6.QtCore import QObject, Signal
 
 from app.cutaway import cutter
 from app.device_log import DeviceLog
-from app.endoscope_view import EndoscopeView, Frame
+from app.endoscope_view import EndoscopeView
 from app.faults import DeviceLostError
-from app.flight import Aim, OrderedPoses, fly
+from app.flight import Aim, OrderedPoses, Shown, fly
 from app.inputs import FlightInput
 from app.lasting_poses import LastingPoses
 from app.operating_room import OperatingRoom, prepare_room
@@ -267,25 +267,26 @@ class WindowFlight(QObject):
 
         lasting.on_loss, lasting.on_return = on_loss, on_return
 
-        def on_frame(seen: View, frame: Frame, sample: Sample, number: int) -> None:
+        def on_frame(frame: Shown) -> None:
             now = time.monotonic()
             shown.append(now)
             while shown[0] < now - RATE_OVER_S:
                 shown.popleft()
             rate = (len(shown) - 1) / max(now - shown[0], 1e-3)
+            time_s, gain = frame.sample.time_s, frame.frame.gain
             if self._moment_wanted.is_set():
                 self._moment_wanted.clear()
-                recorder.add(EventRecord(sample.time_s, "snapshot", f"frame {number}"))
-                self.moment_kept.emit(sample.time_s)
+                said = f"frame {frame.number}"
+                recorder.add(EventRecord(time_s, "snapshot", said))
+                self.moment_kept.emit(time_s)
                 if self._desk is not None:
-                    moment = KeptMoment(sample.time_s, seen, frame.gain, number)
-                    self._desk.draw(moment)
+                    self._desk.draw(KeptMoment(time_s, frame.view, gain, frame.number))
             if self._view_wanted.is_set():
                 self._view_wanted.clear()
-                self.view_kept.emit(*keeper.keep(seen, frame, sample, number))
-            self._post(
-                Instant(frame.pixels, seen, sample.time_s, source.age_ms(), rate)
-            )
+                kept = keeper.keep(frame.view, frame.frame, frame.sample, frame.number)
+                self.view_kept.emit(*kept)
+            pixels = frame.frame.pixels
+            self._post(Instant(pixels, frame.view, time_s, frame.pose_age_ms, rate))
 
         figures = {}
         try:

@@ -15,6 +15,7 @@ import io
 import json
 import os
 import struct
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal
@@ -142,7 +143,7 @@ class SessionRecorder(Closing):
     """Write a session as it happens; a context manager.
 
     Whatever has been added when the program dies can be replayed, up to the last
-    flush.
+    flush. Samples and frames may be added by two threads.
     """
 
     def __init__(self, folder: Path, info: SessionInfo) -> None:
@@ -173,23 +174,26 @@ class SessionRecorder(Closing):
             self._channels[kind] = self._writer.register_channel(topic, "json", schema)
         self._unflushed = 0
         self._last_ns = 0
+        self._adding = threading.Lock()
         self.samples = 0
 
     def add(self, record: Record) -> None:
         """Append one record."""
-        if isinstance(record, SampleRecord | EventRecord):
-            self._last_ns = int(record.time_s * 1e9)
-        if isinstance(record, SampleRecord):
-            self.samples += 1
-        self._writer.add_message(
-            self._channels[type(record)],
-            log_time=max(self._last_ns, 0),
-            data=msgspec.json.encode(record),
-            publish_time=max(self._last_ns, 0),
-        )
-        self._unflushed += 1
-        if self._unflushed >= _FLUSH_EVERY:
-            self.flush()
+        data = msgspec.json.encode(record)
+        with self._adding:
+            if isinstance(record, SampleRecord | EventRecord):
+                self._last_ns = int(record.time_s * 1e9)
+            if isinstance(record, SampleRecord):
+                self.samples += 1
+            self._writer.add_message(
+                self._channels[type(record)],
+                log_time=max(self._last_ns, 0),
+                data=data,
+                publish_time=max(self._last_ns, 0),
+            )
+            self._unflushed += 1
+            if self._unflushed >= _FLUSH_EVERY:
+                self.flush()
 
     def flush(self) -> None:
         """Hand everything so far to the operating system."""

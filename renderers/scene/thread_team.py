@@ -3,13 +3,17 @@
 The calling thread works too, and each thread takes part after part from one shared
 counter. A picture is a dozen maps of a millisecond and less, and a thread that sleeps
 takes fifty microseconds and more to wake: those who wait look around for a while first.
+
+What is not wanted at once is an errand: one of the others does it while the rest go on
+sharing out parts.
 """
 
 import itertools
 import threading
 import weakref
+from collections import deque
 from collections.abc import Callable, Sequence
-from typing import TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +25,42 @@ Result = TypeVar("Result")
 
 LOOKS = 4000
 """Times that a thread looks around before it sleeps: about a tenth of a millisecond."""
+
+
+class Errand(Generic[Result]):
+    """Hold one piece of work that is done beside the rest; ask for its result once."""
+
+    def __init__(self, work: Callable[[], Result], board: "_Board") -> None:
+        self._work: Callable[[], Result] | None = work
+        self._board = board
+        self._done: NDArray[np.int64] = np.zeros(1, np.int64)
+        self._results: list[Result] = []
+        self._error: BaseException | None = None
+
+    @property
+    def is_done(self) -> bool:
+        """Say whether there is a result, or an error."""
+        return bool(self._done[0])
+
+    def result(self) -> Result:
+        """Wait for the result; its error is raised. Not begun, it is done here."""
+        if self._board.take_back(self):
+            self.run()
+        while not self._done[0]:
+            self._board.wait(self._done, 0)
+        if self._error is not None:
+            raise self._error
+        return self._results[0]
+
+    def run(self) -> None:
+        """Do it; whoever has taken it from the board."""
+        work, self._work = self._work, None
+        assert work is not None
+        try:
+            self._results.append(work())
+        except BaseException as error:
+            self._error = error
+        self._board.tell(self._done)
 
 
 class ThreadTeam:
@@ -77,6 +117,20 @@ class ThreadTeam:
             raise errors[0]
         return [results[turn] for turn in range(len(parts))]
 
+    def start(self, work: Callable[[], Result]) -> Errand[Result]:
+        """Have one of the others do `work` while the caller goes on.
+
+        They join in maps again when it is done. In a team of one the caller does it
+        here; in a closed team, when the result is asked for.
+        """
+        errand = Errand(work, self._board)
+        if self.threads == 1:
+            errand.run()
+        else:
+            self._start()
+            self._board.hang_up(errand)
+        return errand
+
     def close(self) -> None:
         """End the threads."""
         self._board.end()
@@ -105,14 +159,14 @@ class _Board:
         self._changed = threading.Condition(threading.Lock())
         self._sleeping = 0
         self._work: Callable[[], None] | None = None
-        self._is_ended = False
+        self._errands: deque[Errand[Any]] = deque()
+        self.is_ended = False
 
     def put_up(self, work: Callable[[], None]) -> None:
         """Give the helpers work."""
         with self._changed:
             self._work = work
-            self._calls[0] += 1
-            self._wake()
+            self._call()
 
     def take_down(self) -> None:
         """Let nobody begin the work any more, and wait for those who have."""
@@ -120,35 +174,60 @@ class _Board:
             self._work = None
             busy = int(self._busy[0])
         while busy:
-            self._wait(self._busy, busy)
+            self.wait(self._busy, busy)
             busy = int(self._busy[0])
+
+    def hang_up(self, errand: Errand[Any]) -> None:
+        """Leave an errand to the next helper who is free."""
+        with self._changed:
+            self._errands.append(errand)
+            self._call()
+
+    def take_back(self, errand: Errand[Any]) -> bool:
+        """Take an errand that nobody has begun; say whether it was there."""
+        with self._changed:
+            is_here = errand in self._errands
+            if is_here:
+                self._errands.remove(errand)
+        return is_here
 
     def end(self) -> None:
         """Send the helpers home."""
         with self._changed:
-            self._is_ended = True
-            self._calls[0] += 1
-            self._wake()
+            self.is_ended = True
+            self._call()
 
     def serve(self) -> None:
         """Help with whatever is put up until the end."""
-        seen = 0
-        while not self._is_ended:
-            self._wait(self._calls, seen)
-            with self._changed:
-                seen = int(self._calls[0])
-                work = self._work
-                self._busy[0] += work is not None
-            if work is None:
-                continue
-            work()
-            # nothing of the picture is kept until the next
+        answered = 0
+        while not self.is_ended:
             work = None
             with self._changed:
-                self._busy[0] -= 1
-                self._wake()
+                calls = int(self._calls[0])
+                errand = self._errands.popleft() if self._errands else None
+                if errand is None and answered < calls:
+                    answered = calls
+                    work = self._work
+                    self._busy[0] += work is not None
+            if errand is not None:
+                errand.run()
+            elif work is not None:
+                work()
+                with self._changed:
+                    self._busy[0] -= 1
+                    self._wake()
+            else:
+                self.wait(self._calls, calls)
+            # nothing of the picture is kept until the next
+            errand = work = None
 
-    def _wait(self, shared: NDArray[np.int64], value: int) -> None:
+    def tell(self, done: NDArray[np.int64]) -> None:
+        """Set the number to one for those who wait for it."""
+        with self._changed:
+            done[0] = 1
+            self._wake()
+
+    def wait(self, shared: NDArray[np.int64], value: int) -> None:
         """Wait until the number is another: first awake, then asleep."""
         if wait_for_change(shared, value, LOOKS):
             return
@@ -157,6 +236,10 @@ class _Board:
             while shared[0] == value:
                 self._changed.wait()
             self._sleeping -= 1
+
+    def _call(self) -> None:
+        self._calls[0] += 1
+        self._wake()
 
     def _wake(self) -> None:
         if self._sleeping:

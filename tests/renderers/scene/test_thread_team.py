@@ -1,6 +1,7 @@
 import gc
 import threading
 import time
+from functools import partial
 
 import pytest
 
@@ -101,3 +102,60 @@ def test_a_team_may_be_passed_on() -> None:
     assert with_two.threads == 2
     assert ThreadTeam.of(with_two) is with_two
     with_two.close()
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3])
+def test_errands_are_done_once_each_beside_maps(threads: int) -> None:
+    team = ThreadTeam(threads)
+    done: list[int] = []
+
+    def work(number: int) -> int:
+        done.append(number)
+        return -number
+
+    for number in range(200):
+        errand = team.start(partial(work, number))
+        assert team.map(abs, range(-5, 0)) == [5, 4, 3, 2, 1]
+        assert errand.result() == errand.result() == -number
+        assert errand.is_done
+    several = [team.start(partial(work, number)) for number in range(200, 230)]
+    assert [errand.result() for errand in several] == [-n for n in range(200, 230)]
+    assert sorted(done) == list(range(230))
+    team.close()
+
+
+def test_an_errand_runs_while_the_caller_maps_alone() -> None:
+    """It waits for the map that it would hold up if it were done first."""
+    team = ThreadTeam(2)
+    go = threading.Event()
+    errand = team.start(partial(go.wait, 30))
+    assert team.map(abs, range(-3, 0)) == [3, 2, 1]
+    assert not errand.is_done
+    go.set()
+    assert errand.result()
+    # whoever did it is there for maps again
+    together = threading.Barrier(2, timeout=30)
+    assert sorted(team.map(lambda _: together.wait(), range(2))) == [0, 1]
+    team.close()
+
+
+def test_an_errands_error_is_raised_where_its_result_is_asked_for() -> None:
+    for threads in (1, 2):
+        team = ThreadTeam(threads)
+        errand = team.start(partial(divmod, 1, 0))
+        assert team.map(abs, range(3)) == [0, 1, 2]
+        with pytest.raises(ZeroDivisionError):
+            errand.result()
+        team.close()
+
+
+def test_who_asks_for_an_errand_that_nobody_began_does_it() -> None:
+    team = ThreadTeam(2)
+    busy = threading.Event()
+    first = team.start(partial(busy.wait, 30))
+    second = team.start(threading.get_ident)
+    assert second.result() == threading.get_ident()
+    busy.set()
+    assert first.result()
+    team.close()
+    assert team.start(threading.get_ident).result() == threading.get_ident()
