@@ -72,9 +72,7 @@ class EndoscopeView:
         tell(SIGHT_STAGE, 0.0)
         self.renderer.look_up_sight(progress=lambda share: tell(SIGHT_STAGE, share))
         self._shader = ScopeShader(room.surface, tier, seed=seed, threads=team)
-        # beside the next view, see `begin`
-        self._team = team
-        self._camera_pass = CameraPass(threads=1)
+        self._camera_pass = CameraPass(threads=team)
         self._begun: Errand[Frame] | None = None
         self._light = ScopeLight(ring_radius_mm)
         self.instrument = instrument
@@ -150,15 +148,15 @@ class EndoscopeView:
         gain: float | None = None,
         then: Callable[[Frame], None] | None = None,
     ) -> Errand[Frame]:
-        """Find what a view sends into the scope; leave taking the picture to a thread.
+        """Draw a frame but for the end of it, which is left to one of the threads.
 
         number: seeds the sensor noise.
         elapsed_s: time since the last frame; the automatic gain follows with it.
         gain: a fixed gain instead, for replays.
         then: called with the finished frame, in the thread that finished it. Frames
         are finished in the order in which they were begun.
-        While one thread takes the picture the next view may be begun: what only one
-        thread can do there costs nothing then. The first error of a frame, or of what
+        While one thread develops the picture the next view may be begun, where at
+        first there is work for one thread only. The first error of a frame, or of what
         is called with it, is raised by its result and by the next call. A scope that
         rests is only exposed anew: the same bits as drawn again.
         """
@@ -175,16 +173,15 @@ class EndoscopeView:
         if chosen is None:
             chosen = self._auto_gain.follow(meter(radiance), elapsed_s)
 
-        def finish() -> Frame:
-            pixels = self.expose(view, buffer, radiance, gain=chosen, number=number)
+        def finish(pixels: NDArray[np.uint8]) -> Frame:
             frame = Frame(pixels, buffer, chosen)
             if then is not None:
                 then(frame)
             return frame
 
-        self._begun = self._team.start(finish)
-        import time
-        time.sleep(0.00005)
+        self._begun = self._camera_pass.begin(
+            radiance, buffer, view.camera, gain=chosen, frame_number=number, then=finish
+        )
         return self._begun
 
     def settle(self) -> None:

@@ -31,8 +31,9 @@ class Errand(Generic[Result]):
     """Hold one piece of work that is done beside the rest; ask for its result once."""
 
     def __init__(self, work: Callable[[], Result], board: "_Board") -> None:
-        self._work: Callable[[], Result] | None = work
         self._board = board
+        self.work: Callable[[], Result] | None = work
+        """What is to be done; None once somebody has begun."""
         self._done: NDArray[np.int64] = np.zeros(1, np.int64)
         self._results: list[Result] = []
         self._error: BaseException | None = None
@@ -44,18 +45,18 @@ class Errand(Generic[Result]):
 
     def result(self) -> Result:
         """Wait for the result; its error is raised. Not begun, it is done here."""
-        if self._board.take_back(self):
-            self.run()
+        self.help()
         while not self._done[0]:
             self._board.wait(self._done, 0)
         if self._error is not None:
             raise self._error
         return self._results[0]
 
-    def run(self) -> None:
-        """Do it; whoever has taken it from the board."""
-        work, self._work = self._work, None
-        assert work is not None
+    def help(self) -> None:
+        """Do it here unless somebody has begun; errors are left to `result`."""
+        work = self._board.claim(self)
+        if work is None:
+            return
         try:
             self._results.append(work())
         except BaseException as error:
@@ -123,13 +124,17 @@ class ThreadTeam:
         They join in maps again when it is done. In a team of one the caller does it
         here; in a closed team, when the result is asked for.
         """
-        errand = Errand(work, self._board)
+        errand = self.errand(work)
         if self.threads == 1:
-            errand.run()
+            errand.help()
         else:
             self._start()
             self._board.hang_up(errand)
         return errand
+
+    def errand(self, work: Callable[[], Result]) -> Errand[Result]:
+        """Give an errand that nobody is called for: who comes by first does it."""
+        return Errand(work, self._board)
 
     def close(self) -> None:
         """End the threads."""
@@ -183,13 +188,13 @@ class _Board:
             self._errands.append(errand)
             self._call()
 
-    def take_back(self, errand: Errand[Any]) -> bool:
-        """Take an errand that nobody has begun; say whether it was there."""
+    def claim(self, errand: Errand[Result]) -> Callable[[], Result] | None:
+        """Take what is to be done from one who has not begun it; None is too late."""
         with self._changed:
-            is_here = errand in self._errands
-            if is_here:
+            work, errand.work = errand.work, None
+            if errand in self._errands:
                 self._errands.remove(errand)
-        return is_here
+        return work
 
     def end(self) -> None:
         """Send the helpers home."""
@@ -210,7 +215,7 @@ class _Board:
                     work = self._work
                     self._busy[0] += work is not None
             if errand is not None:
-                errand.run()
+                errand.help()
             elif work is not None:
                 work()
                 with self._changed:

@@ -40,6 +40,11 @@ class RowBands:
 
         self._team.map(work, range(bands))
 
+    @property
+    def team(self) -> ThreadTeam:
+        """Get the team that shares the rows out."""
+        return self._team
+
     def close(self) -> None:
         """Let the threads end; the object cannot run afterwards if it had several."""
         self._team.close()

@@ -1,18 +1,21 @@
 """The camera both renderers' pictures go through: optics, gain, tone, grain, stop."""
 
 import math
-from typing import Protocol
+from collections.abc import Callable
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderers.scene import Camera, GBuffer, Projection
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_team import Errand, ThreadTeam
 from renderers.shading.bands import RowBands
 from renderers.shading.camera.optics import Optics, make_optics
 from renderers.shading.camera_settings import CameraSettings
 from renderers.shading.exposure import meter
 from renderers.simd_guard import vector_problem
+
+Result = TypeVar("Result")
 
 
 class _Developer(Protocol):
@@ -27,6 +30,15 @@ class _Developer(Protocol):
         gain: float,
         frame_number: int,
     ) -> NDArray[np.uint8]: ...
+
+    def begin(
+        self,
+        radiance: NDArray[np.float32],
+        depth_mm: NDArray[np.float32],
+        gain: float,
+        frame_number: int,
+        then: Callable[[NDArray[np.uint8]], Result],
+    ) -> Errand[Result]: ...
 
 
 class CameraPass:
@@ -62,6 +74,41 @@ class CameraPass:
         frame_number: picks the grain; pictures of different numbers differ in grain
         only. Not safe to call from two threads at once.
         """
+        developer = self._developer_for(radiance, gbuffer, camera)
+        if gain is None:
+            gain = meter(radiance)
+        _demand_gain(gain)
+        return developer.picture(radiance, gbuffer.depth_mm, gain, frame_number), gain
+
+    def begin(
+        self,
+        radiance: NDArray[np.float32],
+        gbuffer: GBuffer,
+        camera: Camera,
+        *,
+        gain: float,
+        frame_number: int,
+        then: Callable[[NDArray[np.uint8]], Result],
+    ) -> Errand[Result]:
+        """Begin the picture that `finish` gives, and leave the rest to a thread.
+
+        then: called there with the picture; its result is the errand's. Before that is
+        done no other picture may be asked for. The caller is back when all threads
+        would have to wait for it.
+        """
+        developer = self._developer_for(radiance, gbuffer, camera)
+        _demand_gain(gain)
+        depth_mm = gbuffer.depth_mm
+        return developer.begin(radiance, depth_mm, gain, frame_number, then)
+
+    def close(self) -> None:
+        """End the threads."""
+        self._bands.close()
+
+    def _developer_for(
+        self, radiance: NDArray[np.float32], gbuffer: GBuffer, camera: Camera
+    ) -> _Developer:
+        """Keep tables and memory from picture to picture of one size."""
         height, width = camera.height, camera.width
         if radiance.shape != (height, width, 3) or radiance.dtype != np.float32:
             raise ValueError(
@@ -79,23 +126,15 @@ class CameraPass:
             )
         if min(height, width) < 8:
             raise ValueError(f"a picture needs at least 8 pixels: {height, width}")
-        if gain is None:
-            gain = meter(radiance)
-        elif not (math.isfinite(gain) and gain > 0):
-            raise ValueError(f"a gain is positive and finite, got {gain}")
-        developer = self._developer_of(camera)
-        return developer.picture(radiance, gbuffer.depth_mm, gain, frame_number), gain
-
-    def close(self) -> None:
-        """End the threads."""
-        self._bands.close()
-
-    def _developer_of(self, camera: Camera) -> _Developer:
-        """Keep tables and memory from picture to picture of one size."""
         optics = make_optics(self.settings, camera.extent, camera.width, camera.height)
         if self._developer is None or self._developer.optics is not optics:
             self._developer = _make_developer(optics, self._bands, self._seed)
         return self._developer
+
+
+def _demand_gain(gain: float) -> None:
+    if not (math.isfinite(gain) and gain > 0):
+        raise ValueError(f"a gain is positive and finite, got {gain}")
 
 
 def _make_developer(optics: Optics, bands: RowBands, seed: int) -> _Developer:

@@ -5,10 +5,13 @@ rounding; it takes three times as long.
 """
 
 from collections.abc import Callable
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.scene.thread_team import Errand
 from renderers.shading.bands import RowBands
 from renderers.shading.camera.grain import grain_offset, grain_tile
 from renderers.shading.camera.kernels import (
@@ -25,6 +28,7 @@ from renderers.shading.camera.kernels import (
 from renderers.shading.camera.optics import Optics
 
 Floats = NDArray[np.float32]
+Result = TypeVar("Result")
 
 
 class StagedCamera:
@@ -50,6 +54,18 @@ class StagedCamera:
         if self.optics.has_bloom:
             self._bloom()
         return self._develop(depth_mm, frame_number)
+
+    def begin(
+        self,
+        radiance: Floats,
+        depth_mm: Floats,
+        gain: float,
+        frame_number: int,
+        then: Callable[[NDArray[np.uint8]], Result],
+    ) -> Errand[Result]:
+        """Make a picture, and have one of the threads call `then` with it."""
+        picture = self.picture(radiance, depth_mm, gain, frame_number)
+        return self._bands.team.start(partial(then, picture))
 
     def _expose(self, radiance: Floats, gain: float) -> None:
         (red, red_rows), (blue, blue_rows) = self.optics.red, self.optics.blue
