@@ -17,12 +17,11 @@ class ClosedError(Exception):
 
 
 class WatchedSource:
-    """Pass an arm's poses on until the window closes; know the newest one's age."""
+    """Pass an arm's poses on until the window closes."""
 
     def __init__(self, arm: OrderedPoses, closed: threading.Event) -> None:
         self._arm = arm
         self._closed = closed
-        self._newest: Pose | None = None
 
     def read(self, timeout_s: float) -> Pose:
         """Return the next pose; ClosedError once the window is closed."""
@@ -32,18 +31,10 @@ class WatchedSource:
                 raise ClosedError
             left = until - time.monotonic()
             try:
-                self._newest = self._arm.read(max(min(left, SLICE_S), 0.0))
+                return self._arm.read(max(min(left, SLICE_S), 0.0))
             except TimeoutError:
                 if left <= SLICE_S:
                     raise
-                continue
-            return self._newest
-
-    def age_ms(self) -> float:
-        """Tell how long ago the newest pose was measured."""
-        if self._newest is None:
-            return float("inf")
-        return (time.monotonic() - self._newest.host_time_s) * 1e3
 
 
 @dataclass(slots=True)

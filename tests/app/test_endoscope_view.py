@@ -1,4 +1,4 @@
-"""A scope that rests costs no new view, and what moves is never shown where it was."""
+"""What rests costs no new view, what moves is never shown where it was."""
 
 import dataclasses
 from pathlib import Path
@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.endoscope_view import EndoscopeView
+from app.endoscope_view import EndoscopeView, Frame
 from app.operating_room import prepare_room
 from app.session_info import LIVE_TIER, SEED
 from app.session_setup import build_view, path_view
@@ -73,6 +73,57 @@ def test_a_resting_scope_is_exposed_anew_each_time(
     first, other, again = (frame.fingerprint() for frame in frames)
     assert first == again != other
     assert np.array_equal(frames[0].pixels, frames[2].pixels)
+
+
+@pytest.fixture(scope="module")
+def shared(coarse_scenario: Path) -> EndoscopeView:
+    """One renderer with two threads."""
+    scenario, _ = load_scenario(str(coarse_scenario))
+    room = prepare_room(scenario, lambda stage, share: None)
+    return build_view(
+        scenario, room, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=2
+    )
+
+
+def test_frames_begun_one_upon_another_are_those_drawn_one_by_one(
+    room: tuple[list[EndoscopeView], list[View]], shared: EndoscopeView
+) -> None:
+    """With the automatic gain, which each frame hands to the next."""
+    (_, alone), seen = room
+    order = [0, 1, 1, 3, 2, 0, 3, 1]
+    told: list[Frame] = []
+    begun = [
+        shared.begin(seen[place], number=n, elapsed_s=0.03, then=told.append)
+        for n, place in enumerate(order)
+    ]
+    shared.settle()
+    frames = [errand.result() for errand in begun]
+    assert [id(frame) for frame in told] == [id(frame) for frame in frames]
+    alone._auto_gain.gain = None
+    for n, (place, frame) in enumerate(zip(order, frames, strict=True)):
+        expected = alone.draw(seen[place], number=n, elapsed_s=0.03)
+        assert frame.gain == expected.gain
+        np.testing.assert_array_equal(frame.pixels, expected.pixels)
+
+
+def test_what_fails_at_the_end_of_a_frame_is_raised_by_the_next(
+    room: tuple[list[EndoscopeView], list[View]], shared: EndoscopeView
+) -> None:
+    def fail(frame: Frame) -> None:
+        raise OSError("the disk is full")
+
+    _, seen = room
+    shared.begin(seen[0], number=0, elapsed_s=0.0, gain=0.7, then=fail)
+    with pytest.raises(OSError, match="disk is full"):
+        shared.begin(seen[1], number=1, elapsed_s=0.0, gain=0.7)
+    shared.settle()
+    shared.begin(seen[0], number=0, elapsed_s=0.0, gain=0.7, then=fail)
+    with pytest.raises(OSError, match="disk is full"):
+        shared.settle()
+    shared.settle()
+    expected = room[0][0].draw(seen[1], number=1, elapsed_s=0.0, gain=0.7)
+    frame = shared.draw(seen[1], number=1, elapsed_s=0.0, gain=0.7)
+    np.testing.assert_array_equal(frame.pixels, expected.pixels)
 
 
 def test_another_lens_is_another_view() -> None:

@@ -1,3 +1,4 @@
+import threading
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -174,3 +175,26 @@ def test_a_stream_of_something_else_is_refused(tmp_path: Path) -> None:
     (folder / "stream.mcap").write_bytes(b"GIF89a, not a stream at all")
     with pytest.raises(ValueError, match="not an MCAP stream"):
         read_session(folder)
+
+
+def test_two_threads_may_add_to_one_recording(tmp_path: Path) -> None:
+    """Samples from one, frames from the other; each keeps its own order."""
+    count = 300
+
+    def frames() -> None:
+        for i in range(count):
+            recorder.add(FrameRecord(i, i, 1.0, 0.25, "a" * 32))
+
+    with SessionRecorder(tmp_path / "a.paravol", INFO) as recorder:
+        other = threading.Thread(target=frames)
+        other.start()
+        for i in range(count):
+            recorder.add(SampleRecord.of(sample(i)))
+        other.join(timeout=60)
+    _, read, complete = read_session(tmp_path / "a.paravol")
+    assert complete
+    assert len(read) == 2 * count
+    assert [r.number for r in read if isinstance(r, FrameRecord)] == list(range(count))
+    times = [r.time_s for r in read if isinstance(r, SampleRecord)]
+    assert times == sorted(times)
+    assert len(times) == count

@@ -100,3 +100,40 @@ def test_a_failing_band_does_not_starve_the_next_picture(optics: Optics) -> None
         with pytest.raises(Exception, match=r"(?i)type"):
             camera.picture(radiance.astype(str), depth, 1.0, 2)
     assert_array_equal(camera.picture(radiance, depth, 1.0, 2), expected)
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3])
+def test_a_picture_begun_is_the_picture_finished(optics: Optics, threads: int) -> None:
+    """Whatever else the threads do meanwhile; one after the other."""
+    radiance, depth = scene(300, 130)
+    alone = SweptCamera(optics, RowBands(1), 1)
+    bands = RowBands(threads)
+    camera = SweptCamera(optics, bands, 1)
+    for number in range(6):
+        begun = camera.begin(radiance, depth, 1.0, number, np.copy)
+        assert bands.team.map(abs, range(-9, 0)) == list(range(9, 0, -1))
+        expected = alone.picture(radiance, depth, 1.0, number)
+        assert_array_equal(begun.result(), expected)
+    bands.close()
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_what_fails_after_a_picture_is_told_and_forgotten(
+    optics: Optics, threads: int
+) -> None:
+    radiance, depth = scene(300, 130)
+    bands = RowBands(threads)
+    camera = SweptCamera(optics, bands, 1)
+
+    def fail(picture: NDArray[np.uint8]) -> None:
+        raise OSError("the disk is full")
+
+    failing = camera.begin(radiance, depth, 1.0, 2, fail)
+    with pytest.raises(OSError, match="disk is full"):
+        failing.result()
+    no_depth: Any = depth.astype(str)
+    with pytest.raises(Exception, match=r"(?i)type"):
+        camera.begin(radiance, no_depth, 1.0, 2, np.copy).result()
+    expected = SweptCamera(optics, RowBands(1), 1).picture(radiance, depth, 1.0, 2)
+    assert_array_equal(camera.picture(radiance, depth, 1.0, 2), expected)
+    bands.close()
