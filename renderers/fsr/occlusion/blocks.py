@@ -92,7 +92,6 @@ class Blocks:
         self._margin = MARGIN_VOXELS * float(distance.spacing_mm.max())
         block_mm = distance.spacing_mm * (1 << BLOCK_SHIFT)
         self._half_diagonal = float(np.linalg.norm(block_mm)) / 2
-        self._endless = np.empty((0, 0), np.float32)
         self._values, _, _ = kernel_geometry(distance)
         nz, ny, nx = distance.shape
         self._deep, self._high, self._wide = (
@@ -181,9 +180,7 @@ class Blocks:
         nz, ny, nx = self._distance.shape
         camera_from_voxel = _camera_from_voxel(camera, self._distance)
         shape = (-(-camera.height // SQUARE_PX), -(-camera.width // SQUARE_PX))
-        if self._endless.shape != shape:
-            self._endless = np.full(shape, np.inf, np.float32)
-        ends = self._endless.copy() if hide else self._endless
+        ends = np.full(shape if hide else (0, 0), np.inf, np.float32)
 
         def trace(first: int) -> None:
             trace_cones(

@@ -161,9 +161,9 @@ def flag_blocks(
     blocks: indices of those with elements, `first`..`end` - 1 to be done, of a grid
     `across` x `along` x any. edge: voxels per side. radius: of the ball around a
     block with its elements' discs (mm). planes: camera frame ``(p, 4)``, positive
-    inside. ends: from `trace_cones`. allowed: per block of the list, 0 for those that
-    are hidden anyway. shown, distances: per block of the list, the mark, 0 where
-    nothing shows, and the distance of its middle (mm).
+    inside. ends: from `trace_cones`, or empty. allowed: per block of the list, 0 for
+    those that are hidden anyway. shown, distances: per block of the list, the mark, 0
+    where nothing shows, and the distance of its middle (mm).
     Returns (blocks in view, of them hidden).
     """
     m = camera_from_voxel
@@ -194,38 +194,39 @@ def flag_blocks(
             continue
         distance = math.sqrt(x * x + y * y + z * z)
         near = distance - radius
-        rho = math.sqrt(x * x + y * y)
-        theta = math.atan2(rho, z)
-        reach = math.asin(radius / distance) if distance > 1.01 * radius else 1.6
-        if theta + reach < (2.0 if projection == 0 else 1.4):
-            if projection == 0:
-                u = scale * theta
-                spread = scale * reach
-                # a circle of directions widens where the lens does
-                spread *= max((theta + reach) / math.sin(theta + reach), 1.0)
-            else:
-                u = scale * math.tan(theta)
-                spread = scale * math.tan(theta + reach) - u
-                spread = max(spread, u - scale * math.tan(theta - reach))
-            c = x / rho if rho > 1e-9 else 1.0
-            s = y / rho if rho > 1e-9 else 0.0
-            px = 0.5 * width + u * c
-            py = 0.5 * height - u * s
-            a0 = max(math.floor((px - spread) / side), 0)
-            a1 = min(math.floor((px + spread) / side), ends.shape[1] - 1)
-            b0 = max(math.floor((py - spread) / side), 0)
-            b1 = min(math.floor((py + spread) / side), ends.shape[0] - 1)
-            blocked = True
-            for row in range(b0, b1 + 1):
-                for column in range(a0, a1 + 1):
-                    if ends[row, column] >= near:
-                        blocked = False
+        if ends.shape[0]:
+            rho = math.sqrt(x * x + y * y)
+            theta = math.atan2(rho, z)
+            reach = math.asin(radius / distance) if distance > 1.01 * radius else 1.6
+            if theta + reach < (2.0 if projection == 0 else 1.4):
+                if projection == 0:
+                    u = scale * theta
+                    spread = scale * reach
+                    # a circle of directions widens where the lens does
+                    spread *= max((theta + reach) / math.sin(theta + reach), 1.0)
+                else:
+                    u = scale * math.tan(theta)
+                    spread = scale * math.tan(theta + reach) - u
+                    spread = max(spread, u - scale * math.tan(theta - reach))
+                c = x / rho if rho > 1e-9 else 1.0
+                s = y / rho if rho > 1e-9 else 0.0
+                px = 0.5 * width + u * c
+                py = 0.5 * height - u * s
+                a0 = max(math.floor((px - spread) / side), 0)
+                a1 = min(math.floor((px + spread) / side), ends.shape[1] - 1)
+                b0 = max(math.floor((py - spread) / side), 0)
+                b1 = min(math.floor((py + spread) / side), ends.shape[0] - 1)
+                blocked = True
+                for row in range(b0, b1 + 1):
+                    for column in range(a0, a1 + 1):
+                        if ends[row, column] >= near:
+                            blocked = False
+                            break
+                    if not blocked:
                         break
-                if not blocked:
-                    break
-            if blocked:
-                hidden += 1
-                continue
+                if blocked:
+                    hidden += 1
+                    continue
         distances[n] = distance
         shown[n] = (1 if distance + radius >= far_from else 0) | (
             2 if near <= near_reach else 0

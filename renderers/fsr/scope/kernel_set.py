@@ -2,31 +2,29 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 from renderers.simd_guard import vector_problem
 
 
 @dataclass(frozen=True, slots=True)
 class KernelSet:
-    """Hold what projects surfels, lists a tile's, draws them and sharpens rims.
+    """Hold what projects surfels, draws the tiles of a picture and sharpens rims.
 
     All sets give equal bits.
     """
 
     project_runs: Callable[..., int]
-    list_tile: Callable[..., int]
-    draw_tile: Callable[..., Any]
+    draw_tiles: Callable[..., None]
     sharpen: Callable[..., tuple[int, int]]
 
 
 def scalar_kernels() -> KernelSet:
     """Give the functions that every machine compiles."""
     from renderers.fsr.projection.kernels import project_runs
-    from renderers.fsr.scope.kernels import draw_tile, list_tile
+    from renderers.fsr.scope.kernels import draw_tiles
     from renderers.fsr.scope.rims.kernels import sharpen
 
-    return KernelSet(project_runs, list_tile, draw_tile, sharpen)
+    return KernelSet(project_runs, draw_tiles, sharpen)
 
 
 def best_kernels() -> KernelSet:
@@ -35,6 +33,6 @@ def best_kernels() -> KernelSet:
         return scalar_kernels()
     from renderers.fsr.projection.vector.kernels import project_runs
     from renderers.fsr.scope.rims.vector.kernels import sharpen
-    from renderers.fsr.scope.vector.kernels import draw_tile, list_tile
+    from renderers.fsr.scope.vector.kernels import draw_tiles
 
-    return KernelSet(project_runs, list_tile, draw_tile, sharpen)
+    return KernelSet(project_runs, draw_tiles, sharpen)

@@ -28,6 +28,7 @@ from renderers.fsr.scope.tiles import (
     TILE_HEIGHT,
     TILE_WIDTH,
 )
+from renderers.scene.turns.kernels import take_turn
 
 Real = float | np.float32
 F32 = NDArray[np.float32]
@@ -276,3 +277,24 @@ def draw_tile(
     empty = _resolve(sums, rays)
     write_squares(sums, left, top, False, depth, normal, coverage)
     return fragments * SQUARE, hidden, empty
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def draw_tiles(
+    turns: NDArray[np.int64], across: int, records: F32, boxes: I32, ranges: I32,
+    listed: int, rays: F32, core: Real, behind: Real, refresh: int, items: I32,
+    nearest: F32, sums: F32, far: F32, starts: I32, ends: I32, squares: I32,
+    until: I32, depth: F32, normal: F32, coverage: F32, found: NDArray[np.int64],
+) -> None:  # fmt: skip
+    """Draw the tiles whose turns this thread gets, as the vector twin."""
+    while True:
+        tile = take_turn(turns)
+        if tile >= rays.shape[0]:
+            return
+        row, column = tile // across, tile % across
+        n = list_tile(ranges, listed, column, row, items)
+        found[tile, 0], found[tile, 1], found[tile, 2] = draw_tile(
+            records, boxes, items, n, rays[tile], column * TILE_WIDTH,
+            row * TILE_HEIGHT, core, behind, refresh, nearest, sums, far, starts,
+            ends, squares, until, depth, normal, coverage,
+        )  # fmt: skip

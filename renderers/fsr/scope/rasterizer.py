@@ -158,24 +158,23 @@ class SurfelRasterizer:
         rays = self._tile_rays(table)
         down, across = tile_grid(height, width, (TILE_HEIGHT, TILE_WIDTH), MOST_TILES)
         records = self._records.reshape(-1)
+        found = np.empty((down * across, 3), np.int64)
+        turns = np.zeros(1, np.int64)
 
-        def draw(tile: int) -> tuple[int, int, int]:
+        def draw(_: int) -> None:
             scratch = self._scratch(listed)
-            row, column = divmod(tile, across)
-            n = self._kernels.list_tile(
-                self._ranges, listed, column, row, scratch.items
-            )
-            fragments, hidden, empty = self._kernels.draw_tile(
+            self._kernels.draw_tiles(
+                turns,
+                across,
                 records,
                 self._boxes,
-                scratch.items,
-                n,
-                rays[tile],
-                column * TILE_WIDTH,
-                row * TILE_HEIGHT,
+                self._ranges,
+                listed,
+                rays,
                 np.float32(CORE_SIGMAS2 / RADIUS_SIGMAS**2),
                 np.float32(BEHIND_MM),
                 REFRESH,
+                scratch.items,
                 scratch.nearest,
                 scratch.sums,
                 scratch.far,
@@ -186,14 +185,14 @@ class SurfelRasterizer:
                 result.depth_mm,
                 result.normal,
                 result.coverage,
+                found,
             )
-            return fragments, hidden, empty
 
-        totals = team.map(draw, range(down * across))
-        self.counters["fragments"] = sum(t[0] for t in totals)
-        self.counters["hidden"] = sum(t[1] for t in totals)
+        team.map(draw, range(team.threads))
+        fragments, hidden, _ = found.sum(axis=0).tolist()
+        self.counters["fragments"], self.counters["hidden"] = fragments, hidden
         self.counters["holes filled"] = 0
-        if torn := [divmod(n, across) for n, t in enumerate(totals) if t[2]]:
+        if torn := [divmod(int(n), across) for n in np.flatnonzero(found[:, 2])]:
             self.counters["holes filled"] = fill_holes(table, result, torn, team)
         if self._sharp:
             asked, moved = self._rims.sharpen(camera, team, result)

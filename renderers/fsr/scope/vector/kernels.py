@@ -27,6 +27,7 @@ from renderers.fsr.scope.tiles import (
     TILE_HEIGHT,
     TILE_WIDTH,
 )
+from renderers.scene.turns.kernels import take_turn
 from renderers.simd import (
     absolute,
     bits,
@@ -321,3 +322,28 @@ def draw_tile(
     if width % SIDE or height % SIDE:
         write_squares(sums, left, top, True, depth, normal, coverage)
     return fragments * SQUARE, hidden, empty
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def draw_tiles(
+    turns: NDArray[np.int64], across: int, records: F32, boxes: I32, ranges: I32,
+    listed: int, rays: F32, core: Real, behind: Real, refresh: int, items: I32,
+    nearest: F32, sums: F32, far: F32, starts: I32, ends: I32, squares: I32,
+    until: I32, depth: F32, normal: F32, coverage: F32, found: NDArray[np.int64],
+) -> None:  # fmt: skip
+    """Draw the tiles whose turns this thread gets.
+
+    turns: one number that all threads share. rays: ``(tiles, SQUARES * RAY)``. found:
+    ``(tiles, 3)``, what `draw_tile` returns for each. The rest is as that has it.
+    """
+    while True:
+        tile = take_turn(turns)
+        if tile >= rays.shape[0]:
+            return
+        row, column = tile // across, tile % across
+        n = list_tile(ranges, listed, column, row, items)
+        found[tile, 0], found[tile, 1], found[tile, 2] = draw_tile(
+            records, boxes, items, n, rays[tile], column * TILE_WIDTH,
+            row * TILE_HEIGHT, core, behind, refresh, nearest, sums, far, starts,
+            ends, squares, until, depth, normal, coverage,
+        )  # fmt: skip

@@ -30,7 +30,7 @@ def test_vectors_and_scalars_give_equal_bits(
 ) -> None:
     camera = Camera.looking_at(eye, target, size=size, projection=projection)
     best, scalar = best_kernels(), scalar_kernels()
-    assert best.draw_tile is not scalar.draw_tile, "vectors run here"
+    assert best.draw_tiles is not scalar.draw_tiles, "vectors run here"
     drawn = []
     for kernels in (best, scalar):
         rasterizer = SurfelRasterizer(cavities, kernels=kernels)
