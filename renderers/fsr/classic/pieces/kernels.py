@@ -31,12 +31,12 @@ def project_piece(
     each part's elements begin in `index`, and how many they are. cuts: spans before
     each part, and in all, whose elements are taken; none where `index` and `taken` say
     already which they are. spans: what `take_shell` asks of these; view: base, matrix,
-    projection, scale, width and height; look: sigma, widest, peaks, points and sheet
+    projection, scale, width and height; look: sigma, widest, sized, points and sheet
     share, see `project_splats`. counts: ``(parts, KEYS)``.
     """
     rows, lowest, highest, ny, columns, low, per_mm, near, reach, waiting = spans
     base, matrix, projection, scale, width, height = view
-    sigma, widest, peaks, points, sheet_share = look
+    sigma, widest, sized, points, sheet_share = look
     while True:
         part = take_turn(turns)
         if part >= taken.shape[0]:
@@ -52,7 +52,7 @@ def project_piece(
         end = here + taken[part]
         project_splats(
             index[here:], taken[part], places, paints, base, matrix, sigma, projection,
-            scale, width, height, widest, peaks, points, sheet_share, records[here:],
+            scale, width, height, widest, sized, points, sheet_share, records[here:],
             boxes[here:], ranges[here:],
         )  # fmt: skip
         count_keys(ranges[here:end], keys[here:end], first_key, end_key, counts[part])
@@ -61,7 +61,7 @@ def project_piece(
 @njit(cache=True, nogil=True, error_model="numpy")
 def order_piece(
     turns: I64, starts: I64, taken: I64, ranges: I32, keys: I32, begins: I32,
-    numbers: I32, ordered: I32,
+    entries: I64,
 ) -> None:  # fmt: skip
     """Put the splats of a piece where they belong, see `place_by_keys`.
 
@@ -72,6 +72,4 @@ def order_piece(
         if part >= taken.shape[0]:
             break
         here, end = starts[part], starts[part] + taken[part]
-        place_by_keys(
-            ranges[here:end], keys[here:end], here, begins[part], numbers, ordered
-        )
+        place_by_keys(ranges[here:end], keys[here:end], here, begins[part], entries)

@@ -25,7 +25,7 @@ def project_piece(
     """Do as the scalar twin."""
     rows, lowest, highest, ny, columns, low, per_mm, near, reach, waiting = spans
     base, matrix, projection, scale, width, height = view
-    sigma, widest, peaks, points, sheet_share = look
+    sigma, widest, sized, points, sheet_share = look
     while True:
         part = take_turn(turns)
         if part >= taken.shape[0]:
@@ -41,7 +41,7 @@ def project_piece(
         end = here + taken[part]
         project_splats(
             index[here:], taken[part], places, paints, base, matrix, sigma, projection,
-            scale, width, height, widest, peaks, points, sheet_share, records[here:],
+            scale, width, height, widest, sized, points, sheet_share, records[here:],
             boxes[here:], ranges[here:],
         )  # fmt: skip
         count_keys(ranges[here:end], keys[here:end], first_key, end_key, counts[part])
