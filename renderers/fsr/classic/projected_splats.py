@@ -49,7 +49,8 @@ class ProjectedSplats:
             self._make_room(len(piece.index))
         if piece.parts > len(self._counts):
             self._counts = np.empty((piece.parts, KEYS), np.int32)
-        turns = np.zeros(1, np.int64)
+        threads = min(team.threads, piece.parts)
+        turns = np.zeros(threads, np.int64)
         seen_by = (
             view.base,
             view.matrix,
@@ -66,9 +67,10 @@ class ProjectedSplats:
             np.float32(FOOTPRINT_SUM if mode is SplatMode.SHEET else 0.0),
         )
 
-        def project(_: int) -> None:
+        def project(who: int) -> None:
             self._project(
                 turns,
+                who,
                 piece.starts,
                 piece.taken,
                 piece.cuts,
@@ -87,17 +89,20 @@ class ProjectedSplats:
                 self._counts,
             )
 
-        team.map(project, range(min(team.threads, piece.parts)))
+        team.map(project, range(threads))
 
     def order(self, piece: Piece, team: ThreadTeam) -> None:
         """Put the piece that was projected in order."""
         counts = self._counts[: piece.parts]
         self.visible = begin_keys(counts, piece.first_key, piece.end_key)
-        turns = np.zeros(1, np.int64)
+        helped = self.visible >= LEAST_SHARED and piece.parts > 1
+        threads = team.threads if helped else 1
+        turns = np.zeros(threads, np.int64)
 
-        def place(_: int) -> None:
+        def place(who: int) -> None:
             order_piece(
                 turns,
+                who,
                 piece.starts,
                 piece.taken,
                 self._found,
@@ -106,8 +111,7 @@ class ProjectedSplats:
                 self.entries,
             )
 
-        helped = self.visible >= LEAST_SHARED and piece.parts > 1
-        team.map(place, range(team.threads if helped else 1))
+        team.map(place, range(threads))
 
     def _make_room(self, room: int) -> None:
         self.records: NDArray[np.float32] = lined_up(room * RECORD)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from renderers.fsr.classic.ordering.kernels import count_keys
 from renderers.fsr.classic.projection.vector.kernels import project_splats
 from renderers.fsr.classic.shells.vector.kernels import take_shell
-from renderers.scene.turns.kernels import take_turn
+from renderers.scene.turns.kernels import take_part
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
@@ -18,7 +18,7 @@ I64 = NDArray[np.int64]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def project_piece(
-    turns: I64, starts: I64, taken: I64, cuts: I64, index: I32, keys: I32,
+    turns: I64, who: int, starts: I64, taken: I64, cuts: I64, index: I32, keys: I32,
     first_key: int, end_key: int, spans: Any, view: Any, look: Any, places: F32,
     paints: F32, records: F32, boxes: I32, ranges: I32, counts: I32,
 ) -> None:  # fmt: skip
@@ -27,8 +27,8 @@ def project_piece(
     base, matrix, projection, scale, width, height = view
     sigma, widest, sized, points, sheet_share = look
     while True:
-        part = take_turn(turns)
-        if part >= taken.shape[0]:
+        part = take_part(turns, who, taken.shape[0])
+        if part == taken.shape[0]:
             break
         here = starts[part]
         if cuts.size > 0:
