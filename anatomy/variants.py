@@ -29,6 +29,7 @@ SIDE_CORRELATION = 0.6
 """Correlation of the hidden normal variables of the two sides."""
 
 KEROS_MM = {"keros-1": 2.4, "keros-2": 5.3, "keros-3": 9.0}
+KEROS_LIMITS_MM = 3.5, 7.5
 DEVIATION_MM = 4.0
 HYPOPLASTIC_SCALE = {"maxillary": 0.64, "frontal": 0.56}
 
@@ -68,6 +69,29 @@ def without_variants(
         dropped |= {f"{word}:{side}" for side in sides}
     kept = tuple(v for v in parameters.variants if v not in dropped)
     return msgspec.structs.replace(parameters, variants=kept)
+
+
+def variant_names(parameters: PhantomParameters) -> tuple[str, ...]:
+    """Name what a patient has, as `with_variants` takes it; of Keros, always one.
+
+    Depths and sizes have a name from what `with_variants` sets on; those of Keros hold
+    to the nearest millimetre: 1 to 3, 4 to 7, 8 and more (Keros, Z. Laryngol. Rhinol.
+    Otol. 41, 1962).
+    """
+    found = list(parameters.variants)
+    deviation = parameters.septal_deviation_mm
+    if abs(deviation) >= DEVIATION_MM:
+        found.append(f"septal-deviation:{'right' if deviation > 0 else 'left'}")
+    for sinus, least in HYPOPLASTIC_SCALE.items():
+        right = getattr(parameters, f"{sinus}_scale")
+        left = right * getattr(parameters.left, sinus)
+        for side, scale in (("left", left), ("right", right)):
+            if scale == 0:
+                found.append(f"{sinus}-aplasia:{side}")
+            elif scale < least + 1e-9:
+                found.append(f"hypoplastic-{sinus}:{side}")
+    kind = 1 + sum(parameters.keros_mm >= limit for limit in KEROS_LIMITS_MM)
+    return (*found, f"keros-{kind}")
 
 
 def _parsed(name: str) -> tuple[str, tuple[str, ...]]:

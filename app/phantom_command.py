@@ -12,7 +12,7 @@ from anatomy import (
     with_variants,
 )
 from anatomy.case import write_case
-from anatomy.variants import without_variants
+from anatomy.variants import variant_names, without_variants
 from app.folder import claimed_case
 from app.terminal import Stages, print_json
 
@@ -58,13 +58,13 @@ def run_phantom(
                 "folder": str(out),
                 "files": files,
                 "shape": [nz, ny, nx],
-                "variants": list(patient.variants),
+                "variants": list(variant_names(patient)),
             }
         )
     else:
         print(f"{out}: {nx} x {ny} x {nz} voxels of {spacing_mm:g} mm")
         print("  " + ", ".join(files))
-        print("  " + (", ".join(patient.variants) or "no variants"))
+        print("  " + ", ".join(variant_names(patient)))
     return 0
 
 

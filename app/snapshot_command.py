@@ -1,5 +1,6 @@
 """`paravol snapshot`: high-quality pictures of a session, a case, a scan or a view."""
 
+import warnings
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -32,6 +33,7 @@ from app.pictures.view_file import (
 from app.snapshot_options import SnapshotOptions, check
 from app.terminal import Stages, print_json
 from renderers.art.job import TruthSpec
+from renderers.scene import UpWarning
 
 INTERRUPTED = 130
 MOST_FRAMES = 20_000
@@ -42,7 +44,10 @@ def run_snapshot(options: SnapshotOptions, *, as_json: bool) -> int:
     check(options)
     fineness = _fineness(options)
     with Stages() as stages:
-        studio, views = _views(options, stages)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", UpWarning)
+            studio, views = _views(options, stages)
+        told = list(dict.fromkeys(str(found.message) for found in caught))
         for view in views[:1] + views[-1:]:
             studio.demand(view)
             if options.against == "fsr":
@@ -56,6 +61,7 @@ def run_snapshot(options: SnapshotOptions, *, as_json: bool) -> int:
                 )
             else:
                 report = _still(drawing, studio, views[0], fineness, options)
+    report["warnings"] = told
     if as_json:
         print_json(report)
     else:
@@ -227,8 +233,12 @@ def _tell(report: dict[str, Any]) -> None:
                 f"four samples for {(4 * result.traced - 1) / 3:.0%} of the pixels, "
                 f"one for the others: error estimated at {result.error:.2f} codes rms"
             )
+        if result.camera_in_tissue:
+            print("the camera stands in tissue: it sees nothing but what it stands in")
         if result.noise is not None:
             print(f"light by paths: noise {result.noise:.2%} of the light (1 sd, rms)")
+    for line in report["warnings"]:
+        print(f"warning: {line}")
     if not report["complete"]:
         print("stopped early: this is the best picture so far; its metadata say so")
     if "against" in report:

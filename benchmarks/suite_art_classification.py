@@ -1,12 +1,12 @@
 """Integrated transfer functions beside post-classified ones: time and error of both.
 
-The named qualities integrate. At equal steps, and at equal error: post-classified steps
-are halved until their error is no larger than that of integrated ones.
+The named qualities integrate, in steps of their own or, where those leave more than a
+quality aims at, in shorter ones. At equal steps, and at equal error: post-classified
+steps are halved until their error is no larger than that of integrated ones.
 """
 
 from dataclasses import replace
 from functools import partial
-from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,17 +74,20 @@ class ClassificationPlan:
     ) -> list[Task]:
         step = Quality.named(name).step_voxels
         task = partial(Task, "art-classification", f"{source.name}/{view}/{quantity}")
-        post, integrated = (
-            partial(self._draw, source, view, quantity, name, kind)
-            for kind in get_args(ClassificationName)
-        )
+        draw = partial(self._draw, source, view, quantity, name)
         return [
-            task(f"{name}, post", post, self._settings("post", step)),
+            task(f"{name}, post", partial(draw, "post"), self._settings("post", step)),
+            task(
+                f"{name}, integrated, own step",
+                partial(draw, "integrated", aimed=False),
+                self._settings("integrated, own step", step),
+                baseline=f"{name}, post",
+            ),
             task(
                 f"{name}, integrated",
-                integrated,
+                partial(draw, "integrated"),
                 self._settings("integrated", step),
-                baseline=f"{name}, post",
+                baseline=f"{name}, integrated, own step",
             ),
             task(
                 f"post, error of {name}, integrated",
@@ -111,11 +114,15 @@ class ClassificationPlan:
         quantity: str,
         name: str,
         kind: ClassificationName,
+        *,
+        aimed: bool = True,
     ) -> Measured:
         quality = replace(Quality.named(name), classification=kind)
+        if not aimed:
+            quality = replace(quality, aim=None)
         found = self._measure(source, view, quantity, quality)
         assert found.error is not None
-        if kind == "integrated":
+        if kind == "integrated" and aimed:
             self._errors[source.name, view, quantity, name] = found.error.rmse
         return found
 
@@ -134,7 +141,6 @@ class ClassificationPlan:
         while True:
             found = self._measure(source, view, quantity, quality)
             assert found.error is not None
-            found.counters["step_voxels"] = quality.step_voxels
             found.counters["rmse_of_integrated"] = self._errors[key]
             enough = found.error.rmse <= self._errors[key]
             if enough or quality.step_voxels <= FINEST_STEP:
@@ -156,6 +162,7 @@ class ClassificationPlan:
         timing, image = measure(partial(tracer.render, camera), budget_s=self._budget_s)
         assert tracer.report is not None
         counters = {name: float(n) for name, n in tracer.report.counters.items()}
+        counters["step_voxels"] = tracer.report.step_voxels
         found, wanted = rgb_over_black(image.rgba), self._references[key]
         error = image_error(found, wanted)
         # of codes that are not rounded, which would cost more than is asked for

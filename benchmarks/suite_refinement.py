@@ -37,6 +37,8 @@ BATCHES = 4
 TRUTH_BATCHES = 64
 SHARES = (0.0, 0.125, 0.25, 0.5, 1.0)
 """Of the pixels that get four samples; the others have one."""
+TOLERANCES = (2.0, 1.0, 0.5)
+"""Codes that the error is to be estimated at."""
 
 
 class _Case:
@@ -59,16 +61,25 @@ class _Case:
         traced = self.team.trace(self.request, self.scene, lambda share: True)
         return self.finisher.finish(self.request, self.scene, traced)
 
-    def refined(self, share: float) -> tuple[Picture, float]:
-        """Refine a share of the tiles; give the seconds, too."""
+    def refined(self, share: float, tolerance: float = 0.0) -> tuple[Picture, float]:
+        """Refine a share of the tiles, or to a tolerance; give the seconds, too."""
         begun = time.process_time()
+        request = msgspec.structs.replace(self.request, tolerance=tolerance)
         found = Refinement(
-            self.team, self.finisher, self.request, self.scene, lambda share: True
+            self.team, self.finisher, request, self.scene, lambda share: True
         )
-        while found.share < share:
+        while found.share < share and not found.is_done:
             found.step()
         picture = found.picture()
         return picture, time.process_time() - begun
+
+
+def shown(picture: Picture) -> NDArray[np.bool_]:
+    """Mark the pixels that show something, within the field's stop."""
+    height, width = picture.coverage.shape
+    rows, columns = (np.arange(n) + 0.5 - n / 2 for n in (height, width))
+    inside = np.hypot(rows[:, None], columns) <= min(height, width) / 2
+    return np.asarray((picture.coverage > 0) & inside)
 
 
 def encoded(picture: Picture, seen: NDArray[np.bool_], gain: float) -> Codes:
@@ -111,6 +122,18 @@ class RefinementPlan:
             *(
                 Task(
                     "refinement",
+                    case,
+                    f"to {tolerance:g} codes",
+                    partial(self._refined, 1.0, tolerance),
+                    settings | {"tolerance": tolerance, "reference": WHOLE},
+                    baseline=WHOLE,
+                    cost_s=20.0,
+                )
+                for tolerance in TOLERANCES
+            ),
+            *(
+                Task(
+                    "refinement",
                     "nose/views/paths",
                     name,
                     partial(self._paths, name),
@@ -144,15 +167,15 @@ class RefinementPlan:
         spent = sum(case.whole[1] for case in self._cases)
         return Measured(Timing(spent, spent, spent, len(self._cases)))
 
-    def _refined(self, share: float) -> Measured:
+    def _refined(self, share: float, tolerance: float = 0.0) -> Measured:
         spent, told, apart = 0.0, [], []
         samples = []
         for case in self._cases:
             expected, _ = case.whole
-            found, seconds = case.refined(share)
+            found, seconds = case.refined(share, tolerance)
             spent += seconds
             gain = expected.gain or 1.0
-            seen = expected.coverage > 0
+            seen = shown(expected)
             apart.append(encoded(found, seen, gain) - encoded(expected, seen, gain))
             told.append(found.error or 0.0)
             samples.append(float(found.samples[seen].mean()) / 4)

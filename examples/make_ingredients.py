@@ -135,7 +135,8 @@ def bounce_cost(of: Sitting) -> float:
     spent = []
     for _ in range(3):
         begun = time.process_time()
-        shader.lattice(of.gbuffer, fine, of.light)
+        lattice = shader.lattice(of.gbuffer.size, fine, of.light)
+        shader.extend(lattice, of.gbuffer, fine, of.light)
         spent.append(time.process_time() - begun)
     shader.close()
     return min(spent)

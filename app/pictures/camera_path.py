@@ -53,8 +53,7 @@ def load_camera_path(path: Path) -> CameraPath:
                 f"{after:g} s follows {before:g} s."
             )
     try:
-        for key in found.keys:
-            _frame(key)
+        _frames(found)
     except ValueError as error:
         raise ValueError(f"The camera path {path} is not valid: {error}") from error
     return found
@@ -68,7 +67,7 @@ def views_along(
     from scipy.spatial.transform import Rotation, Slerp
 
     at = np.array([key.time_s for key in path.keys])
-    frames = np.array([_frame(key) for key in path.keys])
+    frames = _frames(path)
     eyes = PchipInterpolator(at, frames[:, 0])(times_s)
     # rows right, up, forward are a left-handed triple: turn right about
     turns = Rotation.from_matrix(frames[:, 1:] * np.array([-1.0, 1, 1])[:, None])
@@ -83,7 +82,14 @@ def views_along(
     ]
 
 
-def _frame(key: PathKey) -> NDArray[np.float64]:
-    """Give ``(4, 3)`` eye, right, up, forward."""
-    placed = ViewCamera(key.eye_mm, 1.0, key.axes, key.target_mm, key.up)
-    return placed.camera((8, 8)).frame
+def _frames(path: CameraPath) -> NDArray[np.float64]:
+    """Give ``(n, 4, 3)`` eye, right, up and forward of all keys.
+
+    Where a key's up is parallel to its view, right stays as it was at the key before.
+    """
+    frames: list[NDArray[np.float64]] = []
+    for key in path.keys:
+        placed = ViewCamera(key.eye_mm, 1.0, key.axes, key.target_mm, key.up)
+        before = frames[-1][1] if frames else None
+        frames.append(placed.camera((8, 8), before).frame)
+    return np.array(frames)

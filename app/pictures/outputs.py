@@ -71,6 +71,7 @@ class Drawn:
             "Noise": noise,
             "Error": "" if result.error is None else f"{result.error:.6g} codes",
             "Gain": "" if result.gain is None else repr(result.gain),
+            "CameraInTissue": "yes" if result.camera_in_tissue else "no",
             "Seconds": f"{result.seconds['total']:.3f}",
         }
 

@@ -11,6 +11,7 @@ from typing import Annotated, Literal, TypeVar
 import msgspec
 import numpy as np
 from msgspec import Meta, Struct
+from numpy.typing import ArrayLike
 
 from disk import whole_file
 from renderers.art.deflectors import DeflectorSpec, to_deflection
@@ -81,8 +82,13 @@ class ViewCamera(_Strict, frozen=True):
             distortion=(camera.distortion.k1, camera.distortion.k2),
         )
 
-    def camera(self, size: tuple[int, int]) -> Camera:
-        """Build the camera; ValueError where the two ways to aim are mixed."""
+    def camera(
+        self, size: tuple[int, int], right_before: ArrayLike | None = None
+    ) -> Camera:
+        """Build the camera; ValueError where the two ways to aim are mixed.
+
+        right_before: as `Camera.looking_at` has it.
+        """
         projection = Projection[self.projection.upper()]
         distortion = Distortion(*self.distortion)
         if (self.axes is None) == (self.target_mm is None):
@@ -105,6 +111,7 @@ class ViewCamera(_Strict, frozen=True):
             size=size,
             projection=projection,
             distortion=distortion,
+            right_before=right_before,
         )
 
 
@@ -166,7 +173,10 @@ def load_view(path: Path) -> ViewFile:
     """
     view = decoded(path, ViewFile, "view")
     try:
-        view.to_camera()
+        camera = view.to_camera()
+        if view.camera.axes is None:
+            # once and for all: whatever must be said of its up has been said
+            view = msgspec.structs.replace(view, camera=ViewCamera.of(camera))
         to_deflection(view.deflectors)
         if view.instruments and isinstance(view.look, ClassicLook):
             raise ValueError(

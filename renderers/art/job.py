@@ -156,7 +156,8 @@ class ClassicWork(_Strict, frozen=True, tag="classic", tag_field="mode"):
 class SnapshotRequest(_Strict, frozen=True):
     """Ask for one picture.
 
-    priority: 0 is drawn first. step_voxels, cutoff: replace those of `quality`.
+    priority: 0 is drawn first. step_voxels, cutoff: replace those of `quality`; a step
+    given is taken in any scene.
     max_seconds: the job fails when it takes longer. deadline_s: it fails when it is
     not done so long after it was asked for; None for whenever. progressive: coarse
     pictures are traced first, so that a picture can be had at any moment, and those
@@ -208,6 +209,7 @@ class SnapshotRequest(_Strict, frozen=True):
             named.renormalise,
             named.compact,
             classification=self.classification,
+            aim=named.aim if step is None else None,
         )
 
 
@@ -222,6 +224,9 @@ class SnapshotResult(_Strict, frozen=True):
     light by random paths, root mean square over the mean; None where there is none, or
     it is not known yet. error: estimated root mean square error, in codes of the
     encoded light, of a picture whose samples went where they mattered most; else None.
+    camera_in_tissue: see `renderers.art.standpoint`. step_voxels: of the steps taken,
+    which a scene may have made shorter than its quality's; None where nothing, or not
+    all, was traced for this picture.
     """
 
     schema: Literal["paravol.snapshot.result/2"]
@@ -239,6 +244,8 @@ class SnapshotResult(_Strict, frozen=True):
     seconds: dict[str, float]
     counters: dict[str, int]
     digests: dict[str, Digest]
+    camera_in_tissue: bool = False
+    step_voxels: float | None = None
 
 
 def decode_request(record: bytes) -> SnapshotRequest:

@@ -52,6 +52,10 @@ class March(Protocol):
         """Move each ray until it ends or misses a cell; return the counters."""
         ...
 
+    def ended_early(self, packet: RayPacket) -> int:
+        """Count a finished packet's rays that ended before their way did."""
+        ...
+
 
 @dataclass(frozen=True, slots=True)
 class FrameRays:
@@ -268,6 +272,11 @@ class ClassicMarch(_Marching):
         )
         return counters
 
+    def ended_early(self, packet: RayPacket) -> int:
+        """Count the rays of which less light than the cutoff was left."""
+        left = 1 - (packet.value[:-1, 3] + packet.carry[:-1, 3])
+        return int(np.count_nonzero(left < np.float32(self.quality.cutoff)))
+
     def look(
         self, view: CellView
     ) -> tuple[
@@ -301,6 +310,10 @@ class ScopeMarch(_Marching):
             raise ValueError("the scene has no air surface; mode scope needs one")
         super().__init__(scene.surface.distance, quality, kernels)
         self.clear = np.array([[-math.inf, 0.0]], np.float32)
+
+    def ended_early(self, packet: RayPacket) -> int:
+        """Count the rays that met the surface."""
+        return int(np.count_nonzero(packet.depth < np.inf))
 
     def run(
         self, packet: RayPacket, view: CellView, shift: int, clock: int

@@ -29,6 +29,7 @@ from renderers.art.policy import Dataflow
 from renderers.art.quality import Quality
 from renderers.art.rays import RayPacket
 from renderers.art.room import Room, demand_distances, room_for
+from renderers.art.sounding import settled
 from renderers.art.work import MarchWork
 from renderers.scene import Scene
 from renderers.scene.deflection import Deflection
@@ -168,6 +169,8 @@ def make_node(
     """
     if not 0 <= rank < ranks:
         raise ValueError(f"rank must be 0 to {ranks - 1}, got {rank}")
+    if mode == "classic":
+        quality = settled(scene, quality)
     limit = memory_limit() if memory_bytes is None else memory_bytes
     if ranks == 1:
         demand_distances(scene.volume.shape, limit)
@@ -254,6 +257,8 @@ def edit_node(
     removed does neither, unless it was the densest.
     """
     grid, before = work.bricks.grid, work.share.values
+    if mode == "classic":
+        quality = settled(scene, quality)
     looked = _Look.at(scene, mode, quality, grid.side, None, deflection)
     values = looked.march.volume.values
     if looked.grid != grid or values.dtype != before.dtype:

@@ -27,7 +27,10 @@ TILE_PX = 8
 """Edge of a tile: two of the lattice's steps for bounced light."""
 
 CHUNKS = 8
-"""Parts in which a picture is refined; between them it may stop."""
+"""Parts in which a picture is refined whole; between them it may stop."""
+
+MARGIN = 0.9
+"""Of the tolerance is aimed at."""
 
 FIRST_SCALE, EDGES = 0.5, 2.0
 """Error of a sample over its estimate before anything was refined, and how much more it
@@ -88,9 +91,8 @@ class Refinement:
         self._sight = finisher.sight(request, self._work, scene)
         self._fine = GBuffer.empty(*empty_gather(request).depth.shape)
         self._have = np.zeros(self._fine.size, np.bool_)
-        self._trace(self._on_lattice())
         self._lattice = self._sight.shader.lattice(
-            self._sight.with_tools(self._fine), self._sight.camera, self._sight.light
+            self._fine.size, self._sight.camera, self._sight.light
         )
         # beyond the field's stop nothing is shown
         inside = np.hypot(*_from_middle(self._gbuffer.size)) <= 1
@@ -98,8 +100,8 @@ class Refinement:
         self.guess = self._guess()
         height, width = self._gbuffer.size
         self._tiles_across = -(-width // TILE_PX)
-        tiles = _tile_sums(self.guess**2)
-        self._order = np.argsort(-tiles.ravel(), kind="stable")
+        self._tiles = _tile_sums(self.guess**2)
+        self._order = np.argsort(-self._tiles.ravel(), kind="stable")
         self.refined = np.zeros((height, width), np.bool_)
         self._scale = FIRST_SCALE
 
@@ -120,9 +122,27 @@ class Refinement:
         tolerance = self._request.tolerance or 0.0
         return self.share == 1 or (tolerance > 0 and self.error <= tolerance)
 
+    @property
+    def next_tiles(self) -> int:
+        """Get the tiles to refine next: an eighth of all, or what is still asked for.
+
+        Where a tolerance is asked for, and the estimate has been put right by a first
+        eighth, as many as it takes by that estimate, and a tenth more of the error:
+        each part costs something of its own.
+        """
+        tolerance = self._request.tolerance or 0.0
+        eighth = -(-len(self._order) // CHUNKS)
+        if tolerance == 0 or self._done == 0:
+            return eighth
+        rest = self._tiles.ravel()[self._order[self._done :]]
+        left = rest.sum() - rest.cumsum()
+        most = (MARGIN * tolerance / self._scale) ** 2 * int(self._counted.sum())
+        wanted = int(np.count_nonzero(left > most)) + 1
+        return min(max(wanted, eighth // 2), CHUNKS // 2 * eighth)
+
     def step(self, tiles: int | None = None) -> None:
-        """Refine the next tiles, an eighth of all if no number is given."""
-        tiles = tiles or -(-len(self._order) // CHUNKS)
+        """Refine the next tiles, `next_tiles` if no number is given."""
+        tiles = tiles or self.next_tiles
         chosen = self._order[self._done : self._done + tiles]
         fresh = np.zeros(
             (-(-self._gbuffer.size[0] // TILE_PX), self._tiles_across), bool
@@ -130,7 +150,10 @@ class Refinement:
         fresh.ravel()[chosen] = True
         here = _spread(fresh, TILE_PX, self._gbuffer.size)
         only = _spread(fresh, 2 * TILE_PX, self._fine.size)
-        self._trace(only & ~self._have)
+        lights = self._sight.shader.lattice_pixels(
+            self._sight.with_tools(self._fine), only
+        )
+        self._trace((only | lights) & ~self._have)
         seen = self._sight.with_tools(self._fine)
         radiance = downsample_radiance(
             self._sight.shader.shade(
@@ -144,7 +167,7 @@ class Refinement:
         )
         told = here & self._counted
         change = self._encoded(radiance[told]) - self._encoded(self._radiance[told])
-        true = float((change**2).sum()) / 3
+        true = float((change.astype(np.float64) ** 2).sum()) / 3
         guessed = float((self.guess[told] ** 2).sum())
         self._done += len(chosen)
         if guessed > 0:
@@ -193,40 +216,35 @@ class Refinement:
             getattr(self._fine, name)[rays] = getattr(traced.found, name)[rays]
         self._have |= rays
 
-    def _on_lattice(self) -> NDArray[np.bool_]:
-        """Mark the pixels by which all others are lit."""
-        step = self._sight.shader.lattice_px
-        rows, columns = (np.arange(n) % step == 0 for n in self._fine.size)
-        rows[-1] = columns[-1] = True
-        return np.asarray(rows[:, None] & columns)
-
-    def _encoded(self, radiance: NDArray[np.float32]) -> Plane:
+    def _encoded(self, radiance: NDArray[np.float32]) -> NDArray[np.float32]:
         """Encode light as the eye weighs it, in codes of 255."""
-        light = np.clip(radiance.astype(np.float64) * self._gain, 0, 1)
-        return np.asarray(255 * light ** (1 / 2.2))
+        light = np.clip(radiance * np.float32(self._gain), 0, 1)
+        return np.asarray(255 * light ** np.float32(1 / 2.2))
 
     def _guess(self) -> Plane:
         """Estimate each pixel's error, but for a scale, ``(h, w)`` codes."""
         code = self._encoded(self._radiance)
-        normal = self._gbuffer.normal.astype(np.float64)
         shown = self._gbuffer.coverage > 0
-        depth = np.where(shown, self._gbuffer.depth_mm, 1e3).astype(np.float64)
+        depth = np.log(np.where(shown, self._gbuffer.depth_mm, np.float32(1e3)))
         bright = code.mean(axis=-1)
-        total = np.zeros(shown.shape)
+        total = np.zeros(shown.shape, np.float32)
         for axis in (0, 1):
-            before, after = _neighbours(shown.shape[axis])
             # light that rises evenly is right in the middle of a pixel
-            bend = code - (code.take(before, axis) + code.take(after, axis)) / 2
-            total += (bend**2).mean(axis=-1)
-            for other in (before, after):
-                turn = 1 - np.clip((normal * normal.take(other, axis)).sum(-1), 0, 1)
-                turn[~(shown & shown.take(other, axis))] = 0
-                step = np.abs(np.log(depth / depth.take(other, axis)))
-                edge = NORMAL_WEIGHT * turn + DEPTH_WEIGHT * np.minimum(step, 1)
-                total += (bright * edge) ** 2 / 2
-        return np.asarray(
-            np.sqrt(np.where(self._counted, total / 2 + FLOOR_CODES**2, 0))
-        )
+            bend = np.zeros_like(code)
+            rise = np.diff(code, axis=axis) / 2
+            first, last = _halves(axis)
+            bend[first] -= rise
+            bend[last] += rise
+            total += np.einsum("ijk,ijk->ij", bend, bend) / 3
+            normal = self._gbuffer.normal
+            turn = 1 - np.einsum("ijk,ijk->ij", normal[first], normal[last])
+            turn = np.clip(turn, 0, 1) * (shown[first] & shown[last])
+            step = np.minimum(np.abs(np.diff(depth, axis=axis)), 1)
+            edge = (NORMAL_WEIGHT * turn + DEPTH_WEIGHT * step) ** 2 / 2
+            total[first] += edge * bright[first] ** 2
+            total[last] += edge * bright[last] ** 2
+        guess = np.sqrt(np.where(self._counted, total / 2 + FLOOR_CODES**2, 0))
+        return np.asarray(guess, np.float64)
 
 
 def refined(
@@ -258,10 +276,11 @@ def _from_middle(size: tuple[int, int]) -> tuple[Plane, Plane]:
     return rows[:, None] + 0 * columns, columns + 0 * rows[:, None]
 
 
-def _neighbours(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Number each place's neighbours along an axis; an end has itself for one."""
-    at = np.arange(count)
-    return np.maximum(at - 1, 0), np.minimum(at + 1, count - 1)
+def _halves(axis: int) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
+    """Give all but the last, and all but the first, along one of two axes."""
+    before, after = [slice(None)] * 2, [slice(None)] * 2
+    before[axis], after[axis] = slice(None, -1), slice(1, None)
+    return tuple(before), tuple(after)
 
 
 def _tile_sums(plane: Plane) -> Plane:

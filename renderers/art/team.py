@@ -50,12 +50,14 @@ class Traced:
     """Hold what tracing found: a G-buffer in mode scope, an image in mode classic.
 
     drawn: ``(h, w)``, the rays that were traced; None for all. The others show what a
-    coarser picture has there.
+    coarser picture has there. step_voxels: of the steps taken; None where not all was
+    traced.
     """
 
     found: GBuffer | Image
     counters: dict[str, int]
     drawn: NDArray[np.bool_] | None = None
+    step_voxels: float | None = None
 
 
 class Team(Protocol):
@@ -143,7 +145,8 @@ class SerialTeam:
         else:
             found = tracer.render(camera, progress, gather, limit_mm=limit)
         assert tracer.report is not None
-        return Traced(found, tracer.report.counters)
+        report = tracer.report
+        return Traced(found, report.counters, step_voxels=report.step_voxels)
 
     def dismiss(self) -> None:
         """Forget the last scene."""
@@ -270,7 +273,8 @@ class RankTeam:
         found = found_by(request, scene, gather)
         if stopped:
             raise RenderStoppedError(found, gather.done)
-        return Traced(found, dict(rank.cost))
+        step = march.quality.step_voxels
+        return Traced(found, dict(rank.cost), step_voxels=step)
 
     def dismiss(self) -> None:
         """Send the other ranks home."""

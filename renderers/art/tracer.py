@@ -43,12 +43,14 @@ class RenderStoppedError(RuntimeError):
 class RenderReport:
     """Say what a picture cost.
 
-    counters: samples, contributing, skipped, cells_fetched,
-    cells_evicted, cells_occupied, cells, requests.
+    counters: samples, contributing, skipped, ended_early (rays of which no light was
+    left, or that met the surface sought), cells_fetched, cells_evicted, cells_occupied,
+    cells, requests. step_voxels: of the steps taken.
     """
 
     seconds: float
     counters: dict[str, int]
+    step_voxels: float
 
 
 class ActiveRayTracer:
@@ -189,7 +191,9 @@ class ActiveRayTracer:
         counters = {key: after[key] - before[key] for key in after}
         counters["cells_occupied"] = work.occupied
         counters["cells"] = work.bricks.grid.cells
-        self.report = RenderReport(time.perf_counter() - began, counters)
+        self.report = RenderReport(
+            time.perf_counter() - began, counters, march.quality.step_voxels
+        )
         return gather, stopped
 
     def _side(self, mode: str) -> int | None:

@@ -14,7 +14,7 @@ from renderers.art.policy import CellPolicy, Dataflow
 from renderers.art.quality import Quality
 from renderers.art.ray_node import RayNode
 from renderers.art.rays import RayPacket
-from renderers.art.regions import Region, region_payload
+from renderers.art.regions import Region
 from renderers.art.work import MarchWork
 from renderers.scene import Scene
 from renderers.scene.deflection import Deflection
@@ -146,8 +146,7 @@ class MarchTravel:
         if trip.away:
             return None
         del self._trips[trip.number]
-        packet = trip.packet
-        return region_payload(packet.region, packet.result, packet.depth)
+        return self._work.result(trip.packet)
 
     def forget(self) -> None:
         """Drop the trips of a frame that was given up."""

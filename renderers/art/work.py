@@ -86,6 +86,7 @@ class MarchWork:
         self.share = share
         self.seen = seen
         self.counters = np.zeros(len(COUNTERS), np.int64)
+        self.ended_early = 0
         self._march = march
         self._keeps_raw = keeps_raw
         self._map: Run = map
@@ -120,7 +121,8 @@ class MarchWork:
 
     def tally(self) -> dict[str, int]:
         """Get the kernels' counters."""
-        return {name: int(n) for name, n in zip(COUNTERS, self.counters, strict=True)}
+        moved = {name: int(n) for name, n in zip(COUNTERS, self.counters, strict=True)}
+        return moved | {"ended_early": self.ended_early}
 
     def run(self, packets: list[RayPacket], clock: int) -> list[list[int]]:
         """March each packet until its rays end or miss a cell."""
@@ -135,6 +137,7 @@ class MarchWork:
 
     def result(self, packet: RayPacket) -> bytes:
         """Write a region with its values and depths; nothing where it is delivered."""
+        self.ended_early += self._march.ended_early(packet)
         if self._gather is not None:
             self._gather.add(
                 packet.region, packet.value[:-1], packet.depth, packet.carry[:-1]

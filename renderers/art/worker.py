@@ -24,6 +24,7 @@ from renderers.art.refinement import Refinement, can_refine, refined
 from renderers.art.saved_work import SavedWork, code_key, forget_saved
 from renderers.art.spool import Claim, JobState, Spool
 from renderers.art.stage import load_scene
+from renderers.art.standpoint import camera_in_tissue
 from renderers.art.steps import Step, reached
 from renderers.art.team import Progress, SerialTeam, Team, Traced
 from renderers.art.tracer import RenderStoppedError
@@ -220,6 +221,8 @@ class _Worker:
             },
             counters=counters | skipped,
             digests=digests,
+            camera_in_tissue=camera_in_tissue(request, scene),
+            step_voxels=None if traced is None else traced.step_voxels,
         )
         write_whole(folder / "result.json", msgspec.json.encode(result))
         reached(Step.RESULT_WRITTEN)

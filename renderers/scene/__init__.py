@@ -1,5 +1,6 @@
 """The vocabulary both renderers speak. Nothing here knows a renderer."""
 
+from renderers.scene.aiming import UpWarning
 from renderers.scene.camera import Camera, Projection
 from renderers.scene.distortion import Distortion
 from renderers.scene.gbuffer import GBuffer, Material
@@ -33,6 +34,7 @@ __all__ = [
     "Scene",
     "Spine",
     "TransferFunction",
+    "UpWarning",
     "Volume",
     "extinction_from_opacity",
     "four_lights",

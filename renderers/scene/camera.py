@@ -17,6 +17,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from renderers.scene.aiming import aimed
 from renderers.scene.distortion import NO_DISTORTION, Distortion
 from renderers.scene.memory import memory_limit
 
@@ -217,22 +218,14 @@ class Camera:
         size: tuple[int, int] = (512, 512),
         projection: Projection = Projection.EQUIDISTANT,
         distortion: Distortion = NO_DISTORTION,
+        right_before: ArrayLike | None = None,
     ) -> "Camera":
         """Aim from `eye_mm` at `target_mm`; `up` need only be roughly upwards.
 
-        size: ``(width, height)`` in pixels.
+        size: ``(width, height)`` in pixels. right_before: of a camera that this one
+        comes after; see `aimed` for an up that is parallel to the view.
         """
-        eye = np.asarray(eye_mm, dtype=np.float64)
-        forward = np.asarray(target_mm, dtype=np.float64) - eye
-        right = np.cross(forward, np.asarray(up, dtype=np.float64))
-        if np.linalg.norm(forward) == 0 or np.linalg.norm(right) < 1e-12:
-            raise ValueError(
-                f"cannot aim from {eye} at {target_mm!r}: the points coincide or the "
-                "view axis is parallel to up"
-            )
-        forward /= np.linalg.norm(forward)
-        right /= np.linalg.norm(right)
-        frame = np.stack([eye, right, np.cross(right, forward), forward])
+        frame = aimed(eye_mm, target_mm, up, right_before)
         return cls(frame, extent, size[0], size[1], projection, distortion)
 
     @property

@@ -15,9 +15,10 @@ from renderers.shading.bands import RowBands
 from renderers.shading.bounce.light_grid import STRIDE, VirtualLights
 from renderers.shading.hairs.hair_layer import HairLayer
 from renderers.shading.illumination import Detail, Effects, ScopeLight, Tier
+from renderers.shading.lattice_points import asked_points, dilated, pixels_of
 from renderers.shading.look import Look
 from renderers.shading.paths.path_light import PathLight, demand_size
-from renderers.shading.secondary.second_light import SecondLight
+from renderers.shading.secondary.second_light import Followed, SecondLight
 from renderers.shading.shadow.rods import Caster, rod_table
 from renderers.shading.surface.kernels import shade_rows
 from renderers.simd_guard import demand_vectors
@@ -29,15 +30,16 @@ lights stand for the first bounce only."""
 
 @dataclass(frozen=True, slots=True)
 class Lattice:
-    """Hold the light found on a coarse lattice of a view's pixels.
+    """Hold the light found so far on a coarse lattice of a view's pixels.
 
-    lights: that bounce stands for. grid: of `VirtualLights.gather`. followed: of
-    `SecondLight.follow`.
+    lights: that bounce stands for. grid: of `VirtualLights.gather`; gathered: the
+    points that it has. followed: of `SecondLight.follow`.
     """
 
     lights: VirtualLights
     grid: NDArray[np.float32]
-    followed: NDArray[np.float32] | None
+    gathered: NDArray[np.bool_]
+    followed: Followed
 
 
 class ScopeShader:
@@ -80,35 +82,35 @@ class ScopeShader:
         bounce: PathLight | None = None,
         casters: Sequence[Caster] = (),
         only: NDArray[np.bool_] | None = None,
-        lattice: "Lattice | None" = None,
+        lattice: Lattice | None = None,
     ) -> NDArray[np.float32]:
         """Give linear radiance ``(h, w, 3)`` float32, black where nothing is seen.
 
         bounce: light by way of other walls that stands in for the quick estimate of it
         (see `PathTracer`). casters: tools that stand in the light. only: ``(h, w)``
-        pixels that are wanted, the others get anything. lattice: of the whole view; the
-        pixels wanted then get the bits that they have in the whole picture, whatever
-        the G-buffer holds elsewhere. The camera must have the G-buffer's size. The
-        G-buffer is only read: surface detail never moves depth.
+        pixels that are wanted, the others get anything. These get the bits that they
+        have in the whole picture if the G-buffer has what `lattice_pixels` says,
+        whatever it holds elsewhere. lattice: of the same view; what it lacks is found
+        and added to it. The camera must have the G-buffer's size. The G-buffer is only
+        read: surface detail never moves depth.
         """
         demand_size(gbuffer, camera)
         if camera.projection is Projection.ORTHOGRAPHIC:
             raise ValueError("scope light needs a lens with an eye, not orthographic")
         gbuffer = _read_only(gbuffer)
         seen = gbuffer
-        if only is None:
-            only = _all_of(gbuffer.size)
-        else:
+        if only is not None:
             only = np.ascontiguousarray(only, np.bool_)
             seen = replace(gbuffer, coverage=np.where(only, gbuffer.coverage, 0))
             seen = _read_only(seen)
         rods = rod_table(casters if self.effects.tool_shadow else (), camera)
         sources = light.sources(camera, self.tier.sources)
-        lattice = lattice or self.lattice(gbuffer, camera, light)
+        lattice = lattice or self.lattice(gbuffer.size, camera, light)
+        self.extend(lattice, gbuffer, camera, light, only)
         if bounce is None:
             radiance = self._paint(seen, camera, light, lattice.grid, rods)
         elif bounce.irradiance.shape == (*gbuffer.size, 3):
-            dark = VirtualLights.dark_grid(gbuffer)
+            dark = VirtualLights.dark_grid(gbuffer.size)
             radiance = self._paint(seen, camera, light, dark, rods)
             reflected = self.reflectance(seen, camera, light)
             reflected *= bounce.irradiance
@@ -128,7 +130,7 @@ class ScopeShader:
             BOUNCE_FACTOR,
             self._bands,
             lattice.followed,
-            only,
+            _all_of(gbuffer.size) if only is None else only,
         )
         if self._hairs is not None:
             self._hairs.add(radiance, gbuffer, camera, light, sources, self._bands)
@@ -140,36 +142,67 @@ class ScopeShader:
         """Give the radiance ``(h, w, 3)`` that a unit of bounced irradiance makes."""
         demand_size(gbuffer, camera)
         gbuffer = _read_only(gbuffer)
-        dark = VirtualLights.dark_grid(gbuffer)
+        dark = VirtualLights.dark_grid(gbuffer.size)
         rods = rod_table((), camera)
         found = self._paint(gbuffer, camera, light, dark, rods, lit=False)
         found *= np.float32(1 / math.pi)
         return found
 
-    @property
-    def lattice_px(self) -> int:
-        """Get the stride of the lattice of pixels by which pictures are lit.
+    def lattice_pixels(
+        self, gbuffer: GBuffer, only: NDArray[np.bool_]
+    ) -> NDArray[np.bool_]:
+        """Mark the pixels ``(h, w)`` whose G-buffer lights those of `only`.
 
-        Its points are the pixels whose row and column are multiples of it, or the last.
+        Besides their own. gbuffer: with all tools there are, hidden or not; its tissue
+        may be missing.
         """
-        return math.gcd(STRIDE, self.tier.mirror_stride)
+        points = asked_points(only, gbuffer.size, STRIDE)
+        pixels = pixels_of(points, STRIDE, gbuffer.size)
+        if self._second.wants(gbuffer):
+            stride = self.tier.mirror_stride
+            points = asked_points(only, gbuffer.size, stride)
+            reach = self._second.reach(gbuffer)
+            pixels |= pixels_of(dilated(points, reach), stride, gbuffer.size)
+        return pixels
 
-    def lattice(self, gbuffer: GBuffer, camera: Camera, light: ScopeLight) -> "Lattice":
-        """Find the light of the lattice of a view; no other pixel counts.
-
-        With it `shade` need not find it again.
-        """
-        demand_size(gbuffer, camera)
-        gbuffer = _read_only(gbuffer)
-        sources = light.sources(camera, self.tier.sources)
+    def lattice(
+        self, size: tuple[int, int], camera: Camera, light: ScopeLight
+    ) -> Lattice:
+        """Begin the lattice of a view ``(h, w)``: no point of it is lit yet."""
         lights = VirtualLights.trace(
             self._look.distance, camera, light, self.tier.virtual_lights
         )
-        grid = lights.gather(gbuffer, camera, self._bands)
-        followed = self._second.follow(
-            gbuffer, camera, light, lights, sources, BOUNCE_FACTOR, self._bands
+        grid = VirtualLights.dark_grid(size)
+        followed = Followed.empty(size, self.tier.mirror_stride)
+        return Lattice(lights, grid, np.zeros(grid.shape[1:], np.bool_), followed)
+
+    def extend(
+        self,
+        lattice: Lattice,
+        gbuffer: GBuffer,
+        camera: Camera,
+        light: ScopeLight,
+        only: NDArray[np.bool_] | None = None,
+    ) -> None:
+        """Light those points of a lattice that the pixels of `only` ask for.
+
+        None for all.
+        """
+        fresh = asked_points(only, gbuffer.size, STRIDE) & ~lattice.gathered
+        if fresh.any():
+            lattice.lights.gather(gbuffer, camera, self._bands, fresh, lattice.grid)
+            lattice.gathered[fresh] = True
+        self._second.follow(
+            gbuffer,
+            camera,
+            light,
+            lattice.lights,
+            light.sources(camera, self.tier.sources),
+            BOUNCE_FACTOR,
+            self._bands,
+            lattice.followed,
+            asked_points(only, gbuffer.size, self.tier.mirror_stride),
         )
-        return Lattice(lights, grid, followed)
 
     def _paint(
         self,

@@ -32,7 +32,6 @@ from renderers.simd.functions import (
     sqrt,
 )
 from renderers.simd.interleaved import (
-    copy_rows4,
     gather_pairs,
     rows_alike,
     swapped,
@@ -74,7 +73,6 @@ __all__ = [
     "bits",
     "cell1",
     "cell4",
-    "copy_rows4",
     "count",
     "f32",
     "f64",

@@ -1,3 +1,4 @@
+import msgspec
 import numpy as np
 import pytest
 
@@ -8,6 +9,7 @@ from anatomy.variants import (
     NAMES,
     PREVALENCE,
     draw_variants,
+    variant_names,
     with_variants,
     without_variants,
 )
@@ -39,6 +41,25 @@ def test_keros_septum_and_sizes_can_be_asked_for_by_name() -> None:
     bare = with_variants(DEFAULT, ["frontal-aplasia:left"])
     assert bare.scale("frontal", Side.LEFT) == 0.0
     assert bare.scale("frontal", Side.RIGHT) == 1.0
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_was_asked_for_is_named(name: str) -> None:
+    """And asking for all that is named changes nothing."""
+    side = "" if name.startswith("keros") else ":left"
+    head = with_variants(DEFAULT, [name + side])
+    named = variant_names(head)
+    assert name + side in named
+    assert len([word for word in named if word.startswith("keros")]) == 1
+    again = with_variants(head, named)
+    assert variant_names(again) == named
+    assert again.variants == head.variants
+
+
+@pytest.mark.parametrize(("mm", "kind"), [(1, 1), (3, 1), (4, 2), (7, 2), (8, 3)])
+def test_keros_types_are_millimetres(mm: float, kind: int) -> None:
+    head = msgspec.structs.replace(DEFAULT, keros_mm=float(mm))
+    assert variant_names(head)[-1] == f"keros-{kind}"
 
 
 @pytest.mark.parametrize(

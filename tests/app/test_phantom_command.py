@@ -14,10 +14,11 @@ def test_a_patient_is_drawn_with_what_was_asked_for(
 ) -> None:
     words = ["phantom", "--seed", "7", "--spacing", "2", "--json"]
     words += ["--variant", "onodi:left", "--without", "agger-nasi"]
+    words += ["--variant", "keros-3"]
     words += ["--lund-mackay", "maxillary:left=2,polyps=1", "--mr"]
     assert main([*words, "--out", str(tmp_path / "case")]) == 0
     said = json.loads(capsys.readouterr().out)
-    assert "onodi:left" in said["variants"]
+    assert {"onodi:left", "keros-3"} <= set(said["variants"])
     assert not [v for v in said["variants"] if v.startswith("agger-nasi")]
     assert {"ct.nrrd", "t1.nrrd", "t2.nrrd", "case.json"} <= set(said["files"])
     held = read_case(tmp_path / "case").record.parameters

@@ -5,7 +5,13 @@ from contextlib import closing
 
 import pytest
 
-from benchmarks.suite_refinement import RASTER, URGENT, WHOLE, RefinementPlan
+from benchmarks.suite_refinement import (
+    RASTER,
+    SHARES,
+    TOLERANCES,
+    URGENT,
+    RefinementPlan,
+)
 from renderers.scene import Scene
 
 
@@ -16,11 +22,13 @@ def test_the_more_samples_the_less_error_and_none_in_the_end(
     monkeypatch.setattr("benchmarks.suite_refinement.nasal_scene", coarse_nasal_scene)
     with closing(RefinementPlan(quick=True)) as plan:
         made = {task.mode: task.measure() for task in plan.tasks()}
+    for tolerance in TOLERANCES:
+        told = made[f"to {tolerance:g} codes"].counters["error told, codes rms"]
+        assert 0 < told <= tolerance
     found = [
-        measured
-        for mode, measured in made.items()
-        if mode not in (WHOLE, RASTER, URGENT)
+        measured for mode, measured in made.items() if mode.startswith("four samples f")
     ]
+    assert len(found) == len(SHARES)
     error = [measured.counters["error found, codes rms"] for measured in found]
     share = [measured.counters["share of samples"] for measured in found]
     assert share[0] == 0.25

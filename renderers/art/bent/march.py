@@ -107,6 +107,10 @@ class BentMarch:
             front=packet.front,
         )
 
+    def ended_early(self, packet: RayPacket) -> int:
+        """Count a finished packet's rays that ended before their way did."""
+        return self._straight.ended_early(packet)
+
     def run(
         self, packet: RayPacket, view: CellView, shift: int, clock: int
     ) -> NDArray[np.int64]:

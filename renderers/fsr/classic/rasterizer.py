@@ -185,11 +185,12 @@ class SplatRasterizer:
         turns = np.zeros(1, np.int64)
 
         def draw(_: int) -> int:
-            scratch = self._scratch(len(projected.entries))
+            scratch = self._scratch(len(projected.ranges))
             return self._kernels.draw_tiles(
                 records,
                 projected.boxes,
-                projected.entries,
+                projected.ranges,
+                projected.numbers,
                 projected.visible,
                 turns,
                 splats.mode is SplatMode.POINTS,

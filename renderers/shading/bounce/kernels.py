@@ -146,12 +146,14 @@ def gather_lights(
     lights: NDArray[np.float32],
     count: int,
     stride: int,
+    points: NDArray[np.bool_],
     grid: NDArray[np.float32],
     first: int,
     last: int,
 ) -> None:
     """Sum the virtual lights at every `stride`-th pixel, grid rows ``first..last``.
 
+    points: ``(gh, gw)``, those wanted; their neighbours in a vector get something, too.
     grid: ``(5, gh, gw)``: one-bounce irradiance for albedo 1, then the normal and the
     depth it was gathered at; depth 0 marks a point where nothing was seen.
     """
@@ -162,6 +164,8 @@ def gather_lights(
     for gy in range(first, last):
         row = min(gy * stride, height - 1)
         for start in range(0, grid_width, WIDTH):
+            if not points[gy, start : start + WIDTH].any():
+                continue
             inside = lanes(WIDTH) < np.int32(grid_width - start)
             column = minimum((lanes(WIDTH) + start) * stride, np.int32(width - 1))
             at = column + row * width

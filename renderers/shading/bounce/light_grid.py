@@ -79,21 +79,31 @@ class VirtualLights:
         return cls(table)
 
     @staticmethod
-    def dark_grid(gbuffer: GBuffer) -> NDArray[np.float32]:
-        """Give a grid as `gather` does, of no light at all."""
-        height, width = gbuffer.size
+    def dark_grid(size: tuple[int, int]) -> NDArray[np.float32]:
+        """Give a grid as `gather` does of ``(h, w)`` pixels, of no light at all."""
+        height, width = size
         return np.zeros((5, height // STRIDE + 2, width // STRIDE + 2), np.float32)
 
     def gather(
-        self, gbuffer: GBuffer, camera: Camera, bands: RowBands | None = None
+        self,
+        gbuffer: GBuffer,
+        camera: Camera,
+        bands: RowBands | None = None,
+        points: NDArray[np.bool_] | None = None,
+        grid: NDArray[np.float32] | None = None,
     ) -> NDArray[np.float32]:
         """Give the grid ``(5, h // 8 + 2, w // 8 + 2)`` float32.
+
+        points: ``(h // 8 + 2, w // 8 + 2)``, those wanted; None for all. grid: of the
+        same view, to be changed in place at these points alone.
 
         Planes: irradiance for albedo 1 after one bounce, normal x, y, z, depth (0
         where nothing is seen). Grid point (j, i) lies on pixel (8 j, 8 i), or on the
         last row or column beyond the edge.
         """
-        grid = self.dark_grid(gbuffer)
+        found = self.dark_grid(gbuffer.size)
+        if points is None:
+            points = np.ones(found.shape[1:], np.bool_)
 
         def rows(first: int, last: int) -> None:
             gather_lights(
@@ -105,15 +115,20 @@ class VirtualLights:
                 self.table,
                 self.table.shape[1],
                 STRIDE,
-                grid,
+                points,
+                found,
                 first,
                 last,
             )
 
         if bands is None:
-            rows(0, grid.shape[1])
+            rows(0, found.shape[1])
         else:
-            bands.run(grid.shape[1], rows)
+            bands.run(found.shape[1], rows)
+        if grid is None:
+            return found
+        # beside those wanted others were found, perhaps of pixels not known yet
+        grid[:, points] = found[:, points]
         return grid
 
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -11,6 +12,7 @@ from renderers.scene import AirSurface, Camera, GBuffer
 from renderers.shading.bands import RowBands
 from renderers.shading.bounce.light_grid import VirtualLights
 from renderers.shading.illumination import Effects, ScopeLight
+from renderers.shading.lattice_points import dilated
 from renderers.shading.materials import F0, material_table
 from renderers.shading.secondary.kernels import (
     FILM,
@@ -31,6 +33,26 @@ from renderers.shading.tissue_colour import (
 
 BLUR_SHARE = 32
 """Of a picture's width, over which what ground metal mirrors runs together."""
+
+
+@dataclass(frozen=True, slots=True)
+class Followed:
+    """Hold what was found at lattice points so far.
+
+    found, blurred: float32 ``(gh, gw, FOUND)``, before and after metal is blurred.
+    known: bool ``(gh, gw)``, the points that `found` has.
+    """
+
+    found: NDArray[np.float32]
+    blurred: NDArray[np.float32]
+    known: NDArray[np.bool_]
+
+    @classmethod
+    def empty(cls, size: tuple[int, int], stride: int) -> "Followed":
+        """Begin a view of ``(h, w)`` pixels."""
+        points = size[0] // stride + 2, size[1] // stride + 2
+        found = np.zeros((*points, FOUND), np.float32)
+        return cls(found, found.copy(), np.zeros(points, np.bool_))
 
 
 class SecondLight:
@@ -74,39 +96,52 @@ class SecondLight:
         sources: NDArray[np.float32],
         gain: float,
         bands: RowBands,
-    ) -> NDArray[np.float32] | None:
-        """Follow the light of lattice points, for `add`; None where none is wanted.
+        followed: "Followed",
+        points: NDArray[np.bool_],
+    ) -> None:
+        """Follow the light of lattice points, for `add`.
 
-        gain: of the bounce light.
+        gain: of the bounce light. points: ``(gh, gw)``, those wanted, and as far as
+        `reach` says from them what is known already, or wanted, too.
         """
-        bits = self._bits
-        if not bits or (bits == MIRROR and is_all_tissue(gbuffer.material)):
-            return None
-        height, width = gbuffer.size
-        stride = self._stride
-        shape = (height // stride + 2, width // stride + 2, FOUND)
-        grid, blurred = np.zeros(shape, np.float32), np.empty(shape, np.float32)
+        if not self.wants(gbuffer):
+            return
+        reach = self.reach(gbuffer)
+        fresh = points if reach == 0 else dilated(points, reach)
+        fresh = fresh & ~followed.known
         rows = self._bound(follow_rows, gbuffer, camera, light, lights, sources, gain)
 
         def follow(first: int, last: int) -> None:
-            rows(grid, first, last)
+            rows(fresh, followed.found, first, last)
 
         def blur(first: int, last: int) -> None:
             blur_rows(
                 gbuffer.depth_mm,
                 gbuffer.normal,
                 gbuffer.material,
-                stride,
-                max(width // BLUR_SHARE, stride),
-                grid,
-                blurred,
+                self._stride,
+                max(gbuffer.size[1] // BLUR_SHARE, self._stride),
+                points,
+                followed.found,
+                followed.blurred,
                 first,
                 last,
             )
 
-        bands.run(len(grid), follow)
-        bands.run(len(grid), blur)
-        return blurred
+        bands.run(len(fresh), follow)
+        followed.known[fresh] = True
+        bands.run(len(fresh), blur)
+
+    def wants(self, gbuffer: GBuffer) -> bool:
+        """Tell whether a view has any of what is added here."""
+        bits = self._bits
+        return bits > 0 and not (bits == MIRROR and is_all_tissue(gbuffer.material))
+
+    def reach(self, gbuffer: GBuffer) -> int:
+        """Get the points to either side that what is blurred at one is made of."""
+        if not self._bits & MIRROR or is_all_tissue(gbuffer.material):
+            return 0
+        return (max(gbuffer.size[1] // BLUR_SHARE, self._stride) - 1) // self._stride
 
     def add(
         self,
@@ -118,19 +153,19 @@ class SecondLight:
         sources: NDArray[np.float32],
         gain: float,
         bands: RowBands,
-        followed: NDArray[np.float32] | None,
+        followed: "Followed",
         only: NDArray[np.bool_],
     ) -> None:
-        """Change `radiance` ``(h, w, 3)`` in place. followed: what `follow` gave.
+        """Change `radiance` ``(h, w, 3)`` in place. followed: by `follow`.
 
         only: ``(h, w)`` pixels to change.
         """
-        if followed is None:
+        if not self.wants(gbuffer):
             return
         rows = self._bound(add_rows, gbuffer, camera, light, lights, sources, gain)
 
         def add(first: int, last: int) -> None:
-            rows(followed, self._reflect, only, radiance, first, last)
+            rows(followed.blurred, self._reflect, only, radiance, first, last)
 
         bands.run(gbuffer.size[0], add)
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from app.pictures.camera_path import CameraPath, PathKey, load_camera_path, views_along
 from app.pictures.view_file import PhantomHead, ViewCamera, ViewFile
+from renderers.scene import UpWarning
 
 VIEW = ViewFile(
     "paravol.view/1",
@@ -78,3 +79,20 @@ def test_what_is_wrong_is_refused(
     file.write_text(json.dumps({"schema": "paravol.camera-path/1", "keys": keys}))
     with pytest.raises(ValueError, match=complaint):
         load_camera_path(file)
+
+
+def test_a_camera_that_turns_downwards_does_not_spin(tmp_path: Path) -> None:
+    """At the key that looks along up, right stays as it was before."""
+    ways = ((0, 1, 0), (0, 1, -1), (0, 0, -1))
+    keys = [
+        {"time_s": k, "eye_mm": [0, 0, 0], "target_mm": way}
+        for k, way in enumerate(ways)
+    ]
+    file = tmp_path / "p.json"
+    file.write_text(json.dumps({"schema": "paravol.camera-path/1", "keys": keys}))
+    with pytest.warns(UpWarning, match="stays on the right"):
+        path = load_camera_path(file)
+    with pytest.warns(UpWarning):
+        views = views_along(path, VIEW, np.linspace(0, 2, 9))
+    for view in views:
+        np.testing.assert_allclose(view.to_camera().frame[1], [1, 0, 0], atol=1e-12)

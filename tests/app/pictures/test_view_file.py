@@ -19,7 +19,7 @@ from app.pictures.view_file import (
     load_view,
     save_view,
 )
-from renderers.scene import Camera, Projection
+from renderers.scene import Camera, Projection, UpWarning
 
 coordinate = st.floats(-500, 500)
 
@@ -152,3 +152,15 @@ def test_what_is_no_view_is_refused(tmp_path: Path) -> None:
     path.write_bytes(b" " * 300_000)
     with pytest.raises(ValueError, match="larger than 262144 bytes"):
         load_view(path)
+
+
+def test_an_up_along_the_view_is_told_once_and_then_settled(tmp_path: Path) -> None:
+    path = tmp_path / "down.view.json"
+    camera = {"eye_mm": [0, 0, 40], "target_mm": [0, 0, 0], "extent": 0.7}
+    record = {"schema": "paravol.view/1", "head": {"kind": "phantom"}, "camera": camera}
+    path.write_text(json.dumps(record))
+    with pytest.warns(UpWarning, match=r"\[1, 0, 0\] is taken for it"):
+        view = load_view(path)
+    assert_array_equal(view.to_camera().frame[2], [1, 0, 0])
+    save_view(path, view)
+    assert load_view(path) == view

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from renderers.art import ActiveRayTracer
 from renderers.art.march import FrameRays
 from renderers.art.messages import ProtocolError
 from renderers.art.node_maker import make_node
@@ -9,6 +10,7 @@ from renderers.art.quality import Quality
 from renderers.art.regions import Gather, deal_regions
 from renderers.art.work import MarchWork
 from renderers.scene import Camera, Scene
+from renderers.scene.deflection import Deflection, Translation
 
 
 def make(scene: Scene, dataflow: Dataflow) -> MarchWork:
@@ -70,3 +72,33 @@ def test_what_is_delivered_is_what_messages_carry(
         pictures.append((gather.value.tobytes(), gather.depth.tobytes()))
     assert pictures[0] == pictures[1]
     assert np.ptp(gather.value) > 0.1
+
+
+@pytest.mark.parametrize("mode", ["classic", "scope", "bent"])
+def test_rays_that_end_early_are_counted(
+    scene: Scene, outside: Camera, inside: Camera, mode: str
+) -> None:
+    """The same number for any threads and cells."""
+    counts = set()
+    deflection = Deflection(())
+    if mode == "bent":
+        center = scene.volume.center_mm
+        deflection = Deflection((Translation(center, 6.0, np.array([1.0, 0, 0])),))
+    for threads, side in ((1, 8), (2, 16)):
+        tracer = ActiveRayTracer(
+            scene, Quality(0.5, 0.01), threads=threads, cell_side=side,
+            deflection=deflection,
+        )  # fmt: skip
+        if mode == "scope":
+            seen = tracer.gbuffer(inside).depth_mm < np.inf
+        else:
+            seen = 1 - tracer.render(outside).rgba[..., 3] < np.float32(0.01)
+        assert tracer.report is not None
+        assert tracer.report.counters["ended_early"] == np.count_nonzero(seen)
+        counts.add(tracer.report.counters["ended_early"])
+    assert len(counts) == 1
+    assert 0 < counts.pop() < seen.size
+    whole = ActiveRayTracer(scene, Quality(0.5, 0.0))
+    whole.render(outside)
+    assert whole.report is not None
+    assert whole.report.counters["ended_early"] == 0

@@ -44,6 +44,7 @@ def gathered(
         table,
         table.shape[1],
         8,
+        np.ones(grid.shape[1:], np.bool_),
         grid,
         0,
         grid.shape[1],

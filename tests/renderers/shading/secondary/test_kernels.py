@@ -220,6 +220,20 @@ def test_virtual_lights_add_up() -> None:
     assert bounced(light, at, (f32(0), f32(0), f32(-1))) == 0
 
 
+@pytest.mark.parametrize("count", [1, 15, 16, 17, 200])
+def test_any_number_of_virtual_lights_is_their_sum_in_float64(count: int) -> None:
+    rng = np.random.default_rng(count)
+    light = rng.standard_normal((8, count)).astype(np.float32)
+    light[6:] = np.abs(light[6:]) + 0.5
+    at, normal = rng.standard_normal((2, 3)).astype(np.float32)
+    away = light[:3].T.astype(np.float64) - at
+    receive = np.maximum(away @ normal, 0)
+    emit = np.maximum(-(away * light[3:6].T).sum(axis=1), 0)
+    d2 = (away**2).sum(axis=1) + light[7]
+    expected = float((light[6] * receive * emit / d2**2).sum()) / np.pi
+    assert bounced(light, tuple(at), tuple(normal)) == pytest.approx(expected, 1e-5)
+
+
 def test_metal_mirrors_and_tissue_does_not_unless_wet() -> None:
     assert wanted_of(METAL, MIRROR) == MIRROR
     assert wanted_of(TISSUE, MIRROR) == 0
@@ -239,7 +253,10 @@ def test_the_blur_keeps_even_light_and_stays_on_the_metal() -> None:
     lattice[:, 3:, :3] = 0.5
     lattice[:, :3] = 9.0
     blurred = np.empty_like(lattice)
+    every = np.ones(lattice.shape[:2], np.bool_)
     for first, last in ((0, 4), (4, 10)):
-        blur_rows(depth, normal, material, stride, 20, lattice, blurred, first, last)
+        blur_rows(
+            depth, normal, material, stride, 20, every, lattice, blurred, first, last
+        )
     np.testing.assert_allclose(blurred[:, 3:, :3], 0.5, rtol=1e-6)
     np.testing.assert_array_equal(blurred[:, :3], lattice[:, :3])
