@@ -22,6 +22,7 @@ CONE_SIDES = 8
 
 _TURNS = 2 * math.pi * (np.arange(CONE_SIDES) + 0.5) / CONE_SIDES
 _CONE = np.stack([np.cos(_TURNS), np.sin(_TURNS)], axis=1)
+_SIDES = np.array([[-1.0, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0]])
 
 SOFT_PX = 2.0
 """More than the softening of footprints adds to their reach: 3 sqrt(.3) at most."""
@@ -54,34 +55,32 @@ def view_planes(camera: Camera, margin_mm: float) -> NDArray[np.float64]:
     side of all of them: row 0..2 are the unit normal, 3 the offset. The pixels are for
     footprints, which are softened by half a pixel.
     """
-    eye, right, up, forward = camera.frame
+    eye, axes = camera.frame[0], camera.frame[1:]
     half = min(camera.width, camera.height) / 2
     wide, high = camera.width / 2 / half, camera.height / 2 / half
     wide += SOFT_PX / half
     high += SOFT_PX / half
-    normals: list[NDArray[np.float64]] = []
-    offset = 0.0
+    # unit normals by right, up and forward
+    normals: NDArray[np.float64] = np.empty((0, 3))
+    offset: NDArray[np.float64] | float = 0.0
     if camera.projection is Projection.EQUIDISTANT:
         angle = camera.extent * (1 + (STOP_MARGIN_PX + 1) / half)
         if angle < STEEPEST_CONE_RAD:
-            outward = _CONE @ camera.frame[1:3]
-            normals += list(math.sin(angle) * forward - math.cos(angle) * outward)
+            normals = np.full((len(_CONE), 3), math.sin(angle))
+            normals[:, :2] = -math.cos(angle) * _CONE
     elif camera.projection is Projection.PERSPECTIVE:
         slope = math.tan(camera.extent)
-        for axis, reach in ((right, wide), (up, high)):
-            for sign in (-1.0, 1.0):
-                normal = slope * reach * forward + sign * axis
-                normals.append(normal / np.linalg.norm(normal))
-        normals.append(forward)
+        aside, above = slope * wide, slope * high
+        normals = np.array(
+            [[-1, 0, aside], [1, 0, aside], [0, -1, above], [0, 1, above], [0, 0, 1]]
+        )
+        normals /= np.sqrt((normals * normals).sum(axis=1, keepdims=True))
     else:
-        offset = camera.extent
-        for axis, reach in ((right, wide), (up, high)):
-            normals += [-axis / reach, axis / reach]
+        normals = _SIDES
+        offset = camera.extent * np.array([wide, wide, high, high])
     planes = np.empty((len(normals), 4))
-    planes[:, :3] = np.reshape(normals, (-1, 3))
-    planes[:, 3] = offset - planes[:, :3] @ eye
-    planes /= np.linalg.norm(planes[:, :3], axis=1, keepdims=True)
-    planes[:, 3] += margin_mm
+    planes[:, :3] = normals @ axes
+    planes[:, 3] = offset + margin_mm - planes[:, :3] @ eye
     return planes
 
 

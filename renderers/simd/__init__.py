@@ -32,6 +32,7 @@ from renderers.simd.functions import (
     sqrt,
 )
 from renderers.simd.interleaved import (
+    copy_rows4,
     gather_pairs,
     rows_alike,
     swapped,
@@ -73,6 +74,7 @@ __all__ = [
     "bits",
     "cell1",
     "cell4",
+    "copy_rows4",
     "count",
     "f32",
     "f64",

@@ -3,7 +3,7 @@
 Three floats a pixel (rays, normals, colours) are three vectors read one after the
 other and sorted; two small numbers a voxel are read together. Loads and stores stay
 with the caller, who knows which lanes are his (`load_triples` and `store_triples` are
-for pixels without gaps).
+for pixels without gaps). What only moves is not sorted.
 """
 
 from typing import Any
@@ -12,7 +12,9 @@ from numba import types
 from numba.core.typing.templates import signature
 
 from renderers.simd.memory import data, gather_lanes, stored
+from renderers.simd.rows import byte_offsets, is_rows, row_type
 from renderers.simd.vector import (
+    BYTE,
     Vector,
     ir,
     shuffle,
@@ -113,3 +115,31 @@ def swapped(typingctx: Any, x: Any, step: Any) -> Any:
         return shuffle(builder, args[0], args[0], places)
 
     return signature(x, x, step), generate
+
+
+@vector_function
+def copy_rows4(typingctx: Any, to: Any, places: Any, array: Any, index: Any) -> Any:
+    """Copy rows of four from ``index`` of one array to ``places`` of another.
+
+    As `rows4` and `put_rows4`, but nothing is turned into columns and back.
+    """
+    if not is_rows(to, places) or not is_rows(array, index) or places != index:
+        return None
+    if to.dtype != array.dtype:
+        return None
+    kind = row_type(array)
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        there = data(context, builder, sig.args[0], args[0])
+        here = data(context, builder, sig.args[2], args[2])
+        ends = byte_offsets(builder, args[1], 4)
+        starts = byte_offsets(builder, args[3], 4)
+        for end, start in zip(ends, starts, strict=True):
+            at = builder.gep(here, [start], source_etype=BYTE)
+            row = builder.load(builder.bitcast(at, kind.as_pointer()))
+            row.align = 4
+            at = builder.gep(there, [end], source_etype=BYTE)
+            builder.store(row, builder.bitcast(at, kind.as_pointer())).align = 4
+        return context.get_dummy_value()
+
+    return signature(types.void, to, places, array, index), generate

@@ -78,7 +78,8 @@ def load_part(
     return concatenate(builder, loaded)
 
 
-def _is_rows(array: Any, index: Any) -> bool:
+def is_rows(array: Any, index: Any) -> bool:
+    """Say whether a lane can read or write a row of four of an array."""
     found = stored(array)
     return (
         found is not None
@@ -89,7 +90,8 @@ def _is_rows(array: Any, index: Any) -> bool:
     )
 
 
-def _row_type(array: Any) -> Any:
+def row_type(array: Any) -> Any:
+    """Give the LLVM type of a row of four."""
     return _INTEGER_ROW if array.dtype == types.int32 else _ROW
 
 
@@ -99,10 +101,10 @@ def rows4(typingctx: Any, array: Any, index: Any) -> Any:
 
     The array is float32 or int32. Indices are not negative, and rows end below 2 GiB.
     """
-    if not _is_rows(array, index):
+    if not is_rows(array, index):
         return None
     vector = index.like("f32" if array.dtype == types.float32 else "i32")
-    kind = _row_type(array)
+    kind = row_type(array)
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         base = data(context, builder, sig.args[0], args[0])
@@ -120,10 +122,10 @@ def rows8(typingctx: Any, array: Any, index: Any) -> Any:
 
     As `rows4`; a lane's place is worked out once for both halves of its row.
     """
-    if not _is_rows(array, index):
+    if not is_rows(array, index):
         return None
     vector = index.like("f32" if array.dtype == types.float32 else "i32")
-    kind = _row_type(array)
+    kind = row_type(array)
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         base = data(context, builder, sig.args[0], args[0])
@@ -146,12 +148,12 @@ def put_rows4(
 
     All lanes are stored: send unwanted ones to a spare row.
     """
-    if not _is_rows(array, index):
+    if not is_rows(array, index):
         return None
     element = "f32" if array.dtype == types.float32 else "i32"
     if any(column != index.like(element) for column in (x, y, z, w)):
         return None
-    kind = _row_type(array)
+    kind = row_type(array)
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         base = data(context, builder, sig.args[0], args[0])
@@ -226,15 +228,15 @@ def _is_groups(array: Any, *vectors: Any) -> bool:
     found = stored(array)
     return (
         found is not None
-        and array.dtype == types.float32
-        and all(isinstance(v, Vector) and v.element == "f32" for v in vectors)
+        and array.dtype in (types.float32, types.int32)
+        and all(isinstance(v, Vector) and v.element == found[0] for v in vectors)
         and all(v == vectors[0] and v.count % 4 == 0 for v in vectors)
     )
 
 
 @vector_function
 def store_groups(typingctx: Any, array: Any, index: Any, step: Any, x: Any) -> Any:
-    """Store every group of four float32 lanes as a run, `step` elements apart.
+    """Store every group of four lanes as a run, `step` elements apart.
 
     Sixteen lanes are a square of 4 x 4 pixels where `step` is a row of the picture.
     """
@@ -244,10 +246,11 @@ def store_groups(typingctx: Any, array: Any, index: Any, step: Any, x: Any) -> A
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         base = data(context, builder, sig.args[0], args[0])
         place = args[1]
+        kind = row_type(array)
         for first in range(0, x.count, 4):
             run = shuffle(builder, args[3], args[3], range(first, first + 4))
-            at = builder.gep(base, [place], source_etype=ELEMENTS["f32"])
-            builder.store(run, builder.bitcast(at, _ROW.as_pointer())).align = 4
+            at = builder.gep(base, [place], source_etype=kind.element)
+            builder.store(run, builder.bitcast(at, kind.as_pointer())).align = 4
             place = builder.add(place, args[2])
         return context.get_dummy_value()
 
@@ -262,7 +265,8 @@ def _store_interleaved(context: Any, builder: Any, kind: Any, args: Any) -> Any:
     none = ir.Constant(rest[0].type, ir.Undefined)
     front = concatenate(builder, rest[:2])
     back = concatenate(builder, [rest[2], rest[3] if len(rest) > 3 else none])
-    run = ir.VectorType(ELEMENTS["f32"], 4 * len(rest))
+    element = rest[0].type.element
+    run = ir.VectorType(element, 4 * len(rest))
     for first in range(0, n, 4):
         lanes = [
             channel * n + lane
@@ -270,7 +274,7 @@ def _store_interleaved(context: Any, builder: Any, kind: Any, args: Any) -> Any:
             for channel in range(len(rest))
         ]
         tuples = shuffle(builder, front, back, lanes)
-        at = builder.gep(base, [place], source_etype=ELEMENTS["f32"])
+        at = builder.gep(base, [place], source_etype=element)
         builder.store(tuples, builder.bitcast(at, run.as_pointer())).align = 4
         place = builder.add(place, step)
     return context.get_dummy_value()
@@ -280,9 +284,9 @@ def _store_interleaved(context: Any, builder: Any, kind: Any, args: Any) -> Any:
 def store_triples(
     typingctx: Any, array: Any, index: Any, step: Any, x: Any, y: Any, z: Any
 ) -> Any:
-    """Store (x, y, z, x, y, z ...) of every group of four lanes, `step` floats apart.
+    """Store (x, y, z, x, y, z ...) of every group of four lanes, `step` apart.
 
-    As `store_groups` for pictures of three float32 channels.
+    As `store_groups` for pictures of three channels.
     """
     if not _is_groups(array, x, y, z):
         return None
@@ -298,7 +302,7 @@ def store_triples(
 def store_quads(
     typingctx: Any, array: Any, index: Any, step: Any, x: Any, y: Any, z: Any, w: Any
 ) -> Any:
-    """Store (x, y, z, w, x ...) of every group of four lanes, `step` floats apart."""
+    """Store (x, y, z, w, x ...) of every group of four lanes, `step` apart."""
     if not _is_groups(array, x, y, z, w):
         return None
 
@@ -312,7 +316,9 @@ def store_quads(
 @width_function
 def load_triples(typingctx: Any, array: Any, index: Any, width: Any) -> Any:
     """Load `width` neighbouring (x, y, z) from the index-th float32 on, as columns."""
-    if not _is_groups(array) or not isinstance(width, types.IntegerLiteral):
+    if not _is_groups(array) or array.dtype != types.float32:
+        return None
+    if not isinstance(width, types.IntegerLiteral):
         return None
     vector = Vector("f32", width.literal_value)
     run = ir.VectorType(ELEMENTS["f32"], 3 * vector.count)

@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.fsr.classic.fall import BEND, EDGE, REST, SHIFT
-from renderers.fsr.classic.ordering.kernels import list_block, list_tile
+from renderers.fsr.classic.ordering.kernels import list_entries, list_tile
 from renderers.fsr.classic.projection.kernels import RECORD, absorbed
 from renderers.fsr.classic.shells.kernels import key_of
 from renderers.fsr.classic.tiles import (
@@ -211,17 +211,17 @@ def _sum_sheets(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_tiles(
-    records: F32, boxes: I32, ranges: I32, numbers: I32, count: int, turns: I64,
+    records: F32, boxes: I32, entries: I64, count: int, turns: I64,
     points: bool, cut: Real, sheets_of: F32, limit_mm: F32, fresh: Flags, last: bool,
     items: I32, limits: F32, sums: F32, sheets: I32, far: F32, states: F32, depths: F32,
     alive: I64, image: F32, depth: F32,
 ) -> int:  # fmt: skip
     """Blend splats into tiles, near ones first; write the tiles that are finished.
 
-    boxes: ``(n, 4)`` of `records`, see `project_splats`. ranges, numbers, count: see
-    `list_block`. turns: ``(1,)`` zero; threads that share it share out the tiles. cut:
-    a square whose pixels all have T at or below this takes no more. sheets_of: low and
-    scale, which map depth to the keys by which items are in order, and a sheet's
+    boxes: ``(n, 4)`` of `records`, see `project_splats`. entries, count: see
+    `place_by_keys`. turns: ``(1,)`` zero; threads that share it share out the tiles.
+    cut: a square whose pixels all have T at or below this takes no more. sheets_of: low
+    and scale, which map depth to the keys by which items are in order, and a sheet's
     thickness in keys; no elements where splats are blended one by one. limit_mm: per
     pixel of the picture the depth from which nothing is seen; no elements where there
     is none. fresh: tiles that have had no splat. last: no more will come. items: ``(8,
@@ -244,7 +244,7 @@ def draw_tiles(
         start = first - row * across
         stop = start + end - first - 1
         own, listed = items[0], items[2]
-        some = list_block(ranges, numbers, count, row, row, start, stop, own, items[1])
+        some = list_entries(entries, count, row, row, start, stop, own, items[1])
         for t in range(first, end):
             if alive[t] == 0:
                 continue

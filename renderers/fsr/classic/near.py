@@ -49,6 +49,9 @@ def split_near(
     index: which of those of a set (see `PaintedSet`). Parts lie at most half a voxel's
     diagonal from their splat.
     """
+    if len(index) == 0:
+        none = np.empty((0, 4), np.float32)
+        return NearSplats(none, none, 0)
     places, colours, split, order = split_splats(
         index,
         painted_places,

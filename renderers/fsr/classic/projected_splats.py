@@ -16,11 +16,8 @@ from renderers.fsr.classic.pieces.kernels import order_piece
 from renderers.fsr.classic.projection.kernels import CUT, RECORD
 from renderers.fsr.classic.splat_list import SplatList, sigma_of
 from renderers.fsr.classic.taken_splats import SPARE, Piece
-from renderers.fsr.footprint import peak_table
 from renderers.fsr.scope.scratch import lined_up
 from renderers.scene.thread_team import ThreadTeam
-
-PEAK_ROWS = 1024
 
 LEAST_SHARED = 1 << 15
 """Fewer splats are put in order by one thread: two write into the same lines of the
@@ -35,8 +32,8 @@ class ProjectedSplats:
     """Project pieces of lists, in memory that is kept from piece to piece.
 
     records: ``(n, RECORD)`` float32, boxes: ``(n, 4)`` int32, see the kernels. Of the
-    last piece, near ones first: ranges, numbers: ``(n,)`` int32, tiles and records of
-    those that may show. visible: how many these are.
+    last piece, near ones first: entries: ``(n,)`` int64, records and tiles of those
+    that may show, see `place_by_keys`. visible: how many these are.
     """
 
     def __init__(self, kernels: KernelSet) -> None:
@@ -52,7 +49,8 @@ class ProjectedSplats:
             self._make_room(len(piece.index))
         if piece.parts > len(self._counts):
             self._counts = np.empty((piece.parts, KEYS), np.int32)
-        turns = np.zeros(1, np.int64)
+        threads = min(team.threads, piece.parts)
+        turns = np.zeros(threads, np.int64)
         seen_by = (
             view.base,
             view.matrix,
@@ -64,14 +62,15 @@ class ProjectedSplats:
         look = (
             np.float32(sigma_of(mode)),
             np.float32(LAST_SIGMA**2),
-            peak_table(PEAK_ROWS),
+            piece.sized,
             mode is SplatMode.POINTS,
             np.float32(FOOTPRINT_SUM if mode is SplatMode.SHEET else 0.0),
         )
 
-        def project(_: int) -> None:
+        def project(who: int) -> None:
             self._project(
                 turns,
+                who,
                 piece.starts,
                 piece.taken,
                 piece.cuts,
@@ -90,32 +89,33 @@ class ProjectedSplats:
                 self._counts,
             )
 
-        team.map(project, range(min(team.threads, piece.parts)))
+        team.map(project, range(threads))
 
     def order(self, piece: Piece, team: ThreadTeam) -> None:
         """Put the piece that was projected in order."""
         counts = self._counts[: piece.parts]
         self.visible = begin_keys(counts, piece.first_key, piece.end_key)
-        turns = np.zeros(1, np.int64)
+        helped = self.visible >= LEAST_SHARED and piece.parts > 1
+        threads = team.threads if helped else 1
+        turns = np.zeros(threads, np.int64)
 
-        def place(_: int) -> None:
+        def place(who: int) -> None:
             order_piece(
                 turns,
+                who,
                 piece.starts,
                 piece.taken,
                 self._found,
                 piece.keys,
                 counts,
-                self.numbers,
-                self.ranges,
+                self.entries,
             )
 
-        helped = self.visible >= LEAST_SHARED and piece.parts > 1
-        team.map(place, range(team.threads if helped else 1))
+        team.map(place, range(threads))
 
     def _make_room(self, room: int) -> None:
         self.records: NDArray[np.float32] = lined_up(room * RECORD)
         self.records = self.records.reshape(-1, RECORD)
         self.boxes: NDArray[np.int32] = lined_up(room * 4, np.int32).reshape(-1, 4)
         self._found: NDArray[np.int32] = np.empty(room, np.int32)
-        self.numbers, self.ranges = np.zeros((2, room + SPARE), np.int32)
+        self.entries: NDArray[np.int64] = np.zeros(room + SPARE, np.int64)

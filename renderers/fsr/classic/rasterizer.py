@@ -185,12 +185,11 @@ class SplatRasterizer:
         turns = np.zeros(1, np.int64)
 
         def draw(_: int) -> int:
-            scratch = self._scratch(len(projected.ranges))
+            scratch = self._scratch(len(projected.entries))
             return self._kernels.draw_tiles(
                 records,
                 projected.boxes,
-                projected.ranges,
-                projected.numbers,
+                projected.entries,
                 projected.visible,
                 turns,
                 splats.mode is SplatMode.POINTS,

@@ -6,6 +6,7 @@ splats there need not even be listed.
 """
 
 import math
+from bisect import bisect_left
 from dataclasses import dataclass
 
 import numpy as np
@@ -96,13 +97,13 @@ def list_splats(
     sigma_mm = sigma_of(mode) * painted.widest_mm
     # the parts of a splat that is split may lie behind the next that is not
     near_mm = -math.inf if view.is_flat else sigma_mm / WIDEST_SIGMA + painted.widest_mm
-    spans, begins = _clip(painted, kernels, camera, view, traversal)
+    spans, ends, begins = _clip(painted, kernels, camera, view)
     lowest, highest = np.empty((2, len(spans) + _SPARE), np.int32)
     bins = np.empty(BINS, np.int64)
     near = np.empty(begins[-1] if near_mm > view.low else 0, np.int32)
     nears = kernels.survey_spans(
         spans,
-        painted.rows.shape[1],
+        ends,
         painted.columns,
         view.base,
         view.matrix,
@@ -115,7 +116,12 @@ def list_splats(
         bins,
         near,
     )
-    here = near[:nears]
+    if traversal is Traversal.GRID:
+        turns = _far_to_near(spans, painted.rows, camera)
+        spans = spans[turns]
+        lowest[: len(turns)] = lowest[turns]
+        highest[: len(turns)] = highest[turns]
+        np.cumsum(spans[:, 2] - spans[:, 1], out=begins[1:])
     sheets = np.empty(0, np.float32)
     if mode is SplatMode.SHEET:
         keys_per_sheet = view.keys_per_mm * painted.sheet_mm
@@ -129,7 +135,7 @@ def list_splats(
         lowest,
         highest,
         begins,
-        split_near(here, painted.places, painted.paints, view, sigma_mm),
+        split_near(near[:nears], painted.places, painted.paints, view, sigma_mm),
         near_mm,
         _shell_ends(bins, sheets),
         sheets,
@@ -137,21 +143,15 @@ def list_splats(
 
 
 def _clip(
-    painted: PaintedSet,
-    kernels: KernelSet,
-    camera: Camera,
-    view: View,
-    traversal: Traversal,
-) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """Clip all rows; give spans and begins, see `SplatList`.
-
-    In the grid's order where splats are to be drawn in it, else as rows are stored.
-    """
+    painted: PaintedSet, kernels: KernelSet, camera: Camera, view: View
+) -> tuple[NDArray[np.int32], NDArray[np.float32], NDArray[np.int64]]:
+    """Clip all rows; give spans, ends and begins, see `clip_set`."""
     margin_mm = CUT_SIGMAS * SHEET_SIGMA_PER_SPACING * painted.widest_mm
     planes = view_planes(camera, margin_mm) @ painted.rows.world_from_voxel
     planes[:, 3] += planes[:, :3] @ view.base + ROUNDED_MM
     count = len(painted.row_numbers)
     spans = np.empty((count, 3), np.int32)
+    ends = np.empty((4, count + _SPARE), np.float32)
     begins = np.empty(count + 1, np.int64)
     kept = kernels.clip_set(
         painted.row_numbers,
@@ -161,23 +161,20 @@ def _clip(
         view.base,
         planes.astype(np.float32),
         spans,
+        ends,
         begins,
     )
-    spans, begins = spans[:kept], begins[: kept + 1]
-    if traversal is Traversal.GRID:
-        spans = _far_to_near(spans, painted.rows, camera)
-        np.cumsum(spans[:, 2] - spans[:, 1], out=begins[1:])
-    return spans, begins
+    return spans[:kept], ends, begins[: kept + 1]
 
 
 def _far_to_near(
     spans: NDArray[np.int32], rows: SparseRows, camera: Camera
-) -> NDArray[np.int32]:
-    """Put slices, and rows in a slice, in order from both ends to the eye's own."""
+) -> NDArray[np.int64]:
+    """Order slices, and rows in a slice, from both ends to the eye's own."""
     _, j, k = eye_voxel(rows, camera)
     slices, places = np.divmod(spans[:, 0], rows.shape[1])
     turns = _turn(places, j, rows.shape[1]), _turn(slices, k, rows.shape[0])
-    return spans[np.lexsort(turns)]
+    return np.lexsort(turns)
 
 
 def _turn(index: NDArray[np.int32], eye: int, count: int) -> NDArray[np.int64]:
@@ -189,17 +186,18 @@ def _shell_ends(
     bins: NDArray[np.int64], sheets: NDArray[np.float32]
 ) -> tuple[int, ...]:
     """Give keys at which shells end: between two sheets."""
-    passed = np.cumsum(bins)
+    passed = np.cumsum(bins).tolist()
+    every = passed[-1]
     ends: list[int] = []
     done = 0
     for share in SHARES:
-        until = int(np.searchsorted(passed, share * passed[-1])) + 1
+        until = bisect_left(passed, share * every) + 1
         key = until * (KEYS // BINS)
         if len(sheets) and key < KEYS:
             number = np.floor(np.arange(KEYS, dtype=np.float32) / sheets[2])
             key = int(np.searchsorted(number, number[key]))
-        inside = int(passed[min(until, BINS) - 1])
-        if inside - done >= LEAST_SHELL and passed[-1] - inside >= LEAST_SHELL:
+        inside = passed[min(until, BINS) - 1]
+        if inside - done >= LEAST_SHELL and every - inside >= LEAST_SHELL:
             ends.append(key)
             done = inside
     return (*ends, KEYS)

@@ -32,8 +32,8 @@ class Piece:
 
     index: which of `places` and `paints` (see `PaintedSet`). keys: by which to order
     them, first_key to end_key - 1; ties as they are. starts: where each part begins in
-    both; `SPARE` behind it are its own. taken, cuts, spans: see `project_piece`. last:
-    no more will come.
+    both; `SPARE` behind it are its own. taken, cuts, spans: see `project_piece`. sized:
+    not all are of size one. last: no more will come.
     """
 
     index: NDArray[np.int32]
@@ -46,6 +46,7 @@ class Piece:
     spans: tuple[Any, ...]
     places: NDArray[np.float32]
     paints: NDArray[np.float32]
+    sized: bool
     last: bool
 
     @property
@@ -69,29 +70,35 @@ class TakenSplats:
         """
         near, painted = splats.near, self._painted
         number = np.arange(len(near.places), dtype=np.int32)
-        yield _in_order(number, near.places, near.paints, splats.count == 0)
+        yield _in_order(number, near.places, near.paints, True, splats.count == 0)
         if splats.count == 0:
             return
         if splats.traversal is Traversal.GRID:
             index = self._grid_order(splats)
-            yield _in_order(index, painted.places, painted.paints, True)
+            yield _in_order(index, painted.places, painted.paints, False, True)
             return
+        count = min(-(-splats.count // LEAST_PART), MOST_PARTS)
+        at = np.arange(count) * splats.count // count
+        cuts = np.append(np.searchsorted(splats.begins, at), len(splats.spans))
         first = 0
         for end in splats.ends:
             waiting = np.empty(0, np.int32)
             if first > 0 or len(number) > 0:
                 waiting = tiles.waiting_sets()
-            yield self._shell(splats, first, end, waiting)
+            yield self._shell(splats, cuts, first, end, waiting)
             first = end
 
     def _shell(
-        self, splats: SplatList, first: int, end: int, waiting: NDArray[np.int32]
+        self,
+        splats: SplatList,
+        cuts: NDArray[np.int64],
+        first: int,
+        end: int,
+        waiting: NDArray[np.int32],
     ) -> Piece:
-        """Take what is between two keys."""
+        """Take what is between two keys, of the spans between cuts."""
         painted, view = self._painted, splats.view
-        count = min(-(-splats.count // LEAST_PART), MOST_PARTS)
-        at = np.arange(count) * splats.count // count
-        cuts = np.append(np.searchsorted(splats.begins, at), len(splats.spans))
+        count = len(cuts) - 1
         spans = (
             splats.spans,
             splats.lowest,
@@ -115,6 +122,7 @@ class TakenSplats:
             spans,
             painted.places,
             painted.paints,
+            False,
             end == KEYS,
         )
 
@@ -137,6 +145,7 @@ def _in_order(
     index: NDArray[np.int32],
     places: NDArray[np.float32],
     paints: NDArray[np.float32],
+    sized: bool,
     last: bool,
 ) -> Piece:
     """Name splats that need no other order."""
@@ -162,4 +171,6 @@ def _in_order(
     )
     keys = np.zeros_like(flat)
     cuts = np.empty(0, np.int64)
-    return Piece(flat, keys, 0, 1, starts, taken, cuts, spans, places, paints, last)
+    return Piece(
+        flat, keys, 0, 1, starts, taken, cuts, spans, places, paints, sized, last
+    )

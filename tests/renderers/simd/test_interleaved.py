@@ -9,6 +9,7 @@ from numba.core.errors import TypingError
 from numpy.testing import assert_array_equal
 
 from renderers.simd import (
+    copy_rows4,
     gather_pairs,
     load,
     rows_alike,
@@ -109,3 +110,31 @@ def test_lanes_are_not_swapped_with_those_beyond_the_last() -> None:
 
     with pytest.raises(TypingError):
         swap(np.zeros(4, np.int64))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.int32])
+@pytest.mark.parametrize("width", WIDTHS)
+def test_rows_are_copied(width: int, dtype: Any) -> None:
+    @njit
+    def copy(to: Any, places: Any, x: Any, index: Any) -> None:
+        copy_rows4(to, load(places, 0, width), x, load(index, 0, width))
+
+    generator = np.random.default_rng(width)
+    x = generator.integers(0, 1000, (50, 4)).astype(dtype)
+    index = generator.integers(0, 50, width).astype(np.int32)
+    places = generator.permutation(40)[:width].astype(np.int32)
+    to = np.zeros((40, 4), dtype)
+    copy(to, places, x, index)
+    wanted = np.zeros_like(to)
+    wanted[places] = x[index]
+    assert_array_equal(to, wanted)
+
+
+def test_rows_are_not_copied_between_kinds_of_numbers() -> None:
+    @njit
+    def copy(to: Any, x: Any, index: Any) -> None:
+        copy_rows4(to, load(index, 0, 4), x, load(index, 0, 4))
+
+    rows = np.zeros((4, 4), np.float32)
+    with pytest.raises(TypingError):
+        copy(rows, np.zeros((4, 4), np.int32), np.zeros(4, np.int32))

@@ -138,6 +138,22 @@ def test_groups_of_four_go_to_rows_of_a_picture(width: int) -> None:
     np.testing.assert_array_equal(quad[..., 3], single)
 
 
+@pytest.mark.parametrize("width", WIDTHS)
+def test_whole_numbers_go_out_in_fours_side_by_side(width: int) -> None:
+    @njit
+    def run(x: Any, out: Any) -> None:
+        a, b = load(x, 0, width), load(x, width, width)
+        store_quads(out, 4, 16, a, b, a, a)
+
+    x = np.arange(1, 2 * width + 1, dtype=np.int32)
+    out = np.zeros((width + 2, 4), np.int32)
+    run(x, out)
+    a, b = x.reshape(2, width)
+    np.testing.assert_array_equal(out[1:-1], np.stack([a, b, a, a], axis=1))
+    assert not out[0].any()
+    assert not out[-1].any()
+
+
 def triples(width: int) -> Any:
     @njit
     def run(x: Any, out: Any) -> None:

@@ -8,6 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 I32 = NDArray[np.int32]
+I64 = NDArray[np.int64]
 
 KEYS = 4096
 """Distances told apart by the order: of 130 mm, steps of 32 microns."""
@@ -47,19 +48,37 @@ def begin_keys(counts: I32, first_key: int, end_key: int) -> int:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def place_by_keys(
-    ranges: I32, keys: I32, first: int, begins: I32, numbers: I32, ordered: I32
+    ranges: I32, keys: I32, first: int, begins: I32, entries: I64
 ) -> None:
     """Put a part's splats where they belong, ties in their order.
 
     first: number of the first. begins: of the part, see `begin_keys`; moved on.
-    numbers, ordered: of all parts, which splats, and their ranges.
+    entries: of all parts, a splat's number and above that, from bit 32, its range: one
+    place to write to, since hardly any is in the first cache.
     """
     for s in range(ranges.shape[0]):
         if ranges[s] != NOWHERE:
             at = begins[keys[s]]
-            numbers[at] = first + s
-            ordered[at] = ranges[s]
+            entries[at] = np.int64(ranges[s]) << 32 | np.int64(first + s)
             begins[keys[s]] = at + 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def list_entries(
+    entries: I64, count: int, top: int, bottom: int, first: int, last: int, items: I32,
+    own: I32,
+) -> int:  # fmt: skip
+    """Do as `list_block` with the entries of `place_by_keys`."""
+    n = 0
+    for s in range(count):
+        r = np.int32(entries[s] >> 32)
+        beside = r & 255 > last or (r >> 8) & 255 < first
+        if beside or (r >> 16) & 255 > bottom or (r >> 24) & 255 < top:
+            continue
+        items[n] = np.int32(entries[s] & 0xFFFFFFFF)
+        own[n] = r
+        n += 1
+    return n
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from renderers.fsr.classic.ordering.kernels import count_keys, place_by_keys
 from renderers.fsr.classic.projection.kernels import project_splats
 from renderers.fsr.classic.shells.kernels import take_shell
-from renderers.scene.turns.kernels import take_turn
+from renderers.scene.turns.kernels import take_part
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
@@ -21,25 +21,25 @@ I64 = NDArray[np.int64]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def project_piece(
-    turns: I64, starts: I64, taken: I64, cuts: I64, index: I32, keys: I32,
+    turns: I64, who: int, starts: I64, taken: I64, cuts: I64, index: I32, keys: I32,
     first_key: int, end_key: int, spans: Any, view: Any, look: Any, places: F32,
     paints: F32, records: F32, boxes: I32, ranges: I32, counts: I32,
 ) -> None:  # fmt: skip
     """Take the parts of a piece, project them and count their keys.
 
-    turns: ``(1,)`` zero; threads that share it share out parts. starts, taken: where
+    turns, who: see `take_part`; threads share out parts. starts, taken: where
     each part's elements begin in `index`, and how many they are. cuts: spans before
     each part, and in all, whose elements are taken; none where `index` and `taken` say
     already which they are. spans: what `take_shell` asks of these; view: base, matrix,
-    projection, scale, width and height; look: sigma, widest, peaks, points and sheet
+    projection, scale, width and height; look: sigma, widest, sized, points and sheet
     share, see `project_splats`. counts: ``(parts, KEYS)``.
     """
     rows, lowest, highest, ny, columns, low, per_mm, near, reach, waiting = spans
     base, matrix, projection, scale, width, height = view
-    sigma, widest, peaks, points, sheet_share = look
+    sigma, widest, sized, points, sheet_share = look
     while True:
-        part = take_turn(turns)
-        if part >= taken.shape[0]:
+        part = take_part(turns, who, taken.shape[0])
+        if part == taken.shape[0]:
             break
         here = starts[part]
         if cuts.size > 0:
@@ -52,7 +52,7 @@ def project_piece(
         end = here + taken[part]
         project_splats(
             index[here:], taken[part], places, paints, base, matrix, sigma, projection,
-            scale, width, height, widest, peaks, points, sheet_share, records[here:],
+            scale, width, height, widest, sized, points, sheet_share, records[here:],
             boxes[here:], ranges[here:],
         )  # fmt: skip
         count_keys(ranges[here:end], keys[here:end], first_key, end_key, counts[part])
@@ -60,18 +60,16 @@ def project_piece(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def order_piece(
-    turns: I64, starts: I64, taken: I64, ranges: I32, keys: I32, begins: I32,
-    numbers: I32, ordered: I32,
+    turns: I64, who: int, starts: I64, taken: I64, ranges: I32, keys: I32, begins: I32,
+    entries: I64,
 ) -> None:  # fmt: skip
     """Put the splats of a piece where they belong, see `place_by_keys`.
 
-    turns, starts, taken: see `project_piece`. begins: ``(parts, KEYS)``.
+    turns, who, starts, taken: see `project_piece`. begins: ``(parts, KEYS)``.
     """
     while True:
-        part = take_turn(turns)
-        if part >= taken.shape[0]:
+        part = take_part(turns, who, taken.shape[0])
+        if part == taken.shape[0]:
             break
         here, end = starts[part], starts[part] + taken[part]
-        place_by_keys(
-            ranges[here:end], keys[here:end], here, begins[part], numbers, ordered
-        )
+        place_by_keys(ranges[here:end], keys[here:end], here, begins[part], entries)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from renderers.fsr.classic.fall import WEIGHT
 from renderers.fsr.classic.ordering.kernels import NOWHERE
+from renderers.fsr.classic.peak import DEEPEST, PEAK
 from renderers.fsr.classic.tiles import TILE_SHIFT
 
 F32 = NDArray[np.float32]
@@ -95,11 +96,23 @@ def absorbed(depth: Real) -> Any:
     return _ONE - np.float32(math.ldexp(p, n))
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def peak_of(depth: Any) -> Any:
+    """Give the peak for an optical depth, see `renderers.fsr.classic.peak`."""
+    t = min(depth, DEEPEST)
+    p = t * PEAK[5] + PEAK[4]
+    p = p * t + PEAK[3]
+    p = p * t + PEAK[2]
+    p = p * t + PEAK[1]
+    p = p * t + PEAK[0]
+    return p * t
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def project_splats(
     index: I32, n: int, places: F32, paints: F32, base: F32, matrix: F32, sigma: Real,
-    projection: int, scale: Real, width: int, height: int, widest: Real, peaks: F32,
-    points: bool, sheet_share: Real, records: F32, boxes: I32, ranges: I32,
+    projection: int, scale: Real, width: int, height: int, widest: Real,
+    sized: bool, points: bool, sheet_share: Real, records: F32, boxes: I32, ranges: I32,
 ) -> int:  # fmt: skip
     """Write records of the first n splats; give the number of those that may show.
 
@@ -107,19 +120,20 @@ def project_splats(
     are counted. matrix: ``(3, 4)``, camera frame from grid steps away from it.
     sigma: of a footprint of size one, in grid steps. scale: pixels per radian,
     tangent or mm. widest: splats of a squared angular sigma above this are left out;
-    orthographic ones never are. points: squares of constant opacity. sheet_share: not
-    zero in sheets, where a peak is an optical depth: the footprint's sum over sigma
-    squared. boxes: ``(n, 4)`` first and last column of a splat's pixels, sixteen bits
-    each from the lowest, first and last row, the bits of the depth; one is not used.
-    ranges: first and last tile column and row, a byte each from the
-    lowest, `NOWHERE` for what does not show.
+    orthographic ones never are. sized: not all are of size one. points: squares of
+    constant opacity. sheet_share: not zero in sheets, where a peak is an optical
+    depth: the footprint's sum over sigma squared. boxes: ``(n, 4)`` first and last
+    column of a splat's pixels, sixteen bits each from the lowest, first and last row,
+    the bits of the depth; one is not used. ranges: first and last tile column and row,
+    a byte each from the lowest, `NOWHERE` for what does not show.
     """
     m = matrix
     s2 = sigma * sigma
     soften = np.float32(ANTIALIAS)
     half_width = np.float32(0.5 * width)
     half_height = np.float32(0.5 * height)
-    top = np.float32(peaks.shape[0] - 1)
+    per_variance = _ONE / s2
+    per_sheet = _ONE / sheet_share if sheet_share > _ZERO else _ZERO
     visible = 0
     for e in range(n):
         s = index[e]
@@ -131,85 +145,106 @@ def project_splats(
         y = dx * m[1, 0] + dy * m[1, 1] + dz * m[1, 2] + m[1, 3]
         z = dx * m[2, 0] + dy * m[2, 1] + dz * m[2, 2] + m[2, 3]
         rho2 = x * x + y * y
-        rho = np.float32(math.sqrt(rho2))
-        cx = _ONE
-        cy = _ZERO
-        off_axis = rho > np.float32(1e-6)
-        if off_axis:
-            cx = x / rho
-            cy = y / rho
         d2 = rho2 + z * z
         distance = np.float32(math.sqrt(d2))
         if projection == 0:
+            rho = np.float32(math.sqrt(rho2))
+            off_axis = rho > np.float32(1e-6)
+            inverse = _ONE / rho if off_axis else _ZERO
+            cx = x * inverse if off_axis else _ONE
+            cy = y * inverse
+            shrink = scale / d2
             r = polar_angle(rho, z) * scale
-            rr = z * scale / d2
-            rz = -rho * scale / d2
-            tt = r / rho if off_axis else scale / distance
-            area: Any = scale / distance * tt
+            rr = z * shrink
+            rz = -rho * shrink
+            tt = r * inverse if off_axis else shrink * distance
+            area: Any = shrink * distance * tt
+            u = r * cx + half_width
+            v = half_height - r * cy
+            cross = cx * cy
+            a0 = cx * cx * rr + cy * cy * tt
+            a1 = cross * (rr - tt)
+            a2 = cx * rz
+            b1 = -(cy * cy * rr + cx * cx * tt)
+            b2 = -(cy * rz)
+            share: Any = s2
         elif projection == 1:
             if not z > distance * np.float32(1e-3):
                 continue
-            r = rho * scale / z
-            rr = scale / z
-            rz = -rho * scale / (z * z)
-            tt = rr
+            # rows of the map over pixels per mm: (1, 0, a2), (0, -1, b2)
+            inverse = _ONE / z
+            lens = inverse * scale
+            a2 = -(x * inverse)
+            b2 = y * inverse
+            u = half_width - a2 * scale
+            v = half_height - b2 * scale
+            area = lens * lens
+            share = area * s2
             # seen along the oblique ray, radially stretched by 1 / cos^2
-            area = tt * np.float32(math.sqrt(rr * rr + rz * rz))
+            area = area * distance * inverse
         else:
-            r = rho * scale
-            rr = scale
-            rz = _ZERO
-            tt = scale
+            a2 = _ZERO
+            b2 = _ZERO
+            u = x * scale + half_width
+            v = half_height - y * scale
             area = scale * scale
-        u = r * cx + half_width
-        v = half_height - r * cy
-        cross = cx * cy
-        a0 = cx * cx * rr + cy * cy * tt
-        a1 = cross * (rr - tt)
-        a2 = cx * rz
-        b1 = -(cy * cy * rr + cx * cx * tt)
-        b2 = -(cy * rz)
+            share = area * s2
         xx = _ZERO
         xy = _ZERO
         yy = _ZERO
         for c in range(3):
-            p = a0 * m[0, c] + a1 * m[1, c] + a2 * m[2, c]
-            q = b1 * m[1, c] + b2 * m[2, c] - a1 * m[0, c]
+            if projection == 0:
+                p = a0 * m[0, c] + a1 * m[1, c] + a2 * m[2, c]
+                q = b1 * m[1, c] + b2 * m[2, c] - a1 * m[0, c]
+            else:
+                p = a2 * m[2, c] + m[0, c]
+                q = b2 * m[2, c] - m[1, c]
             xx = xx + p * p
             xy = xy + p * q
             yy = yy + q * q
-        q = paints[s, 3] * paints[s, 3]
-        # pixels of one projected voxel; a lattice has this area per splat
-        cell = np.float32(math.sqrt(max(xx * yy - xy * xy, np.float32(1e-30)))) * q
-        before = cell * s2
-        if projection != 2 and not before <= d2 * area * widest:
-            continue
-        q = q * s2
-        tau = places[s, 3] * area / cell
-        side = max(np.float32(math.sqrt(cell)), _ONE) * _HALF + np.float32(OVERLAP)
-        xx = xx * q + soften
-        yy = yy * q + soften
-        xy = xy * q
-        root = np.float32(math.sqrt(xx * yy - xy * xy))
-        det = root * root
+        if sized:
+            share = share * (paints[s, 3] * paints[s, 3])
+        if projection != 2:
+            # squares of areas: of the footprint, and of the widest at its distance
+            bound = d2 * area * widest
+            before = share * share * (xx * yy - xy * xy)
+            if not before <= bound * bound:
+                continue
+        xx = xx * share
+        yy = yy * share
+        xy = xy * share
+        # optical depth times pixels
+        tau = places[s, 3] * area
         peak: Any
         if points:
-            peak = absorbed(tau * cell / (side * side * np.float32(4)))
+            # pixels of one projected voxel; a lattice has this area per splat
+            cell = np.float32(math.sqrt(max(xx * yy - xy * xy, np.float32(1e-30))))
+            cell = cell * per_variance
+            side = max(np.float32(math.sqrt(cell)), _ONE) * _HALF + np.float32(OVERLAP)
+            peak = absorbed(tau / (side * side * np.float32(4)))
+            peak = min(peak, np.float32(OPAQUEST))
             wide = side
             high = side
-        elif sheet_share > _ZERO:
-            peak = tau * cell / (root * sheet_share)
-            wide = np.float32(math.sqrt(xx)) * np.float32(CUT)
-            high = np.float32(math.sqrt(yy)) * np.float32(CUT)
+            curve = side
+            skew = side
+            bend = side
+            gain = peak
         else:
-            share = absorbed(tau * before / root) * top
-            b = min(int(share), peaks.shape[0] - 2)
-            low = peaks[b]
-            peak = low + (share - np.float32(b)) * (peaks[b + 1] - low)
+            xx = xx + soften
+            yy = yy + soften
+            inverse = _ONE / np.float32(math.sqrt(xx * yy - xy * xy))
+            tau = tau * inverse
             wide = np.float32(math.sqrt(xx)) * np.float32(CUT)
             high = np.float32(math.sqrt(yy)) * np.float32(CUT)
-        if sheet_share == _ZERO:
-            peak = min(peak, np.float32(OPAQUEST))
+            inverse = inverse * inverse * CUT_SHARE
+            curve = yy * inverse
+            skew = xy * inverse * np.float32(-2)
+            bend = xx * inverse
+            if sheet_share > _ZERO:
+                peak = tau * per_sheet
+            else:
+                peak = min(peak_of(tau * s2), np.float32(OPAQUEST))
+            gain = peak * WEIGHT
         # bounded before they become integers; ceil(a) is -floor(-a)
         x0 = min(max(-np.floor(wide - u + _HALF), _ZERO), np.float32(width))
         x1 = max(min(np.floor(u + wide - _HALF), np.float32(width - 1)), -_ONE)
@@ -224,11 +259,10 @@ def project_splats(
         record = records[e]
         record[0] = u
         record[1] = v
-        inverse = CUT_SHARE / det
-        record[2] = side if points else yy * inverse
-        record[3] = xy * inverse * np.float32(-2)
-        record[4] = xx * inverse
-        record[5] = peak if points else peak * WEIGHT
+        record[2] = curve
+        record[3] = skew
+        record[4] = bend
+        record[5] = gain
         record[6] = z if projection == 2 else distance
         boxes[e, 0] = left | right << 16
         boxes[e, 1] = top_ | bottom << 16

@@ -37,7 +37,8 @@ def split_splats(
     n = 0
     cut = 0
     for s in index:
-        waiting[0, :4] = places[s]
+        for c in range(4):
+            waiting[0, c] = places[s, c]
         waiting[0, 4] = 1
         top = 1
         while top > 0:
@@ -64,8 +65,9 @@ def split_splats(
                 colours = np.concatenate((colours, np.empty_like(colours)))
                 order = np.concatenate((order, np.empty_like(order)))
             found[n, 0], found[n, 1], found[n, 2], found[n, 3] = x, y, z, mass
-            colours[n] = paints[s]
-            colours[n, 3] *= size
+            for c in range(3):
+                colours[n, c] = paints[s, c]
+            colours[n, 3] = paints[s, 3] * size
             order[n] = (np.int64(depth.view(np.int32)) << 32) | n
             n += 1
     return found[:n], colours[:n], cut, order[:n]

@@ -49,7 +49,7 @@ def first_from(columns: F32, first: int, end: int, least: Real) -> Any:
 @njit(cache=True, nogil=True, error_model="numpy")
 def clip_set(
     numbers: I32, extents: I32, places: F32, columns: F32, base: F32, planes: F32,
-    spans: I32, begins: I64,
+    spans: I32, ends: F32, begins: I64,
 ) -> int:  # fmt: skip
     """Clip all rows against planes; list what is left of them; give their number.
 
@@ -57,8 +57,9 @@ def clip_set(
     and last + 1 element. places: ``(4, n)`` their j, k, first and last column; `n`
     with sixteen to spare. columns: of the elements. base: the point steps are counted
     from. planes: ``(p, 4)``, a place is inside where ``a i + b j + c k + d >= 0`` for
-    all, in steps from there. spans: ``(n, 3)`` row, first and last + 1 element.
-    begins: elements in the spans before each, and in all.
+    all, in steps from there. spans: ``(n, 3)`` row, first and last + 1 element. ends:
+    ``(4, n)`` steps from there to their first and last element, and along j and k; with
+    sixteen to spare. begins: elements in the spans before each, and in all.
     """
     kept = 0
     begins[0] = 0
@@ -85,8 +86,14 @@ def clip_set(
         if not (low <= left and high >= right):
             first = first_from(columns, first, end, math.ceil(low + base[0]))
             end = first_from(columns, first, end, math.floor(high + base[0]) + 1)
-        if first == end:
-            continue
+            if first == end:
+                continue
+            left = columns[first] - base[0]
+            right = columns[end - 1] - base[0]
+        ends[0, kept] = left
+        ends[1, kept] = right
+        ends[2, kept] = dy
+        ends[3, kept] = dz
         spans[kept, 0] = numbers[row]
         spans[kept, 1] = first
         spans[kept, 2] = end
@@ -130,12 +137,12 @@ def list_near(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def survey_spans(
-    spans: I32, ny: int, columns: F32, base: F32, matrix: F32, flat: bool, low: Real,
+    spans: I32, ends: F32, columns: F32, base: F32, matrix: F32, flat: bool, low: Real,
     scale: Real, near_mm: Real, lowest: I32, highest: I32, bins: I64, near: I32,
 ) -> int:  # fmt: skip
     """Bound the depths of spans, count their elements by depth, list the near ones.
 
-    spans: ``(k, 3)`` row, first and last + 1 element. columns: of the set's elements.
+    spans, ends: see `clip_set`. columns: of the set's elements.
     base, matrix: see `project_splats`. flat: depth is along the view axis. low, scale:
     map it to keys. lowest, highest: ``(k,)`` keys, with sixteen to spare. bins: counts
     by the middles of rows, `BINS` for all keys. near: room for the elements nearer
@@ -145,11 +152,8 @@ def survey_spans(
     bins[:] = 0
     per_bin = np.float32(BINS / KEYS)
     for span in range(spans.shape[0]):
-        row, first, end = spans[span, 0], spans[span, 1], spans[span, 2]
-        dy = np.float32(row % ny) - base[1]
-        dz = np.float32(row // ny) - base[2]
-        a = columns[first] - base[0]
-        b = columns[end - 1] - base[0]
+        first, end = spans[span, 1], spans[span, 2]
+        a, b, dy, dz = ends[0, span], ends[1, span], ends[2, span], ends[3, span]
         shortest, longest = _row_bounds(a, b, dy, dz, matrix, flat)
         lowest[span] = int(key_of(shortest, low, scale))
         highest[span] = int(key_of(longest, low, scale))

@@ -11,7 +11,11 @@ from numpy.typing import NDArray
 
 from renderers.fsr.classic.dealing.kernels import deal_splats, room_for_deal
 from renderers.fsr.classic.kernels import DARK
-from renderers.fsr.classic.ordering.vector.kernels import list_block, list_tile
+from renderers.fsr.classic.ordering.vector.kernels import (
+    list_block,
+    list_entries,
+    list_tile,
+)
 from renderers.fsr.classic.tiles import (
     ACROSS,
     SIDE,
@@ -170,7 +174,7 @@ def _blend_splats(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_tiles(
-    records: F32, boxes: I32, ranges: I32, numbers: I32, count: int, turns: I64,
+    records: F32, boxes: I32, entries: I64, count: int, turns: I64,
     points: bool, cut: Real, sheets_of: F32, limit_mm: F32, fresh: Flags, last: bool,
     items: I32, limits: F32, sums: F32, sheets: I32, far: F32, states: F32, depths: F32,
     alive: I64, image: F32, depth: F32,
@@ -194,8 +198,8 @@ def draw_tiles(
         if row // GROUP != band // GROUP or start != band_start:
             band, band_start = row, start
             below = row // GROUP * GROUP + GROUP - 1
-            many = list_block(
-                ranges, numbers, count, row, below, start, stop, items[6], items[7]
+            many = list_entries(
+                entries, count, row, below, start, stop, items[6], items[7]
             )
         some = list_block(
             items[7], items[6], many, row, row, start, stop, items[0], items[1]

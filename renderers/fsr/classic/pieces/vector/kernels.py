@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from renderers.fsr.classic.ordering.kernels import count_keys
 from renderers.fsr.classic.projection.vector.kernels import project_splats
 from renderers.fsr.classic.shells.vector.kernels import take_shell
-from renderers.scene.turns.kernels import take_turn
+from renderers.scene.turns.kernels import take_part
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
@@ -18,17 +18,17 @@ I64 = NDArray[np.int64]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def project_piece(
-    turns: I64, starts: I64, taken: I64, cuts: I64, index: I32, keys: I32,
+    turns: I64, who: int, starts: I64, taken: I64, cuts: I64, index: I32, keys: I32,
     first_key: int, end_key: int, spans: Any, view: Any, look: Any, places: F32,
     paints: F32, records: F32, boxes: I32, ranges: I32, counts: I32,
 ) -> None:  # fmt: skip
     """Do as the scalar twin."""
     rows, lowest, highest, ny, columns, low, per_mm, near, reach, waiting = spans
     base, matrix, projection, scale, width, height = view
-    sigma, widest, peaks, points, sheet_share = look
+    sigma, widest, sized, points, sheet_share = look
     while True:
-        part = take_turn(turns)
-        if part >= taken.shape[0]:
+        part = take_part(turns, who, taken.shape[0])
+        if part == taken.shape[0]:
             break
         here = starts[part]
         if cuts.size > 0:
@@ -41,7 +41,7 @@ def project_piece(
         end = here + taken[part]
         project_splats(
             index[here:], taken[part], places, paints, base, matrix, sigma, projection,
-            scale, width, height, widest, peaks, points, sheet_share, records[here:],
+            scale, width, height, widest, sized, points, sheet_share, records[here:],
             boxes[here:], ranges[here:],
         )  # fmt: skip
         count_keys(ranges[here:end], keys[here:end], first_key, end_key, counts[part])

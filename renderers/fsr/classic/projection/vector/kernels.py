@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from renderers.fsr.classic.fall import WEIGHT
 from renderers.fsr.classic.ordering.kernels import NOWHERE
+from renderers.fsr.classic.peak import DEEPEST, PEAK
 from renderers.fsr.classic.projection.kernels import (
     ANTIALIAS,
     ATAN,
@@ -28,11 +29,10 @@ from renderers.simd import (
     absolute,
     as_f32,
     as_i32,
+    copy_rows4,
     count,
-    f32,
     floor,
     full,
-    gather,
     i32,
     lanes,
     load,
@@ -44,6 +44,7 @@ from renderers.simd import (
     select,
     sqrt,
     store,
+    store_quads,
 )
 
 F32 = NDArray[np.float32]
@@ -99,21 +100,35 @@ def absorbed(depth: Any) -> Any:
     return select(depth < np.float32(0.25), thin, _ONE - rest)
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def peak_of(depth: Any) -> Any:
+    """Give the peak for an optical depth."""
+    t = minimum(depth, DEEPEST)
+    p = t * PEAK[5] + PEAK[4]
+    p = p * t + PEAK[3]
+    p = p * t + PEAK[2]
+    p = p * t + PEAK[1]
+    p = p * t + PEAK[0]
+    return p * t
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def project_splats(
     index: I32, n: int, places: F32, paints: F32, base: F32, matrix: F32, sigma: Real,
-    projection: int, scale: Real, width: int, height: int, widest: Real, peaks: F32,
-    points: bool, sheet_share: Real, records: F32, boxes: I32, ranges: I32,
+    projection: int, scale: Real, width: int, height: int, widest: Real,
+    sized: bool, points: bool, sheet_share: Real, records: F32, boxes: I32, ranges: I32,
 ) -> int:  # fmt: skip
     """Do as the scalar twin; index and what is written have sixteen to spare."""
     m = matrix
     s2 = sigma * sigma
     soften = np.float32(ANTIALIAS)
     cut = np.float32(CUT)
-    top = np.float32(peaks.shape[0] - 1)
-    last = np.int32(peaks.shape[0] - 2)
     right = np.float32(width)
     bottom = np.float32(height)
+    half_width = np.float32(0.5 * width)
+    half_height = np.float32(0.5 * height)
+    per_variance = _ONE / s2
+    per_sheet = _ONE / sheet_share if sheet_share > _ZERO else _ZERO
     visible = 0
     for e in range(0, n, _W):
         met = lanes(_W) < n - e
@@ -130,98 +145,117 @@ def project_splats(
         y = dx * m[1, 0] + dy * m[1, 1] + dz * m[1, 2] + m[1, 3]
         z = dx * m[2, 0] + dy * m[2, 1] + dz * m[2, 2] + m[2, 3]
         rho2 = x * x + y * y
-        rho = sqrt(rho2)
-        off_axis = rho > np.float32(1e-6)
-        cx = select(off_axis, x / rho, _ONE)
-        cy = select(off_axis, y / rho, _ZERO)
         d2 = rho2 + z * z
         distance = sqrt(d2)
         if projection == 0:
+            rho = sqrt(rho2)
+            off_axis = rho > np.float32(1e-6)
+            inverse = select(off_axis, _ONE / rho, _ZERO)
+            cx = select(off_axis, x * inverse, _ONE)
+            cy = y * inverse
+            shrink = scale / d2
             r = polar_angle(rho, z) * scale
-            rr = z * scale / d2
-            rz = -rho * scale / d2
-            tt = select(off_axis, r / rho, scale / distance)
-            area = scale / distance * tt
-        elif projection == 1:
-            met &= z > distance * np.float32(1e-3)
-            r = rho * scale / z
-            rr = scale / z
-            rz = -rho * scale / (z * z)
-            tt = rr
-            area = tt * sqrt(rr * rr + rz * rz)
+            rr = z * shrink
+            rz = -rho * shrink
+            tt = select(off_axis, r * inverse, shrink * distance)
+            area = shrink * distance * tt
+            u = r * cx + half_width
+            v = half_height - r * cy
+            cross = cx * cy
+            a0 = cx * cx * rr + cy * cy * tt
+            a1 = cross * (rr - tt)
+            a2 = cx * rz
+            b1 = -(cy * cy * rr + cx * cx * tt)
+            b2 = -(cy * rz)
+            share = full(s2, _W)
         else:
-            r = rho * scale
-            rr = full(scale, _W)
-            rz = full(_ZERO, _W)
-            tt = rr
-            area = rr * rr
-        u = r * cx + np.float32(0.5 * width)
-        v = np.float32(0.5 * height) - r * cy
-        cross = cx * cy
-        a0 = cx * cx * rr + cy * cy * tt
-        a1 = cross * (rr - tt)
-        a2 = cx * rz
-        b1 = -(cy * cy * rr + cx * cx * tt)
-        b2 = -(cy * rz)
+            if projection == 1:
+                met &= z > distance * np.float32(1e-3)
+                inverse = _ONE / z
+                lens = inverse * scale
+                a2 = -(x * inverse)
+                b2 = y * inverse
+                u = half_width - a2 * scale
+                v = half_height - b2 * scale
+                area = lens * lens
+                share = area * s2
+                area = area * distance * inverse
+            else:
+                a2 = full(_ZERO, _W)
+                b2 = a2
+                u = x * scale + half_width
+                v = half_height - y * scale
+                area = full(scale * scale, _W)
+                share = area * s2
         xx = full(_ZERO, _W)
         xy = full(_ZERO, _W)
         yy = full(_ZERO, _W)
         for c in range(3):
-            p = a0 * m[0, c] + a1 * m[1, c] + a2 * m[2, c]
-            q = b1 * m[1, c] + b2 * m[2, c] - a1 * m[0, c]
+            if projection == 0:
+                p = a0 * m[0, c] + a1 * m[1, c] + a2 * m[2, c]
+                q = b1 * m[1, c] + b2 * m[2, c] - a1 * m[0, c]
+            else:
+                p = a2 * m[2, c] + m[0, c]
+                q = b2 * m[2, c] - m[1, c]
             xx += p * p
             xy += p * q
             yy += q * q
-        red, green, blue, size = rows4(paints, s)
-        q = size * size
-        cell = sqrt(maximum(xx * yy - xy * xy, np.float32(1e-30))) * q
-        before = cell * s2
+        if sized:
+            _, _, _, size = rows4(paints, s)
+            share = share * (size * size)
         if projection != 2:
-            met &= before <= d2 * area * widest
-        q *= s2
-        tau = mass * area / cell
-        side = maximum(sqrt(cell), _ONE) * _HALF + np.float32(OVERLAP)
-        xx = xx * q + soften
-        yy = yy * q + soften
-        xy = xy * q
-        root = sqrt(xx * yy - xy * xy)
-        det = root * root
+            bound = d2 * area * widest
+            before = share * share * (xx * yy - xy * xy)
+            met &= before <= bound * bound
+        xx = xx * share
+        yy = yy * share
+        xy = xy * share
+        tau = mass * area
         if points:
-            peak = absorbed(tau * cell / (side * side * np.float32(4)))
+            cell = sqrt(maximum(xx * yy - xy * xy, np.float32(1e-30))) * per_variance
+            side = maximum(sqrt(cell), _ONE) * _HALF + np.float32(OVERLAP)
+            peak = minimum(
+                absorbed(tau / (side * side * np.float32(4))), np.float32(OPAQUEST)
+            )
             wide = side
             high = side
+            curve = side
+            skew = side
+            bend = side
+            gain = peak
         else:
+            xx += soften
+            yy += soften
+            inverse = _ONE / sqrt(xx * yy - xy * xy)
+            tau = tau * inverse
             wide = sqrt(xx) * cut
             high = sqrt(yy) * cut
+            inverse = inverse * inverse * CUT_SHARE
+            curve = yy * inverse
+            skew = xy * inverse * np.float32(-2)
+            bend = xx * inverse
             if sheet_share > _ZERO:
-                peak = tau * cell / (root * sheet_share)
+                peak = tau * per_sheet
             else:
-                share = absorbed(tau * before / root) * top
-                b = minimum(maximum(i32(share), np.int32(0)), last)
-                low = gather(peaks, b, met)
-                step = gather(peaks, b + 1, met) - low
-                peak = low + (share - f32(b)) * step
-        if sheet_share == _ZERO:
-            peak = minimum(peak, np.float32(OPAQUEST))
+                peak = minimum(peak_of(tau * s2), np.float32(OPAQUEST))
+            gain = peak * WEIGHT
         x0 = minimum(maximum(-floor(wide - u + _HALF), _ZERO), right)
         x1 = maximum(minimum(floor(u + wide - _HALF), right - _ONE), -_ONE)
         y0 = minimum(maximum(-floor(high - v + _HALF), _ZERO), bottom)
         y1 = maximum(minimum(floor(v + high - _HALF), bottom - _ONE), -_ONE)
         met &= (x0 <= x1) & (y0 <= y1) & (peak > _ZERO)
-        b0, b1, b2, b3 = i32(x0), i32(x1), i32(y0), i32(y1)
-        tiles = (b0 >> TILE_SHIFT) | ((b1 >> TILE_SHIFT) << 8)
-        tiles |= ((b2 >> TILE_SHIFT) << 16) | ((b3 >> TILE_SHIFT) << 24)
+        first, end, upper, lower = i32(x0), i32(x1), i32(y0), i32(y1)
+        tiles = (first >> TILE_SHIFT) | ((end >> TILE_SHIFT) << 8)
+        tiles |= ((upper >> TILE_SHIFT) << 16) | ((lower >> TILE_SHIFT) << 24)
         store(ranges, e, select(met, tiles, np.int32(NOWHERE)))
         depth = z if projection == 2 else distance
-        inverse = CUT_SHARE / det
-        curve = side if points else yy * inverse
-        gain = peak if points else peak * WEIGHT
         row = lanes(_W) + np.int32(e)
         far = as_i32(depth)
-        put_rows4(boxes, row, b0 | (b1 << 16), b2 | (b3 << 16), far, far)
+        columns = first | (end << 16)
+        store_quads(boxes, 4 * e, 16, columns, upper | (lower << 16), far, far)
         row = row * (RECORD // 4)
-        put_rows4(records, row, u, v, curve, xy * inverse * np.float32(-2))
-        put_rows4(records, row + 1, xx * inverse, gain, depth, depth)
-        put_rows4(records, row + 2, red, green, blue, blue)
+        put_rows4(records, row, u, v, curve, skew)
+        put_rows4(records, row + 1, bend, gain, depth, depth)
+        copy_rows4(records, row + 2, paints, s)
         visible += count(met)
     return visible

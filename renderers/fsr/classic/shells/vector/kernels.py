@@ -3,8 +3,6 @@
 Here, elements that could only show in finished blocks of pixels are left out.
 """
 
-import math
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -17,7 +15,6 @@ from renderers.fsr.classic.tiles import BLOCKS, TILE_SIDE
 from renderers.simd import (
     any_,
     count,
-    floor,
     full,
     gather,
     i32,
@@ -38,11 +35,15 @@ _W = 16
 _ONE = np.float32(1)
 _ZERO = np.float32(0)
 
-_SPAN = np.float32(SPAN)
-_TILE = np.float32(1 / BLOCKS)
+_TILE = BLOCKS.bit_length() - 1
+_BEFORE = BLOCKS - 1
+"""Blocks that make the one beyond the picture a tile of its own."""
 
-_LEAST_REACH = np.float32(CUT * math.sqrt(ANTIALIAS) + 1.0)
-"""Pixels that a footprint without size reaches, and one for rounding."""
+_LEAST_REACH = np.float32(CUT**2 * ANTIALIAS)
+"""Squared pixels that a footprint without size reaches."""
+
+_ROUNDED_PX = np.float32(0.05)
+"""Pixels by which places found here may differ from those of projection."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -61,8 +62,8 @@ def take_shell(
     stride = np.int32(blocks_across + 2)
     tile_stride = np.int32(blocks_across // BLOCKS + 2)
     tiles = np.int32((blocks_across + 2) * (blocks_down + 2))
-    across = np.float32(blocks_across)
-    down = np.float32(blocks_down)
+    across = np.float32(blocks_across + 1)
+    down = np.float32(blocks_down + 1)
     block = np.float32(BLOCKS / TILE_SIDE)
     middle_u = np.float32(0.5 * width)
     middle_v = np.float32(0.5 * height)
@@ -94,31 +95,36 @@ def take_shell(
                     stretch = maximum(turn, lens / distance)
                 elif projection == 1:
                     met &= z > distance * np.float32(1e-3)
-                    turn = lens / z
-                    stretch = turn * distance / z
+                    inverse = _ONE / z
+                    turn = inverse * lens
+                    stretch = turn * distance * inverse
                 else:
                     turn = full(lens, _W)
                     stretch = turn
                 u = x * turn + middle_u
                 v = middle_v - y * turn
-                reach = stretch * reach_mm + _LEAST_REACH
-                # a block beyond the picture stands for all beyond
-                a0 = minimum(maximum(floor((u - reach) * block), -_ONE), across)
-                a1 = minimum(maximum(floor((u + reach) * block), -_ONE), across)
-                b0 = minimum(maximum(floor((v - reach) * block), -_ONE), down)
-                b1 = minimum(maximum(floor((v + reach) * block), -_ONE), down)
-                place = i32(b0 + _ONE) * stride + i32(a0 + _ONE)
+                reach = stretch * reach_mm
+                reach = sqrt(reach * reach + _LEAST_REACH) + _ROUNDED_PX
+                # counted from the block beyond the picture, which stands for all there
+                u = u * block + _ONE
+                v = v * block + _ONE
+                reach = reach * block
+                a0 = i32(minimum(maximum(u - reach, _ZERO), across))
+                a1 = i32(minimum(maximum(u + reach, _ZERO), across))
+                b0 = i32(minimum(maximum(v - reach, _ZERO), down))
+                b1 = i32(minimum(maximum(v + reach, _ZERO), down))
                 wide, high = a1 - a0, b1 - b0
-                small = (wide < _SPAN) & (high < _SPAN)
-                # in tiles what is too large in blocks
-                c0, d0 = floor(a0 * _TILE), floor(b0 * _TILE)
-                c1, d1 = floor(a1 * _TILE), floor(b1 * _TILE)
-                place_of_tile = i32(d0 + _ONE) * tile_stride + i32(c0 + _ONE)
-                place = select(small, place, place_of_tile + tiles)
-                wide = select(small, wide, c1 - c0)
-                high = select(small, high, d1 - d0)
-                small = (wide < _SPAN) & (high < _SPAN)
-                set_ = i32(wide) + i32(high) * SPAN
+                place = b0 * stride + a0
+                small = (wide | high) < SPAN
+                if any_(met & ~small):
+                    # in tiles what is too large in blocks
+                    c0, d0 = (a0 + _BEFORE) >> _TILE, (b0 + _BEFORE) >> _TILE
+                    c1, d1 = (a1 + _BEFORE) >> _TILE, (b1 + _BEFORE) >> _TILE
+                    place = select(small, place, d0 * tile_stride + c0 + tiles)
+                    wide = select(small, wide, c1 - c0)
+                    high = select(small, high, d1 - d0)
+                    small = (wide | high) < SPAN
+                set_ = wide + high * SPAN
                 some = (gather(waiting, place, met) >> set_) & 1
                 met &= (some != np.int32(0)) | ~small
             store_packed(index, n, lanes(_W) + np.int32(s), met)

@@ -20,12 +20,10 @@ from renderers.fsr.classic.survey.kernels import (
     list_near,
 )
 from renderers.simd import (
+    all_,
     any_,
     bits,
-    f32,
-    f64,
     floor,
-    gather,
     i32,
     lanes,
     load,
@@ -34,6 +32,7 @@ from renderers.simd import (
     select,
     sqrt,
     store,
+    store_triples,
 )
 from renderers.simd import (
     lowest as lowest_bit,
@@ -45,20 +44,22 @@ I64 = NDArray[np.int64]
 Real = float | np.float32
 
 _W = 16
+_ALL = (1 << _W) - 1
 _ZERO = np.float32(0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def clip_set(
     numbers: I32, extents: I32, places: F32, columns: F32, base: F32, planes: F32,
-    spans: I32, begins: I64,
+    spans: I32, ends: F32, begins: I64,
 ) -> int:  # fmt: skip
     """Do as the scalar twin."""
     kept = 0
     begins[0] = 0
     count = numbers.shape[0]
     stride = places.shape[1]
-    ends = np.empty(2 * _W, np.float32)
+    room = ends.shape[1]
+    limits = np.empty(2 * _W, np.float32)
     for row in range(0, count, _W):
         met = lanes(_W) < count - row
         dy = load(places, row, _W) - base[1]
@@ -80,21 +81,41 @@ def clip_set(
         rest_of = bits(met)
         if rest_of == 0:
             continue
-        whole = bits((low <= left) & (high >= right))
-        store(ends, 0, low)
-        store(ends, _W, high)
+        is_whole = (low <= left) & (high >= right)
+        if rest_of == _ALL and all_(is_whole):
+            first_of = load(extents, row, _W)
+            end_of = load(extents, count + row, _W)
+            store_triples(spans, 3 * kept, 12, load(numbers, row, _W), first_of, end_of)
+            store(ends, kept, left)
+            store(ends, room + kept, right)
+            store(ends, 2 * room + kept, dy)
+            store(ends, 3 * room + kept, dz)
+            for lane in range(_W):
+                size = extents[1, row + lane] - extents[0, row + lane]
+                begins[kept + 1] = begins[kept] + size
+                kept += 1
+            continue
+        whole = bits(is_whole)
+        store(limits, 0, low)
+        store(limits, _W, high)
         while rest_of != 0:
             lane = lowest_bit(rest_of)
             rest_of &= rest_of - np.int64(1)
             first = extents[0, row + lane]
             end = extents[1, row + lane]
+            ends[0, kept] = places[2, row + lane] - base[0]
+            ends[1, kept] = places[3, row + lane] - base[0]
             if not (whole >> lane) & 1:
-                a = math.ceil(ends[lane] + base[0])
-                b = math.floor(ends[_W + lane] + base[0]) + 1
+                a = math.ceil(limits[lane] + base[0])
+                b = math.floor(limits[_W + lane] + base[0]) + 1
                 first = first_from(columns, first, end, a)
                 end = first_from(columns, first, end, b)
-            if first == end:
-                continue
+                if first == end:
+                    continue
+                ends[0, kept] = columns[first] - base[0]
+                ends[1, kept] = columns[end - 1] - base[0]
+            ends[2, kept] = places[0, row + lane] - base[1]
+            ends[3, kept] = places[1, row + lane] - base[2]
             spans[kept, 0] = numbers[row + lane]
             spans[kept, 1] = first
             spans[kept, 2] = end
@@ -120,7 +141,7 @@ def _key_of(depth: Any, low: Real, scale: Real) -> Any:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def survey_spans(
-    spans: I32, ny: int, columns: F32, base: F32, matrix: F32, flat: bool, low: Real,
+    spans: I32, ends: F32, columns: F32, base: F32, matrix: F32, flat: bool, low: Real,
     scale: Real, near_mm: Real, lowest: I32, highest: I32, bins: I64, near: I32,
 ) -> int:  # fmt: skip
     """Do as the scalar twin."""
@@ -128,21 +149,17 @@ def survey_spans(
     bins[:] = 0
     m = matrix
     count = spans.shape[0]
+    room = ends.shape[1]
     square = _ZERO
     for c in range(3):
         square += m[c, 0] * m[c, 0]
     middles = np.empty(_W, np.int32)
     for span in range(0, count, _W):
         met = lanes(_W) < count - span
-        at = (lanes(_W) + np.int32(span)) * 3
-        row = gather(spans, at, met)
-        first = gather(spans, at + 1, met)
-        end = gather(spans, at + 2, met)
-        k = i32(floor(f64(row) / np.float64(ny)))
-        dz = f32(k) - base[2]
-        dy = f32(row - k * np.int32(ny)) - base[1]
-        left = gather(columns, first, met) - base[0]
-        right = gather(columns, end - 1, met) - base[0]
+        left = load(ends, span, _W)
+        right = load(ends, room + span, _W)
+        dy = load(ends, 2 * room + span, _W)
+        dz = load(ends, 3 * room + span, _W)
         a = _depth_of(left, dy, dz, m, flat)
         b = _depth_of(right, dy, dz, m, flat)
         shortest = minimum(a, b)
@@ -168,8 +185,6 @@ def survey_spans(
                 some &= some - np.int64(1)
                 nears = list_near(
                     columns, spans[lane, 1], spans[lane, 2],
-                    np.float32(spans[lane, 0] % ny) - base[1],
-                    np.float32(spans[lane, 0] // ny) - base[2],
-                    base, m, flat, near_mm, near, nears,
+                    ends[2, lane], ends[3, lane], base, m, flat, near_mm, near, nears,
                 )  # fmt: skip
     return nears

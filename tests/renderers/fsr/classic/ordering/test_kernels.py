@@ -40,6 +40,13 @@ def test_a_block_of_tiles_lists_the_splats_that_meet_it_in_their_order(
         )
         assert items[:n].tolist() == wanted
         assert own[:n].tolist() == [ranges[s // 3] for s in wanted]
+        items[:], own[:] = -1, -1
+        entries = ranges.astype(np.int64) << 32 | numbers
+        n = kernels.list_entries(
+            entries, len(boxes), top, bottom, left, right, items, own
+        )
+        assert items[:n].tolist() == wanted
+        assert own[:n].tolist() == [ranges[s // 3] for s in wanted]
         assert listed[: kernels.list_tile(items, own, n, left, listed)].tolist() == (
             in_column
         )
