@@ -1,7 +1,7 @@
 """Which compiled functions trace rays on this machine."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from renderers.simd_guard import vector_problem
@@ -10,12 +10,18 @@ PACKET = 32
 """Rays that march together; of 4 to 64 the fastest with and without AVX-512."""
 
 
+StripKernel = Callable[..., tuple[int, int]]
+"""Draws a strip of a picture at once; see `renderers.art.strips`."""
+
+
 @dataclass(frozen=True, slots=True)
 class KernelSet:
     """Hold what sets rays up and marches them. All sets give equal bits.
 
     march_unlit: `march_classic` for bricks without gradients. march_integrated:
-    segments between samples; march_integrated_unlit: without gradients.
+    segments between samples; march_integrated_unlit: without gradients. draw_lit,
+    draw_unlit, draw_scope and the integrated ones: the same for strips at once; None
+    where rays go by packets only.
     """
 
     set_up_rays: Callable[..., None]
@@ -24,6 +30,11 @@ class KernelSet:
     march_scope: Callable[..., None]
     march_integrated: Callable[..., None]
     march_integrated_unlit: Callable[..., None]
+    draw_lit: StripKernel | None = None
+    draw_unlit: StripKernel | None = None
+    draw_scope: StripKernel | None = None
+    draw_integrated: StripKernel | None = None
+    draw_integrated_unlit: StripKernel | None = None
 
 
 def _both(
@@ -51,7 +62,10 @@ def scalar_kernels() -> KernelSet:
 
 
 def packet_kernels(width: int) -> KernelSet:
-    """Give functions for packets of `width` rays: 4, 8, 16, 32 or 64."""
+    """Give functions for packets of `width` rays: 4, 8, 16, 32 or 64.
+
+    Strips are drawn at once in packets of 32 only.
+    """
     if width not in (4, 8, 16, 32, 64):
         raise ValueError(f"a packet has 4, 8, 16, 32 or 64 rays, got {width!r}")
     from renderers.art.integrated.packets.kernels import integrated_packets
@@ -59,13 +73,33 @@ def packet_kernels(width: int) -> KernelSet:
     from renderers.art.vector.rays.kernels import set_up_rays
     from renderers.art.vector.scope.kernels import seek_packets, settle_packets
 
-    return KernelSet(
+    packets = KernelSet(
         set_up_rays,
         classic_packets(width, True),
         classic_packets(width, False),
         partial(_both, seek_packets(width), settle_packets(width)),
         integrated_packets(width, True),
         integrated_packets(width, False),
+    )
+    return _with_strips(packets) if width == PACKET else packets
+
+
+def _with_strips(packets: KernelSet) -> KernelSet:
+    from renderers.art.strips.kernels import (
+        draw_integrated,
+        draw_integrated_unlit,
+        draw_lit,
+        draw_scope,
+        draw_unlit,
+    )
+
+    return replace(
+        packets,
+        draw_lit=draw_lit,
+        draw_unlit=draw_unlit,
+        draw_scope=draw_scope,
+        draw_integrated=draw_integrated,
+        draw_integrated_unlit=draw_integrated_unlit,
     )
 
 

@@ -5,16 +5,19 @@ cannot be seen (`clear`), so that cells and cubes without anything else are leap
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.art.classification import classification, clear_intervals
 from renderers.art.kernel_set import KernelSet
 from renderers.art.quality import Quality
 from renderers.art.rays import RayPacket
-from renderers.art.regions import Region
+from renderers.art.regions import Gather, Region
+from renderers.art.strips import Strip, draw_strip
 from renderers.art.views import CellView, Classification
 from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
 
@@ -23,9 +26,6 @@ COUNTERS = ("samples", "contributing", "skipped", "bent")
 
 LARGEST_COUNT = 1 << 22
 """Samples on one ray, at most; float32 tells them apart with a bracket between."""
-
-_BINS = 1024
-"""Bins between the first and the last node, at most: 32 kB."""
 
 
 class March(Protocol):
@@ -54,6 +54,20 @@ class March(Protocol):
 
     def ended_early(self, packet: RayPacket) -> int:
         """Count a finished packet's rays that ended before their way did."""
+        ...
+
+    def draw(
+        self,
+        region: Region,
+        rays: "FrameRays",
+        gather: Gather,
+        view: CellView,
+        shift: int,
+    ) -> Strip | None:
+        """Draw a region at once, without noting which cells are used.
+
+        None, and nothing is done, where rays go by packets only.
+        """
         ...
 
 
@@ -102,69 +116,19 @@ def _read_only(part: NDArray[np.float32]) -> NDArray[np.float32]:
     return part
 
 
-def clear_intervals(transfer_function: TransferFunction) -> NDArray[np.float32]:
-    """Get the intervals of density without any extinction, ``(k, 2)``."""
-    nodes = np.concatenate([[-np.inf], transfer_function.nodes, [np.inf]])
-    kappa = transfer_function.kappa_per_mm
-    kappa = np.concatenate([kappa[:1], kappa, kappa[-1:]])
-    intervals: list[list[float]] = []
-    for k in np.flatnonzero((kappa[:-1] == 0) & (kappa[1:] == 0)):
-        if intervals and intervals[-1][1] == nodes[k]:
-            intervals[-1][1] = nodes[k + 1]
-        else:
-            intervals.append([nodes[k], nodes[k + 1]])
-    return np.array(intervals, np.float32).reshape(-1, 2)
-
-
-def classification(transfer_function: TransferFunction) -> Classification:
-    """Lay the user's own nodes behind a table of bins.
-
-    Piecewise linear between exactly the nodes given: a jump stays where it was put.
-    A bin's width is a power of two and its ends are multiples of it, so that most nodes
-    lie between bins, and float32 finds a density's bin without rounding.
-    """
-    nodes = transfer_function.nodes
-    ends = np.column_stack([transfer_function.color, transfer_function.kappa_per_mm])
-    slope = np.diff(ends, axis=0) / np.diff(nodes)[:, None]
-    # Before the first and beyond the last node the end values hold.
-    base = np.concatenate([ends[:1], ends])
-    slope = np.concatenate([np.zeros((1, 4)), slope, np.zeros((1, 4))])
-    lower = np.concatenate([[nodes[0]], nodes, [np.inf]])
-    finest = np.abs(nodes).max() / (1 << 22)
-    width = max((nodes[-1] - nodes[0]) / _BINS, finest, 1e-30)
-    width = 2.0 ** math.ceil(math.log2(width))
-    low = math.floor(nodes[0] / width) * width
-    edges = low + width * np.arange(math.ceil((nodes[-1] - low) / width) + 1)
-    color, kappa = transfer_function.evaluate(edges)
-    tops = np.column_stack([color, kappa])
-    starts = np.concatenate([tops[:1], tops])
-    rises = np.concatenate([np.zeros((1, 4)), np.diff(tops, axis=0), np.zeros((1, 4))])
-    holds = np.searchsorted(nodes, edges, side="right")[:-1]
-    mixed = np.searchsorted(nodes, edges, side="left")[1:] > holds
-    starts[1:-1, 3] = np.where(mixed, -1.0, starts[1:-1, 3])
-    rises[1:-1, 3] = np.where(mixed, 0.0, rises[1:-1, 3])
-    pairs = np.stack([starts, rises], axis=-1)[:, [3, 0, 1, 2]]
-    extinction = np.column_stack([lower[:-1], lower[1:], base[:, 3], slope[:, 3]])
-    spare = np.zeros((len(base), 1))
-    return Classification(
-        np.ascontiguousarray(pairs.reshape(-1, 8), np.float32),
-        np.float32(low),
-        np.float32(1 / width),
-        np.float32(len(edges)),
-        np.concatenate([[0], holds, [len(nodes)]]).astype(np.int32),
-        np.ascontiguousarray(extinction, np.float32),
-        np.ascontiguousarray(np.hstack([base[:, :3], spare]), np.float32),
-        np.ascontiguousarray(np.hstack([slope[:, :3], spare]), np.float32),
-    )
-
-
 class _Marching:
     """Set up rays, which both modes do alike."""
 
     at_ends = False
+    takes_along = False
     needs_gradients = True
     seeks_values = True
     margin = 0
+    _march: Callable[..., None]
+    _draw: Callable[..., tuple[int, int, int]] | None
+    _least_left = 0.5
+    """Of a ray that did not end early there is at least so much left; half of one that
+    met no surface, of which all is."""
 
     def __init__(self, volume: Volume, quality: Quality, kernels: KernelSet) -> None:
         if volume.values.dtype.kind == "f" and not np.isfinite(volume.values).all():
@@ -210,6 +174,48 @@ class _Marching:
         )
         return RayPacket.start(region, geometry, count)
 
+    def run(
+        self, packet: RayPacket, view: CellView, shift: int, clock: int
+    ) -> NDArray[np.int64]:
+        """Move each ray until it ends or misses a cell; return the counters."""
+        counters = np.zeros(len(COUNTERS), np.int64)
+        front = (packet.front,) if self.takes_along else ()
+        self._march(*packet.arrays, *front, *self._rest(view, shift, clock), counters)
+        return counters
+
+    def ended_early(self, packet: RayPacket) -> int:
+        """Count the rays that ended before their way did."""
+        left = 1 - (packet.value[:-1, 3] + packet.carry[:-1, 3])
+        return int(np.count_nonzero(left < np.float32(self._least_left)))
+
+    def draw(
+        self,
+        region: Region,
+        rays: FrameRays,
+        gather: Gather,
+        view: CellView,
+        shift: int,
+    ) -> Strip | None:
+        """Draw a region at once, where there is a kernel for it."""
+        if self._draw is None:
+            return None
+        counters = np.zeros(len(COUNTERS), np.int64)
+        return draw_strip(
+            self._draw,
+            region,
+            (rays.table, rays.limit, rays.frame, rays.orthographic),
+            (self._voxel_from_world, self._top, self.step_mm, self.at_ends),
+            np.float32(self._least_left),
+            gather,
+            self._rest(view, shift, 0),
+            counters,
+            takes_along=self.takes_along,
+        )
+
+    def _rest(self, view: CellView, shift: int, clock: int) -> tuple[Any, ...]:
+        """Give what kernels take beside the rays."""
+        raise NotImplementedError
+
 
 class ClassicMarch(_Marching):
     """Classify, shade and composite samples at the middles of steps."""
@@ -223,6 +229,7 @@ class ClassicMarch(_Marching):
     ) -> None:
         """Take the volume's smallest and largest value, which the caller knows."""
         super().__init__(scene.volume, quality, kernels)
+        self._least_left = quality.cutoff
         self.clear = clear_intervals(scene.transfer_function)
         self.table = classification(scene.transfer_function)
         volume = scene.volume
@@ -236,6 +243,7 @@ class ClassicMarch(_Marching):
         self._march = (
             kernels.march_classic if self.needs_gradients else kernels.march_unlit
         )
+        self._draw = kernels.draw_lit if self.needs_gradients else kernels.draw_unlit
         self._material = np.array(
             [material.ambient, material.specular, material.shininess], np.float32
         )
@@ -251,43 +259,10 @@ class ClassicMarch(_Marching):
         # Below this a gradient is rounding, and a normal made of it is noise.
         self._least_gradient = max(1e-6 * (value_range[1] - value_range[0]), 1e-30)
 
-    def run(
-        self, packet: RayPacket, view: CellView, shift: int, clock: int
-    ) -> NDArray[np.int64]:
-        """Composite each ray until it ends or misses a cell."""
-        counters = np.zeros(len(COUNTERS), np.int64)
-        self._march(
-            packet.order,
-            packet.geometry,
-            packet.count,
-            packet.cursor,
-            packet.value,
-            packet.carry,
-            packet.depth,
-            view,
-            shift,
-            clock,
-            *self.look(view),
-            counters,
-        )
-        return counters
+    def _rest(self, view: CellView, shift: int, clock: int) -> tuple[Any, ...]:
+        return view, shift, clock, *self.look(view)
 
-    def ended_early(self, packet: RayPacket) -> int:
-        """Count the rays of which less light than the cutoff was left."""
-        left = 1 - (packet.value[:-1, 3] + packet.carry[:-1, 3])
-        return int(np.count_nonzero(left < np.float32(self.quality.cutoff)))
-
-    def look(
-        self, view: CellView
-    ) -> tuple[
-        Classification,
-        NDArray[np.float32],
-        NDArray[np.float32],
-        NDArray[np.float32],
-        np.float32,
-        np.float32,
-        bool,
-    ]:
+    def look(self, view: CellView) -> tuple[Any, ...]:
         """Give what kernels composite by: table, lights, material, spacing, limits."""
         return (
             self.table,
@@ -301,7 +276,10 @@ class ClassicMarch(_Marching):
 
 
 class ScopeMarch(_Marching):
-    """Find the zero of the air distance, sampling at both ends of steps."""
+    """Find the zero of the air distance, sampling at both ends of steps.
+
+    A ray's value becomes (normal, coverage), along the array's axes.
+    """
 
     at_ends = True
 
@@ -310,28 +288,7 @@ class ScopeMarch(_Marching):
             raise ValueError("the scene has no air surface; mode scope needs one")
         super().__init__(scene.surface.distance, quality, kernels)
         self.clear = np.array([[-math.inf, 0.0]], np.float32)
+        self._march, self._draw = kernels.march_scope, kernels.draw_scope
 
-    def ended_early(self, packet: RayPacket) -> int:
-        """Count the rays that met the surface."""
-        return int(np.count_nonzero(packet.depth < np.inf))
-
-    def run(
-        self, packet: RayPacket, view: CellView, shift: int, clock: int
-    ) -> NDArray[np.int64]:
-        """Leap to the surface; value becomes (normal, coverage) along array axes."""
-        counters = np.zeros(len(COUNTERS), np.int64)
-        self._kernels.march_scope(
-            packet.order,
-            packet.geometry,
-            packet.count,
-            packet.cursor,
-            packet.value,
-            packet.carry,
-            packet.depth,
-            view,
-            shift,
-            clock,
-            self._spacing,
-            counters,
-        )
-        return counters
+    def _rest(self, view: CellView, shift: int, clock: int) -> tuple[Any, ...]:
+        return view, shift, clock, self._spacing

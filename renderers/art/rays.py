@@ -3,17 +3,15 @@
 from collections import deque
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderers.art.regions import Region
+from renderers.art.views import TILE_PX
 
 P = TypeVar("P")
-
-TILE_PX = 8
-"""Edge of the squares of pixels whose rays march together: they share cells."""
 
 
 @lru_cache(maxsize=64)
@@ -65,6 +63,12 @@ class RayPacket:
             state[2],
             np.full(n, np.inf, np.float32),
         )
+
+    @property
+    def arrays(self) -> tuple[NDArray[Any], ...]:
+        """Get what every march takes of rays, in that order."""
+        state = self.cursor, self.value, self.carry
+        return self.order, self.geometry, self.count, *state, self.depth
 
     @property
     def result(self) -> NDArray[np.float32]:

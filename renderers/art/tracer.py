@@ -176,7 +176,7 @@ class ActiveRayTracer:
                 # the caches.
                 wanted = 0 if node.is_active else packets
                 fresh, regions = regions[:wanted], regions[wanted:]
-                node.add(run(lambda region: march.start(region, rays), fresh))
+                node.add(work.draw(fresh, rays, at_once=not node.stamps))
                 node.advance(packets)
                 spent_s = time.perf_counter() - looked
                 packets = next_slice(packets, spent_s, self._threads)

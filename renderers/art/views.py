@@ -7,6 +7,12 @@ from numpy.typing import NDArray
 
 ABSENT = np.int32(-(1 << 31))
 
+TILE_PX = 8
+"""Edge of the squares of pixels whose rays march together: they share cells."""
+
+BLOCK_COLUMNS = 256
+"""Pixels along a row of tiles whose rays are set up together."""
+
 
 class CellView(NamedTuple):
     """Show the kernels which cells are here.

@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 from renderers.art.bricks import Bricks
 from renderers.art.cells import CellShare
-from renderers.art.march import COUNTERS, March
+from renderers.art.march import COUNTERS, FrameRays, March
 from renderers.art.messages import ProtocolError
 from renderers.art.rays import P, RayPacket
-from renderers.art.regions import Gather, region_payload
+from renderers.art.regions import Gather, Region, region_payload
+from renderers.art.strips import Strip
 
 Run = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[Any]]
 """Something like `map`, which may use threads."""
@@ -123,6 +124,33 @@ class MarchWork:
         """Get the kernels' counters."""
         moved = {name: int(n) for name, n in zip(COUNTERS, self.counters, strict=True)}
         return moved | {"ended_early": self.ended_early}
+
+    def draw(
+        self, regions: list[Region], rays: FrameRays, *, at_once: bool
+    ) -> list[RayPacket]:
+        """Begin with regions; get the packets that have to go on.
+
+        at_once: nobody needs to know which cells are used. Then all that misses none
+        is delivered, if `deliver` says where to.
+        """
+        view, shift = self.bricks.view, self.bricks.grid.shift
+        march, gather = self._march, self._gather
+
+        def begin(region: Region) -> Strip:
+            drawn = None
+            if at_once and gather is not None:
+                drawn = march.draw(region, rays, gather, view, shift)
+            if drawn is None:
+                return Strip([march.start(region, rays)], np.zeros_like(self.counters))
+            return drawn
+
+        packets = []
+        for strip in self._map(begin, regions):
+            self.counters += strip.counters
+            packets += strip.packets
+            if gather is not None:
+                gather.missing -= strip.fresh
+        return packets
 
     def run(self, packets: list[RayPacket], clock: int) -> list[list[int]]:
         """March each packet until its rays end or miss a cell."""

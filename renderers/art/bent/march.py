@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from renderers.art.integrated import IntegratedMarch
 from renderers.art.march import COUNTERS, ClassicMarch, FrameRays, ScopeMarch
 from renderers.art.rays import RayPacket
-from renderers.art.regions import Region
+from renderers.art.regions import Gather, Region
+from renderers.art.strips import Strip
 from renderers.art.views import CellView
 from renderers.scene.deflection import (
     Cut,
@@ -110,6 +111,17 @@ class BentMarch:
     def ended_early(self, packet: RayPacket) -> int:
         """Count a finished packet's rays that ended before their way did."""
         return self._straight.ended_early(packet)
+
+    def draw(
+        self,
+        region: Region,
+        rays: FrameRays,
+        gather: Gather,
+        view: CellView,
+        shift: int,
+    ) -> Strip | None:
+        """Leave all rays to packets, where some are bent."""
+        return None
 
     def run(
         self, packet: RayPacket, view: CellView, shift: int, clock: int

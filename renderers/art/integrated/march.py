@@ -9,11 +9,13 @@ between the user's own nodes have closed forms, so that a jump, or a spike as th
 one likes, stays where it was put, at any step.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from renderers.art.kernel_set import KernelSet
-from renderers.art.march import COUNTERS, ClassicMarch, FrameRays
+from renderers.art.march import ClassicMarch, FrameRays
 from renderers.art.messages import ProtocolError
 from renderers.art.quality import Quality
 from renderers.art.rays import RayPacket
@@ -60,6 +62,7 @@ class IntegratedMarch(ClassicMarch):
     """
 
     at_ends = True
+    takes_along = True
 
     def __init__(
         self,
@@ -79,6 +82,11 @@ class IntegratedMarch(ClassicMarch):
             if self.needs_gradients
             else kernels.march_integrated_unlit
         )
+        self._draw = (
+            kernels.draw_integrated
+            if self.needs_gradients
+            else kernels.draw_integrated_unlit
+        )
 
     def start(
         self, region: Region, rays: FrameRays, *, finer: float = 1.0
@@ -94,21 +102,7 @@ class IntegratedMarch(ClassicMarch):
         """Composite each ray until it ends or misses a cell."""
         if len(packet.front) <= len(packet.count):
             raise ProtocolError("rays came without their last samples")
-        counters = np.zeros(len(COUNTERS), np.int64)
-        self._march(
-            packet.order,
-            packet.geometry,
-            packet.count,
-            packet.cursor,
-            packet.value,
-            packet.carry,
-            packet.depth,
-            packet.front,
-            self.sums,
-            view,
-            shift,
-            clock,
-            *self.look(view),
-            counters,
-        )
-        return counters
+        return super().run(packet, view, shift, clock)
+
+    def _rest(self, view: CellView, shift: int, clock: int) -> tuple[Any, ...]:
+        return self.sums, *super()._rest(view, shift, clock)

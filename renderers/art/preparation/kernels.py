@@ -244,8 +244,9 @@ def set_up_rays(
                 if start[axis] < 0.0 or start[axis] > top[axis]:
                     far = -1.0
                 continue
-            a = -start[axis] / rate[axis]
-            b = (top[axis] - start[axis]) / rate[axis]
+            inverse = 1.0 / rate[axis]
+            a = -start[axis] * inverse
+            b = (top[axis] - start[axis]) * inverse
             near = max(near, min(a, b))
             far = min(far, max(a, b))
         if not (near < far < np.inf):

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.art.integrated.march import sums_at_nodes
-from renderers.art.march import classification, clear_intervals
+from renderers.art.classification import classification, clear_intervals
 from renderers.art.quality import Quality
 from renderers.art.sounding.kernels import composite_lines
 from renderers.scene import Scene, Volume

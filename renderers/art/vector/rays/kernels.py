@@ -41,8 +41,9 @@ def _narrow(
 ) -> tuple[Lanes, Lanes]:
     """Cut what lies outside a slab off an interval."""
     along = absolute(rate) < LEAST_RATE
-    a = -start / rate
-    b = (top - start) / rate
+    inverse = ONE / rate
+    a = -start * inverse
+    b = (top - start) * inverse
     outside = along & ((start < ZERO) | (start > top))
     near = select(along, near, maximum(near, minimum(a, b)))
     far = select(along, far, minimum(far, maximum(a, b)))
@@ -75,15 +76,22 @@ def set_up_rays(
     zero = full(ZERO, WIDTH)
     f, m = frame, voxel_from_world
     packets = (len(count) - first) // WIDTH
+    # all rays of a lens with an eye begin there
+    ex, ey, ez = zero + f[0, 0], zero + f[0, 1], zero + f[0, 2]
+    sx = _combine(ex, ey, ez, m[0, 0], m[0, 1], m[0, 2]) + m[0, 3]
+    sy = _combine(ex, ey, ez, m[1, 0], m[1, 1], m[1, 2]) + m[1, 3]
+    sz = _combine(ex, ey, ez, m[2, 0], m[2, 1], m[2, 2]) + m[2, 3]
     for packet in range(packets):
         ray = first + packet * WIDTH
         x_, y_, z_ = load_triples(table, 3 * ray, WIDTH)
         x, y, z = f64(x_), f64(y_), f64(z_)
-        ex, ey, ez = zero + f[0, 0], zero + f[0, 1], zero + f[0, 2]
         if orthographic:
             ex = f[0, 0] + (x * f[1, 0] + y * f[2, 0])
             ey = f[0, 1] + (x * f[1, 1] + y * f[2, 1])
             ez = f[0, 2] + (x * f[1, 2] + y * f[2, 2])
+            sx = _combine(ex, ey, ez, m[0, 0], m[0, 1], m[0, 2]) + m[0, 3]
+            sy = _combine(ex, ey, ez, m[1, 0], m[1, 1], m[1, 2]) + m[1, 3]
+            sz = _combine(ex, ey, ez, m[2, 0], m[2, 1], m[2, 2]) + m[2, 3]
             wx, wy, wz = zero + f[3, 0], zero + f[3, 1], zero + f[3, 2]
         else:
             wx = _combine(x, y, z, f[1, 0], f[2, 0], f[3, 0])
@@ -91,9 +99,6 @@ def set_up_rays(
             wz = _combine(x, y, z, f[1, 2], f[2, 2], f[3, 2])
         length = sqrt(wx * wx + wy * wy + wz * wz)
         scale = select(length > ZERO, ONE / length, ZERO)
-        sx = _combine(ex, ey, ez, m[0, 0], m[0, 1], m[0, 2]) + m[0, 3]
-        sy = _combine(ex, ey, ez, m[1, 0], m[1, 1], m[1, 2]) + m[1, 3]
-        sz = _combine(ex, ey, ez, m[2, 0], m[2, 1], m[2, 2]) + m[2, 3]
         rx = _combine(wx, wy, wz, m[0, 0], m[0, 1], m[0, 2]) * scale
         ry = _combine(wx, wy, wz, m[1, 0], m[1, 1], m[1, 2]) * scale
         rz = _combine(wx, wy, wz, m[2, 0], m[2, 1], m[2, 2]) * scale

@@ -8,7 +8,8 @@ import pytest
 
 from renderers.art import ActiveRayTracer, Quality
 from renderers.art.integrated.march import sums_at_nodes
-from renderers.art.march import FrameRays, classification
+from renderers.art.classification import classification
+from renderers.art.march import FrameRays
 from renderers.art.messages import Message, MessageKind, ProtocolError
 from renderers.art.node_maker import make_node
 from renderers.art.policy import CellPolicy, Dataflow

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from renderers.art.march import classification
+from renderers.art.classification import classification
 from renderers.art.vector.lookup.kernels import between_nodes, place_of
 from renderers.scene import TransferFunction
 from renderers.simd import full, i32, load, store

@@ -1,0 +1,68 @@
+"""A transfer function as kernels take it: bins, and what cannot be seen."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.art.views import Classification
+from renderers.scene import TransferFunction
+
+_BINS = 1024
+"""Bins between the first and the last node, at most: 32 kB."""
+
+
+def clear_intervals(transfer_function: TransferFunction) -> NDArray[np.float32]:
+    """Get the intervals of density without any extinction, ``(k, 2)``."""
+    nodes = np.concatenate([[-np.inf], transfer_function.nodes, [np.inf]])
+    kappa = transfer_function.kappa_per_mm
+    kappa = np.concatenate([kappa[:1], kappa, kappa[-1:]])
+    intervals: list[list[float]] = []
+    for k in np.flatnonzero((kappa[:-1] == 0) & (kappa[1:] == 0)):
+        if intervals and intervals[-1][1] == nodes[k]:
+            intervals[-1][1] = nodes[k + 1]
+        else:
+            intervals.append([nodes[k], nodes[k + 1]])
+    return np.array(intervals, np.float32).reshape(-1, 2)
+
+
+def classification(transfer_function: TransferFunction) -> Classification:
+    """Lay the user's own nodes behind a table of bins.
+
+    Piecewise linear between exactly the nodes given: a jump stays where it was put.
+    A bin's width is a power of two and its ends are multiples of it, so that most nodes
+    lie between bins, and float32 finds a density's bin without rounding.
+    """
+    nodes = transfer_function.nodes
+    ends = np.column_stack([transfer_function.color, transfer_function.kappa_per_mm])
+    slope = np.diff(ends, axis=0) / np.diff(nodes)[:, None]
+    # Before the first and beyond the last node the end values hold.
+    base = np.concatenate([ends[:1], ends])
+    slope = np.concatenate([np.zeros((1, 4)), slope, np.zeros((1, 4))])
+    lower = np.concatenate([[nodes[0]], nodes, [np.inf]])
+    finest = np.abs(nodes).max() / (1 << 22)
+    width = max((nodes[-1] - nodes[0]) / _BINS, finest, 1e-30)
+    width = 2.0 ** math.ceil(math.log2(width))
+    low = math.floor(nodes[0] / width) * width
+    edges = low + width * np.arange(math.ceil((nodes[-1] - low) / width) + 1)
+    color, kappa = transfer_function.evaluate(edges)
+    tops = np.column_stack([color, kappa])
+    starts = np.concatenate([tops[:1], tops])
+    rises = np.concatenate([np.zeros((1, 4)), np.diff(tops, axis=0), np.zeros((1, 4))])
+    holds = np.searchsorted(nodes, edges, side="right")[:-1]
+    mixed = np.searchsorted(nodes, edges, side="left")[1:] > holds
+    starts[1:-1, 3] = np.where(mixed, -1.0, starts[1:-1, 3])
+    rises[1:-1, 3] = np.where(mixed, 0.0, rises[1:-1, 3])
+    pairs = np.stack([starts, rises], axis=-1)[:, [3, 0, 1, 2]]
+    extinction = np.column_stack([lower[:-1], lower[1:], base[:, 3], slope[:, 3]])
+    spare = np.zeros((len(base), 1))
+    return Classification(
+        np.ascontiguousarray(pairs.reshape(-1, 8), np.float32),
+        np.float32(low),
+        np.float32(1 / width),
+        np.float32(len(edges)),
+        np.concatenate([[0], holds, [len(nodes)]]).astype(np.int32),
+        np.ascontiguousarray(extinction, np.float32),
+        np.ascontiguousarray(np.hstack([base[:, :3], spare]), np.float32),
+        np.ascontiguousarray(np.hstack([slope[:, :3], spare]), np.float32),
+    )

@@ -1,0 +1,180 @@
+"""Draw a strip of a picture, from its lens to its pixels, a few rays at a time.
+
+The rays of a block are set up, march and are delivered before those of the next are
+set up, in the same memory, which stays in the nearest caches. A block with rays that
+miss a cell stays where it is, and the next ones get memory of their own.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from renderers.art.integrated.packets.kernels import integrated_packets
+from renderers.art.vector.kernels import F32, I32, classic_packets
+from renderers.art.vector.rays.kernels import set_up_rays
+from renderers.art.vector.scope.kernels import seek_packets, settle_packets
+from renderers.art.views import BLOCK_COLUMNS, TILE_PX
+
+WIDTH = 32
+"""Rays of a packet: with and without AVX-512 the fastest of 4 to 64."""
+
+BLOCK = BLOCK_COLUMNS * TILE_PX
+"""Rays of a block, at most."""
+
+LIT, UNLIT, INTEGRATED, INTEGRATED_UNLIT, SCOPE = range(5)
+"""The marches."""
+
+FAR = np.float32(np.inf)
+ZERO = np.float32(0)
+
+_lit = classic_packets(WIDTH, True)
+_unlit = classic_packets(WIDTH, False)
+_integrated = integrated_packets(WIDTH, True)
+_integrated_unlit = integrated_packets(WIDTH, False)
+_seek = seek_packets(WIDTH)
+_settle = settle_packets(WIDTH)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def list_tiles(columns: int, rows: int, order: I32) -> None:
+    """List a block's rays, numbered row by row, tile by tile."""
+    n = 0
+    for left in range(0, columns, TILE_PX):
+        for y in range(rows):
+            for x in range(left, min(left + TILE_PX, columns)):
+                order[n] = y * columns + x
+                n += 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def fill(row: NDArray[Any], number: Any) -> None:
+    """Write a number everywhere."""
+    for k in range(len(row)):
+        row[k] = number
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def any_waits(cursor: I32) -> bool:
+    """Tell whether a ray waits for a cell; cursor: four numbers a ray, in a row."""
+    found = np.int32(0)
+    for ray in range(len(cursor) // 4):
+        found |= cursor[4 * ray + 3]
+    return bool(found > 0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def deliver(
+    value: F32, carry: F32, depth: F32, seen: F32, far: F32, done: NDArray[np.bool_]
+) -> int:
+    """Put a row of rays into the picture; count the pixels that had none."""
+    for k in range(len(seen)):
+        seen[k] = value[k] + carry[k]
+    fresh = 0
+    for k in range(len(far)):
+        far[k] = depth[k]
+        fresh += not done[k]
+        done[k] = True
+    return fresh
+
+
+def strip_kernel(kind: int) -> Callable[..., tuple[int, int]]:
+    """Make `draw_strip` for one of the marches."""
+
+    @njit(cache=True, nogil=True, error_model="numpy")
+    def draw_strip(
+        bounds: tuple[int, int, int, int], rays: Any, place: Any, memory: Any,
+        picture: Any, rest: Any,
+    ) -> tuple[int, int]:  # fmt: skip
+        """Draw a strip; tell how many blocks were kept and how many pixels are new.
+
+        bounds: left, top, right, bottom pixel. rays: table, limit, frame and
+        orthographic of `FrameRays`. place: voxel from world, largest index along x, y,
+        z, mm a step, whether samples lie at the ends of steps. memory: the corners of
+        kept blocks, int32 (blocks, 2) x and y, and the arrays of a `RayPacket`, BLOCK
+        rays and a spare one a block. picture: value, depth and done of a `Gather`.
+        rest: what the march takes beside the rays.
+        """
+        left, top, right, bottom = bounds
+        table, limit, frame, orthographic = rays
+        voxel_from_world, last, step_mm, at_ends = place
+        corners, geometries, counts, cursors, values, carries, depths, fronts = memory
+        seen, far, done = picture
+        wide = limit.shape[1]
+        lens, reach = table.reshape(-1, 3), limit.reshape(-1)
+        seen, far, done = seen.reshape(-1), far.reshape(-1), done.reshape(-1)
+        order = np.empty(BLOCK, np.int32)
+        width, height, kept, fresh = 0, 0, 0, 0
+        for y in range(top, bottom, TILE_PX):
+            for x in range(left, right, BLOCK_COLUMNS):
+                columns = min(BLOCK_COLUMNS, right - x)
+                rows = min(TILE_PX, bottom - y)
+                n = columns * rows
+                if columns != width or rows != height:
+                    width, height = columns, rows
+                    list_tiles(columns, rows, order)
+                some = order[:n]
+                first = kept * (BLOCK + 1)
+                end = first + n
+                geometry, count = geometries[first : end + 1], counts[first:end]
+                cursor, value = cursors[first : end + 1], values[first : end + 1]
+                carry, depth = carries[first : end + 1], depths[first:end]
+                fill(cursor.reshape(-1), 0)
+                fill(value.reshape(-1), ZERO)
+                fill(carry.reshape(-1), ZERO)
+                fill(depth, FAR)
+                geometry[n] = ZERO
+                for k in range(rows):
+                    row, here = k * columns, (y + k) * wide + x
+                    set_up_rays(
+                        lens[here : here + columns], reach[here : here + columns], 0,
+                        frame, orthographic, voxel_from_world, last, step_mm, at_ends,
+                        geometry[row : row + columns], count[row : row + columns],
+                    )  # fmt: skip
+                if kind == LIT:
+                    _lit(some, geometry, count, cursor, value, carry, depth, *rest)
+                elif kind == UNLIT:
+                    _unlit(some, geometry, count, cursor, value, carry, depth, *rest)
+                elif kind == SCOPE:
+                    _seek(some, geometry, count, cursor, value, carry, depth, *rest)
+                    _settle(some, geometry, count, cursor, value, carry, depth, *rest)
+                else:
+                    front = fronts[first : end + 1]
+                    fill(front.reshape(-1), ZERO)
+                    if kind == INTEGRATED:
+                        _integrated(
+                            some, geometry, count, cursor, value, carry, depth, front,
+                            *rest,
+                        )  # fmt: skip
+                    else:
+                        _integrated_unlit(
+                            some, geometry, count, cursor, value, carry, depth, front,
+                            *rest,
+                        )  # fmt: skip
+                if any_waits(cursor.reshape(-1)[: 4 * n]):
+                    corners[kept, 0], corners[kept, 1] = x, y
+                    kept += 1
+                    continue
+                values_, carries_ = value.reshape(-1), carry.reshape(-1)
+                for k in range(rows):
+                    row, here = k * columns, (y + k) * wide + x
+                    fresh += deliver(
+                        values_[4 * row : 4 * (row + columns)],
+                        carries_[4 * row : 4 * (row + columns)],
+                        depth[row : row + columns],
+                        seen[4 * here : 4 * (here + columns)],
+                        far[here : here + columns],
+                        done[here : here + columns],
+                    )
+        return kept, fresh
+
+    return draw_strip
+
+
+draw_lit = strip_kernel(LIT)
+draw_unlit = strip_kernel(UNLIT)
+draw_integrated = strip_kernel(INTEGRATED)
+draw_integrated_unlit = strip_kernel(INTEGRATED_UNLIT)
+draw_scope = strip_kernel(SCOPE)
