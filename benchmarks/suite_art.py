@@ -30,6 +30,9 @@ SAMPLE_LIMIT_NS = 5.8
 development machine (Zen 4 class, 2.6 GHz), fetched one after the other. Packets share
 some of it, so that one is no bound for `share_of_limit`."""
 
+PEER_CUTOFF = 255 / 32767
+"""The peer ends a ray where less than 255 of 32767 parts of the light are left."""
+
 EQUAL_STEPS = (2.0, 1.41, 1.0, 0.84, 0.71, 0.59, 0.5, 0.42, 0.35, 0.25, 0.18, 0.125)
 EQUAL_CUTOFF = 0.02
 """What is tried for no more error than the peer's, from coarse to fine. Rays are
@@ -71,7 +74,7 @@ class ArtPlan:
     def _classic(
         self, source: SubjectSource, view: str, quantity: str, name: str
     ) -> list[Task]:
-        # as the peer classifies; suite art-classification has the other way
+        # as the peer classifies
         quality = replace(Quality.named(name), classification="post")
         step = quality.step_voxels
         case = f"{source.name}/{view}/{quantity}"
@@ -90,7 +93,11 @@ class ArtPlan:
         def peer() -> Measured:
             return self._peer.draw(source, view, quantity, step)
 
-        def own(kernels: KernelSet | None = None, threads: int = 1) -> Measured:
+        def own(
+            kernels: KernelSet | None = None,
+            threads: int = 1,
+            quality: Quality = quality,
+        ) -> Measured:
             subject = source.subject
             camera = subject.views[view].camera(self._size, Projection.PERSPECTIVE)
             scene = subject.in_mode(quantity)
@@ -105,6 +112,12 @@ class ArtPlan:
             own_ns = 1e9 * timing.cpu_s / seen
             counters["ns_per_contributing"] = own_ns
             counters["share_of_limit"] = SAMPLE_LIMIT_NS / own_ns
+            if quality.compact and quality.classification == "post":
+                # compiled code, which the other rows can do without
+                from benchmarks.sample_parts import sample_parts_ns
+
+                parts_ns = sample_parts_ns(quantity == "shaded") * counters["samples"]
+                counters["share_of_parts"] = parts_ns / (1e9 * timing.cpu_s)
             return Measured(
                 timing,
                 image_error(rgb_over_black(image.rgba), reference),
@@ -155,6 +168,27 @@ class ArtPlan:
             ),
         ]
         if name == SCALAR_QUALITY:
+            cut = replace(quality, cutoff=PEER_CUTOFF, renormalise=True)
+            tasks.append(
+                Task(
+                    "art",
+                    case,
+                    f"ART {name}, rays cut where {PEER} cuts them",
+                    partial(own, quality=cut),
+                    ours | {"series": "ART, the peer's cut", "cutoff": PEER_CUTOFF},
+                    baseline=peer_mode,
+                )
+            )
+            tasks.append(
+                Task(
+                    "art",
+                    case,
+                    f"ART {name}, integrated",
+                    partial(own, quality=Quality.named(name)),
+                    ours | {"series": "ART, integrated"},
+                    baseline=peer_mode,
+                )
+            )
             tasks.append(
                 Task(
                     "art",

@@ -196,7 +196,11 @@ class _Marching:
         view: CellView,
         shift: int,
     ) -> Strip | None:
-        """Draw a region at once, where there is a kernel for it."""
+        """Draw a region at once, where there is a kernel for it.
+
+        Fine pictures, of float32, go by packets: their rays march for most of the time,
+        and a kernel more would have to be compiled.
+        """
         if self._draw is None:
             return None
         counters = np.zeros(len(COUNTERS), np.int64)
@@ -243,7 +247,8 @@ class ClassicMarch(_Marching):
         self._march = (
             kernels.march_classic if self.needs_gradients else kernels.march_unlit
         )
-        self._draw = kernels.draw_lit if self.needs_gradients else kernels.draw_unlit
+        draw = kernels.draw_lit if self.needs_gradients else kernels.draw_unlit
+        self._draw = draw if quality.compact else None
         self._material = np.array(
             [material.ambient, material.specular, material.shininess], np.float32
         )

@@ -11,8 +11,8 @@ SLICE_S = 0.04
 FINE_STEP = 0.25
 FINE_RAYS = 256
 MOST_RAYS = 16384
-"""Nothing can interrupt a packet, nor a strip drawn at once. One of 8192 rays took up to
-.002 s at steps of 1/4 voxel; at 1/32 one of 4096 took up to .08 s, one of 256 up to
+"""Nothing can interrupt a packet, nor a strip drawn at once. One of 8192 rays took up
+to .002 s at steps of 1/4 voxel; at 1/32 one of 4096 took up to .08 s, one of 256 up to
 .008 (phantom at .5 mm, a view from inside, one thread). With a quarter of it a picture
 takes up to 1.2 times as long."""
 

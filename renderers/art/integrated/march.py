@@ -82,11 +82,12 @@ class IntegratedMarch(ClassicMarch):
             if self.needs_gradients
             else kernels.march_integrated_unlit
         )
-        self._draw = (
+        draw = (
             kernels.draw_integrated
             if self.needs_gradients
             else kernels.draw_integrated_unlit
         )
+        self._draw = draw if quality.compact else None
 
     def start(
         self, region: Region, rays: FrameRays, *, finer: float = 1.0

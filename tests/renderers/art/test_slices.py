@@ -39,8 +39,9 @@ def test_where_steps_are_fine_packets_are_small(
             shares.append(share)
             return True
 
+        # parts of a strip that meet cells nobody had looked at yet go on later
+        tracer.render(outside.with_size(64, 64))
         tracer.render(outside.with_size(64, 64), note)
-        # a packet that met cells nobody had looked at yet went on in the next slice
         assert len(set(shares) - {0.0}) == packets
         assert shares == sorted(shares)
         assert shares[-1] == 1

@@ -66,9 +66,9 @@ def test_only_pixels_that_had_no_ray_are_counted() -> None:
     [
         ("scope", "post"),
         ("lit", "post"),
-        ("unlit", "post"),
         ("lit", "integrated"),
-        ("unlit", "integrated"),
+        pytest.param("unlit", "post", marks=pytest.mark.slow),
+        pytest.param("unlit", "integrated", marks=pytest.mark.slow),
     ],
 )
 def test_strips_show_what_packets_show(
@@ -83,7 +83,7 @@ def test_strips_show_what_packets_show(
     camera = outside.with_size(BLOCK_COLUMNS + 13, 43)
     random = np.random.default_rng(5)
     limit = random.choice([0.0, 30.0, np.inf], (43, camera.width)).astype(np.float32)
-    quality = Quality(1.0, 1 / 255, classification=classification)
+    quality = Quality(1.0, 1 / 255, compact=True, classification=classification)
     found = []
     for kernels in (packet_kernels(32), by_packets(packet_kernels(32))):
         for threads in (1, 2):
@@ -117,7 +117,7 @@ def test_where_cells_come_and_go_rays_go_by_packets(
     found = []
     for cells in (999, 5):
         tracer = ActiveRayTracer(
-            scene, Quality(1.0, 0.0), cache_cells=cells, validate=True
+            scene, Quality(1.0, 0.0, compact=True), cache_cells=cells, validate=True
         )
         found.append(tracer.render(outside).rgba.tobytes())
         assert tracer.report is not None
