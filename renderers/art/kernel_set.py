@@ -10,7 +10,7 @@ PACKET = 32
 """Rays that march together; of 4 to 64 the fastest with and without AVX-512."""
 
 
-StripKernel = Callable[..., tuple[int, int]]
+StripKernel = Callable[..., tuple[int, int, int]]
 """Draws a strip of a picture at once; see `renderers.art.strips`."""
 
 

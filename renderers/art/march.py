@@ -18,8 +18,8 @@ from renderers.art.quality import Quality
 from renderers.art.rays import RayPacket
 from renderers.art.regions import Gather, Region
 from renderers.art.strips import Strip, draw_strip
-from renderers.art.views import CellView, Classification
-from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
+from renderers.art.views import CellView
+from renderers.scene import Camera, Projection, Scene, Volume
 
 COUNTERS = ("samples", "contributing", "skipped", "bent")
 """Names of the kernels' counters; bent: places sought by way of deflectors."""

@@ -147,6 +147,7 @@ class MarchWork:
         packets = []
         for strip in self._map(begin, regions):
             self.counters += strip.counters
+            self.ended_early += strip.early
             packets += strip.packets
             if gather is not None:
                 gather.missing -= strip.fresh

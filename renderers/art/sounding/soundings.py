@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.integrated.march import sums_at_nodes
 from renderers.art.classification import classification, clear_intervals
+from renderers.art.integrated.march import sums_at_nodes
 from renderers.art.quality import Quality
 from renderers.art.sounding.kernels import composite_lines
 from renderers.scene import Scene, Volume

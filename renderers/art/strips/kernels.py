@@ -28,7 +28,7 @@ LIT, UNLIT, INTEGRATED, INTEGRATED_UNLIT, SCOPE = range(5)
 """The marches."""
 
 FAR = np.float32(np.inf)
-ZERO = np.float32(0)
+ZERO, ONE = np.float32(0), np.float32(1)
 
 _lit = classic_packets(WIDTH, True)
 _unlit = classic_packets(WIDTH, False)
@@ -67,32 +67,39 @@ def any_waits(cursor: I32) -> bool:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def deliver(
-    value: F32, carry: F32, depth: F32, seen: F32, far: F32, done: NDArray[np.bool_]
-) -> int:
-    """Put a row of rays into the picture; count the pixels that had none."""
+    value: F32, carry: F32, depth: F32, least_left: np.float32,
+    seen: F32, far: F32, done: NDArray[np.bool_],
+) -> tuple[int, int]:  # fmt: skip
+    """Put a row of rays into the picture.
+
+    Counts the pixels that had none, and the rays of which less than `least_left` is
+    left.
+    """
     for k in range(len(seen)):
         seen[k] = value[k] + carry[k]
-    fresh = 0
+    fresh, early = 0, 0
     for k in range(len(far)):
         far[k] = depth[k]
+        early += ONE - seen[4 * k + 3] < least_left
         fresh += not done[k]
         done[k] = True
-    return fresh
+    return fresh, early
 
 
-def strip_kernel(kind: int) -> Callable[..., tuple[int, int]]:
+def strip_kernel(kind: int) -> Callable[..., tuple[int, int, int]]:
     """Make `draw_strip` for one of the marches."""
 
     @njit(cache=True, nogil=True, error_model="numpy")
     def draw_strip(
-        bounds: tuple[int, int, int, int], rays: Any, place: Any, memory: Any,
-        picture: Any, rest: Any,
-    ) -> tuple[int, int]:  # fmt: skip
-        """Draw a strip; tell how many blocks were kept and how many pixels are new.
+        bounds: tuple[int, int, int, int], rays: Any, place: Any,
+        least_left: np.float32, memory: Any, picture: Any, rest: Any,
+    ) -> tuple[int, int, int]:  # fmt: skip
+        """Draw a strip; count the blocks kept, pixels now done and rays ended early.
 
         bounds: left, top, right, bottom pixel. rays: table, limit, frame and
         orthographic of `FrameRays`. place: voxel from world, largest index along x, y,
-        z, mm a step, whether samples lie at the ends of steps. memory: the corners of
+        z, mm a step, whether samples lie at the ends of steps. least_left: of rays that
+        did not end early. memory: the corners of
         kept blocks, int32 (blocks, 2) x and y, and the arrays of a `RayPacket`, BLOCK
         rays and a spare one a block. picture: value, depth and done of a `Gather`.
         rest: what the march takes beside the rays.
@@ -106,7 +113,7 @@ def strip_kernel(kind: int) -> Callable[..., tuple[int, int]]:
         lens, reach = table.reshape(-1, 3), limit.reshape(-1)
         seen, far, done = seen.reshape(-1), far.reshape(-1), done.reshape(-1)
         order = np.empty(BLOCK, np.int32)
-        width, height, kept, fresh = 0, 0, 0, 0
+        width, height, kept, fresh, early = 0, 0, 0, 0, 0
         for y in range(top, bottom, TILE_PX):
             for x in range(left, right, BLOCK_COLUMNS):
                 columns = min(BLOCK_COLUMNS, right - x)
@@ -160,15 +167,18 @@ def strip_kernel(kind: int) -> Callable[..., tuple[int, int]]:
                 values_, carries_ = value.reshape(-1), carry.reshape(-1)
                 for k in range(rows):
                     row, here = k * columns, (y + k) * wide + x
-                    fresh += deliver(
+                    more = deliver(
                         values_[4 * row : 4 * (row + columns)],
                         carries_[4 * row : 4 * (row + columns)],
                         depth[row : row + columns],
+                        least_left,
                         seen[4 * here : 4 * (here + columns)],
                         far[here : here + columns],
                         done[here : here + columns],
                     )
-        return kept, fresh
+                    fresh += more[0]
+                    early += more[1]
+        return kept, fresh, early
 
     return draw_strip
 

@@ -25,27 +25,32 @@ class Strip:
 
     packets: the rays of blocks that wait for cells, or of all that was not drawn at
     once. counters: of the kernels. fresh: pixels that are done now and were not before.
+    early: rays in the picture now that ended before their way did.
     """
 
     packets: list[RayPacket]
     counters: NDArray[np.int64]
     fresh: int = 0
+    early: int = 0
 
 
 def draw_strip(
-    kernel: Callable[..., tuple[int, int]],
+    kernel: Callable[..., tuple[int, int, int]],
     region: Region,
     rays: tuple[Any, ...],
     place: tuple[Any, ...],
+    least_left: np.float32,
     gather: Gather,
     rest: tuple[Any, ...],
+    counters: NDArray[np.int64],
     *,
     takes_along: bool,
-) -> tuple[list[RayPacket], int]:
-    """Draw a region of a picture; get packets of rays that wait, and pixels now done.
+) -> Strip:
+    """Draw a region of a picture.
 
-    kernel, rays, place, rest: as `strips.kernels` has them. takes_along: rays keep
-    their last samples. What waits is not in the picture; its memory is a strip's.
+    kernel, rays, place, least_left, rest: as `strips.kernels` has them; counters are
+    the last of the rest. takes_along: rays keep their last samples. What waits is not
+    in the picture; its memory is a strip's.
     """
     columns = -(-(region.right - region.left) // BLOCK_COLUMNS)
     blocks = columns * -(-(region.bottom - region.top) // TILE_PX)
@@ -57,13 +62,14 @@ def draw_strip(
     cursor, value, carry = state[0].view(np.int32), state[1], state[2]
     depth = np.empty(rows, np.float32)
     front = np.empty((rows if takes_along else 0, 4), np.float32)
-    kept, fresh = kernel(
+    kept, fresh, early = kernel(
         (region.left, region.top, region.right, region.bottom),
         rays,
         place,
+        least_left,
         (corners, geometry, count, cursor, value, carry, depth, front),
         (gather.value, gather.depth, gather.done),
-        rest,
+        (*rest, counters),
     )
     packets = []
     for k, (x, y) in enumerate(corners[:kept].tolist()):
@@ -88,4 +94,4 @@ def draw_strip(
                 front=front[spared],
             )
         )
-    return packets, fresh
+    return Strip(packets, counters, fresh, early)

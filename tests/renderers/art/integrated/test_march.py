@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from renderers.art import ActiveRayTracer, Quality
-from renderers.art.integrated.march import sums_at_nodes
 from renderers.art.classification import classification
+from renderers.art.integrated.march import sums_at_nodes
 from renderers.art.march import FrameRays
 from renderers.art.messages import Message, MessageKind, ProtocolError
 from renderers.art.node_maker import make_node

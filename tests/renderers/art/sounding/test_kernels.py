@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from renderers.art.integrated.march import sums_at_nodes
 from renderers.art.classification import classification
+from renderers.art.integrated.march import sums_at_nodes
 from renderers.art.sounding.kernels import composite_lines
 from renderers.scene import TransferFunction
 

@@ -54,9 +54,11 @@ def test_only_pixels_that_had_no_ray_are_counted() -> None:
     depth = np.arange(2, dtype=np.float32)
     seen, far = np.zeros(8, np.float32), np.zeros(2, np.float32)
     done = np.array([True, False])
-    assert deliver(value, carry, depth, seen, far, done) == 1
-    assert deliver(value, carry, depth, seen, far, done) == 0
-    assert seen.tolist() == [2.0] * 8
+    value[3], carry[3] = 0.5, 0.25
+    for fresh in (1, 0):
+        found = deliver(value, carry, depth, np.float32(0.2), seen, far, done)
+        assert found == (fresh, 1)
+    assert seen.tolist() == [2.0] * 3 + [0.75] + [2.0] * 4
     assert far.tolist() == [0.0, 1.0]
     assert done.all()
 
@@ -105,6 +107,7 @@ def test_strips_show_what_packets_show(
                         counters["samples"],
                         counters["contributing"],
                         counters["skipped"],
+                        counters["ended_early"],
                     )
                 )
     assert len(set(found)) == 1

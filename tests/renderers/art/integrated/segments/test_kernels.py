@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from renderers.art.classification import classification
 from renderers.art.integrated.march import sums_at_nodes
 from renderers.art.integrated.segments.kernels import classify, segment
-from renderers.art.classification import classification
 from renderers.scene import TransferFunction
 
 F = np.float32
