@@ -76,7 +76,7 @@ def draw_facets(
     if not len(seen):
         return
     top, bottom = int(seen[:, 0].min()), int(seen[:, 1].max())
-    owner = np.full(buffer.size, -1, np.int32)
+    owner = np.empty(buffer.size, np.int32)
     lens = camera.lens_table()
     flat = camera.projection is Projection.ORTHOGRAPHIC
     front = 0.0
@@ -112,6 +112,7 @@ def draw_facets(
 
     def rows(first: int, last: int) -> None:
         first, last = first + top, last + top
+        owner[first:last] = -1
         left, right = camera.width, 0
         for places, boxes, count in lists:
             least, most = fill(
