@@ -8,6 +8,7 @@ splats there need not even be listed.
 import math
 from bisect import bisect_left
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,12 @@ from renderers.scene import Camera
 
 SHARES = (1 / 16, 1 / 6, 1 / 2)
 """Of the elements, after which to look which tiles are finished."""
+
+MANY = 1 << 17
+"""Elements from which on it pays to look twice as often, see `_shares_for`."""
+
+ACROSS = 0.25
+"""Cosine between rows and the view's axis below which a row meets few shells."""
 
 ROUNDED_MM = 1e-3
 """More than single precision moves a plane."""
@@ -137,7 +144,7 @@ def list_splats(
         begins,
         split_near(near[:nears], painted.places, painted.paints, view, sigma_mm),
         near_mm,
-        _shell_ends(bins, sheets),
+        _shell_ends(bins, sheets, _shares_for(view, int(begins[-1]))),
         sheets,
     )
 
@@ -182,15 +189,29 @@ def _turn(index: NDArray[np.int32], eye: int, count: int) -> NDArray[np.int64]:
     return np.where(index < eye, index, eye + count - 1 - index)
 
 
+def _shares_for(view: View, count: int) -> tuple[float, ...]:
+    """Give `SHARES`, with one between each two for many elements in rows across.
+
+    A shell looks at all elements of a row that it meets. Rows across the view of an eye
+    outside meet few, so that more shells cost little, and what lies behind is found to
+    be hidden sooner.
+    """
+    row, axis = view.matrix[:, 0], view.matrix[2, 0]
+    if count < MANY or view.low == 0 or abs(axis) > ACROSS * np.linalg.norm(row):
+        return SHARES
+    between = [math.sqrt(a * b) for a, b in pairwise((*SHARES, 1.0))]
+    return tuple(sorted((*SHARES, *between)))
+
+
 def _shell_ends(
-    bins: NDArray[np.int64], sheets: NDArray[np.float32]
+    bins: NDArray[np.int64], sheets: NDArray[np.float32], shares: tuple[float, ...]
 ) -> tuple[int, ...]:
     """Give keys at which shells end: between two sheets."""
     passed = np.cumsum(bins).tolist()
     every = passed[-1]
     ends: list[int] = []
     done = 0
-    for share in SHARES:
+    for share in shares:
         until = bisect_left(passed, share * every) + 1
         key = until * (KEYS // BINS)
         if len(sheets) and key < KEYS:

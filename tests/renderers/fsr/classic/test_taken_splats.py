@@ -88,6 +88,7 @@ def test_shells_that_leave_hidden_splats_out_change_no_bit(
             all_ = drawer.counters["visible"]
             with monkeypatch.context() as patch:
                 patch.setattr("renderers.fsr.classic.splat_list.LEAST_SHELL", 1)
+                patch.setattr("renderers.fsr.classic.splat_list.MANY", 1)
                 patch.setattr("renderers.fsr.classic.taken_splats.LEAST_PART", 1000)
                 shells = drawer.draw(camera, three, mode, with_depth=True)
             assert whole.rgba[..., 3].max() > 0.9
