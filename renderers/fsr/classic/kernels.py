@@ -214,7 +214,7 @@ def draw_tiles(
     records: F32, boxes: I32, entries: I64, count: int, turns: I64,
     points: bool, cut: Real, sheets_of: F32, limit_mm: F32, fresh: Flags, last: bool,
     items: I32, limits: F32, sums: F32, sheets: I32, far: F32, states: F32, depths: F32,
-    alive: I64, image: F32, depth: F32,
+    alive: I64, drawn: I64, image: F32, depth: F32,
 ) -> int:  # fmt: skip
     """Blend splats into tiles, near ones first; write the tiles that are finished.
 
@@ -227,7 +227,8 @@ def draw_tiles(
     is none. fresh: tiles that have had no splat. last: no more will come. items: ``(8,
     n)`` scratch for all splats and sixteen more; limits, sums, sheets, far: of a tile.
     states: ``(tiles, STATE * SQUARES)``. depths: a value per pixel of each tile, or
-    none. alive: each tile's squares that take light, as bits. depth: where T first
+    none. alive: each tile's squares that take light, as bits. drawn: those that have a
+    state; this twin opens all of a tile. depth: where T first
     falls to one half; no elements where it is not wanted. Returns the fragments: pixels
     of the splats' boxes in squares that were drawn, in parts of 2 ** `FRAGMENT_BITS`.
     """

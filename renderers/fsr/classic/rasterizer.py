@@ -206,6 +206,7 @@ class SplatRasterizer:
                 tiles.states,
                 tiles.depths,
                 tiles.alive,
+                tiles.drawn,
                 canvas.image,
                 canvas.depth,
             )

@@ -28,7 +28,8 @@ class TileStates:
 
     states: ``(tiles, 4 floats a pixel)`` light and colours. depths: ``(tiles, one a
     pixel)``, or none. alive: ``(tiles,)`` int64, the squares that take light, a bit
-    each; all, until a tile is opened. fresh: ``(tiles,)``, those that are not.
+    each; all, until a tile is opened. fresh: ``(tiles,)``, those that are not. drawn:
+    ``(tiles,)`` int64, squares whose state is written; of tiles that are opened.
     """
 
     def __init__(self, down: int, across: int, with_depth: bool) -> None:
@@ -40,6 +41,7 @@ class TileStates:
         self.depths: NDArray[np.float32] = lined_up(tiles * depths)
         self.depths = self.depths.reshape(tiles, depths)
         self.alive: NDArray[np.int64] = np.empty(tiles, np.int64)
+        self.drawn: NDArray[np.int64] = np.zeros(tiles, np.int64)
         self.fresh: NDArray[np.bool_] = np.empty(tiles, np.bool_)
         self.begin()
 

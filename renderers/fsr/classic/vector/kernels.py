@@ -35,6 +35,7 @@ from renderers.fsr.classic.vector.sheets.kernels import footprint, sum_sheets
 from renderers.simd import (
     any_,
     f32,
+    full,
     lanes,
     load,
     lowest,
@@ -62,8 +63,8 @@ through as often as it has parts."""
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _close_tile(
-    state: F32, depths: F32, left: int, top: int, with_depth: bool, image: F32,
-    depth: F32,
+    state: F32, depths: F32, left: int, top: int, drawn: Any, with_depth: bool,
+    image: F32, depth: F32,
 ) -> None:  # fmt: skip
     """Write a tile's part of the picture: premultiplied RGBA, and depth if wanted."""
     height, width = image.shape[0], image.shape[1]
@@ -72,11 +73,13 @@ def _close_tile(
         return
     for k in range(SQUARES):
         pixel = (top + k // ACROSS * SIDE) * width + left + k % ACROSS * SIDE
-        at = k * STATE
-        alpha = _ONE - load(state, at, SQUARE)
-        red = load(state, at + SQUARE, SQUARE)
-        green = load(state, at + 2 * SQUARE, SQUARE)
-        blue = load(state, at + 3 * SQUARE, SQUARE)
+        alpha = red = green = blue = full(_ZERO, SQUARE)
+        if (drawn >> k) & 1:
+            at = k * STATE
+            alpha = _ONE - load(state, at, SQUARE)
+            red = load(state, at + SQUARE, SQUARE)
+            green = load(state, at + 2 * SQUARE, SQUARE)
+            blue = load(state, at + 3 * SQUARE, SQUARE)
         store_quads(image, 4 * pixel, 4 * width, red, green, blue, alpha)
         if with_depth:
             store_groups(depth, pixel, width, load(depths, k * SQUARE, SQUARE))
@@ -104,9 +107,9 @@ def _add(sums: Any, records: F32, at: int, w: Any) -> Any:
 def _blend_splats(
     records: F32, boxes: I32, items: I32, left: int, top: int, points: bool, cut: Real,
     limits: F32, with_depth: bool, deal: Any,
-    state: F32, depths: F32, alive: Any,
+    state: F32, depths: F32, alive: Any, drawn: Any,
 ) -> Any:  # fmt: skip
-    """Do as the scalar twin, square by square."""
+    """Do as the scalar twin, square by square; give those drawn, too."""
     words, offsets, shares, _, _ = deal
     limited = limits.size > 0
     one = np.int64(1)
@@ -120,10 +123,14 @@ def _blend_splats(
             k = lowest(touched)
             touched &= touched - one
             at = k * STATE
-            light = load(state, at, SQUARE)
-            red = load(state, at + SQUARE, SQUARE)
-            green = load(state, at + 2 * SQUARE, SQUARE)
-            blue = load(state, at + 3 * SQUARE, SQUARE)
+            light = full(_ONE, SQUARE)
+            red = green = blue = full(_ZERO, SQUARE)
+            if (drawn >> k) & 1:
+                light = load(state, at, SQUARE)
+                red = load(state, at + SQUARE, SQUARE)
+                green = load(state, at + 2 * SQUARE, SQUARE)
+                blue = load(state, at + 3 * SQUARE, SQUARE)
+            drawn |= one << k
             bound = load(limits, k * SQUARE, SQUARE) if limited else light
             deep = load(depths, k * SQUARE, SQUARE) if with_depth else light
             u = f32((lanes(SQUARE) & 3) + np.int32(left + (k & 7) * SIDE)) + _HALF
@@ -169,7 +176,7 @@ def _blend_splats(
             store(state, at + 3 * SQUARE, blue)
             if with_depth:
                 store(depths, k * SQUARE, deep)
-    return alive, fragments
+    return alive, drawn, fragments
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -177,7 +184,7 @@ def draw_tiles(
     records: F32, boxes: I32, entries: I64, count: int, turns: I64,
     points: bool, cut: Real, sheets_of: F32, limit_mm: F32, fresh: Flags, last: bool,
     items: I32, limits: F32, sums: F32, sheets: I32, far: F32, states: F32, depths: F32,
-    alive: I64, image: F32, depth: F32,
+    alive: I64, drawn: I64, image: F32, depth: F32,
 ) -> int:  # fmt: skip
     """Do as the scalar twin."""
     fragments = 0
@@ -223,7 +230,13 @@ def draw_tiles(
                 continue
             if fresh[t]:
                 fresh[t] = False
-                alive[t] = open_tile(left, top, width, height, states[t])
+                is_whole = left + TILE_SIDE <= width and top + TILE_SIDE <= height
+                if is_whole and sheets_of.size == 0:
+                    # squares are opened one by one, when they are drawn
+                    drawn[t] = 0
+                else:
+                    drawn[t] = -1
+                    alive[t] = open_tile(left, top, width, height, states[t])
                 depths[t] = np.inf
             limited = limit_mm.size > 0 and limit_tile(limit_mm, left, top, limits)
             bound = limits if limited else limits[:0]
@@ -233,11 +246,13 @@ def draw_tiles(
                     with_depth, deal, sums, sheets, far, states[t], depths[t], alive[t],
                 )  # fmt: skip
             else:
-                alive[t], pixels = _blend_splats(
+                alive[t], drawn[t], pixels = _blend_splats(
                     records, boxes, listed[:found], left, top, points, cut, bound,
-                    with_depth, deal, states[t], depths[t], alive[t],
+                    with_depth, deal, states[t], depths[t], alive[t], drawn[t],
                 )  # fmt: skip
             fragments += pixels
             if last or alive[t] == 0:
-                _close_tile(states[t], depths[t], left, top, with_depth, image, depth)
+                _close_tile(
+                    states[t], depths[t], left, top, drawn[t], with_depth, image, depth
+                )
     return fragments
