@@ -30,6 +30,7 @@ def head(matrix: NDArray[np.float64], shift: NDArray[np.float64]) -> Volume:
 
 
 @settings(max_examples=5, deadline=None)
+@pytest.mark.slow
 @given(
     yaw=st.floats(-20, 20),
     roll=st.floats(-12, 12),

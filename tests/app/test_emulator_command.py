@@ -75,6 +75,7 @@ def test_it_prints_its_port_and_ctrl_c_ends_it_cleanly(tmp_path: Path) -> None:
     assert re.search(r"\t>\tSYNC\tC5 49 4D 4D 43\t", log.read_text())
 
 
+@pytest.mark.slow
 def test_for_machines_every_line_is_an_object(tmp_path: Path) -> None:
     fault, action = "f8=0@packet:3", "right_pedal@50"
     words = ("--motion", "rest", "--fault", fault, "--do", action, "--json")

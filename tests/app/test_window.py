@@ -103,6 +103,7 @@ window.release()
 """
 
 
+@pytest.mark.slow
 def test_keys_turn_the_light_fill_the_screen_and_quit(screen: str) -> None:
     done = subprocess.run(
         [sys.executable, "-c", KEYS], cwd=ROOT, capture_output=True, text=True

@@ -50,7 +50,7 @@ def fetched(reports: list[RankReport], frame: int) -> int:
         pytest.param(1, 20, Dataflow.STATIC, marks=pytest.mark.slow),
         pytest.param(2, 20, Dataflow.STATIC, marks=pytest.mark.slow),
         pytest.param(4, 30, Dataflow.MIGRATING, marks=pytest.mark.slow),
-        (2, 60, Dataflow.RAYS),
+        pytest.param(2, 60, Dataflow.RAYS, marks=pytest.mark.slow),
         pytest.param(4, 60, Dataflow.RAYS, marks=pytest.mark.slow),
     ],
 )

@@ -63,6 +63,7 @@ def test_a_type_of_number_changes_no_bit(kind: str, lit: bool) -> None:
     assert drawn(values, FINE, lit=lit).tobytes() == expected.tobytes()
 
 
+@pytest.mark.slow
 def test_neither_does_the_way_it_lies_in_memory() -> None:
     expected = drawn(speckle(), COMPACT).tobytes()
     values = speckle().astype(np.int16)
@@ -175,7 +176,7 @@ def test_pictures_do_not_depend_on_the_unit(scale: float) -> None:
     assert np.abs(pictures[0] - pictures[1]).max() < 1e-5
 
 
-@pytest.mark.parametrize("lit", [False, True])
+@pytest.mark.parametrize("lit", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_volume_on_disk_is_drawn_cell_by_cell(tmp_path: Path, lit: bool) -> None:
     """A mapped file and room for five cells: the bits of a volume in memory."""
     shape = (20, 31, 26)

@@ -197,6 +197,7 @@ def test_a_uniform_medium_stays_what_it_is_behind_a_deflector(
         assert bent == pytest.approx(straight, rel=20 * 2**-23)
 
 
+@pytest.mark.slow
 def test_a_ray_through_a_gap_loses_what_the_gap_is_long() -> None:
     scene = constant_scene(0.05)
     cut = Cut(np.zeros(3), 6.0, np.array([0.0, 1.0, 0.0]), 1.0)

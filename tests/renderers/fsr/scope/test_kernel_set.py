@@ -18,6 +18,8 @@ VIEWS = [
 ]
 
 
+# slow to compile; live pictures need vectors for their light anyway
+@pytest.mark.slow
 @pytest.mark.parametrize("projection", [Projection.EQUIDISTANT, Projection.PERSPECTIVE])
 @pytest.mark.parametrize(("eye", "target", "size"), VIEWS)
 def test_vectors_and_scalars_give_equal_bits(
