@@ -27,12 +27,14 @@ def draw_charts(rows: Iterable[Row], folder: Path) -> list[Path]:
     """Draw ``SCENE.png`` and ``SCENE.svg`` for every scene among the rows.
 
     Horizontal: CPU milliseconds of one picture. Vertical: RMSE against the row's
-    reference. Nearer to the lower left corner is better. Gives the files.
+    reference. Nearer to the lower left corner is better. Rows of no series have no
+    curve to be on and are left out. Gives the files.
     """
     scenes: dict[str, list[Row]] = {}
     for row in rows:
         scene, _, rest = row.case.partition("/")
-        if row.rmse and rest.partition("/")[2] in QUANTITIES:
+        is_drawn = row.rmse and "series" in row.settings
+        if is_drawn and rest.partition("/")[2] in QUANTITIES:
             scenes.setdefault(scene, []).append(row)
     files = []
     for scene, found in scenes.items():
