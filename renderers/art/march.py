@@ -5,6 +5,7 @@ cannot be seen (`clear`), so that cells and cubes without anything else are leap
 """
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -116,7 +117,7 @@ def _read_only(part: NDArray[np.float32]) -> NDArray[np.float32]:
     return part
 
 
-class _Marching:
+class _Marching(ABC):
     """Set up rays, which both modes do alike."""
 
     at_ends = False
@@ -216,9 +217,9 @@ class _Marching:
             takes_along=self.takes_along,
         )
 
+    @abstractmethod
     def _rest(self, view: CellView, shift: int, clock: int) -> tuple[Any, ...]:
         """Give what kernels take beside the rays."""
-        raise NotImplementedError
 
 
 class ClassicMarch(_Marching):

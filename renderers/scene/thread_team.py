@@ -38,11 +38,6 @@ class Errand(Generic[Result]):
         self._results: list[Result] = []
         self._error: BaseException | None = None
 
-    @property
-    def is_done(self) -> bool:
-        """Say whether there is a result, or an error."""
-        return bool(self._done[0])
-
     def result(self) -> Result:
         """Wait for the result; its error is raised. Not begun, it is done here."""
         self.help()

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from typing import Protocol, TypeVar
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +10,11 @@ from numpy.typing import NDArray
 from renderers.scene import Camera, GBuffer, Projection
 from renderers.scene.thread_team import Errand, ThreadTeam
 from renderers.shading.bands import RowBands
+from renderers.shading.camera.exposed_picture import ExposedPicture, Result
 from renderers.shading.camera.optics import Optics, make_optics
 from renderers.shading.camera_settings import CameraSettings
 from renderers.shading.exposure import meter
 from renderers.simd_guard import vector_problem
-
-Result = TypeVar("Result")
 
 
 class _Developer(Protocol):
@@ -23,22 +22,13 @@ class _Developer(Protocol):
 
     optics: Optics
 
-    def picture(
+    def expose(
         self,
         radiance: NDArray[np.float32],
         depth_mm: NDArray[np.float32],
         gain: float,
         frame_number: int,
-    ) -> NDArray[np.uint8]: ...
-
-    def begin(
-        self,
-        radiance: NDArray[np.float32],
-        depth_mm: NDArray[np.float32],
-        gain: float,
-        frame_number: int,
-        then: Callable[[NDArray[np.uint8]], Result],
-    ) -> Errand[Result]: ...
+    ) -> ExposedPicture: ...
 
 
 class CameraPass:
@@ -78,7 +68,8 @@ class CameraPass:
         if gain is None:
             gain = meter(radiance)
         _demand_gain(gain)
-        return developer.picture(radiance, gbuffer.depth_mm, gain, frame_number), gain
+        exposed = developer.expose(radiance, gbuffer.depth_mm, gain, frame_number)
+        return exposed.finish(self._bands), gain
 
     def begin(
         self,
@@ -98,8 +89,8 @@ class CameraPass:
         """
         developer = self._developer_for(radiance, gbuffer, camera)
         _demand_gain(gain)
-        depth_mm = gbuffer.depth_mm
-        return developer.begin(radiance, depth_mm, gain, frame_number, then)
+        exposed = developer.expose(radiance, gbuffer.depth_mm, gain, frame_number)
+        return exposed.begin(self._bands, then)
 
     def close(self) -> None:
         """End the threads."""

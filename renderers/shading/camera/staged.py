@@ -5,14 +5,12 @@ rounding; it takes three times as long.
 """
 
 from collections.abc import Callable
-from functools import partial
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.scene.thread_team import Errand
 from renderers.shading.bands import RowBands
+from renderers.shading.camera.exposed_picture import ExposedPicture
 from renderers.shading.camera.grain import grain_offset, grain_tile
 from renderers.shading.camera.kernels import (
     N as BLOCK,
@@ -28,7 +26,6 @@ from renderers.shading.camera.kernels import (
 from renderers.shading.camera.optics import Optics
 
 Floats = NDArray[np.float32]
-Result = TypeVar("Result")
 
 
 class StagedCamera:
@@ -46,26 +43,14 @@ class StagedCamera:
         wrapped = np.concatenate([grain, grain[:, :BLOCK]], axis=1)
         self._grain = np.ascontiguousarray(wrapped)
 
-    def picture(
+    def expose(
         self, radiance: Floats, depth_mm: Floats, gain: float, frame_number: int
-    ) -> NDArray[np.uint8]:
-        """Give the sRGB picture ``(h, w, 3)``; not from two threads at once."""
+    ) -> ExposedPicture:
+        """Expose a picture and blur it; not from two threads at once."""
         self._expose(np.ascontiguousarray(radiance), gain)
         if self.optics.has_bloom:
             self._bloom()
-        return self._develop(depth_mm, frame_number)
-
-    def begin(
-        self,
-        radiance: Floats,
-        depth_mm: Floats,
-        gain: float,
-        frame_number: int,
-        then: Callable[[NDArray[np.uint8]], Result],
-    ) -> Errand[Result]:
-        """Make a picture, and have one of the threads call `then` with it."""
-        picture = self.picture(radiance, depth_mm, gain, frame_number)
-        return self._bands.team.start(partial(then, picture))
+        return self._blurred(depth_mm, frame_number)
 
     def _expose(self, radiance: Floats, gain: float) -> None:
         (red, red_rows), (blue, blue_rows) = self.optics.red, self.optics.blue
@@ -104,7 +89,7 @@ class StagedCamera:
         bloom = glare * small + halo * twice
         self._run(lambda first, last: add_bloom(bloom, self._sharp, first, last))
 
-    def _develop(self, depth_mm: Floats, frame_number: int) -> NDArray[np.uint8]:
+    def _blurred(self, depth_mm: Floats, frame_number: int) -> ExposedPicture:
         optics = self.optics
         soft = softer = self._sharp
         if optics.has_defocus:
@@ -133,8 +118,7 @@ class StagedCamera:
                 last,
             )
 
-        self._run(rows)
-        return picture
+        return ExposedPicture(picture, rows)
 
     def _blur(self, source: Floats, into: Floats, taps: Floats, spacing: int) -> None:
         spare = self._spare

@@ -1,31 +1,23 @@
 """The camera's picture by vector kernels: exposed, then swept once, band by band."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
 from queue import SimpleQueue
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.scene.thread_team import Errand
 from renderers.shading.bands import RowBands
 from renderers.shading.camera.expose.kernels import expose_rows
+from renderers.shading.camera.exposed_picture import ExposedPicture
 from renderers.shading.camera.grain import grain_offset, grain_tile
 from renderers.shading.camera.optics import Lateral, Optics
 from renderers.shading.camera.sweep.kernels import W as LANES
 from renderers.shading.camera.sweep.kernels import sweep_rows
 from renderers.shading.camera.tone.kernels import W as TONE_LANES
 
-Result = TypeVar("Result")
-
 _LEAST_ROWS = 96
 """Of a band of the sweep: every band makes a dozen rows again that another has made."""
-
-_OWN_SHARE = 0.25
-"""Of the rows swept by the caller: the others are done when it has begun the next view
-and there is work for all of them again."""
 
 
 class SweptCamera:
@@ -58,59 +50,21 @@ class SweptCamera:
         for _ in range(bands.threads):
             self._spare.put(_Scratch(optics, 2 * far + 2, pitch, small_pitch))
 
-    def picture(
+    def expose(
         self,
         radiance: NDArray[np.float32],
         depth_mm: NDArray[np.float32],
         gain: float,
         frame_number: int,
-    ) -> NDArray[np.uint8]:
-        """Give the sRGB picture ``(h, w, 3)``; not from two threads at once."""
-        picture, sweep = self._expose(radiance, depth_mm, gain, frame_number)
-        self._bands.run(self.optics.height, sweep, _LEAST_ROWS)
-        return picture
-
-    def begin(
-        self,
-        radiance: NDArray[np.float32],
-        depth_mm: NDArray[np.float32],
-        gain: float,
-        frame_number: int,
-        then: Callable[[NDArray[np.uint8]], Result],
-    ) -> Errand[Result]:
-        """Expose a picture, and leave most of its sweep to one of the threads.
-
-        That one calls `then` with the picture. Before it has, no other may be begun.
-        """
-        picture, sweep = self._expose(radiance, depth_mm, gain, frame_number)
-        height, team = self.optics.height, self._bands.team
-        own = round(_OWN_SHARE * height) if team.threads > 1 else 0
-        upper = team.errand(partial(sweep, 0, own))
-
-        def finish() -> Result:
-            sweep(own, height)
-            upper.result()
-            return then(picture)
-
-        finished = team.start(finish)
-        upper.help()
-        return finished
-
-    def _expose(
-        self,
-        radiance: NDArray[np.float32],
-        depth_mm: NDArray[np.float32],
-        gain: float,
-        frame_number: int,
-    ) -> tuple[NDArray[np.uint8], Callable[[int, int], None]]:
-        """Give the picture to be, and what sweeps a band of its rows."""
+    ) -> ExposedPicture:
+        """Expose a picture; not from two threads at once."""
         optics = self.optics
         radiance = _read_only(radiance)
         depth_mm = _read_only(depth_mm)
         row, column = grain_offset(frame_number)
         picture = np.empty((optics.height, optics.width, 3), np.uint8)
 
-        def expose(first: int, last: int) -> None:
+        def expose_band(first: int, last: int) -> None:
             with self._scratch() as scratch:
                 expose_rows(
                     radiance,
@@ -158,8 +112,8 @@ class SweptCamera:
                     last,
                 )
 
-        self._bands.run(len(self._is_lit), expose)
-        return picture, sweep
+        self._bands.run(len(self._is_lit), expose_band)
+        return ExposedPicture(picture, sweep, _LEAST_ROWS)
 
     @contextmanager
     def _scratch(self) -> Iterator["_Scratch"]:

@@ -9,6 +9,8 @@ from renderers.shading.camera.optics import make_optics
 from renderers.shading.camera.staged import StagedCamera
 from renderers.shading.camera_settings import CameraSettings
 
+ALONE = RowBands(1)
+
 
 @pytest.mark.parametrize("threads", [2, 3])
 def test_threads_do_not_change_a_bit(threads: int) -> None:
@@ -16,9 +18,15 @@ def test_threads_do_not_change_a_bit(threads: int) -> None:
     rng = np.random.default_rng(0)
     radiance = rng.gamma(0.5, 0.5, (40, 48, 3)).astype(np.float32)
     depth = np.full((40, 48), 3.0, np.float32)
-    alone = StagedCamera(optics, RowBands(1), 1).picture(radiance, depth, 1.0, 2)
+    alone = (
+        StagedCamera(optics, RowBands(1), 1)
+        .expose(radiance, depth, 1.0, 2)
+        .finish(ALONE)
+    )
     bands = RowBands(threads)
-    shared = StagedCamera(optics, bands, 1).picture(radiance, depth, 1.0, 2)
+    shared = (
+        StagedCamera(optics, bands, 1).expose(radiance, depth, 1.0, 2).finish(bands)
+    )
     bands.close()
     assert_array_equal(shared, alone)
 
@@ -35,5 +43,9 @@ def test_it_serves_where_vectors_do_not_compile(
     assert np.abs(by_vectors.astype(int) - by_scalars).max() <= 1
     bands = RowBands(1)
     optics = make_optics(CameraSettings(), camera.extent, 48, 40)
-    expected = StagedCamera(optics, bands, 1).picture(radiance, buffer.depth_mm, 1.0, 0)
+    expected = (
+        StagedCamera(optics, bands, 1)
+        .expose(radiance, buffer.depth_mm, 1.0, 0)
+        .finish(bands)
+    )
     assert_array_equal(by_scalars, expected)

@@ -15,6 +15,7 @@ from renderers.shading.camera.swept import SweptCamera
 Floats = NDArray[np.float32]
 FULL = CameraSettings()
 LENS = 0.77
+ALONE = RowBands(1)
 
 
 def wide(settings: CameraSettings, size: int) -> CameraSettings:
@@ -59,8 +60,10 @@ def test_it_makes_the_picture_of_the_plain_stages(
     optics = make_optics(wide(SETTINGS[name], min(size)), LENS, width, height)
     bands = RowBands(1)
     radiance, depth = scene(height, width)
-    got = SweptCamera(optics, bands, 1).picture(radiance, depth, 1.1, 5)
-    expected = StagedCamera(optics, bands, 1).picture(radiance, depth, 1.1, 5)
+    got = SweptCamera(optics, bands, 1).expose(radiance, depth, 1.1, 5).finish(bands)
+    expected = (
+        StagedCamera(optics, bands, 1).expose(radiance, depth, 1.1, 5).finish(bands)
+    )
     difference = np.abs(got.astype(int) - expected)
     assert difference.max() <= 1
     assert np.count_nonzero(difference) <= max(2, difference.size // 2000)
@@ -74,9 +77,13 @@ def optics() -> Optics:
 @pytest.mark.parametrize("threads", [2, 3])
 def test_threads_and_bands_do_not_change_a_bit(optics: Optics, threads: int) -> None:
     radiance, depth = scene(300, 130)
-    alone = SweptCamera(optics, RowBands(1), 1).picture(radiance, depth, 1.0, 2)
+    alone = (
+        SweptCamera(optics, RowBands(1), 1)
+        .expose(radiance, depth, 1.0, 2)
+        .finish(ALONE)
+    )
     bands = RowBands(threads)
-    shared = SweptCamera(optics, bands, 1).picture(radiance, depth, 1.0, 2)
+    shared = SweptCamera(optics, bands, 1).expose(radiance, depth, 1.0, 2).finish(bands)
     bands.close()
     assert_array_equal(shared, alone)
 
@@ -84,56 +91,19 @@ def test_threads_and_bands_do_not_change_a_bit(optics: Optics, threads: int) -> 
 def test_a_picture_leaves_nothing_for_the_next(optics: Optics) -> None:
     radiance, depth = scene(300, 130)
     camera = SweptCamera(optics, RowBands(1), 1)
-    first = camera.picture(radiance, depth, 1.0, 2)
-    camera.picture(10 * radiance[::-1], depth[::-1], 3.0, 7)
-    assert_array_equal(camera.picture(radiance, depth, 1.0, 2), first)
+    first = camera.expose(radiance, depth, 1.0, 2).finish(ALONE)
+    camera.expose(10 * radiance[::-1], depth[::-1], 3.0, 7).finish(ALONE)
+    assert_array_equal(camera.expose(radiance, depth, 1.0, 2).finish(ALONE), first)
 
 
 def test_a_failing_band_does_not_starve_the_next_picture(optics: Optics) -> None:
     radiance, depth = scene(300, 130)
     camera = SweptCamera(optics, RowBands(1), 1)
-    expected = camera.picture(radiance, depth, 1.0, 2)
+    expected = camera.expose(radiance, depth, 1.0, 2).finish(ALONE)
     no_number: Any = "2"
     for _ in range(2):
         with pytest.raises(TypeError):
-            camera.picture(radiance, depth, 1.0, no_number)
+            camera.expose(radiance, depth, 1.0, no_number).finish(ALONE)
         with pytest.raises(Exception, match=r"(?i)type"):
-            camera.picture(radiance.astype(str), depth, 1.0, 2)
-    assert_array_equal(camera.picture(radiance, depth, 1.0, 2), expected)
-
-
-@pytest.mark.parametrize("threads", [1, 2, 3])
-def test_a_picture_begun_is_the_picture_finished(optics: Optics, threads: int) -> None:
-    """Whatever else the threads do meanwhile; one after the other."""
-    radiance, depth = scene(300, 130)
-    alone = SweptCamera(optics, RowBands(1), 1)
-    bands = RowBands(threads)
-    camera = SweptCamera(optics, bands, 1)
-    for number in range(6):
-        begun = camera.begin(radiance, depth, 1.0, number, np.copy)
-        assert bands.team.map(abs, range(-9, 0)) == list(range(9, 0, -1))
-        expected = alone.picture(radiance, depth, 1.0, number)
-        assert_array_equal(begun.result(), expected)
-    bands.close()
-
-
-@pytest.mark.parametrize("threads", [1, 2])
-def test_what_fails_after_a_picture_is_told_and_forgotten(
-    optics: Optics, threads: int
-) -> None:
-    radiance, depth = scene(300, 130)
-    bands = RowBands(threads)
-    camera = SweptCamera(optics, bands, 1)
-
-    def fail(picture: NDArray[np.uint8]) -> None:
-        raise OSError("the disk is full")
-
-    failing = camera.begin(radiance, depth, 1.0, 2, fail)
-    with pytest.raises(OSError, match="disk is full"):
-        failing.result()
-    no_depth: Any = depth.astype(str)
-    with pytest.raises(Exception, match=r"(?i)type"):
-        camera.begin(radiance, no_depth, 1.0, 2, np.copy).result()
-    expected = SweptCamera(optics, RowBands(1), 1).picture(radiance, depth, 1.0, 2)
-    assert_array_equal(camera.picture(radiance, depth, 1.0, 2), expected)
-    bands.close()
+            camera.expose(radiance.astype(str), depth, 1.0, 2).finish(ALONE)
+    assert_array_equal(camera.expose(radiance, depth, 1.0, 2).finish(ALONE), expected)
