@@ -10,6 +10,7 @@ from xxhash import xxh3_128_hexdigest
 from app.operating_room import OperatingRoom, Progress
 from renderers.fsr import FuzzySetRenderer
 from renderers.scene import GBuffer, Mesh
+from renderers.scene.facets.drawing import ListedFacets
 from renderers.scene.thread_team import Errand, ThreadTeam
 from renderers.shading import (
     AutoGain,
@@ -21,6 +22,7 @@ from renderers.shading import (
     meter,
 )
 from renderers.shading.bands import RowBands
+from renderers.shading.shader import Lattice
 from scenarios import View
 
 SIGHT_STAGE = "Finding what can be seen from where"
@@ -45,6 +47,18 @@ class Frame:
         512 x 512 pixels where BLAKE2b takes 1.
         """
         return xxh3_128_hexdigest(self.pixels.data)
+
+
+@dataclass(frozen=True, slots=True)
+class _Ahead:
+    """Hold what the later stages of a frame need and the first has no part in.
+
+    instrument: what of it may be in view; None where there is none.
+    """
+
+    instrument: ListedFacets | None
+    casters: tuple[Caster, ...]
+    lattice: Lattice
 
 
 class EndoscopeView:
@@ -110,19 +124,26 @@ class EndoscopeView:
         """Find the tissue that each pixel shows: the first stage of a frame."""
         return self.renderer.gbuffer(view.camera)
 
-    def add_instrument(self, view: View, buffer: GBuffer) -> None:
+    def add_instrument(
+        self, view: View, buffer: GBuffer, ahead: "_Ahead | None" = None
+    ) -> None:
         """Draw the instrument where it is nearer: the second stage."""
-        if self.instrument is not None:
-            self.instrument.draw(
-                buffer, view.camera, view.world_from_instrument, self._bands.run
-            )
+        ahead = ahead or self._look_ahead(view)
+        if ahead.instrument is not None:
+            ahead.instrument.draw(buffer, self._bands.run)
 
-    def light(self, view: View, buffer: GBuffer) -> NDArray[np.float32]:
+    def light(
+        self, view: View, buffer: GBuffer, ahead: "_Ahead | None" = None
+    ) -> NDArray[np.float32]:
         """Give linear radiance ``(h, w, 3)``: the third stage."""
-        casters: tuple[Caster, ...] = ()
-        if self.instrument is not None:
-            casters = (Caster.of(self.instrument, view.world_from_instrument),)
-        return self._shader.shade(buffer, view.camera, self._light, casters=casters)
+        ahead = ahead or self._look_ahead(view)
+        return self._shader.shade(
+            buffer,
+            view.camera,
+            self._light,
+            casters=ahead.casters,
+            lattice=ahead.lattice,
+        )
 
     def expose(
         self,
@@ -162,8 +183,10 @@ class EndoscopeView:
         """
         seen = view.camera.key, view.world_from_instrument.tobytes()
         if self._lit is None or self._lit[0] != seen:
-            buffer = self.gbuffer(view)
-            self._lit = seen, buffer, self.light(view, buffer)
+            ahead = self._look_ahead(view)
+            buffer = self.tissue(view)
+            self.add_instrument(view, buffer, ahead)
+            self._lit = seen, buffer, self.light(view, buffer, ahead)
         else:
             self.views_skipped += 1
         _, buffer, radiance = self._lit
@@ -183,6 +206,22 @@ class EndoscopeView:
             radiance, buffer, view.camera, gain=chosen, frame_number=number, then=finish
         )
         return self._begun
+
+    def _look_ahead(self, view: View) -> "_Ahead":
+        """Find what the camera alone decides.
+
+        Between stages one thread would do it while the others wait; before the first
+        they still develop the picture before.
+        """
+        camera = view.camera
+        lattice = self._shader.lattice(
+            (camera.height, camera.width), camera, self._light
+        )
+        if self.instrument is None:
+            return _Ahead(None, (), lattice)
+        pose = view.world_from_instrument
+        casters = (Caster.of(self.instrument, pose),)
+        return _Ahead(self.instrument.listed(camera, pose), casters, lattice)
 
     def settle(self) -> None:
         """Wait until nothing is in the making; its error is raised, once."""

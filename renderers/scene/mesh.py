@@ -6,6 +6,7 @@ tissue's pixel by pixel, under any lens.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,9 @@ from renderers.scene.camera import Camera
 from renderers.scene.facets.facets import Facets
 from renderers.scene.gbuffer import GBuffer, Material
 from renderers.scene.spine import Spine
+
+if TYPE_CHECKING:
+    from renderers.scene.facets.drawing import ListedFacets
 
 RowRunner = Callable[[int, Callable[[int, int], None]], None]
 """Calls ``kernel(first, past_last)`` so that each of so many rows is covered once."""
@@ -84,11 +88,17 @@ class Mesh:
                 f"a G-buffer of {buffer.size} does not fit a picture of "
                 f"{(camera.height, camera.width)}"
             )
-        facets = self._cut_facets()
-        # Imported here: pictures without instruments need not load the compiler.
-        from renderers.scene.facets.drawing import draw_facets
+        self.listed(camera, world_from_mesh).draw(buffer, run)
 
-        draw_facets(facets, int(self.material), buffer, camera, world_from_mesh, run)
+    def listed(
+        self, camera: Camera, world_from_mesh: NDArray[np.float64]
+    ) -> "ListedFacets":
+        """List what a view may show of the mesh; `draw` it when there is a buffer."""
+        # Imported here: pictures without instruments need not load the compiler.
+        from renderers.scene.facets.drawing import list_facets_in_view
+
+        facets = self._cut_facets()
+        return list_facets_in_view(facets, int(self.material), camera, world_from_mesh)
 
     def spine(self, world_from_mesh: NDArray[np.float64]) -> Spine:
         """Give the rods that cast the mesh's shadow, placed by a rigid 4x4 transform.

@@ -32,11 +32,13 @@ lights stand for the first bounce only."""
 class Lattice:
     """Hold the light found so far on a coarse lattice of a view's pixels.
 
-    lights: that bounce stands for. grid: of `VirtualLights.gather`; gathered: the
-    points that it has. followed: of `SecondLight.follow`.
+    lights: that bounce stands for. ends: of the fibres, see `_ends`. grid: of
+    `VirtualLights.gather`; gathered: the points that it has. followed: of
+    `SecondLight.follow`.
     """
 
     lights: VirtualLights
+    ends: tuple[NDArray[np.float32], NDArray[np.float32]]
     grid: NDArray[np.float32]
     gathered: NDArray[np.bool_]
     followed: Followed
@@ -104,14 +106,15 @@ class ScopeShader:
             seen = replace(gbuffer, coverage=np.where(only, gbuffer.coverage, 0))
             seen = _read_only(seen)
         rods = rod_table(casters if self.effects.tool_shadow else (), camera)
-        sources = light.sources(camera, self.tier.sources)
         lattice = lattice or self.lattice(gbuffer.size, camera, light)
         self.extend(lattice, gbuffer, camera, light, only)
         if bounce is None:
-            radiance = self._paint(seen, camera, light, lattice.grid, rods)
+            radiance = self._paint(
+                seen, camera, light, lattice.ends, lattice.grid, rods
+            )
         elif bounce.irradiance.shape == (*gbuffer.size, 3):
             dark = VirtualLights.dark_grid(gbuffer.size)
-            radiance = self._paint(seen, camera, light, dark, rods)
+            radiance = self._paint(seen, camera, light, lattice.ends, dark, rods)
             reflected = self.reflectance(seen, camera, light)
             reflected *= bounce.irradiance
             radiance += reflected
@@ -126,14 +129,16 @@ class ScopeShader:
             camera,
             light,
             lattice.lights,
-            sources,
+            lattice.ends[0],
             BOUNCE_FACTOR,
             self._bands,
             lattice.followed,
             _all_of(gbuffer.size) if only is None else only,
         )
         if self._hairs is not None:
-            self._hairs.add(radiance, gbuffer, camera, light, sources, self._bands)
+            self._hairs.add(
+                radiance, gbuffer, camera, light, lattice.ends[0], self._bands
+            )
         return radiance
 
     def reflectance(
@@ -144,7 +149,8 @@ class ScopeShader:
         gbuffer = _read_only(gbuffer)
         dark = VirtualLights.dark_grid(gbuffer.size)
         rods = rod_table((), camera)
-        found = self._paint(gbuffer, camera, light, dark, rods, lit=False)
+        ends = self._ends(camera, light)
+        found = self._paint(gbuffer, camera, light, ends, dark, rods, lit=False)
         found *= np.float32(1 / math.pi)
         return found
 
@@ -174,7 +180,15 @@ class ScopeShader:
         )
         grid = VirtualLights.dark_grid(size)
         followed = Followed.empty(size, self.tier.mirror_stride)
-        return Lattice(lights, grid, np.zeros(grid.shape[1:], np.bool_), followed)
+        gathered = np.zeros(grid.shape[1:], np.bool_)
+        return Lattice(lights, self._ends(camera, light), grid, gathered, followed)
+
+    def _ends(
+        self, camera: Camera, light: ScopeLight
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Give the sources at the fibres' ends, and the arcs that they stand for."""
+        count = self.tier.sources
+        return light.sources(camera, count), light.arcs(camera, count)
 
     def extend(
         self,
@@ -197,7 +211,7 @@ class ScopeShader:
             camera,
             light,
             lattice.lights,
-            light.sources(camera, self.tier.sources),
+            lattice.ends[0],
             BOUNCE_FACTOR,
             self._bands,
             lattice.followed,
@@ -209,6 +223,7 @@ class ScopeShader:
         gbuffer: GBuffer,
         camera: Camera,
         light: ScopeLight,
+        ends: tuple[NDArray[np.float32], NDArray[np.float32]],
         grid: NDArray[np.float32],
         rods: NDArray[np.float32],
         *,
@@ -222,8 +237,7 @@ class ScopeShader:
         to_voxel = voxel_from_world[:3, :3].astype(np.float32)
         eye_in_voxels = eye_voxel.astype(np.float32)
         eye_mm = (camera.eye_mm - look.distance.center_mm).astype(np.float32)
-        sources = light.sources(camera, self.tier.sources)
-        arcs = light.arcs(camera, self.tier.sources)
+        sources, arcs = ends
         radiance = np.empty((*gbuffer.size, 3), np.float32)
 
         def rows(first: int, last: int) -> None:

@@ -145,8 +145,10 @@ class SurfelRasterizer:
                 "a G-buffer of surfels needs an eye point; take an equidistant or "
                 "perspective camera"
             )
-        listed = self._project(camera, team)
         height, width = camera.height, camera.width
+        # what is alone on its thread goes first: others may still end a picture
+        self._rims.make_room(team, height * width)
+        listed = self._project(camera, team)
         # every pixel of these is written by the one tile that holds it
         result = GBuffer(
             np.empty((height, width), np.float32),

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -37,20 +38,90 @@ def best_fill() -> Callable[..., tuple[int, int]]:
     return kernels.fill_facets
 
 
-def draw_facets(
+@dataclass(frozen=True, slots=True)
+class ListedFacets:
+    """Hold what of a mesh a view may show.
+
+    turn, shift: camera from mesh. rows: of the picture, first and past the last. lists:
+    places and boxes of triangles, and how many, as `list_facets` gives them; none
+    where the mesh is out of view.
+    """
+
+    facets: Facets
+    material: int
+    camera: Camera
+    turn: NDArray[np.float64]
+    shift: NDArray[np.float64]
+    rows: tuple[int, int]
+    lists: list[tuple[NDArray[np.float64], NDArray[np.int32], int]]
+
+    def draw(
+        self,
+        buffer: GBuffer,
+        run: RowRunner,
+        fill: Callable[..., tuple[int, int]] | None = None,
+    ) -> None:
+        """Draw triangles where they are nearer; see `Mesh.draw`.
+
+        fill: one of the twins named `fill_facets`; by default the best.
+        """
+        if not self.lists:
+            return
+        fill = fill or best_fill()
+        facets, camera = self.facets, self.camera
+        axes = np.ascontiguousarray(camera.frame[1:])
+        owner = np.empty(buffer.size, np.int32)
+        lens = camera.lens_table()
+        flat = camera.projection is Projection.ORTHOGRAPHIC
+        top, bottom = self.rows
+
+        def rows(first: int, last: int) -> None:
+            first, last = first + top, last + top
+            owner[first:last] = -1
+            left, right = camera.width, 0
+            for places, boxes, count in self.lists:
+                least, most = fill(
+                    places,
+                    boxes,
+                    count,
+                    flat,
+                    lens,
+                    buffer.depth_mm,
+                    owner,
+                    first,
+                    last,
+                )
+                left, right = min(left, least), max(right, most)
+            resolve_facets(
+                facets.corners,
+                facets.normals,
+                self.turn,
+                self.shift,
+                int(camera.projection),
+                axes,
+                lens,
+                owner,
+                self.material,
+                buffer.normal,
+                buffer.coverage,
+                buffer.material,
+                (first, last),
+                (left, right),
+            )
+
+        run(bottom - top, rows)
+
+
+def list_facets_in_view(
     facets: Facets,
     material: int,
-    buffer: GBuffer,
     camera: Camera,
     world_from_mesh: NDArray[np.float64],
-    run: RowRunner,
-    fill: Callable[..., tuple[int, int]] | None = None,
-) -> None:
-    """Draw triangles where they are nearer; see `Mesh.draw`.
+) -> ListedFacets:
+    """List the triangles that a view may show.
 
-    fill: one of the twins named `fill_facets`; by default the best.
+    Asks the camera alone, so that it may be done before anything else is drawn.
     """
-    fill = fill or best_fill()
     axes = np.ascontiguousarray(camera.frame[1:])
     turn = axes @ world_from_mesh[:3, :3]
     shift = axes @ (world_from_mesh[:3, 3] - camera.frame[0])
@@ -74,10 +145,8 @@ def draw_facets(
         groups[:] = 0, camera.height
     seen = groups[groups[:, 1] > groups[:, 0]]
     if not len(seen):
-        return
+        return ListedFacets(facets, material, camera, turn, shift, (0, 0), [])
     top, bottom = int(seen[:, 0].min()), int(seen[:, 1].max())
-    owner = np.empty(buffer.size, np.int32)
-    lens = camera.lens_table()
     flat = camera.projection is Projection.ORTHOGRAPHIC
     front = 0.0
     if facets.is_closed and not flat and is_outside(facets.corners, -shift @ turn):
@@ -109,39 +178,4 @@ def draw_facets(
             boxes,
         )
         lists.append((places, boxes, count))
-
-    def rows(first: int, last: int) -> None:
-        first, last = first + top, last + top
-        owner[first:last] = -1
-        left, right = camera.width, 0
-        for places, boxes, count in lists:
-            least, most = fill(
-                places,
-                boxes,
-                count,
-                flat,
-                lens,
-                buffer.depth_mm,
-                owner,
-                first,
-                last,
-            )
-            left, right = min(left, least), max(right, most)
-        resolve_facets(
-            facets.corners,
-            facets.normals,
-            turn,
-            shift,
-            projection,
-            axes,
-            lens,
-            owner,
-            material,
-            buffer.normal,
-            buffer.coverage,
-            buffer.material,
-            (first, last),
-            (left, right),
-        )
-
-    run(bottom - top, rows)
+    return ListedFacets(facets, material, camera, turn, shift, (top, bottom), lists)

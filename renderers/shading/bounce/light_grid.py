@@ -101,17 +101,19 @@ class VirtualLights:
         where nothing is seen). Grid point (j, i) lies on pixel (8 j, 8 i), or on the
         last row or column beyond the edge.
         """
-        found = self.dark_grid(gbuffer.size)
         if points is None:
-            points = np.ones(found.shape[1:], np.bool_)
+            points = np.ones(self.dark_grid(gbuffer.size).shape[1:], np.bool_)
+        in_place = grid is not None and bool(points.all())
+        found = grid if grid is not None and in_place else self.dark_grid(gbuffer.size)
+        lens, axes = camera.lens_table(), camera.frame[1:].astype(np.float32)
 
         def rows(first: int, last: int) -> None:
             gather_lights(
                 gbuffer.depth_mm,
                 gbuffer.normal,
                 gbuffer.coverage,
-                camera.lens_table(),
-                camera.frame[1:].astype(np.float32),
+                lens,
+                axes,
                 self.table,
                 self.table.shape[1],
                 STRIDE,
@@ -125,7 +127,7 @@ class VirtualLights:
             rows(0, found.shape[1])
         else:
             bands.run(found.shape[1], rows)
-        if grid is None:
+        if grid is None or in_place:
             return found
         # beside those wanted others were found, perhaps of pixels not known yet
         grid[:, points] = found[:, points]

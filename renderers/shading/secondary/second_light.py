@@ -213,7 +213,5 @@ class SecondLight:
 
 def is_all_tissue(material: NDArray[np.uint8]) -> bool:
     """Tell whether no pixel shows anything but tissue, which is material 0."""
-    flat = material.reshape(-1)
-    whole = len(flat) // 8 * 8
-    # eight pixels at a time
-    return not (flat[:whole].view(np.uint64).any() or flat[whole:].any())
+    # numpy finds the largest byte in half the time in which it finds any
+    return int(material.max(initial=0)) == 0

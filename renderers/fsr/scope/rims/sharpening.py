@@ -35,7 +35,7 @@ class RimSharpener:
     def sharpen(
         self, camera: Camera, team: ThreadTeam, result: GBuffer
     ) -> tuple[int, int]:
-        """Change `result` in place.
+        """Change `result` in place, after `make_room`.
 
         Returns how many pixels' rays were followed and how many went to another wall;
         they may count a pixel twice where threads meet, but the bits of the picture do
@@ -43,9 +43,8 @@ class RimSharpener:
         """
         to_voxel = self._distance.voxel_from_world
         eye = to_voxel[:3, :3] @ camera.eye_mm + to_voxel[:3, 3]
-        height, width = result.size
-        parts = PARTS_PER_THREAD * team.threads if team.threads > 1 else 1
-        self._make_room(parts, height * width)
+        height = result.size[0]
+        parts = len(self._queues)
         edges = [height * part // parts for part in range(parts + 1)]
         common = (
             self._distance.values,
@@ -72,7 +71,9 @@ class RimSharpener:
         settle(self._queues, moved, self._found, result.depth_mm, result.normal)
         return sum(t[0] for t in totals), int(moved.sum())
 
-    def _make_room(self, parts: int, pixels: int) -> None:
+    def make_room(self, team: ThreadTeam, pixels: int) -> None:
+        """Get scratch memory for a picture of so many pixels."""
+        parts = PARTS_PER_THREAD * team.threads if team.threads > 1 else 1
         if self._queues.shape != (parts, pixels + SPARE):
             # pages of which nothing is used cost nothing
             self._queues = np.empty((parts, pixels + SPARE), np.int32)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from renderers.scene import Camera, GBuffer, Material, Mesh, Projection
-from renderers.scene.facets.drawing import draw_facets
+from renderers.scene.facets.drawing import list_facets_in_view
 from renderers.scene.facets.facets import Facets
 from renderers.scene.facets.kernels import is_outside
 from renderers.scene.mesh import run_at_once
@@ -154,7 +154,7 @@ def test_backs_of_solids_are_hidden_from_outside(
     drawn = []
     for facets in (all_sides, with_backs):
         buffer = GBuffer.empty(61, 70)
-        draw_facets(facets, 1, buffer, camera, pose, run_at_once)
+        list_facets_in_view(facets, 1, camera, pose).draw(buffer, run_at_once)
         drawn.append(buffer)
     fronts, both = drawn
     assert np.array_equal(fronts.material, both.material)

@@ -9,7 +9,7 @@ from numpy.testing import assert_array_equal
 from scipy.spatial.transform import Rotation
 
 from renderers.scene import Camera, GBuffer, Projection
-from renderers.scene.facets.drawing import draw_facets
+from renderers.scene.facets.drawing import list_facets_in_view
 from renderers.scene.facets.facets import Facets
 from renderers.scene.facets.kernels import fill_facets as one_by_one
 from renderers.scene.facets.vector.kernels import fill_facets as packets
@@ -43,7 +43,7 @@ def test_the_bits_are_the_same(
     for fill in (packets, one_by_one):
         buffer = GBuffer.empty(67, width)
         buffer.depth_mm[:] = wall
-        draw_facets(ring, 1, buffer, camera, pose, run_at_once, fill)
+        list_facets_in_view(ring, 1, camera, pose).draw(buffer, run_at_once, fill)
         drawn.append(buffer)
     a, b = drawn
     assert_array_equal(a.depth_mm, b.depth_mm)
@@ -56,9 +56,9 @@ def test_a_ring_ahead_is_drawn(ring: Facets) -> None:
     pose = np.eye(4)
     pose[1, 3] = 20
     buffer = GBuffer.empty(67, 90)
-    draw_facets(ring, 1, buffer, camera, pose, run_at_once, packets)
+    list_facets_in_view(ring, 1, camera, pose).draw(buffer, run_at_once, packets)
     assert np.count_nonzero(buffer.material) > 100
     pose[1, 3] = -20
     behind = GBuffer.empty(67, 90)
-    draw_facets(ring, 1, behind, camera, pose, run_at_once, packets)
+    list_facets_in_view(ring, 1, camera, pose).draw(behind, run_at_once, packets)
     assert not np.any(behind.material)
