@@ -29,7 +29,9 @@ from renderers.scene import (
 
 QUALITIES = ("preview", "snapshot", "final")
 QUANTITIES = ("wall", "see-through", "thin shell")
-REFERENCE = "ART integrated, step 1/32 voxel, cut-off 1e-6"
+REFERENCE_STEPS = {"wall": 1 / 32, "see-through": 1 / 32, "thin shell": 1 / 128}
+"""In voxels: shorter than any of ours."""
+
 FINEST_STEP = 1 / 64
 
 
@@ -75,36 +77,38 @@ class ClassificationPlan:
         step = Quality.named(name).step_voxels
         task = partial(Task, "art-classification", f"{source.name}/{view}/{quantity}")
         draw = partial(self._draw, source, view, quantity, name)
+        settings = partial(self._settings, quantity, step)
         return [
-            task(f"{name}, post", partial(draw, "post"), self._settings("post", step)),
+            task(f"{name}, post", partial(draw, "post"), settings("post")),
             task(
                 f"{name}, integrated, own step",
                 partial(draw, "integrated", aimed=False),
-                self._settings("integrated, own step", step),
+                settings("integrated, own step"),
                 baseline=f"{name}, post",
             ),
             task(
                 f"{name}, integrated",
                 partial(draw, "integrated"),
-                self._settings("integrated", step),
+                settings("integrated"),
                 baseline=f"{name}, integrated, own step",
             ),
             task(
                 f"post, error of {name}, integrated",
                 partial(self._match, source, view, quantity, name),
-                self._settings("post, as fine as needed", step),
+                settings("post, as fine as needed"),
                 baseline=f"{name}, integrated",
             ),
         ]
 
-    def _settings(self, kind: str, step: float) -> dict[str, Setting]:
+    def _settings(self, quantity: str, step: float, kind: str) -> dict[str, Setting]:
+        finest = round(1 / REFERENCE_STEPS[quantity])
         return {
             "size": self._size,
             "step_voxels": step,
             "threads": 1,
             "lens": "perspective",
             "series": kind,
-            "reference": REFERENCE,
+            "reference": f"ART integrated, step 1/{finest} voxel, cut-off 1e-6",
         }
 
     def _draw(
@@ -155,7 +159,11 @@ class ClassificationPlan:
         camera = subject.views[view].camera(self._size, Projection.PERSPECTIVE)
         key = source.name, view, quantity
         if key not in self._references:
-            finest = replace(REFERENCE_QUALITY, classification="integrated")
+            finest = replace(
+                REFERENCE_QUALITY,
+                step_voxels=REFERENCE_STEPS[quantity],
+                classification="integrated",
+            )
             truth = ActiveRayTracer(scene, finest).render(camera)
             self._references[key] = rgb_over_black(truth.rgba)
         tracer = ActiveRayTracer(scene, quality, threads=1)

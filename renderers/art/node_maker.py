@@ -111,10 +111,12 @@ class _Look:
         if deflection is not None and deflection.deflectors:
             march = BentMarch(straight, deflection)
         clear = march.clear if quality.skip_empty else np.zeros((0, 2), np.float32)
-        if march.margin:
+        is_large = volume.values.size > LARGEST_LEAP
+        # see `IntegratedMarch`; and all empty cells of a large volume are one brick
+        if march.margin > 1 or (march.margin and is_large):
             clear = grid.clearest(ranges, clear)
         seen = grid.occupied(ranges, clear)
-        distances = clear if volume.values.size <= LARGEST_LEAP else clear[:0]
+        distances = clear[:0] if is_large else clear
         leap = cube_distances(volume.values, distances)
         if march.margin and len(distances):
             cubes = leap[:-3].reshape([n - 1 for n in volume.shape])

@@ -26,7 +26,7 @@ class Quality:
         spikes are met at any step, for more work a step.
     aim: what integrated steps may leave out, root mean square over lines through the
         scene of premultiplied linear colour and opacity. Where `step_voxels` would
-        leave more, the step is shortened for that scene, to a quarter at most (see
+        leave more, the step is shortened for that scene, to a sixteenth at most (see
         `Soundings`). None for that very step.
     """
 
@@ -65,7 +65,7 @@ class Quality:
 
 QUALITIES = {
     "preview": Quality(
-        1.0, 1 / 255, compact=True, classification="integrated", aim=2.5e-3
+        1.0, 1 / 255, compact=True, classification="integrated", aim=2.2e-3
     ),
     "snapshot": Quality(
         0.5, 1 / 1024, compact=True, classification="integrated", aim=1e-3

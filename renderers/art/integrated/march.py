@@ -57,8 +57,10 @@ class IntegratedMarch(ClassicMarch):
 
     A segment is shaded in its middle, with the mean of the gradients at its ends: of
     second order, and the end in air has a small gradient and hence little say. Rays
-    leap over one interval of clear densities only: from one to another they might pass
-    something. sums: what `sums_at_nodes` gives.
+    that step from a cube to one that touches it, or less far, leap over whatever is
+    clear: the two share a corner, so that what is clear in both is of one interval. In
+    longer steps they might pass something between two clear intervals, and leap over
+    one of them only. sums: what `sums_at_nodes` gives.
     """
 
     at_ends = True

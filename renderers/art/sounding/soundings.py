@@ -7,7 +7,11 @@ it. So a step of one voxel, which serves for walls, leaves four times the error 
 bone is seen through tissue. What it leaves falls with the square of the step, in
 colour and in opacity, with lights and without (suite `art-classification`), so that it
 can be foretold: from lines cast through the scene, in steps of a voxel, of a half and
-of a quarter.
+of a quarter. Where the transfer function shows a shell far thinner than a voxel it
+falls more slowly at first: a segment in which the density bends meets the shell at
+another slope than its own, and takes it for thicker or thinner by as much, however
+short it is, until it is shorter than the shell. There finer lines are cast, until they
+tell.
 """
 
 import math
@@ -35,9 +39,24 @@ CUTOFF = 1e-4
 FEWEST = 16
 """Lines that show something, for their error to count."""
 
-RUNGS = tuple(2 ** (-k / 4) for k in range(9))
-"""Of a quality's step, the largest first. No mode takes more than four times the
-samples that it is known for."""
+RUNGS = tuple(2 ** (-k / 4) for k in range(17))
+"""Of a quality's step, the largest first. A shell of a tenth of a voxel needs an eighth
+to a tenth."""
+
+STEEPLY = 1.25
+"""Order of what is left from which on it is taken to go on falling with the square."""
+
+FINEST = 1 / 64
+"""Step of lines, in voxels."""
+
+NOTHING = 1e-9
+"""Error of finer lines that is none: far below what rounding leaves."""
+
+_CHANGING = 4
+"""Of so many lines the one that changed most goes on to steps below an eighth."""
+
+_FALL = 8
+"""What the others changed by then, squared, is taken to fall by, less than it does."""
 
 _DRAWS = 8
 """Places drawn for one that is clear."""
@@ -49,52 +68,75 @@ class Soundings:
 
     Each an error: root mean square over lines that show something, of premultiplied
     linear colour and opacity. Half of the lines cross the whole scene, half begin in
-    it, where it is clear and an eye may be.
+    it, where it is clear and an eye may be. finer: of a quarter, an eighth and on, as
+    far as need be.
     """
 
     whole: float
     half: float
+    finer: tuple[float, ...] = ()
 
     @classmethod
-    def of(cls, scene: Scene) -> "Soundings":
-        """Cast lines through a scene, the same for each scene of a size."""
-        transfer = scene.transfer_function
-        table = classification(transfer)
-        sums = sums_at_nodes(table)
-        volume = scene.volume
-        unit_mm = float(volume.spacing_mm.min())
-        values = volume.values
-        if not values.dtype.isnative or values.dtype == np.float16:
-            values = values.astype(np.float32)
-        lines = _lines(volume, clear_intervals(transfer))
-        found = []
-        for step in (1.0, 0.5, 0.25):
-            light = np.zeros((len(lines[0]), 4))
-            composite_lines(values, *lines, step * unit_mm, CUTOFF, table, sums, light)
-            found.append(light)
-        finest = found.pop()
-        shown = finest[:, 3] > 0
+    def of(cls, scene: Scene, aim: float = 1.0) -> "Soundings":
+        """Cast lines through a scene, the same for each scene of a size.
+
+        aim: error that is asked for; finer lines are cast until they leave no more,
+        where what is left falls too slowly to be foretold.
+        """
+        cast = _Caster(scene)
+        whole, half, light = (cast(step) for step in (1.0, 0.5, 0.25))
+        shown = light[:, 3] > 0
         if np.count_nonzero(shown) < FEWEST:
             return cls(0.0, 0.0)
-        whole, half = (
-            math.sqrt(float(np.mean((light - finest)[shown] ** 2))) for light in found
-        )
         # of second order: of the half, a quarter is left in the finest
-        return cls(whole, half * 4 / 3)
+        left = _rms((half - light)[shown]) * 4 / 3
+        sounded = cls(_rms((whole - light)[shown]), left)
+        step, lines = 0.125, np.flatnonzero(shown)
+        fewer = max(len(lines) // _CHANGING, FEWEST)
+        change = np.zeros(len(light))
+        while step >= FINEST and sounded.falls_slowly and sounded.least > aim:
+            finer = cast(step, lines)
+            change /= _FALL
+            change[lines] = np.mean((finer - light[lines]) ** 2, axis=1)
+            left = 4 / 3 * math.sqrt(float(np.mean(change[shown])))
+            left = min(left, sounded.least)
+            sounded = replace(sounded, finer=(*sounded.finer, left))
+            light[lines] = finer
+            # the same ones from now on
+            if len(lines) > fewer:
+                lines = np.argsort(-change, kind="stable")[:fewer]
+            step /= 2
+        return sounded
+
+    @property
+    def least(self) -> float:
+        """Get the error of the shortest steps that were tried."""
+        return self.finer[-1] if self.finer else self.half
+
+    @property
+    def falls_slowly(self) -> bool:
+        """Tell whether the last halving took off less than is to be expected."""
+        before, last = (self.whole, self.half, *self.finer)[-2:]
+        return last > NOTHING and before < 2**STEEPLY * last
 
     def error(self, step_voxels: float) -> float:
         """Foretell what steps of a length leave."""
         if self.whole <= 0 or self.half <= 0:
             return max(self.whole, self.half)
-        order = math.log2(self.whole / self.half)
-        if step_voxels < 0.5:
+        known = self.whole, self.half, *self.finer
+        halvings = -math.log2(step_voxels)
+        k = min(max(math.floor(halvings), 0), len(known) - 2)
+        if known[k + 1] < NOTHING:
+            return 0.0 if halvings > k else known[k]
+        order = math.log2(known[k] / known[k + 1])
+        if halvings > len(known) - 1:
             order = min(max(order, 1.0), 2.0)
-        return float(self.half * (2 * step_voxels) ** order)
+        return float(known[k + 1] * 2 ** (order * (k + 1 - halvings)))
 
     def step(self, quality: Quality) -> float:
         """Give the longest step that leaves no more than a quality aims at.
 
-        In voxels. A quarter of the quality's own where even that leaves more.
+        In voxels. The shortest of `RUNGS` where even that leaves more.
         """
         steps = [quality.step_voxels * rung for rung in RUNGS]
         if quality.aim is None:
@@ -110,7 +152,40 @@ def settled(scene: Scene, quality: Quality) -> Quality:
     """
     if quality.aim is None or quality.classification != "integrated":
         return replace(quality, aim=None)
-    return replace(quality, step_voxels=Soundings.of(scene).step(quality), aim=None)
+    sounded = Soundings.of(scene, quality.aim)
+    return replace(quality, step_voxels=sounded.step(quality), aim=None)
+
+
+def _rms(difference: NDArray[np.float64]) -> float:
+    return math.sqrt(float(np.mean(difference**2)))
+
+
+class _Caster:
+    """Composite lines through a scene: (n, 4) premultiplied colour and opacity."""
+
+    def __init__(self, scene: Scene) -> None:
+        transfer, volume = scene.transfer_function, scene.volume
+        self._table = classification(transfer)
+        self._sums = sums_at_nodes(self._table)
+        self._unit_mm = float(volume.spacing_mm.min())
+        self._values = volume.values
+        if not self._values.dtype.isnative or self._values.dtype == np.float16:
+            self._values = self._values.astype(np.float32)
+        self._lines = _lines(volume, clear_intervals(transfer))
+
+    def __call__(
+        self, step_voxels: float, chosen: NDArray[np.intp] | None = None
+    ) -> NDArray[np.float64]:
+        """Cast all lines, or those of some numbers, in steps of so many voxels."""
+        lines = self._lines
+        if chosen is not None:
+            lines = lines[0][chosen], lines[1][chosen], lines[2][chosen]
+        light = np.zeros((len(lines[0]), 4))
+        composite_lines(
+            self._values, *lines, step_voxels * self._unit_mm, CUTOFF, self._table,
+            self._sums, light,
+        )  # fmt: skip
+        return light
 
 
 Lines = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]

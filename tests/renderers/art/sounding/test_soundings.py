@@ -82,6 +82,38 @@ def test_the_error_of_a_picture_is_foretold() -> None:
     assert np.array_equal(found, picture(aimed.report.step_voxels))
 
 
+def test_a_shell_far_thinner_than_a_voxel_is_sounded_by_finer_lines() -> None:
+    """What is left falls too slowly to be foretold from steps of a voxel and a half.
+
+    To a factor of two: the few lines that graze the shell tell the most.
+    """
+    shell = TransferFunction(
+        np.array([-15.0, 0, 15]), np.ones((3, 3)), np.array([0, 12.0, 0])
+    )
+    scene = scene_of(smooth(2), shell)
+    center = scene.volume.center_mm
+    camera = Camera.looking_at(
+        center + np.array([30.0, -25, 12]), center, extent=0.3, size=(64, 64),
+        projection=Projection.PERSPECTIVE,
+    )  # fmt: skip
+
+    def picture(step: float) -> NDArray[np.float32]:
+        quality = Quality(step, 0.0, classification="integrated")
+        return ActiveRayTracer(scene, quality).render(camera).rgba
+
+    sounded = Soundings.of(scene, 2e-3)
+    assert len(sounded.finer) >= 2
+    assert Soundings.of(scene).finer == ()
+    truth = picture(1 / 128)
+    shown = truth[..., 3] > 0
+    for step in (1 / 4, 1 / 8, 1 / 16):
+        error = image_error(picture(step)[shown], truth[shown]).rmse
+        assert error / 2 < sounded.error(step) < error * 2
+    quality = settled(scene, replace(AIMED, aim=2e-3))
+    assert quality.step_voxels < 1 / 4
+    assert image_error(picture(quality.step_voxels)[shown], truth[shown]).rmse < 4e-3
+
+
 def test_what_segments_integrate_exactly_keeps_its_step() -> None:
     """A ramp of density, a line through the transfer function (scene S5)."""
     ramp = np.zeros((12, 10, 9), np.float32) + np.arange(12)[:, None, None]
@@ -121,23 +153,29 @@ def test_millimetres_are_but_a_unit() -> None:
 
 
 @given(
-    whole=st.floats(1e-9, 1), half=st.floats(1e-9, 1), aim=st.floats(1e-6, 0.9),
-    own=st.floats(0.02, 4),
+    whole=st.floats(1e-8, 1), half=st.floats(1e-8, 1), aim=st.floats(1e-6, 0.9),
+    own=st.floats(0.0625, 4), falls=st.lists(st.floats(0, 1), max_size=4),
 )  # fmt: skip
 def test_the_longest_step_that_will_do_is_taken(
-    whole: float, half: float, aim: float, own: float
+    whole: float, half: float, aim: float, own: float, falls: list[float]
 ) -> None:
-    sounded = Soundings(whole, half)
+    finer = tuple(half * float(fall) for fall in np.cumprod(falls))
+    sounded = Soundings(whole, half, finer)
     step = sounded.step(replace(AIMED, step_voxels=own, aim=aim))
-    assert own / 4 * (1 - 1e-12) <= step <= own
+    assert own / 16 * (1 - 1e-12) <= step <= own
     if step < own:
         assert sounded.error(own) > aim
-    if step > 0.2501 * own:
+    if step > 0.0626 * own:
         assert sounded.error(step) <= aim
     # no shorter step than half a voxel is foretold to leave more
     steps = [0.5 * 0.8**k for k in range(12)]
     errors = [sounded.error(s) for s in steps]
-    assert all(fine <= coarse for coarse, fine in itertools.pairwise(errors))
+    assert all(
+        fine <= coarse * (1 + 1e-9) for coarse, fine in itertools.pairwise(errors)
+    )
+    # what was found is told
+    for k, found in enumerate((whole, half, *finer)):
+        assert sounded.error(0.5**k) == pytest.approx(found, rel=1e-9, abs=1e-9)
 
 
 def test_all_ranks_take_the_same_steps() -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from renderers.art import ActiveRayTracer, Quality
 from renderers.art.kernel_set import KernelSet, packet_kernels, scalar_kernels
-from renderers.scene import Camera, PhongMaterial, Scene, TransferFunction
+from renderers.scene import Camera, PhongMaterial, Scene, TransferFunction, Volume
 
 QUALITIES = (
     Quality(0.5, 1 / 1024, classification="integrated"),
@@ -105,3 +105,37 @@ def test_volumes_too_large_for_distances_are_drawn_alike(
     assert counters["skipped"] == 0
     found, _ = picture(subject, outside, QUALITIES[0], packet_kernels(32), 5)
     assert found == expected
+
+
+@pytest.mark.parametrize("step", [0.25, 0.5, 0.84, 0.998])
+def test_between_shells_rays_leap_over_what_is_clear(
+    scene: Scene, outside: Camera, step: float
+) -> None:
+    """Noise: cubes of either interval lie as near to each other as they can.
+
+    To the bits of the march that leaps over nothing; and over both intervals, which
+    are half of the volume each.
+    """
+    rng = np.random.default_rng(11)
+    values = np.repeat(rng.choice([-300, 300], (12, 12, 12)), 3, axis=0)
+    values = np.repeat(np.repeat(values, 3, axis=1), 3, axis=2)
+    values += rng.integers(-200, 200, values.shape)
+    volume = Volume(
+        values.astype(np.int16), np.full(3, 0.5), scene.volume.center_mm - 8.75
+    )
+    film = TransferFunction(
+        np.array([-20.0, 0, 20]), rng.random((3, 3)), np.array([0.0, 3, 0])
+    )
+    scene = Scene(volume, film, (), PhongMaterial(1, 0, 0))
+    quality = Quality(step, 0.0, classification="integrated")
+    found, on = picture(scene, outside, quality, packet_kernels(32))
+    everywhere = replace(quality, skip_empty=False)
+    expected, off = picture(scene, outside, everywhere, packet_kernels(32))
+    assert found == expected
+    assert on["contributing"] == off["contributing"] > 0
+    assert on["samples"] + on["skipped"] == off["samples"]
+    either = film.kappa_per_mm * 0
+    either[1:] = 1e-3
+    one = replace(scene, transfer_function=replace(film, kappa_per_mm=either))
+    _, lone = picture(one, outside, quality, packet_kernels(32))
+    assert on["samples"] < 0.9 * lone["samples"]
