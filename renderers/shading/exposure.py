@@ -7,7 +7,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.shading.camera.meter.kernels import find_gain, sample_light
+from renderers.shading.camera.meter.kernels import (
+    count_within,
+    find_gain,
+    sample_light,
+)
 
 TARGET = 0.17
 """Mean of the clipped luminance, weighted towards the centre, that a camera seeks."""
@@ -37,7 +41,7 @@ def meter(radiance: NDArray[np.float32]) -> float:
     if gain >= LARGEST_GAIN:
         return LARGEST_GAIN
     place = round(HIGHLIGHT_SHARE * (len(largest) - 1))
-    if np.count_nonzero(largest * gain <= HIGHLIGHT) > place:
+    if count_within(largest, np.float32(gain), np.float32(HIGHLIGHT)) > place:
         # most pictures: to order the samples takes as long as all the rest
         return gain
     largest.partition(place)

@@ -32,8 +32,10 @@ def asked_points(only: Mask | None, size: tuple[int, int], stride: int) -> Mask:
 
 def dilated(points: Mask, reach: int) -> Mask:
     """Mark all points within a square of so many to either side of a marked one."""
+    if reach == 0 or points.all():
+        return points
     width = 2 * reach + 1
-    for axis in (0, 1) if reach else ():
+    for axis in (0, 1):
         beyond = [(0, 0), (0, 0)]
         beyond[axis] = reach + 1, reach
         sums = np.pad(points, beyond).cumsum(axis=axis)

@@ -239,8 +239,9 @@ class ScopeShader:
         eye_mm = (camera.eye_mm - look.distance.center_mm).astype(np.float32)
         sources, arcs = ends
         radiance = np.empty((*gbuffer.size, 3), np.float32)
+        turns = np.zeros(1, np.int64)
 
-        def rows(first: int, last: int) -> None:
+        def paint(_: int) -> None:
             shade_rows(
                 gbuffer.depth_mm,
                 gbuffer.normal,
@@ -274,11 +275,10 @@ class ScopeShader:
                 look.vessel_offset_mm,
                 lit,
                 radiance,
-                first,
-                last,
+                turns,
             )
 
-        self._bands.run(gbuffer.size[0], rows)
+        self._bands.team.map(paint, range(self._bands.threads))
         return radiance
 
     def close(self) -> None:

@@ -15,7 +15,12 @@ from numpy.typing import NDArray
 
 from renderers.fsr.display_list import view_planes
 from renderers.fsr.normals import kernel_geometry
-from renderers.fsr.occlusion.kernels import flag_blocks, list_runs, trace_cones
+from renderers.fsr.occlusion.kernels import (
+    aim_cones,
+    flag_blocks,
+    list_runs,
+    trace_cones,
+)
 from renderers.fsr.sparse_rows import SparseRows
 from renderers.scene import Camera, Projection, Volume
 from renderers.scene.thread_team import ThreadTeam
@@ -102,6 +107,8 @@ class Blocks:
             i, j, k = (rows.voxels() >> shift).T
             occupied[k, j, i] = True
         self._occupied = np.flatnonzero(occupied).astype(np.int32)
+        edge = 1 << BLOCK_SHIFT
+        self._middles = np.ascontiguousarray(edge * self.places.T + 0.5 * (edge - 1))
         bounds = [*range(0, len(self._occupied), BLOCKS_PER_PART), len(self._occupied)]
         self._parts = list(itertools.pairwise(bounds))
         self._shown = np.zeros(len(self._occupied), np.uint8)
@@ -189,11 +196,7 @@ class Blocks:
                 ny,
                 nz,
                 voxel_from_camera,
-                int(camera.projection),
-                camera.extent,
-                camera.width,
-                camera.height,
-                SQUARE_PX,
+                cones,
                 self._margin,
                 first,
                 min(first + ROWS_PER_TASK, shape[0]),
@@ -201,6 +204,9 @@ class Blocks:
             )
 
         if hide:
+            cones = _lens_cones(
+                camera.projection, camera.extent, camera.width, camera.height
+            )
             inverse = np.linalg.inv(camera_from_voxel)
             voxel_from_camera = np.asarray(inverse, np.float64)
             team.map(trace, range(0, shape[0], ROWS_PER_TASK))
@@ -210,12 +216,9 @@ class Blocks:
 
         def flag(part: tuple[int, int]) -> tuple[int, int]:
             met, hidden = flag_blocks(
-                self._occupied,
+                self._middles,
                 part[0],
                 part[1],
-                self._wide,
-                self._high,
-                1 << BLOCK_SHIFT,
                 camera_from_voxel,
                 self._half_diagonal + radius_mm,
                 planes,
@@ -256,3 +259,13 @@ def _lens_planes(
     """Bound what a lens sees by planes in the camera's own frame."""
     at_origin = np.concatenate([np.zeros((1, 3)), np.eye(3)])
     return view_planes(Camera(at_origin, extent, width, height, projection), 0.0)
+
+
+@lru_cache(maxsize=4)
+def _lens_cones(
+    projection: Projection, extent: float, width: int, height: int
+) -> NDArray[np.float64]:
+    """Give a lens's cones ``(rows, columns, 4)``; see `aim_cones`."""
+    cones = np.empty((-(-height // SQUARE_PX), -(-width // SQUARE_PX), 4))
+    aim_cones(int(projection), extent, width, height, SQUARE_PX, cones)
+    return cones

@@ -68,27 +68,16 @@ def _enter(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def trace_cones(
-    values: F32, nx: int, ny: int, nz: int, voxel_from_camera: F64, projection: int,
-    extent: float, width: int, height: int, side: int, margin: float, first: int,
-    end: int, ends: F32,
-) -> None:  # fmt: skip
-    """Fill, per square of `side` pixels, the depth behind which nothing shows.
+def aim_cones(
+    projection: int, extent: float, width: int, height: int, side: int, cones: F64
+) -> None:
+    """Find the cones around squares of `side` pixels; a lens has the same in any view.
 
-    A cone around the square's rays ends where a ball of tissue spans it: where the
-    signed distance exceeds the cone's radius by `margin` (mm). The distance changes
-    by less than its argument, so stepping by what is missing passes no such place.
-    A cone from outside the grid begins where it enters; what lies behind tissue there
-    is hidden by the face at which the grid cuts through it.
-    Rows `first`..`end` - 1 of squares are done; +inf where the cone leaves the grid.
+    cones: ``(rows, columns, 4)``, the axis in the camera's frame and the cosine of the
+    half angle; an axis of zeros where the lens shows nothing.
     """
-    m = voxel_from_camera
-    # voxels per mm along the grid's axes
-    ux = math.sqrt(m[0, 0] ** 2 + m[0, 1] ** 2 + m[0, 2] ** 2)
-    uy = math.sqrt(m[1, 0] ** 2 + m[1, 1] ** 2 + m[1, 2] ** 2)
-    uz = math.sqrt(m[2, 0] ** 2 + m[2, 1] ** 2 + m[2, 2] ** 2)
-    for row in range(first, end):
-        for column in range(ends.shape[1]):
+    for row in range(cones.shape[0]):
+        for column in range(cones.shape[1]):
             u0 = column * side
             v0 = row * side
             dx, dy, dz = _direction(
@@ -111,8 +100,42 @@ def trace_cones(
                 gap_y = max(abs(v0 + 0.5 * side - 0.5 * height) - 0.5 * side, 0.0)
                 stop = 0.5 * min(width, height) + 4.0
                 if gap_x * gap_x + gap_y * gap_y > stop * stop:
-                    ends[row, column] = -1.0
-                    continue
+                    dx = dy = dz = 0.0
+            cones[row, column, 0] = dx
+            cones[row, column, 1] = dy
+            cones[row, column, 2] = dz
+            cones[row, column, 3] = cosine
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def trace_cones(
+    values: F32, nx: int, ny: int, nz: int, voxel_from_camera: F64, cones: F64,
+    margin: float, first: int, end: int, ends: F32,
+) -> None:  # fmt: skip
+    """Fill, per square of pixels, the depth behind which nothing shows.
+
+    cones: by `aim_cones`. A cone around the square's rays ends where a ball of tissue
+    spans it: where the signed distance exceeds the cone's radius by `margin` (mm). The
+    distance changes by less than its argument, so stepping by what is missing passes no
+    such place.
+    A cone from outside the grid begins where it enters; what lies behind tissue there
+    is hidden by the face at which the grid cuts through it.
+    Rows `first`..`end` - 1 of squares are done; +inf where the cone leaves the grid.
+    """
+    m = voxel_from_camera
+    # voxels per mm along the grid's axes
+    ux = math.sqrt(m[0, 0] ** 2 + m[0, 1] ** 2 + m[0, 2] ** 2)
+    uy = math.sqrt(m[1, 0] ** 2 + m[1, 1] ** 2 + m[1, 2] ** 2)
+    uz = math.sqrt(m[2, 0] ** 2 + m[2, 1] ** 2 + m[2, 2] ** 2)
+    for row in range(first, end):
+        for column in range(ends.shape[1]):
+            dx = cones[row, column, 0]
+            dy = cones[row, column, 1]
+            dz = cones[row, column, 2]
+            cosine = cones[row, column, 3]
+            if dx == 0 and dy == 0 and dz == 0:
+                ends[row, column] = -1.0
+                continue
             slope = math.sqrt(max(1.0 - cosine * cosine, 0.0)) / max(cosine, 0.1)
             sx = m[0, 0] * dx + m[0, 1] * dy + m[0, 2] * dz
             sy = m[1, 0] * dx + m[1, 1] * dy + m[1, 2] * dz
@@ -150,48 +173,63 @@ def trace_cones(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _look_at(
+    middles: F64, first: int, m: F64, radius: float, planes: F64, place: F64,
+    inside: U8,
+) -> None:  # fmt: skip
+    """Bring balls to the camera's frame; say which reach inside all planes.
+
+    Simple loops without a way out, which the compiler turns into vectors.
+    """
+    count = inside.shape[0]
+    i = middles[0, first : first + count]
+    j = middles[1, first : first + count]
+    k = middles[2, first : first + count]
+    x, y, z = place[0], place[1], place[2]
+    for axis in range(3):
+        a, b, c, d = m[axis, 0], m[axis, 1], m[axis, 2], m[axis, 3]
+        to = place[axis]
+        for n in range(count):
+            to[n] = a * i[n] + b * j[n] + c * k[n] + d
+    inside[:] = 1
+    for p in range(planes.shape[0]):
+        a, b, c, d = planes[p, 0], planes[p, 1], planes[p, 2], planes[p, 3]
+        for n in range(count):
+            inside[n] &= np.uint8(not a * x[n] + b * y[n] + c * z[n] + d < -radius)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def flag_blocks(
-    blocks: I32, first: int, end: int, across: int, along: int, edge: float,
-    camera_from_voxel: F64, radius: float, planes: F64, near_reach: float,
-    far_from: float, projection: int, extent: float, width: int, height: int,
-    side: int, ends: F32, allowed: U8, shown: U8, distances: F32,
+    middles: F64, first: int, end: int, camera_from_voxel: F64, radius: float,
+    planes: F64, near_reach: float, far_from: float, projection: int, extent: float,
+    width: int, height: int, side: int, ends: F32, allowed: U8, shown: U8,
+    distances: F32,
 ) -> tuple[int, int]:  # fmt: skip
     """Mark the blocks that may show: 1 beyond `far_from`, 2 nearer than `near_reach`.
 
-    blocks: indices of those with elements, `first`..`end` - 1 to be done, of a grid
-    `across` x `along` x any. edge: voxels per side. radius: of the ball around a
-    block with its elements' discs (mm). planes: camera frame ``(p, 4)``, positive
-    inside. ends: from `trace_cones`, or empty. allowed: per block of the list, 0 for
-    those that are hidden anyway. shown, distances: per block of the list, the mark, 0
+    middles: ``(3, blocks)`` voxels, x, y and z; `first`..`end` - 1 are to be done.
+    radius: of the ball around a block with its elements' discs (mm). planes: camera
+    frame ``(p, 4)``, positive inside. ends: from `trace_cones`, or empty. allowed: per
+    block, 0 for those that are hidden anyway. shown, distances: per block, the mark, 0
     where nothing shows, and the distance of its middle (mm).
     Returns (blocks in view, of them hidden).
     """
-    m = camera_from_voxel
     half = 0.5 * min(width, height)
     scale = half / extent if projection == 0 else half / math.tan(extent)
     met = 0
     hidden = 0
+    place = np.empty((3, end - first))
+    inside = np.empty(end - first, np.uint8)
+    _look_at(middles, first, camera_from_voxel, radius, planes, place, inside)
     for n in range(first, end):
-        b = blocks[n]
         shown[n] = 0
-        i = edge * (b % across) + 0.5 * (edge - 1)
-        j = edge * (b // across % along) + 0.5 * (edge - 1)
-        k = edge * (b // (across * along)) + 0.5 * (edge - 1)
-        x = m[0, 0] * i + m[0, 1] * j + m[0, 2] * k + m[0, 3]
-        y = m[1, 0] * i + m[1, 1] * j + m[1, 2] * k + m[1, 3]
-        z = m[2, 0] * i + m[2, 1] * j + m[2, 2] * k + m[2, 3]
-        outside = False
-        for p in range(planes.shape[0]):
-            level = planes[p, 0] * x + planes[p, 1] * y + planes[p, 2] * z
-            if level + planes[p, 3] < -radius:
-                outside = True
-                break
-        if outside:
+        if not inside[n - first]:
             continue
         met += 1
         if not allowed[n]:
             hidden += 1
             continue
+        x, y, z = place[0, n - first], place[1, n - first], place[2, n - first]
         distance = math.sqrt(x * x + y * y + z * z)
         near = distance - radius
         if ends.shape[0]:

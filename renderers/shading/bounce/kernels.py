@@ -161,6 +161,12 @@ def gather_lights(
     grid_width = grid.shape[2]
     plane = grid.shape[1] * grid_width
     every = lanes(WIDTH) >= 0
+    # places and normals of those that see anything: no vector is half empty
+    room = (last - first) * grid_width + WIDTH
+    place = np.empty((6, room), np.float32)
+    number = np.empty(room, np.int32)
+    light = np.empty(room, np.float32)
+    met = 0
     for gy in range(first, last):
         row = min(gy * stride, height - 1)
         for start in range(0, grid_width, WIDTH):
@@ -176,28 +182,48 @@ def gather_lights(
             a = gather(lens, at, every)
             b = gather(lens, at + 1, every)
             c = gather(lens, at + 2, every)
-            px = t * (a * axes[0, 0] + b * axes[1, 0] + c * axes[2, 0])
-            py = t * (a * axes[0, 1] + b * axes[1, 1] + c * axes[2, 1])
-            pz = t * (a * axes[0, 2] + b * axes[1, 2] + c * axes[2, 2])
             nx = gather(normal, at, every)
             ny = gather(normal, at + 1, every)
             nz = gather(normal, at + 2, every)
-            total = full(f32(0), WIDTH)
-            for q in range(count):
-                dx = lights[0, q] - px
-                dy = lights[1, q] - py
-                dz = lights[2, q] - pz
-                d2 = dx * dx + dy * dy + dz * dz + lights[7, q]
-                receive = maximum(nx * dx + ny * dy + nz * dz, f32(0))
-                emit = lights[3, q] * dx + lights[4, q] * dy + lights[5, q] * dz
-                share = receive * minimum(emit, f32(0))
-                total -= lights[6, q] * share / (d2 * d2)
             to = gy * grid_width + start
-            store_where(grid, to, total * f32(1 / math.pi), inside)
+            store_where(grid, to, full(f32(0), WIDTH), inside)
             store_where(grid, to + plane, nx, inside)
             store_where(grid, to + 2 * plane, ny, inside)
             store_where(grid, to + 3 * plane, nz, inside)
             store_where(grid, to + 4 * plane, t, inside)
+            seen &= inside
+            px = t * (a * axes[0, 0] + b * axes[1, 0] + c * axes[2, 0])
+            py = t * (a * axes[0, 1] + b * axes[1, 1] + c * axes[2, 1])
+            pz = t * (a * axes[0, 2] + b * axes[1, 2] + c * axes[2, 2])
+            store_packed(place, met, px, seen)
+            store_packed(place, room + met, py, seen)
+            store_packed(place, 2 * room + met, pz, seen)
+            store_packed(place, 3 * room + met, nx, seen)
+            store_packed(place, 4 * room + met, ny, seen)
+            store_packed(place, 5 * room + met, nz, seen)
+            store_packed(number, met, lanes(WIDTH) + np.int32(to), seen)
+            met += count_of(seen)
+    for n in range(0, met, WIDTH):
+        px = load(place, n, WIDTH)
+        py = load(place, room + n, WIDTH)
+        pz = load(place, 2 * room + n, WIDTH)
+        nx = load(place, 3 * room + n, WIDTH)
+        ny = load(place, 4 * room + n, WIDTH)
+        nz = load(place, 5 * room + n, WIDTH)
+        total = full(f32(0), WIDTH)
+        for q in range(count):
+            dx = lights[0, q] - px
+            dy = lights[1, q] - py
+            dz = lights[2, q] - pz
+            d2 = dx * dx + dy * dy + dz * dz + lights[7, q]
+            receive = maximum(nx * dx + ny * dy + nz * dz, f32(0))
+            emit = lights[3, q] * dx + lights[4, q] * dy + lights[5, q] * dz
+            share = receive * minimum(emit, f32(0))
+            total -= lights[6, q] * share / (d2 * d2)
+        store(light, n, total * f32(1 / math.pi))
+    flat = grid.reshape(-1)
+    for n in range(met):
+        flat[number[n]] = light[n]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -107,8 +107,7 @@ class SecondLight:
         if not self.wants(gbuffer):
             return
         reach = self.reach(gbuffer)
-        fresh = points if reach == 0 else dilated(points, reach)
-        fresh = fresh & ~followed.known
+        fresh = dilated(points, reach) & ~followed.known
         rows = self._bound(follow_rows, gbuffer, camera, light, lights, sources, gain)
 
         def follow(first: int, last: int) -> None:

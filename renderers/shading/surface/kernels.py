@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.scene.turns.kernels import take_turn
 from renderers.shading.bounce.kernels import PLANES, lift, spread_grid
 from renderers.shading.light.kernels import light
 from renderers.shading.shadow.kernels import darken
@@ -62,6 +63,9 @@ from renderers.simd import (
     unzip3,
     zip3,
 )
+
+TURN_ROWS = 2 * CELL
+"""Rows of the picture that a thread shades at a time."""
 
 f32 = np.float32
 i32 = np.int32
@@ -197,14 +201,14 @@ def shade_rows(
     offsets: Floats,
     lit: bool,
     radiance: Floats,
-    first: int,
-    last: int,
+    turns: NDArray[np.int64],
 ) -> None:
-    """Write linear radiance ``(h, w, 3)`` of rows ``first..last``.
+    """Write linear radiance ``(h, w, 3)`` of the rows whose turns this thread gets.
 
-    lit: else write what a surface sends back of diffuse light, its albedo less what
-    its film mirrors, times coverage. lens: camera-frame rays. axes: ``(3, 3)`` rows
-    right, up, forward. to_voxel, eye_voxel: voxel = to_voxel @ (point - eye) +
+    turns: one number that all threads share, of runs of `TURN_ROWS` rows. lit: else
+    write what a surface sends back of diffuse light, its albedo less what its film
+    mirrors, times coverage. lens: camera-frame rays. axes: ``(3, 3)`` rows right, up,
+    forward. to_voxel, eye_voxel: voxel = to_voxel @ (point - eye) +
     eye_voxel. eye_mm: the eye seen from the volume's centre. sources: ``(n, 3)`` mm
     from the eye; arcs, rods: see `light`. tint: blood code + 256 * skin code, flat, of
     `shape` (nz, ny, nx).
@@ -217,37 +221,42 @@ def shade_rows(
     mixed = False
     set_tissue(w, materials)
     bounced = np.zeros((2, PLANES, width + W + CELL), np.float32)
-    row = -1
-    for y0 in range(first // ROWS * ROWS, last, ROWS):
-        if y0 // CELL != row:
-            row = y0 // CELL
-            spread_grid(grid, row, bounced)
-        low = max(y0, first)
-        high = min(y0 + ROWS, last)
-        radiance[low:high] = f32(0)
-        start, end = shown_span(depth, coverage, low, high)
-        for x0 in range(start, end, W):
-            fetch(
-                w, depth, normal, coverage, lens, axes, to_voxel, eye_voxel, pixel,
-                y0, x0, first, last,
-            )  # fmt: skip
-            if not any_(load(w, COVER, N) > f32(0)):
-                continue
-            mixed = set_materials(w, material, y0, x0, first, last, materials, mixed)
-            paint(
-                w, mixed, tint, shape, blood_bias, colours, skin_colour,
-                full_detail, tile, unit, vessel_tile, vessel_unit, to_tile, offsets,
-                eye_mm,
-            )  # fmt: skip
-            if lit:
-                light(w, sources, arcs, rods, axes[2], spread, each)
-                lift(w, bounced, y0, x0)
-                if rods.shape[0]:
-                    darken(w, rods)
-                finish(w, bounce)
-            else:
-                bare(w)
-            put(w, radiance, y0, x0, first, last)
+    height = depth.shape[0]
+    while True:
+        first = take_turn(turns) * TURN_ROWS
+        if first >= height:
+            return
+        last = min(first + TURN_ROWS, height)
+        for y0 in range(first, last, ROWS):
+            if y0 % CELL == 0:
+                spread_grid(grid, y0 // CELL, bounced)
+            high = min(y0 + ROWS, last)
+            radiance[y0:high] = f32(0)
+            start, end = shown_span(depth, coverage, y0, high)
+            for x0 in range(start, end, W):
+                fetch(
+                    w, depth, normal, coverage, lens, axes, to_voxel, eye_voxel, pixel,
+                    y0, x0, first, last,
+                )  # fmt: skip
+                if not any_(load(w, COVER, N) > f32(0)):
+                    continue
+                mixed = set_materials(
+                    w, material, y0, x0, first, last, materials, mixed
+                )
+                paint(
+                    w, mixed, tint, shape, blood_bias, colours, skin_colour,
+                    full_detail, tile, unit, vessel_tile, vessel_unit, to_tile, offsets,
+                    eye_mm,
+                )  # fmt: skip
+                if lit:
+                    light(w, sources, arcs, rods, axes[2], spread, each)
+                    lift(w, bounced, y0, x0)
+                    if rods.shape[0]:
+                        darken(w, rods)
+                    finish(w, bounce)
+                else:
+                    bare(w)
+                put(w, radiance, y0, x0, first, last)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -22,10 +22,21 @@ def find_holes(
     the neighbours', with room for all pixels. Returns the number found.
     """
     height, width = depth.shape
+    left = max(columns[0], 1)
+    right = min(columns[1], width - 1)
+    # of a column's three pixels, how many have any; most empty pixels are open air
+    known = np.empty(max(right - left, 0) + 2, np.uint8)
     n = 0
     for y in range(max(rows[0], 1), min(rows[1], height - 1)):
-        for x in range(max(columns[0], 1), min(columns[1], width - 1)):
-            if coverage[y, x] > 0 or rays[y, x, 2] == 0:
+        above, here, below = coverage[y - 1], coverage[y], coverage[y + 1]
+        for i in range(known.shape[0]):
+            x = i + left - 1
+            known[i] = (above[x] > 0) + (here[x] > 0) + np.uint8(below[x] > 0)
+        for x in range(left, right):
+            i = x - left
+            if known[i] + known[i + 1] + known[i + 2] < enough:
+                continue
+            if here[x] > 0 or rays[y, x, 2] == 0:
                 continue
             count = 0
             t = 0.0
@@ -41,7 +52,7 @@ def find_holes(
                         ny += normal[b, a, 1]
                         nz += normal[b, a, 2]
             length = math.sqrt(nx * nx + ny * ny + nz * nz)
-            if count >= enough and length > 0:
+            if length > 0:
                 where[n, 0] = y
                 where[n, 1] = x
                 found[n, 0] = t / count

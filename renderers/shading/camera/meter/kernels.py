@@ -24,6 +24,15 @@ def sample_light(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def count_within(values: Floats, factor: np.float32, most: np.float32) -> int:
+    """Count the values that times a factor do not exceed `most`."""
+    count = 0
+    for i in range(values.shape[0]):
+        count += values[i] * factor <= most
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def find_gain(
     luminance: Floats, weight: Floats, target: float, most: float, rounds: int
 ) -> float:

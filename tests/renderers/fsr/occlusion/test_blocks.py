@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from renderers.fsr.occlusion.blocks import BLOCK_SHIFT, FAR, Blocks
-from renderers.fsr.occlusion.kernels import trace_cones
+from renderers.fsr.occlusion.kernels import aim_cones, trace_cones
 from renderers.fsr.surfels import extract_surfels
 from renderers.scene import Camera, Projection, Volume
 from renderers.scene.thread_team import ThreadTeam
@@ -62,6 +62,8 @@ def cone_ends_and_first_tissue(
     camera_from_world[:3, 3] = -camera.frame[1:] @ camera.eye_mm
     voxel_from_camera = np.linalg.inv(camera_from_world @ volume.world_from_voxel)
     ends = np.empty((8, 8), np.float32)
+    cones = np.empty((8, 8, 4))
+    aim_cones(int(camera.projection), camera.extent, 32, 32, 4, cones)
     nz, ny, nx = volume.shape
     trace_cones(
         volume.values.reshape(-1),
@@ -69,11 +71,7 @@ def cone_ends_and_first_tissue(
         ny,
         nz,
         np.asarray(voxel_from_camera, np.float64),
-        int(camera.projection),
-        camera.extent,
-        32,
-        32,
-        4,
+        cones,
         0.125,
         0,
         8,
