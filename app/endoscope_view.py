@@ -57,7 +57,6 @@ class _Ahead:
     """
 
     instrument: ListedFacets | None
-    casters: tuple[Caster, ...]
     lattice: Lattice
 
 
@@ -141,7 +140,6 @@ class EndoscopeView:
             buffer,
             view.camera,
             self._light,
-            casters=ahead.casters,
             lattice=ahead.lattice,
         )
 
@@ -213,15 +211,15 @@ class EndoscopeView:
         Between stages one thread would do it while the others wait; before the first
         they still develop the picture before.
         """
-        camera = view.camera
-        lattice = self._shader.lattice(
-            (camera.height, camera.width), camera, self._light
-        )
-        if self.instrument is None:
-            return _Ahead(None, (), lattice)
-        pose = view.world_from_instrument
-        casters = (Caster.of(self.instrument, pose),)
-        return _Ahead(self.instrument.listed(camera, pose), casters, lattice)
+        camera, pose = view.camera, view.world_from_instrument
+        casters: list[Caster] = []
+        listed = None
+        if self.instrument is not None:
+            casters.append(Caster.of(self.instrument, pose))
+            listed = self.instrument.listed(camera, pose)
+        size = camera.height, camera.width
+        lattice = self._shader.lattice(size, camera, self._light, casters)
+        return _Ahead(listed, lattice)
 
     def settle(self) -> None:
         """Wait until nothing is in the making; its error is raised, once."""

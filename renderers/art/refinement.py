@@ -92,7 +92,10 @@ class Refinement:
         self._fine = GBuffer.empty(*empty_gather(request).depth.shape)
         self._have = np.zeros(self._fine.size, np.bool_)
         self._lattice = self._sight.shader.lattice(
-            self._fine.size, self._sight.camera, self._sight.light
+            self._fine.size,
+            self._sight.camera,
+            self._sight.light,
+            self._sight.casters,
         )
         # beyond the field's stop nothing is shown
         inside = np.hypot(*_from_middle(self._gbuffer.size)) <= 1
@@ -160,7 +163,6 @@ class Refinement:
                 seen,
                 self._sight.camera,
                 self._sight.light,
-                casters=self._sight.casters,
                 only=only,
                 lattice=self._lattice,
             )

@@ -13,7 +13,7 @@ from renderers.scene import AirSurface, Camera, GBuffer, Projection
 from renderers.scene.thread_team import ThreadTeam
 from renderers.shading.bands import RowBands
 from renderers.shading.bounce.light_grid import STRIDE, VirtualLights
-from renderers.shading.hairs.hair_layer import HairLayer
+from renderers.shading.hairs.hair_layer import HairLayer, PlacedStrands, draw_hairs
 from renderers.shading.illumination import Detail, Effects, ScopeLight, Tier
 from renderers.shading.lattice_points import asked_points, dilated, pixels_of
 from renderers.shading.look import Look
@@ -32,13 +32,16 @@ lights stand for the first bounce only."""
 class Lattice:
     """Hold the light found so far on a coarse lattice of a view's pixels.
 
-    lights: that bounce stands for. ends: of the fibres, see `_ends`. grid: of
-    `VirtualLights.gather`; gathered: the points that it has. followed: of
-    `SecondLight.follow`.
+    And what of a view's light asks for no G-buffer. lights: that bounce stands for.
+    ends: of the fibres, see `_ends`. rods: tools in the light, see `rod_table`. hairs:
+    those in view. grid: of `VirtualLights.gather`; gathered: the points that it has.
+    followed: of `SecondLight.follow`.
     """
 
     lights: VirtualLights
     ends: tuple[NDArray[np.float32], NDArray[np.float32]]
+    rods: NDArray[np.float32]
+    hairs: PlacedStrands | None
     grid: NDArray[np.float32]
     gathered: NDArray[np.bool_]
     followed: Followed
@@ -89,12 +92,13 @@ class ScopeShader:
         """Give linear radiance ``(h, w, 3)`` float32, black where nothing is seen.
 
         bounce: light by way of other walls that stands in for the quick estimate of it
-        (see `PathTracer`). casters: tools that stand in the light. only: ``(h, w)``
-        pixels that are wanted, the others get anything. These get the bits that they
-        have in the whole picture if the G-buffer has what `lattice_pixels` says,
-        whatever it holds elsewhere. lattice: of the same view; what it lacks is found
-        and added to it. The camera must have the G-buffer's size. The G-buffer is only
-        read: surface detail never moves depth.
+        (see `PathTracer`). casters: tools that stand in the light; none beside a
+        lattice, which has its own. only: ``(h, w)`` pixels that are wanted, the others
+        get anything. These get the bits that they have in the whole picture if the
+        G-buffer has what `lattice_pixels` says, whatever it holds elsewhere. lattice:
+        of the same view; what it lacks is found and added to it. The camera must have
+        the G-buffer's size. The G-buffer is only read: surface detail never moves
+        depth.
         """
         demand_size(gbuffer, camera)
         if camera.projection is Projection.ORTHOGRAPHIC:
@@ -105,8 +109,14 @@ class ScopeShader:
             only = np.ascontiguousarray(only, np.bool_)
             seen = replace(gbuffer, coverage=np.where(only, gbuffer.coverage, 0))
             seen = _read_only(seen)
-        rods = rod_table(casters if self.effects.tool_shadow else (), camera)
-        lattice = lattice or self.lattice(gbuffer.size, camera, light)
+        if lattice is None:
+            lattice = self.lattice(gbuffer.size, camera, light, casters)
+        elif casters:
+            raise ValueError(
+                f"{len(casters)} tools beside a lattice, which has its own; give them "
+                "to `lattice`"
+            )
+        rods = lattice.rods
         self.extend(lattice, gbuffer, camera, light, only)
         if bounce is None:
             radiance = self._paint(
@@ -135,10 +145,8 @@ class ScopeShader:
             lattice.followed,
             _all_of(gbuffer.size) if only is None else only,
         )
-        if self._hairs is not None:
-            self._hairs.add(
-                radiance, gbuffer, camera, light, lattice.ends[0], self._bands
-            )
+        if lattice.hairs is not None:
+            draw_hairs(lattice.hairs, radiance, gbuffer, camera, self._bands)
         return radiance
 
     def reflectance(
@@ -172,16 +180,28 @@ class ScopeShader:
         return pixels
 
     def lattice(
-        self, size: tuple[int, int], camera: Camera, light: ScopeLight
+        self,
+        size: tuple[int, int],
+        camera: Camera,
+        light: ScopeLight,
+        casters: Sequence[Caster] = (),
     ) -> Lattice:
-        """Begin the lattice of a view ``(h, w)``: no point of it is lit yet."""
+        """Begin the lattice of a view ``(h, w)``: no point of it is lit yet.
+
+        casters: tools that stand in the light.
+        """
         lights = VirtualLights.trace(
             self._look.distance, camera, light, self.tier.virtual_lights
         )
         grid = VirtualLights.dark_grid(size)
         followed = Followed.empty(size, self.tier.mirror_stride)
+        ends = self._ends(camera, light)
+        rods = rod_table(casters if self.effects.tool_shadow else (), camera)
+        hairs = None
+        if self._hairs is not None:
+            hairs = self._hairs.place(camera, light, ends[0])
         gathered = np.zeros(grid.shape[1:], np.bool_)
-        return Lattice(lights, self._ends(camera, light), grid, gathered, followed)
+        return Lattice(lights, ends, rods, hairs, grid, gathered, followed)
 
     def _ends(
         self, camera: Camera, light: ScopeLight

@@ -1,6 +1,7 @@
 """Hairs drawn over a shaded picture: lit by the scope, hidden by what is nearer."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,19 @@ ALBEDO = (0.055, 0.033, 0.022)
 GLOSS = 0.012
 
 
+@dataclass(frozen=True, slots=True)
+class PlacedStrands:
+    """Hold the strands of a view, lit.
+
+    placed: ``(n, p, 4)``, see `project_strands`. colour: ``(n, p, 3)`` radiance. order:
+    ``(n,)``, the farthest first.
+    """
+
+    placed: NDArray[np.float32]
+    colour: NDArray[np.float32]
+    order: NDArray[np.int64]
+
+
 class HairLayer:
     """Draw the hairs of one head.
 
@@ -36,26 +50,20 @@ class HairLayer:
         reach = np.linalg.norm(points - self._middle, axis=1)
         self._radius = float(reach.max(initial=0.0))
 
-    def add(
-        self,
-        radiance: NDArray[np.float32],
-        gbuffer: GBuffer,
-        camera: Camera,
-        light: ScopeLight,
-        sources: NDArray[np.float32],
-        bands: RowBands,
-    ) -> None:
-        """Change `radiance` ``(h, w, 3)`` in place; costs nothing with none in view."""
+    def place(
+        self, camera: Camera, light: ScopeLight, sources: NDArray[np.float32]
+    ) -> PlacedStrands | None:
+        """Find where a view shows strands, and light them; None with none in view."""
         strands = self.strands
         if not len(strands.points_mm):
-            return
+            return None
         pinhole = camera.projection is Projection.PERSPECTIVE
         # a hair's ends may be outside while it crosses the rim
         widest = 1.5 if pinhole else min(camera.extent + 0.3, 3.0)
         fold = camera.distortion.fold
         widest = min(widest, math.atan(fold) if pinhole else fold)
         if self._is_beyond(camera, widest):
-            return
+            return None
         points = strands.points_mm - camera.eye_mm
         placed = np.zeros((*points.shape[:2], 4), np.float32)
         seen = project_strands(
@@ -71,7 +79,7 @@ class HairLayer:
             placed,
         )
         if not seen:
-            return
+            return None
         colour = np.zeros(points.shape, np.float32)
         light_strands(
             points,
@@ -86,14 +94,7 @@ class HairLayer:
         )
         # the farthest first
         order = np.argsort(-np.linalg.norm(points.mean(axis=1), axis=1), kind="stable")
-        lens = camera.lens_table()
-
-        def rows(first: int, last: int) -> None:
-            draw_strands(
-                placed, colour, order, gbuffer.depth_mm, lens, radiance, first, last
-            )
-
-        bands.run(gbuffer.size[0], rows)
+        return PlacedStrands(placed, colour, order)
 
     def _is_beyond(self, camera: Camera, widest: float) -> bool:
         """Say whether all hairs are more than `widest` radians off the view axis."""
@@ -106,3 +107,28 @@ class HairLayer:
         cosine = sum(a * b for a, b in zip(toward, along, strict=True)) / distance
         off = math.acos(min(max(cosine, -1.0), 1.0))
         return off - math.asin(self._radius / distance) > widest
+
+
+def draw_hairs(
+    strands: PlacedStrands,
+    radiance: NDArray[np.float32],
+    gbuffer: GBuffer,
+    camera: Camera,
+    bands: RowBands,
+) -> None:
+    """Change `radiance` ``(h, w, 3)`` in place where hairs are nearest."""
+    lens = camera.lens_table()
+
+    def rows(first: int, last: int) -> None:
+        draw_strands(
+            strands.placed,
+            strands.colour,
+            strands.order,
+            gbuffer.depth_mm,
+            lens,
+            radiance,
+            first,
+            last,
+        )
+
+    bands.run(gbuffer.size[0], rows)

@@ -159,7 +159,8 @@ class SecondLight:
 
         only: ``(h, w)`` pixels to change.
         """
-        if not self.wants(gbuffer):
+        # nothing was wanted, then; to look through the materials again takes longer
+        if not followed.known.any():
             return
         rows = self._bound(add_rows, gbuffer, camera, light, lights, sources, gain)
 

@@ -69,7 +69,7 @@ def test_a_part_is_lit_by_the_points_it_asks_for_alone(
     shader = ScopeShader(surface, tier, threads=1)
     casters = (caster,) if with_tool else ()
     whole = shader.shade(seen, camera, LIGHT, casters=casters)
-    lattice = shader.lattice(seen.size, camera, LIGHT)
+    lattice = shader.lattice(seen.size, camera, LIGHT, casters)
     known = []
     row, column = (n // 3 for n in seen.size)
     for rows, columns in (
@@ -85,11 +85,11 @@ def test_a_part_is_lit_by_the_points_it_asks_for_alone(
         cover = np.where(needed, seen.coverage, np.float32(0))
         normal = np.where(needed[..., None], seen.normal, np.float32(0))
         part = GBuffer(depth, normal, cover, seen.material)
-        found = shader.shade(
-            part, camera, LIGHT, casters=casters, only=only, lattice=lattice
-        )
+        found = shader.shade(part, camera, LIGHT, only=only, lattice=lattice)
         assert_array_equal(found[only], whole[only])
         known.append(int(lattice.gathered.sum() + lattice.followed.known.sum()))
     assert 0 < known[0] < known[1] < known[2]
     assert known[2] < lattice.gathered.size + lattice.followed.known.size
+    with pytest.raises(ValueError, match="1 tools beside a lattice"):
+        shader.shade(seen, camera, LIGHT, casters=[caster], lattice=lattice)
     shader.close()

@@ -9,7 +9,7 @@ from numpy.testing import assert_array_equal
 from renderers.scene import AirSurface, Camera, GBuffer, Projection
 from renderers.shading import ScopeLight
 from renderers.shading.bands import RowBands
-from renderers.shading.hairs.hair_layer import HairLayer
+from renderers.shading.hairs.hair_layer import HairLayer, draw_hairs
 
 LIGHT = ScopeLight(1.9)
 SIZE = 40
@@ -30,8 +30,9 @@ def layers(surface: AirSurface) -> tuple[HairLayer, HairLayer]:
 def hairs_alone(layer: HairLayer, camera: Camera) -> np.ndarray:
     radiance = np.zeros((SIZE, SIZE, 3), np.float32)
     sources = LIGHT.sources(camera, 2)
-    buffer = GBuffer.empty(SIZE, SIZE)
-    layer.add(radiance, buffer, camera, LIGHT, sources, RowBands(1))
+    strands = layer.place(camera, LIGHT, sources)
+    if strands is not None:
+        draw_hairs(strands, radiance, GBuffer.empty(SIZE, SIZE), camera, RowBands(1))
     return radiance
 
 

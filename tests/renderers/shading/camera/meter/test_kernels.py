@@ -3,7 +3,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from renderers.shading.camera.meter.kernels import find_gain, sample_light
+from renderers.shading.camera.meter.kernels import (
+    count_within,
+    find_gain,
+    sample_light,
+)
 
 TARGET, MOST = 0.17, 1e5
 
@@ -41,3 +45,10 @@ def test_samples_are_the_listed_pixels() -> None:
     picked = radiance[rows, columns]
     np.testing.assert_allclose(luminance, picked @ [0.2126, 0.7152, 0.0722], rtol=1e-6)
     np.testing.assert_array_equal(largest, picked.max(axis=1))
+
+
+@given(seed=st.integers(0, 1000), factor=st.floats(0.1, 50, width=32))
+def test_what_stays_within_is_counted(seed: int, factor: float) -> None:
+    values = np.random.default_rng(seed).random(40).astype(np.float32)
+    times, most = np.float32(factor), np.float32(1.15)
+    assert count_within(values, times, most) == np.sum(values * times <= most)
