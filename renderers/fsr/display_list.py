@@ -8,6 +8,7 @@ the elements in a row. No element precedes one that it could hide; nothing is so
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,33 +56,42 @@ def view_planes(camera: Camera, margin_mm: float) -> NDArray[np.float64]:
     side of all of them: row 0..2 are the unit normal, 3 the offset. The pixels are for
     footprints, which are softened by half a pixel.
     """
-    eye, axes = camera.frame[0], camera.frame[1:]
-    half = min(camera.width, camera.height) / 2
-    wide, high = camera.width / 2 / half, camera.height / 2 / half
+    lens = lens_planes(camera.projection, camera.extent, camera.width, camera.height)
+    planes = np.empty_like(lens)
+    np.matmul(lens[:, :3], camera.frame[1:], out=planes[:, :3])
+    planes[:, 3] = lens[:, 3] + margin_mm - planes[:, :3] @ camera.eye_mm
+    return planes
+
+
+@lru_cache(maxsize=64)
+def lens_planes(
+    projection: Projection, extent: float, width: int, height: int
+) -> NDArray[np.float64]:
+    """Bound a view as `view_planes` does, in the camera's own frame.
+
+    By right, up and forward, in mm from the eye, without a margin.
+    """
+    half = min(width, height) / 2
+    wide, high = width / 2 / half, height / 2 / half
     wide += SOFT_PX / half
     high += SOFT_PX / half
-    # unit normals by right, up and forward
     normals: NDArray[np.float64] = np.empty((0, 3))
-    offset: NDArray[np.float64] | float = 0.0
-    if camera.projection is Projection.EQUIDISTANT:
-        angle = camera.extent * (1 + (STOP_MARGIN_PX + 1) / half)
+    if projection is Projection.ORTHOGRAPHIC:
+        offsets = extent * np.array([wide, wide, high, high])
+        return np.column_stack([_SIDES, offsets])
+    if projection is Projection.EQUIDISTANT:
+        angle = extent * (1 + (STOP_MARGIN_PX + 1) / half)
         if angle < STEEPEST_CONE_RAD:
             normals = np.full((len(_CONE), 3), math.sin(angle))
             normals[:, :2] = -math.cos(angle) * _CONE
-    elif camera.projection is Projection.PERSPECTIVE:
-        slope = math.tan(camera.extent)
+    else:
+        slope = math.tan(extent)
         aside, above = slope * wide, slope * high
         normals = np.array(
             [[-1, 0, aside], [1, 0, aside], [0, -1, above], [0, 1, above], [0, 0, 1]]
         )
         normals /= np.sqrt((normals * normals).sum(axis=1, keepdims=True))
-    else:
-        normals = _SIDES
-        offset = camera.extent * np.array([wide, wide, high, high])
-    planes = np.empty((len(normals), 4))
-    planes[:, :3] = normals @ axes
-    planes[:, 3] = offset + margin_mm - planes[:, :3] @ eye
-    return planes
+    return np.column_stack([normals, np.zeros(len(normals))])
 
 
 def eye_voxel(rows: SparseRows, camera: Camera) -> NDArray[np.int64]:

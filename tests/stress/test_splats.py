@@ -32,6 +32,7 @@ from renderers.scene import (
 from renderers.scene.thread_team import ThreadTeam
 
 TEAM = ThreadTeam(2)
+ALONE = ThreadTeam(1)
 
 
 def scene_of(volume: Volume, kappa: float) -> Scene:
@@ -114,6 +115,8 @@ def test_a_million_splats_off_the_picture_cost_rows_only() -> None:
         )
         assert not drawer.draw(camera, TEAM).rgba.any()
         assert drawer.counters["listed"] == 0
+        assert drawer.counters["culled rows"] == drawer.counters["rows"]
+        assert not drawer.draw(camera, ALONE).rgba.any()
         assert drawer.counters["culled rows"] == drawer.counters["rows"] == 10_000
         assert drawer.counters["fragments"] == 0
 
@@ -130,7 +133,8 @@ def test_a_million_splats_off_the_picture_take_no_memory() -> None:
         drawer.draw(camera, TEAM)
         _, most = tracemalloc.get_traced_memory()
         tracemalloc.stop()
-        assert most - 16 * size**2 < 5e5
+        # each thread's strip has a list of rows
+        assert most - 16 * size**2 < 5e5 * TEAM.threads
 
 
 @pytest.mark.parametrize("mode", [SplatMode.POINTS, SplatMode.GAUSSIAN])
@@ -145,7 +149,9 @@ def test_a_splat_that_covers_the_picture_is_drawn_once_everywhere(
         (0, 0, 50.0), (0, 0, 0), up=(0, 1, 0), extent=0.2, size=size,
         projection=Projection.ORTHOGRAPHIC,
     )  # fmt: skip
-    image = drawer.draw(camera, TEAM, mode)
+    shared = drawer.draw(camera, TEAM, mode)
+    image = drawer.draw(camera, ALONE, mode)
+    assert image.rgba.tobytes() == shared.rgba.tobytes()
     assert drawer.counters["visible"] == 1
     if mode is SplatMode.GAUSSIAN:
         assert image.rgba[..., 3].min() > 0
@@ -222,14 +228,11 @@ def test_equal_distances_are_ordered_by_number(
     ranges = np.where(shown, np.arange(len(keys)) << 8, NOWHERE).astype(np.int32)
     entries = np.empty(len(keys), np.int64)
     edges = [0, *sorted(min(cut, len(keys)) for cut in cuts), len(keys)]
-    parts = list(pairwise(edges))
-    counts = np.empty((len(parts), KEYS), np.int32)
-    for row, (first, end) in zip(counts, parts, strict=True):
-        count_keys(ranges[first:end], key[first:end], 3, KEYS, row)
+    counts = np.zeros(KEYS, np.int32)
+    for first, end in pairwise(edges):
+        count_keys(ranges[first:end], key[first:end], counts)
     assert begin_keys(counts, 3, KEYS) == shown.sum()
-    for row, (first, end) in zip(counts, parts, strict=True):
-        here = slice(first, end)
-        place_by_keys(ranges[here], key[here], first, row, entries)
+    place_by_keys(ranges, key, counts, entries)
     wanted = np.flatnonzero(shown)[np.argsort(key[shown], kind="stable")]
     entries = entries[: len(wanted)]
     np.testing.assert_array_equal(entries & 0xFFFFFFFF, wanted)

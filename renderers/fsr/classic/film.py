@@ -4,7 +4,7 @@ As in the renderer of 1995, one process culls while another draws: here threads,
 compiled code holds no lock of the interpreter.
 """
 
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 
@@ -14,6 +14,8 @@ from renderers.fsr.classic.splat_list import SplatList
 from renderers.scene import Camera, Image
 from renderers.scene.thread_team import ThreadTeam
 
+Lists = Future[tuple[SplatList, ...]]
+
 
 def draw_film(
     rasterizer: SplatRasterizer,
@@ -21,30 +23,22 @@ def draw_film(
     views: Iterable[tuple[Camera, SplatMode]],
     traversal: Traversal = Traversal.DISTANCE,
 ) -> Generator[Image, None, None]:
-    """Draw views, culling each while the tiles of the one before are drawn.
+    """Draw views, culling each while the one before is drawn.
 
-    Culling is half Python, of which there runs one thread at a time: begun earlier it
-    would hold up what leads to the tiles. Pictures are those of `SplatRasterizer.draw`
-    to the bit. A view is taken one picture ahead.
+    Pictures are those of `SplatRasterizer.draw` to the bit. A view is taken one picture
+    ahead.
     """
     coming = iter(views)
     with ThreadPoolExecutor(1, thread_name_prefix="culling") as culling:
 
-        def cull(view: tuple[Camera, SplatMode]) -> Future[SplatList]:
-            return culling.submit(rasterizer.prepare, *view, traversal)
+        def cull(view: tuple[Camera, SplatMode]) -> Lists:
+            prepare = partial(rasterizer.prepare, threads=team.threads)
+            return culling.submit(prepare, *view, traversal)
 
         view = next(coming, None)
-        waiting = [cull(view)] if view is not None else []
-        while waiting:
-            splats = waiting.pop().result()
+        waiting = cull(view) if view is not None else None
+        while waiting is not None:
+            lists = waiting.result()
             view = next(coming, None)
-            begin = None
-            if view is not None:
-                begin = partial(_put, waiting, partial(cull, view))
-            yield rasterizer.draw_list(splats, team, meanwhile=begin)
-
-
-def _put(
-    waiting: list[Future[SplatList]], begin: Callable[[], Future[SplatList]]
-) -> None:
-    waiting.append(begin())
+            waiting = cull(view) if view is not None else None
+            yield rasterizer.draw_list(lists, team)

@@ -2,13 +2,12 @@
 
 Two stages that may run at the same time for two pictures, as in 1995: splats are
 culled by rows; then taken shell by shell, projected, put in order and composited near
-to far in tiles, so that a tile is done when no light is left.
+to far in tiles, so that a tile is done when no light is left. Each thread does both for
+a strip of the picture.
 """
 
-import threading
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,52 +16,25 @@ from renderers.fsr.classic.kernel_set import KernelSet, best_kernels
 from renderers.fsr.classic.kernels import FRAGMENT_BITS
 from renderers.fsr.classic.mode import SplatMode, Traversal
 from renderers.fsr.classic.painted_set import PaintedSet
-from renderers.fsr.classic.projected_splats import ProjectedSplats
-from renderers.fsr.classic.scratch import TileScratch, TileStates
+from renderers.fsr.classic.set_view import see_set
 from renderers.fsr.classic.splat_list import SplatList, list_splats
-from renderers.fsr.classic.taken_splats import Piece, TakenSplats
-from renderers.fsr.classic.tiles import MOST_TILES, TILE_SIDE
+from renderers.fsr.classic.strip_drawer import STAGES, Canvas, Drawn, StripDrawer
+from renderers.fsr.classic.strips import Strips
 from renderers.fsr.fuzzy_set import FuzzySet
-from renderers.fsr.tile_grid import tile_grid
 from renderers.scene import Camera, Image, Scene
 from renderers.scene.thread_team import ThreadTeam
 
 LEAST_LIGHT = 1 / 1024
 """Light below which a square of pixels takes no more: a quarter of a code."""
 
-MANY = 500
-"""Splats that take long enough to draw for others to make use of it."""
-
-
-@dataclass(frozen=True, slots=True)
-class Canvas:
-    """Hold a picture being drawn; depth and limits without elements are not wanted."""
-
-    image: NDArray[np.float32]
-    depth: NDArray[np.float32]
-    limit_mm: NDArray[np.float32]
-
-
-class Clock:
-    """Add wall-clock time to stages as they end."""
-
-    def __init__(self, stage_s: dict[str, float]) -> None:
-        self._stage_s = stage_s
-        self._last = time.perf_counter()
-
-    def passed(self, stage: str) -> None:
-        """Add what has passed since the last call."""
-        now = time.perf_counter()
-        self._stage_s[stage] += now - self._last
-        self._last = now
-
 
 class SplatRasterizer:
     """Draw pictures of mode `classic`; keeps its scratch memory between pictures.
 
     least_light: share of the light below which nothing is added; no picture differs
-    from the one with none by more than this. counters, stage_s: what the last picture
-    took, and wall-clock seconds by stage.
+    from the one with none by more than this. counters: what the last picture took; what
+    several strips listed or drew counts for each. stage_s: its wall-clock seconds by
+    stage, the mean of the strips.
     """
 
     def __init__(
@@ -77,10 +49,8 @@ class SplatRasterizer:
         self._painted = PaintedSet(fuzzy_set, scene)
         self._row_count = fuzzy_set.rows.row_count
         self._least_light = least_light
-        self._taken = TakenSplats(self._painted)
-        self._splats = ProjectedSplats(self._kernels)
-        self._tiles = TileStates(1, 1, False)
-        self._local = threading.local()
+        self._strips = Strips()
+        self._drawers: list[StripDrawer] = []
         self.counters: dict[str, int] = {}
         self.stage_s: dict[str, float] = {}
 
@@ -96,125 +66,111 @@ class SplatRasterizer:
     ) -> Image:
         """Do both stages for one view: `prepare` and `draw_list`."""
         began = time.perf_counter()
-        splats = self.prepare(camera, mode, traversal)
-        culled = time.perf_counter() - began
-        image = self.draw_list(splats, team, with_depth=with_depth, limit_mm=limit_mm)
-        self.stage_s = {"cull": culled, **self.stage_s}
+        seen = see_set(self._painted, camera, mode, traversal)
+        strips = self._strips.cut(*seen.tiles, team.threads)
+        # what Python does is done before there are two threads of it
+        planes = [seen.planes_of(strip) for strip in strips]
+
+        def prepare(number: int) -> SplatList:
+            return list_splats(seen, self._kernels, strips[number], planes[number])
+
+        before_s = time.perf_counter() - began
+        canvas = self._canvas(camera, with_depth, limit_mm)
+        image = self._draw(prepare, strips, canvas, team)
+        self.stage_s["cull"] += before_s
         return image
 
     def prepare(
-        self, camera: Camera, mode: SplatMode, traversal: Traversal = Traversal.DISTANCE
-    ) -> SplatList:
-        """Cull one view: the first stage. It may run while another view is drawn."""
-        return list_splats(self._painted, self._kernels, camera, mode, traversal)
+        self,
+        camera: Camera,
+        mode: SplatMode,
+        traversal: Traversal = Traversal.DISTANCE,
+        *,
+        threads: int = 1,
+    ) -> tuple[SplatList, ...]:
+        """Cull one view: the first stage. It may run while another view is drawn.
+
+        threads: that are to draw it. Gives a list for each.
+        """
+        seen = see_set(self._painted, camera, mode, traversal)
+        strips = self._strips.cut(*seen.tiles, threads)
+        return tuple(list_splats(seen, self._kernels, strip) for strip in strips)
 
     def draw_list(
         self,
-        splats: SplatList,
+        lists: Sequence[SplatList],
         team: ThreadTeam,
         *,
         with_depth: bool = False,
         limit_mm: NDArray[np.float32] | None = None,
-        meanwhile: Callable[[], object] | None = None,
     ) -> Image:
-        """Composite a list: the second stage. Bits do not depend on the team's size.
+        """Composite what is prepared: the second stage.
 
-        with_depth: find for every pixel the depth by which half of the light is gone,
-        along the ray, or along the axis in an orthographic view. limit_mm: ``(h, w)``
-        depth of something opaque, infinite where there is nothing; splats behind it
-        are hidden per pixel. meanwhile: is called once, before tiles are drawn: what
-        another thread then does in Python holds nothing up. Raises ValueError where
-        limits do not fit the camera, and for a picture of too many pixels.
+        Bits do not depend on the number of threads. with_depth: find for every pixel
+        the depth by which half of the light is gone, along the ray, or along the axis
+        in an orthographic view. limit_mm: ``(h, w)`` depth of something opaque,
+        infinite where there is nothing; splats behind it are hidden per pixel. Raises
+        ValueError where limits do not fit the camera.
         """
-        size = splats.camera.height, splats.camera.width
-        down, across = tile_grid(*size, (TILE_SIDE, TILE_SIDE), MOST_TILES)
+        canvas = self._canvas(lists[0].seen.camera, with_depth, limit_mm)
+        strips = [splats.strip for splats in lists]
+        image = self._draw(lists.__getitem__, strips, canvas, team)
+        del self.stage_s["cull"]
+        return image
+
+    def _canvas(
+        self,
+        camera: Camera,
+        with_depth: bool,
+        limit_mm: NDArray[np.float32] | None,
+    ) -> Canvas:
+        size = camera.height, camera.width
         if limit_mm is not None and limit_mm.shape != size:
             raise ValueError(
                 f"depth limits of shape {limit_mm.shape} do not fit a picture of "
                 f"{size[0]} x {size[1]}"
             )
-        if self._tiles.shape != (down, across, with_depth):
-            self._tiles = TileStates(down, across, with_depth)
-        else:
-            self._tiles.begin()
-        canvas = Canvas(
+        return Canvas(
             np.empty((*size, 4), np.float32),
             np.empty(size if with_depth else (0, 0), np.float32),
             np.empty((0, 0), np.float32) if limit_mm is None else limit_mm,
+            self._least_light,
         )
-        fragments = visible = 0
-        self.stage_s = dict.fromkeys(("project", "order", "draw"), 0.0)
-        clock = Clock(self.stage_s)
-        for piece in self._taken.pieces(splats, self._tiles):
-            if piece.parts == 0 and not piece.last:
-                continue
-            self._splats.project(piece, splats, team)
-            clock.passed("project")
-            self._splats.order(piece, team)
-            clock.passed("order")
-            if meanwhile and self._splats.visible >= MANY:
-                meanwhile()
-                meanwhile = None
-            fragments += self._draw_piece(piece, splats, canvas, team)
-            clock.passed("draw")
-            visible += self._splats.visible
-            if not self._tiles.alive.any():
-                break
-        if meanwhile:
-            meanwhile()
-        self.counters = {
-            "listed": splats.count,
-            "visible": visible,
-            "split": splats.near.split,
-            "rows": self._row_count,
-            "culled rows": self._row_count - len(splats.spans),
-            "fragments": fragments >> FRAGMENT_BITS,
-        }
-        return Image(canvas.image, canvas.depth if with_depth else None)
 
-    def _draw_piece(
+    def _draw(
         self,
-        piece: Piece,
-        splats: SplatList,
-        canvas: "Canvas",
+        list_of: Callable[[int], SplatList],
+        strips: Sequence[range],
+        canvas: Canvas,
         team: ThreadTeam,
-    ) -> int:
-        """Draw a projected piece of a list; give the fragments."""
-        tiles, projected = self._tiles, self._splats
-        records = projected.records.reshape(-1)
-        turns = np.zeros(1, np.int64)
+    ) -> Image:
+        """List and draw all strips; add up what they took."""
+        while len(self._drawers) < len(strips):
+            self._drawers.append(StripDrawer(self._kernels))
 
-        def draw(_: int) -> int:
-            scratch = self._scratch(len(projected.entries))
-            return self._kernels.draw_tiles(
-                records,
-                projected.boxes,
-                projected.entries,
-                projected.visible,
-                turns,
-                splats.mode is SplatMode.POINTS,
-                np.float32(self._least_light),
-                splats.sheets,
-                canvas.limit_mm,
-                tiles.fresh,
-                piece.last,
-                scratch.items,
-                scratch.limits,
-                scratch.sums,
-                scratch.sheets,
-                scratch.far,
-                tiles.states,
-                tiles.depths,
-                tiles.alive,
-                tiles.drawn,
-                canvas.image,
-                canvas.depth,
-            )
+        def work(number: int) -> tuple[SplatList, Drawn, float, float]:
+            began, worked = time.perf_counter(), time.thread_time()
+            splats = list_of(number)
+            culled = time.perf_counter() - began
+            drawn = self._drawers[number].draw(splats, canvas)
+            return splats, drawn, culled, time.thread_time() - worked
 
-        return sum(team.map(draw, range(team.threads)))
+        done = team.map(work, range(len(strips)))
+        self._strips.learn(strips, [worked for *_, worked in done])
+        self.stage_s = {"cull": _mean([culled for _, _, culled, _ in done])}
+        for stage in STAGES:
+            self.stage_s[stage] = _mean([drawn.stage_s[stage] for _, drawn, *_ in done])
+        rows = len(strips) * self._row_count
+        self.counters = {
+            "listed": sum(splats.count for splats, *_ in done),
+            "visible": sum(drawn.visible for _, drawn, *_ in done),
+            "split": max(splats.near.split for splats, *_ in done),
+            "rows": rows,
+            "culled rows": rows - sum(len(splats.spans) for splats, *_ in done),
+            "fragments": sum(drawn.fragments for _, drawn, *_ in done) >> FRAGMENT_BITS,
+        }
+        return Image(canvas.image, canvas.depth if canvas.depth.size else None)
 
-    def _scratch(self, splats: int) -> TileScratch:
-        scratch: TileScratch | None = getattr(self._local, "scratch", None)
-        if scratch is None or scratch.items.shape[1] < splats:
-            scratch = self._local.scratch = TileScratch(splats)
-        return scratch
+
+def _mean(numbers: Sequence[float]) -> float:
+    return sum(numbers) / len(numbers)

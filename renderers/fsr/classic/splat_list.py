@@ -14,20 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.classic.kernel_set import KernelSet
-from renderers.fsr.classic.mode import SplatMode, Traversal
-from renderers.fsr.classic.near import WIDEST_SIGMA, NearSplats, split_near
+from renderers.fsr.classic.mode import Traversal
+from renderers.fsr.classic.near import NearSplats, split_near
 from renderers.fsr.classic.ordering.kernels import KEYS
-from renderers.fsr.classic.painted_set import PaintedSet
+from renderers.fsr.classic.set_view import SetView
 from renderers.fsr.classic.survey.kernels import BINS
-from renderers.fsr.classic.view import View, view_of
-from renderers.fsr.display_list import eye_voxel, view_planes
-from renderers.fsr.footprint import (
-    CUT_SIGMAS,
-    SHEET_SIGMA_PER_SPACING,
-    SIGMA_PER_SPACING,
-)
-from renderers.fsr.sparse_rows import SparseRows
-from renderers.scene import Camera
+from renderers.fsr.classic.view import View
+from renderers.fsr.culling.kernels import list_spans
+from renderers.fsr.display_list import eye_voxel
 
 SHARES = (1 / 16, 1 / 6, 1 / 2)
 """Of the elements, after which to look which tiles are finished."""
@@ -38,9 +32,6 @@ MANY = 1 << 17
 ACROSS = 0.25
 """Cosine between rows and the view's axis below which a row meets few shells."""
 
-ROUNDED_MM = 1e-3
-"""More than single precision moves a plane."""
-
 _SPARE = 16
 """Spans behind the last, which vectors may write to."""
 
@@ -50,27 +41,24 @@ LEAST_SHELL = 1 << 13
 
 @dataclass(frozen=True, slots=True)
 class SplatList:
-    """Hold what the view leaves of a set.
+    """Hold what a strip of a view leaves of a set.
 
     spans: ``(k, 3)`` int32, see `ClippedRows`. lowest, highest: ``(k,)`` int32, the
-    keys that bound each. begins: elements in the spans before each, and in all. near,
-    near_mm: splats nearer than that, to be drawn first; they are in the spans, too.
-    ends: last + 1 key of each shell. sheets: lowest depth, keys per mm and keys per
-    sheet, as kernels take them; empty where splats are blended one by one.
+    keys that bound each. begins: elements in the spans before each, and in all. near:
+    splats nearer than the view's `near_mm`; they are in the spans, too. shells:
+    ``(m,)`` int64, last + 1 key of each; empty where `given`, ``(n,)`` int32, names the
+    other elements in the order to draw them in. strip: the tiles that this is for.
     """
 
-    camera: Camera
-    mode: SplatMode
-    traversal: Traversal
-    view: View
+    seen: SetView
     spans: NDArray[np.int32]
     lowest: NDArray[np.int32]
     highest: NDArray[np.int32]
     begins: NDArray[np.int64]
     near: NearSplats
-    near_mm: float
-    ends: tuple[int, ...]
-    sheets: NDArray[np.float32]
+    shells: NDArray[np.int64]
+    given: NDArray[np.int32]
+    strip: range
 
     @property
     def count(self) -> int:
@@ -78,34 +66,34 @@ class SplatList:
         return int(self.begins[-1])
 
 
-def sigma_of(mode: SplatMode) -> float:
-    """Give a mode's sigma of a footprint, in grid steps."""
-    sheet = mode is SplatMode.SHEET
-    return SHEET_SIGMA_PER_SPACING if sheet else SIGMA_PER_SPACING
-
-
 def list_splats(
-    painted: PaintedSet,
+    seen: SetView,
     kernels: KernelSet,
-    camera: Camera,
-    mode: SplatMode,
-    traversal: Traversal = Traversal.DISTANCE,
+    strip: range,
+    planes: NDArray[np.float32] | None = None,
 ) -> SplatList:
-    """Cull a set for one view and cut it into shells.
+    """Cull a set for a strip of a view's tiles, and cut it into shells.
 
-    Raises ValueError for sheets in another order than that of distance.
+    planes: see `SetView.planes_of`, where these are known already.
     """
-    if mode is SplatMode.SHEET and traversal is not Traversal.DISTANCE:
-        raise ValueError(
-            f"sheets are layers of distance, so their splats need the order "
-            f"{Traversal.DISTANCE.value!r}, got {traversal.value!r}"
-        )
-    view = view_of(camera, painted.grid)
-    sigma_mm = sigma_of(mode) * painted.widest_mm
-    # the parts of a splat that is split may lie behind the next that is not
-    near_mm = -math.inf if view.is_flat else sigma_mm / WIDEST_SIGMA + painted.widest_mm
-    spans, ends, begins = _clip(painted, kernels, camera, view)
-    lowest, highest = np.empty((2, len(spans) + _SPARE), np.int32)
+    painted, view, near_mm = seen.painted, seen.view, seen.near_mm
+    count = len(painted.row_numbers)
+    spans = np.empty((count, 3), np.int32)
+    ends = np.empty((4, count + _SPARE), np.float32)
+    begins = np.empty(count + 1, np.int64)
+    kept = kernels.clip_set(
+        painted.row_numbers,
+        painted.row_extents,
+        painted.row_places,
+        painted.columns,
+        view.base,
+        seen.planes_of(strip) if planes is None else planes,
+        spans,
+        ends,
+        begins,
+    )
+    spans, begins = spans[:kept], begins[: kept + 1]
+    lowest, highest = np.empty((2, kept + _SPARE), np.int32)
     bins = np.empty(BINS, np.int64)
     near = np.empty(begins[-1] if near_mm > view.low else 0, np.int32)
     nears = kernels.survey_spans(
@@ -123,65 +111,42 @@ def list_splats(
         bins,
         near,
     )
-    if traversal is Traversal.GRID:
-        turns = _far_to_near(spans, painted.rows, camera)
-        spans = spans[turns]
-        lowest[: len(turns)] = lowest[turns]
-        highest[: len(turns)] = highest[turns]
-        np.cumsum(spans[:, 2] - spans[:, 1], out=begins[1:])
-    sheets = np.empty(0, np.float32)
-    if mode is SplatMode.SHEET:
-        keys_per_sheet = view.keys_per_mm * painted.sheet_mm
-        sheets = np.array([view.low, view.keys_per_mm, keys_per_sheet], np.float32)
+    given, shells = np.empty(0, np.int32), np.empty(0, np.int64)
+    if seen.traversal is Traversal.GRID:
+        given = _grid_order(seen, spans)
+    elif kept:
+        shells = _shell_ends(bins, seen.sheets, _shares_for(view, int(begins[-1])))
     return SplatList(
-        camera,
-        mode,
-        traversal,
-        view,
+        seen,
         spans,
         lowest,
         highest,
         begins,
-        split_near(near[:nears], painted.places, painted.paints, view, sigma_mm),
-        near_mm,
-        _shell_ends(bins, sheets, _shares_for(view, int(begins[-1]))),
-        sheets,
+        split_near(near[:nears], painted.places, painted.paints, view, seen.sigma_mm),
+        shells,
+        given,
+        strip,
     )
 
 
-def _clip(
-    painted: PaintedSet, kernels: KernelSet, camera: Camera, view: View
-) -> tuple[NDArray[np.int32], NDArray[np.float32], NDArray[np.int64]]:
-    """Clip all rows; give spans, ends and begins, see `clip_set`."""
-    margin_mm = CUT_SIGMAS * SHEET_SIGMA_PER_SPACING * painted.widest_mm
-    planes = view_planes(camera, margin_mm) @ painted.rows.world_from_voxel
-    planes[:, 3] += planes[:, :3] @ view.base + ROUNDED_MM
-    count = len(painted.row_numbers)
-    spans = np.empty((count, 3), np.int32)
-    ends = np.empty((4, count + _SPARE), np.float32)
-    begins = np.empty(count + 1, np.int64)
-    kept = kernels.clip_set(
-        painted.row_numbers,
-        painted.row_extents,
-        painted.row_places,
-        painted.columns,
-        view.base,
-        planes.astype(np.float32),
-        spans,
-        ends,
-        begins,
-    )
-    return spans[:kept], ends, begins[: kept + 1]
+def _grid_order(seen: SetView, spans: NDArray[np.int32]) -> NDArray[np.int32]:
+    """List elements of spans as the grid orders them, without the near ones.
 
-
-def _far_to_near(
-    spans: NDArray[np.int32], rows: SparseRows, camera: Camera
-) -> NDArray[np.int64]:
-    """Order slices, and rows in a slice, from both ends to the eye's own."""
-    _, j, k = eye_voxel(rows, camera)
-    slices, places = np.divmod(spans[:, 0], rows.shape[1])
-    turns = _turn(places, j, rows.shape[1]), _turn(slices, k, rows.shape[0])
-    return np.lexsort(turns)
+    Slices, and rows in a slice, are taken from both ends to the eye's own.
+    """
+    rows, view = seen.painted.rows, seen.view
+    column, j, k = eye_voxel(rows, seen.camera).tolist()
+    slices, lines = np.divmod(spans[:, 0], rows.shape[1])
+    turns = _turn(lines, j, rows.shape[1]), _turn(slices, k, rows.shape[0])
+    far_first = spans[np.lexsort(turns)]
+    count = int((spans[:, 2] - spans[:, 1]).sum())
+    index, row = np.empty((2, count), np.int32)
+    list_spans(far_first, len(spans), rows.x, column, index, row)
+    index = index[::-1]
+    steps = seen.painted.places[index, :3] - view.base
+    places = steps @ view.matrix[:, :3].T + view.matrix[:, 3]
+    is_near = np.linalg.norm(places, axis=1) < seen.near_mm
+    return np.ascontiguousarray(index[~is_near])
 
 
 def _turn(index: NDArray[np.int32], eye: int, count: int) -> NDArray[np.int64]:
@@ -205,7 +170,7 @@ def _shares_for(view: View, count: int) -> tuple[float, ...]:
 
 def _shell_ends(
     bins: NDArray[np.int64], sheets: NDArray[np.float32], shares: tuple[float, ...]
-) -> tuple[int, ...]:
+) -> NDArray[np.int64]:
     """Give keys at which shells end: between two sheets."""
     passed = np.cumsum(bins).tolist()
     every = passed[-1]
@@ -221,4 +186,4 @@ def _shell_ends(
         if inside - done >= LEAST_SHELL and every - inside >= LEAST_SHELL:
             ends.append(key)
             done = inside
-    return (*ends, KEYS)
+    return np.array([*ends, KEYS])

@@ -68,22 +68,21 @@ def grid_of(rows: SparseRows) -> Grid:
 
 def view_of(camera: Camera, grid: Grid) -> View:
     """Find how a camera sees a set's grid."""
-    to_camera = camera.frame[1:]
-    voxel = grid.voxel_from_world[:, :3] @ camera.eye_mm + grid.voxel_from_world[:, 3]
+    to_camera, eye = camera.frame[1:], camera.eye_mm
+    voxel = grid.voxel_from_world[:, :3] @ eye + grid.voxel_from_world[:, 3]
     base = np.minimum(np.maximum(np.rint(voxel), 0.0), grid.top)
     matrix = np.empty((3, 4))
-    matrix[:, :3] = to_camera @ grid.axes_mm
-    matrix[:, 3] = to_camera @ (grid.axes_mm @ (base - voxel))
-    seen = to_camera @ (grid.corners_mm - camera.eye_mm[:, None])
+    np.matmul(to_camera, grid.axes_mm, out=matrix[:, :3])
+    matrix[:, 3] = matrix[:, :3] @ (base - voxel)
+    away = grid.corners_mm - eye[:, None]
     is_flat = camera.projection is Projection.ORTHOGRAPHIC
     if is_flat:
-        low, high = float(seen[2].min()), float(seen[2].max())
+        depths = (to_camera[2] @ away).tolist()
+        low, high = min(depths), max(depths)
     else:
         # the grid lies in the ball around its middle that holds its corners
-        squares = (seen * seen).sum(axis=0).tolist()
-        middle = to_camera @ (grid.middle_mm - camera.eye_mm)
-        low = max(math.hypot(*middle) - grid.radius_mm, 0.0)
-        high = math.sqrt(max(squares))
+        low = max(math.dist(grid.middle_mm, eye) - grid.radius_mm, 0.0)
+        high = math.sqrt(max((away * away).sum(axis=0).tolist()))
     half = 0.5 * min(camera.width, camera.height)
     pinhole = camera.projection is Projection.PERSPECTIVE
     scale = half / (math.tan(camera.extent) if pinhole else camera.extent)

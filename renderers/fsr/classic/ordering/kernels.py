@@ -18,14 +18,11 @@ NOWHERE = 255
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def count_keys(
-    ranges: I32, keys: I32, first_key: int, end_key: int, counts: I32
-) -> None:
-    """Count a part's splats that show by key, of the keys first_key..end_key - 1.
+def count_keys(ranges: I32, keys: I32, counts: I32) -> None:
+    """Add the splats that show to the counts of their keys.
 
     ranges: see `list_block`. counts: ``(KEYS,)``.
     """
-    counts[first_key:end_key] = 0
     for s in range(ranges.shape[0]):
         if ranges[s] != NOWHERE:
             counts[keys[s]] += 1
@@ -33,33 +30,30 @@ def count_keys(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def begin_keys(counts: I32, first_key: int, end_key: int) -> int:
-    """Turn counts ``(parts, KEYS)`` into where each part's splats of a key begin.
+    """Turn counts into where the splats of each of these keys begin.
 
-    Near ones first, ties by part. Returns the number of all.
+    Near ones first. Returns the number of all.
     """
     total = 0
     for key in range(first_key, end_key):
-        for part in range(counts.shape[0]):
-            here = counts[part, key]
-            counts[part, key] = total
-            total += here
+        here = counts[key]
+        counts[key] = total
+        total += here
     return total
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def place_by_keys(
-    ranges: I32, keys: I32, first: int, begins: I32, entries: I64
-) -> None:
-    """Put a part's splats where they belong, ties in their order.
+def place_by_keys(ranges: I32, keys: I32, begins: I32, entries: I64) -> None:
+    """Put splats where they belong, ties in their order.
 
-    first: number of the first. begins: of the part, see `begin_keys`; moved on.
-    entries: of all parts, a splat's number and above that, from bit 32, its range: one
-    place to write to, since hardly any is in the first cache.
+    begins: see `begin_keys`; moved on. entries: of all, a splat's number and above
+    that, from bit 32, its range: one place to write to, since hardly any is in the
+    first cache.
     """
     for s in range(ranges.shape[0]):
         if ranges[s] != NOWHERE:
             at = begins[keys[s]]
-            entries[at] = np.int64(ranges[s]) << 32 | np.int64(first + s)
+            entries[at] = np.int64(ranges[s]) << 32 | np.int64(s)
             begins[keys[s]] = at + 1
 
 

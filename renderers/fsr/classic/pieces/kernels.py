@@ -1,6 +1,12 @@
-"""Pieces of lists in one call for each thread, which share out their parts by turns.
+"""All that a list needs to become a picture, in one call.
 
-A part is taken, projected and counted while it is in the cache.
+Its splats are drawn in pieces: those near the eye, which are not the set's own, then
+the rest shell by shell, or all at once in an order that is given. A piece is taken,
+projected, put in order and composited before the next, so that a shell's splats where
+no light is left need not even be projected.
+
+Threads each draw a part of the picture from a list of its own: between them nothing is
+shared, and nothing waits for the interpreter's lock.
 """
 
 from typing import Any
@@ -9,67 +15,179 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.fsr.classic.ordering.kernels import count_keys, place_by_keys
+from renderers.fsr.classic.kernels import draw_tiles
+from renderers.fsr.classic.ordering.kernels import (
+    begin_keys,
+    count_keys,
+    place_by_keys,
+)
 from renderers.fsr.classic.projection.kernels import project_splats
-from renderers.fsr.classic.shells.kernels import take_shell
-from renderers.scene.turns.kernels import take_part
+from renderers.fsr.classic.shells.kernels import find_waiting, take_shell
+from renderers.fsr.classic.tiles import TILE_SIDE
+from renderers.scene.ticks.kernels import passed, ticks
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 I64 = NDArray[np.int64]
 
+PROJECT, ORDER, DRAW = range(3)
+"""Stages whose time is told."""
+
+LEAST_PART = 1 << 13
+"""Elements taken, projected and counted while they are in the cache."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def end_of_part(begins: I64, first: int) -> int:
+    """Give the last + 1 of the spans, from `first` on, that make a part."""
+    end = first + 1
+    while end + 1 < begins.shape[0] and begins[end + 1] - begins[first] <= LEAST_PART:
+        end += 1
+    return end
+
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def project_piece(
-    turns: I64, who: int, starts: I64, taken: I64, cuts: I64, index: I32, keys: I32,
-    first_key: int, end_key: int, spans: Any, view: Any, look: Any, places: F32,
-    paints: F32, records: F32, boxes: I32, ranges: I32, counts: I32,
-) -> None:  # fmt: skip
-    """Take the parts of a piece, project them and count their keys.
+def look_for_light(alive: I64, down: int, across: int, waiting: I32) -> Any:
+    """Say whether there is light left, and give `waiting`, see `find_waiting`.
 
-    turns, who: see `take_part`; threads share out parts. starts, taken: where
-    each part's elements begin in `index`, and how many they are. cuts: spans before
-    each part, and in all, whose elements are taken; none where `index` and `taken` say
-    already which they are. spans: what `take_shell` asks of these; view: base, matrix,
-    projection, scale, width and height; look: sigma, widest, sized, points and sheet
-    share, see `project_splats`. counts: ``(parts, KEYS)``.
+    Where all tiles take all light, it has no elements.
     """
-    rows, lowest, highest, ny, columns, low, per_mm, near, reach, waiting = spans
-    base, matrix, projection, scale, width, height = view
-    sigma, widest, sized, points, sheet_share = look
-    while True:
-        part = take_part(turns, who, taken.shape[0])
-        if part == taken.shape[0]:
-            break
-        here = starts[part]
-        if cuts.size > 0:
-            a, b = cuts[part], cuts[part + 1]
-            taken[part] = take_shell(
-                rows[a:b], lowest[a:b], highest[a:b], ny, columns, base, matrix,
-                projection, low, per_mm, near, first_key, end_key, scale, reach, width,
-                height, waiting, index[here:], keys[here:],
-            )  # fmt: skip
-        end = here + taken[part]
-        project_splats(
-            index[here:], taken[part], places, paints, base, matrix, sigma, projection,
-            scale, width, height, widest, sized, points, sheet_share, records[here:],
-            boxes[here:], ranges[here:],
-        )  # fmt: skip
-        count_keys(ranges[here:end], keys[here:end], first_key, end_key, counts[part])
+    some, every = False, True
+    for tile in range(alive.shape[0]):
+        some = some or alive[tile] != 0
+        every = every and alive[tile] == -1
+    if every:
+        return some, waiting[:0]
+    find_waiting(alive, down, across, waiting)
+    return some, waiting
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def order_piece(
-    turns: I64, who: int, starts: I64, taken: I64, ranges: I32, keys: I32, begins: I32,
+def put_in_order(
+    n: int, first_key: int, end_key: int, ranges: I32, keys: I32, counts: I32,
     entries: I64,
-) -> None:  # fmt: skip
-    """Put the splats of a piece where they belong, see `place_by_keys`.
+) -> int:  # fmt: skip
+    """Put a piece's n splats, whose keys are counted, in order; give those that show.
 
-    turns, who, starts, taken: see `project_piece`. begins: ``(parts, KEYS)``.
+    counts: ``(KEYS,)``, zeros again afterwards.
     """
-    while True:
-        part = take_part(turns, who, taken.shape[0])
-        if part == taken.shape[0]:
-            break
-        here, end = starts[part], starts[part] + taken[part]
-        place_by_keys(ranges[here:end], keys[here:end], here, begins[part], entries)
+    visible = begin_keys(counts, first_key, end_key)
+    place_by_keys(ranges[:n], keys[:n], counts, entries)
+    counts[first_key:end_key] = 0
+    return visible
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def count_in_order(n: int, given: I32, index: I32, keys: I32) -> None:
+    """Take n splats as they are given, or 0 .. n - 1; all have one key."""
+    for s in range(n):
+        index[s] = given[s] if given.size > 0 else s
+        keys[s] = 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _project(
+    index: I32, n: int, splats: Any, sized: bool, seen_by: Any, look: Any,
+    records: F32, boxes: I32, ranges: I32, keys: I32, counts: I32,
+) -> None:  # fmt: skip
+    """Project n splats and count their keys."""
+    places, paints = splats
+    base, matrix, projection, scale, width, height = seen_by
+    sigma, widest, points, sheet_share, _ = look
+    project_splats(
+        index, n, places, paints, base, matrix, sigma, projection, scale, width, height,
+        widest, sized, points, sheet_share, records, boxes, ranges,
+    )  # fmt: skip
+    count_keys(ranges[:n], keys[:n], counts)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _project_shell(
+    first_key: int, end_key: int, listed: Any, columns: F32, ny: int, splats: Any,
+    seen_by: Any, look: Any, waiting: I32, room: Any,
+) -> int:  # fmt: skip
+    """Take a shell's splats part by part and project them; give their number."""
+    spans, lowest, highest, begins, low, per_mm, near_mm = listed
+    base, matrix, projection, scale, width, height = seen_by
+    index, keys, records, boxes, ranges, counts, _ = room
+    n = a = 0
+    while a < spans.shape[0]:
+        b = end_of_part(begins, a)
+        taken = take_shell(
+            spans[a:b], lowest[a:b], highest[a:b], ny, columns, base, matrix,
+            projection, low, per_mm, near_mm, first_key, end_key, scale, look[4], width,
+            height, waiting, index[n:], keys[n:],
+        )  # fmt: skip
+        _project(
+            index[n:], taken, splats, False, seen_by, look, records[n:], boxes[n:],
+            ranges[n:], keys[n:], counts,
+        )  # fmt: skip
+        n += taken
+        a = b
+    return n
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def draw_pieces(
+    near: Any, own: Any, columns: F32, ny: int, given: I32, listed: Any, shells: I64,
+    seen_by: Any, look: Any, room: Any, tiles: Any, scratch: Any, canvas: Any,
+    spent: I64,
+) -> Any:  # fmt: skip
+    """Draw a list; give the number of splats projected that show, and the fragments.
+
+    near: places and paints of splats to be drawn first, nearest first. own: places and
+    paints of the set; columns, ny: see `take_shell`. given: those of the set to be
+    drawn, in this order; no elements where shells are taken. listed: spans, lowest,
+    highest and begins (see `SplatList`), low, scale and near_mm (see `survey_spans`).
+    shells: last + 1 key of each. seen_by: base, matrix, projection, scale, width and
+    height; look: sigma, widest, points, sheet_share (see `project_splats`) and reach_mm
+    (see `take_shell`). room: index, keys, records, boxes, ranges, counts (``(KEYS,)``
+    zeros) and entries, for all near splats or all of the list, and sixteen more.
+    tiles: states, depths, alive, drawn, fresh and turns (see `draw_tiles`), and
+    waiting (see `find_waiting`); tiles that take no light are left alone. scratch:
+    items, limits, sums, sheets and far; canvas: image, depth, limit_mm, cut and
+    sheets_of; see `draw_tiles`. spent: ``(3,)`` ticks by stage, added to.
+    """
+    index, keys, records, boxes, ranges, counts, entries = room
+    states, depths, alive, drawn, fresh, turns, waiting = tiles
+    items, limits, sums, sheets, far = scratch
+    image, depth, limit_mm, cut, sheets_of = canvas
+    down = (image.shape[0] + TILE_SIDE - 1) // TILE_SIDE
+    across = (image.shape[1] + TILE_SIDE - 1) // TILE_SIDE
+    pieces = 1 + (1 if given.size > 0 else shells.shape[0])
+    visible = fragments = 0
+    end_key = 0
+    now = ticks()
+    for piece in range(pieces):
+        first_key = end_key
+        last = piece == pieces - 1
+        if piece > 0 and given.size == 0:
+            light, sets = look_for_light(alive, down, across, waiting)
+            if not light:
+                break
+            end_key = shells[piece - 1]
+            n = _project_shell(
+                first_key, end_key, listed, columns, ny, own, seen_by, look, sets, room
+            )
+        else:
+            # the near ones, or all in an order that is given
+            n = near[0].shape[0] if piece == 0 else given.shape[0]
+            count_in_order(n, given[:0] if piece == 0 else given, index, keys)
+            _project(
+                index, n, near if piece == 0 else own, piece == 0, seen_by, look,
+                records, boxes, ranges, keys, counts,
+            )  # fmt: skip
+        now = passed(spent, PROJECT, now)
+        first, end = (first_key, end_key) if end_key > 0 else (0, 1)
+        some = put_in_order(n, first, end, ranges, keys, counts, entries)
+        now = passed(spent, ORDER, now)
+        if some > 0 or last:
+            turns[0] = 0
+            fragments += draw_tiles(
+                records.reshape(-1), boxes, entries, some, turns, look[2], cut,
+                sheets_of, limit_mm, fresh, last, items, limits, sums, sheets, far,
+                states, depths, alive, drawn, image, depth,
+            )  # fmt: skip
+        visible += some
+        now = passed(spent, DRAW, now)
+    return visible, fragments

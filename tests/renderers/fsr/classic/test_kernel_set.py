@@ -56,7 +56,7 @@ def test_vectors_and_scalars_give_equal_bits(
         eye, (5, 5, 4), extent=extent[projection], size=size, projection=projection
     )
     best, scalar = best_kernels(), scalar_kernels()
-    assert best.draw_tiles is not scalar.draw_tiles, "vectors run here"
+    assert best.draw_pieces is not scalar.draw_pieces, "vectors run here"
     for limit in (None, limits(size[1], size[0])):
         a, b = (
             SplatRasterizer(fuzzy, scene, kernels=kernels).draw(

@@ -85,13 +85,18 @@ def test_an_empty_set_gives_a_transparent_picture(
     assert drawer.counters["visible"] == 0
 
 
+@pytest.mark.parametrize("eye", [(5, -9, 6), (5.2, 1.1, 4.3), (2, 5, 9)])
 def test_bits_do_not_depend_on_the_number_of_threads(
-    team: ThreadTeam, three: ThreadTeam, blob: Callable[..., Splats]
+    team: ThreadTeam,
+    three: ThreadTeam,
+    blob: Callable[..., Splats],
+    eye: tuple[float, float, float],
 ) -> None:
+    """From outside, and among splats that are near and wide."""
     drawer = SplatRasterizer(*blob())
     for projection, extent in zip(Projection, (0.7, 0.7, 6.0), strict=True):
         camera = Camera.looking_at(
-            (5, -9, 6), (5, 5, 4), extent=extent, size=(90, 70), projection=projection
+            eye, (5, 5, 4), extent=extent, size=(90, 130), projection=projection
         )
         for mode in SplatMode:
             one = drawer.draw(camera, team, mode, with_depth=True)

@@ -1,4 +1,4 @@
-"""Pieces of lists with vectors; what is done is told in the scalar twin."""
+"""Lists drawn with vectors; what is done is told in the scalar twin."""
 
 from typing import Any
 
@@ -7,9 +7,20 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.fsr.classic.ordering.kernels import count_keys
+from renderers.fsr.classic.pieces.kernels import (
+    DRAW,
+    ORDER,
+    PROJECT,
+    count_in_order,
+    end_of_part,
+    look_for_light,
+    put_in_order,
+)
 from renderers.fsr.classic.projection.vector.kernels import project_splats
 from renderers.fsr.classic.shells.vector.kernels import take_shell
-from renderers.scene.turns.kernels import take_part
+from renderers.fsr.classic.tiles import TILE_SIDE
+from renderers.fsr.classic.vector.kernels import draw_tiles
+from renderers.scene.ticks.kernels import passed, ticks
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
@@ -17,31 +28,94 @@ I64 = NDArray[np.int64]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def project_piece(
-    turns: I64, who: int, starts: I64, taken: I64, cuts: I64, index: I32, keys: I32,
-    first_key: int, end_key: int, spans: Any, view: Any, look: Any, places: F32,
-    paints: F32, records: F32, boxes: I32, ranges: I32, counts: I32,
+def _project(
+    index: I32, n: int, splats: Any, sized: bool, seen_by: Any, look: Any,
+    records: F32, boxes: I32, ranges: I32, keys: I32, counts: I32,
 ) -> None:  # fmt: skip
     """Do as the scalar twin."""
-    rows, lowest, highest, ny, columns, low, per_mm, near, reach, waiting = spans
-    base, matrix, projection, scale, width, height = view
-    sigma, widest, sized, points, sheet_share = look
-    while True:
-        part = take_part(turns, who, taken.shape[0])
-        if part == taken.shape[0]:
-            break
-        here = starts[part]
-        if cuts.size > 0:
-            a, b = cuts[part], cuts[part + 1]
-            taken[part] = take_shell(
-                rows[a:b], lowest[a:b], highest[a:b], ny, columns, base, matrix,
-                projection, low, per_mm, near, first_key, end_key, scale, reach, width,
-                height, waiting, index[here:], keys[here:],
-            )  # fmt: skip
-        end = here + taken[part]
-        project_splats(
-            index[here:], taken[part], places, paints, base, matrix, sigma, projection,
-            scale, width, height, widest, sized, points, sheet_share, records[here:],
-            boxes[here:], ranges[here:],
+    places, paints = splats
+    base, matrix, projection, scale, width, height = seen_by
+    sigma, widest, points, sheet_share, _ = look
+    project_splats(
+        index, n, places, paints, base, matrix, sigma, projection, scale, width, height,
+        widest, sized, points, sheet_share, records, boxes, ranges,
+    )  # fmt: skip
+    count_keys(ranges[:n], keys[:n], counts)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _project_shell(
+    first_key: int, end_key: int, listed: Any, columns: F32, ny: int, splats: Any,
+    seen_by: Any, look: Any, waiting: I32, room: Any,
+) -> int:  # fmt: skip
+    """Do as the scalar twin."""
+    spans, lowest, highest, begins, low, per_mm, near_mm = listed
+    base, matrix, projection, scale, width, height = seen_by
+    index, keys, records, boxes, ranges, counts, _ = room
+    n = a = 0
+    while a < spans.shape[0]:
+        b = end_of_part(begins, a)
+        taken = take_shell(
+            spans[a:b], lowest[a:b], highest[a:b], ny, columns, base, matrix,
+            projection, low, per_mm, near_mm, first_key, end_key, scale, look[4], width,
+            height, waiting, index[n:], keys[n:],
         )  # fmt: skip
-        count_keys(ranges[here:end], keys[here:end], first_key, end_key, counts[part])
+        _project(
+            index[n:], taken, splats, False, seen_by, look, records[n:], boxes[n:],
+            ranges[n:], keys[n:], counts,
+        )  # fmt: skip
+        n += taken
+        a = b
+    return n
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def draw_pieces(
+    near: Any, own: Any, columns: F32, ny: int, given: I32, listed: Any, shells: I64,
+    seen_by: Any, look: Any, room: Any, tiles: Any, scratch: Any, canvas: Any,
+    spent: I64,
+) -> Any:  # fmt: skip
+    """Do as the scalar twin."""
+    index, keys, records, boxes, ranges, counts, entries = room
+    states, depths, alive, drawn, fresh, turns, waiting = tiles
+    items, limits, sums, sheets, far = scratch
+    image, depth, limit_mm, cut, sheets_of = canvas
+    down = (image.shape[0] + TILE_SIDE - 1) // TILE_SIDE
+    across = (image.shape[1] + TILE_SIDE - 1) // TILE_SIDE
+    pieces = 1 + (1 if given.size > 0 else shells.shape[0])
+    visible = fragments = 0
+    end_key = 0
+    now = ticks()
+    for piece in range(pieces):
+        first_key = end_key
+        last = piece == pieces - 1
+        if piece > 0 and given.size == 0:
+            light, sets = look_for_light(alive, down, across, waiting)
+            if not light:
+                break
+            end_key = shells[piece - 1]
+            n = _project_shell(
+                first_key, end_key, listed, columns, ny, own, seen_by, look, sets, room
+            )
+        else:
+            # the near ones, or all in an order that is given
+            n = near[0].shape[0] if piece == 0 else given.shape[0]
+            count_in_order(n, given[:0] if piece == 0 else given, index, keys)
+            _project(
+                index, n, near if piece == 0 else own, piece == 0, seen_by, look,
+                records, boxes, ranges, keys, counts,
+            )  # fmt: skip
+        now = passed(spent, PROJECT, now)
+        first, end = (first_key, end_key) if end_key > 0 else (0, 1)
+        some = put_in_order(n, first, end, ranges, keys, counts, entries)
+        now = passed(spent, ORDER, now)
+        if some > 0 or last:
+            turns[0] = 0
+            fragments += draw_tiles(
+                records.reshape(-1), boxes, entries, some, turns, look[2], cut,
+                sheets_of, limit_mm, fresh, last, items, limits, sums, sheets, far,
+                states, depths, alive, drawn, image, depth,
+            )  # fmt: skip
+        visible += some
+        now = passed(spent, DRAW, now)
+    return visible, fragments

@@ -12,6 +12,7 @@ from renderers.fsr import FuzzySet
 from renderers.fsr.classic import SplatMode, Traversal
 from renderers.fsr.classic.kernel_set import best_kernels, scalar_kernels
 from renderers.fsr.classic.painted_set import PaintedSet
+from renderers.fsr.classic.set_view import see_set
 from renderers.fsr.classic.splat_list import list_splats
 from renderers.fsr.display_list import clip_rows, view_planes
 from renderers.fsr.footprint import CUT_SIGMAS, SHEET_SIGMA_PER_SPACING
@@ -50,8 +51,9 @@ def test_what_the_view_may_show_is_kept_and_bounded(
         size=(int(rng.integers(3, 200)), int(rng.integers(3, 200))),
         projection=projection,
     )
+    seen = see_set(painted, camera, mode)
     best, scalar = (
-        list_splats(painted, kernels, camera, mode)
+        list_splats(seen, kernels, seen.all_tiles)
         for kernels in (best_kernels(), scalar_kernels())
     )
     count = len(best.spans)
@@ -69,21 +71,26 @@ def test_what_the_view_may_show_is_kept_and_bounded(
     listed = elements(best.spans)
     assert set(np.flatnonzero(inside)) <= set(listed)
     if mode is not SplatMode.SHEET:
-        grid = list_splats(painted, best_kernels(), camera, mode, Traversal.GRID)
+        by_grid = see_set(painted, camera, mode, Traversal.GRID)
+        grid = list_splats(by_grid, best_kernels(), by_grid.all_tiles)
         assert set(elements(grid.spans)) == set(listed)
+        assert len(grid.shells) == 0
+        assert set(grid.given) <= set(listed)
         # in double precision a little less is kept, in the same order
         plain = clip_rows(painted.rows, camera, margin_mm).spans
         assert set(elements(plain)) <= set(listed)
         assert len(listed) - len(elements(plain)) <= 0.02 * len(painted.rows) + 5
-        common = np.isin(grid.spans[:, 0], plain[:, 0])
-        np.testing.assert_array_equal(grid.spans[common, 0], plain[:, 0])
+        rows = np.searchsorted(painted.rows.offsets, grid.given[::-1], "right") - 1
+        rows = rows[np.append(True, np.diff(rows) != 0)[: len(rows)]]
+        common = plain[np.isin(plain[:, 0], rows), 0]
+        np.testing.assert_array_equal(rows[np.isin(rows, plain[:, 0])], common)
     np.testing.assert_array_equal(
         best.begins, np.cumsum([0, *(best.spans[:, 2] - best.spans[:, 1])])
     )
-    depth = best.view.matrix[:, :3] @ (painted.places[:, :3] - best.view.base).T
-    depth += best.view.matrix[:, 3:]
-    apart = depth[2] if best.view.is_flat else np.linalg.norm(depth, axis=0)
-    keys = np.clip((apart - best.view.low) * best.view.keys_per_mm, 0, 4095).astype(int)
+    depth = seen.view.matrix[:, :3] @ (painted.places[:, :3] - seen.view.base).T
+    depth += seen.view.matrix[:, 3:]
+    apart = depth[2] if seen.view.is_flat else np.linalg.norm(depth, axis=0)
+    keys = np.clip((apart - seen.view.low) * seen.view.keys_per_mm, 0, 4095).astype(int)
     for (_, first, end), low, high in zip(
         best.spans, best.lowest[:count], best.highest[:count], strict=True
     ):

@@ -14,6 +14,7 @@ from renderers.fsr.classic import SplatMode, SplatRasterizer
 from renderers.fsr.classic.kernel_set import KernelSet, best_kernels, scalar_kernels
 from renderers.fsr.classic.mode import Traversal
 from renderers.fsr.classic.painted_set import PaintedSet
+from renderers.fsr.classic.set_view import see_set
 from renderers.fsr.classic.shells import kernels as shells
 from renderers.fsr.classic.shells.vector import kernels as vectors
 from renderers.fsr.classic.splat_list import list_splats
@@ -89,10 +90,11 @@ def test_shells_that_leave_hidden_splats_out_change_no_bit(
             with monkeypatch.context() as patch:
                 patch.setattr("renderers.fsr.classic.splat_list.LEAST_SHELL", 1)
                 patch.setattr("renderers.fsr.classic.splat_list.MANY", 1)
-                patch.setattr("renderers.fsr.classic.taken_splats.LEAST_PART", 1000)
-                shells = drawer.draw(camera, three, mode, with_depth=True)
+                strips = drawer.draw(camera, three, mode, with_depth=True)
+                shells = drawer.draw(camera, team, mode, with_depth=True)
             assert whole.rgba[..., 3].max() > 0.9
             assert equal_bits(whole, shells)
+            assert equal_bits(whole, strips)
             assert drawer.counters["visible"] <= all_
             fewer += all_ - drawer.counters["visible"]
     assert fewer > 1000
@@ -128,8 +130,7 @@ def test_culling_rows_changes_no_bit(
             assert some.rgba[..., 3].max() > 0.5
             counters = drawer.counters
             with monkeypatch.context() as patch:
-                for module in ("display_list", "classic.splat_list"):
-                    patch.setattr(f"renderers.fsr.{module}.view_planes", no_planes)
+                patch.setattr("renderers.fsr.classic.set_view.view_planes", no_planes)
                 whole = drawer.draw(camera, team, mode, traversal, with_depth=True)
             seen = np.any(camera.lens_table() != 0, axis=-1)
             assert equal_bits(some, whole, seen)
@@ -155,7 +156,9 @@ def test_every_far_element_is_in_one_shell_and_near_ones_in_none(
     painted = PaintedSet(*blob(seed % 5))
     eye = tuple(np.random.default_rng(seed).uniform(-9, 18, 3))
     camera = seen_from((eye[0], eye[1], eye[2]), 0.7, projection)
-    splats = list_splats(painted, best_kernels(), camera, mode)
+    seen = see_set(painted, camera, mode)
+    view = seen.view
+    splats = list_splats(seen, best_kernels(), seen.all_tiles)
     listed = np.concatenate(
         [np.arange(a, b) for _, a, b in splats.spans] or [np.empty(0, int)]
     )
@@ -167,9 +170,9 @@ def test_every_far_element_is_in_one_shell_and_near_ones_in_none(
             index, keys = np.full((2, splats.count + 32), -7, np.int32)
             n = take_shell(
                 splats.spans, splats.lowest, splats.highest, painted.rows.shape[1],
-                painted.columns, splats.view.base, splats.view.matrix, int(projection),
-                np.float32(splats.view.low), np.float32(splats.view.keys_per_mm),
-                np.float32(splats.near_mm), first, end, np.float32(splats.view.scale),
+                painted.columns, view.base, view.matrix, int(projection),
+                np.float32(view.low), np.float32(view.keys_per_mm),
+                np.float32(seen.near_mm), first, end, np.float32(view.scale),
                 np.float32(1), 150, 140, np.empty(0, np.int32), index, keys,
             )  # fmt: skip
             assert np.all((keys[:n] >= first) & (keys[:n] < end))
@@ -178,8 +181,8 @@ def test_every_far_element_is_in_one_shell_and_near_ones_in_none(
         distance = np.linalg.norm(
             painted.rows.centers_mm()[listed] - camera.eye_mm, axis=1
         )
-        wanted = distance >= splats.near_mm
-        doubtful = listed[np.abs(distance - splats.near_mm) < 1e-4]
+        wanted = distance >= seen.near_mm
+        doubtful = listed[np.abs(distance - seen.near_mm) < 1e-4]
         found = np.concatenate(taken)
         assert len(np.unique(found)) == len(found)
         assert set(found) - set(doubtful) == set(listed[wanted]) - set(doubtful)

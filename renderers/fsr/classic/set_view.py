@@ -1,0 +1,128 @@
+"""One view of a set: what all strips of its picture have in common."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.fsr.classic.mode import SplatMode, Traversal
+from renderers.fsr.classic.near import WIDEST_SIGMA
+from renderers.fsr.classic.painted_set import PaintedSet
+from renderers.fsr.classic.strip_planes import strip_planes
+from renderers.fsr.classic.tiles import MOST_TILES, TILE_SIDE
+from renderers.fsr.classic.view import View, view_of
+from renderers.fsr.display_list import view_planes
+from renderers.fsr.footprint import (
+    CUT_SIGMAS,
+    SHEET_SIGMA_PER_SPACING,
+    SIGMA_PER_SPACING,
+)
+from renderers.fsr.tile_grid import tile_grid
+from renderers.scene import Camera
+
+ROUNDED_MM = 1e-3
+"""More than single precision moves a plane."""
+
+
+@dataclass(frozen=True, slots=True)
+class SetView:
+    """Hold a camera and what it means for a set.
+
+    tiles: down and across the picture. sigma_mm: of a splat. near_mm: those nearer are
+    drawn first; minus infinity in a flat view. planes: ``(p, 4)`` around the view, see
+    `view_planes`, in grid places counted from the view's base. sheets: lowest depth,
+    keys per mm and keys per sheet, as kernels take them; empty where splats are blended
+    one by one.
+    """
+
+    painted: PaintedSet
+    camera: Camera
+    mode: SplatMode
+    traversal: Traversal
+    tiles: tuple[int, int]
+    view: View
+    sigma_mm: float
+    near_mm: float
+    planes: NDArray[np.float32]
+    sheets: NDArray[np.float32]
+
+    @property
+    def all_tiles(self) -> range:
+        """Get the numbers of all tiles, row by row."""
+        return range(self.tiles[0] * self.tiles[1])
+
+    def planes_of(self, strip: range) -> NDArray[np.float32]:
+        """Bound what may show in a strip of tiles, by planes in grid places.
+
+        These are counted from the view's base.
+        """
+        if len(strip) == len(self.all_tiles):
+            return self.planes
+        across = self.tiles[1]
+        first, end = strip.start // across, -(-strip.stop // across)
+        lines = range(first * TILE_SIDE, end * TILE_SIDE)
+        radius_mm = _radius_mm(self.painted)
+        within = strip_planes(
+            self.camera, lines, radius_mm, self.near_mm, self.view.low
+        )
+        return np.concatenate([self.planes, _in_grid(within, self.painted, self.view)])
+
+
+def see_set(
+    painted: PaintedSet,
+    camera: Camera,
+    mode: SplatMode,
+    traversal: Traversal = Traversal.DISTANCE,
+) -> SetView:
+    """Find what a view asks of a set.
+
+    Raises ValueError for sheets in another order than that of distance, and for a
+    picture of too many pixels.
+    """
+    if mode is SplatMode.SHEET and traversal is not Traversal.DISTANCE:
+        raise ValueError(
+            f"sheets are layers of distance, so their splats need the order "
+            f"{Traversal.DISTANCE.value!r}, got {traversal.value!r}"
+        )
+    size = camera.height, camera.width
+    tiles = tile_grid(*size, (TILE_SIDE, TILE_SIDE), MOST_TILES)
+    view = view_of(camera, painted.grid)
+    sigma_mm = sigma_of(mode) * painted.widest_mm
+    # the parts of a splat that is split may lie behind the next that is not
+    near_mm = -math.inf if view.is_flat else sigma_mm / WIDEST_SIGMA + painted.widest_mm
+    sheets = np.empty(0, np.float32)
+    if mode is SplatMode.SHEET:
+        keys_per_sheet = view.keys_per_mm * painted.sheet_mm
+        sheets = np.array([view.low, view.keys_per_mm, keys_per_sheet], np.float32)
+    return SetView(
+        painted,
+        camera,
+        mode,
+        traversal,
+        tiles,
+        view,
+        sigma_mm,
+        near_mm,
+        _in_grid(view_planes(camera, _radius_mm(painted)), painted, view),
+        sheets,
+    )
+
+
+def _in_grid(
+    planes: NDArray[np.float64], painted: PaintedSet, view: View
+) -> NDArray[np.float32]:
+    """Bring world planes into grid places counted from the view's base."""
+    planes = planes @ painted.rows.world_from_voxel
+    planes[:, 3] += planes[:, :3] @ view.base + ROUNDED_MM
+    return planes.astype(np.float32)
+
+
+def sigma_of(mode: SplatMode) -> float:
+    """Give a mode's sigma of a footprint, in grid steps."""
+    sheet = mode is SplatMode.SHEET
+    return SHEET_SIGMA_PER_SPACING if sheet else SIGMA_PER_SPACING
+
+
+def _radius_mm(painted: PaintedSet) -> float:
+    return CUT_SIGMAS * SHEET_SIGMA_PER_SPACING * painted.widest_mm

@@ -1,0 +1,1 @@
+"""A clock that compiled code can read."""
