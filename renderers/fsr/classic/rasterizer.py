@@ -67,6 +67,7 @@ class SplatRasterizer:
         """Do both stages for one view: `prepare` and `draw_list`."""
         began = time.perf_counter()
         seen = see_set(self._painted, camera, mode, traversal)
+        team.rouse()
         strips = self._strips.cut(*seen.tiles, team.threads)
         # what Python does is done before there are two threads of it
         planes = [seen.planes_of(strip) for strip in strips]
@@ -148,18 +149,21 @@ class SplatRasterizer:
         while len(self._drawers) < len(strips):
             self._drawers.append(StripDrawer(self._kernels))
 
+        began = time.perf_counter()
+
         def work(number: int) -> tuple[SplatList, Drawn, float, float]:
-            began, worked = time.perf_counter(), time.thread_time()
+            listing = time.perf_counter()
             splats = list_of(number)
-            culled = time.perf_counter() - began
+            culled = time.perf_counter() - listing
             drawn = self._drawers[number].draw(splats, canvas)
-            return splats, drawn, culled, time.thread_time() - worked
+            # with what it takes until a thread begins
+            return splats, drawn, culled, time.perf_counter() - began
 
         done = team.map(work, range(len(strips)))
-        self._strips.learn(strips, [worked for *_, worked in done])
+        self._strips.learn(strips, [until for *_, until in done])
         self.stage_s = {"cull": _mean([culled for _, _, culled, _ in done])}
-        for stage in STAGES:
-            self.stage_s[stage] = _mean([drawn.stage_s[stage] for _, drawn, *_ in done])
+        stages = [drawn.stage_s() for _, drawn, *_ in done]
+        self.stage_s |= {stage: _mean([of[stage] for of in stages]) for stage in STAGES}
         rows = len(strips) * self._row_count
         self.counters = {
             "listed": sum(splats.count for splats, *_ in done),

@@ -37,14 +37,21 @@ class Canvas:
 
 @dataclass(frozen=True, slots=True)
 class Drawn:
-    """Tell what a strip took: splats that showed, fragments, seconds by stage.
+    """Tell what a strip took.
 
-    Fragments are in parts of 2 ** `FRAGMENT_BITS`.
+    visible: splats that showed. fragments: in parts of 2 ** `FRAGMENT_BITS`. ticks: by
+    stage, of a clock of unknown speed. seconds: of all stages.
     """
 
     visible: int
     fragments: int
-    stage_s: dict[str, float]
+    ticks: NDArray[np.int64]
+    seconds: float
+
+    def stage_s(self) -> dict[str, float]:
+        """Give seconds by stage."""
+        shares = self.ticks / max(int(self.ticks.sum()), 1) * self.seconds
+        return dict(zip(STAGES, shares.tolist(), strict=True))
 
 
 class StripDrawer:
@@ -106,10 +113,7 @@ class StripDrawer:
             ),
             spent,
         )
-        # the counter's own speed does not matter
-        shares = spent / max(int(spent.sum()), 1) * (time.perf_counter() - began)
-        stages = dict(zip(STAGES, shares.tolist(), strict=True))
-        return Drawn(visible, fragments, stages)
+        return Drawn(visible, fragments, spent, time.perf_counter() - began)
 
     def _make_room(self, splats: SplatList, with_depth: bool) -> None:
         wanted = max(splats.count, len(splats.near.places))

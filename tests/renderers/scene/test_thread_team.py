@@ -160,3 +160,21 @@ def test_who_asks_for_an_errand_that_nobody_began_does_it() -> None:
     assert first.result()
     team.close()
     assert team.start(threading.get_ident).result() == threading.get_ident()
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_rousing_does_nothing_but_wake(threads: int) -> None:
+    """Before any work, again and again, asleep or not, and after the end."""
+    team = ThreadTeam(threads)
+    for _ in range(3):
+        team.rouse()
+        team.rouse()
+        assert team.map(str, range(5)) == list("01234")
+        time.sleep(0.002)
+        team.rouse()
+        errand = team.start(lambda: 7)
+        team.rouse()
+        assert errand.result() == 7
+    team.close()
+    team.rouse()
+    assert team.map(str, range(3)) == list("012")
