@@ -18,7 +18,7 @@ from renderers.art.kernel_set import KernelSet
 from renderers.art.quality import Quality
 from renderers.art.rays import RayPacket
 from renderers.art.regions import Gather, Region
-from renderers.art.strips import Strip, draw_strip
+from renderers.art.strips import Blocks, Strip, draw_strip
 from renderers.art.views import CellView
 from renderers.scene import Camera, Projection, Scene, Volume
 
@@ -57,18 +57,21 @@ class March(Protocol):
         """Count a finished packet's rays that ended before their way did."""
         ...
 
+    @property
+    def draws(self) -> bool:
+        """Tell whether `draw` does, or rays go by packets only."""
+        ...
+
     def draw(
         self,
-        region: Region,
+        blocks: Blocks,
+        who: int,
         rays: "FrameRays",
         gather: Gather,
         view: CellView,
         shift: int,
-    ) -> Strip | None:
-        """Draw a region at once, without noting which cells are used.
-
-        None, and nothing is done, where rays go by packets only.
-        """
+    ) -> Strip:
+        """Draw blocks at once, taking turns; which cells are used is not noted."""
         ...
 
 
@@ -76,13 +79,15 @@ class March(Protocol):
 class FrameRays:
     """Hold a camera's rays: `Camera.lens_table` and `Camera.frame`.
 
-    limit: float32 ``(h, w)`` mm along a ray to its end; +inf where nothing stops it.
+    limit: float32 ``(h, w)`` mm along a ray to its end; +inf where nothing stops it,
+    and, unless `is_limited`, everywhere.
     """
 
     table: NDArray[np.float32]
     frame: NDArray[np.float64]
     orthographic: bool
     limit: NDArray[np.float32]
+    is_limited: bool = True
 
     @classmethod
     def of(
@@ -104,6 +109,7 @@ class FrameRays:
             camera.frame.copy(),
             camera.projection is Projection.ORTHOGRAPHIC,
             limit,
+            limit_mm is not None,
         )
 
 
@@ -189,25 +195,31 @@ class _Marching(ABC):
         left = 1 - (packet.value[:-1, 3] + packet.carry[:-1, 3])
         return int(np.count_nonzero(left < np.float32(self._least_left)))
 
-    def draw(
-        self,
-        region: Region,
-        rays: FrameRays,
-        gather: Gather,
-        view: CellView,
-        shift: int,
-    ) -> Strip | None:
-        """Draw a region at once, where there is a kernel for it.
+    @property
+    def draws(self) -> bool:
+        """Tell whether there is a kernel to draw blocks at once.
 
         Fine pictures, of float32, go by packets: their rays march for most of the time,
         and a kernel more would have to be compiled.
         """
-        if self._draw is None:
-            return None
+        return self._draw is not None
+
+    def draw(
+        self,
+        blocks: Blocks,
+        who: int,
+        rays: FrameRays,
+        gather: Gather,
+        view: CellView,
+        shift: int,
+    ) -> Strip:
+        """Draw blocks at once, taking turns with others."""
+        assert self._draw is not None
         counters = np.zeros(len(COUNTERS), np.int64)
         return draw_strip(
             self._draw,
-            region,
+            blocks,
+            who,
             (rays.table, rays.limit, rays.frame, rays.orthographic),
             (self._voxel_from_world, self._top, self.step_mm, self.at_ends),
             np.float32(self._least_left),

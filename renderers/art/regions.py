@@ -137,12 +137,28 @@ class Gather:
     for, the others may find nothing; None for all.
     """
 
-    def __init__(self, width: int, height: int) -> None:
-        self.value = np.zeros((height, width, 4), np.float32)
-        self.depth = np.full((height, width), np.inf, np.float32)
-        self.done = np.zeros((height, width), np.bool_)
+    def __init__(self, width: int, height: int, *, filled: bool = True) -> None:
+        """Begin. filled: else its memory is not written, and `fill` has to be called.
+
+        A picture has a thousand pages, to write which takes a millisecond.
+        """
+        shape = height, width
+        self.value = np.empty((*shape, 4), np.float32)
+        self.depth = np.empty(shape, np.float32)
+        self.done = np.zeros(shape, np.bool_)
         self.missing = width * height
         self.wanted: NDArray[np.bool_] | None = None
+        if filled:
+            self.fill()
+
+    def fill(self) -> None:
+        """Show nothing where no ray has come."""
+        if self.missing == self.done.size:
+            self.value.fill(0)
+            self.depth.fill(np.inf)
+        elif self.missing:
+            self.value[~self.done] = 0
+            self.depth[~self.done] = np.inf
 
     def add(
         self,

@@ -2,9 +2,9 @@
 
 import os
 import time
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +14,14 @@ from renderers.art.kernel_set import KernelSet
 from renderers.art.march import FrameRays, March
 from renderers.art.node_maker import MarchNode, make_node
 from renderers.art.quality import Quality
-from renderers.art.regions import Gather, strips
-from renderers.art.slices import next_slice, rays_a_packet
+from renderers.art.regions import Gather, Region, strips
+from renderers.art.slices import FIRST_BLOCKS, next_blocks, next_slice, rays_a_packet
 from renderers.art.steps import Step, reached
+from renderers.art.strips import Blocks
 from renderers.art.work import MarchWork
 from renderers.scene import Camera, GBuffer, Image, Scene, Volume
 from renderers.scene.deflection import Deflection
+from renderers.scene.thread_team import ThreadTeam
 
 
 class RenderStoppedError(RuntimeError):
@@ -92,7 +94,7 @@ class ActiveRayTracer:
             quality if isinstance(quality, Quality) else Quality.named(quality)
         )
         self.report: RenderReport | None = None
-        self._threads = min(threads, 4 * (os.cpu_count() or 1))
+        self._team = ThreadTeam(min(threads, 4 * (os.cpu_count() or 1)))
         self._cell_side = cell_side
         self._cache_cells = cache_cells
         self._validate = validate
@@ -100,6 +102,7 @@ class ActiveRayTracer:
         self._deflection = deflection
         self._memory_bytes = memory_bytes
         self._made: dict[str, tuple[March, MarchNode, MarchWork]] = {}
+        self._pace = FIRST_BLOCKS * self._team.threads
 
     def render(
         self,
@@ -118,8 +121,7 @@ class ActiveRayTracer:
         limit_mm: where rays end, ``(h, w)``, +inf where nothing stops them: what lies
         before an opaque thing, to its surface exactly.
         """
-        rays = FrameRays.of(camera, limit_mm)
-        gather, stopped = self._trace("classic", rays, progress, gather)
+        gather, stopped = self._trace("classic", camera, limit_mm, progress, gather)
         image = classic_image(gather)
         if stopped:
             raise RenderStoppedError(image, gather.done)
@@ -134,8 +136,7 @@ class ActiveRayTracer:
         limit_mm: NDArray[np.float32] | None = None,
     ) -> GBuffer:
         """Find the air surface behind each pixel (mode `scope`); as `render`."""
-        rays = FrameRays.of(camera, limit_mm)
-        gather, stopped = self._trace("scope", rays, progress, gather)
+        gather, stopped = self._trace("scope", camera, limit_mm, progress, gather)
         found = scope_gbuffer(gather, self._made["scope"][0].volume)
         if stopped:
             raise RenderStoppedError(found, gather.done)
@@ -149,43 +150,41 @@ class ActiveRayTracer:
     def _trace(
         self,
         mode: str,
-        rays: FrameRays,
+        camera: Camera,
+        limit_mm: NDArray[np.float32] | None,
         progress: Callable[[float], bool] | None,
         gather: Gather | None,
     ) -> tuple[Gather, bool]:
         """Gather the rays; tell whether the caller wished to stop."""
         began = time.perf_counter()
-        height, width = rays.limit.shape
-        with ThreadPoolExecutor(self._threads) as pool:
-            march, node, work = self._node(mode)
-            gather = gather or Gather(width, height)
-            before = node.tally()
-            regions = strips(gather.done, rays_a_packet(march.quality))
-            # where no ray is wanted nothing need be set up
-            regions = [r for r in regions if np.any(rays.limit[r.rows, r.columns] > 0)]
-            run = pool.map if self._threads > 1 else map
-            work.use(run)
-            work.deliver(gather)
-            node.begin(node.frame + 1, ())
-            reached(Step.FRAME_BEGUN)
-            stopped = False
-            packets = self._threads
-            while not stopped and (regions or not node.is_finished):
-                looked = time.perf_counter()
-                # Rays are made when they are about to move: all of them would fill
-                # the caches.
-                wanted = 0 if node.is_active else packets
-                fresh, regions = regions[:wanted], regions[wanted:]
-                node.add(work.draw(fresh, rays, at_once=not node.stamps))
-                node.advance(packets)
-                spent_s = time.perf_counter() - looked
-                packets = next_slice(packets, spent_s, self._threads)
-                reached(Step.RAYS_MOVED)
-                share = 1 - gather.missing / gather.done.size
-                stopped = progress is not None and not progress(share)
+        # whoever helps is awake then, when there is something to draw
+        errand = self._team.start(partial(FrameRays.of, camera, limit_mm))
+        march, node, work = self._node(mode)
+        is_ours = gather is None
+        if gather is None:
+            gather = Gather(camera.width, camera.height, filled=False)
+        rays = errand.result()
+        before = node.tally()
+        work.use(self._team.map)
+        work.deliver(gather)
+        node.begin(node.frame + 1, ())
+        reached(Step.FRAME_BEGUN)
+        if march.draws and not node.stamps:
+            looks = self._draw(rays, gather, node, work)
+        else:
+            finest = rays_a_packet(march.quality)
+            looks = self._move(strips(gather.done, finest), rays, node, work)
+        stopped = False
+        for _ in looks:
+            reached(Step.RAYS_MOVED)
+            share = 1 - gather.missing / gather.done.size
+            stopped = progress is not None and not progress(share)
             if stopped:
                 node.cancel()
-            work.deliver(None)
+                break
+        work.deliver(None)
+        if is_ours:
+            gather.fill()
         reached(Step.RANK_DONE)
         after = node.tally()
         counters = {key: after[key] - before[key] for key in after}
@@ -195,6 +194,46 @@ class ActiveRayTracer:
             time.perf_counter() - began, counters, march.quality.step_voxels
         )
         return gather, stopped
+
+    def _draw(
+        self, rays: FrameRays, gather: Gather, node: MarchNode, work: MarchWork
+    ) -> Iterator[None]:
+        """Draw blocks at once, and move on what waited for cells; rest for a look."""
+        left = ~gather.done if gather.missing < gather.done.size else None
+        # where no ray is wanted nothing need be set up
+        wanted = rays.limit > 0 if rays.is_limited else None
+        blocks = Blocks.of(gather.done.shape, left, wanted)
+        packets = threads = self._team.threads
+        while blocks.left or not node.is_finished:
+            looked, many = time.perf_counter(), blocks.left
+            if node.is_active:
+                node.advance(packets)
+                packets = next_slice(packets, time.perf_counter() - looked, threads)
+            else:
+                blocks.allow(self._pace)
+                node.add(work.draw(blocks, rays, threads))
+                if not node.is_active:
+                    many, spent_s = many - blocks.left, time.perf_counter() - looked
+                    self._pace = next_blocks(many, spent_s, threads)
+            yield
+
+    def _move(
+        self, regions: list[Region], rays: FrameRays, node: MarchNode, work: MarchWork
+    ) -> Iterator[None]:
+        """Move packets of rays; rest for a look."""
+        regions = [r for r in regions if np.any(rays.limit[r.rows, r.columns] > 0)]
+        packets = self._team.threads
+        while regions or not node.is_finished:
+            looked = time.perf_counter()
+            # Rays are made when they are about to move: all of them would fill
+            # the caches.
+            wanted = 0 if node.is_active else packets
+            fresh, regions = regions[:wanted], regions[wanted:]
+            node.add(work.start(fresh, rays))
+            node.advance(packets)
+            spent_s = time.perf_counter() - looked
+            packets = next_slice(packets, spent_s, self._team.threads)
+            yield
 
     def _side(self, mode: str) -> int | None:
         if self._cell_side is None and (mode == "scope" or self._cache_cells):

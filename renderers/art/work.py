@@ -1,6 +1,7 @@
 """What a node has to do: rays to move, and the values of cells to hand on."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -12,9 +13,9 @@ from renderers.art.march import COUNTERS, FrameRays, March
 from renderers.art.messages import ProtocolError
 from renderers.art.rays import P, RayPacket
 from renderers.art.regions import Gather, Region, region_payload
-from renderers.art.strips import Strip
+from renderers.art.strips import Blocks, Strip
 
-Run = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[Any]]
+Run = Callable[[Callable[[Any], Any], Sequence[Any]], Iterable[Any]]
 """Something like `map`, which may use threads."""
 
 
@@ -105,7 +106,7 @@ class MarchWork:
         self.share.replace(values)
 
     def use(self, run: Run) -> None:
-        """Run packets with `map` or with an executor's, which may use threads."""
+        """Run packets with `map` or with a team's, which may use threads."""
         self._map = run
 
     def deliver(self, gather: Gather | None) -> None:
@@ -125,32 +126,28 @@ class MarchWork:
         moved = {name: int(n) for name, n in zip(COUNTERS, self.counters, strict=True)}
         return moved | {"ended_early": self.ended_early}
 
-    def draw(
-        self, regions: list[Region], rays: FrameRays, *, at_once: bool
-    ) -> list[RayPacket]:
-        """Begin with regions; get the packets that have to go on.
+    def start(self, regions: list[Region], rays: FrameRays) -> list[RayPacket]:
+        """Put the rays of regions at their first samples."""
+        return list(self._map(partial(self._march.start, rays=rays), regions))
 
-        at_once: nobody needs to know which cells are used. Then all that misses none
-        is delivered, if `deliver` says where to.
+    def draw(self, blocks: Blocks, rays: FrameRays, threads: int) -> list[RayPacket]:
+        """Draw blocks at once, where `deliver` says; get what has to go on.
+
+        Only where nobody needs to know which cells are used.
         """
         view, shift = self.bricks.view, self.bricks.grid.shift
         march, gather = self._march, self._gather
+        assert gather is not None
 
-        def begin(region: Region) -> Strip:
-            drawn = None
-            if at_once and gather is not None:
-                drawn = march.draw(region, rays, gather, view, shift)
-            if drawn is None:
-                return Strip([march.start(region, rays)], np.zeros_like(self.counters))
-            return drawn
+        def draw(who: int) -> Strip:
+            return march.draw(blocks, who, rays, gather, view, shift)
 
         packets = []
-        for strip in self._map(begin, regions):
+        for strip in self._map(draw, range(threads)):
             self.counters += strip.counters
             self.ended_early += strip.early
             packets += strip.packets
-            if gather is not None:
-                gather.missing -= strip.fresh
+            gather.missing -= strip.fresh
         return packets
 
     def run(self, packets: list[RayPacket], clock: int) -> list[list[int]]:

@@ -16,7 +16,7 @@ from renderers.art.integrated import IntegratedMarch
 from renderers.art.march import COUNTERS, ClassicMarch, FrameRays, ScopeMarch
 from renderers.art.rays import RayPacket
 from renderers.art.regions import Gather, Region
-from renderers.art.strips import Strip
+from renderers.art.strips import Blocks, Strip
 from renderers.art.views import CellView
 from renderers.scene.deflection import (
     Cut,
@@ -112,16 +112,19 @@ class BentMarch:
         """Count a finished packet's rays that ended before their way did."""
         return self._straight.ended_early(packet)
 
+    draws = False
+
     def draw(
         self,
-        region: Region,
+        blocks: Blocks,
+        who: int,
         rays: FrameRays,
         gather: Gather,
         view: CellView,
         shift: int,
-    ) -> Strip | None:
-        """Leave all rays to packets, where some are bent."""
-        return None
+    ) -> Strip:
+        """Refuse: rays go by packets, where some are bent."""
+        raise NotImplementedError("bent rays go by packets")
 
     def run(
         self, packet: RayPacket, view: CellView, shift: int, clock: int

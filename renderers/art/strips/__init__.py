@@ -1,5 +1,5 @@
-"""Strips of a picture that are drawn at once, and what is left of them."""
+"""Pictures that are drawn at once, and what is left of them."""
 
-from renderers.art.strips.strip import Strip, draw_strip
+from renderers.art.strips.strip import Blocks, Strip, draw_strip
 
-__all__ = ["Strip", "draw_strip"]
+__all__ = ["Blocks", "Strip", "draw_strip"]

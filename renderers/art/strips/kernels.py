@@ -1,8 +1,9 @@
-"""Draw a strip of a picture, from its lens to its pixels, a few rays at a time.
+"""Draw blocks of a picture, from its lens to its pixels, taking turns with others.
 
 The rays of a block are set up, march and are delivered before those of the next are
 set up, in the same memory, which stays in the nearest caches. A block with rays that
-miss a cell stays where it is, and the next ones get memory of their own.
+miss a cell stays where it is, and the next ones get memory of their own. Threads take
+blocks from either end of the picture, until they meet.
 """
 
 from collections.abc import Callable
@@ -17,6 +18,7 @@ from renderers.art.vector.kernels import F32, I32, classic_packets
 from renderers.art.vector.rays.kernels import set_up_rays
 from renderers.art.vector.scope.kernels import seek_packets, settle_packets
 from renderers.art.views import BLOCK_COLUMNS, TILE_PX
+from renderers.scene.turns.kernels import take_turn
 
 WIDTH = 32
 """Rays of a packet: with and without AVX-512 the fastest of 4 to 64."""
@@ -87,100 +89,105 @@ def deliver(
 
 
 def strip_kernel(kind: int) -> Callable[..., tuple[int, int, int]]:
-    """Make `draw_strip` for one of the marches."""
+    """Make `draw_blocks` for one of the marches."""
 
     @njit(cache=True, nogil=True, error_model="numpy")
-    def draw_strip(
-        bounds: tuple[int, int, int, int], rays: Any, place: Any,
-        least_left: np.float32, memory: Any, picture: Any, rest: Any,
+    def draw_blocks(
+        blocks: I32, turns: NDArray[np.int64], limit: int, from_end: bool,
+        rays: Any, place: Any, least_left: np.float32, memory: Any, picture: Any,
+        rest: Any,
     ) -> tuple[int, int, int]:  # fmt: skip
-        """Draw a strip; count the blocks kept, pixels now done and rays ended early.
+        """Draw block after block; count those kept, pixels now done, rays ended early.
 
-        bounds: left, top, right, bottom pixel. rays: table, limit, frame and
+        blocks: (n, 4) left, top, right, bottom pixel. turns: three numbers shared by
+        all threads: blocks taken from both ends, of which no more than `limit` are,
+        from the front and from the end. rays: table, limit, frame and
         orthographic of `FrameRays`. place: voxel from world, largest index along x, y,
         z, mm a step, whether samples lie at the ends of steps. least_left: of rays that
-        did not end early. memory: the corners of
-        kept blocks, int32 (blocks, 2) x and y, and the arrays of a `RayPacket`, BLOCK
+        did not end early. memory: which blocks are kept, int32, of which there is room
+        for no more, and the arrays of a `RayPacket`, BLOCK
         rays and a spare one a block. picture: value, depth and done of a `Gather`.
         rest: what the march takes beside the rays.
         """
-        left, top, right, bottom = bounds
-        table, limit, frame, orthographic = rays
+        table, reaches, frame, orthographic = rays
         voxel_from_world, last, step_mm, at_ends = place
-        corners, geometries, counts, cursors, values, carries, depths, fronts = memory
+        waiting, geometries, counts, cursors, values, carries, depths, fronts = memory
         seen, far, done = picture
-        wide = limit.shape[1]
-        lens, reach = table.reshape(-1, 3), limit.reshape(-1)
+        wide = reaches.shape[1]
+        lens, reach = table.reshape(-1, 3), reaches.reshape(-1)
         seen, far, done = seen.reshape(-1), far.reshape(-1), done.reshape(-1)
         order = np.empty(BLOCK, np.int32)
         width, height, kept, fresh, early = 0, 0, 0, 0, 0
-        for y in range(top, bottom, TILE_PX):
-            for x in range(left, right, BLOCK_COLUMNS):
-                columns = min(BLOCK_COLUMNS, right - x)
-                rows = min(TILE_PX, bottom - y)
-                n = columns * rows
-                if columns != width or rows != height:
-                    width, height = columns, rows
-                    list_tiles(columns, rows, order)
-                some = order[:n]
-                first = kept * (BLOCK + 1)
-                end = first + n
-                geometry, count = geometries[first : end + 1], counts[first:end]
-                cursor, value = cursors[first : end + 1], values[first : end + 1]
-                carry, depth = carries[first : end + 1], depths[first:end]
-                fill(cursor.reshape(-1), 0)
-                fill(value.reshape(-1), ZERO)
-                fill(carry.reshape(-1), ZERO)
-                fill(depth, FAR)
-                geometry[n] = ZERO
-                for k in range(rows):
-                    row, here = k * columns, (y + k) * wide + x
-                    set_up_rays(
-                        lens[here : here + columns], reach[here : here + columns], 0,
-                        frame, orthographic, voxel_from_world, last, step_mm, at_ends,
-                        geometry[row : row + columns], count[row : row + columns],
+        while kept < len(waiting) and take_turn(turns) < limit:
+            if from_end:
+                number = len(blocks) - 1 - take_turn(turns[2:])
+            else:
+                number = take_turn(turns[1:])
+            x, y = blocks[number, 0], blocks[number, 1]
+            columns, rows = blocks[number, 2] - x, blocks[number, 3] - y
+            n = columns * rows
+            if columns != width or rows != height:
+                width, height = columns, rows
+                list_tiles(columns, rows, order)
+            some = order[:n]
+            first = kept * (BLOCK + 1)
+            end = first + n
+            geometry, count = geometries[first : end + 1], counts[first:end]
+            cursor, value = cursors[first : end + 1], values[first : end + 1]
+            carry, depth = carries[first : end + 1], depths[first:end]
+            fill(cursor.reshape(-1), 0)
+            fill(value.reshape(-1), ZERO)
+            fill(carry.reshape(-1), ZERO)
+            fill(depth, FAR)
+            geometry[n] = ZERO
+            for k in range(rows):
+                row, here = k * columns, (y + k) * wide + x
+                set_up_rays(
+                    lens[here : here + columns], reach[here : here + columns], 0,
+                    frame, orthographic, voxel_from_world, last, step_mm, at_ends,
+                    geometry[row : row + columns], count[row : row + columns],
+                )  # fmt: skip
+            if kind == LIT:
+                _lit(some, geometry, count, cursor, value, carry, depth, *rest)
+            elif kind == UNLIT:
+                _unlit(some, geometry, count, cursor, value, carry, depth, *rest)
+            elif kind == SCOPE:
+                _seek(some, geometry, count, cursor, value, carry, depth, *rest)
+                _settle(some, geometry, count, cursor, value, carry, depth, *rest)
+            else:
+                front = fronts[first : end + 1]
+                fill(front.reshape(-1), ZERO)
+                if kind == INTEGRATED:
+                    _integrated(
+                        some, geometry, count, cursor, value, carry, depth, front,
+                        *rest,
                     )  # fmt: skip
-                if kind == LIT:
-                    _lit(some, geometry, count, cursor, value, carry, depth, *rest)
-                elif kind == UNLIT:
-                    _unlit(some, geometry, count, cursor, value, carry, depth, *rest)
-                elif kind == SCOPE:
-                    _seek(some, geometry, count, cursor, value, carry, depth, *rest)
-                    _settle(some, geometry, count, cursor, value, carry, depth, *rest)
                 else:
-                    front = fronts[first : end + 1]
-                    fill(front.reshape(-1), ZERO)
-                    if kind == INTEGRATED:
-                        _integrated(
-                            some, geometry, count, cursor, value, carry, depth, front,
-                            *rest,
-                        )  # fmt: skip
-                    else:
-                        _integrated_unlit(
-                            some, geometry, count, cursor, value, carry, depth, front,
-                            *rest,
-                        )  # fmt: skip
-                if any_waits(cursor.reshape(-1)[: 4 * n]):
-                    corners[kept, 0], corners[kept, 1] = x, y
-                    kept += 1
-                    continue
-                values_, carries_ = value.reshape(-1), carry.reshape(-1)
-                for k in range(rows):
-                    row, here = k * columns, (y + k) * wide + x
-                    more = deliver(
-                        values_[4 * row : 4 * (row + columns)],
-                        carries_[4 * row : 4 * (row + columns)],
-                        depth[row : row + columns],
-                        least_left,
-                        seen[4 * here : 4 * (here + columns)],
-                        far[here : here + columns],
-                        done[here : here + columns],
-                    )
-                    fresh += more[0]
-                    early += more[1]
+                    _integrated_unlit(
+                        some, geometry, count, cursor, value, carry, depth, front,
+                        *rest,
+                    )  # fmt: skip
+            if any_waits(cursor.reshape(-1)[: 4 * n]):
+                waiting[kept] = number
+                kept += 1
+                continue
+            values_, carries_ = value.reshape(-1), carry.reshape(-1)
+            for k in range(rows):
+                row, here = k * columns, (y + k) * wide + x
+                more = deliver(
+                    values_[4 * row : 4 * (row + columns)],
+                    carries_[4 * row : 4 * (row + columns)],
+                    depth[row : row + columns],
+                    least_left,
+                    seen[4 * here : 4 * (here + columns)],
+                    far[here : here + columns],
+                    done[here : here + columns],
+                )
+                fresh += more[0]
+                early += more[1]
         return kept, fresh, early
 
-    return draw_strip
+    return draw_blocks
 
 
 draw_lit = strip_kernel(LIT)

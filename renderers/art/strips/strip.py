@@ -1,8 +1,9 @@
-"""A strip of a picture, drawn at once: what is left of it for later.
+"""A picture drawn at once, block by block: who draws which, and what is left of it.
 
 A packet of rays for each strip would hold all that its rays have, written and read
 again between one step of the work and the next: for a picture of 512 x 512 that took 3
-to 5 ms of 11 to 40.
+to 5 ms of 11 to 40. Threads that were handed strips one by one waited for each other,
+and for the interpreter: each enters compiled code once and takes turns there.
 """
 
 from collections.abc import Callable
@@ -18,14 +19,70 @@ from renderers.art.views import BLOCK_COLUMNS, TILE_PX
 
 _STRIDE = BLOCK_COLUMNS * TILE_PX + 1
 
+ROOM = 16
+"""Blocks that wait for cells until a thread ends its turns, to have them fetched."""
+
+
+class Blocks:
+    """Share out the blocks of a picture. Even threads begin at its top, odd ones below.
+
+    So each stays where it is in the volume, and nobody waits before the end.
+
+    corners: int32 ``(n, 4)`` left, top, right and bottom pixel of each.
+    """
+
+    def __init__(self, corners: NDArray[np.int32]) -> None:
+        self.corners = corners
+        self.turns: NDArray[np.int64] = np.zeros(3, np.int64)
+        self.limit = 0
+
+    @classmethod
+    def of(
+        cls,
+        shape: tuple[int, int],
+        left: NDArray[np.bool_] | None = None,
+        wanted: NDArray[np.bool_] | None = None,
+    ) -> "Blocks":
+        """Cut what is left of a picture ``(h, w)``.
+
+        left, wanted: ``(h, w)``; only blocks that have any of either. None for all.
+        """
+        height, width = shape
+        tops, lefts = np.arange(0, height, TILE_PX), np.arange(0, width, BLOCK_COLUMNS)
+        corners = np.empty((len(tops), len(lefts), 4), np.int32)
+        corners[..., 0], corners[..., 1] = lefts, tops[:, None]
+        corners[..., 2] = np.minimum(lefts + BLOCK_COLUMNS, width)
+        corners[..., 3] = np.minimum(tops + TILE_PX, height)[:, None]
+        chosen = np.ones(corners.shape[:2], np.bool_)
+        for mask in (left, wanted):
+            if mask is not None:
+                rows = np.logical_or.reduceat(mask, lefts, axis=1)
+                chosen &= np.logical_or.reduceat(rows, tops, axis=0)
+        return cls(corners[chosen])
+
+    @property
+    def left(self) -> int:
+        """Count the blocks that nobody has taken; not while threads are at work."""
+        return len(self.corners) - min(int(self.turns[0]), self.limit)
+
+    def allow(self, more: int) -> None:
+        """Let threads take so many more; not while they are at work."""
+        taken = len(self.corners) - self.left
+        self.turns[0] = taken
+        self.limit = min(taken + more, len(self.corners))
+
+    def region(self, number: int) -> Region:
+        """Get a block as a region."""
+        return Region(*self.corners[number].tolist())
+
 
 @dataclass(frozen=True, slots=True)
 class Strip:
-    """Hold what drawing a strip left.
+    """Hold what one thread left of the blocks that it took.
 
-    packets: the rays of blocks that wait for cells, or of all that was not drawn at
-    once. counters: of the kernels. fresh: pixels that are done now and were not before.
-    early: rays in the picture now that ended before their way did.
+    packets: the rays of blocks that wait for cells. counters: of the kernels. fresh:
+    pixels that are done now and were not before. early: rays in the picture now that
+    ended before their way did.
     """
 
     packets: list[RayPacket]
@@ -36,7 +93,8 @@ class Strip:
 
 def draw_strip(
     kernel: Callable[..., tuple[int, int, int]],
-    region: Region,
+    blocks: Blocks,
+    who: int,
     rays: tuple[Any, ...],
     place: tuple[Any, ...],
     least_left: np.float32,
@@ -46,16 +104,14 @@ def draw_strip(
     *,
     takes_along: bool,
 ) -> Strip:
-    """Draw a region of a picture.
+    """Draw blocks of a picture until none is left, as thread `who`.
 
     kernel, rays, place, least_left, rest: as `strips.kernels` has them; counters are
     the last of the rest. takes_along: rays keep their last samples. What waits is not
     in the picture; its memory is a strip's.
     """
-    columns = -(-(region.right - region.left) // BLOCK_COLUMNS)
-    blocks = columns * -(-(region.bottom - region.top) // TILE_PX)
-    rows = blocks * _STRIDE
-    corners = np.empty((blocks, 2), np.int32)
+    rows = ROOM * _STRIDE
+    waiting = np.empty(ROOM, np.int32)
     geometry = np.empty((rows, 8), np.float32)
     count = np.empty(rows, np.int32)
     state = np.empty((3, rows, 4), np.float32)
@@ -63,22 +119,20 @@ def draw_strip(
     depth = np.empty(rows, np.float32)
     front = np.empty((rows if takes_along else 0, 4), np.float32)
     kept, fresh, early = kernel(
-        (region.left, region.top, region.right, region.bottom),
+        blocks.corners,
+        blocks.turns,
+        blocks.limit,
+        who % 2 > 0,
         rays,
         place,
         least_left,
-        (corners, geometry, count, cursor, value, carry, depth, front),
+        (waiting, geometry, count, cursor, value, carry, depth, front),
         (gather.value, gather.depth, gather.done),
         (*rest, counters),
     )
     packets = []
-    for k, (x, y) in enumerate(corners[:kept].tolist()):
-        block = Region(
-            x,
-            y,
-            min(x + BLOCK_COLUMNS, region.right),
-            min(y + TILE_PX, region.bottom),
-        )
+    for k, number in enumerate(waiting[:kept].tolist()):
+        block = blocks.region(number)
         lone = slice(k * _STRIDE, k * _STRIDE + block.pixels)
         spared = slice(lone.start, lone.stop + 1)
         packets.append(

@@ -19,6 +19,7 @@ from renderers.shading.paths.kernels import (
     wall_normal,
     way_to_wall,
 )
+from renderers.shading.secondary.ways.kernels import ways_to_walls
 from renderers.simd import (
     full,
     greatest,
@@ -156,47 +157,49 @@ def with_cell(through: np.float32, back: np.float32, rho: np.float32) -> np.floa
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def follow(
-    at: Three, ray: Three, normal: Three, wanted: int, gain: np.float32,
-    distance: Floats, m: Floats, eye: Floats,
+def mirrored(at: Three, ray: Three, normal: Three) -> tuple[bool, Three, Three]:
+    """Give where a mirrored ray begins and its direction, if it goes anywhere."""
+    k = f32(-2) * (ray[0] * normal[0] + ray[1] * normal[1] + ray[2] * normal[2])
+    along = ray[0] + k * normal[0], ray[1] + k * normal[1], ray[2] + k * normal[2]
+    return bool(k > f32(0)), lifted(at, normal), along
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def follow_on(
+    at: Three, ray: Three, normal: Three, wanted: int, way: np.float32,
+    gain: np.float32, distance: Floats, m: Floats, eye: Floats,
     sources: Floats, forward: Floats, spread: np.float32, each: np.float32,
     lights: Floats, table: Floats, code: Bytes, skin: Bytes, skin_albedo: Floats,
     bone: Floats, bias_root: np.float32, found: Floats,
 ) -> None:  # fmt: skip
     """Find what a point mirrors and what its wall does with light: `FOUND` numbers.
 
-    ray: from the eye. gain: of the bounce light. table: ``(256, 5)``, see
+    ray: from the eye. way: mm to the wall along its mirrored ray; -1 where there is
+    none, or nothing is mirrored. gain: of the bounce light. table: ``(256, 5)``, see
     `colour_table`; bone: a row of it. ``found[:3]``, ``found[3:6]``: radiance that is
     mirrored and that comes through the wall. ``found[6:]``: the share of the point's
     own diffuse light that goes through instead of back, beside a wall of
     `THICKEST_MM`; negative where bone shines through thin mucosa.
     """
     found[:] = f32(0)
-    if wanted & (FILM | MIRROR):
-        k = f32(-2) * (ray[0] * normal[0] + ray[1] * normal[1] + ray[2] * normal[2])
-        if k > f32(0):
-            along = ray[0] + k * normal[0], ray[1] + k * normal[1], (
-                ray[2] + k * normal[2]
-            )  # fmt: skip
-            from_ = lifted(at, normal)
-            t = way_to_wall(distance, m, eye, from_, along, LONGEST_MM)
-            if t >= f32(0):
-                there = (
-                    from_[0] + t * along[0],
-                    from_[1] + t * along[1],
-                    from_[2] + t * along[2],
-                )
-                x, y, z = to_voxels(m, eye, there)
-                facing = wall_normal(distance, m, x, y, z)
-                rho = albedo_at(table, code, skin, skin_albedo, bias_root, x, y, z)
-                straight = direct(
-                    distance, m, eye, there, facing, sources, forward, spread, each
-                )
-                other = gain * bounced(lights, there, facing)
-                for c in range(3):
-                    series = rho[c] / (f32(1) - SERIES * rho[c])
-                    lit = straight + other * series
-                    found[c] = rho[c] * lit * f32(1 / math.pi)
+    if way >= f32(0):
+        _, from_, along = mirrored(at, ray, normal)
+        there = (
+            from_[0] + way * along[0],
+            from_[1] + way * along[1],
+            from_[2] + way * along[2],
+        )
+        x, y, z = to_voxels(m, eye, there)
+        facing = wall_normal(distance, m, x, y, z)
+        rho = albedo_at(table, code, skin, skin_albedo, bias_root, x, y, z)
+        straight = direct(
+            distance, m, eye, there, facing, sources, forward, spread, each
+        )
+        other = gain * bounced(lights, there, facing)
+        for c in range(3):
+            series = rho[c] / (f32(1) - SERIES * rho[c])
+            lit = straight + other * series
+            found[c] = rho[c] * lit * f32(1 / math.pi)
     if wanted & THIN:
         t = f32(0)
         out = False
@@ -243,6 +246,25 @@ def follow(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def follow(
+    at: Three, ray: Three, normal: Three, wanted: int, gain: np.float32,
+    distance: Floats, m: Floats, eye: Floats,
+    sources: Floats, forward: Floats, spread: np.float32, each: np.float32,
+    lights: Floats, table: Floats, code: Bytes, skin: Bytes, skin_albedo: Floats,
+    bone: Floats, bias_root: np.float32, found: Floats,
+) -> None:  # fmt: skip
+    """Do as `follow_on` for a point by itself."""
+    way = f32(-1)
+    goes, from_, along = mirrored(at, ray, normal)
+    if goes and wanted & (FILM | MIRROR):
+        way = way_to_wall(distance, m, eye, from_, along, LONGEST_MM)
+    follow_on(
+        at, ray, normal, wanted, way, gain, distance, m, eye, sources, forward, spread,
+        each, lights, table, code, skin, skin_albedo, bone, bias_root, found,
+    )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def wanted_of(material: int, effects: int) -> int:
     """Say which of the effects a material shows; the rest are matt or hidden."""
     if material == METAL:
@@ -276,69 +298,48 @@ def follow_rows(
     """Follow the light of every `stride`-th pixel, rows ``first..last`` of the grid.
 
     points: ``(gh, gw)``, those to follow. grid: ``(gh, gw, FOUND)``, see `follow`.
+    Mirrored rays are followed first, all together.
     """
     height, width = depth.shape
-    for gy in range(first, last):
-        y = min(gy * stride, height - 1)
-        for gx in range(grid.shape[1]):
-            if not points[gy, gx]:
-                continue
-            x = min(gx * stride, width - 1)
-            wanted = wanted_of(material[y, x], effects)
-            t = depth[y, x]
-            if wanted == 0 or coverage[y, x] <= f32(0) or not t < f32(1e6):
-                continue
-            ray = ray_of(lens, axes, y, x)
-            follow(
-                (t * ray[0], t * ray[1], t * ray[2]), ray,
-                (normal[y, x, 0], normal[y, x, 1], normal[y, x, 2]), wanted, gain,
-                distance, m, eye, sources, forward, spread, each, lights, table,
-                code, skin, skin_albedo, bone, bias_root, grid[gy, gx],
-            )  # fmt: skip
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def blur_rows(
-    depth: Floats, normal: Floats, material: Bytes, stride: int, reach: int,
-    points: NDArray[np.bool_], grid: Floats, blurred: Floats, first: int, last: int,
-) -> None:  # fmt: skip
-    """Blur what metal mirrors at `points`, rows ``first..last``; copy the rest.
-
-    Ground steel is no looking-glass: its lobe is wider than the way from one lattice
-    point to the next. reach: pixels over which a weight falls to nothing.
-    """
-    height, width = depth.shape
-    rows, columns = grid.shape[0], grid.shape[1]
-    steps = (reach - 1) // stride
+    columns = grid.shape[1]
+    rays = np.empty(((last - first) * columns, 8), np.float32)
+    ways = np.empty((len(rays) + 1, 4), np.float32)
+    # row, column, what is wanted, and which ray is its mirrored one
+    asked = np.empty((len(rays), 4), np.int32)
+    many = mirroring = 0
     for gy in range(first, last):
         y = min(gy * stride, height - 1)
         for gx in range(columns):
-            if not points[gy, gx]:
-                continue
             x = min(gx * stride, width - 1)
-            blurred[gy, gx] = grid[gy, gx]
-            if material[y, x] != METAL:
+            wanted = wanted_of(material[y, x], effects)
+            t = depth[y, x]
+            hidden = coverage[y, x] <= f32(0) or not t < f32(1e6)
+            if not points[gy, gx] or wanted == 0 or hidden:
                 continue
-            total = f32(0)
-            red = green = blue = f32(0)
-            for j in range(max(gy - steps, 0), min(gy + steps + 1, rows)):
-                v = min(j * stride, height - 1)
-                for i in range(max(gx - steps, 0), min(gx + steps + 1, columns)):
-                    u = min(i * stride, width - 1)
-                    if material[v, u] != METAL:
-                        continue
-                    k = f32(reach - abs(j - gy) * stride)
-                    k *= f32(reach - abs(i - gx) * stride)
-                    apart = depth[v, u] / depth[y, x] - f32(1)
-                    k /= f32(1) + f32(100) * apart * apart
-                    same = f32(0)
-                    for c in range(3):
-                        same += normal[y, x, c] * normal[v, u, c]
-                    k *= max(same, f32(0))
-                    total += k
-                    red += k * grid[j, i, 0]
-                    green += k * grid[j, i, 1]
-                    blue += k * grid[j, i, 2]
-            blurred[gy, gx, 0] = red / total
-            blurred[gy, gx, 1] = green / total
-            blurred[gy, gx, 2] = blue / total
+            ray, of_wall = ray_of(lens, axes, y, x), normal[y, x]
+            goes, from_, along = mirrored(
+                (t * ray[0], t * ray[1], t * ray[2]), ray,
+                (of_wall[0], of_wall[1], of_wall[2]),
+            )  # fmt: skip
+            number = -1
+            if goes and wanted & (FILM | MIRROR):
+                number = mirroring
+                mirroring += 1
+                for k in range(3):
+                    rays[number, k], rays[number, 3 + k] = from_[k], along[k]
+            asked[many, 0], asked[many, 1] = gy, gx
+            asked[many, 2], asked[many, 3] = wanted, number
+            many += 1
+    ways_to_walls(distance, m, eye, rays[:mirroring], LONGEST_MM, ways)
+    for n in range(many):
+        gy, gx, wanted, number = asked[n, 0], asked[n, 1], asked[n, 2], asked[n, 3]
+        y, x = min(gy * stride, height - 1), min(gx * stride, width - 1)
+        t = depth[y, x]
+        ray, of_wall = ray_of(lens, axes, y, x), normal[y, x]
+        follow_on(
+            (t * ray[0], t * ray[1], t * ray[2]), ray,
+            (of_wall[0], of_wall[1], of_wall[2]),
+            wanted, ways[number, 0] if number >= 0 else f32(-1), gain,
+            distance, m, eye, sources, forward, spread, each, lights, table,
+            code, skin, skin_albedo, bone, bias_root, grid[gy, gx],
+        )  # fmt: skip

@@ -14,12 +14,12 @@ from renderers.shading.bounce.light_grid import VirtualLights
 from renderers.shading.illumination import Effects, ScopeLight
 from renderers.shading.lattice_points import dilated
 from renderers.shading.materials import F0, material_table
+from renderers.shading.secondary.blur.kernels import blur_rows
 from renderers.shading.secondary.kernels import (
     FILM,
     FOUND,
     MIRROR,
     THIN,
-    blur_rows,
     follow_rows,
 )
 from renderers.shading.secondary.spread.kernels import W as TOGETHER

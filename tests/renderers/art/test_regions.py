@@ -96,3 +96,20 @@ def test_shifted_rows_run_through_all_ranks(ranks: int) -> None:
     skew = skew_of(ranks)
     assert {row * skew % ranks for row in range(ranks)} == set(range(ranks))
     assert abs(skew - 0.618 * ranks) <= max(0.1 * ranks, 3)
+
+
+def test_what_was_not_written_shows_nothing_in_the_end() -> None:
+    """As what is written from the beginning does."""
+    region = Region(2, 1, 6, 4)
+    value, depth = np.full((12, 4), 0.5, np.float32), np.full(12, 9, np.float32)
+    usual, late = Gather(8, 5), Gather(8, 5, filled=False)
+    for gather in (usual, late):
+        gather.add(region, value, depth)
+    late.fill()
+    assert np.array_equal(late.value, usual.value)
+    assert np.array_equal(late.depth, usual.depth)
+    assert np.isinf(late.depth[0, 0])
+    empty = Gather(3, 2, filled=False)
+    empty.fill()
+    assert not empty.value.any()
+    assert np.isinf(empty.depth).all()

@@ -3,7 +3,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from renderers.art import ActiveRayTracer, Quality
-from renderers.art.slices import PACKETS_A_SLICE, SLICE_S, next_slice
+from renderers.art.slices import (
+    FASTER,
+    PACKETS_A_SLICE,
+    SLICE_S,
+    next_blocks,
+    next_slice,
+)
 from renderers.scene import Camera, Scene
 
 
@@ -24,6 +30,19 @@ def test_a_slice_gives_each_thread_a_packet_and_no_more_than_it_may(
     for _ in range(5):
         packets = next_slice(packets, 2 * SLICE_S, threads)
     assert packets == threads
+
+
+@given(st.integers(1, 32), st.floats(1e-6, 10), st.integers(1, 5000))
+def test_blocks_come_to_fill_a_slice_however_long_one_takes(
+    threads: int, block_s: float, blocks: int
+) -> None:
+    """And never grow by more than a factor that is known."""
+    for _ in range(12):
+        before = blocks
+        blocks = next_blocks(before, before * block_s, threads)
+        assert threads <= blocks <= max(FASTER * before, threads)
+    assert blocks == threads or 0.9 * SLICE_S - block_s <= blocks * block_s
+    assert blocks == threads or blocks * block_s <= 1.1 * SLICE_S
 
 
 def test_where_steps_are_fine_packets_are_small(

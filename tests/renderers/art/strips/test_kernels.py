@@ -78,7 +78,8 @@ def test_strips_show_what_packets_show(
 ) -> None:
     """First with cells to be fetched, then with all; some rays end early or at once.
 
-    Wider than a block and no multiple of a tile; some pixels are there already.
+    Wider than a block and no multiple of a tile; some pixels, no whole block, are there
+    already.
     """
     if mode == "unlit":
         scene = replace(scene, lights=(), material=PhongMaterial(1, 0, 0))
@@ -92,7 +93,7 @@ def test_strips_show_what_packets_show(
             tracer = ActiveRayTracer(scene, quality, threads=threads, kernels=kernels)
             for _ in range(2):
                 gather = Gather(camera.width, camera.height)
-                gather.done[8:16] = True
+                gather.done[9:17] = True
                 gather.missing -= 8 * camera.width
                 trace = tracer.gbuffer if mode == "scope" else tracer.render
                 trace(camera, None, gather, limit_mm=limit)

@@ -1,0 +1,1 @@
+"""What ground metal mirrors, run together."""

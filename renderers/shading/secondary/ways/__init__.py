@@ -1,0 +1,1 @@
+"""Ways of many rays to the walls that they meet."""
