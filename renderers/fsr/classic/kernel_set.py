@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from renderers.simd_guard import vector_problem
 
@@ -13,24 +14,23 @@ class KernelSet:
     All sets give equal bits.
     """
 
-    clip_set: Callable[..., int]
-    survey_spans: Callable[..., int]
+    list_strip: Callable[..., tuple[Any, ...]]
     draw_pieces: Callable[..., tuple[int, int]]
 
 
 def scalar_kernels() -> KernelSet:
     """Give the functions that every machine compiles."""
+    from renderers.fsr.classic.listing.kernels import list_strip
     from renderers.fsr.classic.pieces.kernels import draw_pieces
-    from renderers.fsr.classic.survey.kernels import clip_set, survey_spans
 
-    return KernelSet(clip_set, survey_spans, draw_pieces)
+    return KernelSet(list_strip, draw_pieces)
 
 
 def best_kernels() -> KernelSet:
     """Give vector functions where they can be trusted, else scalar ones."""
     if vector_problem():
         return scalar_kernels()
+    from renderers.fsr.classic.listing.vector.kernels import list_strip
     from renderers.fsr.classic.pieces.vector.kernels import draw_pieces
-    from renderers.fsr.classic.survey.vector.kernels import clip_set, survey_spans
 
-    return KernelSet(clip_set, survey_spans, draw_pieces)
+    return KernelSet(list_strip, draw_pieces)

@@ -168,7 +168,7 @@ class SplatRasterizer:
         self.counters = {
             "listed": sum(splats.count for splats, *_ in done),
             "visible": sum(drawn.visible for _, drawn, *_ in done),
-            "split": max(splats.near.split for splats, *_ in done),
+            "split": max(splats.split for splats, *_ in done),
             "rows": rows,
             "culled rows": rows - sum(len(splats.spans) for splats, *_ in done),
             "fragments": sum(drawn.fragments for _, drawn, *_ in done) >> FRAGMENT_BITS,

@@ -6,8 +6,8 @@ splats there need not even be listed.
 """
 
 import math
-from bisect import bisect_left
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -15,11 +15,8 @@ from numpy.typing import NDArray
 
 from renderers.fsr.classic.kernel_set import KernelSet
 from renderers.fsr.classic.mode import Traversal
-from renderers.fsr.classic.near import NearSplats, split_near
-from renderers.fsr.classic.ordering.kernels import KEYS
+from renderers.fsr.classic.near import SPLITS, WIDEST_SIGMA
 from renderers.fsr.classic.set_view import SetView
-from renderers.fsr.classic.survey.kernels import BINS
-from renderers.fsr.classic.view import View
 from renderers.fsr.culling.kernels import list_spans
 from renderers.fsr.display_list import eye_voxel
 
@@ -27,13 +24,7 @@ SHARES = (1 / 16, 1 / 6, 1 / 2)
 """Of the elements, after which to look which tiles are finished."""
 
 MANY = 1 << 17
-"""Elements from which on it pays to look twice as often, see `_shares_for`."""
-
-ACROSS = 0.25
-"""Cosine between rows and the view's axis below which a row meets few shells."""
-
-_SPARE = 16
-"""Spans behind the last, which vectors may write to."""
+"""Elements from which on it pays to look twice as often, see `shells_of`."""
 
 LEAST_SHELL = 1 << 13
 """Fewer elements take less time than looking at the tiles."""
@@ -44,10 +35,12 @@ class SplatList:
     """Hold what a strip of a view leaves of a set.
 
     spans: ``(k, 3)`` int32, see `ClippedRows`. lowest, highest: ``(k,)`` int32, the
-    keys that bound each. begins: elements in the spans before each, and in all. near:
-    splats nearer than the view's `near_mm`; they are in the spans, too. shells:
-    ``(m,)`` int64, last + 1 key of each; empty where `given`, ``(n,)`` int32, names the
-    other elements in the order to draw them in. strip: the tiles that this is for.
+    keys that bound each. begins: elements in the spans before each, and in all.
+    near_places, near_paints: of splats nearer than the view's `near_mm`, nearest first,
+    smaller ones in place of those too near (see `PaintedSet`); they are in the spans,
+    too. split: how many were replaced. shells: ``(m,)`` int64, last + 1 key of each;
+    empty where `given`, ``(n,)`` int32, names the other elements in the order to draw
+    them in. strip: the tiles that this is for.
     """
 
     seen: SetView
@@ -55,7 +48,9 @@ class SplatList:
     lowest: NDArray[np.int32]
     highest: NDArray[np.int32]
     begins: NDArray[np.int64]
-    near: NearSplats
+    near_places: NDArray[np.float32]
+    near_paints: NDArray[np.float32]
+    split: int
     shells: NDArray[np.int64]
     given: NDArray[np.int32]
     strip: range
@@ -76,57 +71,58 @@ def list_splats(
 
     planes: see `SetView.planes_of`, where these are known already.
     """
-    painted, view, near_mm = seen.painted, seen.view, seen.near_mm
-    count = len(painted.row_numbers)
-    spans = np.empty((count, 3), np.int32)
-    ends = np.empty((4, count + _SPARE), np.float32)
-    begins = np.empty(count + 1, np.int64)
-    kept = kernels.clip_set(
-        painted.row_numbers,
-        painted.row_extents,
-        painted.row_places,
-        painted.columns,
-        view.base,
+    painted, view = seen.painted, seen.view
+    spans, *found, split, shells = kernels.list_strip(
+        (
+            painted.row_numbers,
+            painted.row_extents,
+            painted.row_places,
+            painted.columns,
+        ),
+        (painted.places, painted.paints),
+        (
+            view.base,
+            view.matrix,
+            view.is_flat,
+            np.float32(view.low),
+            np.float32(view.keys_per_mm),
+            np.float32(seen.near_mm),
+        ),
         seen.planes_of(strip) if planes is None else planes,
-        spans,
-        ends,
-        begins,
+        (np.float32(seen.sigma_mm / WIDEST_SIGMA), np.float32(0.5**SPLITS)),
+        (
+            *_shares(SHARES),
+            MANY,
+            LEAST_SHELL,
+            seen.sheets[2] if len(seen.sheets) else np.float32(0),
+        ),
     )
-    spans, begins = spans[:kept], begins[: kept + 1]
-    lowest, highest = np.empty((2, kept + _SPARE), np.int32)
-    bins = np.empty(BINS, np.int64)
-    near = np.empty(begins[-1] if near_mm > view.low else 0, np.int32)
-    nears = kernels.survey_spans(
-        spans,
-        ends,
-        painted.columns,
-        view.base,
-        view.matrix,
-        view.is_flat,
-        np.float32(view.low),
-        np.float32(view.keys_per_mm),
-        np.float32(near_mm if near_mm > view.low else -math.inf),
-        lowest,
-        highest,
-        bins,
-        near,
-    )
-    given, shells = np.empty(0, np.int32), np.empty(0, np.int64)
+    given = np.empty(0, np.int32)
     if seen.traversal is Traversal.GRID:
-        given = _grid_order(seen, spans)
-    elif kept:
-        shells = _shell_ends(bins, seen.sheets, _shares_for(view, int(begins[-1])))
+        given, shells = _grid_order(seen, spans), shells[:0]
+    lowest, highest, begins, places, paints = found
     return SplatList(
         seen,
         spans,
         lowest,
         highest,
         begins,
-        split_near(near[:nears], painted.places, painted.paints, view, seen.sigma_mm),
+        places,
+        paints,
+        split,
         shells,
         given,
         strip,
     )
+
+
+@lru_cache(maxsize=4)
+def _shares(
+    shares: tuple[float, ...],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Give shares, and these with one between each two."""
+    between = [math.sqrt(a * b) for a, b in pairwise((*shares, 1.0))]
+    return np.array(shares), np.array(sorted((*shares, *between)))
 
 
 def _grid_order(seen: SetView, spans: NDArray[np.int32]) -> NDArray[np.int32]:
@@ -152,38 +148,3 @@ def _grid_order(seen: SetView, spans: NDArray[np.int32]) -> NDArray[np.int32]:
 def _turn(index: NDArray[np.int32], eye: int, count: int) -> NDArray[np.int64]:
     """Give the step at which each of 0..count - 1 is taken, from far to near."""
     return np.where(index < eye, index, eye + count - 1 - index)
-
-
-def _shares_for(view: View, count: int) -> tuple[float, ...]:
-    """Give `SHARES`, with one between each two for many elements in rows across.
-
-    A shell looks at all elements of a row that it meets. Rows across the view of an eye
-    outside meet few, so that more shells cost little, and what lies behind is found to
-    be hidden sooner.
-    """
-    row, axis = view.matrix[:, 0], view.matrix[2, 0]
-    if count < MANY or view.low == 0 or abs(axis) > ACROSS * np.linalg.norm(row):
-        return SHARES
-    between = [math.sqrt(a * b) for a, b in pairwise((*SHARES, 1.0))]
-    return tuple(sorted((*SHARES, *between)))
-
-
-def _shell_ends(
-    bins: NDArray[np.int64], sheets: NDArray[np.float32], shares: tuple[float, ...]
-) -> NDArray[np.int64]:
-    """Give keys at which shells end: between two sheets."""
-    passed = np.cumsum(bins).tolist()
-    every = passed[-1]
-    ends: list[int] = []
-    done = 0
-    for share in shares:
-        until = bisect_left(passed, share * every) + 1
-        key = until * (KEYS // BINS)
-        if len(sheets) and key < KEYS:
-            number = np.floor(np.arange(KEYS, dtype=np.float32) / sheets[2])
-            key = int(np.searchsorted(number, number[key]))
-        inside = passed[min(until, BINS) - 1]
-        if inside - done >= LEAST_SHELL and every - inside >= LEAST_SHELL:
-            ends.append(key)
-            done = inside
-    return np.array([*ends, KEYS])

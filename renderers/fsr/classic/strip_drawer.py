@@ -71,7 +71,7 @@ class StripDrawer:
         self._make_room(splats, len(canvas.depth) > 0)
         spent = np.zeros(len(STAGES), np.int64)
         visible, fragments = self._kernels.draw_pieces(
-            (splats.near.places, splats.near.paints),
+            (splats.near_places, splats.near_paints),
             (painted.places, painted.paints),
             painted.columns,
             painted.rows.shape[1],
@@ -116,7 +116,7 @@ class StripDrawer:
         return Drawn(visible, fragments, spent, time.perf_counter() - began)
 
     def _make_room(self, splats: SplatList, with_depth: bool) -> None:
-        wanted = max(splats.count, len(splats.near.places))
+        wanted = max(splats.count, len(splats.near_places))
         if self._room.splats < wanted:
             # views of one set differ less than this
             wanted = max(wanted, min(2 * wanted, len(splats.seen.painted.rows)))

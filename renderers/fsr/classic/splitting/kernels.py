@@ -28,7 +28,8 @@ def split_splats(
     bits by which nearer ones come first, ties in their order; its low half numbers the
     parts.
     """
-    room = 2 * index.shape[0] + 64
+    # most of those that are split are split once
+    room = 9 * index.shape[0] + 64
     found = np.empty((room, 4), np.float32)
     colours = np.empty((room, 4), np.float32)
     order = np.empty(room, np.int64)

@@ -62,7 +62,7 @@ def test_what_reaches_a_strip_is_on_its_list(
         for found in (whole.spans, some.spans)
     )
     assert set(kept) <= set(listed)
-    assert np.array_equal(some.near.places, whole.near.places)
+    assert np.array_equal(some.near_places, whole.near_places)
     n = len(listed)
     index = listed.astype(np.int32)
     ranges, boxes = np.empty(n, np.int32), np.empty((n, 4), np.int32)

@@ -1,0 +1,1 @@
+"""All that culling finds for a strip, in one call."""

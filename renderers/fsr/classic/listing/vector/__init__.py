@@ -1,0 +1,1 @@
+"""Strips listed with vectors."""
