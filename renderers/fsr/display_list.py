@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from renderers.fsr.culling.kernels import cull_rows, list_spans
 from renderers.fsr.sparse_rows import SparseRows
+from renderers.fsr.view_limits import SOFT_PX, STEEPEST_CONE_RAD
 from renderers.scene import Camera, Projection
 from renderers.scene.camera import STOP_MARGIN_PX
 
@@ -24,12 +25,6 @@ CONE_SIDES = 8
 _TURNS = 2 * math.pi * (np.arange(CONE_SIDES) + 0.5) / CONE_SIDES
 _CONE = np.stack([np.cos(_TURNS), np.sin(_TURNS)], axis=1)
 _SIDES = np.array([[-1.0, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0]])
-
-SOFT_PX = 2.0
-"""More than the softening of footprints adds to their reach: 3 sqrt(.3) at most."""
-
-STEEPEST_CONE_RAD = math.radians(89.0)
-"""A wider cone is not convex or nearly flat: nothing is culled sideways then."""
 
 
 @dataclass(frozen=True, slots=True)

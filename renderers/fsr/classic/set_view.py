@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from renderers.fsr.classic.mode import SplatMode, Traversal
 from renderers.fsr.classic.near import WIDEST_SIGMA
 from renderers.fsr.classic.painted_set import PaintedSet
-from renderers.fsr.classic.strip_planes import strip_planes
 from renderers.fsr.classic.tiles import MOST_TILES, TILE_SIDE
 from renderers.fsr.classic.view import View, view_of
-from renderers.fsr.display_list import view_planes
+from renderers.fsr.classic.viewing.kernels import bring_into_grid, strip_planes
+from renderers.fsr.display_list import lens_planes
 from renderers.fsr.footprint import (
     CUT_SIGMAS,
     SHEET_SIGMA_PER_SPACING,
@@ -21,9 +21,6 @@ from renderers.fsr.footprint import (
 from renderers.fsr.tile_grid import tile_grid
 from renderers.scene import Camera
 
-ROUNDED_MM = 1e-3
-"""More than single precision moves a plane."""
-
 
 @dataclass(frozen=True, slots=True)
 class SetView:
@@ -31,7 +28,7 @@ class SetView:
 
     tiles: down and across the picture. sigma_mm: of a splat. near_mm: those nearer are
     drawn first; minus infinity in a flat view. planes: ``(p, 4)`` around the view, see
-    `view_planes`, in grid places counted from the view's base. sheets: lowest depth,
+    `lens_planes`, in grid places counted from the view's base. sheets: lowest depth,
     keys per mm and keys per sheet, as kernels take them; empty where splats are blended
     one by one.
     """
@@ -55,18 +52,30 @@ class SetView:
     def planes_of(self, strip: range) -> NDArray[np.float32]:
         """Bound what may show in a strip of tiles, by planes in grid places.
 
-        These are counted from the view's base.
+        These are counted from the view's base. See `strip_planes`.
         """
         if len(strip) == len(self.all_tiles):
             return self.planes
-        across = self.tiles[1]
-        first, end = strip.start // across, -(-strip.stop // across)
-        lines = range(first * TILE_SIDE, end * TILE_SIDE)
-        radius_mm = _radius_mm(self.painted)
+        camera, across = self.camera, self.tiles[1]
         within = strip_planes(
-            self.camera, lines, radius_mm, self.near_mm, self.view.low
+            int(camera.projection),
+            camera.extent,
+            camera.width,
+            camera.height,
+            strip.start // across * TILE_SIDE,
+            -(-strip.stop // across) * TILE_SIDE,
+            _radius_mm(self.painted),
+            self.near_mm,
+            self.view.low,
         )
-        return np.concatenate([self.planes, _in_grid(within, self.painted, self.view)])
+        count = len(self.planes)
+        planes = np.empty((count + len(within), 4), np.float32)
+        planes[:count] = self.planes
+        matrix = self.painted.rows.world_from_voxel
+        bring_into_grid(
+            within, camera.frame, 0.0, matrix, self.view.base, planes[count:]
+        )
+        return planes
 
 
 def see_set(
@@ -95,6 +104,10 @@ def see_set(
     if mode is SplatMode.SHEET:
         keys_per_sheet = view.keys_per_mm * painted.sheet_mm
         sheets = np.array([view.low, view.keys_per_mm, keys_per_sheet], np.float32)
+    lens = lens_planes(camera.projection, camera.extent, camera.width, camera.height)
+    planes = np.empty(lens.shape, np.float32)
+    matrix = painted.rows.world_from_voxel
+    bring_into_grid(lens, camera.frame, _radius_mm(painted), matrix, view.base, planes)
     return SetView(
         painted,
         camera,
@@ -104,18 +117,9 @@ def see_set(
         view,
         sigma_mm,
         near_mm,
-        _in_grid(view_planes(camera, _radius_mm(painted)), painted, view),
+        planes,
         sheets,
     )
-
-
-def _in_grid(
-    planes: NDArray[np.float64], painted: PaintedSet, view: View
-) -> NDArray[np.float32]:
-    """Bring world planes into grid places counted from the view's base."""
-    planes = planes @ painted.rows.world_from_voxel
-    planes[:, 3] += planes[:, :3] @ view.base + ROUNDED_MM
-    return planes.astype(np.float32)
 
 
 def sigma_of(mode: SplatMode) -> float:

@@ -3,11 +3,13 @@
 import itertools
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.classic.ordering.kernels import KEYS
+from renderers.fsr.classic.viewing.kernels import see_grid
 from renderers.fsr.sparse_rows import SparseRows
 from renderers.scene import Camera, Projection
 
@@ -29,6 +31,18 @@ class Grid:
     corners_mm: NDArray[np.float64]
     middle_mm: NDArray[np.float64]
     radius_mm: float
+
+    @property
+    def all_(self) -> tuple[Any, ...]:
+        """Get what `see_grid` asks of a grid."""
+        return (
+            self.voxel_from_world,
+            self.axes_mm,
+            self.top,
+            self.corners_mm,
+            self.middle_mm,
+            self.radius_mm,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,23 +82,9 @@ def grid_of(rows: SparseRows) -> Grid:
 
 def view_of(camera: Camera, grid: Grid) -> View:
     """Find how a camera sees a set's grid."""
-    to_camera, eye = camera.frame[1:], camera.eye_mm
-    voxel = grid.voxel_from_world[:, :3] @ eye + grid.voxel_from_world[:, 3]
-    base = np.minimum(np.maximum(np.rint(voxel), 0.0), grid.top)
-    matrix = np.empty((3, 4))
-    np.matmul(to_camera, grid.axes_mm, out=matrix[:, :3])
-    matrix[:, 3] = matrix[:, :3] @ (base - voxel)
-    away = grid.corners_mm - eye[:, None]
     is_flat = camera.projection is Projection.ORTHOGRAPHIC
-    if is_flat:
-        depths = (to_camera[2] @ away).tolist()
-        low, high = min(depths), max(depths)
-    else:
-        # the grid lies in the ball around its middle that holds its corners
-        low = max(math.dist(grid.middle_mm, eye) - grid.radius_mm, 0.0)
-        high = math.sqrt(max((away * away).sum(axis=0).tolist()))
+    base, matrix, low, high = see_grid(camera.frame, is_flat, grid.all_)
     half = 0.5 * min(camera.width, camera.height)
     pinhole = camera.projection is Projection.PERSPECTIVE
     scale = half / (math.tan(camera.extent) if pinhole else camera.extent)
-    single = base.astype(np.float32), matrix.astype(np.float32)
-    return View(*single, low, high, scale, is_flat)
+    return View(base, matrix, low, high, scale, is_flat)

@@ -36,7 +36,7 @@ def wall() -> Splats:
     return extract_fuzzy_set(scene.volume, Inclusion.density(0, 120), 50.0), scene
 
 
-def no_planes(camera: Camera, margin_mm: float) -> NDArray[np.float64]:
+def no_planes(*lens: object) -> NDArray[np.float64]:
     """Cull nothing."""
     return np.empty((0, 4))
 
@@ -130,7 +130,7 @@ def test_culling_rows_changes_no_bit(
             assert some.rgba[..., 3].max() > 0.5
             counters = drawer.counters
             with monkeypatch.context() as patch:
-                patch.setattr("renderers.fsr.classic.set_view.view_planes", no_planes)
+                patch.setattr("renderers.fsr.classic.set_view.lens_planes", no_planes)
                 whole = drawer.draw(camera, team, mode, traversal, with_depth=True)
             seen = np.any(camera.lens_table() != 0, axis=-1)
             assert equal_bits(some, whole, seen)

@@ -1,4 +1,4 @@
-"""No splat whose footprint reaches a strip is culled from it."""
+"""No splat whose footprint reaches a strip is culled from it, in whatever view."""
 
 import math
 from collections.abc import Callable
@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from renderers.fsr import FuzzySet
 from renderers.fsr.classic import SplatMode
@@ -17,8 +18,8 @@ from renderers.fsr.classic.painted_set import PaintedSet
 from renderers.fsr.classic.projection.kernels import project_splats
 from renderers.fsr.classic.set_view import see_set, sigma_of
 from renderers.fsr.classic.splat_list import list_splats
-from renderers.fsr.classic.strip_planes import strip_planes
 from renderers.fsr.classic.tiles import TILE_SHIFT
+from renderers.fsr.classic.viewing.kernels import strip_planes
 from renderers.scene import Camera, Projection, Scene
 
 Splats = tuple[FuzzySet, Scene]
@@ -84,6 +85,15 @@ def test_what_reaches_a_strip_is_on_its_list(
     assert set(listed[shows]) <= set(kept)
 
 
+def bound(camera: Camera, lines: range, *lengths_mm: float) -> NDArray[np.float64]:
+    """Bound lines of a camera's picture."""
+    planes: NDArray[np.float64] = strip_planes(
+        int(camera.projection), camera.extent, camera.width, camera.height,
+        lines.start, lines.stop, *lengths_mm,
+    )  # fmt: skip
+    return planes
+
+
 @pytest.mark.parametrize("projection", Projection)
 def test_strips_far_away_leave_most_of_the_rest_out(projection: Projection) -> None:
     """Points all over a far view: those kept for a tenth of it are not many more."""
@@ -94,8 +104,9 @@ def test_strips_far_away_leave_most_of_the_rest_out(projection: Projection) -> N
     )
     rng = np.random.default_rng(1)
     points = rng.uniform(-16, 16, (4000, 3))
-    planes = strip_planes(camera, range(120, 160), 0.5, 5.0, 60.0)
-    kept = np.all(points @ planes[:, :3].T + planes[:, 3] >= 0, axis=1)
+    planes = bound(camera, range(120, 160), 0.5, 5.0, 60.0)
+    seen = (points - camera.eye_mm) @ camera.frame[1:].T
+    kept = np.all(seen @ planes[:, :3].T + planes[:, 3] >= 0, axis=1)
     line = 200 - 200 * points[:, 2] / (100 + points[:, 1]) / math.tan(0.2)
     if flat:
         line = 200 - 200 * points[:, 2] / 20
@@ -106,10 +117,10 @@ def test_strips_far_away_leave_most_of_the_rest_out(projection: Projection) -> N
 
 def test_what_has_no_bound_is_not_cut() -> None:
     wide = Camera.looking_at((0, -9, 0), (0, 0, 0), extent=1.5, size=(90, 90))
-    assert len(strip_planes(wide, range(0, 32), 0.5, 5.0, 1.0)) == 0
+    assert len(bound(wide, range(0, 32), 0.5, 5.0, 1.0)) == 0
     pinhole = Camera.looking_at(
         (0, -9, 0), (0, 0, 0), extent=0.7, size=(90, 90),
         projection=Projection.PERSPECTIVE,
     )  # fmt: skip
     # a splat as large as its distance
-    assert len(strip_planes(pinhole, range(0, 32), 0.5, 0.5, 0.5)) == 0
+    assert len(bound(pinhole, range(0, 32), 0.5, 0.5, 0.5)) == 0

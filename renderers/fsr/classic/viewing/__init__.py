@@ -1,0 +1,1 @@
+"""A camera in terms of a grid."""
