@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.display_list import view_planes
+from renderers.fsr.display_list import lens_planes
 from renderers.fsr.normals import kernel_geometry
 from renderers.fsr.occlusion.kernels import (
     aim_cones,
@@ -210,7 +210,7 @@ class Blocks:
             inverse = np.linalg.inv(camera_from_voxel)
             voxel_from_camera = np.asarray(inverse, np.float64)
             team.map(trace, range(0, shape[0], ROWS_PER_TASK))
-        planes = _lens_planes(
+        planes = lens_planes(
             camera.projection, camera.extent, camera.width, camera.height
         )
 
@@ -250,15 +250,6 @@ def _camera_from_voxel(camera: Camera, distance: Volume) -> NDArray[np.float64]:
         camera_from_world @ distance.world_from_voxel
     )
     return camera_from_voxel
-
-
-@lru_cache(maxsize=4)
-def _lens_planes(
-    projection: Projection, extent: float, width: int, height: int
-) -> NDArray[np.float64]:
-    """Bound what a lens sees by planes in the camera's own frame."""
-    at_origin = np.concatenate([np.zeros((1, 3)), np.eye(3)])
-    return view_planes(Camera(at_origin, extent, width, height, projection), 0.0)
 
 
 @lru_cache(maxsize=4)
