@@ -14,10 +14,10 @@ from renderers.art.kernel_set import KernelSet
 from renderers.art.march import FrameRays, March
 from renderers.art.node_maker import MarchNode, make_node
 from renderers.art.quality import Quality
-from renderers.art.regions import Gather, Region, strips
+from renderers.art.regions import Gather, strips
 from renderers.art.slices import FIRST_BLOCKS, next_blocks, next_slice, rays_a_packet
 from renderers.art.steps import Step, reached
-from renderers.art.strips import Blocks
+from renderers.art.strips import RAYS_A_BLOCK, Blocks
 from renderers.art.work import MarchWork
 from renderers.scene import Camera, GBuffer, Image, Scene, Volume
 from renderers.scene.deflection import Deflection
@@ -172,8 +172,7 @@ class ActiveRayTracer:
         if march.draws and not node.stamps:
             looks = self._draw(rays, gather, node, work)
         else:
-            finest = rays_a_packet(march.quality)
-            looks = self._move(strips(gather.done, finest), rays, node, work)
+            looks = self._move(rays, gather, node, work, rays_a_packet(march.quality))
         stopped = False
         for _ in looks:
             reached(Step.RAYS_MOVED)
@@ -208,7 +207,8 @@ class ActiveRayTracer:
             looked, many = time.perf_counter(), blocks.left
             if node.is_active:
                 node.advance(packets)
-                packets = next_slice(packets, time.perf_counter() - looked, threads)
+                spent_s = time.perf_counter() - looked
+                packets = next_slice(packets, spent_s, threads, RAYS_A_BLOCK)
             else:
                 blocks.allow(self._pace)
                 node.add(work.draw(blocks, rays, threads))
@@ -218,9 +218,15 @@ class ActiveRayTracer:
             yield
 
     def _move(
-        self, regions: list[Region], rays: FrameRays, node: MarchNode, work: MarchWork
+        self,
+        rays: FrameRays,
+        gather: Gather,
+        node: MarchNode,
+        work: MarchWork,
+        together: int,
     ) -> Iterator[None]:
-        """Move packets of rays; rest for a look."""
+        """Move packets of so many rays; rest for a look."""
+        regions = strips(gather.done, together)
         regions = [r for r in regions if np.any(rays.limit[r.rows, r.columns] > 0)]
         packets = self._team.threads
         while regions or not node.is_finished:
@@ -232,7 +238,7 @@ class ActiveRayTracer:
             node.add(work.start(fresh, rays))
             node.advance(packets)
             spent_s = time.perf_counter() - looked
-            packets = next_slice(packets, spent_s, self._team.threads)
+            packets = next_slice(packets, spent_s, self._team.threads, together)
             yield
 
     def _side(self, mode: str) -> int | None:

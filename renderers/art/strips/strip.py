@@ -17,7 +17,8 @@ from renderers.art.rays import RayPacket, tile_order
 from renderers.art.regions import Gather, Region
 from renderers.art.views import BLOCK_COLUMNS, TILE_PX
 
-_STRIDE = BLOCK_COLUMNS * TILE_PX + 1
+RAYS_A_BLOCK = BLOCK_COLUMNS * TILE_PX
+_STRIDE = RAYS_A_BLOCK + 1
 
 ROOM = 16
 """Blocks that wait for cells until a thread ends its turns, to have them fetched."""

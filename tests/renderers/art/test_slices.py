@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from renderers.art import ActiveRayTracer, Quality
 from renderers.art.slices import (
     FASTER,
-    PACKETS_A_SLICE,
+    RAYS_A_SLICE,
     SLICE_S,
     next_blocks,
     next_slice,
@@ -16,19 +16,20 @@ from renderers.scene import Camera, Scene
 @given(
     st.integers(1, 32),
     st.lists(st.floats(0, 10, allow_nan=False), min_size=1, max_size=30),
+    st.integers(256, 16384),
 )
 def test_a_slice_gives_each_thread_a_packet_and_no_more_than_it_may(
-    threads: int, spent: list[float]
+    threads: int, spent: list[float], rays: int
 ) -> None:
     packets = threads
     for seconds in spent:
         before = packets
-        packets = next_slice(packets, seconds, threads)
-        assert threads <= packets <= max(PACKETS_A_SLICE, threads)
+        packets = next_slice(packets, seconds, threads, rays)
+        assert threads <= packets <= max(RAYS_A_SLICE // rays, threads)
         if seconds > SLICE_S:
             assert packets <= max(before, threads)
-    for _ in range(5):
-        packets = next_slice(packets, 2 * SLICE_S, threads)
+    for _ in range(9):
+        packets = next_slice(packets, 2 * SLICE_S, threads, rays)
     assert packets == threads
 
 
@@ -50,7 +51,7 @@ def test_where_steps_are_fine_packets_are_small(
 ) -> None:
     """A packet cannot be interrupted; as if each took too long, each is a slice."""
     monkeypatch.setattr("renderers.art.slices.SLICE_S", -1.0)
-    for step, packets in ((0.25, 1), (0.125, 16)):
+    for step, packets in ((0.25, 1), (1 / 16, 4), (1 / 32, 16)):
         shares: list[float] = []
         tracer = ActiveRayTracer(scene, Quality(step, 0.0), threads=1)
 

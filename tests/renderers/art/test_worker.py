@@ -15,10 +15,11 @@ from renderers.art.client import (
     WorkerLostError,
 )
 from renderers.art.job import SnapshotRequest
-from renderers.art.slices import PACKETS_A_SLICE
+from renderers.art.slices import FASTER, FIRST_BLOCKS
 from renderers.art.spool import JobState, Spool
 from renderers.art.steps import Step, reached
 from renderers.art.transport import TransportError
+from renderers.art.views import BLOCK_COLUMNS, TILE_PX
 from renderers.art.worker import MOST_ATTEMPTS, run_worker
 from renderers.scene import Camera, Material, Mesh, Scene
 from tests.renderers.art.watched_team import WatchedTeam
@@ -169,7 +170,9 @@ def test_a_cancelled_picture_costs_one_slice_of_rays_more(
         reached.watcher = None
     assert client.spool.status(job).state is JobState.CANCELLED
     assert 2 <= taken.count(Step.RAYS_MOVED) <= 3
-    assert 4 * PACKETS_A_SLICE < -(-1000 // 64) * -(-900 // 64)
+    # so many looks would not have been enough for all blocks, on two threads
+    drawn = 2 * FIRST_BLOCKS * (1 + FASTER + FASTER**2)
+    assert drawn < -(-1000 // BLOCK_COLUMNS) * -(-900 // TILE_PX)
 
 
 def test_a_deadline_counts_from_when_it_was_asked_for(
