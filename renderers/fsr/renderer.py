@@ -1,6 +1,6 @@
 """The Fuzzy-Set Renderer: a scene and a camera become a picture, without a window."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
 from pathlib import Path
 
@@ -63,7 +63,7 @@ class FuzzySetRenderer:
         self._inclusion = inclusion or default_inclusion(scene)
         self._threshold = threshold
         self._team = ThreadTeam.of(threads)
-        self._counters: dict[str, int] = {}
+        self._count: Callable[[], dict[str, int]] = dict
 
     @cached_property
     def fuzzy_set(self) -> FuzzySet:
@@ -84,7 +84,7 @@ class FuzzySetRenderer:
     @property
     def counters(self) -> dict[str, int]:
         """Get what the last picture took: splats, rows, fragments."""
-        return dict(self._counters)
+        return self._count()
 
     @property
     def stage_s(self) -> dict[str, float]:
@@ -132,7 +132,7 @@ class FuzzySetRenderer:
             with_depth=with_depth,
             limit_mm=limit_mm,
         )
-        self._counters = {"splats": len(self.fuzzy_set), **self._classic.counters}
+        self._count = self._count_classic
         return image
 
     def film(self, cameras: Iterable[Camera]) -> Iterator[Image]:
@@ -143,7 +143,7 @@ class FuzzySetRenderer:
         checked = map(_demand_law, cameras)
         views = ((camera, self.mode or self._gauge.mode(camera)) for camera in checked)
         for image in draw_film(self._classic, self._team, views, self.traversal):
-            self._counters = {"splats": len(self.fuzzy_set), **self._classic.counters}
+            self._count = self._count_classic
             yield image
 
     def gbuffer(self, camera: Camera) -> GBuffer:
@@ -154,7 +154,7 @@ class FuzzySetRenderer:
         """
         _demand_law(camera)
         result = self._scope.draw(camera, self._team)
-        self._counters = {"splats": self._scope.splat_count, **self._scope.counters}
+        self._count = self._count_scope
         return result
 
     def look_up_sight(
@@ -179,6 +179,12 @@ class FuzzySetRenderer:
     def close(self) -> None:
         """End the rendering threads; the renderer draws nothing afterwards."""
         self._team.close()
+
+    def _count_classic(self) -> dict[str, int]:
+        return {"splats": len(self.fuzzy_set), **self._classic.counters}
+
+    def _count_scope(self) -> dict[str, int]:
+        return {"splats": self._scope.splat_count, **self._scope.counters}
 
     @cached_property
     def _classic(self) -> SplatRasterizer:

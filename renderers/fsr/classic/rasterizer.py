@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.classic.kernel_set import KernelSet, best_kernels
-from renderers.fsr.classic.kernels import FRAGMENT_BITS
 from renderers.fsr.classic.mode import SplatMode, Traversal
 from renderers.fsr.classic.painted_set import PaintedSet
+from renderers.fsr.classic.picture_cost import PictureCost, StripCost
 from renderers.fsr.classic.set_view import see_set
 from renderers.fsr.classic.splat_list import SplatList, list_splats
-from renderers.fsr.classic.strip_drawer import STAGES, Canvas, Drawn, StripDrawer
+from renderers.fsr.classic.strip_drawer import Canvas, StripDrawer
 from renderers.fsr.classic.strips import Strips
 from renderers.fsr.fuzzy_set import FuzzySet
 from renderers.scene import Camera, Image, Scene
@@ -32,9 +32,7 @@ class SplatRasterizer:
     """Draw pictures of mode `classic`; keeps its scratch memory between pictures.
 
     least_light: share of the light below which nothing is added; no picture differs
-    from the one with none by more than this. counters: what the last picture took; what
-    several strips listed or drew counts for each. stage_s: its wall-clock seconds by
-    stage, the mean of the strips.
+    from the one with none by more than this.
     """
 
     def __init__(
@@ -51,8 +49,17 @@ class SplatRasterizer:
         self._least_light = least_light
         self._strips = Strips()
         self._drawers: list[StripDrawer] = []
-        self.counters: dict[str, int] = {}
-        self.stage_s: dict[str, float] = {}
+        self._cost: PictureCost | None = None
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Get what the last picture took, see `PictureCost`."""
+        return self._cost.counters() if self._cost else {}
+
+    @property
+    def stage_s(self) -> dict[str, float]:
+        """Get the last picture's seconds by stage, see `PictureCost`."""
+        return self._cost.stage_s() if self._cost else {}
 
     def draw(
         self,
@@ -77,9 +84,7 @@ class SplatRasterizer:
 
         before_s = time.perf_counter() - began
         canvas = self._canvas(camera, with_depth, limit_mm)
-        image = self._draw(prepare, strips, canvas, team)
-        self.stage_s["cull"] += before_s
-        return image
+        return self._draw(prepare, strips, canvas, team, before_s)
 
     def prepare(
         self,
@@ -115,9 +120,7 @@ class SplatRasterizer:
         """
         canvas = self._canvas(lists[0].seen.camera, with_depth, limit_mm)
         strips = [splats.strip for splats in lists]
-        image = self._draw(lists.__getitem__, strips, canvas, team)
-        del self.stage_s["cull"]
-        return image
+        return self._draw(lists.__getitem__, strips, canvas, team)
 
     def _canvas(
         self,
@@ -144,37 +147,27 @@ class SplatRasterizer:
         strips: Sequence[range],
         canvas: Canvas,
         team: ThreadTeam,
+        before_s: float | None = None,
     ) -> Image:
-        """List and draw all strips; add up what they took."""
+        """List and draw all strips.
+
+        before_s: that culling took already; None if it is all done.
+        """
         while len(self._drawers) < len(strips):
             self._drawers.append(StripDrawer(self._kernels))
 
         began = time.perf_counter()
 
-        def work(number: int) -> tuple[SplatList, Drawn, float, float]:
+        def work(number: int) -> tuple[StripCost, float, float]:
             listing = time.perf_counter()
             splats = list_of(number)
             culled = time.perf_counter() - listing
-            drawn = self._drawers[number].draw(splats, canvas)
+            cost = self._drawers[number].draw(splats, canvas)
             # with what it takes until a thread begins
-            return splats, drawn, culled, time.perf_counter() - began
+            return cost, culled, time.perf_counter() - began
 
-        done = team.map(work, range(len(strips)))
-        self._strips.learn(strips, [until for *_, until in done])
-        self.stage_s = {"cull": _mean([culled for _, _, culled, _ in done])}
-        stages = [drawn.stage_s() for _, drawn, *_ in done]
-        self.stage_s |= {stage: _mean([of[stage] for of in stages]) for stage in STAGES}
-        rows = len(strips) * self._row_count
-        self.counters = {
-            "listed": sum(splats.count for splats, *_ in done),
-            "visible": sum(drawn.visible for _, drawn, *_ in done),
-            "split": max(splats.split for splats, *_ in done),
-            "rows": rows,
-            "culled rows": rows - sum(len(splats.spans) for splats, *_ in done),
-            "fragments": sum(drawn.fragments for _, drawn, *_ in done) >> FRAGMENT_BITS,
-        }
+        costs, culled, until = zip(*team.map(work, range(len(strips))), strict=True)
+        self._strips.learn(strips, until)
+        cull_s = None if before_s is None else before_s + sum(culled) / len(culled)
+        self._cost = PictureCost(costs, self._row_count, cull_s)
         return Image(canvas.image, canvas.depth if canvas.depth.size else None)
-
-
-def _mean(numbers: Sequence[float]) -> float:
-    return sum(numbers) / len(numbers)

@@ -10,12 +10,11 @@ from numpy.typing import NDArray
 from renderers.fsr.classic.kernel_set import KernelSet
 from renderers.fsr.classic.mode import SplatMode
 from renderers.fsr.classic.near import LAST_SIGMA
+from renderers.fsr.classic.picture_cost import STAGES, StripCost
 from renderers.fsr.classic.projection.kernels import CUT
 from renderers.fsr.classic.scratch import SplatRoom, TileScratch, TileStates
 from renderers.fsr.classic.set_view import sigma_of
 from renderers.fsr.classic.splat_list import SplatList
-
-STAGES = ("project", "order", "draw")
 
 _EDGE = math.exp(-0.5 * CUT**2)
 FOOTPRINT_SUM = 2 * math.pi * (1 - _EDGE * (1 + 0.5 * CUT**2)) / (1 - _EDGE)
@@ -35,25 +34,6 @@ class Canvas:
     least_light: float
 
 
-@dataclass(frozen=True, slots=True)
-class Drawn:
-    """Tell what a strip took.
-
-    visible: splats that showed. fragments: in parts of 2 ** `FRAGMENT_BITS`. ticks: by
-    stage, of a clock of unknown speed. seconds: of all stages.
-    """
-
-    visible: int
-    fragments: int
-    ticks: NDArray[np.int64]
-    seconds: float
-
-    def stage_s(self) -> dict[str, float]:
-        """Give seconds by stage."""
-        shares = self.ticks / max(int(self.ticks.sum()), 1) * self.seconds
-        return dict(zip(STAGES, shares.tolist(), strict=True))
-
-
 class StripDrawer:
     """Draw one strip at a time, in memory that is kept from picture to picture."""
 
@@ -63,7 +43,7 @@ class StripDrawer:
         self._scratch = TileScratch(0)
         self._tiles = TileStates(1, 1, False)
 
-    def draw(self, splats: SplatList, canvas: Canvas) -> Drawn:
+    def draw(self, splats: SplatList, canvas: Canvas) -> StripCost:
         """Composite a list into its strip of the picture."""
         began = time.perf_counter()
         seen = splats.seen
@@ -113,7 +93,15 @@ class StripDrawer:
             ),
             spent,
         )
-        return Drawn(visible, fragments, spent, time.perf_counter() - began)
+        return StripCost(
+            splats.count,
+            len(splats.spans),
+            splats.split,
+            visible,
+            fragments,
+            spent,
+            time.perf_counter() - began,
+        )
 
     def _make_room(self, splats: SplatList, with_depth: bool) -> None:
         wanted = max(splats.count, len(splats.near_places))

@@ -68,21 +68,3 @@ def wait_for_change(shared: I64, value: int, looks: int) -> bool:
     while looks > 0 and look(shared) == value:
         looks -= 1
     return looks > 0
-
-
-@njit(cache=True, nogil=True)
-def take_part(turns: I64, who: int, parts: int) -> int:
-    """Give a thread its next part, or `parts` when there is none left.
-
-    turns: ``(threads,)``, zeros at first, shared by all. Thread `who` owns the parts
-    who, who + threads ..., and then takes those of others. So it mostly works on what
-    it wrote for the picture before: a line of the cache that another core has written
-    takes much longer to get.
-    """
-    threads = turns.shape[0]
-    for step in range(threads):
-        owner = (who + step) % threads
-        part: int = take_turn(turns[owner:]) * threads + owner
-        if part < parts:
-            return part
-    return parts

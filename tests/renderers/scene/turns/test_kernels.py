@@ -1,11 +1,10 @@
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-import pytest
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.scene.turns.kernels import take_part, take_turn, wait_for_change
+from renderers.scene.turns.kernels import take_turn, wait_for_change
 
 
 @njit(nogil=True)
@@ -28,33 +27,6 @@ def test_every_turn_is_taken_once() -> None:
     assert np.all(taken == 1)
     # each asked once too often
     assert turns[0] == len(taken) + 3
-
-
-@njit(nogil=True)
-def take_parts(turns: NDArray[np.int64], who: int, taken: NDArray[np.int64]) -> int:
-    """Mark the parts taken, each by one more; give the number of another's."""
-    foreign = 0
-    while True:
-        part = take_part(turns, who, taken.shape[0])
-        if part == taken.shape[0]:
-            return foreign
-        taken[part] += 1
-        foreign += part % turns.shape[0] != who
-
-
-@pytest.mark.parametrize("count", [0, 1, 2, 3, 7, 200_000])
-def test_every_part_is_taken_once_by_whomever(count: int) -> None:
-    turns, taken = np.zeros(3, np.int64), np.zeros(count, np.int64)
-    with ThreadPoolExecutor(3) as pool:
-        list(pool.map(take_parts, [turns] * 3, range(3), [taken] * 3))
-    assert np.all(taken == 1)
-
-
-def test_a_thread_begins_with_its_own_parts_and_ends_with_those_of_others() -> None:
-    turns, taken = np.zeros(3, np.int64), np.zeros(8, np.int64)
-    assert [take_part(turns, 1, 8) for _ in range(9)] == [1, 4, 7, 2, 5, 0, 3, 6, 8]
-    turns[:] = 0
-    assert take_parts(turns, 2, taken) == 6
 
 
 def test_waiting_ends_when_the_number_is_another_or_when_it_has_looked_enough() -> None:
