@@ -13,6 +13,7 @@ from app.faults import ToldError
 from app.rendering_service import Worker
 from app.snapshot_desk import KeptMoment, MomentPicture, SnapshotDesk
 from app.snapshots import ViewAsker
+from renderers.art.steps import Step, reached
 from renderers.art.worker import run_worker
 from renderers.scene import AirSurface, Camera, Volume
 from scenarios import View
@@ -55,6 +56,18 @@ class Told:
             )
         assert came, f"{ends} moments did not end within {PATIENCE_S:g} s"
 
+    def hold(self, step: Step) -> None:
+        """Let no picture be finished before some of it was seen."""
+        if step is not Step.PICTURE_SHADED:
+            return
+        with self._changed:
+            came = self._changed.wait_for(self._grows, PATIENCE_S)
+        assert came, f"nothing of a picture was seen within {PATIENCE_S:g} s"
+
+    def _grows(self) -> bool:
+        last = self.pictures[-1] if self.pictures else None
+        return last is not None and last.done is not None and last.pixels is not None
+
 
 class Alive(Worker):
     """A worker in a thread of this process: there is no child to die."""
@@ -80,8 +93,11 @@ def served_here(spool: Path) -> Iterator[Worker]:
         thread.join(PATIENCE_S)
 
 
-def test_moments_grow_one_after_the_other_and_are_saved(tmp_path: Path) -> None:
+def test_moments_grow_one_after_the_other_and_are_saved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     told = Told()
+    monkeypatch.setattr(reached, "watcher", told.hold)
     asker = ViewAsker(cave(), 1.45, 7, None)
     with SnapshotDesk(asker, tmp_path / "snapshots", told, served_here) as desk:
         desk.draw(moment(1.25))
