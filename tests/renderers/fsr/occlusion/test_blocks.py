@@ -2,10 +2,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from renderers.fsr.occlusion.blocks import BLOCK_SHIFT, FAR, Blocks
-from renderers.fsr.occlusion.kernels import aim_cones, trace_cones
+from renderers.fsr.occlusion.kernels import aim_cones, flag_blocks, trace_cones
 from renderers.fsr.surfels import extract_surfels
 from renderers.scene import Camera, Projection, Volume
 from renderers.scene.thread_team import ThreadTeam
@@ -116,3 +117,49 @@ def test_runs_hold_every_element_of_the_visible_blocks_once_and_near_ones_first(
     # blocks are sorted by their middles in steps; they are 2 mm wide
     assert np.all(np.diff(first) > -2.5)
     assert first[-1] > first[0] + 10
+
+
+@settings(max_examples=40)
+@given(seed=st.integers(0, 2**32 - 1), extent=st.floats(0.2, 1.2))
+def test_a_block_is_hidden_where_no_square_that_its_ball_meets_ends_behind_it(
+    seed: int, extent: float
+) -> None:
+    random = np.random.default_rng(seed)
+    count, squares, side = 400, 12, 8
+    size = squares * side
+    camera = Camera.looking_at((0, 0, 0), (0, 1, 0), extent=extent, size=(size, size))
+    frame = np.eye(4)
+    middles = random.normal(0, 12, (3, count))
+    middles[2] += 25
+    radius = float(random.uniform(0.3, 4))
+    coarse = np.repeat(np.repeat(random.uniform(5, 60, (3, 3)), 4, axis=0), 4, axis=1)
+    ends = np.asarray(coarse + random.uniform(0, 4, coarse.shape), np.float32)
+    shown = np.zeros(count, np.uint8)
+    everywhere = np.array([[0.0, 0, 0, 1]])
+    met, hidden = flag_blocks(
+        middles, 0, count, frame, radius, everywhere, 0.0, 0.0,
+        int(camera.projection), extent, size, size, side, ends,
+        np.ones(count, np.uint8), shown, np.zeros(count, np.float32),
+    )  # fmt: skip
+    x, y, z = middles
+    distance, rho = np.linalg.norm(middles, axis=0), np.hypot(x, y)
+    theta = np.arctan2(rho, z)
+    reach = np.where(
+        distance > 1.01 * radius, np.arcsin(np.minimum(radius / distance, 1)), 1.6
+    )
+    scale = size / 2 / extent
+    spread = scale * reach * np.maximum((theta + reach) / np.sin(theta + reach), 1)
+    column, row = size / 2 + scale * theta * x / rho, size / 2 - scale * theta * y / rho
+    blocked = np.zeros(count, np.bool_)
+    for n in np.flatnonzero(theta + reach < 2):
+        rows, columns = (
+            slice(
+                max(int((at[n] - spread[n]) // side), 0),
+                max(int((at[n] + spread[n]) // side) + 1, 0),
+            )
+            for at in (row, column)
+        )
+        blocked[n] = not np.any(ends[rows, columns] >= distance[n] - radius)
+    assert_array_equal(shown == 0, blocked)
+    assert met == count
+    assert hidden == blocked.sum()
