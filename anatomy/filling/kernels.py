@@ -17,6 +17,10 @@ from anatomy.ground.kernels import CLEAR
 from anatomy.kernels import run_program, side_points
 
 F0, F1 = np.float32(0), np.float32(1)
+I0: Any = np.int64(0)
+I1: Any = np.int64(1)
+"""A literal would compile all that takes it once more."""
+
 GROUP = 4
 """Bricks along the edge of a group."""
 
@@ -44,14 +48,16 @@ def _in_reach(
     for k in range(t.parts.shape[0]):
         if not active[k]:
             continue
-        side_points(p, 1, np.float32(t.parts[k, 2]), t.septum, side_p)
+        side_points(p, I1, np.float32(t.parts[k, 2]), t.septum, side_p)
         begin, end = t.parts[k, 0], t.parts[k, 1]
-        run_program(t.code, t.constants, begin, end, side_p, noise, 1, 1, stack, marks)
+        run_program(
+            t.code, t.constants, begin, end, side_p, noise, I1, I1, stack, marks
+        )
         least = stack[0, 0] - t.reach[k, 0] * radius - t.reach[k, 1]
         active[k] = least <= band
         count += active[k]
     marks[:, 0] = FAR
-    side_points(p, 1, F0, t.septum, side_p)
+    side_points(p, I1, F0, t.septum, side_p)
     run_program(
         t.code,
         t.constants,
@@ -59,8 +65,8 @@ def _in_reach(
         t.common[1],
         side_p,
         noise,
-        1,
-        1,
+        I1,
+        I1,
         stack,
         marks,
     )
@@ -73,7 +79,7 @@ def _in_reach(
         else:
             begin, end = t.ground[q, 0], t.ground[q, 1]
             run_program(
-                t.code, t.constants, begin, end, side_p, noise, 1, 1, stack, marks
+                t.code, t.constants, begin, end, side_p, noise, I1, I1, stack, marks
             )
             least = stack[0, 0]
         level, half = t.solids[q, 4], t.solids[q, 1]
@@ -118,7 +124,7 @@ def _fill_brick(
 ) -> None:
     """Evaluate voxels `low` to before `high`, both x, y, z, into the grids."""
     p = work[6:9]
-    n = 0
+    n: Any = I0
     for z in range(low[2], high[2]):
         for y in range(low[1], high[1]):
             for x in range(low[0], high[0]):

@@ -32,6 +32,9 @@ LIT, UNLIT, INTEGRATED, INTEGRATED_UNLIT, SCOPE = range(5)
 FAR = np.float32(np.inf)
 ZERO, ONE = np.float32(0), np.float32(1)
 
+FIRST: Any = np.int64(0)
+"""A literal would compile what takes it once more."""
+
 _lit = classic_packets(WIDTH, True)
 _unlit = classic_packets(WIDTH, False)
 _integrated = integrated_packets(WIDTH, True)
@@ -143,7 +146,7 @@ def strip_kernel(kind: int) -> Callable[..., tuple[int, int, int]]:
             for k in range(rows):
                 row, here = k * columns, (y + k) * wide + x
                 set_up_rays(
-                    lens[here : here + columns], reach[here : here + columns], 0,
+                    lens[here : here + columns], reach[here : here + columns], FIRST,
                     frame, orthographic, voxel_from_world, last, step_mm, at_ends,
                     geometry[row : row + columns], count[row : row + columns],
                 )  # fmt: skip

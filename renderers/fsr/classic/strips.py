@@ -54,16 +54,18 @@ class Strips:
 
         Within a strip, all tiles are taken to cost the same.
         """
-        every = self._tiles[0] * self._tiles[1]
-        count = len(strips)
-        if strips[-1].stop != every or count != len(self._cuts) - 1 or count == 1:
+        cuts, count = self._cuts, len(strips)
+        if count == 1 or count != len(cuts) - 1 or strips[-1].stop != cuts[-1]:
             return
         passed = list(accumulate(seconds, initial=0.0))
-        most = MOST_MOVED * every
+        most = MOST_MOVED * cuts[-1]
+        moved = list(cuts)
         for k in range(1, count):
             wanted = passed[-1] * k / count
             strip = max(bisect_left(passed, wanted) - 1, 0)
             inside = (wanted - passed[strip]) / max(seconds[strip], 1e-9)
             best = strips[strip].start + inside * len(strips[strip])
-            move = STEP * (best - self._cuts[k])
-            self._cuts[k] += min(max(move, -most), most)
+            moved[k] += min(max(STEP * (best - cuts[k]), -most), most)
+        # another thread may cut the next picture meanwhile, and another size
+        if self._cuts is cuts:
+            self._cuts = moved

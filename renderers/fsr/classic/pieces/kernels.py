@@ -33,7 +33,10 @@ I64 = NDArray[np.int64]
 PROJECT, ORDER, DRAW = range(3)
 """Stages whose time is told."""
 
-LEAST_PART = 1 << 13
+ALIKE: Any = np.bool_(False)
+"""Splats of size one. A literal would compile what takes it a second time."""
+
+PART = 1 << 13
 """Elements taken, projected and counted while they are in the cache."""
 
 
@@ -41,7 +44,7 @@ LEAST_PART = 1 << 13
 def end_of_part(begins: I64, first: int) -> int:
     """Give the last + 1 of the spans, from `first` on, that make a part."""
     end = first + 1
-    while end + 1 < begins.shape[0] and begins[end + 1] - begins[first] <= LEAST_PART:
+    while end + 1 < begins.shape[0] and begins[end + 1] - begins[first] <= PART:
         end += 1
     return end
 
@@ -119,7 +122,7 @@ def _project_shell(
             height, waiting, index[n:], keys[n:],
         )  # fmt: skip
         _project(
-            index[n:], taken, splats, False, seen_by, look, records[n:], boxes[n:],
+            index[n:], taken, splats, ALIKE, seen_by, look, records[n:], boxes[n:],
             ranges[n:], keys[n:], counts,
         )  # fmt: skip
         n += taken
@@ -156,7 +159,8 @@ def draw_pieces(
     across = (image.shape[1] + TILE_SIDE - 1) // TILE_SIDE
     pieces = 1 + (1 if given.size > 0 else shells.shape[0])
     visible = fragments = 0
-    end_key = 0
+    # not a literal: what takes it would be compiled twice
+    end_key: Any = np.int64(0)
     now = ticks()
     for piece in range(pieces):
         first_key = end_key

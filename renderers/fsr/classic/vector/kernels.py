@@ -114,7 +114,7 @@ def _blend_splats(
     limited = limits.size > 0
     one = np.int64(1)
     fragments = 0
-    first = 0
+    first: Any = np.int64(0)
     while first < items.shape[0] and alive != 0:
         touched, halves, first = deal_splats(
             records, boxes, items, first, left, top, alive, points, limits[:0], deal

@@ -105,7 +105,8 @@ def extract_rows(
         j = row - k * ny
         base = row * nx
         first = nx
-        last = -1
+        # not a literal: what takes it would be compiled twice
+        last: Any = np.int64(-1)
         for i in range(nx):
             c = _column(values[base + i], density_low, density_scale, tops)
             if max(column_top[c], column_top[c + 1]) >= threshold:

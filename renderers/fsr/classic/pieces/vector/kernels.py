@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from renderers.fsr.classic.ordering.kernels import count_keys
 from renderers.fsr.classic.pieces.kernels import (
+    ALIKE,
     DRAW,
     ORDER,
     PROJECT,
@@ -61,7 +62,7 @@ def _project_shell(
             height, waiting, index[n:], keys[n:],
         )  # fmt: skip
         _project(
-            index[n:], taken, splats, False, seen_by, look, records[n:], boxes[n:],
+            index[n:], taken, splats, ALIKE, seen_by, look, records[n:], boxes[n:],
             ranges[n:], keys[n:], counts,
         )  # fmt: skip
         n += taken
@@ -84,7 +85,8 @@ def draw_pieces(
     across = (image.shape[1] + TILE_SIDE - 1) // TILE_SIDE
     pieces = 1 + (1 if given.size > 0 else shells.shape[0])
     visible = fragments = 0
-    end_key = 0
+    # not a literal: what takes it would be compiled twice
+    end_key: Any = np.int64(0)
     now = ticks()
     for piece in range(pieces):
         first_key = end_key

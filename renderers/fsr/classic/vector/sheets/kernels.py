@@ -33,6 +33,7 @@ I32 = NDArray[np.int32]
 I64 = NDArray[np.int64]
 Real = float | np.float32
 
+_NO_POINTS: Any = np.bool_(False)
 _ZERO = np.float32(0)
 _HALF = np.float32(0.5)
 
@@ -87,10 +88,10 @@ def sum_sheets(
     one = np.int64(1)
     zero = full(_ZERO, SQUARE)
     fragments = 0
-    first = 0
+    first: Any = np.int64(0)
     while first < items.shape[0] and alive != 0:
         touched, halves, first = deal_splats(
-            records, boxes, items, first, left, top, alive, False, sheets_of, deal
+            records, boxes, items, first, left, top, alive, _NO_POINTS, sheets_of, deal
         )
         while touched != 0:
             k = lowest(touched)
