@@ -8,6 +8,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -58,20 +59,8 @@ class March(Protocol):
         ...
 
     @property
-    def draws(self) -> bool:
-        """Tell whether `draw` does, or rays go by packets only."""
-        ...
-
-    def draw(
-        self,
-        blocks: Blocks,
-        who: int,
-        rays: "FrameRays",
-        gather: Gather,
-        view: CellView,
-        shift: int,
-    ) -> Strip:
-        """Draw blocks at once, taking turns; which cells are used is not noted."""
+    def drawer(self) -> "Drawer | None":
+        """Get what draws blocks at once; None where rays go by packets only."""
         ...
 
 
@@ -111,6 +100,13 @@ class FrameRays:
             limit,
             limit_mm is not None,
         )
+
+
+Drawer = Callable[[Blocks, int, FrameRays, Gather, CellView, int], Strip]
+"""Draws blocks as one of several threads, of a number, taking turns with the others.
+
+In a view of bricks, with a shift from voxels to them. Which are used is not noted.
+"""
 
 
 def _read_only(part: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -196,16 +192,17 @@ class _Marching(ABC):
         return int(np.count_nonzero(left < np.float32(self._least_left)))
 
     @property
-    def draws(self) -> bool:
-        """Tell whether there is a kernel to draw blocks at once.
+    def drawer(self) -> Drawer | None:
+        """Get what draws blocks at once, where there is a kernel for it.
 
         Fine pictures, of float32, go by packets: their rays march for most of the time,
         and a kernel more would have to be compiled.
         """
-        return self._draw is not None
+        return None if self._draw is None else partial(self._draw_blocks, self._draw)
 
-    def draw(
+    def _draw_blocks(
         self,
+        kernel: Callable[..., tuple[int, int, int]],
         blocks: Blocks,
         who: int,
         rays: FrameRays,
@@ -213,11 +210,9 @@ class _Marching(ABC):
         view: CellView,
         shift: int,
     ) -> Strip:
-        """Draw blocks at once, taking turns with others."""
-        assert self._draw is not None
         counters = np.zeros(len(COUNTERS), np.int64)
         return draw_strip(
-            self._draw,
+            kernel,
             blocks,
             who,
             (rays.table, rays.limit, rays.frame, rays.orthographic),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from renderers.art.cell_sides import SMALLEST_SIDE
 from renderers.art.kernel_set import KernelSet
-from renderers.art.march import FrameRays, March
+from renderers.art.march import Drawer, FrameRays, March
 from renderers.art.node_maker import MarchNode, make_node
 from renderers.art.quality import Quality
 from renderers.art.regions import Gather, strips
@@ -169,8 +169,9 @@ class ActiveRayTracer:
         work.deliver(gather)
         node.begin(node.frame + 1, ())
         reached(Step.FRAME_BEGUN)
-        if march.draws and not node.stamps:
-            looks = self._draw(rays, gather, node, work)
+        drawer = march.drawer
+        if drawer and not node.stamps:
+            looks = self._draw(drawer, rays, gather, node, work)
         else:
             looks = self._move(rays, gather, node, work, rays_a_packet(march.quality))
         stopped = False
@@ -195,7 +196,12 @@ class ActiveRayTracer:
         return gather, stopped
 
     def _draw(
-        self, rays: FrameRays, gather: Gather, node: MarchNode, work: MarchWork
+        self,
+        drawer: Drawer,
+        rays: FrameRays,
+        gather: Gather,
+        node: MarchNode,
+        work: MarchWork,
     ) -> Iterator[None]:
         """Draw blocks at once, and move on what waited for cells; rest for a look."""
         left = ~gather.done if gather.missing < gather.done.size else None
@@ -211,7 +217,7 @@ class ActiveRayTracer:
                 packets = next_slice(packets, spent_s, threads, RAYS_A_BLOCK)
             else:
                 blocks.allow(self._pace)
-                node.add(work.draw(blocks, rays, threads))
+                node.add(work.draw(drawer, blocks, rays, threads))
                 if not node.is_active:
                     many, spent_s = many - blocks.left, time.perf_counter() - looked
                     self._pace = next_blocks(many, spent_s, threads)

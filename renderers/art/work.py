@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from renderers.art.bricks import Bricks
 from renderers.art.cells import CellShare
-from renderers.art.march import COUNTERS, FrameRays, March
+from renderers.art.march import COUNTERS, Drawer, FrameRays, March
 from renderers.art.messages import ProtocolError
 from renderers.art.rays import P, RayPacket
 from renderers.art.regions import Gather, Region, region_payload
@@ -130,17 +130,19 @@ class MarchWork:
         """Put the rays of regions at their first samples."""
         return list(self._map(partial(self._march.start, rays=rays), regions))
 
-    def draw(self, blocks: Blocks, rays: FrameRays, threads: int) -> list[RayPacket]:
+    def draw(
+        self, drawer: Drawer, blocks: Blocks, rays: FrameRays, threads: int
+    ) -> list[RayPacket]:
         """Draw blocks at once, where `deliver` says; get what has to go on.
 
         Only where nobody needs to know which cells are used.
         """
         view, shift = self.bricks.view, self.bricks.grid.shift
-        march, gather = self._march, self._gather
+        gather = self._gather
         assert gather is not None
 
         def draw(who: int) -> Strip:
-            return march.draw(blocks, who, rays, gather, view, shift)
+            return drawer(blocks, who, rays, gather, view, shift)
 
         packets = []
         for strip in self._map(draw, range(threads)):

@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.art.integrated import IntegratedMarch
-from renderers.art.march import COUNTERS, ClassicMarch, FrameRays, ScopeMarch
+from renderers.art.march import COUNTERS, ClassicMarch, Drawer, FrameRays, ScopeMarch
 from renderers.art.rays import RayPacket
-from renderers.art.regions import Gather, Region
-from renderers.art.strips import Blocks, Strip
+from renderers.art.regions import Region
 from renderers.art.views import CellView
 from renderers.scene.deflection import (
     Cut,
@@ -65,6 +64,8 @@ class _BentPacket(RayPacket):
 class BentMarch:
     """March straight rays as another march does, and bend the others."""
 
+    drawer: Drawer | None = None
+
     def __init__(
         self, straight: ClassicMarch | ScopeMarch, deflection: Deflection
     ) -> None:
@@ -111,20 +112,6 @@ class BentMarch:
     def ended_early(self, packet: RayPacket) -> int:
         """Count a finished packet's rays that ended before their way did."""
         return self._straight.ended_early(packet)
-
-    draws = False
-
-    def draw(
-        self,
-        blocks: Blocks,
-        who: int,
-        rays: FrameRays,
-        gather: Gather,
-        view: CellView,
-        shift: int,
-    ) -> Strip:
-        """Refuse: rays go by packets, where some are bent."""
-        raise NotImplementedError("bent rays go by packets")
 
     def run(
         self, packet: RayPacket, view: CellView, shift: int, clock: int

@@ -2,6 +2,7 @@
 
 import itertools
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -51,6 +52,21 @@ def scene_of(values: NDArray[np.generic], transfer: TransferFunction) -> Scene:
     return Scene(volume, transfer, (), PhongMaterial(1, 0, 0))
 
 
+def aside_of(scene: Scene) -> Camera:
+    """Look at a scene's middle from beside it."""
+    center = scene.volume.center_mm
+    return Camera.looking_at(
+        center + np.array([30.0, -25, 12]), center, extent=0.3, size=(64, 64),
+        projection=Projection.PERSPECTIVE,
+    )  # fmt: skip
+
+
+def picture_of(scene: Scene, camera: Camera, step: float) -> NDArray[np.float32]:
+    """Draw a scene in integrated steps of so many voxels."""
+    quality = Quality(step, 0.0, classification="integrated")
+    return ActiveRayTracer(scene, quality).render(camera).rgba
+
+
 def test_the_error_of_a_picture_is_foretold() -> None:
     """Within a factor of 1.6: a picture sees some of the lines' ways, not all.
 
@@ -58,16 +74,8 @@ def test_the_error_of_a_picture_is_foretold() -> None:
     """
     scene = scene_of(smooth(1), see_through(2.0))
     sounded = Soundings.of(scene)
-    center = scene.volume.center_mm
-    camera = Camera.looking_at(
-        center + np.array([30.0, -25, 12]), center, extent=0.3, size=(64, 64),
-        projection=Projection.PERSPECTIVE,
-    )  # fmt: skip
-
-    def picture(step: float) -> NDArray[np.float32]:
-        quality = Quality(step, 0.0, classification="integrated")
-        return ActiveRayTracer(scene, quality).render(camera).rgba
-
+    camera = aside_of(scene)
+    picture = partial(picture_of, scene, camera)
     truth = picture(1 / 32)
     shown = truth[..., 3] > 0
     for step, factor in ((1.0, 1.6), (0.5, 1.6), (0.25, 1.6), (0.125, 2.0)):
@@ -91,16 +99,8 @@ def test_a_shell_far_thinner_than_a_voxel_is_sounded_by_finer_lines() -> None:
         np.array([-15.0, 0, 15]), np.ones((3, 3)), np.array([0, 12.0, 0])
     )
     scene = scene_of(smooth(2), shell)
-    center = scene.volume.center_mm
-    camera = Camera.looking_at(
-        center + np.array([30.0, -25, 12]), center, extent=0.3, size=(64, 64),
-        projection=Projection.PERSPECTIVE,
-    )  # fmt: skip
-
-    def picture(step: float) -> NDArray[np.float32]:
-        quality = Quality(step, 0.0, classification="integrated")
-        return ActiveRayTracer(scene, quality).render(camera).rgba
-
+    camera = aside_of(scene)
+    picture = partial(picture_of, scene, camera)
     sounded = Soundings.of(scene, 2e-3)
     assert len(sounded.finer) >= 2
     assert Soundings.of(scene).finer == ()

@@ -92,3 +92,28 @@ def blob() -> Callable[..., Splats]:
         return extract_fuzzy_set(volume, Inclusion.density(0, 120), 60.0), scene
 
     return make
+
+
+@pytest.fixture(scope="session")
+def from_anywhere() -> Callable[..., Camera]:
+    """Give a view of a blob from any direction, so far from its middle or within it."""
+
+    def make(
+        rng: np.random.Generator,
+        far: float,
+        projection: Projection,
+        widths: tuple[int, int] = (3, 200),
+        heights: tuple[int, int] = (3, 200),
+    ) -> Camera:
+        away = rng.normal(size=3)
+        away *= (far + rng.random()) / np.linalg.norm(away)
+        scale = 5 if projection is Projection.ORTHOGRAPHIC else 1
+        return Camera.looking_at(
+            np.array([5.0, 4.5, 4.0]) + away,
+            rng.uniform(0, 10, 3),
+            extent=float(rng.uniform(0.05, 1.2)) * scale,
+            size=(int(rng.integers(*widths)), int(rng.integers(*heights))),
+            projection=projection,
+        )
+
+    return make

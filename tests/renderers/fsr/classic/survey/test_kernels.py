@@ -35,6 +35,7 @@ def elements(spans: NDArray[np.int32]) -> NDArray[np.int64]:
 )
 def test_what_the_view_may_show_is_kept_and_bounded(
     blob: Callable[..., Splats],
+    from_anywhere: Callable[..., Camera],
     seed: int,
     far: float,
     projection: Projection,
@@ -42,15 +43,7 @@ def test_what_the_view_may_show_is_kept_and_bounded(
 ) -> None:
     painted = PaintedSet(*blob(seed % 3))
     rng = np.random.default_rng(seed)
-    away = rng.normal(size=3)
-    eye = np.array([5.0, 4.5, 4.0]) + (far + rng.random()) * away / np.linalg.norm(away)
-    camera = Camera.looking_at(
-        eye,
-        rng.uniform(0, 10, 3),
-        extent=float(rng.uniform(0.05, 1.2)) * (5 if projection.value == 2 else 1),
-        size=(int(rng.integers(3, 200)), int(rng.integers(3, 200))),
-        projection=projection,
-    )
+    camera = from_anywhere(rng, far, projection)
     seen = see_set(painted, camera, mode)
     best, scalar = (
         list_splats(seen, kernels, seen.all_tiles)

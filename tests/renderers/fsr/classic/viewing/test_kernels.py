@@ -34,6 +34,7 @@ Splats = tuple[FuzzySet, Scene]
 )
 def test_what_reaches_a_strip_is_on_its_list(
     blob: Callable[..., Splats],
+    from_anywhere: Callable[..., Camera],
     seed: int,
     far: float,
     projection: Projection,
@@ -43,15 +44,7 @@ def test_what_reaches_a_strip_is_on_its_list(
     """And so is all that is near, which is drawn by other laws."""
     painted = PaintedSet(*blob(seed % 3))
     rng = np.random.default_rng(seed)
-    away = rng.normal(size=3)
-    eye = np.array([5.0, 4.5, 4.0]) + (far + rng.random()) * away / np.linalg.norm(away)
-    camera = Camera.looking_at(
-        eye,
-        rng.uniform(0, 10, 3),
-        extent=float(rng.uniform(0.05, 1.2)) * (5 if projection.value == 2 else 1),
-        size=(int(rng.integers(65, 97)), int(rng.integers(160, 193))),
-        projection=projection,
-    )
+    camera = from_anywhere(rng, far, projection, (65, 97), (160, 193))
     seen = see_set(painted, camera, mode)
     every = len(seen.all_tiles)
     strip = range(min(cuts) * every // 18, max(min(cuts) + 1, max(cuts)) * every // 18)
