@@ -49,17 +49,6 @@ class Frame:
         return xxh3_128_hexdigest(self.pixels.data)
 
 
-@dataclass(frozen=True, slots=True)
-class _Ahead:
-    """Hold what the later stages of a frame need and the first has no part in.
-
-    instrument: what of it may be in view; None where there is none.
-    """
-
-    instrument: ListedFacets | None
-    lattice: Lattice
-
-
 class EndoscopeView:
     """Draw views of one head, one after the other."""
 
@@ -124,24 +113,25 @@ class EndoscopeView:
         return self.renderer.gbuffer(view.camera)
 
     def add_instrument(
-        self, view: View, buffer: GBuffer, ahead: "_Ahead | None" = None
+        self, view: View, buffer: GBuffer, listed: ListedFacets | None = None
     ) -> None:
-        """Draw the instrument where it is nearer: the second stage."""
-        ahead = ahead or self._look_ahead(view)
-        if ahead.instrument is not None:
-            ahead.instrument.draw(buffer, self._bands.run)
+        """Draw the instrument where it is nearer: the second stage.
+
+        listed: what of it may be in view, where that is known.
+        """
+        listed = listed or self._listed(view)
+        if listed is not None:
+            listed.draw(buffer, self._bands.run)
 
     def light(
-        self, view: View, buffer: GBuffer, ahead: "_Ahead | None" = None
+        self, view: View, buffer: GBuffer, lattice: Lattice | None = None
     ) -> NDArray[np.float32]:
-        """Give linear radiance ``(h, w, 3)``: the third stage."""
-        ahead = ahead or self._look_ahead(view)
-        return self._shader.shade(
-            buffer,
-            view.camera,
-            self._light,
-            lattice=ahead.lattice,
-        )
+        """Give linear radiance ``(h, w, 3)``: the third stage.
+
+        lattice: of the view, where that is known.
+        """
+        lattice = lattice or self._lattice(view)
+        return self._shader.shade(buffer, view.camera, self._light, lattice=lattice)
 
     def expose(
         self,
@@ -181,10 +171,12 @@ class EndoscopeView:
         """
         seen = view.camera.key, view.world_from_instrument.tobytes()
         if self._lit is None or self._lit[0] != seen:
-            ahead = self._look_ahead(view)
+            # what the camera alone decides: between stages one thread would find it
+            # while the others wait; now they still develop the picture before
+            listed, lattice = self._listed(view), self._lattice(view)
             buffer = self.tissue(view)
-            self.add_instrument(view, buffer, ahead)
-            self._lit = seen, buffer, self.light(view, buffer, ahead)
+            self.add_instrument(view, buffer, listed)
+            self._lit = seen, buffer, self.light(view, buffer, lattice)
         else:
             self.views_skipped += 1
         _, buffer, radiance = self._lit
@@ -205,21 +197,19 @@ class EndoscopeView:
         )
         return self._begun
 
-    def _look_ahead(self, view: View) -> "_Ahead":
-        """Find what the camera alone decides.
+    def _listed(self, view: View) -> ListedFacets | None:
+        """List what of the instrument may be in view; None where there is none."""
+        if self.instrument is None:
+            return None
+        return self.instrument.listed(view.camera, view.world_from_instrument)
 
-        Between stages one thread would do it while the others wait; before the first
-        they still develop the picture before.
-        """
-        camera, pose = view.camera, view.world_from_instrument
-        casters: list[Caster] = []
-        listed = None
+    def _lattice(self, view: View) -> Lattice:
+        """Find what light and shadows need to know of a view before its pixels."""
+        casters = []
         if self.instrument is not None:
-            casters.append(Caster.of(self.instrument, pose))
-            listed = self.instrument.listed(camera, pose)
-        size = camera.height, camera.width
-        lattice = self._shader.lattice(size, camera, self._light, casters)
-        return _Ahead(listed, lattice)
+            casters.append(Caster.of(self.instrument, view.world_from_instrument))
+        size = view.camera.height, view.camera.width
+        return self._shader.lattice(size, view.camera, self._light, casters)
 
     def settle(self) -> None:
         """Wait until nothing is in the making; its error is raised, once."""

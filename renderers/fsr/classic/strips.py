@@ -19,7 +19,7 @@ MOST_MOVED = 1 / 32
 SNAP = 0.2
 """Share of a row of tiles within which a cut is put between two rows.
 
-Both sides project the splats of a row that is cut; a fifth of its drawing costs less.
+Both sides project the splats of a row that is cut.
 """
 
 

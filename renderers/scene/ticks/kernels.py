@@ -1,7 +1,7 @@
 """A clock that compiled code can read: what each of its stages takes.
 
 A call that does all of a picture returns to Python once, so that Python's clocks see
-the whole of it only. The processor's own counter costs some ten nanoseconds to read.
+the whole of it only.
 """
 
 from typing import Any
