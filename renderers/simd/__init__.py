@@ -1,9 +1,10 @@
 """Vectors for compiled kernels: packets of pixels, rays or splats as plain Python.
 
 A vector has a fixed number of lanes of ``f32 f64 i32 i64`` or of a mask; operators
-and the functions here work lane by lane, numbers are spread over the lanes. No fused
-or reordered arithmetic: the same bits for any width and on any processor. Import this
-in files of kernels only, and use those through `renderers.simd_guard`.
+and the functions here work lane by lane, numbers are spread over the lanes. Nothing is
+reordered, and nothing fused but by `muladd`: the same bits for any width and, but for
+`muladd`, on any processor. Import this in files of kernels only, and use those through
+`renderers.simd_guard`.
 """
 
 from renderers.simd.cells import cell1, cell4
@@ -27,6 +28,7 @@ from renderers.simd.functions import (
     lowest,
     maximum,
     minimum,
+    muladd,
     rank,
     select,
     sqrt,
@@ -95,6 +97,7 @@ __all__ = [
     "lowest",
     "maximum",
     "minimum",
+    "muladd",
     "prefetch",
     "put_rows4",
     "rank",

@@ -23,6 +23,7 @@ from renderers.simd.functions import (
     lowest,
     maximum,
     minimum,
+    muladd,
     rank,
     select,
     sqrt,
@@ -41,7 +42,7 @@ F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 
 _WIDTH = 16
-_RESULTS = 14
+_RESULTS = 15
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -72,6 +73,8 @@ def _vectors(
     p, q, r, s = cell4(quads, index, 2, 4, half, half, half)
     store(out, 192, p + q)
     store(out, 208, r - s)
+    # whole numbers: the same whether rounded once or twice
+    store(out, 224, muladd(f32(index), 3.0, f32(lanes(_WIDTH))))
     if not any_(mask):
         return -1
     prefetch(x, 1 << 20)
@@ -119,6 +122,7 @@ def agrees_with_scalars() -> bool:
         (rows[:, 0] - rows[:, 1]) * rows[:, 2] + rows[:, 3],
         cells[:, 0] + cells[:, 1],
         cells[:, 2] - cells[:, 3],
+        n * 3 + k,
     ]
     given[n + 16] = rows[:, ::-1]
     return bool(

@@ -65,7 +65,10 @@ def _function(
     def of_two(typingctx: Any, x: Any, y: Any) -> Any:
         return typed(x, y)
 
-    typer: Any = of_one if arity == 1 else of_two
+    def of_three(typingctx: Any, x: Any, y: Any, z: Any) -> Any:
+        return typed(x, y, z)
+
+    typer: Any = (of_one, of_two, of_three)[arity - 1]
     typer.__name__ = name
     return vector_function(typer)
 
@@ -157,6 +160,8 @@ def _reading(name: str, element: str, of: str) -> Function:
 sqrt = _function("sqrt", 1, _llvm("sqrt"), REALS)
 absolute = _function("absolute", 1, _llvm("fabs"), REALS)
 floor = _function("floor", 1, _llvm("floor"), REALS)
+# As `renderers.scene.muladd` has it for numbers.
+muladd = _function("muladd", 3, _llvm("fmuladd"), REALS)
 # The second operand where one is NaN, as x86 has it.
 minimum = _function("minimum", 2, _pick("<"))
 maximum = _function("maximum", 2, _pick(">"))

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.fsr.classic.fall import BEND, EDGE, REST, SHIFT
+from renderers.fsr.classic.fall import BEND, EDGE, LIFT, REST, SHIFT
 from renderers.fsr.classic.ordering.kernels import list_entries, list_tile
 from renderers.fsr.classic.projection.kernels import RECORD, absorbed
 from renderers.fsr.classic.shells.kernels import key_of
@@ -31,6 +31,7 @@ from renderers.fsr.classic.tiling.kernels import (
     next_run,
     open_tile,
 )
+from renderers.scene.muladd.kernels import muladd
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
@@ -75,11 +76,12 @@ def squares_of_box(box_x: int, box_y: int, left: int, top: int) -> Any:
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def footprint(dx: Any, dy: Any, slim: Any, cross: Any, flat: Any) -> Any:
     """Weigh a pixel: zero from the cut on; `WEIGHT` times this is one at the centre."""
-    y = min(dx * (dx * slim + dy * cross) + (dy * dy * flat - SHIFT), EDGE)
-    g = y * y + BEND
-    g = g * g
-    g = g * g
-    return g * g - REST
+    beside = muladd(dx, slim, dy * cross)
+    y = min(muladd(dx, beside, muladd(dy * dy, flat, -SHIFT)), EDGE)
+    q = muladd(y, y, BEND)
+    r = muladd(q, q - y, LIFT)
+    # rounded twice: nothing is left at the cut
+    return r * r - REST
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -120,7 +122,8 @@ def _blend_splats(
                 after = before - w + np.float32(DARK)
                 state[at] = after
                 for c in range(3):
-                    state[at + (c + 1) * SQUARE] += w * records[o + 8 + c]
+                    color = at + (c + 1) * SQUARE
+                    state[color] = muladd(w, records[o + 8 + c], state[color])
                 if with_depth and before > _HALF and after <= _HALF:
                     depths[k * SQUARE + p] = far
                 bright = bright or after > cut
@@ -145,7 +148,7 @@ def _end_sheet(
         state[at] = after
         sums[at] = _ZERO
         for c in range(SQUARE, STATE, SQUARE):
-            state[at + c] += scale * sums[at + c]
+            state[at + c] = muladd(scale, sums[at + c], state[at + c])
             sums[at + c] = _ZERO
         if with_depth and before > _HALF and after <= _HALF:
             depths[k * SQUARE + p] = far[k]
@@ -200,7 +203,8 @@ def _sum_sheets(
                 at = k * STATE + p
                 sums[at] += w
                 for c in range(3):
-                    sums[at + (c + 1) * SQUARE] += w * records[o + 8 + c]
+                    color = at + (c + 1) * SQUARE
+                    sums[color] = muladd(w, records[o + 8 + c], sums[color])
     for k in range(SQUARES):
         if sheets[k] < 0:
             continue

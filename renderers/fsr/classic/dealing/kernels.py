@@ -10,9 +10,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.fsr.classic.fall import SCALE
 from renderers.fsr.classic.kernels import EACH_ROW, FRAGMENT_BITS
 from renderers.fsr.classic.ordering.kernels import KEYS
-from renderers.fsr.classic.projection.kernels import CUT, RECORD
+from renderers.fsr.classic.projection.kernels import CUT_SHARE, RECORD
 from renderers.fsr.classic.tiles import ACROSS, SIDE, SQUARES, TILE_SIDE
 from renderers.simd import (
     absolute,
@@ -54,10 +55,10 @@ _HALF = np.float32(0.5)
 _REST = np.float32(0.5 * SIDE - 0.5)
 """Pixel centres of a square lie this far from its middle, along an axis."""
 
-_BEYOND = np.float32(1 + 0.01 / CUT**2)
-"""Squared distances over the cut's that may yet round to within it."""
+_BEYOND = SCALE + np.float32(0.01) * CUT_SHARE
+"""`SCALE` times squared distances over the cut's that may yet round to within it."""
 
-_ROUNDED = np.float32(1e-6)
+_ROUNDED = SCALE * np.float32(1e-6)
 """And the share of what these are summed from: much, where a footprint is a needle."""
 
 _AHEAD = 3 * _W

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.fsr.classic.fall import WEIGHT
+from renderers.fsr.classic.fall import SCALE, WEIGHT
 from renderers.fsr.classic.ordering.kernels import NOWHERE
 from renderers.fsr.classic.peak import DEEPEST, PEAK
 from renderers.fsr.classic.tiles import TILE_SHIFT
@@ -22,10 +22,10 @@ Real = float | np.float32
 
 RECORD = 16
 """Floats of a projected splat, a line of the cache: pixel centre 0-1, what a squared
-distance over the cut's is made of, xx, xy, yy 2-4 (for a point, half its side in place
-of the first), peak times `WEIGHT` 5 (a point's peak), depth 6, colour 8-10. The others
-are not used. A splat's box of pixels is kept apart: it is all that is asked of splats
-which no light reaches."""
+distance over the cut's, times `SCALE`, is made of, xx, xy, yy 2-4 (for a point, half
+its side in place of the first), peak times `WEIGHT` 5 (a point's peak), depth 6,
+colour 8-10. The others are not used. A splat's box of pixels is kept apart: it is all
+that is asked of splats which no light reaches."""
 
 ANTIALIAS = 0.3
 """Squared pixels added to a footprint's covariance, so that small ones keep mass."""
@@ -33,7 +33,8 @@ ANTIALIAS = 0.3
 CUT = 3.0
 """Sigmas at which a footprint ends."""
 
-CUT_SHARE = np.float32(1 / CUT**2)
+CUT_SHARE = SCALE / np.float32(CUT**2)
+"""Makes `SCALE` times a squared distance over the cut's of one in sigmas."""
 
 OPAQUEST = 1.0 - 1e-6
 

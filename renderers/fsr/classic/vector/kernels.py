@@ -39,6 +39,7 @@ from renderers.simd import (
     lanes,
     load,
     lowest,
+    muladd,
     select,
     spread,
     store,
@@ -100,7 +101,7 @@ def _dim(light: Any, w: Any) -> Any:
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _add(sums: Any, records: F32, at: int, w: Any) -> Any:
     """Add weighted by a number of a record."""
-    return sums + w * spread(records, at, SQUARE)
+    return muladd(w, spread(records, at, SQUARE), sums)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -6,7 +6,7 @@ import pytest
 
 from renderers.fsr import FuzzySet
 from renderers.fsr.classic import SplatMode, SplatRasterizer
-from renderers.fsr.classic.fall import WEIGHT
+from renderers.fsr.classic.fall import SCALE, WEIGHT
 from renderers.fsr.classic.kernels import footprint
 from renderers.fsr.classic.projection.kernels import CUT
 from renderers.fsr.footprint import gaussian_footprint
@@ -61,21 +61,21 @@ def test_depth_is_where_half_of_the_light_is_gone(
     assert np.all(np.isinf(image.depth_mm))
 
 
-def test_the_footprint_is_the_gaussian_to_three_in_ten_thousand() -> None:
+def test_the_footprint_is_the_gaussian_to_one_in_eight_thousand() -> None:
     """One at the centre, nothing from the cut on, and nearly the Gaussian's mass."""
     r2 = np.linspace(0, CUT**2, 4001)
     weights = np.array([weight(math.sqrt(d)) for d in r2])
     truth = gaussian_footprint(r2)
     assert weights[0] == pytest.approx(1, abs=1e-6)
-    assert np.abs(weights - truth).max() < 3.1e-4
+    assert np.abs(weights - truth).max() < 1.25e-4
     assert np.all(np.diff(weights) <= 0)
-    assert weights.mean() == pytest.approx(truth.mean(), rel=3e-4)
+    assert weights.mean() == pytest.approx(truth.mean(), rel=2e-5)
     for beyond in (CUT, 3.1, 31, 1e15):
         assert weight(beyond) == 0
 
 
 def weight(sigmas: float) -> float:
     """Weigh a pixel so far right of a round footprint's centre."""
-    round_ = np.float32(1 / CUT**2)
+    round_ = SCALE / np.float32(CUT**2)
     zero = np.float32(0)
     return float(footprint(np.float32(sigmas), zero, round_, zero, round_) * WEIGHT)

@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.fsr.classic.dealing.kernels import deal_splats
-from renderers.fsr.classic.fall import BEND, EDGE, REST, SHIFT
+from renderers.fsr.classic.fall import BEND, EDGE, LIFT, REST, SHIFT
 from renderers.fsr.classic.kernels import DARK
 from renderers.fsr.classic.projection.vector.kernels import absorbed
 from renderers.fsr.classic.tiles import SIDE, SQUARE, SQUARES, STATE
@@ -23,6 +23,7 @@ from renderers.simd import (
     lowest,
     maximum,
     minimum,
+    muladd,
     select,
     spread,
     store,
@@ -43,12 +44,13 @@ def footprint(records: F32, o: int, u: Any, v: Any) -> Any:
     """Weigh pixels for a splat's record, see the scalar twin."""
     dx = u - spread(records, o, SQUARE)
     dy = v - spread(records, o + 1, SQUARE)
-    y = dx * (dx * spread(records, o + 2, SQUARE) + dy * spread(records, o + 3, SQUARE))
-    y = minimum(y + (dy * dy * spread(records, o + 4, SQUARE) - SHIFT), EDGE)
-    g = y * y + BEND
-    g = g * g
-    g = g * g
-    return g * g - REST
+    slim, flat = spread(records, o + 2, SQUARE), spread(records, o + 4, SQUARE)
+    beside = muladd(dx, slim, dy * spread(records, o + 3, SQUARE))
+    y = minimum(muladd(dx, beside, muladd(dy * dy, flat, -SHIFT)), EDGE)
+    q = muladd(y, y, BEND)
+    r = muladd(q, q - y, LIFT)
+    # rounded twice: nothing is left at the cut
+    return r * r - REST
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -64,7 +66,7 @@ def _end_sheet(
     scale = share / maximum(tau, np.float32(1e-30))
     store(state, at, after)
     for c in range(at + SQUARE, at + STATE, SQUARE):
-        store(state, c, load(state, c, SQUARE) + scale * load(sums, c, SQUARE))
+        store(state, c, muladd(scale, load(sums, c, SQUARE), load(state, c, SQUARE)))
     if with_depth:
         fallen = (before > _HALF) & (after <= _HALF)
         old = load(depths, k * SQUARE, SQUARE)
@@ -138,9 +140,9 @@ def sum_sheets(
                 if limited:
                     w = select(bound > spread(records, o + 6, SQUARE), w, _ZERO)
                 depth = depth + w
-                red = red + w * spread(records, o + 8, SQUARE)
-                green = green + w * spread(records, o + 9, SQUARE)
-                blue = blue + w * spread(records, o + 10, SQUARE)
+                red = muladd(w, spread(records, o + 8, SQUARE), red)
+                green = muladd(w, spread(records, o + 9, SQUARE), green)
+                blue = muladd(w, spread(records, o + 10, SQUARE), blue)
             sheets[k] = np.int32(last)
             store(sums, at, depth)
             store(sums, at + SQUARE, red)

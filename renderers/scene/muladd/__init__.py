@@ -1,0 +1,1 @@
+"""A product added to a number, for compiled code."""
