@@ -18,9 +18,13 @@ NEAR_VARIANCE = np.float32(1e-6)
 NOWHERE = 1 << 24
 
 RECORD = 16
-"""Floats of a projected surfel: centre 0-2 and plane 3-5 (camera frame), normal 6-8
-(world), pixel centre 9-10, ellipse 11-13 (inverse row variance, slope, rest of the
-column variance), nearest depth 14, squared radius 15."""
+"""Floats of a projected surfel: centre c 0-2 as ``2 c / r^2`` and plane 3-5 (camera
+frame), normal 6-8 (world), pixel centre 9-10, ellipse 11-13 (inverse row variance,
+slope, rest of the column variance), nearest depth 14, ``c^2 / r^2 - 1`` 15. r: the
+radius."""
+
+NO_TILE = 0x7F7F7F7F
+"""The range of what is in no tile."""
 
 SOFTEN = 0.5
 """Squared pixels added to an ellipse, which bounds a disc to first order."""
@@ -172,12 +176,15 @@ def _project(
     side = max(tangent - radius, 0.0)
     near = math.sqrt(side * side + plane * plane)
     record = records[n]
-    record[0] = x
-    record[1] = y
-    record[2] = z
-    record[3] = nx / plane
-    record[4] = ny / plane
-    record[5] = nz / plane
+    inverse = np.float32(1) / (radius * radius)
+    double = np.float32(2) * inverse
+    record[0] = x * double
+    record[1] = y * double
+    record[2] = z * double
+    steep = np.float32(1) / plane
+    record[3] = nx * steep
+    record[4] = ny * steep
+    record[5] = nz * steep
     record[6] = ax
     record[7] = ay
     record[8] = az
@@ -187,7 +194,7 @@ def _project(
     record[12] = slope
     record[13] = rest
     record[14] = near * 0.999
-    record[15] = radius * radius
+    record[15] = d2 * inverse - np.float32(1)
     return 1
 
 
@@ -217,6 +224,16 @@ def project_surfels(
     return n - begin
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def tile_range(left: Any, right: Any, top: Any, bottom: Any) -> Any:
+    """Pack first and last tile column and row of a disc, seven bits in a byte each.
+
+    Those that end are counted from 127 down: a tile is met where none of its own bytes
+    is less than the disc's.
+    """
+    return left | (127 - right) << 8 | top << 16 | (127 - bottom) << 24
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def project_runs(
     runs: I64, first: int, end: int, position: F32, normal: F32, frame: F32,
@@ -242,8 +259,11 @@ def project_runs(
                 farthest, radius, facing, records, boxes, n,
             )  # fmt: skip
     for s in range(begin, n):
-        columns = boxes[s, 0] >> shift_x | boxes[s, 1] >> shift_x << 8
-        rows = boxes[s, 2] >> shift_y | boxes[s, 3] >> shift_y << 8
-        ranges[s] = np.int32(columns | rows << 16)
-    ranges[n:room] = 255
+        ranges[s] = tile_range(
+            boxes[s, 0] >> shift_x,
+            boxes[s, 1] >> shift_x,
+            boxes[s, 2] >> shift_y,
+            boxes[s, 3] >> shift_y,
+        )
+    ranges[n:room] = NO_TILE
     return n - begin

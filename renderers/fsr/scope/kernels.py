@@ -44,14 +44,13 @@ _INF = np.float32(np.inf)
 def list_tile(ranges: I32, n: int, column: int, row: int, items: I32) -> int:
     """List which of n surfels touch a tile, in order; give their number.
 
-    ranges: first and last tile column and row, a byte each from the lowest.
-    ranges and items have sixteen to spare.
+    ranges: see `tile_range`. ranges and items have sixteen to spare.
     """
     found = 0
     for s in range(n):
         r = ranges[s]
-        across = (r & 255) <= column and ((r >> 8) & 255) >= column
-        if across and ((r >> 16) & 255) <= row and ((r >> 24) & 255) >= row:
+        across = (r & 127) <= column <= 127 - ((r >> 8) & 127)
+        if across and ((r >> 16) & 127) <= row <= 127 - ((r >> 24) & 127):
             items[found] = s
             found += 1
     return found
@@ -112,7 +111,7 @@ def _refresh(nearest: F32, far: F32) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def farthest(far: F32, boxes: I32, s: int, left: int, top: int) -> Any:
+def _farthest(far: F32, boxes: I32, s: int, left: int, top: int) -> Any:
     """Find the least q of the blocks that a box touches."""
     low = _INF
     x0 = max(boxes[s, 0] - left, 0) // BLOCK
@@ -127,54 +126,48 @@ def farthest(far: F32, boxes: I32, s: int, left: int, top: int) -> Any:
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _hide(
-    records: F32, o: int, core: Real, rays: F32, nearest: F32, square: int, end: int
-) -> None:
+    records: F32, o: int, inverse: Real, core: Real, rays: F32, nearest: F32,
+    square: int, end: int,
+) -> None:  # fmt: skip
     """Keep the nearest q under the core in a run of squares."""
     cx, cy, cz = records[o], records[o + 1], records[o + 2]
     mx, my, mz = records[o + 3], records[o + 4], records[o + 5]
-    limit = records[o + 15] * core
+    rest = records[o + 15] + (_ONE - core)
     for k in range(square, end):
         for i in range(SQUARE):
             rx = rays[k * RAY + i]
             ry = rays[k * RAY + SQUARE + i]
             rz = rays[k * RAY + 2 * SQUARE + i]
             q = rx * mx + ry * my + rz * mz
-            gx = rx - q * cx
-            gy = ry - q * cy
-            gz = rz - q * cz
-            g2 = gx * gx + gy * gy + gz * gz
+            s = rx * cx + ry * cy + rz * cz
             old = nearest[k * SQUARE + i]
-            under = (g2 < q * q * limit) & (q > old)
-            nearest[k * SQUARE + i] = q if under else old
+            under = q * (s - q * rest) > inverse
+            nearest[k * SQUARE + i] = _larger(q, old) if under else old
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _add(
-    records: F32, o: int, rays: F32, limits: F32, sums: F32, square: int, end: int
-) -> None:
+    records: F32, o: int, inverse: Real, rays: F32, limits: F32, sums: F32,
+    square: int, end: int,
+) -> None:  # fmt: skip
     """Sum weight, depth and normal under the disc, up to the depth limit."""
     cx, cy, cz = records[o], records[o + 1], records[o + 2]
     mx, my, mz = records[o + 3], records[o + 4], records[o + 5]
     nx, ny, nz = records[o + 6], records[o + 7], records[o + 8]
-    inverse = _ONE / records[o + 15]
+    rest = records[o + 15]
     for k in range(square, end):
         for i in range(SQUARE):
             rx = rays[k * RAY + i]
             ry = rays[k * RAY + SQUARE + i]
             rz = rays[k * RAY + 2 * SQUARE + i]
-            q = rx * mx + ry * my + rz * mz
-            t = _ONE / q
-            gx = rx - q * cx
-            gy = ry - q * cy
-            gz = rz - q * cz
-            g2 = gx * gx + gy * gy + gz * gz
-            f = _ONE - g2 * inverse * (t * t)
+            t = _ONE / (rx * mx + ry * my + rz * mz)
+            s = rx * cx + ry * cy + rz * cz
+            f = t * (s - t * inverse) - rest
             met = (f > _ZERO) & (t > _ZERO) & (t < limits[k * SQUARE + i])
             w = f * f if met else _ZERO
-            t = t if met else _ZERO
             at = k * SUMS + i
             sums[at] += w
-            sums[at + SQUARE] += w * t
+            sums[at + SQUARE] += w * t if met else _ZERO
             sums[at + 2 * SQUARE] += w * nx
             sums[at + 3 * SQUARE] += w * ny
             sums[at + 4 * SQUARE] += w * nz
@@ -226,9 +219,9 @@ def write_squares(
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_tile(
     records: F32, boxes: I32, items: I32, n: int, rays: F32, left: int, top: int,
-    core: Real, behind: Real, refresh: int, nearest: F32, sums: F32, far: F32,
-    starts: I32, ends: I32, squares: I32, until: I32, depth: F32, normal: F32,
-    coverage: F32,
+    split: int, inverses: F32, core: Real, behind: Real, refresh: int, nearest: F32,
+    sums: F32, far: F32, starts: I32, ends: I32, squares: I32, until: I32, depth: F32,
+    normal: F32, coverage: F32,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Draw one tile's surfels and write its part of the G-buffer, as the vector twin.
 
@@ -248,8 +241,7 @@ def draw_tile(
         o = s * RECORD
         if m % refresh == refresh - 1:
             _refresh(nearest, far)
-        low = farthest(far, boxes, s, left, top)
-        if low * (records[o + 14] - behind) >= _ONE:
+        if _farthest(far, boxes, s, left, top) * (records[o + 14] - behind) >= _ONE:
             hidden += 1
             continue
         first, end = _spans(records, o, boxes, s, left, top, starts, ends)
@@ -257,9 +249,10 @@ def draw_tile(
             a, b = starts[strip], ends[strip]
             fragments += b - a
             base = strip * SQUARES_X
-            # what hides nothing more may still belong to the wall in front of it
-            if low * records[o + 14] < _ONE:
-                _hide(records, o, core, rays, nearest, base + a, base + b)
+            _hide(
+                records, o, inverses[int(s >= split)], core, rays, nearest, base + a,
+                base + b,
+            )  # fmt: skip
     _refresh(nearest, far)
     for i in range(SQUARES * SQUARE):
         q = nearest[i]
@@ -267,13 +260,16 @@ def draw_tile(
     for m in range(n):
         s = items[m]
         o = s * RECORD
-        if farthest(far, boxes, s, left, top) * (records[o + 14] - behind) >= _ONE:
+        if _farthest(far, boxes, s, left, top) * (records[o + 14] - behind) >= _ONE:
             continue
         first, end = _spans(records, o, boxes, s, left, top, starts, ends)
         for strip in range(first, end):
             a, b = starts[strip], ends[strip]
             base = strip * SQUARES_X
-            _add(records, o, rays, nearest, sums, base + a, base + b)
+            _add(
+                records, o, inverses[int(s >= split)], rays, nearest, sums, base + a,
+                base + b,
+            )  # fmt: skip
     empty = _resolve(sums, rays)
     write_squares(sums, left, top, False, depth, normal, coverage)
     return fragments * SQUARE, hidden, empty
@@ -282,9 +278,10 @@ def draw_tile(
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_tiles(
     turns: NDArray[np.int64], across: int, records: F32, boxes: I32, ranges: I32,
-    listed: int, rays: F32, core: Real, behind: Real, refresh: int, items: I32,
-    nearest: F32, sums: F32, far: F32, starts: I32, ends: I32, squares: I32,
-    until: I32, depth: F32, normal: F32, coverage: F32, found: NDArray[np.int64],
+    listed: int, rays: F32, split: int, inverses: F32, core: Real, behind: Real,
+    refresh: int, items: I32, nearest: F32, sums: F32, far: F32, starts: I32, ends: I32,
+    squares: I32, until: I32, depth: F32, normal: F32, coverage: F32,
+    found: NDArray[np.int64],
 ) -> None:  # fmt: skip
     """Draw the tiles whose turns this thread gets, as the vector twin."""
     while True:
@@ -295,6 +292,6 @@ def draw_tiles(
         n = list_tile(ranges, listed, column, row, items)
         found[tile, 0], found[tile, 1], found[tile, 2] = draw_tile(
             records, boxes, items, n, rays[tile], column * TILE_WIDTH,
-            row * TILE_HEIGHT, core, behind, refresh, nearest, sums, far, starts,
-            ends, squares, until, depth, normal, coverage,
+            row * TILE_HEIGHT, split, inverses, core, behind, refresh, nearest, sums,
+            far, starts, ends, squares, until, depth, normal, coverage,
         )  # fmt: skip

@@ -108,6 +108,11 @@ class SurfelRasterizer:
         self._records = np.empty((0, RECORD), np.float32)
         self._boxes = np.empty((0, 4), np.int32)
         self._ranges = np.empty(0, np.int32)
+        self._split = 0
+        radius = np.float32(SIGMA_PER_SPACING * RADIUS_SIGMAS) * np.array(
+            [self._fine.spacing_mm, self._coarse.spacing_mm], np.float32
+        )
+        self._inverses = np.float32(1) / (radius * radius)
         self._table = np.empty((0, 0, 3), np.float32)
         self._rays = np.empty((0, 0), np.float32)
         self._local = threading.local()
@@ -173,6 +178,8 @@ class SurfelRasterizer:
                 self._ranges,
                 listed,
                 rays,
+                self._split,
+                self._inverses,
                 np.float32(CORE_SIGMAS2 / RADIUS_SIGMAS**2),
                 np.float32(BEHIND_MM),
                 REFRESH,
@@ -233,12 +240,13 @@ class SurfelRasterizer:
             hide=self._hide and allowed is None,
             allowed=allowed,
         )
-        listed = kept = 0
+        listed = kept = self._split = 0
         parts: list[Callable[[], int]] = []
         for surfels, mark, low, high in (
             (self._fine, NEAR, NEAREST_MM, near),
             (self._coarse, FAR, coarse_from, math.inf),
         ):
+            self._split = listed
             limits = low, high, reach * surfels.spacing_mm
             runs = self._blocks.runs(blocks, mark, surfels.order, PART)
             project = self._projection(camera, surfels, runs, limits, listed)

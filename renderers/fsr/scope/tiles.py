@@ -39,8 +39,9 @@ BLOCKS_X = TILE_WIDTH // BLOCK
 BLOCKS_Y = TILE_HEIGHT // BLOCK
 BLOCKS = BLOCKS_X * BLOCKS_Y
 
-MOST_TILES = 255
-"""Tiles along a side of a picture: a surfel's range of them takes four bytes."""
+MOST_TILES = 127
+"""Tiles along a side of a picture: a surfel's range of them takes four times seven
+bits (16,256 x 8,128 pixels)."""
 
 
 def tile_by_tile(

@@ -2,8 +2,10 @@
 
 A surfel is the tangent disc ``|p - c| < r`` of the plane ``n.(p - c) = 0``. On the ray
 with unit direction w the plane lies at depth ``t = 1 / q``, ``q = w . n / (n.c)``,
-linear in w, so depth is exact on planes. With ``g = w - q c = q (p - c)`` the disc is
-``|g|^2 < r^2 q^2``: whether it hides is asked without a division.
+linear in w, so depth is exact on planes. Since w has length 1, ``|p - c|^2`` is
+``t^2 - 2 t w.c + c^2``. With ``s = w . 2 c / r^2`` and ``k = c^2 / r^2 - 1`` the disc is
+``q (s - q k) > 1 / r^2``: whether it hides is asked without a division; and the root of
+a weight is ``t (s - t / r^2) - k``.
 """
 
 import numpy as np
@@ -11,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.fsr.projection.kernels import RECORD
-from renderers.fsr.scope.kernels import farthest, write_squares
+from renderers.fsr.scope.kernels import write_squares
 from renderers.fsr.scope.tiles import (
     BLOCK_SQUARES,
     BLOCKS_X,
@@ -22,20 +24,19 @@ from renderers.fsr.scope.tiles import (
     SQUARE,
     SQUARES,
     SQUARES_X,
-    SQUARES_Y,
     SUMS,
     TILE_HEIGHT,
     TILE_WIDTH,
 )
+from renderers.fsr.scope.vector.squares.kernels import (
+    is_hidden,
+    list_squares,
+    list_tile,
+)
 from renderers.scene.turns.kernels import take_turn
 from renderers.simd import (
-    absolute,
-    bits,
     count,
-    f32,
     full,
-    i32,
-    lanes,
     least,
     load,
     maximum,
@@ -44,7 +45,6 @@ from renderers.simd import (
     sqrt,
     store,
     store_groups,
-    store_packed,
     store_triples,
 )
 
@@ -52,72 +52,8 @@ Real = float | np.float32
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 
-_HALF = np.float32(0.5)
 _ONE = np.float32(1)
 _ZERO = np.float32(0)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def list_tile(ranges: I32, n: int, column: int, row: int, items: I32) -> int:
-    """List which of n surfels touch a tile, in order; give their number.
-
-    ranges: first and last tile column and row, a byte each from the lowest.
-    ranges and items have sixteen to spare.
-    """
-    found = 0
-    for s in range(0, n, SQUARE):
-        r = load(ranges, s, SQUARE)
-        met = (r & 255) <= column
-        met &= ((r >> 8) & 255) >= column
-        met &= ((r >> 16) & 255) <= row
-        met &= ((r >> 24) & 255) >= row
-        number = lanes(SQUARE) + np.int32(s)
-        met &= number < n
-        if bits(met) != 0:
-            store_packed(items, found, number, met)
-            found += count(met)
-    return found
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _list_squares(
-    records: F32, o: int, boxes: I32, s: int, left: int, top: int, starts: I32,
-    ends: I32, squares: I32, at: int,
-) -> int:  # fmt: skip
-    """List the squares that an ellipse meets from place `at` on; return the end.
-
-    A run of squares is written as whole vectors and counted afterwards: a loop over
-    each of many short runs would end where no processor expects it.
-    """
-    strip = lanes(SQUARES_Y)
-    y = strip * SIDE + np.int32(top)
-    # the strip's pixel centres lie within 1.5 of its middle
-    dy = f32(y) + (np.float32(0.5 * SIDE) - records[o + 10])
-    d = maximum(absolute(dy) - np.float32(1.5), _ZERO)
-    rest = _ONE - d * d * records[o + 11]
-    wide = sqrt(maximum(rest * records[o + 13], _ZERO))
-    wide += np.float32(1.5) * abs(records[o + 12])
-    middle = dy * records[o + 12] + (records[o + 9] - np.float32(left))
-    first = i32(minimum(maximum(middle - wide + _HALF, _ZERO), np.float32(TILE_WIDTH)))
-    past = minimum(middle + wide - _HALF, np.float32(TILE_WIDTH - 1))
-    last = i32(maximum(past, _ZERO))
-    # not beyond the box, by whose blocks a surfel is left out
-    first = maximum(first, np.int32(boxes[s, 0] - left))
-    last = minimum(last, np.int32(boxes[s, 1] - left))
-    met = (rest >= _ZERO) & (past >= _ZERO) & (first <= last)
-    zero = full(np.int32(0), SQUARES_Y)
-    first = select(met, first >> 2, zero)
-    store(starts, 0, first + strip * SQUARES_X)
-    store(ends, 0, select(met, (last >> 2) + 1, zero) - first)
-    high = max(boxes[s, 2] - top, 0) // SIDE
-    low = min(boxes[s, 3] - top, TILE_HEIGHT - 1) // SIDE
-    for row in range(high, low + 1):
-        run = lanes(SQUARE) + starts[row]
-        store(squares, at, run)
-        if ends[row] > SQUARE:
-            store(squares, at + SQUARE, run + SQUARE)
-        at += ends[row]
-    return at
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -135,57 +71,49 @@ def _refresh(nearest: F32, far: F32) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _hide(
-    records: F32, o: int, core: Real, rays: F32, nearest: F32, squares: I32,
-    begin: int, end: int,
+    records: F32, o: int, inverse: Real, core: Real, rays: F32, nearest: F32,
+    squares: I32, begin: int, end: int,
 ) -> None:  # fmt: skip
     """Keep the nearest q under the core in the squares listed at `begin`..`end`."""
     cx, cy, cz = records[o], records[o + 1], records[o + 2]
     mx, my, mz = records[o + 3], records[o + 4], records[o + 5]
-    limit = records[o + 15] * core
+    rest = records[o + 15] + (_ONE - core)
     for i in range(begin, end):
         k = squares[i]
         rx = load(rays, k * RAY, SQUARE)
         ry = load(rays, k * RAY + SQUARE, SQUARE)
         rz = load(rays, k * RAY + 2 * SQUARE, SQUARE)
         q = rx * mx + ry * my + rz * mz
-        gx = rx - q * cx
-        gy = ry - q * cy
-        gz = rz - q * cz
-        g2 = gx * gx + gy * gy + gz * gz
+        s = rx * cx + ry * cy + rz * cz
         old = load(nearest, k * SQUARE, SQUARE)
-        under = (g2 < q * q * limit) & (q > old)
-        store(nearest, k * SQUARE, select(under, q, old))
+        under = q * (s - q * rest) > inverse
+        store(nearest, k * SQUARE, select(under, maximum(q, old), old))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _add(
-    records: F32, o: int, rays: F32, limits: F32, sums: F32, squares: I32, begin: int,
-    end: int,
+    records: F32, o: int, inverse: Real, rays: F32, limits: F32, sums: F32,
+    squares: I32, begin: int, end: int,
 ) -> None:  # fmt: skip
     """Sum weight, depth and normal in the listed squares, up to the depth limit."""
     cx, cy, cz = records[o], records[o + 1], records[o + 2]
     mx, my, mz = records[o + 3], records[o + 4], records[o + 5]
     nx, ny, nz = records[o + 6], records[o + 7], records[o + 8]
-    inverse = _ONE / records[o + 15]
+    rest = records[o + 15]
     for i in range(begin, end):
         k = squares[i]
         rx = load(rays, k * RAY, SQUARE)
         ry = load(rays, k * RAY + SQUARE, SQUARE)
         rz = load(rays, k * RAY + 2 * SQUARE, SQUARE)
-        q = rx * mx + ry * my + rz * mz
-        t = _ONE / q
-        gx = rx - q * cx
-        gy = ry - q * cy
-        gz = rz - q * cz
-        g2 = gx * gx + gy * gy + gz * gz
-        f = _ONE - g2 * inverse * (t * t)
+        t = _ONE / (rx * mx + ry * my + rz * mz)
+        s = rx * cx + ry * cy + rz * cz
+        f = t * (s - t * inverse) - rest
         met = (f > _ZERO) & (t > _ZERO) & (t < load(limits, k * SQUARE, SQUARE))
         w = select(met, f * f, _ZERO)
-        t = select(met, t, _ZERO)
         at = k * SUMS
         store(sums, at, load(sums, at, SQUARE) + w)
         at += SQUARE
-        store(sums, at, load(sums, at, SQUARE) + w * t)
+        store(sums, at, load(sums, at, SQUARE) + select(met, w * t, _ZERO))
         at += SQUARE
         store(sums, at, load(sums, at, SQUARE) + w * nx)
         at += SQUARE
@@ -252,15 +180,16 @@ def _resolve(
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_tile(
     records: F32, boxes: I32, items: I32, n: int, rays: F32, left: int, top: int,
-    core: Real, behind: Real, refresh: int, nearest: F32, sums: F32, far: F32,
-    starts: I32, ends: I32, squares: I32, until: I32, depth: F32, normal: F32,
-    coverage: F32,
+    split: int, inverses: F32, core: Real, behind: Real, refresh: int, nearest: F32,
+    sums: F32, far: F32, starts: I32, ends: I32, squares: I32, until: I32, depth: F32,
+    normal: F32, coverage: F32,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Draw one tile's surfels, near ones first, and write its part of the G-buffer.
 
     items: the first n say which; it is written over. rays: ``(SQUARES * RAY,)``, this
-    tile's. core: squared share of the radius that hides what lies behind. behind:
-    depth in mm behind the nearest core that still counts. nearest, sums, far, starts,
+    tile's. split, inverses: of the surfels before `split`, and of the others, one over
+    the squared radius. core: squared share of the radius that hides what lies behind.
+    behind: depth in mm behind the nearest core that still counts. nearest, sums, far, starts,
     ends: scratch of a value a pixel, five a pixel, one a block, one a strip twice.
     squares, until: scratch of some squares a surfel, more than `SPARE_SQUARES`, and of
     a value a surfel.
@@ -280,14 +209,14 @@ def draw_tile(
         o = s * RECORD
         if m % refresh == refresh - 1:
             _refresh(nearest, far)
-        low = farthest(far, boxes, s, left, top)
-        if low * (records[o + 14] - behind) >= _ONE:
+        if is_hidden(far, boxes, s, left, top, records[o + 14] - behind):
             hidden += 1
             continue
-        end = _list_squares(records, o, boxes, s, left, top, starts, ends, squares, at)
-        # what hides nothing more may still belong to the wall in front of it
-        if low * records[o + 14] < _ONE:
-            _hide(records, o, core, rays, nearest, squares, at, end)
+        end = list_squares(records, o, boxes, s, left, top, starts, ends, squares, at)
+        _hide(
+                records, o, inverses[int(s >= split)], core, rays, nearest, squares,
+                at, end,
+            )  # fmt: skip
         fragments += end - at
         if rest < n:
             continue
@@ -308,15 +237,21 @@ def draw_tile(
     at = 0
     for m in range(kept):
         end = until[m]
-        _add(records, items[m] * RECORD, rays, nearest, sums, squares, at, end)
+        s = items[m]
+        _add(
+            records, s * RECORD, inverses[int(s >= split)], rays, nearest, sums,
+            squares, at, end,
+        )  # fmt: skip
         at = end
     for m in range(rest, n):
         s = items[m]
         o = s * RECORD
-        if farthest(far, boxes, s, left, top) * (records[o + 14] - behind) >= _ONE:
+        if is_hidden(far, boxes, s, left, top, records[o + 14] - behind):
             continue
-        end = _list_squares(records, o, boxes, s, left, top, starts, ends, squares, 0)
-        _add(records, o, rays, nearest, sums, squares, 0, end)
+        end = list_squares(records, o, boxes, s, left, top, starts, ends, squares, 0)
+        _add(
+            records, o, inverses[int(s >= split)], rays, nearest, sums, squares, 0, end
+        )
     height, width = depth.shape
     empty = _resolve(sums, rays, left, top, width, height, depth, normal, coverage)
     if width % SIDE or height % SIDE:
@@ -327,9 +262,10 @@ def draw_tile(
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_tiles(
     turns: NDArray[np.int64], across: int, records: F32, boxes: I32, ranges: I32,
-    listed: int, rays: F32, core: Real, behind: Real, refresh: int, items: I32,
-    nearest: F32, sums: F32, far: F32, starts: I32, ends: I32, squares: I32,
-    until: I32, depth: F32, normal: F32, coverage: F32, found: NDArray[np.int64],
+    listed: int, rays: F32, split: int, inverses: F32, core: Real, behind: Real,
+    refresh: int, items: I32, nearest: F32, sums: F32, far: F32, starts: I32, ends: I32,
+    squares: I32, until: I32, depth: F32, normal: F32, coverage: F32,
+    found: NDArray[np.int64],
 ) -> None:  # fmt: skip
     """Draw the tiles whose turns this thread gets.
 
@@ -344,6 +280,6 @@ def draw_tiles(
         n = list_tile(ranges, listed, column, row, items)
         found[tile, 0], found[tile, 1], found[tile, 2] = draw_tile(
             records, boxes, items, n, rays[tile], column * TILE_WIDTH,
-            row * TILE_HEIGHT, core, behind, refresh, nearest, sums, far, starts,
-            ends, squares, until, depth, normal, coverage,
+            row * TILE_HEIGHT, split, inverses, core, behind, refresh, nearest, sums,
+            far, starts, ends, squares, until, depth, normal, coverage,
         )  # fmt: skip

@@ -1,0 +1,1 @@
+"""The squares of a tile that surfels meet."""
