@@ -3,9 +3,9 @@
 A surfel is the tangent disc ``|p - c| < r`` of the plane ``n.(p - c) = 0``. On the ray
 with unit direction w the plane lies at depth ``t = 1 / q``, ``q = w . n / (n.c)``,
 linear in w, so depth is exact on planes. Since w has length 1, ``|p - c|^2`` is
-``t^2 - 2 t w.c + c^2``. With ``s = w . 2 c / r^2`` and ``k = c^2 / r^2 - 1`` the disc is
-``q (s - q k) > 1 / r^2``: whether it hides is asked without a division; and the root of
-a weight is ``t (s - t / r^2) - k``.
+``t^2 - 2 t w.c + c^2``. With ``s = w . 2 c / r^2`` and ``k = c^2 / r^2 - 1`` the disc
+is ``q (s - q k) > 1 / r^2``: whether it hides is asked without a division; and the root
+of a weight is ``t (s - t / r^2) - k``.
 """
 
 import numpy as np
@@ -189,8 +189,9 @@ def draw_tile(
     items: the first n say which; it is written over. rays: ``(SQUARES * RAY,)``, this
     tile's. split, inverses: of the surfels before `split`, and of the others, one over
     the squared radius. core: squared share of the radius that hides what lies behind.
-    behind: depth in mm behind the nearest core that still counts. nearest, sums, far, starts,
-    ends: scratch of a value a pixel, five a pixel, one a block, one a strip twice.
+    behind: depth in mm behind the nearest core that still counts. nearest, sums, far,
+    starts, ends: scratch of a value a pixel, five a pixel, one a block, one a strip
+    twice.
     squares, until: scratch of some squares a surfel, more than `SPARE_SQUARES`, and of
     a value a surfel.
     Surfels behind the farthest depth of their blocks are left out: they could change

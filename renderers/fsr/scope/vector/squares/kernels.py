@@ -70,13 +70,13 @@ def list_tile(ranges: I32, n: int, column: int, row: int, items: I32) -> int:
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def is_hidden(far: F32, boxes: I32, s: int, left: int, top: int, depth: Real) -> bool:
     """Say whether all blocks that a box touches are covered nearer than a depth."""
-    x0 = max(np.int64(boxes[s, 0]) - left, 0) // BLOCK
-    x1 = min(np.int64(boxes[s, 1]) - left, TILE_WIDTH - 1) // BLOCK
-    y0 = max(np.int64(boxes[s, 2]) - top, 0) // BLOCK
-    y1 = min(np.int64(boxes[s, 3]) - top, TILE_HEIGHT - 1) // BLOCK
+    x0 = max(int(boxes[s, 0]) - left, 0) // BLOCK
+    x1 = min(int(boxes[s, 1]) - left, TILE_WIDTH - 1) // BLOCK
+    y0 = max(int(boxes[s, 2]) - top, 0) // BLOCK
+    y1 = min(int(boxes[s, 3]) - top, TILE_HEIGHT - 1) // BLOCK
     touched = ((2 << x1) - (1 << x0)) * EVERY_ROW
     touched &= (2 << (y1 * BLOCKS_X + BLOCKS_X - 1)) - (1 << (y0 * BLOCKS_X))
-    covered = bits(load(far, 0, BLOCKS) * depth >= _ONE)
+    covered: int = bits(load(far, 0, BLOCKS) * depth >= _ONE)
     return touched & ~covered == 0
 
 
