@@ -37,6 +37,9 @@ CANCELLED: tuple[QualityName, ...] = ("snapshot", "reference")
 CANCEL_AFTER = 2
 """Slices of rays before the client cancels: it is in the middle of the picture."""
 
+CANCEL_SIZE = 2048
+"""Pixels a side of a picture to cancel: it takes many slices of 40 ms."""
+
 
 @dataclass
 class _Served:
@@ -51,7 +54,8 @@ class _Served:
         self._thread = threading.Thread(
             target=run_worker,
             args=(self.folder,),
-            kwargs={"stopped": self._stop.is_set, "threads": 1},
+            # a view is asked for again and again, and always to be drawn
+            kwargs={"stopped": self._stop.is_set, "threads": 1, "kept_bytes": 0},
         )
         self._thread.start()
 
@@ -84,7 +88,8 @@ class JobsPlan:
             for is_told in (True, False):
                 name = "client is told" if is_told else "worker is free"
                 call = partial(self._cancel, quality, is_told)
-                found.append(self._task(f"cancel, {quality}", name, call))
+                case = f"cancel, {quality}"
+                found.append(self._task(case, name, call, size=CANCEL_SIZE))
         return found
 
     def _task(
@@ -93,8 +98,9 @@ class JobsPlan:
         mode: str,
         call: Callable[[], Measured],
         baseline: str | None = None,
+        size: int | None = None,
     ) -> Task:
-        settings: dict[str, Setting] = {"size": self._size, "threads": 1}
+        settings: dict[str, Setting] = {"size": size or self._size, "threads": 1}
         if baseline is not None:
             settings["reference"] = baseline
         return Task(
@@ -121,11 +127,15 @@ class JobsPlan:
         return self._served
 
     def _request(
-        self, *, progressive: bool = False, quality: QualityName = "snapshot"
+        self,
+        size: int | None = None,
+        *,
+        progressive: bool = False,
+        quality: QualityName = "snapshot",
     ) -> SnapshotRequest:
         subject = self._source.subject
         camera: Camera = subject.views["inside"].camera(
-            self._size, Projection.PERSPECTIVE
+            size or self._size, Projection.PERSPECTIVE
         )
         return self._service.client.request_classic(
             subject.scene, camera, quality=quality, progressive=progressive
@@ -205,7 +215,7 @@ class JobsPlan:
 
         reached.watcher = watch
         try:
-            job = client.submit(self._request(quality=quality))
+            job = client.submit(self._request(CANCEL_SIZE, quality=quality))
             if not drawing.wait(PATIENCE_S):
                 raise UnavailableError("the picture was never begun")
         finally:

@@ -72,7 +72,7 @@ class TakeoverPlan:
     def _request(self, case: str) -> SnapshotRequest:
         if case == RAYS:
             subject = subjects(self._quick)[0].subject
-            size = 256 if self._quick else 512
+            size = 384 if self._quick else 512
             camera = subject.views["inside"].camera(size, Projection.PERSPECTIVE)
             return self._client.request_classic(
                 subject.scene, camera, quality="reference"

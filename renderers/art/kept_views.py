@@ -6,6 +6,7 @@ edit makes another view. A view of which only light, exposure or tools changed k
 what its rays found.
 """
 
+import hashlib
 from collections import OrderedDict
 from collections.abc import Iterable
 from dataclasses import fields
@@ -23,6 +24,9 @@ V = TypeVar("V")
 
 KEPT_BYTES = 256 << 20
 """Of pictures, and again of what rays found; the least recently used go."""
+
+OVERHEAD_BYTES = 4096
+"""Taken by a view besides its pixels: most of it is the report of a small picture."""
 
 
 def picture_key(request: SnapshotRequest) -> bytes:
@@ -53,7 +57,10 @@ def trace_key(request: SnapshotRequest) -> bytes:
 
 
 class KeptViews:
-    """Keep finished pictures and traced rays, as many as there is room for."""
+    """Keep finished pictures and traced rays, as many as there is room for.
+
+    room: bytes of each; none are kept where it is 0.
+    """
 
     def __init__(self, room: int = KEPT_BYTES) -> None:
         self._pictures = _Recent[Picture](room)
@@ -79,7 +86,10 @@ class KeptViews:
 
 
 class _Recent(Generic[V]):
-    """Map keys to values of known sizes; the least recently used make room."""
+    """Map keys to values of known sizes; the least recently used make room.
+
+    Keys are digested: one with a camera and a transfer function is 2,000 bytes long.
+    """
 
     def __init__(self, room: int) -> None:
         self._room = room
@@ -87,17 +97,20 @@ class _Recent(Generic[V]):
         self._values: OrderedDict[bytes, tuple[V, int]] = OrderedDict()
 
     def get(self, key: bytes) -> V | None:
-        if key not in self._values:
+        name = hashlib.sha256(key).digest()
+        if name not in self._values:
             return None
-        self._values.move_to_end(key)
-        return self._values[key][0]
+        self._values.move_to_end(name)
+        return self._values[name][0]
 
     def put(self, key: bytes, value: V, size: int) -> None:
-        if key in self._values:
-            self._used -= self._values.pop(key)[1]
+        name = hashlib.sha256(key).digest()
+        size += OVERHEAD_BYTES
+        if name in self._values:
+            self._used -= self._values.pop(name)[1]
         if size > self._room:
             return
-        self._values[key] = value, size
+        self._values[name] = value, size
         self._used += size
         while self._used > self._room:
             self._used -= self._values.popitem(last=False)[1][1]

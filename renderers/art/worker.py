@@ -15,7 +15,7 @@ from renderers.art.job import (
     SnapshotResult,
     decode_request,
 )
-from renderers.art.kept_views import KeptViews
+from renderers.art.kept_views import KEPT_BYTES, KeptViews
 from renderers.art.lease import LEASE_S, SAVE_EVERY_S
 from renderers.art.preview import Preview
 from renderers.art.progressive import trace_best
@@ -49,6 +49,7 @@ def run_worker(
     lease_s: float = LEASE_S,
     keep_s: float = KEEP_S,
     save_every_s: float = SAVE_EVERY_S,
+    kept_bytes: int = KEPT_BYTES,
     stopped: Callable[[], bool] = _never,
 ) -> int:
     """Serve a spool folder; return the number of jobs that reached an end.
@@ -57,6 +58,8 @@ def run_worker(
     no sign of life within the lease is drawn before. team: those who trace; None for
     the threads of this process. keep_s: how long finished jobs stay in the folder.
     save_every_s: how often what is found is saved, for whoever takes the job over.
+    kept_bytes: room for pictures, and again for what rays found, that the same view is
+    not drawn again from; 0 draws every job.
     stopped: asked between bands; a job that is then going on is left to the next
     worker. Raise SpoolError when the folder cannot be used.
     """
@@ -65,7 +68,8 @@ def run_worker(
     team = team or SerialTeam(threads)
     finisher = Finisher(spool.data, threads)
     code_key()
-    worker = _Worker(spool, team, finisher, save_every_s, stopped)
+    kept = KeptViews(kept_bytes)
+    worker = _Worker(spool, team, finisher, kept, save_every_s, stopped)
     served = 0
     try:
         while not stopped():
@@ -91,6 +95,7 @@ class _Worker:
         spool: Spool,
         team: Team,
         finisher: Finisher,
+        kept: KeptViews,
         save_every_s: float,
         stopped: Callable[[], bool],
     ) -> None:
@@ -99,7 +104,7 @@ class _Worker:
         self._team = team
         self._save_every_s = save_every_s
         self._stopped = stopped
-        self._kept = KeptViews()
+        self._kept = kept
 
     def serve(self, claim: Claim) -> bool:
         """Draw one job; False when the worker was stopped before it ended.
