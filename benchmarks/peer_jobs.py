@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from benchmarks.peer_process import PeerProcess
 from renderers.fsr import FuzzySet
-from renderers.fsr.footprint import SIGMA_PER_SPACING, peak_table
+from renderers.fsr.footprint import SIGMA_PER_SPACING
+from renderers.fsr.lit_splats import lit_splats
 from renderers.scene import Camera, Projection, Scene, TransferFunction
 
 NEAR_MM = 0.2
@@ -20,8 +21,6 @@ of density the two agree."""
 NEAREST_SPLAT_SIGMAS = 2.0
 """A footprint wider than half its distance has no linear projection: our splatter
 leaves it out, and the peer is not given it."""
-
-_PEAKS = 1024
 
 
 def view_job(camera: Camera, scene: Scene, budget_s: float) -> dict[str, Any]:
@@ -95,42 +94,13 @@ def splat_job(
     spacing = scene.volume.spacing_mm
     if not np.allclose(spacing, spacing[0]):
         raise ValueError(f"the splat peer needs cubic voxels, got {spacing}")
-    positions = splat_positions(fuzzy_set)
+    positions = fuzzy_set.rows.centers_mm()
     sigma_mm = SIGMA_PER_SPACING * float(spacing[0])
     distance = np.linalg.norm(positions - camera.eye_mm, axis=1)
     drawn = distance > NEAREST_SPLAT_SIGMAS * sigma_mm
-    rgba = splat_colors(scene, fuzzy_set)[drawn]
+    rgba = lit_splats(fuzzy_set, scene)[drawn]
     return view_job(camera, scene, budget_s) | {
         "points": peer.store(positions[drawn].astype(np.float32)),
         "rgba": peer.store(np.rint(np.clip(rgba, 0, 1) * 255).astype(np.uint8)),
         "sigma_mm": sigma_mm,
     }
-
-
-def splat_positions(fuzzy_set: FuzzySet) -> NDArray[np.float64]:
-    """Give the world places of all splats, ``(n, 3)``."""
-    rows = fuzzy_set.rows
-    _, ny, _ = rows.shape
-    row = np.repeat(np.arange(len(rows.offsets) - 1), np.diff(rows.offsets))
-    voxel = np.column_stack([rows.x, row % ny, row // ny]).astype(np.float64)
-    matrix = rows.world_from_voxel
-    return voxel @ matrix[:3, :3].T + matrix[:3, 3]
-
-
-def splat_colors(scene: Scene, fuzzy_set: FuzzySet) -> NDArray[np.float64]:
-    """Light all splats with the scene's infinite lights; ``(n, 4)`` linear RGBA.
-
-    Alpha is the peak that gives a sheet of splats one voxel's opacity.
-    """
-    if any(light.is_local for light in scene.lights):
-        raise ValueError("the splat peer's colours need lights at infinity")
-    color, kappa = scene.transfer_function.evaluate(fuzzy_set.value.astype(np.float64))
-    normal = fuzzy_set.normals().astype(np.float64)
-    lit = np.full_like(color, scene.material.ambient)
-    for light in scene.lights:
-        cosine = np.maximum(normal @ light.vector, 0)
-        lit += scene.material.diffuse * cosine[:, None] * light.color
-    lit[~normal.any(axis=1)] = 1.0
-    wanted = -np.expm1(-kappa * float(scene.volume.spacing_mm[0]))
-    peak = np.interp(wanted, np.linspace(0, 1, _PEAKS), peak_table(_PEAKS))
-    return np.column_stack([color * lit, peak])

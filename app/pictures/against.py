@@ -37,18 +37,21 @@ def demand_splats(view: ViewFile) -> None:
         )
 
 
-def splatted(studio: Studio, drawn: Drawn, threads: int) -> NDArray[np.uint8]:
-    """Draw a view as the live picture shows it, with the fine picture's gain."""
+def splatted(
+    studio: Studio, view: ViewFile, gain: float | None, threads: int
+) -> NDArray[np.uint8]:
+    """Draw a view as the live picture shows it, with a fine picture's gain."""
     from renderers.fsr import FuzzySetRenderer
     from renderers.shading import (
         CameraPass,
+        Caster,
         ScopeLight,
         ScopeShader,
         Tier,
         scope_picture,
     )
 
-    view, camera = drawn.view, drawn.view.to_camera()
+    camera = view.to_camera()
     deflection = to_deflection(view.deflectors)
     renderer = FuzzySetRenderer(studio.scene, threads=threads, deflection=deflection)
     try:
@@ -57,7 +60,8 @@ def splatted(studio: Studio, drawn: Drawn, threads: int) -> NDArray[np.uint8]:
             return renderer.render(camera).to_srgb8()
         assert studio.scene.surface is not None
         buffer = renderer.gbuffer(camera)
-        for mesh, pose in placed(view.instruments):
+        tools = placed(view.instruments)
+        for mesh, pose in tools:
             mesh.draw(buffer, camera, pose)
         shader = ScopeShader(
             deflected_surface(studio.scene.surface, deflection),
@@ -75,8 +79,9 @@ def splatted(studio: Studio, drawn: Drawn, threads: int) -> NDArray[np.uint8]:
                 shader,
                 camera_pass,
                 light,
-                drawn.result.gain,
+                gain,
                 look.frame_number,
+                [Caster.of(mesh, pose) for mesh, pose in tools],
             )
         finally:
             shader.close()

@@ -30,8 +30,9 @@ from vtkmodules.vtkRenderingOpenGL2 import (
 )
 
 from renderers.fsr.display_list import build_display_list, sorted_by_distance
-from renderers.fsr.footprint import CUT_SIGMAS, SIGMA_PER_SPACING, peak_table
+from renderers.fsr.footprint import CUT_SIGMAS, SIGMA_PER_SPACING
 from renderers.fsr.fuzzy_set import FuzzySet
+from renderers.fsr.lit_splats import lit_splats
 from renderers.scene import Camera, Projection, Scene, srgb_from_linear
 
 _PROBE = (
@@ -95,11 +96,12 @@ class SplatActor(vtkActor):
         spacing = float(np.max(scene.volume.spacing_mm))
         self._margin = CUT_SIGMAS * SIGMA_PER_SPACING * spacing
         position = fuzzy_set.rows.centers_mm().astype(np.float32)
+        colors = _encoded(lit_splats(fuzzy_set, scene))
         self.data = vtkPolyData()
         points = vtkPoints()
         points.SetData(_copied(position))
         self.data.SetPoints(points)
-        self.data.GetPointData().SetScalars(_copied(_shade(fuzzy_set, scene, position)))
+        self.data.GetPointData().SetScalars(_copied(colors))
         self.data.SetVerts(_cells(np.arange(len(position))))
         sigma = SIGMA_PER_SPACING * spacing
         self.depth_part = vtkActor()
@@ -135,7 +137,7 @@ class SplatActor(vtkActor):
         """Cull and order for a view; positions and colours stay as they are."""
         shown = build_display_list(self._rows, camera, self._margin)
         index = sorted_by_distance(shown, self._rows, camera).index
-        self.data.SetVerts(_cells(index))
+        self.data.SetVerts(_cells(_hidden_first(index, len(self._rows))))
         self.data.Modified()
         self.drawn = len(index)
         self.reordered += 1
@@ -189,6 +191,18 @@ def _draw_points(
     actor.GetProperty().LightingOff()
 
 
+def _hidden_first(index: NDArray[Any], count: int) -> NDArray[Any]:
+    """Put those of `count` splats that a view leaves out before its own.
+
+    VTK makes room for as many points as it is told to draw, then fills in all there
+    are: with fewer it writes beyond what it has (9.7.2). What is left out lies outside
+    the view, so that nothing of it is seen.
+    """
+    hidden = np.ones(count, np.bool_)
+    hidden[index] = False
+    return np.concatenate([np.flatnonzero(hidden), index])
+
+
 def _cells(index: NDArray[Any]) -> vtkCellArray:
     """Make one vertex cell of every point in an order; VTK draws them as they come."""
     convert: Any = numpy_to_vtkIdTypeArray
@@ -207,27 +221,8 @@ def _copied(array: NDArray[Any]) -> vtkDataArray:
     return result
 
 
-def _shade(
-    fuzzy_set: FuzzySet, scene: Scene, position: NDArray[np.float32]
-) -> NDArray[np.uint8]:
+def _encoded(rgba: NDArray[np.float64]) -> NDArray[np.uint8]:
     """Give straight sRGB and opacity bytes ``(n, 4)``."""
-    color, kappa = scene.transfer_function.evaluate(fuzzy_set.value.astype(np.float64))
-    normal = fuzzy_set.normals().astype(np.float64)
-    material = scene.material
-    light = np.full((len(fuzzy_set), 3), material.ambient)
-    for source in scene.lights:
-        towards = np.broadcast_to(source.vector, normal.shape)
-        if source.is_local:
-            towards = source.vector - position
-            length = np.linalg.norm(towards, axis=1, keepdims=True)
-            towards = towards / np.maximum(length, 1e-9)
-        facing = np.maximum((normal * towards).sum(axis=1, keepdims=True), 0)
-        light = light + material.diffuse * facing * source.color
-    light[~np.any(normal, axis=1)] = 1.0
-    length_mm = float(np.prod(scene.volume.spacing_mm) ** (1 / 3))
-    sheet = -np.expm1(-kappa * length_mm)
-    table = peak_table(1024)
-    peak = np.interp(sheet, np.linspace(0, 1, len(table)), table)
-    rgba = np.concatenate([srgb_from_linear(color * light), peak[:, None]], axis=1)
-    encoded: NDArray[np.uint8] = (rgba * 255 + 0.5).astype(np.uint8)
+    shown = np.concatenate([srgb_from_linear(rgba[:, :3]), rgba[:, 3:]], axis=1)
+    encoded: NDArray[np.uint8] = (shown * 255 + 0.5).astype(np.uint8)
     return encoded

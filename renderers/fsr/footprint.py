@@ -47,17 +47,3 @@ def sheet_opacities(sigma: float = SIGMA_PER_SPACING) -> NDArray[np.float64]:
     peaks = np.linspace(0, 1, _PEAKS)
     clear = np.prod(1 - peaks[:, None, None] * weights, axis=-1)
     return np.asarray(1 - clear.mean(axis=1))
-
-
-@lru_cache(maxsize=4)
-def peak_table(size: int, sigma: float = SIGMA_PER_SPACING) -> NDArray[np.float32]:
-    """Tabulate the peak for sheet opacities 0..1 in `size` even steps.
-
-    Beyond what a sheet can reach (.971 at sigma .6) the peak is one.
-    """
-    opacities = sheet_opacities(sigma)
-    wanted = np.linspace(0, 1, size)
-    peaks = np.interp(wanted, opacities, np.linspace(0, 1, _PEAKS), right=1.0)
-    result = peaks.astype(np.float32)
-    result.flags.writeable = False
-    return result

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from anatomy import bone_transfer_function, classic_transfer_function
-from benchmarks.peer_jobs import dense_table, splat_colors, splat_positions, view_job
+from benchmarks.peer_jobs import dense_table, view_job
 from benchmarks.peer_process import PeerProcess
-from renderers.fsr import FuzzySetRenderer
 from renderers.scene import Camera, PhongMaterial, Projection, Scene, Volume
 
 
@@ -29,34 +28,6 @@ def test_the_dense_table_is_the_transfer_function() -> None:
         for c in range(3):
             found = np.interp(density, table[:, 0], table[:, 1 + c])
             assert np.allclose(found, color[:, c])
-
-
-def test_splats_are_where_their_densities_are() -> None:
-    scene = ball()
-    renderer = FuzzySetRenderer(scene, threads=1)
-    positions = splat_positions(renderer.fuzzy_set)
-    assert len(positions) == len(renderer.fuzzy_set) > 500
-    found = scene.volume.sample(positions)
-    assert np.array_equal(found, renderer.fuzzy_set.value)
-    renderer.close()
-
-
-def test_splats_are_lit_as_a_formula_says() -> None:
-    scene = ball()
-    renderer = FuzzySetRenderer(scene, threads=1)
-    positions = splat_positions(renderer.fuzzy_set)
-    colors = splat_colors(scene, renderer.fuzzy_set)
-    base, _ = scene.transfer_function.evaluate(
-        renderer.fuzzy_set.value.astype(np.float64)
-    )
-    normal = positions / np.linalg.norm(positions, axis=1, keepdims=True)
-    lit = np.full_like(base, 0.3)
-    for light in scene.lights:
-        lit += 0.6 * np.maximum(normal @ light.vector, 0)[:, None] * light.color
-    # a ball's own normals differ from estimated ones by a few degrees
-    assert np.abs(colors[:, :3] - base * lit).max() < 0.05
-    assert np.all((colors[:, 3] > 0) & (colors[:, 3] <= 1))
-    renderer.close()
 
 
 def test_peers_are_given_only_what_they_can_draw() -> None:

@@ -197,6 +197,30 @@ def test_a_camera_change_only_reorders(renderer: FuzzySetRenderer) -> None:
     ), "nothing was handed over anew"
 
 
+def test_splats_out_of_view_are_drawn_too_and_first(
+    renderer: FuzzySetRenderer,
+) -> None:
+    """With fewer cells than points VTK's mapper writes beyond its memory."""
+    actor = SplatActor(renderer.fuzzy_set, renderer.scene)
+    near = Camera.looking_at(
+        (19.5, 0, 24),
+        (19.5, 19.5, 24),
+        extent=np.radians(12.0),
+        size=(SIZE, SIZE),
+        projection=Projection.PERSPECTIVE,
+    )
+    actor.update(near)
+    convert: Any = vtk_to_numpy
+    order = convert(actor.data.GetVerts().GetConnectivityArray())
+    count = actor.data.GetNumberOfPoints()
+    assert 0 < actor.drawn < count / 2
+    assert np.array_equal(np.sort(order), np.arange(count))
+    shown = renderer.fuzzy_set.rows.centers_mm()[order[-actor.drawn :]]
+    distance = np.linalg.norm(shown - near.eye_mm, axis=1)
+    # sixteen bits of it are sorted
+    assert np.diff(distance).max() < 0.01
+
+
 @pytest.mark.parametrize("size", [(160, 120), (120, 160)])
 @pytest.mark.parametrize(
     "projection", [Projection.PERSPECTIVE, Projection.ORTHOGRAPHIC]

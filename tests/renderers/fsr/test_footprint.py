@@ -6,9 +6,9 @@ from renderers.fsr.footprint import (
     CUT_SIGMAS,
     SIGMA_PER_SPACING,
     gaussian_footprint,
-    peak_table,
     sheet_opacities,
 )
+from renderers.fsr.lit_splats import splat_peaks
 
 
 def sheet(peak: float, sigma: float) -> NDArray[np.float64]:
@@ -33,8 +33,7 @@ def test_footprint_is_one_at_the_centre_and_meets_zero_at_the_cut() -> None:
 
 @pytest.mark.parametrize("wanted", [0.05, 0.3, 0.7, 0.95])
 def test_calibrated_peaks_give_the_wanted_mean_and_little_ripple(wanted: float) -> None:
-    table = peak_table(1024)
-    peak = float(np.interp(wanted, np.linspace(0, 1, 1024), table))
+    peak = float(splat_peaks(-np.log1p(-np.array(wanted))))
     opacity = sheet(peak, SIGMA_PER_SPACING)
     # the outer phases of the sampled cell count half
     mean = np.trapezoid(np.trapezoid(opacity, axis=0), axis=0) / 40**2
@@ -53,5 +52,6 @@ def test_known_peaks() -> None:
 
 def test_unreachable_opacities_take_the_full_peak() -> None:
     assert sheet_opacities()[-1] < 0.98
-    assert peak_table(64)[-1] == 1
-    assert np.all(np.diff(peak_table(64)) >= 0)
+    depths = np.linspace(0, 10, 400)
+    assert splat_peaks(depths)[-1] == 1
+    assert np.all(np.diff(splat_peaks(depths)) >= -1e-7)

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from renderers.fsr import FuzzySet, Inclusion, extract_fuzzy_set
 from renderers.fsr.classic import SplatMode, SplatRasterizer
-from renderers.fsr.footprint import gaussian_footprint, peak_table
+from renderers.fsr.footprint import gaussian_footprint
+from renderers.fsr.lit_splats import splat_peaks
 from renderers.scene import (
     Camera,
     Light,
@@ -122,9 +123,7 @@ def sorted_picture(
     scale = min(camera.width, camera.height) / 2 / camera.extent
     variance = (0.6 * scale) ** 2 + 0.3
     share = (0.6 * scale) ** 2 / variance
-    peak = np.interp(
-        -np.expm1(-kappa * share), np.linspace(0, 1, 1024), peak_table(1024)
-    )
+    peak = splat_peaks(kappa * share)
     v, u = np.indices((camera.height, camera.width)) + 0.5
     image = np.zeros((camera.height, camera.width, 4))
     for s in np.argsort(-depth, kind="stable"):

@@ -1,0 +1,39 @@
+"""Splats lit as mode `classic` lights them, for who blends them elsewhere."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.fsr.classic.peak import DEEPEST, PEAK
+from renderers.fsr.fuzzy_set import FuzzySet
+from renderers.scene import Scene
+
+_PEAK = np.polynomial.Polynomial([0.0, *PEAK])
+
+
+def splat_peaks(depth: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Give how opaque the centres of splats are that stand for optical depths."""
+    peaks = _PEAK(np.minimum(depth, float(DEEPEST)))
+    return np.clip(np.asarray(peaks, dtype=np.float64), 0.0, 1.0)
+
+
+def lit_splats(fuzzy_set: FuzzySet, scene: Scene) -> NDArray[np.float64]:
+    """Give a set's colours and peaks, ``(n, 4)``: linear RGB and alpha, not multiplied.
+
+    Ambient and diffuse light of all the scene's lights; a splat without a normal is not
+    shaded. A peak is what gives a sheet of such splats one voxel's opacity.
+    """
+    color, kappa = scene.transfer_function.evaluate(fuzzy_set.value.astype(np.float64))
+    normal = fuzzy_set.normals().astype(np.float64)
+    material = scene.material
+    light = np.full(normal.shape, material.ambient)
+    for source in scene.lights:
+        towards = source.vector
+        if source.is_local:
+            towards = source.vector - fuzzy_set.rows.centers_mm()
+            length = np.linalg.norm(towards, axis=1, keepdims=True)
+            towards = towards / np.maximum(length, 1e-9)
+        facing = np.maximum((normal * towards).sum(axis=1, keepdims=True), 0)
+        light += material.diffuse * facing * source.color
+    light[~np.any(normal, axis=1)] = 1.0
+    length_mm = float(np.prod(scene.volume.spacing_mm) ** (1 / 3))
+    return np.column_stack([color * light, splat_peaks(kappa * length_mm)])
