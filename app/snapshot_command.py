@@ -65,7 +65,7 @@ def run_snapshot(options: SnapshotOptions, *, as_json: bool) -> int:
     if as_json:
         print_json(report)
     else:
-        _tell(report)
+        _tell(report, refined=options.tolerance is not None)
     return INTERRUPTED if drawing.interrupted else 0
 
 
@@ -215,7 +215,7 @@ def _against(
     return asdict(judge(other.pixels, drawn, file, names, other.rgba))
 
 
-def _tell(report: dict[str, Any]) -> None:
+def _tell(report: dict[str, Any], *, refined: bool) -> None:
     """Say in a few lines what came out."""
     if "frames" in report:
         print(
@@ -228,7 +228,7 @@ def _tell(report: dict[str, Any]) -> None:
             f"{', '.join(report['files'])}: {result.width} x {result.height}, "
             f"{result.seconds['total']:.1f} s"
         )
-        if result.error is not None:
+        if result.error is not None and refined:
             print(
                 f"four samples for {(4 * result.traced - 1) / 3:.0%} of the pixels, "
                 f"one for the others: error estimated at {result.error:.2f} codes rms"
@@ -240,7 +240,11 @@ def _tell(report: dict[str, Any]) -> None:
     for line in report["warnings"]:
         print(f"warning: {line}")
     if not report["complete"]:
-        print("stopped early: this is the best picture so far; its metadata say so")
+        error = getattr(report.get("result"), "error", None)
+        off = "" if error is None else f", its error estimated at {error:.1f} codes rms"
+        print(
+            f"stopped early: this is the best picture so far{off}; its metadata say so"
+        )
     if "against" in report:
         found = report["against"]
         codes = found["codes"]

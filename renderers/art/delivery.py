@@ -17,6 +17,7 @@ from renderers.art.files import make_last, write_whole
 from renderers.art.job import ClassicWork, ScopeWork, SnapshotRequest
 from renderers.art.saved_work import SavedWork
 from renderers.art.stage import instrument_meshes, seen_surface
+from renderers.art.stopped_error import stopped_error
 from renderers.art.team import Progress, Traced, traced_camera
 from renderers.art.truth import follow_light, truth_of
 from renderers.scene import Camera, GBuffer, Image, Mesh, Scene, save_png
@@ -49,7 +50,7 @@ class Picture:
     ``(h, w)`` float32 along the rays. coverage: ``(h, w)`` float32, alpha. samples:
     ``(h, w)`` uint32 rays of each pixel; with light by random paths, paths. gain: of
     the camera, None in mode classic. complete, noise: as in `SnapshotResult`. state: of
-    the paths, to go on from. error: estimated, of a picture that was refined.
+    the paths, to go on from. error: as in `SnapshotResult`.
     """
 
     pixels: NDArray[np.uint8]
@@ -117,9 +118,19 @@ class Finisher:
             picture = self._scope(request, work, scene, found, go_on, enough, saved)
         if traced.drawn is None:
             return picture
-        samples = np.where(_added(request, traced.drawn) > 0, picture.samples, 0)
+        rays = _added(request, traced.drawn)
+        samples = np.where(rays > 0, picture.samples, 0)
         if truth_of(request) is None:
-            samples = _added(request, traced.drawn)
+            samples = rays
+        counted = np.ones(rays.shape, np.bool_)
+        if picture.gain is not None:
+            counted = in_field(picture.coverage)
+        error = stopped_error(
+            eye_codes(picture.radiance[..., :3], picture.gain or 1.0),
+            rays == request.image.samples,
+            max(traced.coarse // (2 if request.image.samples == 4 else 1), 1),
+            counted,
+        )
         # of light upon coarse walls neither the noise nor the paths are worth keeping
         return replace(
             picture,
@@ -127,6 +138,7 @@ class Finisher:
             samples=samples.astype(np.uint32),
             noise=None,
             state=None,
+            error=error,
         )
 
     def close(self) -> None:
@@ -285,6 +297,23 @@ def write_picture(
     files = [folder / name for name in ("picture.png", *arrays)]
     make_last(*files)
     return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
+
+
+def eye_codes(radiance: NDArray[np.float32], gain: float) -> NDArray[np.float32]:
+    """Encode light as the eye weighs it, in codes of 255."""
+    light = np.clip(radiance * np.float32(gain), 0, 1)
+    return np.asarray(255 * light ** np.float32(1 / 2.2))
+
+
+def in_field(coverage: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Mark the pixels ``(h, w)`` of an endoscope's picture that show something.
+
+    Beyond the field's stop nothing is shown.
+    """
+    half = min(coverage.shape) / 2
+    rows, columns = ((np.arange(n) + 0.5 - n / 2) / half for n in coverage.shape)
+    inside = np.hypot(rows[:, None], columns[None]) <= 1
+    return np.asarray((coverage > 0) & inside)
 
 
 def _added(request: SnapshotRequest, plane: NDArray[Any]) -> NDArray[np.uint32]:

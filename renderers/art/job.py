@@ -223,7 +223,8 @@ class SnapshotResult(_Strict, frozen=True):
     share of the rays that were; the others show what a coarser picture has. noise: of
     light by random paths, root mean square over the mean; None where there is none, or
     it is not known yet. error: estimated root mean square error, in codes of the
-    encoded light, of a picture whose samples went where they mattered most; else None.
+    encoded light, of a picture whose samples went where they mattered most, or whose
+    rays were not all traced; else None.
     camera_in_tissue: see `renderers.art.standpoint`. step_voxels: of the steps taken,
     which a scene may have made shorter than its quality's; None where nothing, or not
     all, was traced for this picture.

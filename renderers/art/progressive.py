@@ -32,18 +32,26 @@ def trace_best(
 ) -> Traced:
     """Trace a request; what there is when `enough` says so is the picture.
 
+    There is always a picture of a progressive request: the coarsest is finished
+    whatever `enough` says, and so is one that is too small for a coarser one.
     preview: shows coarse pictures, then parts of the picture, where it is progressive.
     saved: what an earlier attempt found is not traced again; those rays are counted as
     `rays_kept`.
     Raise RenderStoppedError when `progress` says so, or nothing can be had.
     """
-    coarse, cost = None, Counter[str]()
+    cost = Counter[str]()
+    coarse: GBuffer | Image | None = None
+    sides = 1
     for rough in coarse_requests(request):
-        coarse = _coarse(team, rough, scene, progress, enough, cost, coarse)
-        if coarse is None or enough():
+        coarse, is_whole = _coarse(team, rough, scene, progress, enough, cost, coarse)
+        if is_whole:
+            sides = -(-traced_camera(request).width // rough.image.width)
+        if enough():
             break
         if preview:
             preview.show_coarse(rough, coarse)
+    if request.progressive and coarse is None:
+        enough = _never
     gather = empty_gather(request)
     look = _until(progress, enough)
     if saved:
@@ -59,9 +67,11 @@ def trace_best(
         if not enough() or stop.partial is None or stop.done is None:
             raise
         found = stop.partial
+        if stop.done.all():
+            return Traced(found, dict(cost))
         if coarse is not None:
             found = fill(found, stop.done, coarse)
-        return Traced(found, {}, stop.done)
+        return Traced(found, dict(cost), stop.done, coarse=sides)
 
 
 def coarse_requests(request: SnapshotRequest) -> list[SnapshotRequest]:
@@ -88,20 +98,26 @@ def _coarse(
     enough: Callable[[], bool],
     cost: Counter[str],
     coarser: GBuffer | Image | None,
-) -> GBuffer | Image | None:
+) -> tuple[GBuffer | Image, bool]:
+    """Trace a coarse picture; give it, and whether all of it was traced."""
+
     def go_on(_: float) -> bool:
-        return progress(0.0) and not enough()
+        return progress(0.0) and (coarser is None or not enough())
 
     try:
         traced = team.trace(request, scene, go_on)
         cost.update(traced.counters)
-        return traced.found
+        return traced.found, True
     except RenderStoppedError as stop:
-        if not enough() or stop.partial is None or stop.done is None:
+        if coarser is None or stop.partial is None or stop.done is None:
             raise
-        if coarser is None:
-            return stop.partial
-        return fill(stop.partial, stop.done, coarser)
+        if not enough():
+            raise
+        return fill(stop.partial, stop.done, coarser), False
+
+
+def _never() -> bool:
+    return False
 
 
 def _until(progress: Progress, enough: Callable[[], bool]) -> Progress:

@@ -16,7 +16,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.delivery import Finisher, Picture
+from renderers.art.delivery import Finisher, Picture, eye_codes, in_field
 from renderers.art.job import ImageSpec, ScopeWork, SnapshotRequest
 from renderers.art.team import Progress, Team, empty_gather
 from renderers.art.tracer import RenderStoppedError
@@ -97,9 +97,7 @@ class Refinement:
             self._sight.light,
             self._sight.casters,
         )
-        # beyond the field's stop nothing is shown
-        inside = np.hypot(*_from_middle(self._gbuffer.size)) <= 1
-        self._counted = (self._gbuffer.coverage > 0) & inside
+        self._counted = in_field(self._gbuffer.coverage)
         self.guess = self._guess()
         height, width = self._gbuffer.size
         self._tiles_across = -(-width // TILE_PX)
@@ -168,7 +166,9 @@ class Refinement:
             )
         )
         told = here & self._counted
-        change = self._encoded(radiance[told]) - self._encoded(self._radiance[told])
+        change = eye_codes(radiance[told], self._gain) - eye_codes(
+            self._radiance[told], self._gain
+        )
         true = float((change.astype(np.float64) ** 2).sum()) / 3
         guessed = float((self.guess[told] ** 2).sum())
         self._done += len(chosen)
@@ -218,14 +218,9 @@ class Refinement:
             getattr(self._fine, name)[rays] = getattr(traced.found, name)[rays]
         self._have |= rays
 
-    def _encoded(self, radiance: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Encode light as the eye weighs it, in codes of 255."""
-        light = np.clip(radiance * np.float32(self._gain), 0, 1)
-        return np.asarray(255 * light ** np.float32(1 / 2.2))
-
     def _guess(self) -> Plane:
         """Estimate each pixel's error, but for a scale, ``(h, w)`` codes."""
-        code = self._encoded(self._radiance)
+        code = eye_codes(self._radiance, self._gain)
         shown = self._gbuffer.coverage > 0
         depth = np.log(np.where(shown, self._gbuffer.depth_mm, np.float32(1e3)))
         bright = code.mean(axis=-1)
@@ -269,13 +264,6 @@ def refined(
             break
         refinement.step()
     return refinement.picture()
-
-
-def _from_middle(size: tuple[int, int]) -> tuple[Plane, Plane]:
-    """Give pixels' places, 1 on the edge of the shorter side."""
-    half = min(size) / 2
-    rows, columns = ((np.arange(n) + 0.5 - n / 2) / half for n in size)
-    return rows[:, None] + 0 * columns, columns + 0 * rows[:, None]
 
 
 def _halves(axis: int) -> tuple[tuple[slice, ...], tuple[slice, ...]]:

@@ -50,14 +50,15 @@ class Traced:
     """Hold what tracing found: a G-buffer in mode scope, an image in mode classic.
 
     drawn: ``(h, w)``, the rays that were traced; None for all. The others show what a
-    coarser picture has there. step_voxels: of the steps taken; None where not all was
-    traced.
+    coarser picture has there, each of whose rays stands for `coarse` along a side.
+    step_voxels: of the steps taken; None where not all was traced.
     """
 
     found: GBuffer | Image
     counters: dict[str, int]
     drawn: NDArray[np.bool_] | None = None
     step_voxels: float | None = None
+    coarse: int = 1
 
 
 class Team(Protocol):

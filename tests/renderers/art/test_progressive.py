@@ -9,6 +9,7 @@ from numpy.testing import assert_array_equal
 
 from renderers.art import ActiveRayTracer, RenderStoppedError
 from renderers.art.client import SnapshotClient
+from renderers.art.filling import fill
 from renderers.art.job import ImageSpec, SnapshotRequest
 from renderers.art.progressive import coarse_requests, trace_best
 from renderers.scene import Camera, Image, Scene
@@ -88,6 +89,35 @@ def test_a_coarse_picture_that_is_cut_short_is_what_there_is(
     assert traced.drawn is not None
     assert traced.drawn.mean() < 1
     assert traced.found.size == (430, 500)
+
+
+def test_who_is_told_at_once_that_it_is_enough_gets_a_coarse_picture(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    """Never an empty one: a small picture is finished, a large one coarsely."""
+    for size in (28, 200):
+        camera = outside.with_size(size, size)
+        request = asked(client, scene, camera)
+        traced = trace_best(CountingTeam(_quiet), request, scene, go, lambda: True)
+        assert isinstance(traced.found, Image)
+        whole = ActiveRayTracer(scene).render(camera)
+        if size == 28:
+            assert traced.drawn is None
+            assert_array_equal(traced.found.rgba, whole.rgba)
+            continue
+        assert traced.drawn is not None
+        assert traced.coarse == 16
+        rest = ~traced.drawn
+        rough = ActiveRayTracer(scene).render(camera.with_size(13, 13))
+        expected = fill(whole, traced.drawn, rough)
+        assert isinstance(expected, Image)
+        assert_array_equal(traced.found.rgba, expected.rgba)
+        assert traced.found.rgba[rest].any()
+        assert traced.counters, "what was traced is counted"
+
+
+def _quiet(turn: int, share: float) -> None:
+    pass
 
 
 def test_who_gives_up_gets_nothing(
