@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,9 @@ ERROR_SCALE_CODES = 64
 """Error that reaches the end of the colour scale: a quarter of full range."""
 
 _BAND_PX = 44
+_INSET_PX = 12
+_FONT_PX = (15, 4)
+"""Largest and smallest: below nothing can be read, and pictures are tiny."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +51,7 @@ def save_comparison(
 ) -> None:
     """Write two pictures and their error map side by side as one PNG."""
     from matplotlib import colormaps
-    from PIL import Image, ImageDraw, ImageFont
+    from PIL import Image, ImageDraw
 
     size = np.abs(live.astype(np.int16) - snapshot.astype(np.int16)).max(axis=-1)
     shade = colormaps["inferno"](np.clip(size / ERROR_SCALE_CODES, 0, 1))
@@ -55,7 +59,6 @@ def save_comparison(
     height, width = live.shape[:2]
     sheet = Image.new("RGB", (3 * width, height + _BAND_PX))
     draw = ImageDraw.Draw(sheet)
-    font = ImageFont.load_default(size=15)
     captions = (
         f"{title}: {names[0]}",
         names[1],
@@ -66,5 +69,19 @@ def save_comparison(
         zip((live, snapshot, error), captions, strict=True)
     ):
         sheet.paste(Image.fromarray(picture), (column * width, _BAND_PX))
-        draw.text((column * width + 12, 12), caption, fill=(230, 230, 230), font=font)
+        font = _font(caption, width - 2 * _INSET_PX)
+        at = column * width + _INSET_PX, _INSET_PX
+        draw.text(at, caption, fill=(230, 230, 230), font=font)
     save_png(path, np.asarray(sheet), text)
+
+
+def _font(caption: str, width_px: int) -> Any:
+    """Choose the largest font in which a caption does not run into what is beside."""
+    from PIL import ImageFont
+
+    largest, smallest = _FONT_PX
+    for size in range(largest, smallest, -1):
+        font: Any = ImageFont.load_default(size=size)
+        if font.getlength(caption) <= width_px:
+            return font
+    return ImageFont.load_default(size=smallest)

@@ -18,7 +18,9 @@ def sentence(error: Exception) -> str | None:
         )
     if isinstance(error, OSError) and error.strerror:
         where = f": {error.filename}" if error.filename else ""
-        names = FileNotFoundError | PermissionError | NotADirectoryError
+        names = (
+            FileNotFoundError | PermissionError | NotADirectoryError | IsADirectoryError
+        )
         remedy = "; check the name and your permissions" * isinstance(error, names)
         return f"{error.strerror}{where}{remedy}."
     # The renderers' errors are known by their family, so that commands which draw

@@ -38,7 +38,7 @@ def snapshot(
     classic: Flag = False,
     out: tuple[Path, ...] = (),
     save_view: Path | None = None,
-    size: Size = 512,
+    size: Size | None = None,
     samples: Literal[1, 4] = 4,
     quality: Literal["preview", "snapshot", "final", "reference"] = "snapshot",
     classification: Literal["post", "integrated"] | None = None,
@@ -98,6 +98,9 @@ def snapshot(
         .nrrd (depth); for films .mp4 or a folder of PNGs.
     save_view
         Write the view as a file, too.
+    size
+        Width and height of the picture in pixels; 512, or a view file's own, if none
+        is given.
     samples
         Rays of each pixel.
     quality

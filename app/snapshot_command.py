@@ -11,7 +11,7 @@ from app.pictures.against import demand_splats, judge, splatted
 from app.pictures.camera_path import load_camera_path, views_along
 from app.pictures.doubt import save_doubt
 from app.pictures.drawing import Drawing
-from app.pictures.film import draw_film
+from app.pictures.film import LEAST_S, draw_film
 from app.pictures.outputs import Drawn, save_drawn
 from app.pictures.path_state import key_of, load_state, save_state
 from app.pictures.sources import (
@@ -30,8 +30,9 @@ from app.pictures.view_file import (
     load_view,
     save_view,
 )
-from app.snapshot_options import SnapshotOptions, check
+from app.snapshot_options import SnapshotOptions, check, demand_places
 from app.terminal import Stages, print_json
+from renderers.art.client import Snapshot
 from renderers.art.job import TruthSpec
 from renderers.scene import UpWarning
 
@@ -42,6 +43,7 @@ MOST_FRAMES = 20_000
 def run_snapshot(options: SnapshotOptions, *, as_json: bool) -> int:
     """Render and save; ValueError when the ways to ask are mixed."""
     check(options)
+    demand_places(options)
     fineness = _fineness(options)
     with Stages() as stages:
         with warnings.catch_warnings(record=True) as caught:
@@ -115,16 +117,19 @@ def _sights(
     options: SnapshotOptions, times: Any, stages: Stages
 ) -> tuple[Studio, list[ViewFile]]:
     if options.session is not None:
-        return session_views(options.session, times, options.size, options.case, stages)
+        return session_views(options.session, times, options.side, options.case, stages)
     if options.view is not None:
         view = load_view(options.view)
         if options.case is not None:
             head = CaseHead(str(options.case))
             view = msgspec.structs.replace(view, head=head)
+        if options.size is not None:
+            size = options.size, options.size
+            view = msgspec.structs.replace(view, size_px=size)
         return Studio.of(view.head, stages), [view]
     if options.eye is None:
         assert options.case is not None
-        studio, views = case_views(options.case, times, options.size, stages)
+        studio, views = case_views(options.case, times, options.side, stages)
         return studio, [_classic(v) for v in views] if options.classic else views
     assert options.target is not None
     place: Head
@@ -142,7 +147,7 @@ def _sights(
         options.eye,
         options.target,
         up=options.up,
-        size=options.size,
+        size=options.side,
         lens=lens,
         half_side_mm=options.half_side_mm,
         distortion=options.distortion,
@@ -170,13 +175,10 @@ def _still(
             digest = drawing.client.put(state)
             truth = msgspec.structs.replace(fineness.truth, state=digest)
             fineness = replace(fineness, truth=truth)
-    eyes = [view] if options.stereo_mm is None else both_eyes(view, options.stereo_mm)
-    drawn, job = drawing.draw(eyes[0], fineness, "Rendering the snapshot")
-    if len(eyes) == 2:
-        # one camera, one exposure
-        other = exposed(eyes[1], drawn.result.gain)
-        right, _ = drawing.draw(other, fineness, "Rendering the right eye")
-        drawn = drawn.beside(right)
+    if options.stereo_mm is None:
+        drawn, job = drawing.draw(view, fineness, "Rendering the snapshot")
+    else:
+        drawn, job = _pair(drawing, view, fineness, options.stereo_mm)
     for file in options.files:
         save_drawn(file, drawn)
     report: dict[str, Any] = {
@@ -194,6 +196,21 @@ def _still(
         doubt = save_doubt(studio, drawn, options.confidence, options.threads)
         report["confidence"] = asdict(doubt)
     return report
+
+
+def _pair(
+    drawing: Drawing, view: ViewFile, fineness: Fineness, apart_mm: float
+) -> tuple[Drawn, Snapshot]:
+    """Draw two eyes; they share the time, and what stops one stops both."""
+    half = fineness.seconds and replace(fineness, seconds=fineness.seconds / 2)
+    eyes = both_eyes(view, apart_mm)
+    left, job = drawing.draw(eyes[0], half or fineness, "Rendering the left eye")
+    if drawing.interrupted:
+        half = replace(fineness, seconds=LEAST_S)
+    # one camera, one exposure
+    other = exposed(eyes[1], left.result.gain)
+    right, _ = drawing.draw(other, half or fineness, "Rendering the right eye")
+    return left.beside(right, apart_mm), job
 
 
 def _against(

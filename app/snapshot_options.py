@@ -1,5 +1,6 @@
 """What `paravol snapshot` was asked for, and what cannot be asked for together."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -7,8 +8,13 @@ from typing import Literal
 from app.pictures.doubt import demand_map
 from app.pictures.outputs import demand_endings
 from app.pictures.sources import Lens, Place
+from disk import demand_place
 from renderers.art.client import QualityName, Samples
 from renderers.art.quality import ClassificationName
+
+FPS, HALF_SIDE_MM, PATHS = 25.0, 40.0, 256
+UP = (0.0, 0.0, 1.0)
+"""What is taken where nothing is said."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +38,7 @@ class SnapshotOptions:
     classic: bool
     out: tuple[Path, ...]
     save_view: Path | None
-    size: int
+    size: int | None
     samples: Samples
     quality: QualityName
     classification: ClassificationName | None
@@ -47,6 +53,11 @@ class SnapshotOptions:
     stereo_mm: float | None
     ranks: int
     threads: int
+
+    @property
+    def side(self) -> int:
+        """Get the picture's edge in pixels, where no view file has its own."""
+        return 512 if self.size is None else self.size
 
     @property
     def is_film(self) -> bool:
@@ -115,6 +126,7 @@ def check(options: SnapshotOptions) -> None:
     ):
         if value is not None and not low <= value <= high:
             raise ValueError(f"{name} must be {low:g} to {high:g}, got {value:g}.")
+    _check_idle(options)
 
 
 def _check_film(options: SnapshotOptions) -> None:
@@ -131,10 +143,7 @@ def _check_film(options: SnapshotOptions) -> None:
             raise ValueError(f"{name} is for a single picture, not for one in a row.")
     if options.path is not None and options.until_s is not None:
         raise ValueError("Give either --path or --until, one of them alone.")
-    moves = options.session is not None or (
-        options.case is not None and options.eye is None and options.view is None
-    )
-    if options.until_s is not None and not moves:
+    if options.until_s is not None and not _moves(options):
         raise ValueError(
             "--until follows a session or a case's exercise; a view that stands still "
             "is moved by --path."
@@ -144,10 +153,52 @@ def _check_film(options: SnapshotOptions) -> None:
             f"--until must be later than --time, got {options.until_s:g} s after "
             f"{options.time_s:g} s."
         )
-    if any(not file.suffix for file in options.files):
-        return
-    if options.size % 2:
+    if options.side % 2 and any(file.suffix for file in options.files):
         raise ValueError(f"A film needs an even --size, got {options.size}.")
+
+
+def _check_idle(options: SnapshotOptions) -> None:
+    """Refuse what would change nothing: whoever says it means something by it."""
+    if not (math.isfinite(options.time_s) and options.time_s >= 0):
+        raise ValueError(f"--time must be 0 s or later, got {options.time_s:g}.")
+    for name, said, wants in (
+        (
+            "--time",
+            options.time_s != 0 and not _moves(options),
+            "a session or a case's exercise",
+        ),
+        ("--fps", options.fps != FPS and not options.is_film, "--until and --path"),
+        ("--up", options.up != UP and options.eye is None, "--eye and --target"),
+        (
+            "--half-side",
+            options.half_side_mm != HALF_SIDE_MM and options.lens != "orthographic",
+            "--lens orthographic",
+        ),
+        (
+            "--paths",
+            options.paths != PATHS and not options.truth,
+            "--truth",
+        ),
+        ("--noise", options.noise != 0 and not options.truth, "--truth"),
+    ):
+        if said:
+            raise ValueError(f"{name} belongs to {wants}.")
+
+
+def demand_places(options: SnapshotOptions) -> None:
+    """Raise OSError for a file that could not be written when the picture is there."""
+    for file in options.files:
+        demand_place(file if file.suffix else file / "frame-00001.png")
+    for other in (options.save_view, options.confidence, options.state):
+        if other is not None:
+            demand_place(other)
+
+
+def _moves(options: SnapshotOptions) -> bool:
+    """Tell whether the view is a moment's: of a session or a case's exercise."""
+    return options.session is not None or (
+        options.case is not None and options.eye is None and options.view is None
+    )
 
 
 def _check_truth(options: SnapshotOptions) -> None:

@@ -1,5 +1,6 @@
 """Files as every other package writes them: whole or not at all."""
 
+from disk.place import demand_place
 from disk.whole_file import whole_file
 
-__all__ = ["whole_file"]
+__all__ = ["demand_place", "whole_file"]

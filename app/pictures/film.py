@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from app.pictures.drawing import Drawing
-from app.pictures.outputs import FILM, Drawn, save_drawn
+from app.pictures.outputs import FILM, save_drawn
 from app.pictures.stereo import exposed
 from app.pictures.studio import Fineness
 from app.pictures.view_file import ViewFile
 from app.terminal import Stages
 from app.video import VideoWriter
+from renderers.shading import AutoGain, meter
 
 LEAST_S = 0.05
 """A frame gets so much time even where none is left."""
@@ -28,10 +29,12 @@ def draw_film(
 ) -> dict[str, Any]:
     """Draw views in their order; give what came out.
 
-    Views without a gain of their own get the first one's: light must not flicker. Each
-    picture may take its share of the time that is left. Stills are written one by one;
-    a film appears when it is complete, and not at all after Ctrl-C. Raise ValueError
-    for a folder that already holds pictures of a row.
+    Views without a gain of their own are exposed as the live camera does: the first as
+    it meters, then the gain follows what was seen (`AutoGain`), so that light does not
+    flicker and a near wall does not stay white. Each picture may take its share of the
+    time that is left. Stills are written one by one; a film appears when it is
+    complete, and not at all after Ctrl-C. Raise ValueError for a folder that already
+    holds pictures of a row, and for odd sizes of a film.
     """
     folders = [file for file in files if not file.suffix]
     for folder in folders:
@@ -40,8 +43,13 @@ def draw_film(
                 f"{folder} already holds pictures of a row; remove them or choose "
                 "another folder with --out."
             )
+    odd = [side for side in views[0].size_px if side % 2]
+    if odd and len(folders) < len(files):
+        raise ValueError(
+            f"a film needs even sizes, got {views[0].size_px}; say --size {odd[0] + 1}"
+        )
     began = time.monotonic()
-    complete, gain = True, None
+    complete, gain = True, AutoGain()
     quiet = _Overall(stages, len(views))
     with ExitStack() as stack:
         films = [
@@ -49,17 +57,17 @@ def draw_film(
             for file in files
             if file.suffix.lower() == FILM
         ]
-        drawn: Drawn | None = None
         for number, view in enumerate(views):
             share = fineness
             if fineness.seconds is not None:
                 left = began + fineness.seconds - time.monotonic()
                 seconds = max(left / (len(views) - number), LEAST_S)
                 share = replace(fineness, seconds=seconds)
-            wanted = view if drawn is None else _with_gain(view, gain)
-            drawn, _ = drawing.draw(wanted, share, quiet.stage)
+            drawn, _ = drawing.draw(_with_gain(view, gain.gain), share, quiet.stage)
             quiet.done(number + 1)
-            gain = drawn.result.gain
+            if drawn.result.gain is not None:
+                gain.gain = drawn.result.gain
+                gain.follow(meter(drawn.rgba[..., :3]), 1 / fps)
             complete = complete and drawn.result.complete
             for folder in folders:
                 save_drawn(folder / f"frame-{number + 1:05d}.png", drawn)

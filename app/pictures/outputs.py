@@ -24,6 +24,8 @@ class Drawn:
 
     pixels: ``(h, w, 3)`` uint8 sRGB. rgba: ``(h, w, 4)`` float32 linear, premultiplied,
     in mode scope before the camera. depth_mm, samples: as `renderers.art.delivery`.
+    apart_mm: between two eyes, whose pictures are side by side; the view is the left
+    one's.
     """
 
     view: ViewFile
@@ -32,6 +34,7 @@ class Drawn:
     rgba: NDArray[np.float32]
     depth_mm: NDArray[np.float32]
     samples: NDArray[np.uint32]
+    apart_mm: float | None = None
 
     @classmethod
     def of(cls, view: ViewFile, snapshot: Snapshot) -> "Drawn":
@@ -48,10 +51,24 @@ class Drawn:
             snapshot.samples(),
         )
 
-    def beside(self, other: "Drawn") -> "Drawn":
-        """Put another picture of the same size to the right of this one."""
+    def beside(self, other: "Drawn", apart_mm: float) -> "Drawn":
+        """Put the right eye's picture to the right of this one."""
+        one, two = self.result, other.result
+        errors = [each for each in (one.error, two.error) if each is not None]
+        result = msgspec.structs.replace(
+            one,
+            complete=one.complete and two.complete,
+            traced=min(one.traced, two.traced),
+            error=max(errors, default=None),
+            seconds={
+                name: one.seconds[name] + two.seconds[name] for name in one.seconds
+            },
+            camera_in_tissue=one.camera_in_tissue or two.camera_in_tissue,
+        )
         return replace(
             self,
+            result=result,
+            apart_mm=apart_mm,
             pixels=np.hstack([self.pixels, other.pixels]),
             rgba=np.hstack([self.rgba, other.rgba]),
             depth_mm=np.hstack([self.depth_mm, other.depth_mm]),
@@ -62,7 +79,11 @@ class Drawn:
         """Say what was drawn, as metadata of a file."""
         result = self.result
         noise = "" if result.noise is None else f"{result.noise:.6g}"
-        return {
+        pair = {}
+        if self.apart_mm is not None:
+            told = f"left and right eye, {self.apart_mm:g} mm apart; View is the left's"
+            pair = {"Stereo": told}
+        return pair | {
             "Title": self.view.title or "PARAVOL snapshot",
             "Software": f"PARAVOL {versions()['paravol-ess']}",
             "View": msgspec.json.encode(self.view).decode(),

@@ -31,6 +31,9 @@ from scenarios.bundle import FrameRecord, SampleRecord, read_session
 FIELD_DEG = 70.0
 """Of a view that is placed by hand."""
 
+GRACE_S = 1.0
+"""So long after its end a session or exercise still shows its last view."""
+
 Place = tuple[float, float, float]
 Lens = Literal["equidistant", "perspective", "orthographic"]
 
@@ -46,7 +49,7 @@ def session_views(
 
     The newest sample at or before a time counts, before the first one the first. case:
     where the case that was flown through lies now. Raises ValueError for a session that
-    cannot be read or was flown through another head.
+    cannot be read or was flown through another head, or for a time after its end.
     """
     info, records, _ = read_session(folder)
     scenario = msgspec.json.decode(info.scenario, type=Scenario)
@@ -79,6 +82,7 @@ def session_views(
     matrix = np.array(info.world_from_device).reshape(4, 4)
     session = build_session(scenario, room, matrix, (size, size))
     begins = np.array([sample.time_s for sample, _, _ in samples])
+    _demand_within(times_s, float(begins[-1]), folder)
     chosen = np.maximum(np.searchsorted(begins, times_s, side="right") - 1, 0)
     views = []
     for sample, gain, number in (samples[i] for i in chosen):
@@ -98,15 +102,26 @@ def session_views(
 def case_views(
     folder: Path, times_s: NDArray[np.float64], size: int, progress: Progress
 ) -> tuple[Studio, list[ViewFile]]:
-    """Give what a scope sees along a case's exercise."""
+    """Give what a scope sees along a case's exercise; ValueError after its end."""
     scenario, place = load_scenario(str(exercise_of(folder)))
     room = prepare_room(scenario, progress)
     path = load_probe_path(place / scenario.path)
+    _demand_within(times_s, path.duration_s, folder)
     views = [
         view_of(path_view(scenario, room, path, float(t), (size, size)), scenario, room)
         for t in times_s
     ]
     return Studio(room.scene, room.surface_sha256), views
+
+
+def _demand_within(times_s: NDArray[np.float64], end_s: float, folder: Path) -> None:
+    """Raise ValueError for a moment after the last one."""
+    late = float(times_s.max())
+    if late > end_s + GRACE_S:
+        raise ValueError(
+            f"{folder} ends after {end_s:.1f} s and has nothing at {late:g} s; name an "
+            "earlier time."
+        )
 
 
 def placed_view(

@@ -38,3 +38,17 @@ def test_sheet_shows_both_and_where_they_differ(tmp_path: Path) -> None:
     bright = error > 300
     assert bright[40:50, 10:20].all()
     assert bright.sum() == 100
+
+
+@pytest.mark.parametrize("width", [128, 256, 512])
+def test_captions_stay_above_their_pictures(tmp_path: Path, width: int) -> None:
+    live = np.zeros((32, width, 3), np.uint8)
+    file = tmp_path / "error.png"
+    found = difference(live, live + np.uint8(100))
+    save_comparison(file, live, live, found, title="a view", text={})
+    with Image.open(file) as image:
+        band = np.asarray(image)[:-32]
+    for column in range(3):
+        own = band[:, column * width : (column + 1) * width]
+        assert own[:, :-10].any()
+        assert not own[:, -10:].any()

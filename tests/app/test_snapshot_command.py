@@ -68,6 +68,8 @@ def test_a_session_in_a_case_is_pictured_even_when_the_case_has_moved(
     assert main(words) == 0
     here = pixels_of(out)
     assert here.std() > 5
+    assert main([*words, "--time", "90"]) == 1
+    assert "ends after 1.0 s and has nothing at 90 s" in capsys.readouterr().err
     moved = case.rename(tmp_path / "elsewhere")
     assert main(words) == 1
     assert "say with --case where it lies now" in capsys.readouterr().err
@@ -131,6 +133,9 @@ def test_one_view_becomes_every_kind_of_file(
     assert 0 < report["confidence"]["sure"] <= 1
     assert report["against"]["codes"]["ssim"] > 0.9
     assert pixels_of(Path(report["against"]["file"])).shape[1] == 3 * SIZE
+
+    assert main([*words, "--size", "32", "--out", str(tmp_path / "small.png")]) == 0
+    assert pixels_of(tmp_path / "small.png").shape == (32, 32, 3)
 
     assert main([*words, "--stereo", "1", "--out", str(out)]) == 0
     pair = pixels_of(out)
