@@ -13,6 +13,7 @@ from renderers.art.cell_sides import SMALLEST_SIDE
 from renderers.art.kernel_set import KernelSet
 from renderers.art.march import Drawer, FrameRays, March
 from renderers.art.node_maker import MarchNode, make_node
+from renderers.art.parting.kernels import part_surface
 from renderers.art.quality import Quality
 from renderers.art.regions import Gather, strips
 from renderers.art.slices import FIRST_BLOCKS, next_blocks, next_slice, rays_a_packet
@@ -137,7 +138,8 @@ class ActiveRayTracer:
     ) -> GBuffer:
         """Find the air surface behind each pixel (mode `scope`); as `render`."""
         gather, stopped = self._trace("scope", camera, limit_mm, progress, gather)
-        found = scope_gbuffer(gather, self._made["scope"][0].volume)
+        volume = self._made["scope"][0].volume
+        found = scope_gbuffer(gather, volume, self._team)
         if stopped:
             raise RenderStoppedError(found, gather.done)
         return found
@@ -273,15 +275,24 @@ def classic_image(gather: Gather) -> Image:
     return Image(gather.value, gather.depth)
 
 
-def scope_gbuffer(gather: Gather, volume: Volume) -> GBuffer:
+def scope_gbuffer(
+    gather: Gather, volume: Volume, team: ThreadTeam | None = None
+) -> GBuffer:
     """Turn gathered rays of mode `scope` into a G-buffer, normals to the world.
 
-    volume: whose axes the normals were found along.
+    volume: whose axes the normals were found along. team: whose threads share the work.
     """
-    axes = volume.direction
-    normal = np.ascontiguousarray(gather.value[..., :3])
-    if not np.array_equal(axes, np.eye(3)):
-        normal = (normal.astype(np.float64) @ axes.T).astype(np.float32)
-    coverage = np.ascontiguousarray(gather.value[..., 3])
-    material = np.zeros(coverage.shape, np.uint8)
-    return GBuffer(gather.depth, normal, coverage, material)
+    shape = height, _ = gather.depth.shape
+    axes = np.ascontiguousarray(volume.direction, np.float64)
+    is_turned = not np.array_equal(axes, np.eye(3))
+    normal = np.empty((*shape, 3), np.float32)
+    coverage = np.empty(shape, np.float32)
+    team = team or ThreadTeam(1)
+
+    def part(number: int) -> None:
+        first, end = (height * k // team.threads for k in (number, number + 1))
+        rows = slice(first, end)
+        part_surface(gather.value[rows], axes, is_turned, normal[rows], coverage[rows])
+
+    team.map(part, range(team.threads))
+    return GBuffer(gather.depth, normal, coverage, np.zeros(shape, np.uint8))
