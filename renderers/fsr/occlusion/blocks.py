@@ -7,6 +7,7 @@ it: there is closed tissue in front of it.
 """
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -15,12 +16,8 @@ from numpy.typing import NDArray
 
 from renderers.fsr.display_list import lens_planes
 from renderers.fsr.normals import kernel_geometry
-from renderers.fsr.occlusion.kernels import (
-    aim_cones,
-    flag_blocks,
-    list_runs,
-    trace_cones,
-)
+from renderers.fsr.occlusion.cones.kernels import aim_cones, trace_cones
+from renderers.fsr.occlusion.kernels import flag_blocks, list_runs
 from renderers.fsr.sparse_rows import SparseRows
 from renderers.scene import Camera, Projection, Volume
 from renderers.scene.thread_team import ThreadTeam
@@ -90,14 +87,24 @@ class Runs:
 
 
 class Blocks:
-    """Hold the blocks with surfels of one distance field."""
+    """Hold the blocks with surfels of one distance field.
 
-    def __init__(self, distance: Volume, coarse: SparseRows, fine: SparseRows) -> None:
+    trace_cones: by default the function that every machine compiles.
+    """
+
+    def __init__(
+        self,
+        distance: Volume,
+        coarse: SparseRows,
+        fine: SparseRows,
+        trace_cones: Callable[..., None] = trace_cones,
+    ) -> None:
         self._distance = distance
-        self._margin = MARGIN_VOXELS * float(distance.spacing_mm.max())
+        self._trace_cones = trace_cones
+        self._margin = np.float32(MARGIN_VOXELS * distance.spacing_mm.max())
         block_mm = distance.spacing_mm * (1 << BLOCK_SHIFT)
         self._half_diagonal = float(np.linalg.norm(block_mm)) / 2
-        self._values, _, _ = kernel_geometry(distance)
+        self._values = kernel_geometry(distance)[0].reshape(distance.shape)
         nz, ny, nx = distance.shape
         self._deep, self._high, self._wide = (
             (n - 1 >> BLOCK_SHIFT) + 1 for n in (nz, ny, nx)
@@ -184,17 +191,13 @@ class Blocks:
         elements are wanted up to, coarse ones from this distance. hide: without,
         no cones are traced. allowed: per block, 0 for those known to be hidden.
         """
-        nz, ny, nx = self._distance.shape
         camera_from_voxel = _camera_from_voxel(camera, self._distance)
         shape = (-(-camera.height // SQUARE_PX), -(-camera.width // SQUARE_PX))
         ends = np.full(shape if hide else (0, 0), np.inf, np.float32)
 
         def trace(first: int) -> None:
-            trace_cones(
+            self._trace_cones(
                 self._values,
-                nx,
-                ny,
-                nz,
                 voxel_from_camera,
                 cones,
                 self._margin,
@@ -208,7 +211,7 @@ class Blocks:
                 camera.projection, camera.extent, camera.width, camera.height
             )
             inverse = np.linalg.inv(camera_from_voxel)
-            voxel_from_camera = np.asarray(inverse, np.float64)
+            voxel_from_camera = np.ascontiguousarray(inverse[:3], np.float32)
             team.map(trace, range(0, shape[0], ROWS_PER_TASK))
         planes = lens_planes(
             camera.projection, camera.extent, camera.width, camera.height
@@ -255,8 +258,9 @@ def _camera_from_voxel(camera: Camera, distance: Volume) -> NDArray[np.float64]:
 @lru_cache(maxsize=4)
 def _lens_cones(
     projection: Projection, extent: float, width: int, height: int
-) -> NDArray[np.float64]:
-    """Give a lens's cones ``(rows, columns, 4)``; see `aim_cones`."""
-    cones = np.empty((-(-height // SQUARE_PX), -(-width // SQUARE_PX), 4))
+) -> NDArray[np.float32]:
+    """Give a lens's cones ``(5, rows, columns)``; see `aim_cones`."""
+    shape = (5, -(-height // SQUARE_PX), -(-width // SQUARE_PX))
+    cones = np.empty(shape, np.float32)
     aim_cones(int(projection), extent, width, height, SQUARE_PX, cones)
     return cones

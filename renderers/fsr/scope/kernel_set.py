@@ -8,11 +8,13 @@ from renderers.simd_guard import vector_problem
 
 @dataclass(frozen=True, slots=True)
 class KernelSet:
-    """Hold what projects surfels, draws the tiles of a picture and sharpens rims.
+    """Hold what a picture of surfels takes, stage by stage.
 
-    All sets give equal bits.
+    Cones to where walls hide what is behind them, the surfels' projection, the tiles of
+    the picture, and its rims. All sets give equal bits.
     """
 
+    trace_cones: Callable[..., None]
     project_runs: Callable[..., int]
     draw_tiles: Callable[..., None]
     sharpen: Callable[..., tuple[int, int]]
@@ -20,19 +22,21 @@ class KernelSet:
 
 def scalar_kernels() -> KernelSet:
     """Give the functions that every machine compiles."""
+    from renderers.fsr.occlusion.cones.kernels import trace_cones
     from renderers.fsr.projection.kernels import project_runs
     from renderers.fsr.scope.kernels import draw_tiles
     from renderers.fsr.scope.rims.kernels import sharpen
 
-    return KernelSet(project_runs, draw_tiles, sharpen)
+    return KernelSet(trace_cones, project_runs, draw_tiles, sharpen)
 
 
 def best_kernels() -> KernelSet:
     """Give vector functions where they can be trusted, else scalar ones."""
     if vector_problem():
         return scalar_kernels()
+    from renderers.fsr.occlusion.cones.vector.kernels import trace_cones
     from renderers.fsr.projection.vector.kernels import project_runs
     from renderers.fsr.scope.rims.vector.kernels import sharpen
     from renderers.fsr.scope.vector.kernels import draw_tiles
 
-    return KernelSet(project_runs, draw_tiles, sharpen)
+    return KernelSet(trace_cones, project_runs, draw_tiles, sharpen)

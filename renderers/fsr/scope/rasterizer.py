@@ -97,7 +97,9 @@ class SurfelRasterizer:
             distance = deflected_distance(distance, deflection)
         self._distance = distance
         self._standpoint: Standpoint | None = None
-        self._blocks = Blocks(distance, coarse.rows, fine.rows)
+        self._blocks = Blocks(
+            distance, coarse.rows, fine.rows, self._kernels.trace_cones
+        )
         self._coarse = sort_surfels(coarse, self._blocks, BLOCK_SHIFT)
         self._fine = sort_surfels(fine, self._blocks, BLOCK_SHIFT + 1)
         rows = self._coarse.order.rows.sum() + self._fine.order.rows.sum()

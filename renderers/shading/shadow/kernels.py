@@ -25,7 +25,7 @@ from renderers.shading.surface.block import (
     PZ,
     N,
 )
-from renderers.simd import full, load, maximum, minimum, sqrt, store
+from renderers.simd import any_, full, load, maximum, minimum, sqrt, store
 
 f32 = np.float32
 Floats = NDArray[np.float32]
@@ -56,6 +56,8 @@ def shadow(w: Floats, source: Three, arc: Three, rods: Floats) -> None:
     ly = load(w, LY, N)
     lz = load(w, LZ, N)
     ux, uy, uz = arc
+    # half the light's width, seen across a rod at most
+    widest = f32(math.sqrt(ux * ux + uy * uy + uz * uz + BUNDLE2))
     # from the point to the source
     way = (source[0] - px) * lx + (source[1] - py) * ly + (source[2] - pz) * lz
     inverse = f32(1) / (way + LEAST)
@@ -80,9 +82,14 @@ def shadow(w: Floats, source: Three, arc: Three, rods: Floats) -> None:
         qx = wx + t * lx - held * ax
         qy = wy + t * ly - held * ay
         qz = wz + t * lz - held * az
-        q = sqrt(qx * qx + qy * qy + qz * qz + f32(1e-9))
-        # half the light's width there, across the rod and along it
+        q2 = qx * qx + qy * qy + qz * qz + f32(1e-9)
         share = t * inverse
+        # a little more than the widest shadow there: most blocks are lit by all
+        reach = f32(1.001) * (radius + widest * share + LEAST)
+        if not any_(q2 < reach * reach):
+            continue
+        q = sqrt(q2)
+        # half the light's width there, across the rod and along it
         across = (qx * ux + qy * uy + qz * uz) / q
         across = sqrt(across * across + BUNDLE2) * share + LEAST
         hidden = minimum(q + across, radius) - maximum(q - across, -radius)

@@ -243,6 +243,9 @@ def shade_rows(
                 mixed = set_materials(
                     w, material, y0, x0, first, last, materials, mixed
                 )
+                if lit:
+                    # its grid is at hand while paint's memory is not
+                    lift(w, bounced, y0, x0)
                 paint(
                     w, mixed, tint, shape, blood_bias, colours, skin_colour,
                     full_detail, tile, unit, vessel_tile, vessel_unit, to_tile, offsets,
@@ -250,7 +253,6 @@ def shade_rows(
                 )  # fmt: skip
                 if lit:
                     light(w, sources, arcs, rods, axes[2], spread, each)
-                    lift(w, bounced, y0, x0)
                     if rods.shape[0]:
                         darken(w, rods)
                     finish(w, bounce)

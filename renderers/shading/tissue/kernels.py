@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.shading.detail.kernels import mottle, tap_octave
+from renderers.shading.detail.kernels import locate, mottle, tap, tap_octave, turn
 from renderers.shading.lanes.kernels import Lanes
 from renderers.shading.relief.kernels import bump
 from renderers.shading.surface.block import (
@@ -249,13 +249,17 @@ def paint(
     mixed: whether there is more than tissue in it.
     """
     bias_root = f32(math.sqrt(blood_bias))
+    x, y, z = eye_mm[0], eye_mm[1], eye_mm[2]
+    at = (x, y, z)
+    locate(w, to_tile, 0, at, False, LONG)
+    locate(w, to_tile, 1, at, False, MIDDLE)
     skin = tint_at(w, tint, shape)
     store(w, CODE, load(w, CODE, N) * bias_root)
     store(w, SKIN, load(w, SKIN, N) * load(w, SHARE, N) * f32(1 / 255))
-    x, y, z = eye_mm[0], eye_mm[1], eye_mm[2]
-    at = (x, y, z)
-    tap_octave(w, tile, unit, to_tile, 0, at, False, LONG)
-    tap_octave(w, tile, unit, to_tile, 1, at, False, MIDDLE)
+    tap(w, tile, LONG)
+    tap(w, tile, MIDDLE)
+    turn(w, unit, to_tile, 0, LONG)
+    turn(w, unit, to_tile, 1, MIDDLE)
     at = (x + offsets[0, 0], y + offsets[0, 1], z + offsets[0, 2])
     tap_octave(w, vessel_tile, vessel_unit, to_tile, 3, at, True, LARGE)
     if full_detail:

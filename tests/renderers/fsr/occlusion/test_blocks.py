@@ -6,7 +6,9 @@ from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from renderers.fsr.occlusion.blocks import BLOCK_SHIFT, FAR, Blocks
-from renderers.fsr.occlusion.kernels import aim_cones, flag_blocks, trace_cones
+from renderers.fsr.occlusion.cones.kernels import aim_cones
+from renderers.fsr.occlusion.kernels import flag_blocks
+from renderers.fsr.scope.kernel_set import best_kernels, scalar_kernels
 from renderers.fsr.surfels import extract_surfels
 from renderers.scene import Camera, Projection, Volume
 from renderers.scene.thread_team import ThreadTeam
@@ -62,22 +64,22 @@ def cone_ends_and_first_tissue(
     camera_from_world[:3, :3] = camera.frame[1:]
     camera_from_world[:3, 3] = -camera.frame[1:] @ camera.eye_mm
     voxel_from_camera = np.linalg.inv(camera_from_world @ volume.world_from_voxel)
-    ends = np.empty((8, 8), np.float32)
-    cones = np.empty((8, 8, 4))
+    cones = np.empty((5, 8, 8), np.float32)
     aim_cones(int(camera.projection), camera.extent, 32, 32, 4, cones)
-    nz, ny, nx = volume.shape
-    trace_cones(
-        volume.values.reshape(-1),
-        nx,
-        ny,
-        nz,
-        np.asarray(voxel_from_camera, np.float64),
-        cones,
-        0.125,
-        0,
-        8,
-        ends,
-    )
+    both = []
+    for trace_cones in (best_kernels().trace_cones, scalar_kernels().trace_cones):
+        ends = np.empty((8, 8), np.float32)
+        trace_cones(
+            volume.values,
+            np.ascontiguousarray(voxel_from_camera[:3], np.float32),
+            cones,
+            np.float32(0.125),
+            0,
+            8,
+            ends,
+        )
+        both.append(ends)
+    assert_array_equal(both[0].view(np.int32), both[1].view(np.int32))
     origin, ray = camera.rays()
     seen = np.any(ray != 0, axis=-1)
     points = origin[seen][:, None, :] + depths[:, None] * ray[seen][:, None, :]

@@ -1,0 +1,1 @@
+"""Cones around squares of pixels, and where walls end them."""

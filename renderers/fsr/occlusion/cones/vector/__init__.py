@@ -1,0 +1,1 @@
+"""Cones sixteen at a time."""
