@@ -39,6 +39,87 @@ def _look_at(
             inside[n] &= np.uint8(not a * x[n] + b * y[n] + c * z[n] + d < -radius)
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _angle(y: float, x: float) -> float:
+    """Give atan2(y, x) for y >= 0 to 1e-14, without a way out.
+
+    Brought to -tan(pi/8)..tan(pi/8); atan(r) / r there by powers of r^2, a minimax fit.
+    """
+    size = abs(x)
+    low, high = min(y, size), max(y, size)
+    is_wide = low > 0.41421356237309503 * high
+    r = (low - high if is_wide else low) / (low + high if is_wide else high)
+    z = r * r
+    p = 0.030703502826554596 * z - 0.0587732020498169
+    p = p * z + 0.07564487605624363
+    p = p * z - 0.09078505861720086
+    p = p * z + 0.11110394201013045
+    p = p * z - 0.14285690824194258
+    p = p * z + 0.1999999961349995
+    p = p * z - 0.33333333330873977
+    p = p * z + 0.9999999999999747
+    angle = r * p + (0.25 * math.pi if is_wide else 0.0)
+    angle = 0.5 * math.pi - angle if y > size else angle
+    return math.pi - angle if x < 0 else angle
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _bound_balls(
+    place: F64, count: int, radius: float, projection: int, scale: float, width: int,
+    height: int, bounds: F64,
+) -> None:  # fmt: skip
+    """Find the pixels that balls reach: left, right, top and bottom, and their angle.
+
+    place: ``(3, n)``, camera frame (mm), of which `count` are asked for. bounds: ``(5,
+    n)``; the angle is that of the side that is farthest from the view axis. A loop
+    without a way out, as above.
+    """
+    for n in range(count):
+        x, y, z = place[0, n], place[1, n], place[2, n]
+        distance = math.sqrt(x * x + y * y + z * z)
+        rho = math.sqrt(x * x + y * y)
+        theta = _angle(rho, z)
+        # an eye in the ball has no side to see
+        sine = min(radius / distance, 1 / 1.01)
+        cosine = math.sqrt(1 - sine * sine)
+        reach = _angle(sine, cosine)
+        # of the ball's far side, and of its near one
+        sine_far = (rho * cosine + z * sine) / distance
+        if projection == 0:
+            u = scale * theta
+            # a circle of directions widens where the lens does
+            spread = scale * reach * max((theta + reach) / sine_far, 1.0)
+        else:
+            cosine_far = (z * cosine - rho * sine) / distance
+            sine_near = rho * cosine - z * sine
+            cosine_near = z * cosine + rho * sine
+            u = scale * (rho / z)
+            spread = scale * (sine_far / cosine_far) - u
+            spread = max(spread, u - scale * (sine_near / cosine_near))
+        is_off = rho > 1e-9
+        c = x / rho if is_off else 1.0
+        s = y / rho if is_off else 0.0
+        bounds[0, n] = 0.5 * width + u * c - spread
+        bounds[1, n] = 0.5 * width + u * c + spread
+        bounds[2, n] = 0.5 * height - u * s - spread
+        bounds[3, n] = 0.5 * height - u * s + spread
+        bounds[4, n] = theta + reach if distance > 1.01 * radius else 4.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _is_blocked(bounds: F64, n: int, side: int, ends: F32, near: float) -> bool:
+    """Say whether all squares that a ball reaches end before it begins."""
+    a0 = max(math.floor(bounds[0, n] / side), 0)
+    a1 = min(math.floor(bounds[1, n] / side), ends.shape[1] - 1)
+    b0 = max(math.floor(bounds[2, n] / side), 0)
+    b1 = min(math.floor(bounds[3, n] / side), ends.shape[0] - 1)
+    for row in range(b0, b1 + 1):
+        for column in range(a0, a1 + 1):
+            if ends[row, column] >= near:
+                return False
+    return True
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def flag_blocks(
     middles: F64, first: int, end: int, camera_from_voxel: F64, radius: float,
@@ -57,55 +138,33 @@ def flag_blocks(
     """
     half = 0.5 * min(width, height)
     scale = half / extent if projection == 0 else half / math.tan(extent)
-    met = 0
-    hidden = 0
+    widest = 2.0 if projection == 0 else 1.4
     place = np.empty((3, end - first))
     inside = np.empty(end - first, np.uint8)
     _look_at(middles, first, camera_from_voxel, radius, planes, place, inside)
-    for n in range(first, end):
-        shown[n] = 0
-        if not inside[n - first]:
-            continue
-        met += 1
-        if not allowed[n]:
-            hidden += 1
-            continue
-        x, y, z = place[0, n - first], place[1, n - first], place[2, n - first]
+    number = np.empty(end - first, np.int64)
+    met = kept = 0
+    for n in range(end - first):
+        shown[first + n] = 0
+        met += inside[n]
+        if inside[n] and allowed[first + n]:
+            number[kept] = first + n
+            for axis in range(3):
+                place[axis, kept] = place[axis, n]
+            kept += 1
+    hidden = met - kept
+    bounds = np.empty((5, kept))
+    if ends.shape[0]:
+        _bound_balls(place, kept, radius, projection, scale, width, height, bounds)
+    for k in range(kept):
+        x, y, z = place[0, k], place[1, k], place[2, k]
         distance = math.sqrt(x * x + y * y + z * z)
         near = distance - radius
-        if ends.shape[0]:
-            rho = math.sqrt(x * x + y * y)
-            theta = math.atan2(rho, z)
-            reach = math.asin(radius / distance) if distance > 1.01 * radius else 1.6
-            if theta + reach < (2.0 if projection == 0 else 1.4):
-                if projection == 0:
-                    u = scale * theta
-                    spread = scale * reach
-                    # a circle of directions widens where the lens does
-                    spread *= max((theta + reach) / math.sin(theta + reach), 1.0)
-                else:
-                    u = scale * math.tan(theta)
-                    spread = scale * math.tan(theta + reach) - u
-                    spread = max(spread, u - scale * math.tan(theta - reach))
-                c = x / rho if rho > 1e-9 else 1.0
-                s = y / rho if rho > 1e-9 else 0.0
-                px = 0.5 * width + u * c
-                py = 0.5 * height - u * s
-                a0 = max(math.floor((px - spread) / side), 0)
-                a1 = min(math.floor((px + spread) / side), ends.shape[1] - 1)
-                b0 = max(math.floor((py - spread) / side), 0)
-                b1 = min(math.floor((py + spread) / side), ends.shape[0] - 1)
-                blocked = True
-                for row in range(b0, b1 + 1):
-                    for column in range(a0, a1 + 1):
-                        if ends[row, column] >= near:
-                            blocked = False
-                            break
-                    if not blocked:
-                        break
-                if blocked:
-                    hidden += 1
-                    continue
+        is_asked = ends.shape[0] > 0 and bounds[4, k] < widest
+        if is_asked and _is_blocked(bounds, k, side, ends, near):
+            hidden += 1
+            continue
+        n = number[k]
         distances[n] = distance
         shown[n] = (1 if distance + radius >= far_from else 0) | (
             2 if near <= near_reach else 0
