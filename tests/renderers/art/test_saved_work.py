@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from renderers.art import ActiveRayTracer, saved_work
+from renderers.art import ActiveRayTracer, saved_work, tracer
 from renderers.art.client import SnapshotClient
 from renderers.art.job import SnapshotRequest, TruthSpec
 from renderers.art.policy import CellPolicy, Dataflow
@@ -42,6 +42,16 @@ def request_(client: SnapshotClient, scene: Scene, outside: Camera) -> SnapshotR
     client.submit(request)
     assert client.spool.claim() is not None
     return request
+
+
+@pytest.fixture
+def steady_pace(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw so few blocks between two looks, however long they take."""
+
+    def few_blocks(blocks: int, spent_s: float, threads: int) -> int:
+        return 2 * threads
+
+    monkeypatch.setattr(tracer, "next_blocks", few_blocks)
 
 
 def saved(client: SnapshotClient, request: SnapshotRequest, attempt: int) -> SavedWork:
@@ -194,6 +204,7 @@ def take_over(client: SnapshotClient, team: RankTeam | None = None) -> None:
     run_worker(client.spool.folder, once=True, threads=1, lease_s=LEASE_S, team=team)
 
 
+@pytest.mark.usefixtures("steady_pace")
 def test_a_job_taken_over_goes_on_where_it_was(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
@@ -209,19 +220,20 @@ def test_a_job_taken_over_goes_on_where_it_was(
     assert files(client)
     take_over(client)
     snapshot = client.wait(job)
-    tracer = ActiveRayTracer(scene, threads=1)
-    expected = tracer.render(camera)
+    alone = ActiveRayTracer(scene, threads=1)
+    expected = alone.render(camera)
     assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
     assert expected.depth_mm is not None
     assert snapshot.depth_mm().tobytes() == expected.depth_mm.tobytes()
-    assert tracer.report is not None
+    assert alone.report is not None
     counters = snapshot.result.counters
     assert snapshot.result.attempt == 3
     assert 0.4 < counters["rays_kept"] / (256 * 512) < 1
-    assert 0 < counters["samples"] < tracer.report.counters["samples"]
+    assert 0 < counters["samples"] < alone.report.counters["samples"]
     assert not files(client), "what was saved is gone with the job"
 
 
+@pytest.mark.usefixtures("steady_pace")
 @pytest.mark.parametrize("dataflow", [Dataflow.MIGRATING, Dataflow.RAYS])
 def test_ranks_go_on_with_what_one_process_found(
     client: SnapshotClient, scene: Scene, outside: Camera, dataflow: Dataflow
