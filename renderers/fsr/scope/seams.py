@@ -39,18 +39,22 @@ class Seams:
         self._slope_mm = 0.5 * float(distance.spacing_mm.min())
         self._has_cuts = any(isinstance(d, Cut) for d in deflection.deflectors)
 
-    def settle(self, camera: Camera, result: GBuffer) -> tuple[int, int]:
-        """Change `result` in place; give the pixels asked and those that moved."""
+    def beside(self, camera: Camera, result: GBuffer) -> NDArray[np.intp]:
+        """Give the pixels that show what is near a face, counted row by row."""
         if not self._has_cuts:
-            return 0, 0
-        origins, ways = camera.rays()
+            return np.empty(0, np.intp)
         shown = np.flatnonzero(result.coverage)
         depth = result.depth_mm.reshape(-1)[shown].astype(np.float64)
-        eye, way = origins.reshape(-1, 3)[shown], ways.reshape(-1, 3)[shown]
-        near = self._deflection.opening(eye + depth[:, None] * way) < SEAM_MM
-        shown, depth, eye, way = shown[near], depth[near], eye[near], way[near]
+        eye, way = (part.reshape(-1, 3)[shown] for part in camera.rays())
+        return shown[self._deflection.opening(eye + depth[:, None] * way) < SEAM_MM]
+
+    def settle(self, camera: Camera, result: GBuffer) -> tuple[int, int]:
+        """Change `result` in place; give the pixels asked and those that moved."""
+        shown = self.beside(camera, result)
         if len(shown) == 0:
             return 0, 0
+        depth = result.depth_mm.reshape(-1)[shown].astype(np.float64)
+        eye, way = (part.reshape(-1, 3)[shown] for part in camera.rays())
         off = np.abs(self._inside(eye + depth[:, None] * way)) > KEPT_MM
         found = self._follow(eye[off], way[off], depth[off] - BEFORE_MM)
         depth[off] = np.where(np.isfinite(found), found, depth[off])

@@ -64,3 +64,30 @@ def test_without_a_cut_no_pixel_is_asked(
     drawer = SurfelRasterizer(hollow, deflection=Deflection(deflectors))
     drawer.draw(view(), team)
     assert drawer.counters["seam pixels asked"] == 0
+
+
+def test_a_thin_leaf_that_a_cut_leaves_is_not_looked_through(
+    hollow: Volume, team: ThreadTeam
+) -> None:
+    """Thinner than a voxel, it is on no grid of whole voxels that rims are sought in."""
+    middle = np.array([5.75, 0.0, 0.0])
+    cut = Cut(middle, 4.0, np.array([1.0, 0.0, 0.0]), 1.2)
+    deflection = Deflection((cut,))
+    camera = Camera.looking_at((0, 0, 0), (6, 0, 0), size=(90, 90), extent=0.5)
+    found = SurfelRasterizer(hollow, deflection=deflection).draw(camera, team)
+
+    def inside(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        seen = hollow.sample(deflection.pull_back(x))
+        return np.asarray(np.minimum(seen, deflection.opening(x)))
+
+    eye, ways = (part.reshape(-1, 3) for part in camera.rays())
+    steps = np.arange(3.0, 8.0, 0.02)
+    first = np.full(len(eye), 1e3)
+    for depth in steps[::-1]:
+        first[inside(eye + depth * ways) >= 0] = depth
+    seen = found.coverage.reshape(-1) > 0
+    leaf = seen & (deflection.opening(eye + first[:, None] * ways) < SEAM_MM)
+    assert leaf.sum() > 500
+    behind = found.depth_mm.reshape(-1)[leaf] > first[leaf] + 0.3
+    # the very edge of the leaf, where it ends in nothing
+    assert behind.mean() < 0.02
