@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from disk import whole_file
 from renderers.art.deflectors import DeflectorSpec, to_deflection
 from renderers.art.job import Amount, Axis, Pixels, Point, Positive, Row
+from renderers.art.stage import rigid_pose
 from renderers.scene import Camera, Distortion, Projection
 
 T = TypeVar("T")
@@ -178,6 +179,8 @@ def load_view(path: Path) -> ViewFile:
             # once and for all: whatever must be said of its up has been said
             view = msgspec.structs.replace(view, camera=ViewCamera.of(camera))
         to_deflection(view.deflectors)
+        for tool in view.instruments:
+            rigid_pose(tool.world_from_instrument)
         if view.instruments and isinstance(view.look, ClassicLook):
             raise ValueError(
                 "mode classic draws no instruments, and the view places "

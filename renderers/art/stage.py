@@ -4,7 +4,7 @@ import math
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from renderers.art.data_store import DataStore
 from renderers.art.deflectors import to_deflection
@@ -105,19 +105,28 @@ def seen_surface(request: SnapshotRequest, scene: Scene) -> AirSurface:
     return deflected_surface(scene.surface, to_deflection(request.deflectors))
 
 
+def rigid_pose(rows: ArrayLike) -> NDArray[np.float64]:
+    """Give the 4x4 transform of three rows; ValueError where it would bend a tool."""
+    pose = np.eye(4)
+    pose[:3] = rows
+    rotation = pose[:3, :3]
+    if not np.allclose(rotation.T @ rotation, np.eye(3), atol=1e-5) or (
+        math.copysign(1, np.linalg.det(rotation)) < 0
+    ):
+        raise ValueError(
+            f"an instrument's pose must be rigid, a turn and a shift, got "
+            f"{pose[:3].tolist()}"
+        )
+    return pose
+
+
 def instrument_meshes(
     data: DataStore, instruments: tuple[InstrumentSpec, ...]
 ) -> list[tuple[Mesh, NDArray[np.float64]]]:
     """Load a request's instruments with their world-from-mesh transforms."""
     result = []
     for spec in instruments:
-        pose = np.eye(4)
-        pose[:3] = spec.world_from_mesh
-        rotation = pose[:3, :3]
-        if not np.allclose(rotation.T @ rotation, np.eye(3), atol=1e-5) or (
-            math.copysign(1, np.linalg.det(rotation)) < 0
-        ):
-            raise ValueError(f"an instrument's pose must be rigid, got {pose}")
+        pose = rigid_pose(spec.world_from_mesh)
         mesh = Mesh(
             np.asarray(data.get(spec.vertices, ("float64",), LARGEST_MESH)),
             np.asarray(data.get(spec.faces, ("int32",), LARGEST_MESH)),

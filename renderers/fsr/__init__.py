@@ -1,5 +1,6 @@
 """The Fuzzy-Set Renderer: splats, for the live picture."""
 
+from renderers.fsr.composition import render_among
 from renderers.fsr.fuzzy_set import (
     FuzzySet,
     Inclusion,
@@ -13,5 +14,6 @@ __all__ = [
     "FuzzySetRenderer",
     "Inclusion",
     "extract_fuzzy_set",
+    "render_among",
     "update_fuzzy_set",
 ]

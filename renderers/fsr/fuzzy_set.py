@@ -58,13 +58,27 @@ class Inclusion:
         density_range: tuple[float, float],
         gradient_top: float,
     ) -> "Inclusion":
-        """Tabulate ``function(gradient_magnitude, density)`` (broadcast arrays)."""
+        """Tabulate ``function(gradient_magnitude, density)`` (broadcast arrays).
+
+        Raises ValueError where it gives another shape, or no finite numbers.
+        """
         gradients = np.linspace(0, gradient_top, TABLE_GRADIENTS)[:, None]
         densities = np.linspace(*density_range, TABLE_DENSITIES)[None, :]
-        table = np.broadcast_to(
-            function(gradients, densities), (TABLE_GRADIENTS, TABLE_DENSITIES)
-        )
-        return cls(table.astype(np.float32), *density_range, gradient_top)
+        shape = TABLE_GRADIENTS, TABLE_DENSITIES
+        table = np.asarray(function(gradients, densities))
+        if table.shape not in ((), (1, 1), (shape[0], 1), (1, shape[1]), shape):
+            raise ValueError(
+                f"an inclusion function is given gradients {gradients.shape} and "
+                f"densities {densities.shape}; it must give {shape}, got {table.shape}"
+            )
+        if not (table.dtype.kind in "fiub" and np.all(np.isfinite(table))):
+            raise ValueError(
+                "an inclusion function must give finite numbers for all gradients to "
+                f"{gradient_top:g} and densities {density_range[0]:g} to "
+                f"{density_range[1]:g}"
+            )
+        filled = np.broadcast_to(table, shape).astype(np.float32)
+        return cls(filled, *density_range, gradient_top)
 
     @classmethod
     def density(cls, low: float, high: float) -> "Inclusion":

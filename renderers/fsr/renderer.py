@@ -39,7 +39,8 @@ class FuzzySetRenderer:
         camera's motion choose. points: short for mode points. traversal: in which
         order; sheets have that of distance only. deflection: moves the
         tissue: in mode `scope` splat by splat, in mode `classic` voxel by voxel, before
-        splats are chosen. Raises ValueError for a thread count below one.
+        splats are chosen. Raises ValueError for a thread count below one, or what is
+        no mode.
     """
 
     def __init__(
@@ -57,7 +58,8 @@ class FuzzySetRenderer:
         self.scene = deflected_scene(scene, deflection) if deflection else scene
         self._undeformed = scene.surface
         self._deflection = deflection
-        self.mode = SplatMode.POINTS if points else mode
+        chosen = None if mode is None else SplatMode(mode)
+        self.mode = SplatMode.POINTS if points else chosen
         self.traversal = traversal
         self._gauge = MotionGauge(float(scene.volume.spacing_mm.min()))
         self._inclusion = inclusion or default_inclusion(scene)

@@ -127,7 +127,9 @@ class Camera:
     def __post_init__(self) -> None:
         frame = np.array(self.frame, dtype=np.float64)
         if frame.shape != (4, 3) or not np.all(np.isfinite(frame)):
-            raise ValueError(f"camera frame must be finite (4, 3), got {frame}")
+            raise ValueError(
+                f"camera frame must be finite (4, 3), got {frame.tolist()}"
+            )
         need = PIXEL_BYTES * self.width * self.height
         if self.width > 0 and self.height > 0 and need > memory_limit():
             raise ValueError(
@@ -138,7 +140,7 @@ class Camera:
         axes = frame[1:]
         # np.allclose takes ten times as long, and there is a camera for every frame
         if not np.all(np.abs(axes @ axes.T - _ORTHONORMAL) <= _TOLERANCE):
-            raise ValueError(f"camera axes must be orthonormal, got {axes}")
+            raise ValueError(f"camera axes must be orthonormal, got {axes.tolist()}")
         limit = math.inf if self.projection is Projection.ORTHOGRAPHIC else math.pi / 2
         if not (math.isfinite(self.extent) and 0 < self.extent <= limit):
             raise ValueError(f"camera extent out of range: {self.extent}")

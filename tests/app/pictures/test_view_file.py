@@ -111,7 +111,22 @@ def test_full_paths_stay(tmp_path: Path) -> None:
                     "axes": [[1, 0, 0], [0, 1, 0], [1, 0, 0]],
                 }
             },
-            "orthonormal",
+            r"orthonormal, got \[\[1\.0, 0\.0, 0\.0\], \[0\.0",
+        ),
+        (
+            {
+                "instruments": [
+                    {
+                        "name": "suction tube",
+                        "world_from_instrument": [
+                            [1, 1, 0, 0],
+                            [0, 1, 0, 0],
+                            [0, 0, 1, 0],
+                        ],
+                    }
+                ],
+            },
+            "pose must be rigid",
         ),
         (
             {
@@ -140,6 +155,7 @@ def test_what_is_wrong_is_refused_by_name(
     with pytest.raises(ValueError, match=complaint) as caught:
         load_view(path)
     assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
 
 
 def test_what_is_no_view_is_refused(tmp_path: Path) -> None:

@@ -1,3 +1,6 @@
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -143,3 +146,26 @@ def test_an_update_equals_a_full_rebuild(seed: int) -> None:
     np.testing.assert_array_equal(updated.rows.x, rebuilt.rows.x)
     for name in ("octahedral", "value", "inclusion"):
         np.testing.assert_array_equal(getattr(updated, name), getattr(rebuilt, name))
+
+
+@pytest.mark.parametrize(
+    ("function", "complaint"),
+    [
+        (lambda g, d: np.full((3, 3), 1.0), r"must give \(64, 1024\), got \(3, 3\)"),
+        (lambda g, d: g[:, 0], r"got \(64,\)"),
+        (lambda g, d: g * np.nan + d, "must give finite numbers .* densities -1000 to"),
+        (lambda g, d: np.array("x"), "must give finite numbers"),
+    ],
+)
+def test_a_function_that_gives_no_table_is_named(
+    function: Callable[..., Any], complaint: str
+) -> None:
+    with pytest.raises(ValueError, match=complaint):
+        Inclusion.from_function(function, (-1000.0, 2000.0), 600.0)
+
+
+def test_a_function_of_one_axis_or_none_is_taken() -> None:
+    for function in (lambda g, d: d, lambda g, d: g, lambda g, d: np.ones(())):
+        table = Inclusion.from_function(function, (0.0, 1.0), 1.0).table
+        assert table.shape == (64, 1024)
+        assert table.max() == 1

@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -145,6 +147,14 @@ def test_left_to_itself_a_view_at_rest_is_drawn_splat_by_splat(hollow: Volume) -
     camera = Camera.looking_at((0.5, -2, 0), (0, 4, 0), size=(60, 50))
     for _ in range(2):
         assert free.render(camera).rgba.tobytes() == fixed.render(camera).rgba.tobytes()
+
+
+def test_modes_may_be_named_and_others_are_refused(hollow: Volume) -> None:
+    name: Any = "points"
+    assert FuzzySetRenderer(scene_of(hollow), mode=name, threads=1).points
+    wrong: Any = "point"
+    with pytest.raises(ValueError, match="'point' is not a valid SplatMode"):
+        FuzzySetRenderer(scene_of(hollow), mode=wrong, threads=1)
 
 
 def test_a_distorted_lens_is_refused_by_name(hollow: Volume) -> None:

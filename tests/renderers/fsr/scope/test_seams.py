@@ -69,7 +69,7 @@ def test_without_a_cut_no_pixel_is_asked(
 def test_a_thin_leaf_that_a_cut_leaves_is_not_looked_through(
     hollow: Volume, team: ThreadTeam
 ) -> None:
-    """Thinner than a voxel, it is on no grid of whole voxels that rims are sought in."""
+    """Thinner than a voxel, it is on no grid in which rims are looked for."""
     middle = np.array([5.75, 0.0, 0.0])
     cut = Cut(middle, 4.0, np.array([1.0, 0.0, 0.0]), 1.2)
     deflection = Deflection((cut,))
