@@ -177,7 +177,12 @@ def make_node(
     if ranks == 1:
         demand_distances(scene.volume.shape, limit)
     looked = _Look.at(
-        scene, mode, quality, cell_side or QUICK_SIDE, kernels, deflection
+        scene,
+        mode,
+        quality,
+        QUICK_SIDE if cell_side is None else cell_side,
+        kernels,
+        deflection,
     )
     if cell_side is None and looked.march.needs_gradients:
         side = side_for(looked.grid.shape, int(np.count_nonzero(looked.seen)))

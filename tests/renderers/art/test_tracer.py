@@ -332,8 +332,9 @@ def test_caller_mistakes_are_named(scene: Scene, outside: Camera) -> None:
         ActiveRayTracer(scene, "best")
     with pytest.raises(ValueError, match="threads must be at least 1"):
         ActiveRayTracer(scene, threads=0)
-    with pytest.raises(ValueError, match="cell side must be one of"):
-        ActiveRayTracer(scene, cell_side=9).render(outside)
+    for side in (9, 0):
+        with pytest.raises(ValueError, match="cell side must be one of"):
+            ActiveRayTracer(scene, cell_side=side).render(outside)
     with pytest.raises(ValueError, match="no air surface"):
         ActiveRayTracer(slab(1.0)).gbuffer(outside)
     values = np.zeros((4, 4, 4), np.float32)
