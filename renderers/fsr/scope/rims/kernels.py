@@ -28,6 +28,9 @@ SAME_MM = f32(0.35)
 STEP_MM = f32(0.2)
 STEPS = 160
 LONGEST_MM = f32(150)
+REFINED = 2
+"""Times that a straight line through the last distances in air and in the wall is tried
+for where the surface is, before it is taken: the field is nearly straight there."""
 
 NOT_ASKED, ASKED = 0, 1
 
@@ -80,7 +83,7 @@ def ask(
         if before < f32(0) and d > -AFLOAT_MM:
             return t
         if d >= f32(0):
-            for _ in range(4):
+            for _ in range(REFINED):
                 middle = before + (t - before) * air / (air - d)
                 between = tap(
                     distance, eye[0] + middle * vx, eye[1] + middle * vy,

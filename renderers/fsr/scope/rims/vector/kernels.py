@@ -15,6 +15,7 @@ from renderers.fsr.scope.rims.kernels import (
     GAP_MM,
     GAP_SHARE,
     LONGEST_MM,
+    REFINED,
     SAME_MM,
     STEP_MM,
     STEPS,
@@ -44,10 +45,10 @@ Floats = NDArray[np.float32]
 Ints = NDArray[np.int32]
 
 W = 16
-_FREE = W // 2
-"""Lanes without a ray that are worth a look at the queue."""
+_FREE = W // 4
+"""Lanes without a ray that are worth a look at the queue: with eight, a third of all
+lanes idle, and with two the looks cost more than they fill."""
 _ZERO = np.float32(0)
-_REFINED = 4
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -173,7 +174,7 @@ def sharpen(
         first_step = steps == STEPS
         ended = ~refined & (out | (first_step & (d > -AFLOAT_MM)))
         hits = ~refined & ~in_air
-        left = select(hits, np.int32(_REFINED), left)
+        left = select(hits, np.int32(REFINED), left)
         inside = select(hits, d, inside)
         air = select(in_air, d, air)
         steps = select(refined, steps, steps - 1)
