@@ -183,7 +183,7 @@ class Finisher:
         gbuffer = sight.with_tools(found)
         casters = sight.casters
         radiance = shader.shade(gbuffer, fine, light, casters=casters)
-        truth = None
+        truth = error = None
         samples = np.full(
             (request.image.height, request.image.width),
             request.image.samples,
@@ -204,12 +204,19 @@ class Finisher:
             )
             known = truth.batches > 0
             by_paths = shader.shade(gbuffer, fine, light, truth.light, casters)
+            told = known & in_field(gbuffer.coverage)
+            pair = radiance[told], by_paths[told]
             radiance = np.where(known[..., None], by_paths, radiance)
             samples = _added(request, truth.batches) * np.uint32(BATCH_PATHS)
         if request.image.samples == 4:
             radiance = downsample_radiance(radiance)
             gbuffer = downsample_gbuffer(gbuffer)
         pixels, gain = self.expose(request, work, radiance, gbuffer)
+        if truth is not None and truth.noise is None and len(pair[0]):
+            # where paths were walked they tell what the quick light, which stands in
+            # for them elsewhere, is off by; their own noise is in it
+            quick, by_paths = (eye_codes(part, gain) for part in pair)
+            error = float(np.sqrt(np.mean((quick - by_paths) ** 2)))
         return Picture(
             pixels,
             radiance,
@@ -220,6 +227,7 @@ class Finisher:
             truth is None or truth.complete,
             None if truth is None else truth.noise,
             None if truth is None else truth.state,
+            error,
         )
 
     def sight(self, request: SnapshotRequest, work: ScopeWork, scene: Scene) -> "Sight":

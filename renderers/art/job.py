@@ -224,7 +224,7 @@ class SnapshotResult(_Strict, frozen=True):
     light by random paths, root mean square over the mean; None where there is none, or
     it is not known yet. error: estimated root mean square error, in codes of the
     encoded light, of a picture whose samples went where they mattered most, or whose
-    rays were not all traced; else None.
+    rays were not all traced, or whose paths were not walked everywhere; else None.
     camera_in_tissue: see `renderers.art.standpoint`. step_voxels: of the steps taken,
     which a scene may have made shorter than its quality's; None where nothing, or not
     all, was traced for this picture.

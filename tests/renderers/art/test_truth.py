@@ -8,7 +8,9 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from renderers.art.client import Snapshot, SnapshotClient, SnapshotError
+from renderers.art.delivery import Finisher, eye_codes, in_field
 from renderers.art.job import ScopeWork, SnapshotRequest, TruthSpec
+from renderers.art.team import SerialTeam
 from renderers.art.worker import run_worker
 from renderers.scene import Camera, Scene
 
@@ -75,6 +77,38 @@ def test_stopped_at_once_it_shows_the_quick_light_and_says_so(
     assert not cut.result.complete
     assert cut.result.noise is None
     assert not cut.samples().any()
+
+
+def test_stopped_between_it_tells_what_the_quick_light_is_off_by(
+    tmp_path: Path, scene: Scene, camera: Camera
+) -> None:
+    """As long as its noise is not known; by those of its walls that have paths."""
+    assert scene.surface is not None
+    client = SnapshotClient(tmp_path / "spool")
+    request = client.request_scope(
+        scene.surface, camera.with_size(64, 64), samples=1, truth=TruthSpec(), gain=1e3
+    )
+    finisher = Finisher(client.spool.data, 1)
+    traced = SerialTeam(1).trace(request, scene, lambda share: True)
+    looks: list[bool] = []
+
+    def enough() -> bool:
+        looks.append(True)
+        return len(looks) > 2
+
+    part = finisher.finish(request, scene, traced, lambda share: True, enough)
+    assert not part.complete
+    assert part.noise is None
+    assert 0 < np.count_nonzero(part.samples) < part.samples.size
+    assert part.error is not None
+    work = msgspec.structs.replace(request.work, truth=None)
+    quick = finisher.finish(msgspec.structs.replace(request, work=work), scene, traced)
+    assert quick.error is None
+    told = (part.samples > 0) & in_field(part.coverage)
+    off = eye_codes(part.radiance, 1e3)[told] - eye_codes(quick.radiance, 1e3)[told]
+    assert part.error == pytest.approx(np.sqrt((off**2).mean()), rel=1e-5)
+    assert part.error > 0
+    finisher.close()
 
 
 def test_going_on_is_never_having_stopped(
