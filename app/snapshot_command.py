@@ -9,7 +9,7 @@ import numpy as np
 
 from app.pictures.against import demand_splats, judge, splatted
 from app.pictures.camera_path import load_camera_path, views_along
-from app.pictures.doubt import save_doubt
+from app.pictures.doubt import demand_walls, save_doubt
 from app.pictures.drawing import Drawing
 from app.pictures.film import LEAST_S, draw_film
 from app.pictures.outputs import Drawn, save_drawn
@@ -54,6 +54,8 @@ def run_snapshot(options: SnapshotOptions, *, as_json: bool) -> int:
             studio.demand(view)
             if options.against == "fsr":
                 demand_splats(view)
+        if options.confidence is not None:
+            demand_walls(studio)
         if options.save_view is not None:
             save_view(options.save_view, views[0])
         with Drawing(studio, options.ranks, stages) as drawing:

@@ -10,7 +10,7 @@ from app.picture_files import save_depth_nrrd
 from app.pictures.outputs import Drawn
 from app.pictures.studio import Studio
 from renderers.art.deflectors import to_deflection
-from renderers.scene import save_png
+from renderers.scene import AirSurface, save_png
 from renderers.scene.deflection import deflected_distance
 
 TINT = np.array([255.0, 40.0, 200.0])
@@ -36,6 +36,17 @@ def demand_map(file: Path) -> None:
         raise ValueError(f"--confidence goes to a .png or .nrrd, got {file}.")
 
 
+def demand_walls(studio: Studio) -> AirSurface:
+    """Get the surface that is rated; ValueError where a head has none."""
+    surface = studio.scene.surface
+    if surface is None:
+        raise ValueError(
+            "A scan has no surface whose walls could be measured; make a case of it "
+            "with paravol import."
+        )
+    return surface
+
+
 def save_doubt(studio: Studio, drawn: Drawn, file: Path, threads: int) -> Doubt:
     """Rate each pixel (see `renderers.art.confidence`); write the map.
 
@@ -44,12 +55,7 @@ def save_doubt(studio: Studio, drawn: Drawn, file: Path, threads: int) -> Doubt:
     """
     from renderers.art.confidence import wall_confidence
 
-    surface = studio.scene.surface
-    if surface is None:
-        raise ValueError(
-            "A scan has no surface whose walls could be measured; make a case of it "
-            "with paravol import."
-        )
+    surface = demand_walls(studio)
     camera = drawn.view.to_camera()
     distance = deflected_distance(
         surface.distance, to_deflection(drawn.view.deflectors)
