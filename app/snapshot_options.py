@@ -154,7 +154,7 @@ def _check_film(options: SnapshotOptions) -> None:
             f"{options.time_s:g} s."
         )
     if options.side % 2 and any(file.suffix for file in options.files):
-        raise ValueError(f"A film needs an even --size, got {options.size}.")
+        raise ValueError(f"A film needs an even --size, got {options.side}.")
 
 
 def _check_idle(options: SnapshotOptions) -> None:

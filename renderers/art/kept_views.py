@@ -25,9 +25,6 @@ V = TypeVar("V")
 KEPT_BYTES = 256 << 20
 """Of pictures, and again of what rays found; the least recently used go."""
 
-OVERHEAD_BYTES = 4096
-"""Taken by a view besides its pixels: most of it is the report of a small picture."""
-
 
 def picture_key(request: SnapshotRequest) -> bytes:
     """Describe all that a finished picture depends on."""
@@ -105,7 +102,6 @@ class _Recent(Generic[V]):
 
     def put(self, key: bytes, value: V, size: int) -> None:
         name = hashlib.sha256(key).digest()
-        size += OVERHEAD_BYTES
         if name in self._values:
             self._used -= self._values.pop(name)[1]
         if size > self._room:

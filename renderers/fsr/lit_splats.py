@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from renderers.fsr.classic.peak import DEEPEST, PEAK
 from renderers.fsr.fuzzy_set import FuzzySet
 from renderers.scene import Scene
+from renderers.scene.diffuse import diffuse_light
 
 _PEAK = np.polynomial.Polynomial([0.0, *PEAK])
 
@@ -24,16 +25,7 @@ def lit_splats(fuzzy_set: FuzzySet, scene: Scene) -> NDArray[np.float64]:
     """
     color, kappa = scene.transfer_function.evaluate(fuzzy_set.value.astype(np.float64))
     normal = fuzzy_set.normals().astype(np.float64)
-    material = scene.material
-    light = np.full(normal.shape, material.ambient)
-    for source in scene.lights:
-        towards = source.vector
-        if source.is_local:
-            towards = source.vector - fuzzy_set.rows.centers_mm()
-            length = np.linalg.norm(towards, axis=1, keepdims=True)
-            towards = towards / np.maximum(length, 1e-9)
-        facing = np.maximum((normal * towards).sum(axis=1, keepdims=True), 0)
-        light += material.diffuse * facing * source.color
+    light = diffuse_light(scene, normal, fuzzy_set.rows.centers_mm())
     light[~np.any(normal, axis=1)] = 1.0
     length_mm = float(np.prod(scene.volume.spacing_mm) ** (1 / 3))
     return np.column_stack([color * light, splat_peaks(kappa * length_mm)])

@@ -1,9 +1,9 @@
 """Solid things inside a volume of mode `classic`: hidden and hiding, pixel by pixel."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from renderers.scene.camera import Camera
+from renderers.scene.diffuse import diffuse_light
 from renderers.scene.gbuffer import GBuffer, Material
 from renderers.scene.image import Image
 from renderers.scene.scene import Scene
@@ -29,28 +29,12 @@ def before_solids(image: Image, scene: Scene, camera: Camera, solids: GBuffer) -
     origin, ray = camera.rays()
     met = solids.coverage > 0
     places = origin[met] + solids.depth_mm[met, None].astype(np.float64) * ray[met]
-    color = _lit(scene, solids.material[met], solids.normal[met], places)
+    table = np.array([ALBEDO.get(material, GREY) for material in Material])
+    light = diffuse_light(scene, solids.normal[met], places)
+    color = np.asarray(table[solids.material[met]] * light, dtype=np.float32)
     rgba = image.rgba.copy()
     # a solid is opaque where it is, and its rim is as much of it as it covers
     share = (1 - rgba[met, 3:]) * solids.coverage[met, None]
     rgba[met, :3] += share * color
     rgba[met, 3:] += share
     return Image(rgba, np.minimum(depth, solids.depth_mm))
-
-
-def _lit(
-    scene: Scene,
-    materials: NDArray[np.uint8],
-    normals: NDArray[np.float32],
-    places: NDArray[np.float64],
-) -> NDArray[np.float32]:
-    """Light solids as splats are: ambient and diffuse."""
-    table = np.array([ALBEDO.get(material, GREY) for material in Material])
-    light = np.full((len(places), 3), scene.material.ambient)
-    for source in scene.lights:
-        towards = source.vector - places if source.is_local else source.vector
-        towards = np.broadcast_to(towards, places.shape)
-        length = np.linalg.norm(towards, axis=1, keepdims=True)
-        cosine = (normals * towards).sum(axis=1, keepdims=True) / length
-        light = light + scene.material.diffuse * np.maximum(cosine, 0) * source.color
-    return np.asarray(table[materials] * light, dtype=np.float32)

@@ -16,12 +16,7 @@ from numpy.typing import NDArray
 from renderers.art.client import SnapshotClient
 from renderers.art.delivery import Finisher, Picture
 from renderers.art.job import ImageSpec, ScopeWork, SnapshotRequest, decode_request
-from renderers.art.kept_views import (
-    OVERHEAD_BYTES,
-    KeptViews,
-    picture_key,
-    trace_key,
-)
+from renderers.art.kept_views import KeptViews, picture_key, trace_key
 from renderers.art.stage import load_scene
 from renderers.art.team import SerialTeam, Traced
 from renderers.art.worker import run_worker
@@ -191,7 +186,7 @@ def test_what_was_stopped_early_is_not_kept() -> None:
         counts = np.ones((8, 8), np.uint32)
         return Picture(pixels, rgb, plane, plane, counts, None, complete)
 
-    kept = KeptViews(room=3 * (8 * 8 * (3 + 12 + 4 + 4 + 4) + OVERHEAD_BYTES))
+    kept = KeptViews(room=3 * 8 * 8 * (3 + 12 + 4 + 4 + 4))
     requests = [asked(number) for number in range(5)]
     kept.keep_picture(requests[0], picture(complete=False))
     assert kept.picture(requests[0]) is None

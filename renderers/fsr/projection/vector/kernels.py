@@ -118,6 +118,7 @@ def list_facing(
 ) -> int:  # fmt: skip
     """List from the eye, and the normals, of the surfels that face it; give the number.
 
+    found: ``(6, n)``, a surfel a column, with sixteen to spare.
     Runs are short and many surfels look away: what follows has no lane to spare.
     """
     ex, ey, ez = frame[0, 0], frame[0, 1], frame[0, 2]
