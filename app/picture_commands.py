@@ -92,7 +92,8 @@ def snapshot(
     distortion
         For --eye: k1 and k2 of the lens, barrel where k1 is negative.
     classic
-        Draw a case by its transfer function, not as an endoscope sees it.
+        Draw by the head's transfer function, not as an endoscope sees it; tools of a
+        session or a view file stand in it as metal.
     out
         File to write, may be repeated: .png, .exr (linear light, depth, sample count),
         .nrrd (depth); for films .mp4 or a folder of PNGs.

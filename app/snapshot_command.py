@@ -112,6 +112,8 @@ def _views(options: SnapshotOptions, stages: Stages) -> tuple[Studio, list[ViewF
     if path is not None and (options.session is not None or options.eye is None):
         at = np.array([options.time_s])
     studio, views = _sights(options, at, stages)
+    if options.classic:
+        views = [_classic(view) for view in views]
     return studio, views if path is None else views_along(path, views[0], times)
 
 
@@ -131,8 +133,7 @@ def _sights(
         return Studio.of(view.head, stages), [view]
     if options.eye is None:
         assert options.case is not None
-        studio, views = case_views(options.case, times, options.side, stages)
-        return studio, [_classic(v) for v in views] if options.classic else views
+        return case_views(options.case, times, options.side, stages)
     assert options.target is not None
     place: Head
     if options.volume is not None:

@@ -90,10 +90,10 @@ def check(options: SnapshotOptions) -> None:
     if options.volume is not None and options.eye is None:
         raise ValueError("A scan needs --eye x y z and --target x y z, in mm (LPS).")
     own = options.session is not None or options.view is not None
-    if own and (options.eye is not None or options.classic):
+    if own and options.eye is not None:
         raise ValueError(
-            "A session's moment and a view file have their own view and look; --eye, "
-            "--target and --classic belong to --case."
+            "A session's moment and a view file have their own view; --eye and "
+            "--target belong to --case."
         )
     if options.lens != "equidistant" and options.eye is None:
         raise ValueError("--lens belongs to --eye and --target.")

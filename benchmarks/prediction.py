@@ -38,7 +38,8 @@ from renderers.art.simulator.strands import (
 )
 from renderers.art.simulator.trips import Begun, StrandRayNode, StrandTravel
 from renderers.art.stage import load_scene
-from renderers.art.team import mode_of, traced_camera
+from renderers.art.team import mode_of
+from renderers.art.traced import traced_camera
 
 _OF_CELLS = frozenset(kind.name for kind in CELL_KINDS)
 

@@ -26,7 +26,8 @@ from renderers.art.regions import Gather
 from renderers.art.series import FrameSeries
 from renderers.art.simulator.recording import Recording
 from renderers.art.stage import load_scene
-from renderers.art.team import mode_of, traced_camera
+from renderers.art.team import mode_of
+from renderers.art.traced import traced_camera
 from renderers.art.travel import make_frame_node
 
 LIMIT_S = 300.0

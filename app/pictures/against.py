@@ -12,6 +12,7 @@ from app.pictures.studio import Studio, placed
 from app.pictures.view_file import ScopeLook, ViewFile
 from renderers.art.deflectors import to_deflection
 from renderers.scene import image_error
+from renderers.scene.composition import solids_seen
 from renderers.scene.deflection import deflected_surface
 
 
@@ -41,7 +42,7 @@ def splatted(
     studio: Studio, view: ViewFile, gain: float | None, threads: int
 ) -> NDArray[np.uint8]:
     """Draw a view as the live picture shows it, with a fine picture's gain."""
-    from renderers.fsr import FuzzySetRenderer
+    from renderers.fsr import FuzzySetRenderer, render_among
     from renderers.shading import (
         CameraPass,
         Caster,
@@ -53,14 +54,17 @@ def splatted(
 
     camera = view.to_camera()
     deflection = to_deflection(view.deflectors)
+    tools = placed(view.instruments)
     renderer = FuzzySetRenderer(studio.scene, threads=threads, deflection=deflection)
     try:
         look = view.look
         if not isinstance(look, ScopeLook):
-            return renderer.render(camera).to_srgb8()
+            image = render_among(renderer, camera, solids_seen(camera, tools))
+            # splats know no field stop, and rays see nothing beyond it
+            image.rgba[~camera.lens_table().any(axis=-1)] = 0
+            return image.to_srgb8()
         assert studio.scene.surface is not None
         buffer = renderer.gbuffer(camera)
-        tools = placed(view.instruments)
         for mesh, pose in tools:
             mesh.draw(buffer, camera, pose)
         shader = ScopeShader(

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from app.operating_room import Progress, case_room, prepare_room
 from app.pictures.view_file import (
@@ -20,7 +19,8 @@ from app.pictures.view_file import (
 from renderers.art.client import QualityName, Samples, SnapshotClient
 from renderers.art.job import SnapshotRequest, TruthSpec
 from renderers.art.quality import ClassificationName
-from renderers.scene import Mesh, Scene
+from renderers.scene import Scene
+from renderers.scene.mesh import PlacedMesh
 from scenarios import Scenario
 from scenarios.scenario import Head as ScenarioHead
 
@@ -100,6 +100,7 @@ class Studio:
                 camera,
                 quality=fineness.quality,
                 samples=fineness.samples,
+                instruments=placed(view.instruments),
                 max_seconds=LONGEST_S,
                 progressive=True,
                 deliver_after_s=fineness.seconds,
@@ -136,9 +137,7 @@ LONGEST_S = 86_400.0
 """A picture that takes a day is given up."""
 
 
-def placed(
-    instruments: tuple[PlacedInstrument, ...],
-) -> list[tuple[Mesh, NDArray[np.float64]]]:
+def placed(instruments: tuple[PlacedInstrument, ...]) -> list[PlacedMesh]:
     """Give instruments' meshes with their 4x4 poses."""
     if not instruments:
         return []

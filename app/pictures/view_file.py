@@ -181,11 +181,6 @@ def load_view(path: Path) -> ViewFile:
         to_deflection(view.deflectors)
         for tool in view.instruments:
             rigid_pose(tool.world_from_instrument)
-        if view.instruments and isinstance(view.look, ClassicLook):
-            raise ValueError(
-                "mode classic draws no instruments, and the view places "
-                f"{len(view.instruments)}; leave them out, or look in mode scope"
-            )
     except ValueError as error:
         raise ValueError(f"The view file {path} is not valid: {error}") from error
     head = view.head

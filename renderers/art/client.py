@@ -28,7 +28,8 @@ from renderers.art.job import (
 )
 from renderers.art.lease import LEASE_S
 from renderers.art.spool import JobState, Spool
-from renderers.scene import AirSurface, Camera, Material, Mesh, Scene, Volume
+from renderers.scene import AirSurface, Camera, Material, Scene, Volume
+from renderers.scene.mesh import PlacedMesh
 
 POLL_S = 0.05
 
@@ -132,7 +133,7 @@ class SnapshotClient:
         blood_bias: float = 1.0,
         gain: float | None = None,
         frame_number: int = 0,
-        instruments: Iterable[tuple[Mesh, NDArray[np.float64]]] = (),
+        instruments: Iterable[PlacedMesh] = (),
         truth: TruthSpec | None = None,
         priority: int = 5,
         max_seconds: float = 600.0,
@@ -156,15 +157,7 @@ class SnapshotClient:
             blood_bias=blood_bias,
             gain=gain,
             frame_number=frame_number,
-            instruments=tuple(
-                InstrumentSpec(
-                    self.put(mesh.vertices),
-                    self.put(mesh.faces),
-                    _material(mesh),
-                    _rows(pose[:3]),
-                )
-                for mesh, pose in instruments
-            ),
+            instruments=self._placed(instruments),
             truth=truth,
         )
         limits = _Limits(
@@ -180,13 +173,17 @@ class SnapshotClient:
         quality: QualityName = "snapshot",
         samples: Samples = 1,
         background: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        instruments: Iterable[PlacedMesh] = (),
         priority: int = 5,
         max_seconds: float = 600.0,
         deadline_s: float | None = None,
         progressive: bool = False,
         deliver_after_s: float | None = None,
     ) -> SnapshotRequest:
-        """Make a request for mode classic; stores its volume."""
+        """Make a request for mode classic; stores its volume.
+
+        instruments: as in `request_scope`.
+        """
         transfer, material = scene.transfer_function, scene.material
         work = ClassicWork(
             volume=self.put(scene.volume.values),
@@ -206,6 +203,7 @@ class SnapshotClient:
             specular=material.specular,
             shininess=material.shininess,
             background=background,
+            instruments=self._placed(instruments),
         )
         limits = _Limits(
             priority, max_seconds, deadline_s, progressive, deliver_after_s
@@ -287,6 +285,16 @@ class SnapshotClient:
                 )
             time.sleep(POLL_S)
 
+    def _placed(self, instruments: Iterable[PlacedMesh]) -> tuple[InstrumentSpec, ...]:
+        specs = []
+        for mesh, pose in instruments:
+            if mesh.material is Material.TISSUE:
+                raise ValueError("an instrument cannot be made of TISSUE")
+            shape = self.put(mesh.vertices), self.put(mesh.faces)
+            material: Any = mesh.material.name
+            specs.append(InstrumentSpec(*shape, material, _rows(pose[:3])))
+        return tuple(specs)
+
     def _request(
         self,
         work: ScopeWork | ClassicWork,
@@ -316,12 +324,6 @@ class SnapshotClient:
             client=self._name,
             **limits._asdict(),
         )
-
-
-def _material(mesh: Mesh) -> Any:
-    if mesh.material is Material.TISSUE:
-        raise ValueError("an instrument cannot be made of TISSUE")
-    return mesh.material.name
 
 
 def _three(vector: NDArray[np.float64]) -> tuple[float, float, float]:

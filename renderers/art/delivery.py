@@ -18,9 +18,11 @@ from renderers.art.job import ClassicWork, ScopeWork, SnapshotRequest
 from renderers.art.saved_work import SavedWork
 from renderers.art.stage import instrument_meshes, seen_surface
 from renderers.art.stopped_error import stopped_error
-from renderers.art.team import Progress, Traced, traced_camera
+from renderers.art.team import Progress
+from renderers.art.traced import Traced, traced_camera
 from renderers.art.truth import follow_light, truth_of
-from renderers.scene import Camera, GBuffer, Image, Mesh, Scene, save_png
+from renderers.scene import Camera, GBuffer, Image, Scene, save_png
+from renderers.scene.mesh import PlacedMesh
 from renderers.shading import (
     CameraPass,
     Caster,
@@ -72,7 +74,7 @@ class Sight:
     camera: Camera
     light: ScopeLight
     shader: ScopeShader
-    tools: list[tuple[Mesh, NDArray[np.float64]]]
+    tools: list[PlacedMesh]
 
     @property
     def casters(self) -> list[Caster]:

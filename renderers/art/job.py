@@ -140,7 +140,7 @@ class NodeSpec(_Strict, frozen=True):
 
 
 class ClassicWork(_Strict, frozen=True, tag="classic", tag_field="mode"):
-    """Draw a volume through a transfer function."""
+    """Draw a volume through a transfer function, and opaque instruments within it."""
 
     volume: Digest
     grid: GridSpec
@@ -151,6 +151,7 @@ class ClassicWork(_Strict, frozen=True, tag="classic", tag_field="mode"):
     specular: Amount = 0.0
     shininess: Annotated[float, Meta(ge=1, le=1000)] = 16.0
     background: tuple[Share, Share, Share] = (0.0, 0.0, 0.0)
+    instruments: Annotated[tuple[InstrumentSpec, ...], Meta(max_length=16)] = ()
 
 
 class SnapshotRequest(_Strict, frozen=True):

@@ -3,7 +3,8 @@
 A view is known by everything its request says but who asks, when, and how long it may
 take; volumes and meshes are named there by the digest of what they hold, so that an
 edit makes another view. A view of which only light, exposure or tools changed keeps
-what its rays found.
+what its rays found; in mode classic rays end at tools, and only the background may
+change.
 """
 
 import hashlib
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from renderers.art.delivery import Picture
 from renderers.art.job import ClassicWork, SnapshotRequest
-from renderers.art.team import Traced
+from renderers.art.traced import Traced
 
 V = TypeVar("V")
 
@@ -42,7 +43,7 @@ def picture_key(request: SnapshotRequest) -> bytes:
 
 
 def trace_key(request: SnapshotRequest) -> bytes:
-    """Describe all that rays depend on: not light, exposure, tools or background."""
+    """Describe all that rays depend on: not exposure, background or scope's tools."""
     work = request.work
     if isinstance(work, ClassicWork):
         bare: Any = msgspec.structs.replace(work, background=(0.0, 0.0, 0.0))

@@ -14,7 +14,8 @@ from renderers.art.filling import fill
 from renderers.art.growing import TILE_PX, TileWriter
 from renderers.art.job import ImageSpec, ScopeWork, SnapshotRequest
 from renderers.art.regions import Gather, Region
-from renderers.art.team import Progress, Traced, found_by
+from renderers.art.team import Progress
+from renderers.art.traced import Traced, found_by
 from renderers.scene import GBuffer, Image, Scene
 
 SHARE = 0.1
@@ -103,6 +104,7 @@ class Preview(AbstractContextManager["Preview"]):
             part = Gather(self._whole.right, self._whole.bottom)
             part.value = np.ascontiguousarray(gather.value[::step, ::step])
             part.depth = np.ascontiguousarray(gather.depth[::step, ::step])
+            part.solids = gather.solids and gather.solids.every(step)
             single = self._single()
             found = found_by(single, self._scene, part)
             if self._coarse is not None:

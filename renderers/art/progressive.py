@@ -10,7 +10,8 @@ from renderers.art.filling import fill
 from renderers.art.job import ImageSpec, SnapshotRequest
 from renderers.art.preview import Preview
 from renderers.art.saved_work import SavedWork
-from renderers.art.team import Progress, Team, Traced, empty_gather, traced_camera
+from renderers.art.team import Progress, Team
+from renderers.art.traced import Tools, Traced, empty_gather, traced_camera
 from renderers.art.tracer import RenderStoppedError
 from renderers.scene import GBuffer, Image, Scene
 
@@ -29,6 +30,7 @@ def trace_best(
     enough: Callable[[], bool],
     preview: Preview | None = None,
     saved: SavedWork | None = None,
+    tools: Tools = (),
 ) -> Traced:
     """Trace a request; what there is when `enough` says so is the picture.
 
@@ -36,14 +38,16 @@ def trace_best(
     whatever `enough` says, and so is one that is too small for a coarser one.
     preview: shows coarse pictures, then parts of the picture, where it is progressive.
     saved: what an earlier attempt found is not traced again; those rays are counted as
-    `rays_kept`.
+    `rays_kept`. tools: as `Team` takes them.
     Raise RenderStoppedError when `progress` says so, or nothing can be had.
     """
     cost = Counter[str]()
     coarse: GBuffer | Image | None = None
     sides = 1
     for rough in coarse_requests(request):
-        coarse, is_whole = _coarse(team, rough, scene, progress, enough, cost, coarse)
+        coarse, is_whole = _coarse(
+            team, rough, scene, progress, enough, cost, coarse, tools
+        )
         if is_whole:
             sides = -(-traced_camera(request).width // rough.image.width)
         if enough():
@@ -60,7 +64,7 @@ def trace_best(
     if preview:
         look = preview.looking_at(gather, look)
     try:
-        traced = team.trace(request, scene, look, gather)
+        traced = team.trace(request, scene, look, gather, tools)
         cost.update(traced.counters)
         return replace(traced, counters=dict(cost))
     except RenderStoppedError as stop:
@@ -98,6 +102,7 @@ def _coarse(
     enough: Callable[[], bool],
     cost: Counter[str],
     coarser: GBuffer | Image | None,
+    tools: Tools,
 ) -> tuple[GBuffer | Image, bool]:
     """Trace a coarse picture; give it, and whether all of it was traced."""
 
@@ -105,7 +110,7 @@ def _coarse(
         return progress(0.0) and (coarser is None or not enough())
 
     try:
-        traced = team.trace(request, scene, go_on)
+        traced = team.trace(request, scene, go_on, tools=tools)
         cost.update(traced.counters)
         return traced.found, True
     except RenderStoppedError as stop:

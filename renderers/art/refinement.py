@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from renderers.art.delivery import Finisher, Picture, eye_codes, in_field
 from renderers.art.job import ImageSpec, ScopeWork, SnapshotRequest
-from renderers.art.team import Progress, Team, empty_gather
+from renderers.art.team import Progress, Team
+from renderers.art.traced import empty_gather
 from renderers.art.tracer import RenderStoppedError
 from renderers.scene import GBuffer, Scene
 from renderers.shading import downsample_gbuffer, downsample_radiance, meter

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.art.messages import ProtocolError
+from renderers.scene import GBuffer
 
 REGION_PX = 32
 """Edge of a region. Large enough that its rays share cells (1.9 fetches of each cell
@@ -134,7 +135,8 @@ class Gather:
 
     value: ``(h, w, 4)`` float32. depth: ``(h, w)`` float32, +inf where nothing is.
     done: ``(h, w)`` whether a ray has come. wanted: ``(h, w)`` rays asked
-    for, the others may find nothing; None for all.
+    for, the others may find nothing; None for all. solids: what rays end at, if there
+    is any; value and depth are of what lies before.
     """
 
     def __init__(self, width: int, height: int, *, filled: bool = True) -> None:
@@ -148,6 +150,7 @@ class Gather:
         self.done = np.zeros(shape, np.bool_)
         self.missing = width * height
         self.wanted: NDArray[np.bool_] | None = None
+        self.solids: GBuffer | None = None
         if filled:
             self.fill()
 

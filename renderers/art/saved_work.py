@@ -31,7 +31,8 @@ from renderers.art.regions import (
 )
 from renderers.art.spool import Spool
 from renderers.art.steps import Step, reached
-from renderers.art.team import Progress, traced_camera
+from renderers.art.team import Progress
+from renderers.art.traced import traced_camera
 
 SHARE = 0.05
 """Of the time, that may go into saving."""

@@ -28,6 +28,7 @@ from renderers.scene import (
     Volume,
 )
 from renderers.scene.deflection import deflected_surface
+from renderers.scene.mesh import PlacedMesh
 
 LARGEST_VOLUME = 8 << 30
 LARGEST_MESH = 256 << 20
@@ -74,7 +75,7 @@ def scene_key(request: SnapshotRequest) -> bytes:
     if isinstance(work, ScopeWork):
         part: object = (work.distance, work.blood, work.skin, work.grid)
     else:
-        part = work
+        part = msgspec.structs.replace(work, instruments=())
     return _key(part, request)
 
 
@@ -86,7 +87,7 @@ def family_key(request: SnapshotRequest) -> bytes:
     work = request.work
     part: object = ("scope", work.grid)
     if isinstance(work, ClassicWork):
-        part = msgspec.structs.replace(work, volume="")
+        part = msgspec.structs.replace(work, volume="", instruments=())
     return _key(part, request)
 
 
@@ -120,9 +121,20 @@ def rigid_pose(rows: ArrayLike) -> NDArray[np.float64]:
     return pose
 
 
+def load_tools(data: DataStore, request: SnapshotRequest) -> list[PlacedMesh]:
+    """Load the instruments that a request's rays end at: those of mode classic.
+
+    In mode scope instruments are put before or behind what rays found.
+    """
+    work = request.work
+    if isinstance(work, ScopeWork):
+        return []
+    return instrument_meshes(data, work.instruments)
+
+
 def instrument_meshes(
     data: DataStore, instruments: tuple[InstrumentSpec, ...]
-) -> list[tuple[Mesh, NDArray[np.float64]]]:
+) -> list[PlacedMesh]:
     """Load a request's instruments with their world-from-mesh transforms."""
     result = []
     for spec in instruments:

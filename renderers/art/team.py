@@ -25,40 +25,28 @@ from renderers.art.regions import (
     finished_squares,
     region_edge,
 )
-from renderers.art.stage import family_key, load_scene, scene_key
+from renderers.art.stage import family_key, load_scene, load_tools, scene_key
 from renderers.art.steps import Step, reached
-from renderers.art.tracer import (
-    ActiveRayTracer,
-    RenderStoppedError,
-    classic_image,
-    scope_gbuffer,
+from renderers.art.traced import (
+    Tools,
+    Traced,
+    among_solids,
+    empty_gather,
+    ending_rays,
+    found_by,
+    traced_camera,
 )
+from renderers.art.tracer import ActiveRayTracer, RenderStoppedError
 from renderers.art.transport import Transport
 from renderers.art.travel import MarchRayNode, make_frame_node
 from renderers.art.work import MarchWork
-from renderers.scene import Camera, GBuffer, Image, Scene
+from renderers.scene import GBuffer, Image, Scene
 
 Progress = Callable[[float], bool]
 """Told the share done; answers whether to go on."""
 
 _LOOK_S = 0.02
 """Time between two looks at the progress, which may read the disk."""
-
-
-@dataclass(frozen=True, slots=True)
-class Traced:
-    """Hold what tracing found: a G-buffer in mode scope, an image in mode classic.
-
-    drawn: ``(h, w)``, the rays that were traced; None for all. The others show what a
-    coarser picture has there, each of whose rays stands for `coarse` along a side.
-    step_voxels: of the steps taken; None where not all was traced.
-    """
-
-    found: GBuffer | Image
-    counters: dict[str, int]
-    drawn: NDArray[np.bool_] | None = None
-    step_voxels: float | None = None
-    coarse: int = 1
 
 
 class Team(Protocol):
@@ -74,38 +62,18 @@ class Team(Protocol):
         scene: Scene,
         progress: Progress,
         gather: Gather | None = None,
+        tools: Tools = (),
     ) -> Traced:
         """Trace a request; raise RenderStoppedError when `progress` says so.
 
         gather: one of `empty_gather`, for those who look at what has come; what is done
-        in it already is not traced again.
+        in it already is not traced again. tools: of `load_tools`.
         """
         ...
 
     def dismiss(self) -> None:
         """Let everybody go."""
         ...
-
-
-def traced_camera(request: SnapshotRequest) -> Camera:
-    """Get the camera that is traced: 2 x 2 rays a pixel for 4 samples."""
-    camera = request.to_camera()
-    factor = 2 if request.image.samples == 4 else 1
-    return camera.with_size(camera.width * factor, camera.height * factor)
-
-
-def empty_gather(request: SnapshotRequest) -> Gather:
-    """Make what a request's rays are gathered in."""
-    camera = traced_camera(request)
-    return Gather(camera.width, camera.height)
-
-
-def found_by(request: SnapshotRequest, scene: Scene, gather: Gather) -> GBuffer | Image:
-    """Read gathered rays: a G-buffer in mode scope, an image in mode classic."""
-    if not isinstance(request.work, ScopeWork):
-        return classic_image(gather)
-    assert scene.surface is not None
-    return scope_gbuffer(gather, scene.surface.distance)
 
 
 class SerialTeam:
@@ -124,6 +92,7 @@ class SerialTeam:
         scene: Scene,
         progress: Progress,
         gather: Gather | None = None,
+        tools: Tools = (),
     ) -> Traced:
         """Trace a request. The tracer is kept for the next one of the same scene."""
         key = scene_key(request)
@@ -137,14 +106,24 @@ class SerialTeam:
             self._kept = key, tracer
         tracer = self._kept[1]
         camera = traced_camera(request)
-        limit = None
-        if gather is not None and gather.wanted is not None:
-            limit = np.where(gather.wanted, np.inf, 0).astype(np.float32)
+        solids = ending_rays(request, tools)
+        limit = None if solids is None else solids.depth_mm
+        if gather is not None:
+            gather.solids = solids
+            if gather.wanted is not None:
+                ends = np.float32(np.inf) if limit is None else limit
+                limit = np.where(gather.wanted, ends, np.float32(0))
         found: GBuffer | Image
-        if isinstance(request.work, ScopeWork):
-            found = tracer.gbuffer(camera, progress, gather, limit_mm=limit)
-        else:
-            found = tracer.render(camera, progress, gather, limit_mm=limit)
+        try:
+            if isinstance(request.work, ScopeWork):
+                found = tracer.gbuffer(camera, progress, gather, limit_mm=limit)
+            else:
+                found = tracer.render(camera, progress, gather, limit_mm=limit)
+                found = among_solids(found, request, scene, solids)
+        except RenderStoppedError as stop:
+            if isinstance(stop.partial, Image):
+                stop.partial = among_solids(stop.partial, request, scene, solids)
+            raise
         assert tracer.report is not None
         report = tracer.report
         return Traced(found, report.counters, step_voxels=report.step_voxels)
@@ -224,10 +203,10 @@ class _Order(msgspec.Struct):
     request: msgspec.Raw
     finished: bytes
 
-    def squares(self, camera: Camera, ranks: int) -> NDArray[np.bool_]:
+    def squares(self, size: tuple[int, ...], ranks: int) -> NDArray[np.bool_]:
         """Unpack the regions that nobody need draw; ValueError for too few bits."""
         edge = region_edge(ranks)
-        rows, columns = -(-camera.height // edge), -(-camera.width // edge)
+        rows, columns = (-(-side // edge) for side in size)
         bits = np.unpackbits(np.frombuffer(self.finished, np.uint8))
         return bits[: rows * columns].reshape(rows, columns) > 0
 
@@ -247,12 +226,13 @@ class RankTeam:
         scene: Scene,
         progress: Progress,
         gather: Gather | None = None,
+        tools: Tools = (),
     ) -> Traced:
         """Trace a request; other ranks load what they need themselves."""
         rank = self._rank
         frame = rank.frame + 1
-        camera = traced_camera(request)
         gather = gather or empty_gather(request)
+        gather.solids = ending_rays(request, tools)
         finished = finished_squares(gather.done, region_edge(self.ranks))
         order = _Order(
             msgspec.Raw(msgspec.json.encode(request)), np.packbits(finished).tobytes()
@@ -261,7 +241,8 @@ class RankTeam:
         try:
             march, node = self._prepared.node(request, scene)
             reached(Step.SCENE_LOADED)
-            packets = _packets(march, camera, 0, self.ranks, finished)
+            rays = _rays(request, gather.solids)
+            packets = _packets(march, rays, 0, self.ranks, finished)
             rank.begin(frame, node, packets, gather)
             stopped = self._complete(gather, progress)
             reached(Step.FRAME_COMPLETE)
@@ -313,26 +294,30 @@ def follow(rank: Rank, data: DataStore, policy: CellPolicy | None = None) -> Non
         try:
             told = msgspec.json.decode(order.payload, type=_Order)
             request = decode_request(bytes(told.request))
-            camera = traced_camera(request)
-            finished = told.squares(camera, transport.ranks)
+            rays = _rays(request, ending_rays(request, load_tools(data, request)))
+            finished = told.squares(rays.limit.shape, transport.ranks)
             march, node = prepared.node(request, load_scene(data, request))
             reached(Step.SCENE_LOADED)
         except (ValueError, OSError) as error:
             prepared.forget()
             rank.fail(order.frame, str(error))
             continue
-        packets = _packets(march, camera, transport.rank, transport.ranks, finished)
+        packets = _packets(march, rays, transport.rank, transport.ranks, finished)
         rank.begin(order.frame, node, packets)
+
+
+def _rays(request: SnapshotRequest, solids: GBuffer | None) -> FrameRays:
+    limit = None if solids is None else solids.depth_mm
+    return FrameRays.of(traced_camera(request), limit)
 
 
 def _packets(
     march: March,
-    camera: Camera,
+    rays: FrameRays,
     rank: int,
     ranks: int,
     finished: NDArray[np.bool_],
 ) -> list[RayPacket]:
-    rays = FrameRays.of(camera)
-    width, height = camera.width, camera.height
+    height, width = rays.limit.shape
     regions = deal_regions(width, height, rank, ranks, finished=finished)
     return [march.start(region, rays) for region in regions]

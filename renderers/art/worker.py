@@ -23,10 +23,11 @@ from renderers.art.pruning import KEEP_S, Pruner
 from renderers.art.refinement import Refinement, can_refine, refined
 from renderers.art.saved_work import SavedWork, code_key, forget_saved
 from renderers.art.spool import Claim, JobState, Spool
-from renderers.art.stage import load_scene
+from renderers.art.stage import load_scene, load_tools
 from renderers.art.standpoint import camera_in_tissue
 from renderers.art.steps import Step, reached
-from renderers.art.team import Progress, SerialTeam, Team, Traced
+from renderers.art.team import Progress, SerialTeam, Team
+from renderers.art.traced import Traced
 from renderers.art.tracer import RenderStoppedError
 from renderers.art.transport import RankRefusedError, TransportError
 from renderers.art.truth import truth_of
@@ -254,4 +255,5 @@ class _Worker:
                 enough,
                 preview,
                 saved,
+                load_tools(self._spool.data, request),
             )

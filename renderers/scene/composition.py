@@ -1,11 +1,14 @@
 """Solid things inside a volume of mode `classic`: hidden and hiding, pixel by pixel."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from renderers.scene.camera import Camera
 from renderers.scene.diffuse import diffuse_light
 from renderers.scene.gbuffer import GBuffer, Material
 from renderers.scene.image import Image
+from renderers.scene.mesh import PlacedMesh
 from renderers.scene.scene import Scene
 
 ALBEDO = {
@@ -15,6 +18,14 @@ ALBEDO = {
 """Linear colours; other materials are grey."""
 
 GREY = (0.4, 0.4, 0.4)
+
+
+def solids_seen(camera: Camera, placed: Iterable[PlacedMesh]) -> GBuffer:
+    """Give what a camera sees of meshes alone."""
+    buffer = GBuffer.empty(camera.height, camera.width)
+    for mesh, pose in placed:
+        mesh.draw(buffer, camera, pose)
+    return buffer
 
 
 def before_solids(image: Image, scene: Scene, camera: Camera, solids: GBuffer) -> Image:

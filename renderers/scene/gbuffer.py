@@ -73,6 +73,16 @@ class GBuffer:
         height, width = self.depth_mm.shape
         return height, width
 
+    def every(self, step: int) -> "GBuffer":
+        """Give every so many-th pixel of every so many-th row."""
+        here = slice(None, None, step), slice(None, None, step)
+        return GBuffer(
+            np.ascontiguousarray(self.depth_mm[here]),
+            np.ascontiguousarray(self.normal[here]),
+            np.ascontiguousarray(self.coverage[here]),
+            np.ascontiguousarray(self.material[here]),
+        )
+
     def nearest(self, other: "GBuffer") -> "GBuffer":
         """Merge with another buffer of the same view: the nearer surface wins."""
         if other.size != self.size:

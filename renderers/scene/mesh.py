@@ -116,3 +116,7 @@ class Mesh:
         if not self._facets:
             self._facets.append(Facets.of(self.vertices[self.faces]))
         return self._facets[0]
+
+
+PlacedMesh = tuple[Mesh, NDArray[np.float64]]
+"""A mesh with its rigid 4x4 world-from-mesh transform."""

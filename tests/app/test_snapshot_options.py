@@ -96,6 +96,8 @@ def test_mixtures_are_refused(given: dict[str, Any], complaint: str) -> None:
         {"session": Path("s"), "until_s": 2.0},
         PLACED | {"classic": True, "lens": "orthographic", "path": Path("p")},
         CASE | {"classic": True, "classification": "post"},
+        {"session": Path("s"), "classic": True, "classification": "post"},
+        {"view": Path("v"), "classic": True, "against": "fsr"},
         CASE | {"truth": True, "against": "fast", "state": Path("s.npz")},
         {"view": Path("v"), "path": Path("p"), "out": (Path("frames"), Path("f.mp4"))},
     ],

@@ -18,7 +18,7 @@ from renderers.art.growing import FILE_NAME, GrowingPicture
 from renderers.art.job import ClassicWork, SnapshotRequest, SnapshotResult
 from renderers.art.saved_work import ENDING, unwrap
 from renderers.art.spool import JobState, JobStatus, Spool
-from renderers.art.team import traced_camera
+from renderers.art.traced import traced_camera
 from renderers.art.worker import run_worker
 from renderers.scene import Camera, Projection, Scene
 from tests.scenes import rough_scene

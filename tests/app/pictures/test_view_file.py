@@ -128,22 +128,6 @@ def test_full_paths_stay(tmp_path: Path) -> None:
             },
             "pose must be rigid",
         ),
-        (
-            {
-                "look": {"mode": "classic"},
-                "instruments": [
-                    {
-                        "name": "suction tube",
-                        "world_from_instrument": [
-                            [1, 0, 0, 0],
-                            [0, 1, 0, 0],
-                            [0, 0, 1, 0],
-                        ],
-                    }
-                ],
-            },
-            "mode classic draws no instruments, and the view places 1",
-        ),
     ],
 )
 def test_what_is_wrong_is_refused_by_name(

@@ -1,6 +1,5 @@
 """Tissue moved by request: the same picture from whoever draws it."""
 
-import threading
 from pathlib import Path
 from typing import Any
 
@@ -20,13 +19,10 @@ from renderers.art.deflectors import (
 )
 from renderers.art.job import decode_request
 from renderers.art.policy import CellPolicy, Dataflow
-from renderers.art.rank import Rank
-from renderers.art.team import RankTeam, follow
-from renderers.art.transport import LoopBack
 from renderers.art.travel import make_frame_node
 from renderers.art.worker import run_worker
 from renderers.scene import Camera, Scene
-from tests.renderers.art.threaded_end import ThreadedEnd
+from tests.renderers.art.threaded_end import threaded_team
 
 
 def specs(scene: Scene) -> tuple[DeflectorSpec, ...]:
@@ -55,19 +51,8 @@ def test_ranks_draw_what_one_tracer_draws(
     ]
     for request in requests:
         client.submit(request)
-    joint = LoopBack(3, delay=0)
-    ranks = [Rank(ThreadedEnd(joint, rank)) for rank in range(3)]
-    cells = CellPolicy(None, policy)
-    others = [
-        threading.Thread(target=follow, args=(rank, client.data, cells))
-        for rank in ranks[1:]
-    ]
-    for other in others:
-        other.start()
-    assert run_worker(client.spool.folder, once=True, team=RankTeam(ranks[0], cells))
-    for other in others:
-        other.join(20)
-        assert not other.is_alive()
+    with threaded_team(client.data, CellPolicy(None, policy)) as team:
+        assert run_worker(client.spool.folder, once=True, team=team)
     tracer = ActiveRayTracer(scene, deflection=to_deflection(moved))
     drawn = client.wait(requests[0].id)
     assert drawn.result.counters["bent"] > 0

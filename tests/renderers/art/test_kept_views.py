@@ -15,10 +15,17 @@ from numpy.typing import NDArray
 
 from renderers.art.client import SnapshotClient
 from renderers.art.delivery import Finisher, Picture
-from renderers.art.job import ImageSpec, ScopeWork, SnapshotRequest, decode_request
+from renderers.art.job import (
+    ClassicWork,
+    ImageSpec,
+    ScopeWork,
+    SnapshotRequest,
+    decode_request,
+)
 from renderers.art.kept_views import KeptViews, picture_key, trace_key
-from renderers.art.stage import load_scene
-from renderers.art.team import SerialTeam, Traced
+from renderers.art.stage import load_scene, load_tools
+from renderers.art.team import SerialTeam
+from renderers.art.traced import Traced
 from renderers.art.worker import run_worker
 from renderers.scene import Camera, GBuffer, Material, Mesh, Scene
 
@@ -69,7 +76,7 @@ def changed(
         work = msgspec.structs.replace(work, light_power=1.0 + n, gain=0.5 + n)
     elif what == "light":
         work = msgspec.structs.replace(work, background=(0.2 * n, 0.0, 0.0))
-    elif what == "tool" and isinstance(work, ScopeWork):
+    elif what == "tool":
         work = msgspec.structs.replace(work, instruments=work.instruments[:n])
     elif what == "asking":
         new = {"client": "abc"[n], "priority": n, "progressive": bool(n)}
@@ -110,7 +117,8 @@ def test_no_sequence_of_edits_and_poses_shows_a_stale_picture(
         client = SnapshotClient(Path(name))
         data = [edited(client, scene, n) for n in range(3)]
         if classic:
-            first = client.request_classic(scene, outside.with_size(16, 16))
+            camera = outside.with_size(16, 16)
+            first = client.request_classic(scene, camera, instruments=[blade(camera)])
         else:
             tool = [blade(inside)]
             camera = inside.with_size(16, 16)
@@ -148,7 +156,8 @@ def drawn_afresh(client: SnapshotClient, request: SnapshotRequest) -> Picture:
     team, finisher = SerialTeam(1), Finisher(client.data, 1)
     try:
         scene = load_scene(client.data, request)
-        traced = team.trace(request, scene, lambda share: True)
+        tools = load_tools(client.data, request)
+        traced = team.trace(request, scene, lambda share: True, tools=tools)
         return finisher.finish(request, scene, traced)
     finally:
         finisher.close()
@@ -164,18 +173,40 @@ def test_who_asks_and_when_makes_no_other_view(
         assert trace_key(other) == trace_key(request)
 
 
+@pytest.mark.parametrize("work", [ScopeWork, ClassicWork])
 def test_every_other_field_makes_another_picture(
-    client: SnapshotClient, scene: Scene, inside: Camera
+    client: SnapshotClient,
+    scene: Scene,
+    inside: Camera,
+    work: type[ScopeWork | ClassicWork],
 ) -> None:
     """Also those that are added later: they count unless they are named here."""
     assert scene.surface is not None
-    request = client.request_scope(scene.surface, inside)
+    if work is ScopeWork:
+        request = client.request_scope(scene.surface, inside)
+    else:
+        request = client.request_classic(scene, inside)
     fields = set(SnapshotRequest.__struct_fields__) - set(ASKING) - {"schema"}
     marked = json.loads(picture_key(request))
     assert fields <= set(marked)
-    assert set(ScopeWork.__struct_fields__) <= set(marked["work"])
+    assert set(work.__struct_fields__) <= set(marked["work"])
     for name in fields:
         assert marked[name] == json.loads(msgspec.json.encode(request))[name]
+
+
+def test_rays_of_mode_classic_end_at_tools(
+    client: SnapshotClient, scene: Scene, outside: Camera, inside: Camera
+) -> None:
+    """And those of mode scope do not, so that what they found is kept."""
+    assert scene.surface is not None
+    bare = client.request_classic(scene, outside)
+    armed = client.request_classic(scene, outside, instruments=[blade(outside)])
+    assert trace_key(bare) != trace_key(armed)
+    keys = {
+        trace_key(client.request_scope(scene.surface, inside, instruments=tools))
+        for tools in ([], [blade(inside)])
+    }
+    assert len(keys) == 1
 
 
 def test_what_was_stopped_early_is_not_kept() -> None:

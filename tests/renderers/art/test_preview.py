@@ -11,7 +11,8 @@ from renderers.art.preview import Preview
 from renderers.art.progressive import trace_best
 from renderers.art.regions import Region
 from renderers.art.spool import Spool
-from renderers.art.team import SerialTeam, Traced, empty_gather
+from renderers.art.team import SerialTeam
+from renderers.art.traced import Traced, empty_gather
 from renderers.art.worker import run_worker
 from renderers.scene import Camera, Scene
 

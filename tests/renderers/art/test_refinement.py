@@ -19,7 +19,8 @@ from renderers.art.job import SnapshotRequest, TruthSpec
 from renderers.art.refinement import Refinement, can_refine, refined
 from renderers.art.regions import Gather
 from renderers.art.stage import load_scene
-from renderers.art.team import SerialTeam, Traced
+from renderers.art.team import SerialTeam
+from renderers.art.traced import Tools, Traced
 from renderers.art.tracer import RenderStoppedError
 from renderers.art.worker import run_worker
 from renderers.scene import Camera, Material, Mesh, Scene
@@ -41,6 +42,7 @@ class WholeTeam(SerialTeam):
         scene: Scene,
         progress: Callable[[float], bool],
         gather: Gather | None = None,
+        tools: Tools = (),
     ) -> Traced:
         return super().trace(request, scene, progress)
 

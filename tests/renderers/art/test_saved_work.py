@@ -1,6 +1,5 @@
 """What a dead worker found is gone on with, to the same bits, or not looked at."""
 
-import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,15 +14,13 @@ from renderers.art import ActiveRayTracer, saved_work, tracer
 from renderers.art.client import SnapshotClient
 from renderers.art.job import SnapshotRequest, TruthSpec
 from renderers.art.policy import CellPolicy, Dataflow
-from renderers.art.rank import Rank
 from renderers.art.regions import REGION_PX, Gather
 from renderers.art.saved_work import ENDING, SavedWork, code_key, unwrap, wrap
 from renderers.art.spool import Spool
-from renderers.art.team import RankTeam, follow
-from renderers.art.transport import LoopBack
+from renderers.art.team import RankTeam
 from renderers.art.worker import run_worker
 from renderers.scene import Camera, Scene
-from tests.renderers.art.threaded_end import ThreadedEnd
+from tests.renderers.art.threaded_end import threaded_team
 from tests.renderers.art.watched_team import WatchedTeam
 
 SIZE = (100, 86)
@@ -250,18 +247,9 @@ def test_ranks_go_on_with_what_one_process_found(
     )
     rays = SavedWork(client.spool, request, 2).restore(kept)
     assert 0 < rays < kept.done.size
-    joint, policy = LoopBack(3, delay=0), CellPolicy(None, dataflow)
-    ranks = [Rank(ThreadedEnd(joint, rank)) for rank in range(3)]
     data = Spool(client.spool.folder).data
-    others = [
-        threading.Thread(target=follow, args=(rank, data, policy)) for rank in ranks[1:]
-    ]
-    for other in others:
-        other.start()
-    take_over(client, RankTeam(ranks[0], policy))
-    for other in others:
-        other.join(10)
-        assert not other.is_alive()
+    with threaded_team(data, CellPolicy(None, dataflow)) as ranks:
+        take_over(client, ranks)
     snapshot = client.wait(job)
     assert snapshot.result.ranks == 3
     assert snapshot.result.counters["rays_kept"] == rays

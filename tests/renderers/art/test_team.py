@@ -1,4 +1,3 @@
-import threading
 from pathlib import Path
 
 import pytest
@@ -7,13 +6,10 @@ from renderers.art import ActiveRayTracer
 from renderers.art.client import SnapshotClient
 from renderers.art.job import ScopeWork
 from renderers.art.policy import CellPolicy, Dataflow
-from renderers.art.rank import Rank
 from renderers.art.spool import Spool
-from renderers.art.team import RankTeam, follow
-from renderers.art.transport import LoopBack
 from renderers.art.worker import run_worker
 from renderers.scene import Camera, Image, Scene
-from tests.renderers.art.threaded_end import ThreadedEnd
+from tests.renderers.art.threaded_end import threaded_team
 
 POLICY = CellPolicy(5, Dataflow.STATIC)
 
@@ -26,14 +22,6 @@ def client(tmp_path: Path) -> SnapshotClient:
 def test_a_team_of_ranks_delivers_the_same_bytes(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
-    joint = LoopBack(3, delay=0)
-    ranks = [Rank(ThreadedEnd(joint, rank)) for rank in range(3)]
-    data = Spool(client.spool.folder).data
-    others = [
-        threading.Thread(target=follow, args=(rank, data, POLICY)) for rank in ranks[1:]
-    ]
-    for other in others:
-        other.start()
     good = client.request_classic(scene, outside)
     assert not isinstance(good.work, ScopeWork)
     cancelled = client.request_classic(scene, outside)
@@ -41,10 +29,8 @@ def test_a_team_of_ranks_delivers_the_same_bytes(
     again = client.request_classic(scene, outside, samples=4)
     for request in (good, cancelled, again):
         client.submit(request)
-    served = run_worker(client.spool.folder, once=True, team=RankTeam(ranks[0], POLICY))
-    for other in others:
-        other.join(10)
-        assert not other.is_alive()
+    with threaded_team(Spool(client.spool.folder).data, POLICY) as team:
+        served = run_worker(client.spool.folder, once=True, team=team)
     assert served == 3
     expected = ActiveRayTracer(scene).render(outside)
     snapshot = client.wait(good.id)

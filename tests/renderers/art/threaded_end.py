@@ -1,9 +1,17 @@
 """A loop-back whose ranks run in threads of their own."""
 
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 
+from renderers.art.data_store import DataStore
 from renderers.art.messages import Message
-from renderers.art.transport import LoopBackEnd
+from renderers.art.policy import CellPolicy
+from renderers.art.rank import Rank
+from renderers.art.team import RankTeam, follow
+from renderers.art.transport import LoopBack, LoopBackEnd
+
+PATIENCE_S = 20.0
 
 
 class ThreadedEnd(LoopBackEnd):
@@ -21,3 +29,19 @@ class ThreadedEnd(LoopBackEnd):
 
     def rest(self, waiting: bool) -> None:
         threading.Event().wait(1e-4)
+
+
+@contextmanager
+def threaded_team(data: DataStore, policy: CellPolicy) -> Iterator[RankTeam]:
+    """Give a team of three ranks, which is dismissed before the end."""
+    joint = LoopBack(3, delay=0)
+    ranks = [Rank(ThreadedEnd(joint, rank)) for rank in range(3)]
+    others = [
+        threading.Thread(target=follow, args=(rank, data, policy)) for rank in ranks[1:]
+    ]
+    for other in others:
+        other.start()
+    yield RankTeam(ranks[0], policy)
+    for other in others:
+        other.join(PATIENCE_S)
+        assert not other.is_alive(), f"a rank was not dismissed within {PATIENCE_S} s"

@@ -4,7 +4,8 @@ from collections.abc import Callable
 
 from renderers.art.job import SnapshotRequest
 from renderers.art.regions import Gather
-from renderers.art.team import Progress, SerialTeam, Traced
+from renderers.art.team import Progress, SerialTeam
+from renderers.art.traced import Tools, Traced
 from renderers.scene import Scene
 
 
@@ -33,6 +34,7 @@ class WatchedTeam(SerialTeam):
         scene: Scene,
         progress: Progress,
         gather: Gather | None = None,
+        tools: Tools = (),
     ) -> Traced:
         """Trace as a `SerialTeam`."""
         self._begins(request)
@@ -42,4 +44,4 @@ class WatchedTeam(SerialTeam):
                 self._looks(request, share)
             return progress(share)
 
-        return super().trace(request, scene, go_on, gather)
+        return super().trace(request, scene, go_on, gather, tools)

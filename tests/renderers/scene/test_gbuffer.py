@@ -102,3 +102,19 @@ def test_bad_buffers_are_refused() -> None:
             good.coverage,
             good.material.astype(np.int32),
         )
+
+
+def test_every_so_many_th_pixel_is_kept() -> None:
+    buffer = GBuffer.empty(5, 7)
+    buffer.depth_mm[:] = np.arange(35).reshape(5, 7)
+    buffer.coverage[::3, ::3] = 1
+    buffer.normal[::3, ::3, 2] = 1
+    buffer.material[::3, ::3] = Material.METAL
+    part = buffer.every(3)
+    assert part.size == (2, 3)
+    assert part.depth_mm.tolist() == [[0, 3, 6], [21, 24, 27]]
+    assert part.coverage.all()
+    assert np.all(part.normal == [0, 0, 1])
+    assert np.all(part.material == Material.METAL)
+    whole = buffer.every(1)
+    assert np.array_equal(whole.depth_mm, buffer.depth_mm)
