@@ -218,7 +218,7 @@ def test_stopped_early_it_has_the_tool_in_every_part(
     """Coarse parts have the tool that coarse rays ended at, done ones their own."""
     camera = outside.with_size(160, 144)
     request = client.request_classic(
-        scene, camera, progressive=True, instruments=[board(outside, 27.0, 4.0)]
+        scene, camera, progressive=True, instruments=[board(outside, 27.0, 11.0)]
     )
     loaded = load_tools(client.data, request)
     halted = []
@@ -232,6 +232,9 @@ def test_stopped_early_it_has_the_tool_in_every_part(
     assert done is not None
     assert 0 < done.mean() < 1
     assert isinstance(traced.found, Image)
+    solids = ending_rays(request, loaded)
+    assert solids is not None
+    assert 0 < (done & (solids.coverage > 0)).sum() < (solids.coverage > 0).sum()
     whole = SerialTeam(1).trace(request, scene, lambda share: True, tools=loaded).found
     coarse = (
         SerialTeam(1)
