@@ -25,9 +25,9 @@ class PaintedSet:
 
     rows: where splats are; grid: what their views share. places: ``(n, 4)`` float32,
     grid place (i, j, k) and extinction times volume (mm^2). paints: ``(n, 4)`` float32
-    linear RGB, lit, and the size in grid steps. columns: ``(n,)`` float32, grid place
-    i once more.
-    row_numbers, row_extents, row_places: the rows that hold any, see `clip_set`.
+    linear RGB, lit, and the size in grid steps. columns: ``(n + 16,)`` float32, grid
+    place i once more.
+    row_numbers, row_extents, row_places: the rows that hold any, see `clip_rows`.
     widest_mm: the largest spacing. sheet_mm: thickness of a sheet.
     """
 
@@ -63,7 +63,9 @@ class PaintedSet:
             self.places,
             self.paints,
         )
-        self.columns: NDArray[np.float32] = np.ascontiguousarray(self.places[:, 0])
+        # sixteen to spare: vectors read beyond the last
+        self.columns: NDArray[np.float32] = np.zeros(room + 16, np.float32)
+        self.columns[:room] = self.places[:, 0]
         self._list_rows()
 
     def _list_rows(self) -> None:

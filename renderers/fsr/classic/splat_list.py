@@ -35,30 +35,27 @@ class SplatList:
     """Hold what a strip of a view leaves of a set.
 
     spans: ``(k, 3)`` int32, see `ClippedRows`. lowest, highest: ``(k,)`` int32, the
-    keys that bound each. begins: elements in the spans before each, and in all.
-    near_places, near_paints: of splats nearer than the view's `near_mm`, nearest first,
-    smaller ones in place of those too near (see `PaintedSet`); they are in the spans,
-    too. split: how many were replaced. shells: ``(m,)`` int64, last + 1 key of each;
-    empty where `given`, ``(n,)`` int32, names the other elements in the order to draw
-    them in. strip: the tiles that this is for.
+    keys that bound each. count: elements in the spans.
+    near_places, near_paints, near_keys: of splats nearer than the view's `near_mm`,
+    smaller ones in place of those too near (see `PaintedSet`), and where in the order
+    they come, ties as they are; they are in the spans, too. split: how many were
+    replaced. shells: ``(m,)`` int64, last + 1 key of each; empty where `given`,
+    ``(n,)`` int32, names the other elements in the order to draw them in. strip: the
+    tiles that this is for.
     """
 
     seen: SetView
     spans: NDArray[np.int32]
     lowest: NDArray[np.int32]
     highest: NDArray[np.int32]
-    begins: NDArray[np.int64]
+    count: int
     near_places: NDArray[np.float32]
     near_paints: NDArray[np.float32]
+    near_keys: NDArray[np.int32]
     split: int
     shells: NDArray[np.int64]
     given: NDArray[np.int32]
     strip: range
-
-    @property
-    def count(self) -> int:
-        """Get the number of elements in the spans."""
-        return int(self.begins[-1])
 
 
 def list_splats(
@@ -100,15 +97,16 @@ def list_splats(
     given = np.empty(0, np.int32)
     if seen.traversal is Traversal.GRID:
         given, shells = _grid_order(seen, spans), shells[:0]
-    lowest, highest, begins, places, paints = found
+    lowest, highest, count, places, paints, keys = found
     return SplatList(
         seen,
         spans,
         lowest,
         highest,
-        begins,
+        count,
         places,
         paints,
+        keys,
         split,
         shells,
         given,

@@ -51,7 +51,7 @@ class StripDrawer:
         self._make_room(splats, len(canvas.depth) > 0)
         spent = np.zeros(len(STAGES), np.int64)
         visible, fragments = self._kernels.draw_pieces(
-            (splats.near_places, splats.near_paints),
+            (splats.near_places, splats.near_paints, splats.near_keys),
             (painted.places, painted.paints),
             painted.columns,
             painted.rows.shape[1],
@@ -60,7 +60,6 @@ class StripDrawer:
                 splats.spans,
                 splats.lowest,
                 splats.highest,
-                splats.begins,
                 np.float32(view.low),
                 np.float32(view.keys_per_mm),
                 np.float32(seen.near_mm),

@@ -1,7 +1,7 @@
 """What a strip of a view needs of a set, found in one call.
 
-Rows are clipped, what is left of them is surveyed, splats near the eye are split and
-put in order, and the rest is cut into shells. Two threads that did this step by step
+Rows are clipped, what is left of them is surveyed, splats near the eye are split, and
+the rest is cut into shells. Two threads that did this step by step
 would wait for each other's Python between the steps.
 """
 
@@ -12,15 +12,25 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.fsr.classic.near import NEAR_KEYS, PARTS_REACH
 from renderers.fsr.classic.ordering.kernels import KEYS
 from renderers.fsr.classic.splitting.kernels import split_splats
-from renderers.fsr.classic.survey.kernels import BINS, clip_set, survey_spans
+from renderers.fsr.classic.survey.kernels import (
+    BESIDE,
+    BINS,
+    SOME,
+    clip_rows,
+    survey_spans,
+)
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
 I64 = NDArray[np.int64]
 Real = float | np.float32
+
+ROOM = 1 << 12
+"""Near splats that there is room for at first."""
 
 ACROSS = 0.25
 """Cosine between rows and the view's axis below which a row meets few shells."""
@@ -30,21 +40,41 @@ SPARE = 16
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def split_in_order(
-    near: I32, splats: Any, base: F32, matrix: F32, flat: bool, split_at: Any
-) -> Any:
-    """Split near splats; give places and paints, nearest first, and how many were."""
-    places, paints, cut, order = split_splats(
+def nearing(eye: Any) -> Any:
+    """Give an eye for `survey_spans`: one near which nothing is has no `near_mm`."""
+    base, matrix, flat, low, scale, near_mm = eye
+    none = np.float32(-np.inf)
+    return base, matrix, flat, low, scale, near_mm if near_mm > low else none
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def with_room(near: I32, nears: int, spans: I32) -> I32:
+    """Give room for as many more near splats as there are in spans."""
+    need = nears
+    for span in range(spans.shape[0]):
+        need += spans[span, 2] - spans[span, 1]
+    if near.shape[0] >= need:
+        return near
+    found = np.empty(2 * need, np.int32)
+    found[:nears] = near[:nears]
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def split_near(near: I32, splats: Any, eye: Any, split_at: Any) -> Any:
+    """Split near splats; give places, paints and keys of parts, and how many were.
+
+    Keys do not depend on which splats are near, so that neither does the parts' order.
+    """
+    base, matrix, flat, _, _, near_mm = eye
+    places, paints, cut, depths = split_splats(
         near, splats[0], splats[1], base, matrix, flat, split_at[0], split_at[1]
     )
-    order.sort()
-    sorted_places, sorted_paints = np.empty_like(places), np.empty_like(paints)
-    for s in range(order.shape[0]):
-        number = order[s] & 0xFFFFFFFF
-        for c in range(4):
-            sorted_places[s, c] = places[number, c]
-            sorted_paints[s, c] = paints[number, c]
-    return sorted_places, sorted_paints, cut
+    keys = np.empty(depths.shape[0], np.int32)
+    scale = np.float32(NEAR_KEYS / PARTS_REACH) / near_mm
+    for part in range(depths.shape[0]):
+        keys[part] = min(int(depths[part] * scale), NEAR_KEYS - 1)
+    return places, paints, keys, cut
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -77,7 +107,7 @@ def find_shells(bins: I64, shares: F64, least_shell: int, keys_per_sheet: Real) 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def shells_of(bins: I64, matrix: F32, low: Real, shelling: Any) -> I64:
+def shells_of(bins: I64, eye: Any, shelling: Any) -> I64:
     """Give `find_shells` for many elements in rows across the view, or else.
 
     A shell looks at all elements of a row that it meets. Rows across the view of an eye
@@ -86,6 +116,7 @@ def shells_of(bins: I64, matrix: F32, low: Real, shelling: Any) -> I64:
     `find_shells` asks.
     """
     few, more, many, least_shell, keys_per_sheet = shelling
+    _, matrix, _, low, _, _ = eye
     row = math.sqrt(matrix[0, 0] ** 2 + matrix[1, 0] ** 2 + matrix[2, 0] ** 2)
     is_across = low > 0 and abs(matrix[2, 0]) <= ACROSS * row
     shares = more if is_across and bins.sum() >= many else few
@@ -98,35 +129,34 @@ def list_strip(
 ) -> Any:
     """List what is within planes of a view, see `SplatList`.
 
-    rows: numbers, extents and places of rows and columns of elements, see `clip_set`.
-    splats: places and paints of the set. eye: base, matrix, is_flat, low, scale and
-    near_mm, see `survey_spans`. split_at: least_mm and last, see `split_splats`.
-    shelling: see `shells_of`. Returns spans, lowest, highest, begins, places and
-    paints of near splats, how many of them are parts' wholes, and shells.
+    rows: see `clip_rows`. splats: places and paints of the set. eye: see
+    `survey_spans`. split_at: least_mm and last, see `split_splats`. shelling: see
+    `shells_of`. Returns spans, lowest, highest, elements in all of
+    them, places, paints and keys of near splats, how many were split, and shells.
     """
-    numbers, extents, places, columns = rows
-    base, matrix, flat, low, scale, near_mm = eye
-    count = numbers.shape[0]
+    count = rows[0].shape[0]
     spans = np.empty((count, 3), np.int32)
-    ends = np.empty((4, count + SPARE), np.float32)
-    begins = np.empty(count + 1, np.int64)
-    kept = clip_set(
-        numbers, extents, places, columns, base, planes, spans, ends, begins
-    )
-    lowest = np.empty(kept + SPARE, np.int32)
-    highest = np.empty(kept + SPARE, np.int32)
-    bins = np.empty(BINS, np.int64)
-    is_near = near_mm > low
-    near = np.empty(begins[kept] if is_near else 0, np.int32)
-    nears = survey_spans(
-        spans[:kept], ends, columns, base, matrix, flat, low, scale,
-        near_mm if is_near else np.float32(-np.inf), lowest, highest, bins, near,
-    )  # fmt: skip
-    near_places, near_paints, cut = split_in_order(
-        near[:nears], splats, base, matrix, flat, split_at
-    )
-    shells = shells_of(bins, matrix, low, shelling)
+    lowest = np.empty(count + SPARE, np.int32)
+    highest = np.empty(count + SPARE, np.int32)
+    ends = np.empty((4, SOME + SPARE), np.float32)
+    bins = np.zeros((BESIDE, BINS), np.int64)
+    near = np.empty(ROOM, np.int32)
+    of_eye = nearing(eye)
+    kept = nears = 0
+    for row in range(0, count, SOME):
+        listed = kept
+        kept = clip_rows(
+            rows, row, min(row + SOME, count), eye[0], planes, kept, spans, ends
+        )
+        near = with_room(near, nears, spans[listed:kept])
+        nears = survey_spans(
+            spans, listed, kept, ends, rows[3], of_eye, lowest, highest, bins,
+            near, nears,
+        )  # fmt: skip
+    places, paints, keys, cut = split_near(near[:nears], splats, eye, split_at)
+    counted = bins.sum(axis=0)
+    shells = shells_of(counted, eye, shelling)
     return (
-        spans[:kept], lowest, highest, begins[: kept + 1], near_places, near_paints,
-        cut, shells[: shells.shape[0] if kept > 0 else 0],
+        spans[:kept], lowest, highest, counted.sum(), places, paints, keys, cut,
+        shells[: shells.shape[0] if kept > 0 else 0],
     )  # fmt: skip

@@ -16,6 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.fsr.classic.kernels import draw_tiles
+from renderers.fsr.classic.near import NEAR_KEYS
 from renderers.fsr.classic.ordering.kernels import (
     begin_keys,
     count_keys,
@@ -36,17 +37,8 @@ PROJECT, ORDER, DRAW = range(3)
 ALIKE: Any = np.bool_(False)
 """Splats of size one. A literal would compile what takes it a second time."""
 
-PART = 1 << 13
-"""Elements taken, projected and counted while they are in the cache."""
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def end_of_part(begins: I64, first: int) -> int:
-    """Give the last + 1 of the spans, from `first` on, that make a part."""
-    end = first + 1
-    while end + 1 < begins.shape[0] and begins[end + 1] - begins[first] <= PART:
-        end += 1
-    return end
+PART = 256
+"""Spans whose elements are taken, projected and counted while they are in the cache."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -81,11 +73,19 @@ def put_in_order(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def count_in_order(n: int, given: I32, index: I32, keys: I32) -> None:
-    """Take n splats as they are given, or 0 .. n - 1; all have one key."""
-    for s in range(n):
-        index[s] = given[s] if given.size > 0 else s
+def count_in_order(given: I32, index: I32, keys: I32) -> None:
+    """Take splats as they are given; all have one key."""
+    for s in range(given.shape[0]):
+        index[s] = given[s]
         keys[s] = 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def count_near(near_keys: I32, index: I32, keys: I32) -> None:
+    """Take all near splats, with their keys."""
+    for s in range(near_keys.shape[0]):
+        index[s] = s
+        keys[s] = near_keys[s]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -110,12 +110,12 @@ def _project_shell(
     seen_by: Any, look: Any, waiting: I32, room: Any,
 ) -> int:  # fmt: skip
     """Take a shell's splats part by part and project them; give their number."""
-    spans, lowest, highest, begins, low, per_mm, near_mm = listed
+    spans, lowest, highest, low, per_mm, near_mm = listed
     base, matrix, projection, scale, width, height = seen_by
     index, keys, records, boxes, ranges, counts, _ = room
-    n = a = 0
-    while a < spans.shape[0]:
-        b = end_of_part(begins, a)
+    n = 0
+    for a in range(0, spans.shape[0], PART):
+        b = min(a + PART, spans.shape[0])
         taken = take_shell(
             spans[a:b], lowest[a:b], highest[a:b], ny, columns, base, matrix,
             projection, low, per_mm, near_mm, first_key, end_key, scale, look[4], width,
@@ -126,7 +126,6 @@ def _project_shell(
             ranges[n:], keys[n:], counts,
         )  # fmt: skip
         n += taken
-        a = b
     return n
 
 
@@ -138,10 +137,10 @@ def draw_pieces(
 ) -> Any:  # fmt: skip
     """Draw a list; give the number of splats projected that show, and the fragments.
 
-    near: places and paints of splats to be drawn first, nearest first. own: places and
-    paints of the set; columns, ny: see `take_shell`. given: those of the set to be
-    drawn, in this order; no elements where shells are taken. listed: spans, lowest,
-    highest and begins (see `SplatList`), low, scale and near_mm (see `survey_spans`).
+    near: places, paints and keys (see `SplatList`) of splats to be drawn first. own:
+    places and paints of the set; columns, ny: see `take_shell`. given: those of the set
+    to be drawn, in this order; no elements where shells are taken. listed: spans,
+    lowest and highest (see `SplatList`), low, scale and near_mm (see `survey_spans`).
     shells: last + 1 key of each. seen_by: base, matrix, projection, scale, width and
     height; look: sigma, widest, points, sheet_share (see `project_splats`) and reach_mm
     (see `take_shell`). room: index, keys, records, boxes, ranges, counts (``(KEYS,)``
@@ -176,13 +175,16 @@ def draw_pieces(
         else:
             # the near ones, or all in an order that is given
             n = near[0].shape[0] if piece == 0 else given.shape[0]
-            count_in_order(n, given[:0] if piece == 0 else given, index, keys)
+            if piece == 0:
+                count_near(near[2], index, keys)
+            else:
+                count_in_order(given, index, keys)
             _project(
-                index, n, near if piece == 0 else own, piece == 0, seen_by, look,
+                index, n, near[:2] if piece == 0 else own, piece == 0, seen_by, look,
                 records, boxes, ranges, keys, counts,
             )  # fmt: skip
         now = passed(spent, PROJECT, now)
-        first, end = (first_key, end_key) if end_key > 0 else (0, 1)
+        first, end = (first_key, end_key) if end_key > 0 else (0, NEAR_KEYS)
         some = put_in_order(n, first, end, ranges, keys, counts, entries)
         now = passed(spent, ORDER, now)
         if some > 0 or last:

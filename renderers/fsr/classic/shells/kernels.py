@@ -114,8 +114,9 @@ def take_shell(
         if highest[span] < first_key or lowest[span] >= end_key:
             continue
         row, first, end = spans[span, 0], spans[span, 1], spans[span, 2]
-        dy = np.float32(row % ny) - base[1]
-        dz = np.float32(row // ny) - base[2]
+        k = np.uint32(row) // np.uint32(ny)
+        dy = np.float32(np.uint32(row) - k * np.uint32(ny)) - base[1]
+        dz = np.float32(k) - base[2]
         for s in range(first, end):
             depth = depth_of(columns[s] - base[0], dy, dz, matrix, flat)
             key = int(key_of(depth, low, scale))

@@ -6,11 +6,68 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.fsr.classic.near import SPLITS
 from renderers.fsr.classic.shells.kernels import depth_of
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 Real = float | np.float32
+
+MOST = 8**SPLITS
+"""Parts of a splat that is cut as often as any is."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _split_some(
+    index: I32, first: int, n: int, cut: int, splats: Any, eye: Any, split_at: Any,
+    found: F32, colours: F32, depths: F32,
+) -> Any:  # fmt: skip
+    """Split from one of the splats on until there may be no room for the next.
+
+    n, cut: parts and cuts there are already. Returns the splat to go on with, and how
+    many parts and cuts there are then.
+    """
+    places, paints = splats
+    base, matrix, flat = eye
+    least_mm, last = split_at
+    waiting = np.empty((64, 5), np.float32)
+    eighth, half = np.float32(0.125), np.float32(0.5)
+    while first < index.shape[0] and n + MOST <= depths.shape[0]:
+        # unsigned: whether an index counts from the end need not be asked
+        s = np.uint32(index[first])
+        first += 1
+        for c in range(4):
+            waiting[0, c] = places[s, c]
+        waiting[0, 4] = 1
+        top = 1
+        while top > 0:
+            top -= 1
+            t = np.uint32(top)
+            x, y, z = waiting[t, 0], waiting[t, 1], waiting[t, 2]
+            mass, size = waiting[t, 3], waiting[t, 4]
+            depth = np.float32(
+                depth_of(x - base[0], y - base[1], z - base[2], matrix, flat)
+            )
+            if size > last and depth < size * least_mm and not flat:
+                cut += 1
+                step = size * np.float32(0.25)
+                for corner in range(8):
+                    t = np.uint32(top)
+                    waiting[t, 0] = x + step if corner & 1 else x - step
+                    waiting[t, 1] = y + step if corner & 2 else y - step
+                    waiting[t, 2] = z + step if corner & 4 else z - step
+                    waiting[t, 3] = mass * eighth
+                    waiting[t, 4] = size * half
+                    top += 1
+                continue
+            at = np.uint32(n)
+            found[at, 0], found[at, 1], found[at, 2], found[at, 3] = x, y, z, mass
+            for c in range(3):
+                colours[at, c] = paints[s, c]
+            colours[at, 3] = paints[s, 3] * size
+            depths[at] = depth
+            n += 1
+    return first, n, cut
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -23,52 +80,24 @@ def split_splats(
     index: which of the splats. places, paints: see `PaintedSet`. base, matrix, flat:
     see `survey_spans`. least_mm: a splat nearer than this, or half a one nearer than
     half of it, is cut into eight on a lattice of half the spacing, which share its
-    extinction and volume. last: the size that is not cut again; of the whole it is one.
-    Returns places, paints, how many splats were cut, and for each part a number of 64
-    bits by which nearer ones come first, ties in their order; its low half numbers the
-    parts.
+    extinction and volume. last: the size that is not cut again, of the whole it is one;
+    half to the power of `SPLITS` at least. Returns places and paints, how many splats
+    were cut, and how far away each part is.
     """
     # most of those that are split are split once
-    room = 9 * index.shape[0] + 64
+    room = 9 * index.shape[0] + MOST
     found = np.empty((room, 4), np.float32)
     colours = np.empty((room, 4), np.float32)
-    order = np.empty(room, np.int64)
-    waiting = np.empty((64, 5), np.float32)
-    eighth, half = np.float32(0.125), np.float32(0.5)
-    n = 0
-    cut = 0
-    for s in index:
-        for c in range(4):
-            waiting[0, c] = places[s, c]
-        waiting[0, 4] = 1
-        top = 1
-        while top > 0:
-            top -= 1
-            x, y, z = waiting[top, 0], waiting[top, 1], waiting[top, 2]
-            mass, size = waiting[top, 3], waiting[top, 4]
-            depth = np.float32(
-                depth_of(x - base[0], y - base[1], z - base[2], matrix, flat)
-            )
-            if size > last and depth < size * least_mm and not flat:
-                cut += 1
-                step = size * np.float32(0.25)
-                for corner in range(8):
-                    waiting[top, 0] = x + step if corner & 1 else x - step
-                    waiting[top, 1] = y + step if corner & 2 else y - step
-                    waiting[top, 2] = z + step if corner & 4 else z - step
-                    waiting[top, 3] = mass * eighth
-                    waiting[top, 4] = size * half
-                    top += 1
-                continue
-            if n == room:
-                room *= 2
-                found = np.concatenate((found, np.empty_like(found)))
-                colours = np.concatenate((colours, np.empty_like(colours)))
-                order = np.concatenate((order, np.empty_like(order)))
-            found[n, 0], found[n, 1], found[n, 2], found[n, 3] = x, y, z, mass
-            for c in range(3):
-                colours[n, c] = paints[s, c]
-            colours[n, 3] = paints[s, 3] * size
-            order[n] = (np.int64(depth.view(np.int32)) << 32) | n
-            n += 1
-    return found[:n], colours[:n], cut, order[:n]
+    depths = np.empty(room, np.float32)
+    first = n = cut = 0
+    while first < index.shape[0]:
+        first, n, cut = _split_some(
+            index, first, n, cut, (places, paints), (base, matrix, flat),
+            (least_mm, last), found, colours, depths,
+        )  # fmt: skip
+        if first < index.shape[0]:
+            # grown here: arrays that a loop may exchange cost it most of its time
+            found = np.concatenate((found, np.empty_like(found)))
+            colours = np.concatenate((colours, np.empty_like(colours)))
+            depths = np.concatenate((depths, np.empty_like(depths)))
+    return found[:n], colours[:n], cut, depths[:n]

@@ -28,6 +28,12 @@ SLACK_MM = np.float32(1e-2)
 SLACK = np.float32(1e-2)
 """Grid steps by which clipped rows are longer: more than rounding takes away."""
 
+SOME = 256
+"""Rows clipped and then surveyed at a time: what passes between stays in the cache."""
+
+BESIDE = 4
+"""Counts kept beside one another: spans in a row fall into one bin, and would wait."""
+
 LEVEL = np.float32(1e-9)
 """A plane whose distance changes less than this (mm) from column to column."""
 
@@ -47,23 +53,24 @@ def first_from(columns: F32, first: int, end: int, least: Real) -> Any:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def clip_set(
-    numbers: I32, extents: I32, places: F32, columns: F32, base: F32, planes: F32,
-    spans: I32, ends: F32, begins: I64,
+def clip_rows(
+    rows: Any, first_row: int, end_row: int, base: F32, planes: F32, kept: int,
+    spans: I32, ends: F32,
 ) -> int:  # fmt: skip
-    """Clip all rows against planes; list what is left of them; give their number.
+    """Clip some rows against planes; list what is left of them; give how many are.
 
-    numbers: ``(n,)`` the rows that hold any element. extents: ``(2, n)`` their first
-    and last + 1 element. places: ``(4, n)`` their j, k, first and last column; `n`
-    with sixteen to spare. columns: of the elements. base: the point steps are counted
-    from. planes: ``(p, 4)``, a place is inside where ``a i + b j + c k + d >= 0`` for
-    all, in steps from there. spans: ``(n, 3)`` row, first and last + 1 element. ends:
-    ``(4, n)`` steps from there to their first and last element, and along j and k; with
-    sixteen to spare. begins: elements in the spans before each, and in all.
+    rows: numbers, ``(n,)`` the rows that hold any element; extents, ``(2, n)`` their
+    first and last + 1 element; places, ``(4, n)`` their j, k, first and last column;
+    columns of the elements; `n` and columns with sixteen to spare. base: the point
+    steps are counted from. planes: ``(p, 4)``, a place is inside where ``a i + b j + c
+    k + d >= 0`` for all, in steps from there. kept: spans that are listed already.
+    spans: ``(n, 3)`` row, first and last + 1 element. ends: ``(4, SOME)`` steps from
+    there to their first and last element, and along j and k, of those listed by this
+    call; with sixteen to spare.
     """
-    kept = 0
-    begins[0] = 0
-    for row in range(numbers.shape[0]):
+    numbers, extents, places, columns = rows
+    listed = kept
+    for row in range(first_row, end_row):
         dy = places[0, row] - base[1]
         dz = places[1, row] - base[2]
         left = places[2, row] - base[0]
@@ -90,14 +97,14 @@ def clip_set(
                 continue
             left = columns[first] - base[0]
             right = columns[end - 1] - base[0]
-        ends[0, kept] = left
-        ends[1, kept] = right
-        ends[2, kept] = dy
-        ends[3, kept] = dz
+        at = kept - listed
+        ends[0, at] = left
+        ends[1, at] = right
+        ends[2, at] = dy
+        ends[3, at] = dz
         spans[kept, 0] = numbers[row]
         spans[kept, 1] = first
         spans[kept, 2] = end
-        begins[kept + 1] = begins[kept] + (end - first)
         kept += 1
     return kept
 
@@ -137,30 +144,33 @@ def list_near(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def survey_spans(
-    spans: I32, ends: F32, columns: F32, base: F32, matrix: F32, flat: bool, low: Real,
-    scale: Real, near_mm: Real, lowest: I32, highest: I32, bins: I64, near: I32,
+    spans: I32, first_span: int, end_span: int, ends: F32, columns: F32, eye: Any,
+    lowest: I32, highest: I32, bins: I64, near: I32, nears: int,
 ) -> int:  # fmt: skip
     """Bound the depths of spans, count their elements by depth, list the near ones.
 
-    spans, ends: see `clip_set`. columns: of the set's elements.
-    base, matrix: see `project_splats`. flat: depth is along the view axis. low, scale:
-    map it to keys. lowest, highest: ``(k,)`` keys, with sixteen to spare. bins: counts
-    by the middles of rows, `BINS` for all keys. near: room for the elements nearer
-    than `near_mm`. Returns how many these are.
+    spans: see `clip_rows`; ends: of those asked for. columns: of the set's elements.
+    eye: base and matrix (see `project_splats`); is_flat, whether depth
+    is along the view axis; low and scale, which map it to keys; near_mm. lowest,
+    highest: ``(k,)`` keys, with sixteen to spare. bins: counts by the middles of rows,
+    ``(BESIDE, BINS)``, which together are of all keys; added to. near: room for the
+    elements nearer than `near_mm`, of which there are `nears`. Returns how many there
+    are then.
     """
-    nears = 0
-    bins[:] = 0
+    base, matrix, flat, low, scale, near_mm = eye
     per_bin = np.float32(BINS / KEYS)
-    for span in range(spans.shape[0]):
-        first, end = spans[span, 1], spans[span, 2]
-        a, b, dy, dz = ends[0, span], ends[1, span], ends[2, span], ends[3, span]
+    for span in range(first_span, end_span):
+        at = span - first_span
+        a, b, dy, dz = ends[0, at], ends[1, at], ends[2, at], ends[3, at]
         shortest, longest = _row_bounds(a, b, dy, dz, matrix, flat)
         lowest[span] = int(key_of(shortest, low, scale))
         highest[span] = int(key_of(longest, low, scale))
         middle = np.float32(0.5) * (shortest + longest)
-        bins[int(key_of(middle, low, scale) * per_bin)] += end - first
+        of_span = spans[span, 2] - spans[span, 1]
+        bins[0, int(key_of(middle, low, scale) * per_bin)] += of_span
         if shortest < near_mm:
             nears = list_near(
-                columns, first, end, dy, dz, base, matrix, flat, near_mm, near, nears
-            )
+                columns, spans[span, 1], spans[span, 2], dy, dz, base, matrix, flat,
+                near_mm, near, nears,
+            )  # fmt: skip
     return nears

@@ -6,14 +6,16 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.fsr.classic.near import NEAR_KEYS
 from renderers.fsr.classic.ordering.kernels import count_keys
 from renderers.fsr.classic.pieces.kernels import (
     ALIKE,
     DRAW,
     ORDER,
+    PART,
     PROJECT,
     count_in_order,
-    end_of_part,
+    count_near,
     look_for_light,
     put_in_order,
 )
@@ -50,12 +52,12 @@ def _project_shell(
     seen_by: Any, look: Any, waiting: I32, room: Any,
 ) -> int:  # fmt: skip
     """Do as the scalar twin."""
-    spans, lowest, highest, begins, low, per_mm, near_mm = listed
+    spans, lowest, highest, low, per_mm, near_mm = listed
     base, matrix, projection, scale, width, height = seen_by
     index, keys, records, boxes, ranges, counts, _ = room
-    n = a = 0
-    while a < spans.shape[0]:
-        b = end_of_part(begins, a)
+    n = 0
+    for a in range(0, spans.shape[0], PART):
+        b = min(a + PART, spans.shape[0])
         taken = take_shell(
             spans[a:b], lowest[a:b], highest[a:b], ny, columns, base, matrix,
             projection, low, per_mm, near_mm, first_key, end_key, scale, look[4], width,
@@ -66,7 +68,6 @@ def _project_shell(
             ranges[n:], keys[n:], counts,
         )  # fmt: skip
         n += taken
-        a = b
     return n
 
 
@@ -102,13 +103,16 @@ def draw_pieces(
         else:
             # the near ones, or all in an order that is given
             n = near[0].shape[0] if piece == 0 else given.shape[0]
-            count_in_order(n, given[:0] if piece == 0 else given, index, keys)
+            if piece == 0:
+                count_near(near[2], index, keys)
+            else:
+                count_in_order(given, index, keys)
             _project(
-                index, n, near if piece == 0 else own, piece == 0, seen_by, look,
+                index, n, near[:2] if piece == 0 else own, piece == 0, seen_by, look,
                 records, boxes, ranges, keys, counts,
             )  # fmt: skip
         now = passed(spent, PROJECT, now)
-        first, end = (first_key, end_key) if end_key > 0 else (0, 1)
+        first, end = (first_key, end_key) if end_key > 0 else (0, NEAR_KEYS)
         some = put_in_order(n, first, end, ranges, keys, counts, entries)
         now = passed(spent, ORDER, now)
         if some > 0 or last:

@@ -14,17 +14,22 @@ from renderers.fsr.classic.shells.kernels import SPAN
 from renderers.fsr.classic.tiles import BLOCKS, TILE_SIDE
 from renderers.simd import (
     any_,
+    bits,
     count,
     full,
     gather,
     i32,
     lanes,
+    load,
     load_where,
     maximum,
     minimum,
     select,
     sqrt,
     store_packed,
+)
+from renderers.simd import (
+    lowest as lowest_bit,
 )
 
 F32 = NDArray[np.float32]
@@ -67,67 +72,78 @@ def take_shell(
     block = np.float32(BLOCKS / TILE_SIDE)
     middle_u = np.float32(0.5 * width)
     middle_v = np.float32(0.5 * height)
-    for span in range(spans.shape[0]):
-        if highest[span] < first_key or lowest[span] >= end_key:
-            continue
-        row, first, end = spans[span, 0], spans[span, 1], spans[span, 2]
-        dy = np.float32(row % ny) - base[1]
-        dz = np.float32(row // ny) - base[2]
-        for s in range(first, end, _W):
-            met = lanes(_W) < end - s
-            dx = load_where(columns, s, met) - base[0]
-            z = dx * m[2, 0] + dy * m[2, 1] + dz * m[2, 2] + m[2, 3]
-            x = dx * m[0, 0] + dy * m[0, 1] + dz * m[0, 2] + m[0, 3]
-            y = dx * m[1, 0] + dy * m[1, 1] + dz * m[1, 2] + m[1, 3]
-            rho2 = x * x + y * y
-            distance = sqrt(rho2 + z * z)
-            depth = z if flat else distance
-            step = minimum(maximum((depth - low) * scale, _ZERO), np.float32(KEYS - 1))
-            key = i32(step)
-            met &= (key >= np.int32(first_key)) & (key < np.int32(end_key))
-            met &= ~(depth < near_mm)
-            if not any_(met):
-                continue
-            if waiting.size > 0:
-                if projection == 0:
-                    rho = sqrt(rho2)
-                    turn = polar_angle(rho, z) * lens / maximum(rho, np.float32(1e-6))
-                    stretch = maximum(turn, lens / distance)
-                elif projection == 1:
-                    met &= z > distance * np.float32(1e-3)
-                    inverse = _ONE / z
-                    turn = inverse * lens
-                    stretch = turn * distance * inverse
-                else:
-                    turn = full(lens, _W)
-                    stretch = turn
-                u = x * turn + middle_u
-                v = middle_v - y * turn
-                reach = stretch * reach_mm
-                reach = sqrt(reach * reach + _LEAST_REACH) + _ROUNDED_PX
-                # counted from the block beyond the picture, which stands for all there
-                u = u * block + _ONE
-                v = v * block + _ONE
-                reach = reach * block
-                a0 = i32(minimum(maximum(u - reach, _ZERO), across))
-                a1 = i32(minimum(maximum(u + reach, _ZERO), across))
-                b0 = i32(minimum(maximum(v - reach, _ZERO), down))
-                b1 = i32(minimum(maximum(v + reach, _ZERO), down))
-                wide, high = a1 - a0, b1 - b0
-                place = b0 * stride + a0
-                small = (wide | high) < SPAN
-                if any_(met & ~small):
-                    # in tiles what is too large in blocks
-                    c0, d0 = (a0 + _BEFORE) >> _TILE, (b0 + _BEFORE) >> _TILE
-                    c1, d1 = (a1 + _BEFORE) >> _TILE, (b1 + _BEFORE) >> _TILE
-                    place = select(small, place, d0 * tile_stride + c0 + tiles)
-                    wide = select(small, wide, c1 - c0)
-                    high = select(small, high, d1 - d0)
+    many = spans.shape[0]
+    for beginning in range(0, many, _W):
+        in_shell = lanes(_W) < many - beginning
+        in_shell &= load(highest, beginning, _W) >= np.int32(first_key)
+        in_shell &= load(lowest, beginning, _W) < np.int32(end_key)
+        rest = bits(in_shell)
+        while rest != 0:
+            span = beginning + lowest_bit(rest)
+            rest &= rest - np.int64(1)
+            row, first, end = spans[span, 0], spans[span, 1], spans[span, 2]
+            k = np.uint32(row) // np.uint32(ny)
+            dy = np.float32(np.uint32(row) - k * np.uint32(ny)) - base[1]
+            dz = np.float32(k) - base[2]
+            for s in range(first, end, _W):
+                met = lanes(_W) < end - s
+                dx = load_where(columns, s, met) - base[0]
+                z = dx * m[2, 0] + dy * m[2, 1] + dz * m[2, 2] + m[2, 3]
+                x = dx * m[0, 0] + dy * m[0, 1] + dz * m[0, 2] + m[0, 3]
+                y = dx * m[1, 0] + dy * m[1, 1] + dz * m[1, 2] + m[1, 3]
+                rho2 = x * x + y * y
+                distance = sqrt(rho2 + z * z)
+                depth = z if flat else distance
+                step = minimum(
+                    maximum((depth - low) * scale, _ZERO), np.float32(KEYS - 1)
+                )
+                key = i32(step)
+                met &= (key >= np.int32(first_key)) & (key < np.int32(end_key))
+                met &= ~(depth < near_mm)
+                if not any_(met):
+                    continue
+                if waiting.size > 0:
+                    if projection == 0:
+                        rho = sqrt(rho2)
+                        turn = (
+                            polar_angle(rho, z) * lens / maximum(rho, np.float32(1e-6))
+                        )
+                        stretch = maximum(turn, lens / distance)
+                    elif projection == 1:
+                        met &= z > distance * np.float32(1e-3)
+                        inverse = _ONE / z
+                        turn = inverse * lens
+                        stretch = turn * distance * inverse
+                    else:
+                        turn = full(lens, _W)
+                        stretch = turn
+                    u = x * turn + middle_u
+                    v = middle_v - y * turn
+                    reach = stretch * reach_mm
+                    reach = sqrt(reach * reach + _LEAST_REACH) + _ROUNDED_PX
+                    # counted from the block beyond the picture: it stands for all there
+                    u = u * block + _ONE
+                    v = v * block + _ONE
+                    reach = reach * block
+                    a0 = i32(minimum(maximum(u - reach, _ZERO), across))
+                    a1 = i32(minimum(maximum(u + reach, _ZERO), across))
+                    b0 = i32(minimum(maximum(v - reach, _ZERO), down))
+                    b1 = i32(minimum(maximum(v + reach, _ZERO), down))
+                    wide, high = a1 - a0, b1 - b0
+                    place = b0 * stride + a0
                     small = (wide | high) < SPAN
-                set_ = wide + high * SPAN
-                some = (gather(waiting, place, met) >> set_) & 1
-                met &= (some != np.int32(0)) | ~small
-            store_packed(index, n, lanes(_W) + np.int32(s), met)
-            store_packed(keys, n, key, met)
-            n += count(met)
+                    if any_(met & ~small):
+                        # in tiles what is too large in blocks
+                        c0, d0 = (a0 + _BEFORE) >> _TILE, (b0 + _BEFORE) >> _TILE
+                        c1, d1 = (a1 + _BEFORE) >> _TILE, (b1 + _BEFORE) >> _TILE
+                        place = select(small, place, d0 * tile_stride + c0 + tiles)
+                        wide = select(small, wide, c1 - c0)
+                        high = select(small, high, d1 - d0)
+                        small = (wide | high) < SPAN
+                    set_ = wide + high * SPAN
+                    some = (gather(waiting, place, met) >> set_) & 1
+                    met &= (some != np.int32(0)) | ~small
+                store_packed(index, n, lanes(_W) + np.int32(s), met)
+                store_packed(keys, n, key, met)
+                n += count(met)
     return n

@@ -3,7 +3,6 @@
 Operations and their order are the twin's, so bits are too.
 """
 
-import math
 from typing import Any
 
 import numpy as np
@@ -12,17 +11,18 @@ from numpy.typing import NDArray
 
 from renderers.fsr.classic.ordering.kernels import KEYS
 from renderers.fsr.classic.survey.kernels import (
+    BESIDE,
     BINS,
     LEVEL,
     SLACK,
     SLACK_MM,
-    first_from,
     list_near,
 )
 from renderers.simd import (
     all_,
     any_,
     bits,
+    count,
     floor,
     i32,
     lanes,
@@ -48,20 +48,36 @@ _ALL = (1 << _W) - 1
 _ZERO = np.float32(0)
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _clip_row(columns: F32, first: Any, end: Any, low: Real, high: Real) -> Any:
+    """Do as two calls of `first_from`: give first and last + 1 from low up to high.
+
+    Rows are short: all of one is compared before a search has found its way.
+    """
+    below, within = np.int64(0), np.int64(0)
+    for s in range(first, end, _W):
+        x = load(columns, s, _W)
+        met = lanes(_W) < end - s
+        below += count(met & (x < low))
+        within += count(met & (x < high))
+    return first + below, first + within
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
-def clip_set(
-    numbers: I32, extents: I32, places: F32, columns: F32, base: F32, planes: F32,
-    spans: I32, ends: F32, begins: I64,
+def clip_rows(
+    rows: Any, first_row: int, end_row: int, base: F32, planes: F32, kept: int,
+    spans: I32, ends: F32,
 ) -> int:  # fmt: skip
     """Do as the scalar twin."""
-    kept = 0
-    begins[0] = 0
-    count = numbers.shape[0]
+    numbers, extents, places, columns = rows
+    listed = kept
+    every = numbers.shape[0]
     stride = places.shape[1]
     room = ends.shape[1]
     limits = np.empty(2 * _W, np.float32)
-    for row in range(0, count, _W):
-        met = lanes(_W) < count - row
+    one = np.float32(1)
+    for row in range(first_row, end_row, _W):
+        met = lanes(_W) < end_row - row
         dy = load(places, row, _W) - base[1]
         dz = load(places, stride + row, _W) - base[2]
         left = load(places, 2 * stride + row, _W) - base[0]
@@ -82,44 +98,39 @@ def clip_set(
         if rest_of == 0:
             continue
         is_whole = (low <= left) & (high >= right)
+        at = kept - listed
         if rest_of == _ALL and all_(is_whole):
             first_of = load(extents, row, _W)
-            end_of = load(extents, count + row, _W)
+            end_of = load(extents, every + row, _W)
             store_triples(spans, 3 * kept, 12, load(numbers, row, _W), first_of, end_of)
-            store(ends, kept, left)
-            store(ends, room + kept, right)
-            store(ends, 2 * room + kept, dy)
-            store(ends, 3 * room + kept, dz)
-            for lane in range(_W):
-                size = extents[1, row + lane] - extents[0, row + lane]
-                begins[kept + 1] = begins[kept] + size
-                kept += 1
+            store(ends, at, left)
+            store(ends, room + at, right)
+            store(ends, 2 * room + at, dy)
+            store(ends, 3 * room + at, dz)
+            kept += _W
             continue
         whole = bits(is_whole)
-        store(limits, 0, low)
-        store(limits, _W, high)
+        store(limits, 0, -floor(-(low + base[0])))
+        store(limits, _W, floor(high + base[0]) + one)
         while rest_of != 0:
             lane = lowest_bit(rest_of)
             rest_of &= rest_of - np.int64(1)
-            first = extents[0, row + lane]
-            end = extents[1, row + lane]
-            ends[0, kept] = places[2, row + lane] - base[0]
-            ends[1, kept] = places[3, row + lane] - base[0]
+            first = np.uint32(extents[0, row + lane])
+            end = np.uint32(extents[1, row + lane])
             if not (whole >> lane) & 1:
-                a = math.ceil(limits[lane] + base[0])
-                b = math.floor(limits[_W + lane] + base[0]) + 1
-                first = first_from(columns, first, end, a)
-                end = first_from(columns, first, end, b)
+                first, end = _clip_row(
+                    columns, first, end, limits[lane], limits[_W + lane]
+                )
                 if first == end:
                     continue
-                ends[0, kept] = columns[first] - base[0]
-                ends[1, kept] = columns[end - 1] - base[0]
-            ends[2, kept] = places[0, row + lane] - base[1]
-            ends[3, kept] = places[1, row + lane] - base[2]
+            at = kept - listed
+            ends[0, at] = columns[first] - base[0]
+            ends[1, at] = columns[end - 1] - base[0]
+            ends[2, at] = places[0, row + lane] - base[1]
+            ends[3, at] = places[1, row + lane] - base[2]
             spans[kept, 0] = numbers[row + lane]
             spans[kept, 1] = first
             spans[kept, 2] = end
-            begins[kept + 1] = begins[kept] + (end - first)
             kept += 1
     return kept
 
@@ -141,25 +152,23 @@ def _key_of(depth: Any, low: Real, scale: Real) -> Any:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def survey_spans(
-    spans: I32, ends: F32, columns: F32, base: F32, matrix: F32, flat: bool, low: Real,
-    scale: Real, near_mm: Real, lowest: I32, highest: I32, bins: I64, near: I32,
+    spans: I32, first_span: int, end_span: int, ends: F32, columns: F32, eye: Any,
+    lowest: I32, highest: I32, bins: I64, near: I32, nears: int,
 ) -> int:  # fmt: skip
     """Do as the scalar twin."""
-    nears = 0
-    bins[:] = 0
-    m = matrix
-    count = spans.shape[0]
+    base, m, flat, low, scale, near_mm = eye
     room = ends.shape[1]
     square = _ZERO
     for c in range(3):
         square += m[c, 0] * m[c, 0]
     middles = np.empty(_W, np.int32)
-    for span in range(0, count, _W):
-        met = lanes(_W) < count - span
-        left = load(ends, span, _W)
-        right = load(ends, room + span, _W)
-        dy = load(ends, 2 * room + span, _W)
-        dz = load(ends, 3 * room + span, _W)
+    for span in range(first_span, end_span, _W):
+        at = span - first_span
+        met = lanes(_W) < end_span - span
+        left = load(ends, at, _W)
+        right = load(ends, room + at, _W)
+        dy = load(ends, 2 * room + at, _W)
+        dz = load(ends, 3 * room + at, _W)
         a = _depth_of(left, dy, dz, m, flat)
         b = _depth_of(right, dy, dz, m, flat)
         shortest = minimum(a, b)
@@ -176,15 +185,17 @@ def survey_spans(
         store(highest, span, i32(_key_of(longest, low, scale)))
         middle = _key_of((shortest + longest) * np.float32(0.5), low, scale)
         store(middles, 0, i32(middle * np.float32(BINS / KEYS)))
-        for lane in range(min(_W, count - span)):
-            bins[middles[lane]] += spans[span + lane, 2] - spans[span + lane, 1]
+        for lane in range(min(_W, end_span - span)):
+            of_span = spans[span + lane, 2] - spans[span + lane, 1]
+            bins[lane % BESIDE, np.uint32(middles[lane])] += of_span
         if any_(met & (shortest < near_mm)):
-            some = bits(met & (shortest < near_mm))
-            while some != 0:
-                lane = span + lowest_bit(some)
-                some &= some - np.int64(1)
+            some_near = bits(met & (shortest < near_mm))
+            while some_near != 0:
+                lane = lowest_bit(some_near)
+                some_near &= some_near - np.int64(1)
                 nears = list_near(
-                    columns, spans[lane, 1], spans[lane, 2],
-                    ends[2, lane], ends[3, lane], base, m, flat, near_mm, near, nears,
+                    columns, spans[span + lane, 1], spans[span + lane, 2],
+                    ends[2, at + lane], ends[3, at + lane], base, m, flat, near_mm,
+                    near, nears,
                 )  # fmt: skip
     return nears
