@@ -16,8 +16,8 @@ LAST_SIGMA = 0.5
 SPLITS = 3
 """A splat of 0.3 mm sigma reaches 0.04 mm and is drawn from 0.08 mm on."""
 
-NEAR_KEYS = 1024
-"""Distances told apart by the order of near splats and parts: steps of 2 microns."""
+NEAR_KEYS = 4096
+"""Distances told apart by the order of near splats and parts."""
 
 PARTS_REACH = 1.25
 """Distance of the farthest part of a near splat, in distances from which none is near.

@@ -25,7 +25,7 @@ class PaintedSet:
 
     rows: where splats are; grid: what their views share. places: ``(n, 4)`` float32,
     grid place (i, j, k) and extinction times volume (mm^2). paints: ``(n, 4)`` float32
-    linear RGB, lit, and the size in grid steps. columns: ``(n + 16,)`` float32, grid
+    linear RGB, lit, and the size in grid steps. columns: ``(n + 16,)`` uint16, grid
     place i once more.
     row_numbers, row_extents, row_places: the rows that hold any, see `clip_rows`.
     widest_mm: the largest spacing. sheet_mm: thickness of a sheet.
@@ -64,8 +64,8 @@ class PaintedSet:
             self.paints,
         )
         # sixteen to spare: vectors read beyond the last
-        self.columns: NDArray[np.float32] = np.zeros(room + 16, np.float32)
-        self.columns[:room] = self.places[:, 0]
+        self.columns: NDArray[np.uint16] = np.zeros(len(self.rows) + 16, np.uint16)
+        self.columns[: len(self.rows)] = self.rows.x
         self._list_rows()
 
     def _list_rows(self) -> None:

@@ -64,16 +64,21 @@ def with_room(near: I32, nears: int, spans: I32) -> I32:
 def split_near(near: I32, splats: Any, eye: Any, split_at: Any) -> Any:
     """Split near splats; give places, paints and keys of parts, and how many were.
 
-    Keys do not depend on which splats are near, so that neither does the parts' order.
+    A key is a power of two times as fine as those of all splats, so that sheets end
+    between keys. It does not depend on which splats are near: neither does the order.
     """
-    base, matrix, flat, _, _, near_mm = eye
+    base, matrix, flat, low, scale, near_mm = eye
     places, paints, cut, depths = split_splats(
         near, splats[0], splats[1], base, matrix, flat, split_at[0], split_at[1]
     )
     keys = np.empty(depths.shape[0], np.int32)
-    scale = np.float32(NEAR_KEYS / PARTS_REACH) / near_mm
+    fine = np.float32(1)
+    reach = (near_mm * np.float32(PARTS_REACH) - low) * scale
+    while reach > 0 and 2 * fine * reach <= NEAR_KEYS:
+        fine *= np.float32(2)
     for part in range(depths.shape[0]):
-        keys[part] = min(int(depths[part] * scale), NEAR_KEYS - 1)
+        step = max((depths[part] - low) * scale, np.float32(0)) * fine
+        keys[part] = int(min(step, np.float32(NEAR_KEYS - 1)))
     return places, paints, keys, cut
 
 

@@ -16,6 +16,7 @@ from renderers.fsr.classic.tiles import ACROSS, BLOCKS
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
+U16 = NDArray[np.uint16]
 I64 = NDArray[np.int64]
 Real = float | np.float32
 
@@ -95,7 +96,7 @@ def find_waiting(alive: I64, down: int, across: int, waiting: I32) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def take_shell(
-    spans: I32, lowest: I32, highest: I32, ny: int, columns: F32, base: F32,
+    spans: I32, lowest: I32, highest: I32, ny: int, columns: U16, base: F32,
     matrix: F32, projection: int, low: Real, scale: Real, near_mm: Real, first_key: int,
     end_key: int, lens: Real, reach_mm: Real, width: int, height: int, waiting: I32,
     index: I32, keys: I32,
@@ -118,7 +119,7 @@ def take_shell(
         dy = np.float32(np.uint32(row) - k * np.uint32(ny)) - base[1]
         dz = np.float32(k) - base[2]
         for s in range(first, end):
-            depth = depth_of(columns[s] - base[0], dy, dz, matrix, flat)
+            depth = depth_of(np.float32(columns[s]) - base[0], dy, dz, matrix, flat)
             key = int(key_of(depth, low, scale))
             if first_key <= key < end_key and not depth < near_mm:
                 index[n] = s

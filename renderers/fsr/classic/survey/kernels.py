@@ -16,6 +16,7 @@ from renderers.fsr.classic.shells.kernels import depth_of, key_of
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
+U16 = NDArray[np.uint16]
 I64 = NDArray[np.int64]
 Real = float | np.float32
 
@@ -41,7 +42,7 @@ _ZERO = np.float32(0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def first_from(columns: F32, first: int, end: int, least: Real) -> Any:
+def first_from(columns: U16, first: int, end: int, least: Real) -> Any:
     """Find the first of a row's elements whose column is not below `least`."""
     while first < end:
         middle = (first + end) >> 1
@@ -95,8 +96,8 @@ def clip_rows(
             end = first_from(columns, first, end, math.floor(high + base[0]) + 1)
             if first == end:
                 continue
-            left = columns[first] - base[0]
-            right = columns[end - 1] - base[0]
+            left = np.float32(columns[first]) - base[0]
+            right = np.float32(columns[end - 1]) - base[0]
         at = kept - listed
         ends[0, at] = left
         ends[1, at] = right
@@ -131,12 +132,12 @@ def _row_bounds(
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def list_near(
-    columns: F32, first: int, end: int, dy: Real, dz: Real, base: F32, m: F32,
+    columns: U16, first: int, end: int, dy: Real, dz: Real, base: F32, m: F32,
     flat: bool, near_mm: Real, near: I32, nears: int,
 ) -> int:  # fmt: skip
     """Add a row's elements nearer than `near_mm` to those listed."""
     for s in range(first, end):
-        if depth_of(columns[s] - base[0], dy, dz, m, flat) < near_mm:
+        if depth_of(np.float32(columns[s]) - base[0], dy, dz, m, flat) < near_mm:
             near[nears] = s
             nears += 1
     return nears
@@ -144,7 +145,7 @@ def list_near(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def survey_spans(
-    spans: I32, first_span: int, end_span: int, ends: F32, columns: F32, eye: Any,
+    spans: I32, first_span: int, end_span: int, ends: F32, columns: U16, eye: Any,
     lowest: I32, highest: I32, bins: I64, near: I32, nears: int,
 ) -> int:  # fmt: skip
     """Bound the depths of spans, count their elements by depth, list the near ones.

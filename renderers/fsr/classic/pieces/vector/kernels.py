@@ -27,6 +27,7 @@ from renderers.scene.ticks.kernels import passed, ticks
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
+U16 = NDArray[np.uint16]
 I64 = NDArray[np.int64]
 
 
@@ -48,7 +49,7 @@ def _project(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _project_shell(
-    first_key: int, end_key: int, listed: Any, columns: F32, ny: int, splats: Any,
+    first_key: int, end_key: int, listed: Any, columns: U16, ny: int, splats: Any,
     seen_by: Any, look: Any, waiting: I32, room: Any,
 ) -> int:  # fmt: skip
     """Do as the scalar twin."""
@@ -73,7 +74,7 @@ def _project_shell(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_pieces(
-    near: Any, own: Any, columns: F32, ny: int, given: I32, listed: Any, shells: I64,
+    near: Any, own: Any, columns: U16, ny: int, given: I32, listed: Any, shells: I64,
     seen_by: Any, look: Any, room: Any, tiles: Any, scratch: Any, canvas: Any,
     spent: I64,
 ) -> Any:  # fmt: skip

@@ -16,12 +16,12 @@ from renderers.simd import (
     any_,
     bits,
     count,
+    f32,
     full,
     gather,
     i32,
     lanes,
     load,
-    load_where,
     maximum,
     minimum,
     select,
@@ -34,6 +34,7 @@ from renderers.simd import (
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
+U16 = NDArray[np.uint16]
 Real = float | np.float32
 
 _W = 16
@@ -53,7 +54,7 @@ _ROUNDED_PX = np.float32(0.05)
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def take_shell(
-    spans: I32, lowest: I32, highest: I32, ny: int, columns: F32, base: F32,
+    spans: I32, lowest: I32, highest: I32, ny: int, columns: U16, base: F32,
     matrix: F32, projection: int, low: Real, scale: Real, near_mm: Real, first_key: int,
     end_key: int, lens: Real, reach_mm: Real, width: int, height: int, waiting: I32,
     index: I32, keys: I32,
@@ -87,7 +88,7 @@ def take_shell(
             dz = np.float32(k) - base[2]
             for s in range(first, end, _W):
                 met = lanes(_W) < end - s
-                dx = load_where(columns, s, met) - base[0]
+                dx = f32(load(columns, s, _W)) - base[0]
                 z = dx * m[2, 0] + dy * m[2, 1] + dz * m[2, 2] + m[2, 3]
                 x = dx * m[0, 0] + dy * m[0, 1] + dz * m[0, 2] + m[0, 3]
                 y = dx * m[1, 0] + dy * m[1, 1] + dz * m[1, 2] + m[1, 3]

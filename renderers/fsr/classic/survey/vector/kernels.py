@@ -40,6 +40,7 @@ from renderers.simd import (
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
+U16 = NDArray[np.uint16]
 I64 = NDArray[np.int64]
 Real = float | np.float32
 
@@ -49,7 +50,7 @@ _ZERO = np.float32(0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _clip_row(columns: F32, first: Any, end: Any, low: Real, high: Real) -> Any:
+def _clip_row(columns: U16, first: Any, end: Any, low: int, high: int) -> Any:
     """Do as two calls of `first_from`: give first and last + 1 from low up to high.
 
     Rows are short: all of one is compared before a search has found its way.
@@ -74,8 +75,10 @@ def clip_rows(
     every = numbers.shape[0]
     stride = places.shape[1]
     room = ends.shape[1]
-    limits = np.empty(2 * _W, np.float32)
-    one = np.float32(1)
+    limits = np.empty(2 * _W, np.int32)
+    # once for all rows: what is stored meanwhile might be planes, for all the compiler
+    # knows, and dividing takes as long as the rest
+    inverse = np.float32(-1) / planes[:, 0]
     for row in range(first_row, end_row, _W):
         met = lanes(_W) < end_row - row
         dy = load(places, row, _W) - base[1]
@@ -88,9 +91,9 @@ def clip_rows(
             slope = planes[p, 0]
             rest = dy * planes[p, 1] + dz * planes[p, 2] + planes[p, 3]
             if slope > LEVEL:
-                low = maximum(rest * (np.float32(-1) / slope) - SLACK, low)
+                low = maximum(rest * inverse[p] - SLACK, low)
             elif slope < -LEVEL:
-                high = minimum(rest * (np.float32(-1) / slope) + SLACK, high)
+                high = minimum(rest * inverse[p] + SLACK, high)
             else:
                 met &= rest >= _ZERO
         met &= low <= high
@@ -110,8 +113,8 @@ def clip_rows(
             kept += _W
             continue
         whole = bits(is_whole)
-        store(limits, 0, -floor(-(low + base[0])))
-        store(limits, _W, floor(high + base[0]) + one)
+        store(limits, 0, i32(-floor(-(low + base[0]))))
+        store(limits, _W, i32(floor(high + base[0])) + 1)
         while rest_of != 0:
             lane = lowest_bit(rest_of)
             rest_of &= rest_of - np.int64(1)
@@ -124,8 +127,8 @@ def clip_rows(
                 if first == end:
                     continue
             at = kept - listed
-            ends[0, at] = columns[first] - base[0]
-            ends[1, at] = columns[end - 1] - base[0]
+            ends[0, at] = np.float32(columns[first]) - base[0]
+            ends[1, at] = np.float32(columns[end - 1]) - base[0]
             ends[2, at] = places[0, row + lane] - base[1]
             ends[3, at] = places[1, row + lane] - base[2]
             spans[kept, 0] = numbers[row + lane]
@@ -152,7 +155,7 @@ def _key_of(depth: Any, low: Real, scale: Real) -> Any:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def survey_spans(
-    spans: I32, first_span: int, end_span: int, ends: F32, columns: F32, eye: Any,
+    spans: I32, first_span: int, end_span: int, ends: F32, columns: U16, eye: Any,
     lowest: I32, highest: I32, bins: I64, near: I32, nears: int,
 ) -> int:  # fmt: skip
     """Do as the scalar twin."""
@@ -178,7 +181,8 @@ def survey_spans(
             along += (dy * m[2, 1] + dz * m[2, 2] + m[2, 3]) * m[2, 0]
             foot = -along / square
             inside = (left < foot) & (foot < right)
-            shortest = select(inside, _depth_of(foot, dy, dz, m, flat), shortest)
+            if any_(inside):
+                shortest = select(inside, _depth_of(foot, dy, dz, m, flat), shortest)
         shortest = shortest - SLACK_MM
         longest = maximum(a, b) + SLACK_MM
         store(lowest, span, i32(_key_of(shortest, low, scale)))

@@ -2,6 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from renderers.fsr.classic.near import SPLITS
 from renderers.fsr.classic.splitting.kernels import split_splats
 
 MATRIX = np.eye(3, 4, dtype=np.float32)
@@ -18,7 +19,7 @@ def test_parts_keep_mass_and_middle_and_are_small_enough(
     # by its colour each part is known
     paints[:, 0] = np.arange(count + 5)
     index = rng.permutation(count + 5)[:count].astype(np.int32)
-    found, colours, cut, order = split_splats(
+    found, colours, cut, depths = split_splats(
         index, places, paints, np.zeros(3, np.float32), MATRIX, False, np.float32(8.0),
         np.float32(0.5**splits),
     )  # fmt: skip
@@ -35,9 +36,7 @@ def test_parts_keep_mass_and_middle_and_are_small_enough(
         assert np.all(steps <= 0.5 - 0.5 * size[whole == s][:, None] + 1e-5)
     assert len(found) == count + 7 * cut
     np.testing.assert_array_equal(colours[:, 1:3], paints[whole, 1:3])
-    numbers = np.sort(order) & 0xFFFFFFFF
-    np.testing.assert_array_equal(np.sort(numbers), np.arange(len(found)))
-    assert np.all(np.diff(depth[numbers]) >= -1e-5)
+    np.testing.assert_allclose(depths, depth, rtol=1e-5)
 
 
 def test_parts_form_the_half_lattice() -> None:
@@ -50,3 +49,21 @@ def test_parts_form_the_half_lattice() -> None:
     assert len(np.unique(found[:, :3], axis=0)) == 64
     # odd multiples of an eighth from the middle
     np.testing.assert_array_equal((found[:, :3] - places[:, :3]) * 8 % 2, 1)
+
+
+def test_there_is_room_for_all_parts() -> None:
+    """As many as there can be: 512 of each splat, in the splats' order."""
+    count = 5
+    places = np.zeros((count, 4), np.float32)
+    places[:, 0] = 10 * np.arange(count)
+    places[:, 3] = 1
+    found, colours, cut, depths = split_splats(
+        np.arange(count, dtype=np.int32), places, np.ones((count, 4), np.float32),
+        np.zeros(3, np.float32), MATRIX, False, np.float32(1e9),
+        np.float32(0.5**SPLITS),
+    )  # fmt: skip
+    assert len(found) == len(colours) == len(depths) == count * 8**SPLITS
+    assert cut == count * (1 + 8 + 64)
+    whole = np.repeat(np.arange(count), 8**SPLITS)
+    np.testing.assert_array_equal(np.rint(found[:, 0] / 10), whole)
+    assert len(np.unique(found[:, :3], axis=0)) == len(found)
