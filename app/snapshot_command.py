@@ -52,6 +52,7 @@ def run_snapshot(options: SnapshotOptions, *, as_json: bool) -> int:
         told = list(dict.fromkeys(str(found.message) for found in caught))
         for view in views[:1] + views[-1:]:
             studio.demand(view)
+            _demand_light(options, view)
             if options.against == "fsr":
                 demand_splats(view)
         if options.confidence is not None:
@@ -157,6 +158,18 @@ def _sights(
         classic=classic,
     )
     return Studio.of(place, stages), [view]
+
+
+def _demand_light(options: SnapshotOptions, view: ViewFile) -> None:
+    """Raise ValueError where the endoscope's light is asked for, and there is none."""
+    asked = "--truth" if options.truth else "--tolerance"
+    if (options.truth or options.tolerance is not None) and isinstance(
+        view.look, ClassicLook
+    ):
+        raise ValueError(
+            f"{asked} is about the endoscope's light, and the view is in mode classic; "
+            "leave it out, or look in mode scope."
+        )
 
 
 def _classic(view: ViewFile) -> ViewFile:

@@ -75,6 +75,8 @@ def test_a_session_in_a_case_is_pictured_even_when_the_case_has_moved(
     assert "say with --case where it lies now" in capsys.readouterr().err
     assert main([*words, "--case", str(moved)]) == 0
     assert np.array_equal(pixels_of(out), here)
+    assert main([*words, "--case", str(moved), "--classic"]) == 0
+    assert not np.array_equal(pixels_of(out), here)
     other = nose(tmp_path / "other", 2)
     assert main([*words, "--case", str(other)]) == 1
     assert "was flown through another head" in capsys.readouterr().err
@@ -156,6 +158,75 @@ def test_one_view_becomes_every_kind_of_file(
     assert film.stat().st_size > 500
     assert main(row) == 1
     assert "already holds pictures of a row" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_tool_in_mode_classic_is_in_every_kind_of_picture(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By one process and by ranks, in a film, in a pair, and out of time."""
+    file = phantom_view(tmp_path)
+    view = msgspec.json.decode(file.read_bytes(), type=ViewFile)
+    frame = view.to_camera().frame
+    pose = np.stack([frame[1], frame[2], -frame[3], frame[0] + 6 * frame[3]], axis=1)
+    # right, up, backward: right-handed; its shaft leaves the view to the side
+    turn = np.deg2rad(40)
+    pose[:, 2] = np.cos(turn) * -frame[3] + np.sin(turn) * frame[1]
+    pose[:, 0] = np.cross(pose[:, 1], pose[:, 2])
+    tool = {"name": "suction tube", "world_from_instrument": pose.tolist()}
+    record = msgspec.to_builtins(view) | {"instruments": [tool]}
+    file.write_text(json.dumps(record))
+    armed = tmp_path / "b.view.json"
+    armed.write_text(json.dumps(record | {"look": {"mode": "classic"}}))
+    bare = tmp_path / "c.view.json"
+    bare.write_text(
+        json.dumps(record | {"look": {"mode": "classic"}, "instruments": []})
+    )
+    out = tmp_path / "out.png"
+
+    def shot(*words: str) -> NDArray[np.uint8]:
+        assert main(["snapshot", *words, "--samples", "1", "--out", str(out)]) == 0
+        return pixels_of(out)
+
+    plain = shot("--view", str(armed))
+    without = shot("--view", str(bare))
+    met = np.any(plain != without, axis=-1)
+    assert 0.05 < met.mean() < 0.7
+    # metal is grey, and tissue is not
+    colour = plain[met].max(axis=-1).astype(int) - plain[met].min(axis=-1)
+    assert np.median(colour) < 10
+    assert np.array_equal(shot("--view", str(file), "--classic"), plain)
+    assert np.array_equal(shot("--view", str(armed), "--ranks", "2"), plain)
+    pair = shot("--view", str(armed), "--stereo", "0.5")
+    assert pair.shape == (SIZE, 2 * SIZE, 3)
+    large = ["--size", "192"]
+    fine, clear = (shot("--view", str(each), *large) for each in (armed, bare))
+    large += ["--quality", "reference", "--time-limit", "0.01"]
+    hurried = shot("--view", str(armed), *large).astype(int)
+    assert text_of(out)["Complete"] == "no: stopped early"
+    within = np.any(fine != clear, axis=-1)
+    off, missing = (np.abs(hurried - each)[within].mean() for each in (fine, clear))
+    assert off < 0.5 * missing
+    eye, forward = frame[0], frame[3]
+    keys = [
+        {
+            "time_s": t,
+            "eye_mm": (eye - 0.5 * t * forward).tolist(),
+            "target_mm": (eye + 5 * forward).tolist(),
+        }
+        for t in (0, 1)
+    ]
+    path, folder = tmp_path / "p.json", tmp_path / "frames"
+    path.write_text(json.dumps({"schema": "paravol.camera-path/1", "keys": keys}))
+    words = ["--view", str(armed), "--path", str(path), "--fps", "1"]
+    assert main(["snapshot", *words, "--samples", "1", "--out", str(folder)]) == 0
+    frames = [pixels_of(file) for file in sorted(folder.iterdir())]
+    assert len(frames) == 2
+    assert np.median(np.ptp(frames[0][met].astype(int), axis=-1)) < 10
+    assert not np.array_equal(frames[0], frames[1])
+    capsys.readouterr()
+    assert main(["snapshot", "--view", str(armed), "--truth", "--out", str(out)]) == 1
+    assert "--truth is about the endoscope's light" in capsys.readouterr().err
 
 
 @pytest.mark.slow
