@@ -254,12 +254,16 @@ class Camera:
             self.projection, self.extent, self.width, self.height, self.distortion
         )
 
-    def rays(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def rays(
+        self, where: NDArray[np.bool_] | None = None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Give world origins and unit directions, both ``(height, width, 3)``.
 
-        Directions are zero where the lens sees nothing.
+        Directions are zero where the lens sees nothing. where: ``(height, width)``, the
+        pixels whose rays are given in their order, ``(n, 3)``; None for all.
         """
-        table = self.lens_table().astype(np.float64)
+        table = self.lens_table()
+        table = (table if where is None else table[where]).astype(np.float64)
         if self.projection is Projection.ORTHOGRAPHIC:
             offset = table[..., :2] @ self.frame[1:3]
             origins = self.frame[0] + offset

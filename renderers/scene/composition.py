@@ -37,15 +37,18 @@ def before_solids(image: Image, scene: Scene, camera: Camera, solids: GBuffer) -
     """
     depth = image.depth_mm
     assert depth is not None
-    origin, ray = camera.rays()
-    met = solids.coverage > 0
-    places = origin[met] + solids.depth_mm[met, None].astype(np.float64) * ray[met]
+    covered = solids.coverage > 0
+    origin, ray = camera.rays(covered)
+    met = np.nonzero(covered)
+    places = origin + solids.depth_mm[met][:, None].astype(np.float64) * ray
     table = np.array([ALBEDO.get(material, GREY) for material in Material])
     light = diffuse_light(scene, solids.normal[met], places)
     color = np.asarray(table[solids.material[met]] * light, dtype=np.float32)
     rgba = image.rgba.copy()
+    before = rgba[met]
     # a solid is opaque where it is, and its rim is as much of it as it covers
-    share = (1 - rgba[met, 3:]) * solids.coverage[met, None]
-    rgba[met, :3] += share * color
-    rgba[met, 3:] += share
+    share = (1 - before[:, 3:]) * solids.coverage[met][:, None]
+    before[:, :3] += share * color
+    before[:, 3:] += share
+    rgba[met] = before
     return Image(rgba, np.minimum(depth, solids.depth_mm))

@@ -72,6 +72,15 @@ def test_directions_are_unit_or_zero(projection: Projection) -> None:
         assert np.all(length > 0)
 
 
+@pytest.mark.parametrize("projection", ALL)
+def test_some_rays_are_those_among_all(projection: Projection) -> None:
+    camera = posed(projection)
+    where = np.random.default_rng(2).uniform(size=(18, 24)) < 0.3
+    for some, every in zip(camera.rays(where), camera.rays(), strict=True):
+        assert some.shape == (where.sum(), 3)
+        np.testing.assert_allclose(some, every[where], rtol=0, atol=1e-14)
+
+
 @given(extent=st.floats(0.1, math.pi / 2), size=st.integers(8, 60))
 def test_equidistant_angle_is_proportional_to_radius(extent: float, size: int) -> None:
     camera = posed(Projection.EQUIDISTANT, 3, (size + 5, size), extent)
