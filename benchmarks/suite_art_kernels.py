@@ -23,7 +23,7 @@ from renderers.scene import Projection
 
 TARGETS: dict[str, dict[str, str]] = {
     "code for this processor": {},
-    "code for AVX2": {"NUMBA_CPU_NAME": "haswell", "NUMBA_CPU_FEATURES": ""},
+    "code for AVX2": {"NUMBA_CPU_NAME": "haswell", "NUMBA_CPU_FEATURES": "+avx2"},
 }
 """What numba is told to compile for. With the name alone it would keep this processor's
 features."""
