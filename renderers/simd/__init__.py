@@ -49,9 +49,9 @@ from renderers.simd.memory import (
     prefetch,
     spread,
     store,
-    store_packed,
     store_where,
 )
+from renderers.simd.packing import store_packed
 from renderers.simd.rows import (
     in_row,
     load_triples,

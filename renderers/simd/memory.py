@@ -59,7 +59,8 @@ def _place(builder: Any, base: Any, index: Any, element: Any, count: int) -> Any
     return builder.bitcast(at, ir.VectorType(element, count).as_pointer())
 
 
-def _align(element: Any) -> int:
+def bytes_of(element: Any) -> int:
+    """Give the bytes of an element of LLVM's."""
     widths = {ELEMENTS["f32"]: 4, ELEMENTS["f64"]: 8}
     return widths.get(element) or element.width // 8
 
@@ -77,7 +78,7 @@ def load(typingctx: Any, array: Any, index: Any, width: Any) -> Any:
         base = data(context, builder, sig.args[0], args[0])
         at = _place(builder, base, args[1], memory, vector.count)
         x = builder.load(at)
-        x.align = _align(memory)
+        x.align = bytes_of(memory)
         return getattr(builder, widen)(x, vector.llvm) if widen else x
 
     return signature(vector, array, types.intp, width), generate
@@ -118,13 +119,14 @@ def store(typingctx: Any, array: Any, index: Any, x: Any) -> Any:
         lanes = args[2]
         if widen:
             lanes = builder.trunc(lanes, ir.VectorType(memory, x.count))
-        builder.store(lanes, at).align = _align(memory)
+        builder.store(lanes, at).align = bytes_of(memory)
         return context.get_dummy_value()
 
     return signature(types.void, array, types.intp, x), generate
 
 
-def _is_plain(array: Any, element: str) -> bool:
+def is_plain(array: Any, element: str) -> bool:
+    """Say whether an array holds lanes of this element as they are."""
     found = stored(array)
     return found is not None and found[0] == element and not found[2]
 
@@ -146,7 +148,7 @@ def load_where(typingctx: Any, array: Any, index: Any, mask: Any) -> Any:
         kind = vector.llvm
         at = builder.gep(base, [args[1]], source_etype=kind.element)
         at = builder.bitcast(at, ir.PointerType())
-        align = ir.Constant(I32, _align(kind.element))
+        align = ir.Constant(I32, bytes_of(kind.element))
         rest = [at, align, args[2], ir.Constant(kind, None)]
         return call_llvm(builder, f"llvm.masked.load.{mangled(kind)}.p0", kind, rest)
 
@@ -161,7 +163,7 @@ def store_where(typingctx: Any, array: Any, index: Any, x: Any, mask: Any) -> An
     """
     if not isinstance(x, Vector) or mask != x.like("bool"):
         return None
-    if not _is_plain(array, x.element):
+    if not is_plain(array, x.element):
         return None
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -169,118 +171,13 @@ def store_where(typingctx: Any, array: Any, index: Any, x: Any, mask: Any) -> An
         kind = x.llvm
         at = builder.gep(base, [args[1]], source_etype=kind.element)
         at = builder.bitcast(at, ir.PointerType())
-        align = ir.Constant(I32, _align(kind.element))
+        align = ir.Constant(I32, bytes_of(kind.element))
         call_llvm(
             builder,
             f"llvm.masked.store.{mangled(kind)}.p0",
             ir.VoidType(),
             [args[2], at, align, args[3]],
         )
-        return context.get_dummy_value()
-
-    return signature(types.void, array, types.intp, x, mask), generate
-
-
-def _by_table(context: Any, kind: Any) -> bool:
-    """Say whether lanes are best packed by a table: eights of 4 bytes, on AVX2.
-
-    Where the processor cannot pack them, LLVM takes them one by one: 1.7 ns a lane
-    where the table takes .6 (code for AVX2 on Zen 4).
-    """
-    _, _, features = context.codegen().magic_tuple()
-    can = "+avx2" in features and "+avx512vl" not in features
-    return can and kind.count in (8, 16) and _align(kind.element) == 4
-
-
-def _table(builder: Any) -> Any:
-    """Give 256 rows: which lanes of eight a mask sets, first ones first."""
-    name = "paravol.set_lanes"
-    found = builder.module.globals.get(name)
-    if found is None:
-        lanes = [[k for k in range(8) if mask >> k & 1] for mask in range(256)]
-        rows = bytes(k for row in lanes for k in (row + [0] * 8)[:8])
-        value = ir.Constant(ir.ArrayType(BYTE, len(rows)), bytearray(rows))
-        found = ir.GlobalVariable(builder.module, value.type, name)
-        found.linkage, found.global_constant, found.initializer = (
-            "internal",
-            True,
-            value,
-        )
-    return builder.bitcast(found, ir.PointerType())
-
-
-def _store_by_table(builder: Any, x: Any, at: Any, mask: Any) -> None:
-    """Pack eight lanes at a time and store them behind one another."""
-    element, count = x.type.element, x.type.count
-    eight, row = ir.VectorType(element, 8), ir.VectorType(BYTE, 8)
-    places = ir.VectorType(I32, 8)
-    name = "permps" if element == ELEMENTS["f32"] else "permd"
-    word = ir.IntType(count)
-    bits = builder.bitcast(mask, word)
-    steps = ir.Constant(places, list(range(8)))
-    table = _table(builder)
-    for first in range(0, count, 8):
-        some = builder.trunc(builder.lshr(bits, word(first)), ir.IntType(8))
-        at_row = builder.gep(table, [builder.zext(some, I64)], source_etype=row)
-        lanes = builder.load(builder.bitcast(at_row, row.as_pointer()))
-        lanes.align = 8
-        lanes = builder.zext(lanes, places)
-        chosen = ir.Constant(places, list(range(first, first + 8)))
-        half = builder.shuffle_vector(x, ir.Constant(x.type, ir.Undefined), chosen)
-        packed = call_llvm(builder, f"llvm.x86.avx2.{name}", eight, [half, lanes])
-        found = call_llvm(builder, "llvm.ctpop.i8", ir.IntType(8), [some])
-        limit = splat(builder, builder.zext(found, I32), 8)
-        met = builder.icmp_unsigned("<", steps, limit)
-        call_llvm(
-            builder,
-            f"llvm.masked.store.{mangled(eight)}.p0",
-            ir.VoidType(),
-            [packed, at, I32(4), met],
-        )
-        at = builder.gep(at, [builder.zext(found, I64)], source_etype=element)
-        at = builder.bitcast(at, ir.PointerType())
-
-
-@vector_function
-def store_packed(typingctx: Any, array: Any, index: Any, x: Any, mask: Any) -> Any:
-    """Store the lanes whose mask is set side by side, from the index-th element on.
-
-    Elements of 4 or 8 bytes; ``count(mask)`` are written.
-    """
-    if not isinstance(x, Vector) or mask != x.like("bool"):
-        return None
-    if not _is_plain(array, x.element):
-        return None
-
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        base = data(context, builder, sig.args[0], args[0])
-        kind = x.llvm
-        at = builder.gep(base, [args[1]], source_etype=kind.element)
-        at = builder.bitcast(at, ir.PointerType())
-        if kind.count * _align(kind.element) > 64:
-            # more than LLVM 22 can pack at once without a fault
-            name = f"llvm.masked.compressstore.{mangled(kind)}"
-            call_llvm(builder, name, ir.VoidType(), [args[2], at, args[3]])
-            return context.get_dummy_value()
-        if _by_table(context, kind):
-            _store_by_table(builder, args[2], at, args[3])
-            return context.get_dummy_value()
-        # Packed in a register, then stored: Zen 4 takes sixty cycles to do both at
-        # once (1.3 ns instead of 0.12 for each of sixteen lanes).
-        name = f"llvm.experimental.vector.compress.{mangled(kind)}"
-        rest = ir.Constant(kind, ir.Undefined)
-        packed = call_llvm(builder, name, kind, [args[2], args[3], rest])
-        mask_bits = ir.IntType(kind.count)
-        bits = builder.bitcast(args[3], mask_bits)
-        found = call_llvm(builder, f"llvm.ctpop.i{kind.count}", mask_bits, [bits])
-        # as many lowest bits as lanes were found; all of them shift out to nothing
-        wide = ir.IntType(2 * kind.count)
-        ones = builder.shl(ir.Constant(wide, 1), builder.zext(found, wide))
-        ones = builder.trunc(builder.sub(ones, ir.Constant(wide, 1)), mask_bits)
-        first = builder.bitcast(ones, args[3].type)
-        align = ir.Constant(I32, _align(kind.element))
-        name = f"llvm.masked.store.{mangled(kind)}.p0"
-        call_llvm(builder, name, ir.VoidType(), [packed, at, align, first])
         return context.get_dummy_value()
 
     return signature(types.void, array, types.intp, x, mask), generate
@@ -315,7 +212,7 @@ def gather_lanes(
     at = builder.gep(base, [index], source_etype=step)
     # llvmlite gives a vector of addresses the type of one
     at.type = ir.VectorType(ir.PointerType(), count)
-    align = ir.Constant(I32, _align(step))
+    align = ir.Constant(I32, bytes_of(step))
     return call_llvm(
         builder,
         f"llvm.masked.gather.{mangled(kind)}.v{count}p0",
