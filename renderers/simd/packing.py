@@ -28,7 +28,7 @@ def _by_table(context: Any, kind: Any) -> bool:
     """
     _, _, features = context.codegen().magic_tuple()
     can = "+avx2" in features and "+avx512vl" not in features
-    return can and kind.count in (8, 16) and bytes_of(kind.element) == 4
+    return can and kind.count in (8, 16, 32) and bytes_of(kind.element) == 4
 
 
 def _table(builder: Any) -> Any:
