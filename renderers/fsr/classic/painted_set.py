@@ -27,7 +27,8 @@ class PaintedSet:
     grid place (i, j, k) and extinction times volume (mm^2). paints: ``(n, 4)`` float32
     linear RGB, lit, and the size in grid steps. columns: ``(n + 16,)`` uint16, grid
     place i once more.
-    row_numbers, row_extents, row_places: the rows that hold any, see `clip_rows`.
+    row_numbers, row_extents, row_places, whole_rows, bounds: the rows that hold any,
+    see `list_strip`.
     widest_mm: the largest spacing. sheet_mm: thickness of a sheet.
     """
 
@@ -83,3 +84,9 @@ class PaintedSet:
             self.columns[extents[1] - 1],
         )
         self.row_places: NDArray[np.float32] = places
+        self.whole_rows = np.column_stack([numbers, *extents])
+        self.bounds: NDArray[np.float32] = np.zeros((2, 3), np.float32)
+        if len(numbers) > 0:
+            j, k, first, last = places[:, : len(numbers)]
+            self.bounds[0] = first.min(), j.min(), k.min()
+            self.bounds[1] = last.max(), j.max(), k.max()

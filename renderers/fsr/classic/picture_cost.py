@@ -38,12 +38,14 @@ class StripCost:
 class PictureCost:
     """Hold what the strips of a picture took.
 
-    rows: of the set. cull_s: seconds of culling, none where it was done before.
+    rows: of the set. view_s, cull_s: seconds of setting the view up and of culling,
+    none where that was done before.
     """
 
     strips: Sequence[StripCost]
     rows: int
-    cull_s: float | None
+    view_s: float | None = None
+    cull_s: float | None = None
 
     def counters(self) -> dict[str, int]:
         """Add up; what several strips listed or drew counts for each."""
@@ -59,7 +61,8 @@ class PictureCost:
 
     def stage_s(self) -> dict[str, float]:
         """Give wall-clock seconds by stage, the mean of the strips."""
-        found = {} if self.cull_s is None else {"cull": self.cull_s}
+        before = {"view": self.view_s, "cull": self.cull_s}
+        found = {stage: s for stage, s in before.items() if s is not None}
         stages = [strip.stage_s() for strip in self.strips]
         for stage in STAGES:
             found[stage] = sum(of[stage] for of in stages) / len(stages)

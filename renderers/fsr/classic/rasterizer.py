@@ -82,9 +82,9 @@ class SplatRasterizer:
         def prepare(number: int) -> SplatList:
             return list_splats(seen, self._kernels, strips[number], planes[number])
 
-        before_s = time.perf_counter() - began
+        view_s = time.perf_counter() - began
         canvas = self._canvas(camera, with_depth, limit_mm)
-        return self._draw(prepare, strips, canvas, team, before_s)
+        return self._draw(prepare, strips, canvas, team, view_s)
 
     def prepare(
         self,
@@ -147,11 +147,11 @@ class SplatRasterizer:
         strips: Sequence[range],
         canvas: Canvas,
         team: ThreadTeam,
-        before_s: float | None = None,
+        view_s: float | None = None,
     ) -> Image:
         """List and draw all strips.
 
-        before_s: that culling took already; None if it is all done.
+        view_s: that setting the view up took; None where lists are there already.
         """
         while len(self._drawers) < len(strips):
             self._drawers.append(StripDrawer(self._kernels))
@@ -168,6 +168,6 @@ class SplatRasterizer:
 
         costs, culled, until = zip(*team.map(work, range(len(strips))), strict=True)
         self._strips.learn(strips, until)
-        cull_s = None if before_s is None else before_s + sum(culled) / len(culled)
-        self._cost = PictureCost(costs, self._row_count, cull_s)
+        cull_s = None if view_s is None else sum(culled) / len(culled)
+        self._cost = PictureCost(costs, self._row_count, view_s, cull_s)
         return Image(canvas.image, canvas.depth if canvas.depth.size else None)

@@ -75,6 +75,8 @@ def list_splats(
             painted.row_extents,
             painted.row_places,
             painted.columns,
+            painted.whole_rows,
+            painted.bounds,
         ),
         (painted.places, painted.paints),
         (

@@ -99,7 +99,7 @@ def test_a_film_is_its_pictures_and_tells_what_each_took(hollow: Volume) -> None
         assert min(stages.values()) >= 0
         assert renderer.render(camera).rgba.tobytes() == image.rgba.tobytes()
         assert renderer.counters == counters
-        assert set(renderer.stage_s) == {"cull", *stages}
+        assert set(renderer.stage_s) == {"view", "cull", *stages}
     renderer.close()
 
 

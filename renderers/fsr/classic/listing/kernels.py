@@ -134,10 +134,12 @@ def list_strip(
 ) -> Any:
     """List what is within planes of a view, see `SplatList`.
 
-    rows: see `clip_rows`. splats: places and paints of the set. eye: see
-    `survey_spans`. split_at: least_mm and last, see `split_splats`. shelling: see
-    `shells_of`. Returns spans, lowest, highest, elements in all of
-    them, places, paints and keys of near splats, how many were split, and shells.
+    rows: see `clip_rows`; and ``(n, 3)`` all of them as spans, and ``(2, 3)`` their
+    lowest and highest place, for those who look whether all are within. splats: places
+    and paints of the set. eye: see `survey_spans`. split_at: least_mm and last, see
+    `split_splats`. shelling: see `shells_of`. Returns spans, lowest, highest, elements
+    in all of them, places, paints and keys of near splats, how many were split, and
+    shells.
     """
     count = rows[0].shape[0]
     spans = np.empty((count, 3), np.int32)
@@ -147,13 +149,15 @@ def list_strip(
     bins = np.zeros((BESIDE, BINS), np.int64)
     near = np.empty(ROOM, np.int32)
     of_eye = nearing(eye)
+    is_near = of_eye[5] > 0
     kept = nears = 0
     for row in range(0, count, SOME):
         listed = kept
         kept = clip_rows(
-            rows, row, min(row + SOME, count), eye[0], planes, kept, spans, ends
+            rows[:4], row, min(row + SOME, count), eye[0], planes, kept, spans, ends
         )
-        near = with_room(near, nears, spans[listed:kept])
+        if is_near:
+            near = with_room(near, nears, spans[listed:kept])
         nears = survey_spans(
             spans, listed, kept, ends, rows[3], of_eye, lowest, highest, bins,
             near, nears,

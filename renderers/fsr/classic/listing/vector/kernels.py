@@ -15,7 +15,12 @@ from renderers.fsr.classic.listing.kernels import (
     with_room,
 )
 from renderers.fsr.classic.survey.kernels import BESIDE, BINS, SOME
-from renderers.fsr.classic.survey.vector.kernels import clip_rows, survey_spans
+from renderers.fsr.classic.survey.vector.kernels import (
+    are_within,
+    clip_rows,
+    find_ends,
+    survey_spans,
+)
 
 F32 = NDArray[np.float32]
 
@@ -24,22 +29,29 @@ F32 = NDArray[np.float32]
 def list_strip(
     rows: Any, splats: Any, eye: Any, planes: F32, split_at: Any, shelling: Any
 ) -> Any:
-    """Do as the scalar twin."""
+    """Do as the scalar twin, but that rows are not looked at if all are within."""
     count = rows[0].shape[0]
-    spans = np.empty((count, 3), np.int32)
+    is_whole = are_within(rows[5], eye[0], planes)
+    spans = rows[4] if is_whole else np.empty((count, 3), np.int32)
     lowest = np.empty(count + SPARE, np.int32)
     highest = np.empty(count + SPARE, np.int32)
     ends = np.empty((4, SOME + SPARE), np.float32)
     bins = np.zeros((BESIDE, BINS), np.int64)
     near = np.empty(ROOM, np.int32)
     of_eye = nearing(eye)
+    is_near = of_eye[5] > 0
     kept = nears = 0
     for row in range(0, count, SOME):
         listed = kept
-        kept = clip_rows(
-            rows, row, min(row + SOME, count), eye[0], planes, kept, spans, ends
-        )
-        near = with_room(near, nears, spans[listed:kept])
+        if is_whole:
+            kept = min(row + SOME, count)
+            find_ends(rows[2], row, kept, eye[0], ends)
+        else:
+            kept = clip_rows(
+                rows[:4], row, min(row + SOME, count), eye[0], planes, kept, spans, ends
+            )
+        if is_near:
+            near = with_room(near, nears, spans[listed:kept])
         nears = survey_spans(
             spans, listed, kept, ends, rows[3], of_eye, lowest, highest, bins,
             near, nears,

@@ -49,6 +49,35 @@ _ALL = (1 << _W) - 1
 _ZERO = np.float32(0)
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def are_within(bounds: F32, base: F32, planes: F32) -> bool:
+    """Say whether a box lies within planes; what that leaves is all that is in it.
+
+    bounds: its lowest and highest place.
+    """
+    for p in range(planes.shape[0]):
+        rest = planes[p, 3]
+        for c in range(3):
+            one = planes[p, c] * (bounds[0, c] - base[c])
+            other = planes[p, c] * (bounds[1, c] - base[c])
+            rest += min(one, other)
+        if not rest >= _ZERO:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def find_ends(places: F32, first_row: int, end_row: int, base: F32, ends: F32) -> None:
+    """Fill in `ends` of rows that are kept whole, see `clip_rows`."""
+    stride, room = places.shape[1], ends.shape[1]
+    for row in range(first_row, end_row, _W):
+        at = row - first_row
+        store(ends, at, load(places, 2 * stride + row, _W) - base[0])
+        store(ends, room + at, load(places, 3 * stride + row, _W) - base[0])
+        store(ends, 2 * room + at, load(places, row, _W) - base[1])
+        store(ends, 3 * room + at, load(places, stride + row, _W) - base[2])
+
+
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _clip_row(columns: U16, first: Any, end: Any, low: int, high: int) -> Any:
     """Do as two calls of `first_from`: give first and last + 1 from low up to high.
