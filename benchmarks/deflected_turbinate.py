@@ -1,5 +1,7 @@
 """A turbinate's head, pulled, turned, swollen and cut: splats beside bent rays."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,7 +14,14 @@ from renderers.scene.deflection import (
     Scaling,
     Translation,
 )
-from renderers.shading import CameraPass, ScopeLight, ScopeShader, Tier, scope_picture
+from renderers.shading import (
+    CameraPass,
+    Caster,
+    ScopeLight,
+    ScopeShader,
+    Tier,
+    scope_picture,
+)
 
 SIZE = 256
 
@@ -31,6 +40,16 @@ DEFORMATIONS = {
         (Scaling(_DEEP, 7.0, 1.5), Translation(_DEEP, 7.0, -2.0 * _RIGHT))
     ),
     "cut": Deflection((Cut(_PLACE - _OUT, 5.0, _RIGHT, 1.2),)),
+    "cut narrowly": Deflection((Cut(_PLACE - _OUT, 4.0, _RIGHT, 0.5),)),
+    "cut twice": Deflection(
+        (
+            Cut(_PLACE - _OUT, 5.0, _RIGHT, 1.0),
+            Cut(_PLACE - _OUT, 5.0, np.array([0.0, 0.7, -0.7]), 0.8),
+        )
+    ),
+    "cut, then pulled": Deflection(
+        (Cut(_PLACE - _OUT, 5.0, _RIGHT, 1.2), Translation(_DEEP, 7.0, 2.0 * _RIGHT))
+    ),
 }
 
 VIEWS = {
@@ -55,15 +74,38 @@ def turbinate_camera(view: str = "front") -> Camera:
     return Camera.looking_at(eye, target, extent=extent, size=(SIZE, SIZE))
 
 
+def turbinate_tool(view: str) -> NDArray[np.float64]:
+    """Place a suction tube ``(4, 4)`` beside the lens, its tip before the turbinate."""
+    eye, target, _ = VIEWS[view]
+    right, up, forward = turbinate_camera(view).frame[1:]
+    tip = eye + 0.75 * (target - eye) + 0.8 * right
+    back = eye - 3.0 * forward + 2.5 * (right - up) - tip
+    back /= np.linalg.norm(back)
+    across = np.cross(up, back)
+    across /= np.linalg.norm(across)
+    pose = np.eye(4)
+    pose[:3] = np.stack([across, np.cross(back, across), back, tip], axis=1)
+    return pose
+
+
 def turbinate_picture(
-    scene: Scene, buffer: GBuffer, gain: float | None, view: str = "front"
+    scene: Scene,
+    buffer: GBuffer,
+    gain: float | None,
+    view: str = "front",
+    tier: Tier = Tier.LIVE,
+    casters: Sequence[Caster] = (),
 ) -> tuple[NDArray[np.uint8], float]:
-    """Light a buffer as live pictures are lit; give its picture and the gain."""
+    """Light a buffer as live pictures are lit; give its picture and the gain.
+
+    casters: tools that are in the buffer and in the light.
+    """
     assert scene.surface is not None
-    shader, camera_pass = ScopeShader(scene.surface, Tier.LIVE), CameraPass()
+    shader, camera_pass = ScopeShader(scene.surface, tier), CameraPass()
+    camera = turbinate_camera(view)
     try:
         return scope_picture(
-            buffer, turbinate_camera(view), shader, camera_pass, ScopeLight(), gain
+            buffer, camera, shader, camera_pass, ScopeLight(), gain, casters=casters
         )
     finally:
         shader.close()

@@ -13,19 +13,22 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.art.bent.maps.kernels import away, bend, bend_gradient
 from renderers.art.bent.samples.kernels import classify, light_sample, outside
 from renderers.art.interpolation.kernels import U, trilinear
 from renderers.art.kernels import WITHIN
 from renderers.art.lighting.kernels import TINY
 from renderers.art.optics.kernels import HALF, ONE, ZERO, opacity
 from renderers.art.views import CellView, Classification
+from renderers.scene.deflection.maps.kernels import (
+    away,
+    bend,
+    bend_gradient,
+    clear_way,
+    slope_of_opening,
+)
 
 BISECTIONS = 12
 """Halvings of the step around a surface: then it is a fifth of a micrometre wide."""
-
-TOLD_BY_MM = 1e-4
-"""Half the way over which the slope of a cut's face is measured."""
 
 MISSING, EMPTY = -2, -1
 
@@ -137,9 +140,9 @@ def march_classic(
 ) -> None:  # fmt: skip
     """Composite each bent ray until it ends, is opaque, or misses a cell.
 
-    maps: see `renderers.art.bent.maps`. stretch: mm that what is seen moves at most for
-    a mm of the ray. counters: int64 samples, contributing, skipped, bent. A step that
-    crosses a cut's face counts by the share of it that is in the tissue.
+    maps: see `renderers.scene.deflection.maps`. stretch: mm that what is seen moves at
+    most for a mm of the ray. counters: int64 samples, contributing, skipped, bent. A
+    step that crosses a cut's face counts by the share of it that is in the tissue.
     """
     each = view.channels
     row = each * ((1 << shift) + 1)
@@ -230,7 +233,7 @@ def march_classic(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def march_scope(
-    maps: F64, stretch: float, has_cut: bool,
+    maps: F64, stretch: float,
     order: NDArray[np.int32], geometry: F32, count: NDArray[np.int32],
     cursor: NDArray[np.int32], value: F32, depth: F32,
     view: CellView, shift: int, clock: int, spacing: F32,
@@ -274,9 +277,15 @@ def march_scope(
             v = -ONE
             if at == EMPTY:
                 if stage == 0:
-                    jump = leap_bent(
-                        maps, point, eye, note[0], cube, per_sample, has_cut, h, end - i
-                    )
+                    if opening < 0.0:
+                        # in a gap what is seen says nothing of what comes after it
+                        clear = clear_way(-1.0, opening, stretch)
+                        jump = max(min(int(clear / h), end - i), 1)
+                    else:
+                        jump = leap_bent(
+                            maps, point, eye, note[0], cube, per_sample, False, h,
+                            end - i,
+                        )  # fmt: skip
                     counters[2] += jump
                     i += jump
                     continue
@@ -298,13 +307,7 @@ def march_scope(
                 bend_gradient(maps, trail, gradient)
                 if opening < v:
                     # the face of a cut
-                    for k in range(3):
-                        beside[:] = eye
-                        beside[k] += TOLD_BY_MM
-                        more = bend(maps, beside, other)
-                        beside[:] = eye
-                        beside[k] -= TOLD_BY_MM
-                        gradient[k] = more - bend(maps, beside, other)
+                    slope_of_opening(maps, eye, beside, other, gradient)
                 steep = math.sqrt(np.sum(gradient * gradient))
                 for k in range(3):
                     unit = -gradient[k] / steep if steep > 0.0 else 0.0

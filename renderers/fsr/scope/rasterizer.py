@@ -19,7 +19,7 @@ from renderers.fsr.scope.holes.filling import fill_holes
 from renderers.fsr.scope.kernel_set import KernelSet, best_kernels
 from renderers.fsr.scope.rims.sharpening import RimSharpener
 from renderers.fsr.scope.scratch import TileScratch, lined_up
-from renderers.fsr.scope.seams import Seams
+from renderers.fsr.scope.seams.settling import Seams
 from renderers.fsr.scope.tiles import (
     MOST_TILES,
     RAY,
@@ -205,27 +205,18 @@ class SurfelRasterizer:
         self.counters["holes filled"] = 0
         if torn := [divmod(int(n), across) for n in np.flatnonzero(found[:, 2])]:
             self.counters["holes filled"] = fill_holes(table, result, torn, team)
+        if self._seams is not None:
+            # before rims: the grid that those are looked for in is too coarse for what
+            # a cut leaves standing
+            settled = self._rims.asked
+            followed, moved = self._seams.settle(camera, team, result, settled)
+            self.counters["seam rays followed"] = followed
+            self.counters["seam pixels settled"] = moved
         if self._sharp:
-            self._sharpen(camera, team, result)
-        if self._seams is not None:
-            asked, moved = self._seams.settle(camera, result)
-            self.counters["seam pixels asked"] = asked
-            self.counters["seam pixels moved"] = moved
+            asked, moved = self._rims.sharpen(camera, team, result)
+            self.counters["rim pixels asked"] = asked
+            self.counters["rim pixels moved"] = moved
         return result
-
-    def _sharpen(self, camera: Camera, team: ThreadTeam, result: GBuffer) -> None:
-        beside = None
-        depth, normal = result.depth_mm.reshape(-1), result.normal.reshape(-1, 3)
-        if self._seams is not None:
-            beside = self._seams.beside(camera, result)
-            kept = depth[beside], normal[beside]
-        asked, moved = self._rims.sharpen(camera, team, result)
-        self.counters["rim pixels asked"] = asked
-        self.counters["rim pixels moved"] = moved
-        if beside is not None:
-            # the grid that rims are looked for in is too coarse for what a cut leaves
-            # standing, and rays would go through it
-            depth[beside], normal[beside] = kept
 
     def _project(self, camera: Camera, team: ThreadTeam) -> int:
         near = NEAR_SPACINGS * self._coarse.spacing_mm

@@ -16,6 +16,7 @@ squeezed. All points are ``(n, 3)`` float64, world, mm.
 from renderers.scene.deflection.chain import Deflection
 from renderers.scene.deflection.deflector import Deflector, FoldError
 from renderers.scene.deflection.kinds import Cut, Rotation, Scaling, Translation
+from renderers.scene.deflection.map_rows import maps_of
 from renderers.scene.deflection.tissue import (
     deflected_distance,
     deflected_scene,
@@ -35,4 +36,5 @@ __all__ = [
     "deflected_scene",
     "deflected_surface",
     "deflected_volume",
+    "maps_of",
 ]

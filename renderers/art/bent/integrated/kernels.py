@@ -22,13 +22,13 @@ from renderers.art.bent.kernels import (
     leap_bent,
     place,
 )
-from renderers.art.bent.maps.kernels import bend, bend_gradient
 from renderers.art.bent.samples.kernels import half_outside, light_sample
 from renderers.art.integrated.segments.kernels import classify, segment
 from renderers.art.interpolation.kernels import trilinear
 from renderers.art.lighting.kernels import TINY
 from renderers.art.optics.kernels import HALF, ONE, ZERO, opacity
 from renderers.art.views import CellView, Classification
+from renderers.scene.deflection.maps.kernels import bend, bend_gradient
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

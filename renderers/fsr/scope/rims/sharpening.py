@@ -32,6 +32,11 @@ class RimSharpener:
         self._found = np.empty((0, 4), np.float32)
         self._state = np.empty(0, np.uint8)
 
+    @property
+    def asked(self) -> NDArray[np.uint8]:
+        """Get what is 1 for pixels of the next picture that are not to be asked."""
+        return self._state
+
     def sharpen(
         self, camera: Camera, team: ThreadTeam, result: GBuffer
     ) -> tuple[int, int]:

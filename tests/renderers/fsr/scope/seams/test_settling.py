@@ -5,7 +5,6 @@ from numpy.typing import NDArray
 
 from renderers.fsr.deformation import SEAM_MM
 from renderers.fsr.scope import SurfelRasterizer
-from renderers.fsr.scope.seams import KEPT_MM
 from renderers.scene import Camera, Volume
 from renderers.scene.deflection import Cut, Deflection, Translation
 from renderers.scene.thread_team import ThreadTeam
@@ -24,8 +23,8 @@ def test_pixels_beside_a_cut_are_where_tissue_begins(
     deflection = Deflection((CUT,))
     drawer = SurfelRasterizer(hollow, deflection=deflection)
     found = drawer.draw(view(), team)
-    assert drawer.counters["seam pixels asked"] > 200
-    assert drawer.counters["seam pixels moved"] > 20
+    assert drawer.counters["seam rays followed"] > 1000
+    assert drawer.counters["seam pixels settled"] > 200
     origins, ways = view().rays()
     shown = found.coverage > 0
     depth = found.depth_mm[shown].astype(np.float64)
@@ -37,7 +36,8 @@ def test_pixels_beside_a_cut_are_where_tissue_begins(
         seen = hollow.sample(deflection.pull_back(x))
         return np.asarray(np.minimum(seen, deflection.opening(x)))
 
-    assert np.abs(inside(x[beside])).max() < 2 * KEPT_MM
+    # depths are of float32
+    assert np.abs(inside(x[beside])).max() < 1e-3
     before = x[beside] - 0.1 * ways[shown][beside]
     facing = np.einsum("ij,ij->i", found.normal[shown][beside], ways[shown][beside])
     assert np.all(inside(before[facing < -0.3]) < 0)
@@ -51,6 +51,7 @@ def test_bits_do_not_depend_on_the_number_of_threads(hollow: Volume) -> None:
     one, many = (drawer.draw(view(), team) for team in teams)
     assert_array_equal(one.depth_mm, many.depth_mm)
     assert_array_equal(one.normal, many.normal)
+    assert_array_equal(one.coverage, many.coverage)
     for team in teams:
         team.close()
 
@@ -63,31 +64,4 @@ def test_without_a_cut_no_pixel_is_asked(
 ) -> None:
     drawer = SurfelRasterizer(hollow, deflection=Deflection(deflectors))
     drawer.draw(view(), team)
-    assert drawer.counters["seam pixels asked"] == 0
-
-
-def test_a_thin_leaf_that_a_cut_leaves_is_not_looked_through(
-    hollow: Volume, team: ThreadTeam
-) -> None:
-    """Thinner than a voxel, it is on no grid in which rims are looked for."""
-    middle = np.array([5.75, 0.0, 0.0])
-    cut = Cut(middle, 4.0, np.array([1.0, 0.0, 0.0]), 1.2)
-    deflection = Deflection((cut,))
-    camera = Camera.looking_at((0, 0, 0), (6, 0, 0), size=(90, 90), extent=0.5)
-    found = SurfelRasterizer(hollow, deflection=deflection).draw(camera, team)
-
-    def inside(x: NDArray[np.float64]) -> NDArray[np.float64]:
-        seen = hollow.sample(deflection.pull_back(x))
-        return np.asarray(np.minimum(seen, deflection.opening(x)))
-
-    eye, ways = (part.reshape(-1, 3) for part in camera.rays())
-    steps = np.arange(3.0, 8.0, 0.02)
-    first = np.full(len(eye), 1e3)
-    for depth in steps[::-1]:
-        first[inside(eye + depth * ways) >= 0] = depth
-    seen = found.coverage.reshape(-1) > 0
-    leaf = seen & (deflection.opening(eye + first[:, None] * ways) < SEAM_MM)
-    assert leaf.sum() > 500
-    behind = found.depth_mm.reshape(-1)[leaf] > first[leaf] + 0.3
-    # the very edge of the leaf, where it ends in nothing
-    assert behind.mean() < 0.02
+    assert drawer.counters["seam rays followed"] == 0

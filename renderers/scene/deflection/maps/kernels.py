@@ -14,6 +14,12 @@ from numpy.typing import NDArray
 
 TRANSLATION, ROTATION, SCALING, CUT = 0, 1, 2, 3
 
+TOLD_BY_MM = 1e-4
+"""Half the way over which the slope of a cut's face is measured."""
+
+CLEAR_SHARE = 0.95
+"""Of a way that is clear by the distance: between voxels it may be a little more."""
+
 Maps = NDArray[np.float64]
 
 
@@ -102,6 +108,42 @@ def bend_gradient(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def slope_of_opening(
+    maps: Maps,
+    at: NDArray[np.float64],
+    beside: NDArray[np.float64],
+    trail: NDArray[np.float64],
+    slope: NDArray[np.float64],
+) -> None:
+    """Find how the distance from the nearest cut's face grows about a place, mm a mm.
+
+    at: (3,), kept. beside, trail: room, as for `bend`. slope: (3,), becomes the slope
+    times twice `TOLD_BY_MM`; no number on a ball's rim, beyond which there is no face.
+    """
+    for k in range(3):
+        beside[:] = at
+        beside[k] += TOLD_BY_MM
+        more = bend(maps, beside, trail)
+        beside[:] = at
+        beside[k] -= TOLD_BY_MM
+        slope[k] = more - bend(maps, beside, trail)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def clear_way(inside: float, opening: float, stretch: float) -> float:
+    """Give how far (mm) a ray in air may go on without missing tissue.
+
+    inside: the distance that is seen, negative in air. stretch: mm that what is seen
+    moves at most for a mm of the ray.
+    In a gap that is to its face. Beside it there is tissue where the distance says so,
+    on the far side of the gap as well: in the undeformed tissue the two faces are one
+    plane, and what is seen runs on along it while the ray crosses the gap.
+    """
+    way = -opening if opening < 0.0 else -inside
+    return CLEAR_SHARE * way / stretch
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def turned(
     x: float, y: float, z: float, ux: float, uy: float, uz: float, angle: float
 ) -> tuple[float, float, float]:
@@ -123,6 +165,27 @@ def away(maps: Maps, point: NDArray[np.float64]) -> float:
         x, y, z = point[0] - maps[k, 1], point[1] - maps[k, 2], point[2] - maps[k, 3]
         least = min(least, math.sqrt(x * x + y * y + z * z) - maps[k, 4])
     return max(least, 0.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def entry(maps: Maps, eye: NDArray[np.float64], way: NDArray[np.float64]) -> float:
+    """Give how far (mm) along a ray the first ball begins, infinite for none.
+
+    eye: (3,), where the ray begins. way: (3,) unit.
+    """
+    first = np.inf
+    for k in range(len(maps)):
+        near = away2 = 0.0
+        for axis in range(3):
+            to_centre = maps[k, 1 + axis] - eye[axis]
+            near += to_centre * way[axis]
+            away2 += to_centre * to_centre
+        half2 = maps[k, 4] * maps[k, 4] - (away2 - near * near)
+        if half2 > 0.0:
+            half = math.sqrt(half2)
+            if near + half > 0.0:
+                first = min(first, max(near - half, 0.0))
+    return first
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

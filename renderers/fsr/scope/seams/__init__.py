@@ -1,0 +1,1 @@
+"""Rims and faces of cuts as sharp as a ray sees them."""
