@@ -40,6 +40,10 @@ THICKEST_MM = f32(2.5)
 """Through more than that comes no light one could see: red is down to a tenth."""
 THINNEST_MM = f32(0.15)
 """The surface is known no better."""
+PARALLEL, SLANTED = f32(0.866), f32(0.5)
+"""Cosines of angles between a wall's two faces: up to 30 degrees it is a wall as told
+in `wall`, from 60 degrees on an edge. That is as thin, but only there: its light goes
+astray into what is thicker, and there is no bone in it."""
 MUCOSA_SHARE = f32(0.4)
 THICKEST_MUCOSA_MM = f32(0.5)
 """Of a wall's thickness is mucosa on either side, at most so thick; bone is between."""
@@ -157,6 +161,14 @@ def with_cell(through: np.float32, back: np.float32, rho: np.float32) -> np.floa
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def likeness_to_wall(normal: Three, behind: Three) -> np.float32:
+    """Give how much of a wall there is between two faces, by their normals: 0 to 1."""
+    along = -(normal[0] * behind[0] + normal[1] * behind[1] + normal[2] * behind[2])
+    share = (along - SLANTED) / (PARALLEL - SLANTED)
+    return f32(min(max(share, f32(0)), f32(1)))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def mirrored(at: Three, ray: Three, normal: Three) -> tuple[bool, Three, Three]:
     """Give where a mirrored ray begins and its direction, if it goes anywhere."""
     k = f32(-2) * (ray[0] * normal[0] + ray[1] * normal[1] + ray[2] * normal[2])
@@ -217,6 +229,7 @@ def follow_on(
             t += max(f32(0.9) * inside - STEP_MM, f32(0))
         if out:
             behind = wall_normal(distance, m, x, y, z)
+            share = likeness_to_wall(normal, behind)
             far = direct(
                 distance, m, eye, there, behind, sources, forward, spread, each
             )
@@ -236,13 +249,15 @@ def follow_on(
                 )
                 series = rho[c] / (f32(1) - SERIES * rho[c])
                 lit = through * (far + far_bounce * series)
-                found[3 + c] = lit * f32(1 / math.pi)
+                found[3 + c] = share * lit * f32(1 / math.pi)
                 # tissue has its colour as it lies upon bone: a thick wall has it all
                 seen = with_cell(through, back, rho[c])
                 through, back = wall(
                     THICKEST_MM, rho[c], length, bone[c], bone[3 if c == 0 else 4]
                 )
-                found[6 + c] = f32(1) - seen / with_cell(through, back, rho[c])
+                found[6 + c] = share * (
+                    f32(1) - seen / with_cell(through, back, rho[c])
+                )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

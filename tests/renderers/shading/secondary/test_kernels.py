@@ -156,6 +156,31 @@ def test_a_thin_wall_lit_from_the_front_loses_light_and_a_thick_one_none() -> No
     assert not found.any()
 
 
+def wedge(angle_deg: float, thickness: float = 0.8) -> NDArray[np.float32]:
+    """Follow a point on one face of a wedge, so thick there, lit from all around."""
+    x, y, _ = grid(97)
+    at = 12.0
+    angle = np.radians(angle_deg)
+    # tissue from the face x = at to one that comes nearer along y
+    far = (at + thickness - x) * np.cos(angle) - (y - at) * np.sin(angle)
+    distance = np.minimum(x - at, far)
+    lamps = [[-4.0, 0, 0], [thickness + 4.0, 0, 0]]
+    eye = [at, at, at]
+    return room(distance, eye, [0, 0, 0], [1, 0, 0], [-1, 0, 0], THIN, lamps)
+
+
+def test_an_edge_is_no_thin_wall() -> None:
+    """Bone does not shine through where a cut or a ridge ends, nor does light."""
+    level, slight, steep, edge = (wedge(angle) for angle in (0, 20, 45, 75))
+    assert np.all(np.abs(level[3:]) > 1e-5)
+    # a fifth less light falls on a slighter face
+    np.testing.assert_allclose(slight[6:], level[6:], rtol=0.1, atol=2e-3)
+    shares = (np.cos(np.radians(45)) - 0.5) / (0.866 - 0.5)
+    np.testing.assert_allclose(steep[6:], shares * level[6:], rtol=0.15, atol=2e-3)
+    assert np.all(np.abs(steep[3:6]) < slight[3:6])
+    assert not edge[3:].any()
+
+
 @given(MM, RHO, st.floats(0.1, 3), RHO, st.floats(0.1, 4))
 def test_a_wall_of_layers_keeps_energy_and_becomes_its_mucosa(
     thickness: float, rho: float, length: float, bone: float, bone_length: float
