@@ -239,7 +239,9 @@ def _against(
     first = options.files[0]
     file = first.with_name(f"{first.stem}-error.png")
     if options.against == "fsr":
-        quick = splatted(studio, drawn.view, drawn.result.gain, options.threads)
+        quick = splatted(
+            studio, drawn.view, drawn.result.gain, options.threads, fineness.samples
+        )
         return asdict(judge(quick, drawn, file, ("live (FSR)", "snapshot (ART)")))
     fast = replace(fineness, truth=None, seconds=None)
     view = exposed(drawn.view, drawn.result.gain)

@@ -1,5 +1,6 @@
 """A picture beside the quick one of the same view: how far that is off, and where."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from app.pictures.outputs import Drawn
 from app.pictures.studio import Studio, placed
 from app.pictures.view_file import ScopeLook, ViewFile
 from renderers.art.deflectors import to_deflection
-from renderers.scene import image_error
+from renderers.scene import Camera, image_error
 from renderers.scene.composition import solids_seen
 from renderers.scene.deflection import deflected_surface
 
@@ -39,9 +40,17 @@ def demand_splats(view: ViewFile) -> None:
 
 
 def splatted(
-    studio: Studio, view: ViewFile, gain: float | None, threads: int
+    studio: Studio,
+    view: ViewFile,
+    gain: float | None,
+    threads: int,
+    samples: int = 1,
 ) -> NDArray[np.uint8]:
-    """Draw a view as the live picture shows it, with a fine picture's gain."""
+    """Draw a view as the live picture shows it, with a fine picture's gain.
+
+    samples: rays of each of the fine picture's pixels; some of those at the rim of a
+    field stop pass it.
+    """
     from renderers.fsr import FuzzySetRenderer, render_among
     from renderers.shading import (
         CameraPass,
@@ -61,7 +70,7 @@ def splatted(
         if not isinstance(look, ScopeLook):
             image = render_among(renderer, camera, solids_seen(camera, tools))
             # splats know no field stop, and rays see nothing beyond it
-            image.rgba[~camera.lens_table().any(axis=-1)] = 0
+            image.rgba[:] *= rays_passed(camera, samples)[..., None]
             return image.to_srgb8()
         assert studio.scene.surface is not None
         buffer = renderer.gbuffer(camera)
@@ -93,6 +102,16 @@ def splatted(
         return pixels
     finally:
         renderer.close()
+
+
+def rays_passed(camera: Camera, samples: int) -> NDArray[np.float32]:
+    """Give the share of each pixel's rays that there are: ``(h, w)``."""
+    side = math.isqrt(samples)
+    high, wide = camera.height, camera.width
+    table = camera.with_size(wide * side, high * side).lens_table()
+    passed = table.any(axis=-1).reshape(high, side, wide, side)
+    share: NDArray[np.float32] = passed.mean(axis=(1, 3), dtype=np.float32)
+    return share
 
 
 def judge(

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import msgspec
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 import SimpleITK
 from numpy.testing import assert_array_equal
 
-from app.pictures.against import splatted
+from app.pictures.against import rays_passed, splatted
 from app.pictures.outputs import Drawn, save_drawn
 from app.pictures.stereo import both_eyes
 from app.pictures.studio import Fineness, Studio, placed
@@ -109,18 +110,23 @@ def test_a_view_with_a_tool_has_the_bits_of_render_among(
     assert said.instruments == view.instruments
 
 
+@pytest.mark.parametrize("samples", [1, 4])
 def test_splats_have_the_same_tool_within_the_same_stop(
-    scene: Scene, view: ViewFile
+    scene: Scene, view: ViewFile, samples: Literal[1, 4], tmp_path: Path
 ) -> None:
     camera = view.to_camera()
-    found = splatted(Studio(scene, ""), view, None, 1)
+    found = splatted(Studio(scene, ""), view, None, 1, samples)
+    share = rays_passed(camera, samples)
     solids = solids_seen(camera, placed(view.instruments))
     renderer = FuzzySetRenderer(scene, threads=1)
     try:
-        expected = splat_among(renderer, camera, solids).to_srgb8()
+        expected = splat_among(renderer, camera, solids)
     finally:
         renderer.close()
-    inside = camera.lens_table().any(axis=-1)
-    assert_array_equal(found[inside], expected[inside])
-    assert not found[~inside].any()
-    assert np.all(found[solids.coverage > 0].max(axis=-1) > 20)
+    expected.rgba[:] *= share[..., None]
+    assert_array_equal(found, expected.to_srgb8())
+    # rays see nothing where none pass, and at the rim some of a pixel's do
+    drawn = taken(scene, view, Fineness(samples=samples), tmp_path)
+    assert not drawn.rgba[share == 0].any()
+    assert set(np.unique(share)) == set(np.linspace(0, 1, samples + 1))
+    assert np.all(found[(solids.coverage > 0) & (share == 1)].max(axis=-1) > 20)
