@@ -65,7 +65,7 @@ def test_every_row_has_its_figures(
     assert one.error is not None
     assert one.error.rmse < 0.15
     shares = [n for key, n in one.counters.items() if key.startswith("share")]
-    assert len(shares) == 4
+    assert len(shares) == 5
     assert sum(shares) == pytest.approx(1)
     assert one.counters["ns per fragment"] > 0
     for name in ("2 threads", "2 threads, film"):
