@@ -1,0 +1,1 @@
+"""What thin walls do with light."""
