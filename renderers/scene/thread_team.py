@@ -18,13 +18,13 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.scene.turns.kernels import wait_for_change
+from renderers.scene.turns.kernels import count_up, leave_and_wait, wait_for_change
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")
 
-LOOKS = 4000
-"""Times that a thread looks around before it sleeps: about a tenth of a millisecond."""
+LOOKS = 12000
+"""Times that a thread looks around before it sleeps: some tenths of a millisecond."""
 
 
 class Errand(Generic[Result]):
@@ -79,11 +79,28 @@ class ThreadTeam:
         """Give a team of so many threads, or the team itself."""
         return threads if isinstance(threads, ThreadTeam) else cls(threads)
 
+    @property
+    def bell(self) -> NDArray[np.int64]:
+        """Get what calls the others, see `map`: a number, by one more."""
+        return self._board.calls
+
+    @property
+    def busy(self) -> NDArray[np.int64]:
+        """Get how many of the others are at work."""
+        return self._board.busy
+
     def map(
-        self, work: Callable[[Part], Result], parts: Sequence[Part]
+        self,
+        work: Callable[[Part], Result],
+        parts: Sequence[Part],
+        *,
+        rings: bool = False,
     ) -> list[Result]:
         """Give `work(part)` of all parts in their order; the first error is raised.
 
+        rings: the first part rings `bell` in compiled code, where it does not hold the
+        interpreter's lock: who is called before waits for that lock, and to be woken
+        from there takes longer than to begin.
         Where the team is at work already, or closed, the caller works alone.
         """
         results: dict[int, Result] = {}
@@ -104,7 +121,7 @@ class ThreadTeam:
         else:
             try:
                 self._start()
-                self._board.put_up(take)
+                self._board.put_up(take, rings)
                 take()
             finally:
                 self._board.take_down()
@@ -163,19 +180,22 @@ class _Board:
     """
 
     def __init__(self) -> None:
-        self._calls: NDArray[np.int64] = np.zeros(1, np.int64)
-        self._busy: NDArray[np.int64] = np.zeros(1, np.int64)
+        self.calls: NDArray[np.int64] = np.zeros(1, np.int64)
+        self.busy: NDArray[np.int64] = np.zeros(1, np.int64)
         self._changed = threading.Condition(threading.Lock())
         self._sleeping = 0
         self._work: Callable[[], None] | None = None
+        self._rings = False
         self._errands: deque[Errand[Any]] = deque()
         self.is_ended = False
 
-    def put_up(self, work: Callable[[], None]) -> None:
-        """Give the helpers work."""
+    def put_up(self, work: Callable[[], None], rings: bool) -> None:
+        """Give the helpers work. rings: it calls those who are awake itself."""
         with self._changed:
             self._work = work
-            self._call()
+            self._rings = rings and not self._sleeping
+            if not self._rings:
+                self._call()
 
     def rouse(self) -> None:
         """Wake who sleeps, to no work."""
@@ -187,10 +207,11 @@ class _Board:
         """Let nobody begin the work any more, and wait for those who have."""
         with self._changed:
             self._work = None
-            busy = int(self._busy[0])
+            self._rings = False
+            busy = int(self.busy[0])
         while busy:
-            self.wait(self._busy, busy)
-            busy = int(self._busy[0])
+            self.wait(self.busy, busy)
+            busy = int(self.busy[0])
 
     def hang_up(self, errand: Errand[Any]) -> None:
         """Leave an errand to the next helper who is free."""
@@ -218,21 +239,25 @@ class _Board:
         while not self.is_ended:
             work = None
             with self._changed:
-                calls = int(self._calls[0])
+                calls = int(self.calls[0])
                 errand = self._errands.popleft() if self._errands else None
-                if errand is None and answered < calls:
+                if errand is None and answered != calls:
                     answered = calls
                     work = self._work
-                    self._busy[0] += work is not None
+                    if work is not None:
+                        count_up(self.busy)
             if errand is not None:
                 errand.help()
             elif work is not None:
                 work()
+                # told in compiled code: who waits for it finds the interpreter's lock
+                # free. Who has fallen asleep meanwhile is woken after that
+                looks = 0 if self._sleeping else LOOKS
+                leave_and_wait(self.busy, self.calls, calls, looks)
                 with self._changed:
-                    self._busy[0] -= 1
                     self._wake()
             else:
-                self.wait(self._calls, calls)
+                self.wait(self.calls, calls)
             # nothing of the picture is kept until the next
             errand = work = None
 
@@ -243,17 +268,21 @@ class _Board:
             self._wake()
 
     def wait(self, shared: NDArray[np.int64], value: int) -> None:
-        """Wait until the number is another: first awake, then asleep."""
+        """Wait until the number is another: first awake, then asleep.
+
+        Of calls, less long where the bell is about to ring.
+        """
         if wait_for_change(shared, value, LOOKS):
             return
         with self._changed:
             self._sleeping += 1
-            while shared[0] == value:
+            # nobody wakes who falls asleep before a bell that is about to ring
+            while shared[0] == value and not (self._rings and shared is self.calls):
                 self._changed.wait()
             self._sleeping -= 1
 
     def _call(self) -> None:
-        self._calls[0] += 1
+        count_up(self.calls)
         self._wake()
 
     def _wake(self) -> None:

@@ -9,28 +9,31 @@ from renderers.simd_guard import vector_problem
 
 @dataclass(frozen=True, slots=True)
 class KernelSet:
-    """Hold what culls a set and what draws lists.
+    """Hold what culls a set, what draws lists, and what does both.
 
     All sets give equal bits.
     """
 
     list_strip: Callable[..., tuple[Any, ...]]
     draw_pieces: Callable[..., tuple[int, int]]
+    list_and_draw: Callable[..., tuple[int, int, int, int, int, int]]
 
 
 def scalar_kernels() -> KernelSet:
     """Give the functions that every machine compiles."""
+    from renderers.fsr.classic.both_stages.kernels import list_and_draw
     from renderers.fsr.classic.listing.kernels import list_strip
     from renderers.fsr.classic.pieces.kernels import draw_pieces
 
-    return KernelSet(list_strip, draw_pieces)
+    return KernelSet(list_strip, draw_pieces, list_and_draw)
 
 
 def best_kernels() -> KernelSet:
     """Give vector functions where they can be trusted, else scalar ones."""
     if vector_problem():
         return scalar_kernels()
+    from renderers.fsr.classic.both_stages.vector.kernels import list_and_draw
     from renderers.fsr.classic.listing.vector.kernels import list_strip
     from renderers.fsr.classic.pieces.vector.kernels import draw_pieces
 
-    return KernelSet(list_strip, draw_pieces)
+    return KernelSet(list_strip, draw_pieces, list_and_draw)

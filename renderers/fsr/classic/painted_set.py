@@ -1,5 +1,7 @@
 """A fuzzy set lit and classified once, for every view of it."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -68,6 +70,18 @@ class PaintedSet:
         self.columns: NDArray[np.uint16] = np.zeros(len(self.rows) + 16, np.uint16)
         self.columns[: len(self.rows)] = self.rows.x
         self._list_rows()
+
+    @property
+    def listed(self) -> tuple[NDArray[Any], ...]:
+        """Get the rows as `list_strip` takes them."""
+        return (
+            self.row_numbers,
+            self.row_extents,
+            self.row_places,
+            self.columns,
+            self.whole_rows,
+            self.bounds,
+        )
 
     def _list_rows(self) -> None:
         offsets, ny = self.rows.offsets, self.rows.shape[1]

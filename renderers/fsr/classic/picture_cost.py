@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.classic.kernels import FRAGMENT_BITS
-
-STAGES = ("project", "order", "draw")
+from renderers.fsr.classic.stages import STAGES, WAIT
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +16,8 @@ class StripCost:
 
     listed, spans: elements that culling left, and rows that hold any. split: splats too
     near. visible: splats that showed. fragments: in parts of 2 ** `FRAGMENT_BITS`.
-    ticks: by stage, of a clock of unknown speed. seconds: of all stages.
+    ticks: by stage and of waiting, see `stages`, of a clock of unknown speed. seconds:
+    of all of it.
     """
 
     listed: int
@@ -28,24 +28,32 @@ class StripCost:
     ticks: NDArray[np.int64]
     seconds: float
 
+    @property
+    def waited_s(self) -> float:
+        """Get the seconds of waiting for the threads that drew the other strips."""
+        return float(self._by_stage[WAIT])
+
     def stage_s(self) -> dict[str, float]:
         """Give seconds by stage."""
-        shares = self.ticks / max(int(self.ticks.sum()), 1) * self.seconds
-        return dict(zip(STAGES, shares.tolist(), strict=True))
+        return dict(zip(STAGES, self._by_stage.tolist(), strict=False))
+
+    @property
+    def _by_stage(self) -> NDArray[np.float64]:
+        share = self.seconds / max(int(self.ticks.sum()), 1)
+        return np.multiply(self.ticks, share, dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True)
 class PictureCost:
     """Hold what the strips of a picture took.
 
-    rows: of the set. view_s, cull_s: seconds of setting the view up and of culling,
-    none where that was done before.
+    rows: of the set. view_s: seconds of setting the view up, none where that and
+    culling were done before.
     """
 
     strips: Sequence[StripCost]
     rows: int
     view_s: float | None = None
-    cull_s: float | None = None
 
     def counters(self) -> dict[str, int]:
         """Add up; what several strips listed or drew counts for each."""
@@ -61,9 +69,9 @@ class PictureCost:
 
     def stage_s(self) -> dict[str, float]:
         """Give wall-clock seconds by stage, the mean of the strips."""
-        before = {"view": self.view_s, "cull": self.cull_s}
-        found = {stage: s for stage, s in before.items() if s is not None}
         stages = [strip.stage_s() for strip in self.strips]
-        for stage in STAGES:
-            found[stage] = sum(of[stage] for of in stages) / len(stages)
-        return found
+        found = {name: sum(of[name] for of in stages) / len(stages) for name in STAGES}
+        if self.view_s is None:
+            del found["cull"]
+            return found
+        return {"view": self.view_s} | found

@@ -22,7 +22,7 @@ from renderers.fsr.classic.strip_drawer import Canvas, StripDrawer
 from renderers.fsr.classic.strips import Strips
 from renderers.fsr.fuzzy_set import FuzzySet
 from renderers.scene import Camera, Image, Scene
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_team import LOOKS, ThreadTeam
 
 LEAST_LIGHT = 1 / 1024
 """Light below which a square of pixels takes no more: a quarter of a code."""
@@ -78,13 +78,21 @@ class SplatRasterizer:
         strips = self._strips.cut(*seen.tiles, team.threads)
         # what Python does is done before there are two threads of it
         planes = [seen.planes_of(strip) for strip in strips]
+        nobody = np.zeros(1, np.int64)
 
-        def prepare(number: int) -> SplatList:
-            return list_splats(seen, self._kernels, strips[number], planes[number])
+        def draw(drawer: StripDrawer, number: int) -> StripCost:
+            # the first strip's thread calls the others
+            others = (
+                (team.bell, team.busy, LOOKS) if number == 0 else (nobody, nobody, 0)
+            )
+            return drawer.cull_and_draw(
+                seen, strips[number], planes[number], canvas, others
+            )
 
         view_s = time.perf_counter() - began
         canvas = self._canvas(camera, with_depth, limit_mm)
-        return self._draw(prepare, strips, canvas, team, view_s)
+        rings = traversal is Traversal.DISTANCE
+        return self._draw(draw, strips, canvas, team, view_s, rings=rings)
 
     def prepare(
         self,
@@ -120,7 +128,11 @@ class SplatRasterizer:
         """
         canvas = self._canvas(lists[0].seen.camera, with_depth, limit_mm)
         strips = [splats.strip for splats in lists]
-        return self._draw(lists.__getitem__, strips, canvas, team)
+
+        def draw(drawer: StripDrawer, number: int) -> StripCost:
+            return drawer.draw(lists[number], canvas)
+
+        return self._draw(draw, strips, canvas, team)
 
     def _canvas(
         self,
@@ -143,31 +155,31 @@ class SplatRasterizer:
 
     def _draw(
         self,
-        list_of: Callable[[int], SplatList],
+        draw: Callable[[StripDrawer, int], StripCost],
         strips: Sequence[range],
         canvas: Canvas,
         team: ThreadTeam,
         view_s: float | None = None,
+        *,
+        rings: bool = False,
     ) -> Image:
-        """List and draw all strips.
+        """Draw all strips.
 
-        view_s: that setting the view up took; None where lists are there already.
+        draw: one of them, with nobody else's memory. view_s: that setting the view up
+        took; None where culling was done before. rings: see `ThreadTeam.map`.
         """
         while len(self._drawers) < len(strips):
             self._drawers.append(StripDrawer(self._kernels))
 
         began = time.perf_counter()
 
-        def work(number: int) -> tuple[StripCost, float, float]:
-            listing = time.perf_counter()
-            splats = list_of(number)
-            culled = time.perf_counter() - listing
-            cost = self._drawers[number].draw(splats, canvas)
+        def work(number: int) -> tuple[StripCost, float]:
+            cost = draw(self._drawers[number], number)
             # with what it takes until a thread begins
-            return cost, culled, time.perf_counter() - began
+            return cost, time.perf_counter() - began - cost.waited_s
 
-        costs, culled, until = zip(*team.map(work, range(len(strips))), strict=True)
+        drawn = team.map(work, range(len(strips)), rings=rings)
+        costs, until = zip(*drawn, strict=True)
         self._strips.learn(strips, until)
-        cull_s = None if view_s is None else sum(culled) / len(culled)
-        self._cost = PictureCost(costs, self._row_count, view_s, cull_s)
+        self._cost = PictureCost(costs, self._row_count, view_s)
         return Image(canvas.image, canvas.depth if canvas.depth.size else None)

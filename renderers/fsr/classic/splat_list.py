@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,33 +69,8 @@ def list_splats(
 
     planes: see `SetView.planes_of`, where these are known already.
     """
-    painted, view = seen.painted, seen.view
     spans, *found, split, shells = kernels.list_strip(
-        (
-            painted.row_numbers,
-            painted.row_extents,
-            painted.row_places,
-            painted.columns,
-            painted.whole_rows,
-            painted.bounds,
-        ),
-        (painted.places, painted.paints),
-        (
-            view.base,
-            view.matrix,
-            view.is_flat,
-            np.float32(view.low),
-            np.float32(view.keys_per_mm),
-            np.float32(seen.near_mm),
-        ),
-        seen.planes_of(strip) if planes is None else planes,
-        (np.float32(seen.sigma_mm / WIDEST_SIGMA), np.float32(0.5**SPLITS)),
-        (
-            *_shares(SHARES),
-            MANY,
-            LEAST_SHELL,
-            seen.sheets[2] if len(seen.sheets) else np.float32(0),
-        ),
+        *asked_of_culling(seen, seen.planes_of(strip) if planes is None else planes)
     )
     given = np.empty(0, np.int32)
     if seen.traversal is Traversal.GRID:
@@ -113,6 +89,31 @@ def list_splats(
         shells,
         given,
         strip,
+    )
+
+
+def asked_of_culling(seen: SetView, planes: NDArray[np.float32]) -> tuple[Any, ...]:
+    """Give what `list_strip` takes."""
+    painted, view = seen.painted, seen.view
+    return (
+        painted.listed,
+        (painted.places, painted.paints),
+        (
+            view.base,
+            view.matrix,
+            view.is_flat,
+            np.float32(view.low),
+            np.float32(view.keys_per_mm),
+            np.float32(seen.near_mm),
+        ),
+        planes,
+        (np.float32(seen.sigma_mm / WIDEST_SIGMA), np.float32(0.5**SPLITS)),
+        (
+            *_shares(SHARES),
+            MANY,
+            LEAST_SHELL,
+            seen.sheets[2] if len(seen.sheets) else np.float32(0),
+        ),
     )
 
 

@@ -2,23 +2,32 @@
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.classic.kernel_set import KernelSet
-from renderers.fsr.classic.mode import SplatMode
+from renderers.fsr.classic.mode import SplatMode, Traversal
 from renderers.fsr.classic.near import LAST_SIGMA
-from renderers.fsr.classic.picture_cost import STAGES, StripCost
+from renderers.fsr.classic.picture_cost import StripCost
 from renderers.fsr.classic.projection.kernels import CUT
 from renderers.fsr.classic.scratch import SplatRoom, TileScratch, TileStates
-from renderers.fsr.classic.set_view import sigma_of
-from renderers.fsr.classic.splat_list import SplatList
+from renderers.fsr.classic.set_view import SetView, sigma_of
+from renderers.fsr.classic.splat_list import (
+    SplatList,
+    asked_of_culling,
+    list_splats,
+)
+from renderers.fsr.classic.stages import CULL, TIMES
 
 _EDGE = math.exp(-0.5 * CUT**2)
 FOOTPRINT_SUM = 2 * math.pi * (1 - _EDGE * (1 + 0.5 * CUT**2)) / (1 - _EDGE)
 """Integral of the edge-subtracted footprint, in squared sigmas."""
+
+Others = tuple[NDArray[np.int64], NDArray[np.int64], int]
+"""What calls the threads of the other strips, and what else `list_and_draw` asks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +56,11 @@ class StripDrawer:
         """Composite a list into its strip of the picture."""
         began = time.perf_counter()
         seen = splats.seen
-        painted, camera, view, mode = seen.painted, seen.camera, seen.view, seen.mode
-        self._make_room(splats, len(canvas.depth) > 0)
-        spent = np.zeros(len(STAGES), np.int64)
+        painted, view = seen.painted, seen.view
+        with_depth = len(canvas.depth) > 0
+        self._make_room(seen, max(splats.count, len(splats.near_places)), with_depth)
+        self._tiles.begin(splats.strip)
+        spent = np.zeros(TIMES, np.int64)
         visible, fragments = self._kernels.draw_pieces(
             (splats.near_places, splats.near_paints, splats.near_keys),
             (painted.places, painted.paints),
@@ -65,31 +76,11 @@ class StripDrawer:
                 np.float32(seen.near_mm),
             ),
             splats.shells,
-            (
-                view.base,
-                view.matrix,
-                int(camera.projection),
-                np.float32(view.scale),
-                camera.width,
-                camera.height,
-            ),
-            (
-                np.float32(sigma_of(mode)),
-                np.float32(LAST_SIGMA**2),
-                mode is SplatMode.POINTS,
-                np.float32(FOOTPRINT_SUM if mode is SplatMode.SHEET else 0.0),
-                np.float32(CUT * sigma_of(mode) * painted.widest_mm),
-            ),
+            *_asked_of_drawing(seen),
             self._room.all_,
             self._tiles.all_,
             self._scratch.all_,
-            (
-                canvas.image,
-                canvas.depth,
-                canvas.limit_mm,
-                np.float32(canvas.least_light),
-                seen.sheets,
-            ),
+            _drawn_on(canvas, seen),
             spent,
         )
         return StripCost(
@@ -102,14 +93,100 @@ class StripDrawer:
             time.perf_counter() - began,
         )
 
-    def _make_room(self, splats: SplatList, with_depth: bool) -> None:
-        wanted = max(splats.count, len(splats.near_places))
+    def cull_and_draw(
+        self,
+        seen: SetView,
+        strip: range,
+        planes: NDArray[np.float32],
+        canvas: Canvas,
+        others: Others,
+    ) -> StripCost:
+        """Do both stages of a strip, see `list_and_draw`.
+
+        planes: see `SetView.planes_of`.
+        """
+        began = time.perf_counter()
+        if seen.traversal is Traversal.GRID:
+            return self._in_order_of_grid(seen, strip, planes, canvas)
+        wanted = self._room.splats
+        while True:
+            self._make_room(seen, wanted, len(canvas.depth) > 0)
+            self._tiles.begin(strip)
+            spent = np.zeros(TIMES, np.int64)
+            count, spans, split, visible, fragments, wanted = (
+                self._kernels.list_and_draw(
+                    *asked_of_culling(seen, planes),
+                    seen.painted.rows.shape[1],
+                    *_asked_of_drawing(seen),
+                    self._room.all_,
+                    self._room.splats,
+                    self._tiles.all_,
+                    self._scratch.all_,
+                    _drawn_on(canvas, seen),
+                    others,
+                    spent,
+                )
+            )
+            if wanted <= self._room.splats:
+                break
+        seconds = time.perf_counter() - began
+        return StripCost(count, spans, split, visible, fragments, spent, seconds)
+
+    def _in_order_of_grid(
+        self,
+        seen: SetView,
+        strip: range,
+        planes: NDArray[np.float32],
+        canvas: Canvas,
+    ) -> StripCost:
+        """Do one stage after the other: rows are put in order in between."""
+        began = time.perf_counter()
+        splats = list_splats(seen, self._kernels, strip, planes)
+        culled_s = time.perf_counter() - began
+        cost = self.draw(splats, canvas)
+        cost.ticks[CULL] = round(cost.ticks.sum() * culled_s / cost.seconds)
+        return replace(cost, seconds=cost.seconds + culled_s)
+
+    def _make_room(self, seen: SetView, wanted: int, with_depth: bool) -> None:
         if self._room.splats < wanted:
             # views of one set differ less than this
-            wanted = max(wanted, min(2 * wanted, len(splats.seen.painted.rows)))
+            wanted = max(wanted, min(2 * wanted, len(seen.painted.rows)))
             self._room = SplatRoom(wanted)
             self._scratch = TileScratch(wanted)
-        shape = (*splats.seen.tiles, with_depth)
+        shape = (*seen.tiles, with_depth)
         if self._tiles.shape != shape:
             self._tiles = TileStates(*shape)
-        self._tiles.begin(splats.strip)
+
+
+def _asked_of_drawing(seen: SetView) -> tuple[Any, ...]:
+    """Give what kernels that draw take as `seen_by` and `look`."""
+    camera, view, mode = seen.camera, seen.view, seen.mode
+    sigma = sigma_of(mode)
+    return (
+        (
+            view.base,
+            view.matrix,
+            int(camera.projection),
+            np.float32(view.scale),
+            camera.width,
+            camera.height,
+        ),
+        (
+            np.float32(sigma),
+            np.float32(LAST_SIGMA**2),
+            mode is SplatMode.POINTS,
+            np.float32(FOOTPRINT_SUM if mode is SplatMode.SHEET else 0.0),
+            np.float32(CUT * sigma * seen.painted.widest_mm),
+        ),
+    )
+
+
+def _drawn_on(canvas: Canvas, seen: SetView) -> tuple[Any, ...]:
+    """Give what kernels that draw take as `canvas`."""
+    return (
+        canvas.image,
+        canvas.depth,
+        canvas.limit_mm,
+        np.float32(canvas.least_light),
+        seen.sheets,
+    )

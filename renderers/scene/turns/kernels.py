@@ -30,13 +30,25 @@ def _take_turn(typingctx: Any, turns: Any) -> Any:
 
     One step: no two threads get the same turn.
     """
+    return _changed_by(turns, "add", "monotonic")
+
+
+def _give_back(typingctx: Any, turns: Any) -> Any:
+    """Take one from the first element of an int64 array; give what it was before.
+
+    Whoever sees that sees all that was written before it.
+    """
+    return _changed_by(turns, "sub", "acq_rel")
+
+
+def _changed_by(turns: Any, operation: str, order: str) -> Any:
     if not _is_shared(turns):
         return None
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         at = _first(context, builder, sig.args[0], args[0])
         one = ir.Constant(ir.IntType(64), 1)
-        return builder.atomic_rmw("add", at, one, "monotonic")
+        return builder.atomic_rmw(operation, at, one, order)
 
     return signature(types.int64, turns), generate
 
@@ -59,6 +71,7 @@ def _look(typingctx: Any, shared: Any) -> Any:
 
 
 take_turn: Any = intrinsic(_take_turn)
+give_back: Any = intrinsic(_give_back)
 look: Any = intrinsic(_look)
 
 
@@ -68,3 +81,23 @@ def wait_for_change(shared: I64, value: int, looks: int) -> bool:
     while looks > 0 and look(shared) == value:
         looks -= 1
     return looks > 0
+
+
+@njit(cache=True, nogil=True)
+def wait_for_none(shared: I64, looks: int) -> None:
+    """Look until the first element is zero, so often at most."""
+    while looks > 0 and look(shared) != 0:
+        looks -= 1
+
+
+@njit(cache=True)
+def count_up(shared: I64) -> None:
+    """Add one in one step, as compiled code that does not hold the lock does."""
+    take_turn(shared)
+
+
+@njit(cache=True, nogil=True)
+def leave_and_wait(busy: I64, shared: I64, value: int, looks: int) -> bool:
+    """Take one from those who are busy; then do as `wait_for_change`."""
+    give_back(busy)
+    return wait_for_change(shared, value, looks)

@@ -129,6 +129,21 @@ def shells_of(bins: I64, eye: Any, shelling: Any) -> I64:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def finish_list(
+    spans: I32, lowest: I32, highest: I32, bins: I64, near: I32, splats: Any, eye: Any,
+    split_at: Any, shelling: Any,
+) -> Any:  # fmt: skip
+    """Give what `list_strip` does, of rows that are clipped and surveyed."""
+    places, paints, keys, cut = split_near(near, splats, eye, split_at)
+    counted = bins.sum(axis=0)
+    shells = shells_of(counted, eye, shelling)
+    return (
+        spans, lowest, highest, counted.sum(), places, paints, keys, cut,
+        shells[: shells.shape[0] if spans.shape[0] > 0 else 0],
+    )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def list_strip(
     rows: Any, splats: Any, eye: Any, planes: F32, split_at: Any, shelling: Any
 ) -> Any:
@@ -162,10 +177,7 @@ def list_strip(
             spans, listed, kept, ends, rows[3], of_eye, lowest, highest, bins,
             near, nears,
         )  # fmt: skip
-    places, paints, keys, cut = split_near(near[:nears], splats, eye, split_at)
-    counted = bins.sum(axis=0)
-    shells = shells_of(counted, eye, shelling)
-    return (
-        spans[:kept], lowest, highest, counted.sum(), places, paints, keys, cut,
-        shells[: shells.shape[0] if kept > 0 else 0],
+    return finish_list(
+        spans[:kept], lowest, highest, bins, near[:nears], splats, eye, split_at,
+        shelling,
     )  # fmt: skip

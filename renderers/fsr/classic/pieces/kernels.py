@@ -24,6 +24,7 @@ from renderers.fsr.classic.ordering.kernels import (
 )
 from renderers.fsr.classic.projection.kernels import project_splats
 from renderers.fsr.classic.shells.kernels import find_waiting, take_shell
+from renderers.fsr.classic.stages import DRAW, ORDER, PROJECT
 from renderers.fsr.classic.tiles import TILE_SIDE
 from renderers.scene.ticks.kernels import passed, ticks
 
@@ -31,9 +32,6 @@ F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 U16 = NDArray[np.uint16]
 I64 = NDArray[np.int64]
-
-PROJECT, ORDER, DRAW = range(3)
-"""Stages whose time is told."""
 
 ALIKE: Any = np.bool_(False)
 """Splats of size one. A literal would compile what takes it a second time."""
@@ -149,7 +147,7 @@ def draw_pieces(
     tiles: states, depths, alive, drawn, fresh and turns (see `draw_tiles`), and
     waiting (see `find_waiting`); tiles that take no light are left alone. scratch:
     items, limits, sums, sheets and far; canvas: image, depth, limit_mm, cut and
-    sheets_of; see `draw_tiles`. spent: ``(3,)`` ticks by stage, added to.
+    sheets_of; see `draw_tiles`. spent: ``(5,)`` ticks by stage, added to.
     """
     index, keys, records, boxes, ranges, counts, entries = room
     states, depths, alive, drawn, fresh, turns, waiting = tiles

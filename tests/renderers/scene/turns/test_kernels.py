@@ -4,7 +4,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.scene.turns.kernels import take_turn, wait_for_change
+from renderers.scene.turns.kernels import (
+    count_up,
+    leave_and_wait,
+    take_turn,
+    wait_for_change,
+    wait_for_none,
+)
 
 
 @njit(nogil=True)
@@ -37,3 +43,29 @@ def test_waiting_ends_when_the_number_is_another_or_when_it_has_looked_enough() 
         waiting = pool.submit(wait_for_change, shared, 0, 10**9)
         shared[0] = 5
         assert waiting.result(timeout=60)
+
+
+def test_no_one_who_joins_or_leaves_is_lost() -> None:
+    """With and without the interpreter's lock, at the same time."""
+    busy, bell = np.full(1, 100_000, np.int64), np.zeros(1, np.int64)
+
+    def join(_: int) -> None:
+        for _ in range(50_000):
+            count_up(busy)
+
+    def leave(_: int) -> None:
+        for _ in range(50_000):
+            assert not leave_and_wait(busy, bell, 0, 0)
+
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(lambda do: do(0), [join, leave, leave, join]))
+    assert busy[0] == 100_000
+
+
+def test_waiting_for_none_ends_when_there_is_none() -> None:
+    busy = np.ones(1, np.int64)
+    wait_for_none(busy, 1000)
+    with ThreadPoolExecutor(1) as pool:
+        waiting = pool.submit(wait_for_none, busy, 10**12)
+        leave_and_wait(busy, busy, 0, 0)
+        waiting.result(timeout=60)

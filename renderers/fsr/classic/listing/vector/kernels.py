@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 from renderers.fsr.classic.listing.kernels import (
     ROOM,
     SPARE,
+    finish_list,
     nearing,
-    shells_of,
-    split_near,
     with_room,
 )
 from renderers.fsr.classic.survey.kernels import BESIDE, BINS, SOME
@@ -56,10 +55,7 @@ def list_strip(
             spans, listed, kept, ends, rows[3], of_eye, lowest, highest, bins,
             near, nears,
         )  # fmt: skip
-    places, paints, keys, cut = split_near(near[:nears], splats, eye, split_at)
-    counted = bins.sum(axis=0)
-    shells = shells_of(counted, eye, shelling)
-    return (
-        spans[:kept], lowest, highest, counted.sum(), places, paints, keys, cut,
-        shells[: shells.shape[0] if kept > 0 else 0],
+    return finish_list(
+        spans[:kept], lowest, highest, bins, near[:nears], splats, eye, split_at,
+        shelling,
     )  # fmt: skip

@@ -10,10 +10,7 @@ from renderers.fsr.classic.near import NEAR_KEYS
 from renderers.fsr.classic.ordering.kernels import count_keys
 from renderers.fsr.classic.pieces.kernels import (
     ALIKE,
-    DRAW,
-    ORDER,
     PART,
-    PROJECT,
     count_in_order,
     count_near,
     look_for_light,
@@ -21,6 +18,7 @@ from renderers.fsr.classic.pieces.kernels import (
 )
 from renderers.fsr.classic.projection.vector.kernels import project_splats
 from renderers.fsr.classic.shells.vector.kernels import take_shell
+from renderers.fsr.classic.stages import DRAW, ORDER, PROJECT
 from renderers.fsr.classic.tiles import TILE_SIDE
 from renderers.fsr.classic.vector.kernels import draw_tiles
 from renderers.scene.ticks.kernels import passed, ticks

@@ -1,0 +1,1 @@
+"""Both stages of a strip, culling and drawing, in one call."""

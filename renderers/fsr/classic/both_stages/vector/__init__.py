@@ -1,0 +1,1 @@
+"""Both stages of a strip with vectors."""
