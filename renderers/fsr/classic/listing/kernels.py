@@ -49,10 +49,13 @@ def nearing(eye: Any) -> Any:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def with_room(near: I32, nears: int, spans: I32) -> I32:
-    """Give room for as many more near splats as there are in spans."""
+    """Give room for as many more near splats as there are in spans.
+
+    Between the first and the last of them, since elements are numbered row by row.
+    """
     need = nears
-    for span in range(spans.shape[0]):
-        need += spans[span, 2] - spans[span, 1]
+    if spans.shape[0] > 0:
+        need += spans[spans.shape[0] - 1, 2] - spans[0, 1]
     if near.shape[0] >= need:
         return near
     found = np.empty(2 * need, np.int32)

@@ -65,9 +65,9 @@ def clip_rows(
     columns of the elements; `n` and columns with sixteen to spare. base: the point
     steps are counted from. planes: ``(p, 4)``, a place is inside where ``a i + b j + c
     k + d >= 0`` for all, in steps from there. kept: spans that are listed already.
-    spans: ``(n, 3)`` row, first and last + 1 element. ends: ``(4, SOME)`` steps from
-    there to their first and last element, and along j and k, of those listed by this
-    call; with sixteen to spare.
+    spans: ``(n, 3)`` row, first and last + 1 element; sixteen to spare. ends: ``(4,
+    SOME)`` steps from there to their first and last element, and along j and k, of
+    those listed by this call; with sixteen to spare.
     """
     numbers, extents, places, columns = rows
     listed = kept

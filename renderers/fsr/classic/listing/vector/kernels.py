@@ -31,7 +31,7 @@ def list_strip(
     """Do as the scalar twin, but that rows are not looked at if all are within."""
     count = rows[0].shape[0]
     is_whole = are_within(rows[5], eye[0], planes)
-    spans = rows[4] if is_whole else np.empty((count, 3), np.int32)
+    spans = rows[4] if is_whole else np.empty((count + SPARE, 3), np.int32)
     lowest = np.empty(count + SPARE, np.int32)
     highest = np.empty(count + SPARE, np.int32)
     ends = np.empty((4, SOME + SPARE), np.float32)

@@ -27,11 +27,13 @@ from renderers.simd import (
     i32,
     lanes,
     load,
+    load_where,
     maximum,
     minimum,
     select,
     sqrt,
     store,
+    store_packed,
     store_triples,
 )
 from renderers.simd import (
@@ -105,6 +107,8 @@ def clip_rows(
     stride = places.shape[1]
     room = ends.shape[1]
     limits = np.empty(2 * _W, np.int32)
+    found = np.empty(3 * _W, np.int32)
+    found_ends = np.empty(2 * _W, np.float32)
     # once for all rows: what is stored meanwhile might be planes, for all the compiler
     # knows, and dividing takes as long as the rest
     inverse = np.float32(-1) / planes[:, 0]
@@ -141,29 +145,42 @@ def clip_rows(
             store(ends, 3 * room + at, dz)
             kept += _W
             continue
-        whole = bits(is_whole)
         store(limits, 0, i32(-floor(-(low + base[0]))))
         store(limits, _W, i32(floor(high + base[0])) + 1)
-        while rest_of != 0:
-            lane = lowest_bit(rest_of)
-            rest_of &= rest_of - np.int64(1)
-            first = np.uint32(extents[0, row + lane])
-            end = np.uint32(extents[1, row + lane])
-            if not (whole >> lane) & 1:
-                first, end = _clip_row(
-                    columns, first, end, limits[lane], limits[_W + lane]
-                )
-                if first == end:
-                    continue
-            at = kept - listed
-            ends[0, at] = np.float32(columns[first]) - base[0]
-            ends[1, at] = np.float32(columns[end - 1]) - base[0]
-            ends[2, at] = places[0, row + lane] - base[1]
-            ends[3, at] = places[1, row + lane] - base[2]
-            spans[kept, 0] = numbers[row + lane]
-            spans[kept, 1] = first
-            spans[kept, 2] = end
-            kept += 1
+        # no elements where a row is not met
+        store(found, 0, load_where(extents, row, met))
+        store(found, _W, load_where(extents, every + row, met))
+        store(found_ends, 0, left)
+        store(found_ends, _W, right)
+        # what is cut is put in its lane, and lanes that are left side by side
+        cut = rest_of & ~bits(is_whole)
+        while cut != 0:
+            lane = lowest_bit(cut)
+            cut &= cut - np.int64(1)
+            first, end = _clip_row(
+                columns, np.uint32(found[lane]), np.uint32(found[_W + lane]),
+                limits[lane], limits[_W + lane],
+            )  # fmt: skip
+            found[lane] = first
+            found[_W + lane] = end
+            if first < end:
+                found_ends[lane] = np.float32(columns[first]) - base[0]
+                found_ends[_W + lane] = np.float32(columns[end - 1]) - base[0]
+        first_of = load(found, 0, _W)
+        end_of = load(found, _W, _W)
+        is_kept = first_of < end_of
+        store_packed(ends, at, load(found_ends, 0, _W), is_kept)
+        store_packed(ends, room + at, load(found_ends, _W, _W), is_kept)
+        store_packed(ends, 2 * room + at, dy, is_kept)
+        store_packed(ends, 3 * room + at, dz, is_kept)
+        store_packed(found, 0, load_where(numbers, row, is_kept), is_kept)
+        store_packed(found, _W, first_of, is_kept)
+        store_packed(found, 2 * _W, end_of, is_kept)
+        store_triples(
+            spans, 3 * kept, 12, load(found, 0, _W), load(found, _W, _W),
+            load(found, 2 * _W, _W),
+        )  # fmt: skip
+        kept += count(is_kept)
     return kept
 
 
