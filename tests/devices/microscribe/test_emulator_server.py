@@ -43,8 +43,8 @@ def open_client(server: EmulatorServer) -> serial.SerialBase:
 
 def poll_until_gone(client: serial.SerialBase) -> None:
     """Poll until the port fails, which it must before the test times out."""
-    client.timeout = 0.02
     try:
+        client.timeout = 0.02  # this, too, may be where it is found gone
         while True:
             client.write(b"\x03")
             client.read(14)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from renderers.art import tracer
 from renderers.scene import Camera, Projection, Scene
 from tests.scenes import make_scene
 
@@ -34,3 +35,13 @@ def inside(scene: Scene) -> Camera:
     k, j, i = np.unravel_index(int(distance.values.argmin()), distance.shape)
     eye = (distance.world_from_voxel @ [i, j, k, 1.0])[:3]
     return Camera.looking_at(eye, eye + np.array([0.3, 1.0, 0.2]), size=(50, 43))
+
+
+@pytest.fixture
+def steady_pace(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw so few blocks between two looks, however long they take."""
+
+    def few_blocks(blocks: int, spent_s: float, threads: int) -> int:
+        return 2 * threads
+
+    monkeypatch.setattr(tracer, "next_blocks", few_blocks)

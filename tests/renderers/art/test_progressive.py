@@ -53,6 +53,7 @@ def test_with_time_enough_the_picture_is_the_same(
     assert_array_equal(traced.found.rgba, expected.rgba)
 
 
+@pytest.mark.usefixtures("steady_pace")
 def test_what_was_traced_is_kept_and_the_rest_is_coarse(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
@@ -79,6 +80,7 @@ def test_what_was_traced_is_kept_and_the_rest_is_coarse(
         assert_array_equal(found[~traced.drawn], spread[~traced.drawn])
 
 
+@pytest.mark.usefixtures("steady_pace")
 def test_a_coarse_picture_that_is_cut_short_is_what_there_is(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:

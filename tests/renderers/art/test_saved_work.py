@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from renderers.art import ActiveRayTracer, saved_work, tracer
+from renderers.art import ActiveRayTracer, saved_work
 from renderers.art.client import SnapshotClient
 from renderers.art.job import SnapshotRequest, TruthSpec
 from renderers.art.policy import CellPolicy, Dataflow
@@ -39,16 +39,6 @@ def request_(client: SnapshotClient, scene: Scene, outside: Camera) -> SnapshotR
     client.submit(request)
     assert client.spool.claim() is not None
     return request
-
-
-@pytest.fixture
-def steady_pace(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Draw so few blocks between two looks, however long they take."""
-
-    def few_blocks(blocks: int, spent_s: float, threads: int) -> int:
-        return 2 * threads
-
-    monkeypatch.setattr(tracer, "next_blocks", few_blocks)
 
 
 def saved(client: SnapshotClient, request: SnapshotRequest, attempt: int) -> SavedWork:

@@ -212,6 +212,7 @@ def test_what_is_behind_all_tissue_shows_only_through_it(
     assert np.all(added <= 0.2 * rest[:, 3:] + 1e-7)
 
 
+@pytest.mark.usefixtures("steady_pace")
 def test_stopped_early_it_has_the_tool_in_every_part(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
@@ -221,13 +222,17 @@ def test_stopped_early_it_has_the_tool_in_every_part(
         scene, camera, progressive=True, instruments=[board(outside, 27.0, 11.0)]
     )
     loaded = load_tools(client.data, request)
-    halted = []
-    team = WatchedTeam(looks=lambda asked, share: halted.append(asked.image.width))
+    halfway = []
 
-    def enough() -> bool:
-        return bool(halted) and halted[-1] == 160
+    def look(asked: SnapshotRequest, share: float) -> None:
+        if asked.image.width == 160 and share > 0.5:
+            halfway.append(share)
 
-    traced = trace_best(team, request, scene, lambda share: True, enough, tools=loaded)
+    team = WatchedTeam(looks=look)
+
+    traced = trace_best(
+        team, request, scene, lambda share: True, lambda: bool(halfway), tools=loaded
+    )
     done = traced.drawn
     assert done is not None
     assert 0 < done.mean() < 1
