@@ -278,6 +278,7 @@ def test_parts_that_are_shown_on_the_way_have_the_tool(
     assert off.max() <= step - 1
 
 
+@pytest.mark.usefixtures("steady_pace")
 def test_who_takes_a_job_over_ends_rays_at_the_same_tools(
     client: SnapshotClient, scene: Scene, outside: Camera, tools: list[PlacedMesh]
 ) -> None:
