@@ -66,6 +66,9 @@ def put_in_order(
     counts: ``(KEYS,)``, zeros again afterwards.
     """
     visible = begin_keys(counts, first_key, end_key)
+    # in order, so that they are in the cache when they are written here and there,
+    # where one that is not holds up those that follow
+    entries[:visible] = 0
     place_by_keys(ranges[:n], keys[:n], counts, entries)
     counts[first_key:end_key] = 0
     return visible

@@ -211,6 +211,7 @@ def survey_spans(
     for c in range(3):
         square += m[c, 0] * m[c, 0]
     middles = np.empty(_W, np.int32)
+    flat_spans = spans.reshape(-1)
     for span in range(first_span, end_span, _W):
         at = span - first_span
         met = lanes(_W) < end_span - span
@@ -235,9 +236,18 @@ def survey_spans(
         store(highest, span, i32(_key_of(longest, low, scale)))
         middle = _key_of((shortest + longest) * np.float32(0.5), low, scale)
         store(middles, 0, i32(middle * np.float32(BINS / KEYS)))
-        for lane in range(min(_W, end_span - span)):
-            of_span = spans[span + lane, 2] - spans[span + lane, 1]
-            bins[lane % BESIDE, np.uint32(middles[lane])] += of_span
+        # unrolled where it is known how many there are: .77 of the time of all
+        begin = np.uint32(3 * span)
+        if end_span - span >= _W:
+            for lane in range(_W):
+                of_span = begin + np.uint32(3 * lane)
+                elements = flat_spans[of_span + np.uint32(2)]
+                elements -= flat_spans[of_span + np.uint32(1)]
+                bins[lane % BESIDE, np.uint32(middles[lane])] += elements
+        else:
+            for lane in range(end_span - span):
+                elements = spans[span + lane, 2] - spans[span + lane, 1]
+                bins[lane % BESIDE, np.uint32(middles[lane])] += elements
         if any_(met & (shortest < near_mm)):
             some_near = bits(met & (shortest < near_mm))
             while some_near != 0:
