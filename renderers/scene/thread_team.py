@@ -26,6 +26,9 @@ Result = TypeVar("Result")
 LOOKS = 12000
 """Times that a thread looks around before it sleeps: some tenths of a millisecond."""
 
+NAP_S = 1.0
+"""After which who sleeps looks up: the end of a team may not be able to wake anybody."""
+
 
 class Errand(Generic[Result]):
     """Hold one piece of work that is done beside the rest; ask for its result once."""
@@ -72,6 +75,7 @@ class ThreadTeam:
         self._board = _Board()
         self._helpers: list[threading.Thread] = []
         self._in_use = threading.Lock()
+        self._starting = threading.Lock()
         weakref.finalize(self, self._board.end)
 
     @classmethod
@@ -124,8 +128,7 @@ class ThreadTeam:
                 self._board.put_up(take, rings)
                 take()
             finally:
-                self._board.take_down()
-                self._in_use.release()
+                self._end_map()
         if errors:
             raise errors[0]
         return [results[turn] for turn in range(len(parts))]
@@ -164,13 +167,24 @@ class ThreadTeam:
             helper.join()
 
     def _start(self) -> None:
-        while len(self._helpers) < self.threads - 1:
-            # the board and not the team: a thread would keep that alive
-            helper = threading.Thread(
-                target=self._board.serve, name="team", daemon=True
-            )
-            self._helpers.append(helper)
-            helper.start()
+        with self._starting:
+            while len(self._helpers) < self.threads - 1:
+                # the board and not the team: a thread would keep that alive
+                helper = threading.Thread(
+                    target=self._board.serve, name="team", daemon=True
+                )
+                helper.start()
+                self._helpers.append(helper)
+
+    def _end_map(self) -> None:
+        try:
+            self._board.take_down()
+        except BaseException:
+            # interrupted, while others still write to what the next map may be given
+            self._board.take_down()
+            raise
+        finally:
+            self._in_use.release()
 
 
 class _Board:
@@ -228,18 +242,27 @@ class _Board:
         return work
 
     def end(self) -> None:
-        """Send the helpers home."""
-        with self._changed:
-            self.is_ended = True
-            self._call()
+        """Send the helpers home.
+
+        A team that nobody holds any more is ended by whatever thread its memory is
+        freed in, and that may be one that has the lock: it must not be waited for.
+        """
+        self.is_ended = True
+        count_up(self.calls)
+        if self._changed.acquire(blocking=False):
+            self._changed.notify_all()
+            self._changed.release()
 
     def serve(self) -> None:
         """Help with whatever is put up until the end."""
         answered = 0
-        while not self.is_ended:
+        while True:
             work = None
             with self._changed:
                 calls = int(self.calls[0])
+                # after the calls were read: an end that comes later is one more
+                if self.is_ended:
+                    return
                 errand = self._errands.popleft() if self._errands else None
                 if errand is None and answered != calls:
                     answered = calls
@@ -276,10 +299,12 @@ class _Board:
             return
         with self._changed:
             self._sleeping += 1
-            # nobody wakes who falls asleep before a bell that is about to ring
-            while shared[0] == value and not (self._rings and shared is self.calls):
-                self._changed.wait()
-            self._sleeping -= 1
+            try:
+                # nobody wakes who falls asleep before a bell that is about to ring
+                while shared[0] == value and not (self._rings and shared is self.calls):
+                    self._changed.wait(NAP_S)
+            finally:
+                self._sleeping -= 1
 
     def _call(self) -> None:
         count_up(self.calls)
