@@ -27,7 +27,7 @@ LOOKS = 12000
 """Times that a thread looks around before it sleeps: some tenths of a millisecond."""
 
 NAP_S = 1.0
-"""After which who sleeps looks up: the end of a team may not be able to wake anybody."""
+"""After which who sleeps looks up: a team that ends may not be able to wake them."""
 
 
 class Errand(Generic[Result]):
