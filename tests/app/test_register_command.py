@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app import registration_walk
 from app.__main__ import main
 from app.register_command import RegisterOptions, run_register
 from devices import DeviceError
@@ -54,23 +55,34 @@ def test_the_whole_way_by_itself(
 
 
 def test_an_arm_on_a_port_is_registered(
-    coarse_scenario: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    coarse_scenario: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     scenario, folder = load_scenario(str(coarse_scenario))
     fiducials = np.stack(list(scenario.fiducial_positions().values()))
     out = tmp_path / "r.json"
-    with MicroScribeEmulator(
-        folder / scenario.path, fiducials_mm=fiducials, seed=4
-    ) as arm:
-        options = _options(
-            out,
-            coarse_scenario,
-            emulated=False,
-            device=arm.port_name,
-            targets=("nasopharynx",),
-        )
-        assert run_register(options, as_json=False) == 0
-        truth = np.linalg.inv(arm.device_from_world)
+    monkeypatch.setattr(registration_walk, "PATIENCE_S", 10.0)
+    for attempt in range(3):
+        with MicroScribeEmulator(
+            folder / scenario.path, fiducials_mm=fiducials, seed=4
+        ) as arm:
+            options = _options(
+                out,
+                coarse_scenario,
+                emulated=False,
+                device=arm.port_name,
+                targets=("nasopharynx",),
+            )
+            try:
+                assert run_register(options, as_json=False) == 0
+                break
+            except TimeoutError:
+                # The arm does not wait for who reads it, and a machine with much to do
+                # may sleep through a press of .4 s: begin again, as one is told to.
+                assert attempt < 2
+    truth = np.linalg.inv(arm.device_from_world)
     found = load_registration(out).registration().world_from_device
     at = np.array([0.0, 66.0, 8.0, 1.0])
     device = arm.device_from_world @ at
