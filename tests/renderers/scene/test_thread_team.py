@@ -9,6 +9,7 @@ import pytest
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.scene import thread_team
 from renderers.scene.thread_team import ThreadTeam, _Board
 from renderers.scene.turns.kernels import count_up, look, take_turn
 
@@ -94,49 +95,32 @@ def test_threads_end_with_their_team_and_sleep_between_maps() -> None:
         assert not helper.is_alive()
 
 
-def test_a_team_ends_whatever_a_helper_is_at() -> None:
-    """Between finding that there is work to wait for and waiting, among others."""
-    for pause_s in (0.0, 1e-5, 1e-4, 1e-3, 0.02) * 20:
-        team = ThreadTeam(3)
-        assert team.map(abs, range(3)) == [0, 1, 2]
-        team.rouse()
-        time.sleep(pause_s)
-        team.close()
-
-
-def test_an_end_that_comes_while_a_helper_takes_the_lock_is_seen() -> None:
+@pytest.mark.parametrize("is_awake", [True, False])
+def test_a_team_may_end_in_a_thread_that_has_its_lock(
+    is_awake: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Memory is freed wherever some is asked for; helpers may be about to take it."""
+    if is_awake:
+        monkeypatch.setattr(thread_team, "LOOKS", 10**9)
     team = ThreadTeam(2)
     board = team._board
     assert team.map(abs, range(3)) == [0, 1, 2]
-    helper = next(t for t in threading.enumerate() if t is team._helpers[0])
-    with board._changed:
-        # it comes awake and waits for the lock, and the team ends before it has it
-        count_up(board.calls)
-        board._changed.notify_all()
-        time.sleep(0.02)
-        board.end()
-    helper.join(timeout=30)
-    assert not helper.is_alive()
-
-
-def test_an_end_in_a_thread_that_has_the_lock_waits_for_nobody() -> None:
-    """Memory is freed wherever some is asked for."""
-    team = ThreadTeam(2)
-    board = team._board
-    assert team.map(abs, range(3)) == [0, 1, 2]
-    time.sleep(0.05)
     ended = threading.Event()
 
     def end() -> None:
         with board._changed:
+            if is_awake:
+                # the helper begins to look for work, and waits for the lock
+                count_up(board.calls)
+                time.sleep(0.05)
             board.end()
         ended.set()
 
+    time.sleep(0.05)
     threading.Thread(target=end, daemon=True).start()
     assert ended.wait(30)
-    helper = team._helpers[0]
-    helper.join(timeout=30)
-    assert not helper.is_alive()
+    team._helpers[0].join(timeout=30)
+    assert not team._helpers[0].is_alive()
 
 
 def test_who_is_interrupted_at_the_end_of_a_map_waits_all_the_same(
@@ -147,8 +131,11 @@ def test_who_is_interrupted_at_the_end_of_a_map_waits_all_the_same(
     wait, interrupts = _Board.wait, iter([KeyboardInterrupt()])
     caller = threading.get_ident()
 
+    is_interrupted = threading.Event()
+
     def interrupted(board: _Board, shared: NDArray[np.int64], value: int) -> None:
         if threading.get_ident() == caller and (error := next(interrupts, None)):
+            is_interrupted.set()
             raise error
         wait(board, shared, value)
 
@@ -159,6 +146,7 @@ def test_who_is_interrupted_at_the_end_of_a_map_waits_all_the_same(
     def work(part: int) -> int:
         both.wait()
         if threading.get_ident() != caller:
+            assert is_interrupted.wait(30)
             time.sleep(0.1)
             ended.append(part)
         return threading.get_ident()
