@@ -28,8 +28,10 @@ class SparseRows:
 
     def __post_init__(self) -> None:
         nz, ny, nx = self.shape
-        if nx > 65536:
-            raise ValueError(f"a row holds at most 65536 voxels, got {nx}")
+        if max(self.shape) > 65536:
+            raise ValueError(
+                f"a grid has at most 65536 voxels along an axis, got {nx} x {ny} x {nz}"
+            )
         if self.offsets.shape != (nz * ny + 1,) or self.offsets[-1] != len(self.x):
             raise ValueError(
                 f"{nz * ny} rows with {len(self.x)} elements do not fit offsets of "

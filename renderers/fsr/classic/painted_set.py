@@ -27,9 +27,9 @@ class PaintedSet:
 
     rows: where splats are; grid: what their views share. places: ``(n, 4)`` float32,
     grid place (i, j, k) and extinction times volume (mm^2). paints: ``(n, 4)`` float32
-    linear RGB, lit, and the size in grid steps. columns: ``(n + 16,)`` uint16, grid
+    linear RGB, lit, and the size in grid steps. columns: ``(n + 32,)`` uint16, grid
     place i once more.
-    row_numbers, row_extents, row_places, whole_rows, bounds: the rows that hold any,
+    row_numbers, row_starts, row_places, whole_rows, bounds: the rows that hold any,
     see `list_strip`.
     widest_mm: the largest spacing. sheet_mm: thickness of a sheet.
     """
@@ -66,8 +66,8 @@ class PaintedSet:
             self.places,
             self.paints,
         )
-        # sixteen to spare: vectors read beyond the last
-        self.columns: NDArray[np.uint16] = np.zeros(len(self.rows) + 16, np.uint16)
+        # 32 to spare: vectors read beyond the last
+        self.columns: NDArray[np.uint16] = np.zeros(len(self.rows) + 32, np.uint16)
         self.columns[: len(self.rows)] = self.rows.x
         self._list_rows()
 
@@ -76,7 +76,7 @@ class PaintedSet:
         """Get the rows as `list_strip` takes them."""
         return (
             self.row_numbers,
-            self.row_extents,
+            self.row_starts,
             self.row_places,
             self.columns,
             self.whole_rows,
@@ -86,19 +86,20 @@ class PaintedSet:
     def _list_rows(self) -> None:
         offsets, ny = self.rows.offsets, self.rows.shape[1]
         numbers = np.flatnonzero(np.diff(offsets)).astype(np.int32)
-        extents = np.stack([offsets[numbers], offsets[numbers + 1]]).astype(np.int32)
+        # where a row ends the next one begins: there is nothing between
+        starts = np.append(offsets[numbers], offsets[-1]).astype(np.int32)
         self.row_numbers: NDArray[np.int32] = numbers
-        self.row_extents: NDArray[np.int32] = extents
         # sixteen to spare: vectors read beyond the last row
-        places = np.zeros((4, len(numbers) + 16), np.float32)
+        self.row_starts: NDArray[np.int32] = np.pad(starts, (0, 16), mode="edge")
+        places = np.zeros((4, len(numbers) + 16), np.uint16)
         places[:, : len(numbers)] = (
             numbers % ny,
             numbers // ny,
-            self.columns[extents[0]],
-            self.columns[extents[1] - 1],
+            self.columns[starts[:-1]],
+            self.columns[starts[1:] - 1],
         )
-        self.row_places: NDArray[np.float32] = places
-        self.whole_rows = np.column_stack([numbers, *extents])
+        self.row_places: NDArray[np.uint16] = places
+        self.whole_rows = np.column_stack([numbers, starts[:-1], starts[1:]])
         self.bounds: NDArray[np.float32] = np.zeros((2, 3), np.float32)
         if len(numbers) > 0:
             j, k, first, last = places[:, : len(numbers)]

@@ -35,7 +35,7 @@ LEAST_SHELL = 1 << 13
 class SplatList:
     """Hold what a strip of a view leaves of a set.
 
-    spans: ``(k, 3)`` int32, see `ClippedRows`. lowest, highest: ``(k,)`` int32, the
+    spans: ``(k, 3)`` int32, see `ClippedRows`. lowest, highest: ``(k,)`` uint16, the
     keys that bound each. count: elements in the spans.
     near_places, near_paints, near_keys: of splats nearer than the view's `near_mm`,
     smaller ones in place of those too near (see `PaintedSet`), and where in the order
@@ -47,8 +47,8 @@ class SplatList:
 
     seen: SetView
     spans: NDArray[np.int32]
-    lowest: NDArray[np.int32]
-    highest: NDArray[np.int32]
+    lowest: NDArray[np.uint16]
+    highest: NDArray[np.uint16]
     count: int
     near_places: NDArray[np.float32]
     near_paints: NDArray[np.float32]

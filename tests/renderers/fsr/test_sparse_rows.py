@@ -20,3 +20,12 @@ def test_voxels_and_centres_follow_the_rows() -> None:
 def test_offsets_must_fit() -> None:
     with pytest.raises(ValueError, match="do not fit"):
         SparseRows((1, 2, 3), np.eye(4), np.array([0, 1, 2]), np.zeros(3, np.uint16))
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_a_grid_is_no_longer_than_small_numbers_count(axis: int) -> None:
+    nz, ny, nx = (65537 if k == axis else 1 for k in range(3))
+    with pytest.raises(ValueError, match="65536 voxels along an axis"):
+        SparseRows(
+            (nz, ny, nx), np.eye(4), np.zeros(65538, np.int64), np.zeros(0, np.uint16)
+        )

@@ -26,6 +26,7 @@ from renderers.fsr.classic.survey.kernels import (
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
+U16 = NDArray[np.uint16]
 I64 = NDArray[np.int64]
 Real = float | np.float32
 
@@ -133,7 +134,7 @@ def shells_of(bins: I64, eye: Any, shelling: Any) -> I64:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def finish_list(
-    spans: I32, lowest: I32, highest: I32, bins: I64, near: I32, splats: Any, eye: Any,
+    spans: I32, lowest: U16, highest: U16, bins: I64, near: I32, splats: Any, eye: Any,
     split_at: Any, shelling: Any,
 ) -> Any:  # fmt: skip
     """Give what `list_strip` does, of rows that are clipped and surveyed."""
@@ -161,8 +162,8 @@ def list_strip(
     """
     count = rows[0].shape[0]
     spans = np.empty((count, 3), np.int32)
-    lowest = np.empty(count + SPARE, np.int32)
-    highest = np.empty(count + SPARE, np.int32)
+    lowest = np.empty(count + SPARE, np.uint16)
+    highest = np.empty(count + SPARE, np.uint16)
     ends = np.empty((4, SOME + SPARE), np.float32)
     bins = np.zeros((BESIDE, BINS), np.int64)
     near = np.empty(ROOM, np.int32)

@@ -60,22 +60,24 @@ def clip_rows(
 ) -> int:  # fmt: skip
     """Clip some rows against planes; list what is left of them; give how many are.
 
-    rows: numbers, ``(n,)`` the rows that hold any element; extents, ``(2, n)`` their
-    first and last + 1 element; places, ``(4, n)`` their j, k, first and last column;
-    columns of the elements; `n` and columns with sixteen to spare. base: the point
+    rows: numbers, ``(n,)`` the rows that hold any element; starts, ``(n + 1,)`` the
+    first element of each, and one more than there are; places, ``(4, n)`` their j, k,
+    first and last column; columns of the elements, with 32 to spare, the others but
+    numbers with sixteen. Small numbers: to read them from far memory takes a good part
+    of the time. base: the point
     steps are counted from. planes: ``(p, 4)``, a place is inside where ``a i + b j + c
     k + d >= 0`` for all, in steps from there. kept: spans that are listed already.
     spans: ``(n, 3)`` row, first and last + 1 element; sixteen to spare. ends: ``(4,
     SOME)`` steps from there to their first and last element, and along j and k, of
     those listed by this call; with sixteen to spare.
     """
-    numbers, extents, places, columns = rows
+    numbers, starts, places, columns = rows
     listed = kept
     for row in range(first_row, end_row):
-        dy = places[0, row] - base[1]
-        dz = places[1, row] - base[2]
-        left = places[2, row] - base[0]
-        right = places[3, row] - base[0]
+        dy = np.float32(places[0, row]) - base[1]
+        dz = np.float32(places[1, row]) - base[2]
+        left = np.float32(places[2, row]) - base[0]
+        right = np.float32(places[3, row]) - base[0]
         low = left
         high = right
         outside = False
@@ -90,7 +92,7 @@ def clip_rows(
                 outside = outside or not rest >= _ZERO
         if outside or not low <= high:
             continue
-        first, end = extents[0, row], extents[1, row]
+        first, end = starts[row], starts[row + 1]
         if not (low <= left and high >= right):
             first = first_from(columns, first, end, math.ceil(low + base[0]))
             end = first_from(columns, first, end, math.floor(high + base[0]) + 1)
@@ -111,23 +113,42 @@ def clip_rows(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _square_of(x: Real, y: Real, z: Real, dx: Real, m: F32) -> Any:
+    """Give a squared distance from the eye, so far along a row from x, y, z."""
+    x, y, z = x + dx * m[0, 0], y + dx * m[1, 0], z + dx * m[2, 0]
+    return x * x + y * y + z * z
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _row_bounds(
-    first: Real, last: Real, dy: Real, dz: Real, m: F32, flat: bool
+    first: Real, last: Real, dy: Real, dz: Real, m: F32, flat: bool, to_foot: Real
 ) -> tuple[Any, Any]:
-    """Bound the depths of a row between two steps from the base along it."""
-    a = depth_of(first, dy, dz, m, flat)
-    b = depth_of(last, dy, dz, m, flat)
+    """Bound the depths of a row between two steps from the base along it.
+
+    to_foot: of `step_to_foot`.
+    """
+    z = dy * m[2, 1] + dz * m[2, 2] + m[2, 3]
+    if flat:
+        a, b = z + first * m[2, 0], z + last * m[2, 0]
+        return min(a, b) - SLACK_MM, max(a, b) + SLACK_MM
+    x = dy * m[0, 1] + dz * m[0, 2] + m[0, 3]
+    y = dy * m[1, 1] + dz * m[1, 2] + m[1, 3]
+    a = _square_of(x, y, z, first, m)
+    b = _square_of(x, y, z, last, m)
     near = min(a, b)
-    if not flat:
-        along = _ZERO
-        square = _ZERO
-        for c in range(3):
-            along += m[c, 0] * (dy * m[c, 1] + dz * m[c, 2] + m[c, 3])
-            square += m[c, 0] * m[c, 0]
-        foot = -along / square
-        if first < foot < last:
-            near = depth_of(foot, dy, dz, m, flat)
-    return near - SLACK_MM, max(a, b) + SLACK_MM
+    foot = (x * m[0, 0] + y * m[1, 0] + z * m[2, 0]) * to_foot
+    if first < foot < last:
+        near = _square_of(x, y, z, foot, m)
+    return np.sqrt(near) - SLACK_MM, np.sqrt(max(a, b)) + SLACK_MM
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def step_to_foot(m: F32) -> Any:
+    """Give what turns a slope towards the eye into steps to a row's nearest point."""
+    square = _ZERO
+    for c in range(3):
+        square += m[c, 0] * m[c, 0]
+    return np.float32(-1) / square
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -146,7 +167,7 @@ def list_near(
 @njit(cache=True, nogil=True, error_model="numpy")
 def survey_spans(
     spans: I32, first_span: int, end_span: int, ends: F32, columns: U16, eye: Any,
-    lowest: I32, highest: I32, bins: I64, near: I32, nears: int,
+    lowest: U16, highest: U16, bins: I64, near: I32, nears: int,
 ) -> int:  # fmt: skip
     """Bound the depths of spans, count their elements by depth, list the near ones.
 
@@ -159,11 +180,12 @@ def survey_spans(
     are then.
     """
     base, matrix, flat, low, scale, near_mm = eye
+    to_foot = step_to_foot(matrix)
     per_bin = np.float32(BINS / KEYS)
     for span in range(first_span, end_span):
         at = span - first_span
         a, b, dy, dz = ends[0, at], ends[1, at], ends[2, at], ends[3, at]
-        shortest, longest = _row_bounds(a, b, dy, dz, matrix, flat)
+        shortest, longest = _row_bounds(a, b, dy, dz, matrix, flat, to_foot)
         lowest[span] = int(key_of(shortest, low, scale))
         highest[span] = int(key_of(longest, low, scale))
         middle = np.float32(0.5) * (shortest + longest)

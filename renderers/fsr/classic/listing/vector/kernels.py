@@ -32,8 +32,8 @@ def list_strip(
     count = rows[0].shape[0]
     is_whole = are_within(rows[5], eye[0], planes)
     spans = rows[4] if is_whole else np.empty((count + SPARE, 3), np.int32)
-    lowest = np.empty(count + SPARE, np.int32)
-    highest = np.empty(count + SPARE, np.int32)
+    lowest = np.empty(count + SPARE, np.uint16)
+    highest = np.empty(count + SPARE, np.uint16)
     ends = np.empty((4, SOME + SPARE), np.float32)
     bins = np.zeros((BESIDE, BINS), np.int64)
     near = np.empty(ROOM, np.int32)

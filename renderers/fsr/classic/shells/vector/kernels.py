@@ -54,7 +54,7 @@ _ROUNDED_PX = np.float32(0.05)
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def take_shell(
-    spans: I32, lowest: I32, highest: I32, ny: int, columns: U16, base: F32,
+    spans: I32, lowest: U16, highest: U16, ny: int, columns: U16, base: F32,
     matrix: F32, projection: int, low: Real, scale: Real, near_mm: Real, first_key: int,
     end_key: int, lens: Real, reach_mm: Real, width: int, height: int, waiting: I32,
     index: I32, keys: I32,

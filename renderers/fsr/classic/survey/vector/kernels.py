@@ -17,12 +17,14 @@ from renderers.fsr.classic.survey.kernels import (
     SLACK,
     SLACK_MM,
     list_near,
+    step_to_foot,
 )
 from renderers.simd import (
     all_,
     any_,
     bits,
     count,
+    f32,
     floor,
     i32,
     lanes,
@@ -47,6 +49,8 @@ I64 = NDArray[np.int64]
 Real = float | np.float32
 
 _W = 16
+ABREAST = 32
+"""Columns compared at a time: most rows are not longer, and need no second time."""
 _ALL = (1 << _W) - 1
 _ZERO = np.float32(0)
 
@@ -69,15 +73,15 @@ def are_within(bounds: F32, base: F32, planes: F32) -> bool:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def find_ends(places: F32, first_row: int, end_row: int, base: F32, ends: F32) -> None:
+def find_ends(places: U16, first_row: int, end_row: int, base: F32, ends: F32) -> None:
     """Fill in `ends` of rows that are kept whole, see `clip_rows`."""
     stride, room = places.shape[1], ends.shape[1]
     for row in range(first_row, end_row, _W):
         at = row - first_row
-        store(ends, at, load(places, 2 * stride + row, _W) - base[0])
-        store(ends, room + at, load(places, 3 * stride + row, _W) - base[0])
-        store(ends, 2 * room + at, load(places, row, _W) - base[1])
-        store(ends, 3 * room + at, load(places, stride + row, _W) - base[2])
+        store(ends, at, f32(load(places, 2 * stride + row, _W)) - base[0])
+        store(ends, room + at, f32(load(places, 3 * stride + row, _W)) - base[0])
+        store(ends, 2 * room + at, f32(load(places, row, _W)) - base[1])
+        store(ends, 3 * room + at, f32(load(places, stride + row, _W)) - base[2])
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -87,9 +91,9 @@ def _clip_row(columns: U16, first: Any, end: Any, low: int, high: int) -> Any:
     Rows are short: all of one is compared before a search has found its way.
     """
     below, within = np.int64(0), np.int64(0)
-    for s in range(first, end, _W):
-        x = load(columns, s, _W)
-        met = lanes(_W) < end - s
+    for s in range(first, end, ABREAST):
+        x = load(columns, s, ABREAST)
+        met = lanes(ABREAST) < end - s
         below += count(met & (x < low))
         within += count(met & (x < high))
     return first + below, first + within
@@ -101,9 +105,8 @@ def clip_rows(
     spans: I32, ends: F32,
 ) -> int:  # fmt: skip
     """Do as the scalar twin."""
-    numbers, extents, places, columns = rows
+    numbers, starts, places, columns = rows
     listed = kept
-    every = numbers.shape[0]
     stride = places.shape[1]
     room = ends.shape[1]
     limits = np.empty(2 * _W, np.int32)
@@ -114,10 +117,10 @@ def clip_rows(
     inverse = np.float32(-1) / planes[:, 0]
     for row in range(first_row, end_row, _W):
         met = lanes(_W) < end_row - row
-        dy = load(places, row, _W) - base[1]
-        dz = load(places, stride + row, _W) - base[2]
-        left = load(places, 2 * stride + row, _W) - base[0]
-        right = load(places, 3 * stride + row, _W) - base[0]
+        dy = f32(load(places, row, _W)) - base[1]
+        dz = f32(load(places, stride + row, _W)) - base[2]
+        left = f32(load(places, 2 * stride + row, _W)) - base[0]
+        right = f32(load(places, 3 * stride + row, _W)) - base[0]
         low = left
         high = right
         for p in range(planes.shape[0]):
@@ -136,8 +139,8 @@ def clip_rows(
         is_whole = (low <= left) & (high >= right)
         at = kept - listed
         if rest_of == _ALL and all_(is_whole):
-            first_of = load(extents, row, _W)
-            end_of = load(extents, every + row, _W)
+            first_of = load(starts, row, _W)
+            end_of = load(starts, row + 1, _W)
             store_triples(spans, 3 * kept, 12, load(numbers, row, _W), first_of, end_of)
             store(ends, at, left)
             store(ends, room + at, right)
@@ -148,8 +151,8 @@ def clip_rows(
         store(limits, 0, i32(-floor(-(low + base[0]))))
         store(limits, _W, i32(floor(high + base[0])) + 1)
         # no elements where a row is not met
-        store(found, 0, load_where(extents, row, met))
-        store(found, _W, load_where(extents, every + row, met))
+        store(found, 0, load_where(starts, row, met))
+        store(found, _W, load_where(starts, row + 1, met))
         store(found_ends, 0, left)
         store(found_ends, _W, right)
         # what is cut is put in its lane, and lanes that are left side by side
@@ -185,12 +188,33 @@ def clip_rows(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _depth_of(dx: Any, dy: Any, dz: Any, m: F32, flat: bool) -> Any:
-    """Give distances from the eye, or along a flat view."""
-    z = dx * m[2, 0] + dy * m[2, 1] + dz * m[2, 2] + m[2, 3]
-    x = dx * m[0, 0] + dy * m[0, 1] + dz * m[0, 2] + m[0, 3]
-    y = dx * m[1, 0] + dy * m[1, 1] + dz * m[1, 2] + m[1, 3]
-    return z if flat else sqrt(x * x + y * y + z * z)
+def _square_of(x: Any, y: Any, z: Any, dx: Any, m: F32) -> Any:
+    """Give squared distances from the eye, so far along rows from x, y, z."""
+    x, y, z = x + dx * m[0, 0], y + dx * m[1, 0], z + dx * m[2, 0]
+    return x * x + y * y + z * z
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _row_bounds(
+    first: Any, last: Any, dy: Any, dz: Any, m: F32, flat: bool, to_foot: Real
+) -> tuple[Any, Any]:
+    """Bound the depths of rows between two steps from the base along them."""
+    z = dy * m[2, 1] + dz * m[2, 2] + m[2, 3]
+    if flat:
+        a, b = z + first * m[2, 0], z + last * m[2, 0]
+        shortest, longest = minimum(a, b), maximum(a, b)
+    else:
+        x = dy * m[0, 1] + dz * m[0, 2] + m[0, 3]
+        y = dy * m[1, 1] + dz * m[1, 2] + m[1, 3]
+        a = _square_of(x, y, z, first, m)
+        b = _square_of(x, y, z, last, m)
+        shortest, longest = minimum(a, b), sqrt(maximum(a, b))
+        foot = (x * m[0, 0] + y * m[1, 0] + z * m[2, 0]) * to_foot
+        inside = (first < foot) & (foot < last)
+        if any_(inside):
+            shortest = select(inside, _square_of(x, y, z, foot, m), shortest)
+        shortest = sqrt(shortest)
+    return shortest - SLACK_MM, longest + SLACK_MM
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -202,14 +226,12 @@ def _key_of(depth: Any, low: Real, scale: Real) -> Any:
 @njit(cache=True, nogil=True, error_model="numpy")
 def survey_spans(
     spans: I32, first_span: int, end_span: int, ends: F32, columns: U16, eye: Any,
-    lowest: I32, highest: I32, bins: I64, near: I32, nears: int,
+    lowest: U16, highest: U16, bins: I64, near: I32, nears: int,
 ) -> int:  # fmt: skip
     """Do as the scalar twin."""
     base, m, flat, low, scale, near_mm = eye
     room = ends.shape[1]
-    square = _ZERO
-    for c in range(3):
-        square += m[c, 0] * m[c, 0]
+    to_foot = step_to_foot(m)
     middles = np.empty(_W, np.int32)
     flat_spans = spans.reshape(-1)
     for span in range(first_span, end_span, _W):
@@ -219,19 +241,7 @@ def survey_spans(
         right = load(ends, room + at, _W)
         dy = load(ends, 2 * room + at, _W)
         dz = load(ends, 3 * room + at, _W)
-        a = _depth_of(left, dy, dz, m, flat)
-        b = _depth_of(right, dy, dz, m, flat)
-        shortest = minimum(a, b)
-        if not flat:
-            along = (dy * m[0, 1] + dz * m[0, 2] + m[0, 3]) * m[0, 0]
-            along += (dy * m[1, 1] + dz * m[1, 2] + m[1, 3]) * m[1, 0]
-            along += (dy * m[2, 1] + dz * m[2, 2] + m[2, 3]) * m[2, 0]
-            foot = -along / square
-            inside = (left < foot) & (foot < right)
-            if any_(inside):
-                shortest = select(inside, _depth_of(foot, dy, dz, m, flat), shortest)
-        shortest = shortest - SLACK_MM
-        longest = maximum(a, b) + SLACK_MM
+        shortest, longest = _row_bounds(left, right, dy, dz, m, flat, to_foot)
         store(lowest, span, i32(_key_of(shortest, low, scale)))
         store(highest, span, i32(_key_of(longest, low, scale)))
         middle = _key_of((shortest + longest) * np.float32(0.5), low, scale)
