@@ -223,6 +223,8 @@ def set_up_rays(
     samples at the ends of steps (one more than steps), else at the middles.
     """
     start, rate, way, eye = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    inverse, along = np.empty(3), np.empty(3, np.bool_)
+    per_mm = 1.0 / step_mm
     for ray in range(first, len(count)):
         x, y = np.float64(table[ray, 0]), np.float64(table[ray, 1])
         z = np.float64(table[ray, 2])
@@ -234,19 +236,31 @@ def set_up_rays(
             else:
                 way[k] = x * frame[1, k] + y * frame[2, k] + z * frame[3, k]
         length = math.sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2])
-        scale = 1.0 / length if length > 0.0 else 0.0
         near, far = 0.0, float(limit[ray])
         for axis in range(3):
             row = voxel_from_world[axis]
             start[axis] = (row[0] * eye[0] + row[1] * eye[1] + row[2] * eye[2]) + row[3]
-            rate[axis] = (row[0] * way[0] + row[1] * way[1] + row[2] * way[2]) * scale
-            if abs(rate[axis]) < LEAST_RATE:
+            rate[axis] = row[0] * way[0] + row[1] * way[1] + row[2] * way[2]
+            along[axis] = abs(rate[axis]) <= LEAST_RATE * length
+        # one division in place of four: each inverse is the others times that of all
+        u = 1.0 if along[0] else rate[0]
+        v = 1.0 if along[1] else rate[1]
+        w = 1.0 if along[2] else rate[2]
+        long = length if length > 0.0 else 1.0
+        of_two, of_others = u * v, w * long
+        of_all = 1.0 / (of_two * of_others)
+        scale = of_two * w * of_all if length > 0.0 else 0.0
+        of_all *= long
+        inverse[0], inverse[1] = v * of_others * of_all, u * of_others * of_all
+        inverse[2] = of_two * long * of_all
+        for axis in range(3):
+            rate[axis] *= scale
+            if along[axis]:
                 if start[axis] < 0.0 or start[axis] > top[axis]:
                     far = -1.0
                 continue
-            inverse = 1.0 / rate[axis]
-            a = -start[axis] * inverse
-            b = (top[axis] - start[axis]) * inverse
+            a = -start[axis] * inverse[axis]
+            b = (top[axis] - start[axis]) * inverse[axis]
             near = max(near, min(a, b))
             far = min(far, max(a, b))
         if not (near < far < np.inf):
@@ -254,7 +268,7 @@ def set_up_rays(
             for k in range(8):
                 geometry[ray, k] = ZERO
             continue
-        steps = max(1, math.ceil((far - near) / step_mm))
+        steps = max(1, math.ceil((far - near) * per_mm))
         h = (far - near) / steps
         begin = near if at_ends else near + 0.5 * h
         count[ray] = steps + 1 if at_ends else steps

@@ -19,6 +19,8 @@ from renderers.art.vector.rays.kernels import set_up_rays
 from renderers.art.vector.scope.kernels import seek_packets, settle_packets
 from renderers.art.views import BLOCK_COLUMNS, TILE_PX
 from renderers.scene.turns.kernels import take_turn
+from renderers.simd import count as count_lanes
+from renderers.simd import lanes, load, store
 
 WIDTH = 32
 """Rays of a packet: with and without AVX-512 the fastest of 4 to 64."""
@@ -28,6 +30,9 @@ BLOCK = BLOCK_COLUMNS * TILE_PX
 
 LIT, UNLIT, INTEGRATED, INTEGRATED_UNLIT, SCOPE = range(5)
 """The marches."""
+
+ABREAST = 16
+"""Channels delivered at a time."""
 
 FAR = np.float32(np.inf)
 ZERO, ONE = np.float32(0), np.float32(1)
@@ -72,21 +77,30 @@ def any_waits(cursor: I32) -> bool:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def deliver(
-    value: F32, carry: F32, depth: F32, least_left: np.float32,
+    value: F32, depth: F32, least_left: np.float32,
     seen: F32, far: F32, done: NDArray[np.bool_],
 ) -> tuple[int, int]:  # fmt: skip
-    """Put a row of rays into the picture.
+    """Put a row of rays into the picture; all of them have ended.
 
     Counts the pixels that had none, and the rays of which less than `least_left` is
     left.
     """
-    for k in range(len(seen)):
-        seen[k] = value[k] + carry[k]
+    alpha = (lanes(ABREAST) & np.int32(3)) == 3
+    some = len(seen) // ABREAST * ABREAST
     fresh, early = 0, 0
+    for k in range(0, some, ABREAST):
+        four = load(value, k, ABREAST)
+        store(seen, k, four)
+        early += count_lanes(alpha & (ONE - four < least_left))
+    for k in range(some, len(seen)):
+        seen[k] = value[k]
+        early += k & 3 == 3 and ONE - value[k] < least_left
+    # one array after the other: the compiler makes vectors of such loops
     for k in range(len(far)):
         far[k] = depth[k]
-        early += ONE - seen[4 * k + 3] < least_left
+    for k in range(len(done)):
         fresh += not done[k]
+    for k in range(len(done)):
         done[k] = True
     return fresh, early
 
@@ -174,12 +188,11 @@ def strip_kernel(kind: int) -> Callable[..., tuple[int, int, int]]:
                 waiting[kept] = number
                 kept += 1
                 continue
-            values_, carries_ = value.reshape(-1), carry.reshape(-1)
+            values_ = value.reshape(-1)
             for k in range(rows):
                 row, here = k * columns, (y + k) * wide + x
                 more = deliver(
                     values_[4 * row : 4 * (row + columns)],
-                    carries_[4 * row : 4 * (row + columns)],
                     depth[row : row + columns],
                     least_left,
                     seen[4 * here : 4 * (here + columns)],

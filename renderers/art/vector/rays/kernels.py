@@ -30,18 +30,16 @@ from renderers.simd import (
 Lanes = Any
 """A vector of `renderers.simd`."""
 
-WIDTH = 16
+WIDTH = 32
 ZERO, ONE, HALF = np.float64(0), np.float64(1), np.float64(0.5)
 ENDLESS = np.float64(np.inf)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _narrow(
-    near: Lanes, far: Lanes, start: Lanes, rate: Lanes, top: float
+    near: Lanes, far: Lanes, start: Lanes, along: Lanes, inverse: Lanes, top: float
 ) -> tuple[Lanes, Lanes]:
     """Cut what lies outside a slab off an interval."""
-    along = absolute(rate) < LEAST_RATE
-    inverse = ONE / rate
     a = -start * inverse
     b = (top - start) * inverse
     outside = along & ((start < ZERO) | (start > top))
@@ -76,6 +74,7 @@ def set_up_rays(
     zero = full(ZERO, WIDTH)
     f, m = frame, voxel_from_world
     packets = (len(count) - first) // WIDTH
+    per_mm = ONE / step_mm
     # all rays of a lens with an eye begin there
     ex, ey, ez = zero + f[0, 0], zero + f[0, 1], zero + f[0, 2]
     sx = _combine(ex, ey, ez, m[0, 0], m[0, 1], m[0, 2]) + m[0, 3]
@@ -98,14 +97,24 @@ def set_up_rays(
             wy = _combine(x, y, z, f[1, 1], f[2, 1], f[3, 1])
             wz = _combine(x, y, z, f[1, 2], f[2, 2], f[3, 2])
         length = sqrt(wx * wx + wy * wy + wz * wz)
-        scale = select(length > ZERO, ONE / length, ZERO)
-        rx = _combine(wx, wy, wz, m[0, 0], m[0, 1], m[0, 2]) * scale
-        ry = _combine(wx, wy, wz, m[1, 0], m[1, 1], m[1, 2]) * scale
-        rz = _combine(wx, wy, wz, m[2, 0], m[2, 1], m[2, 2]) * scale
+        rx = _combine(wx, wy, wz, m[0, 0], m[0, 1], m[0, 2])
+        ry = _combine(wx, wy, wz, m[1, 0], m[1, 1], m[1, 2])
+        rz = _combine(wx, wy, wz, m[2, 0], m[2, 1], m[2, 2])
+        # one division in place of four: each inverse is the others times that of all
+        least = LEAST_RATE * length
+        x_along, y_along = absolute(rx) <= least, absolute(ry) <= least
+        z_along = absolute(rz) <= least
+        u, v = select(x_along, ONE, rx), select(y_along, ONE, ry)
+        w, long = select(z_along, ONE, rz), select(length > ZERO, length, ONE)
+        of_two, of_others = u * v, w * long
+        of_all = ONE / (of_two * of_others)
+        scale = select(length > ZERO, of_two * w * of_all, ZERO)
+        of_all *= long
         near, far = zero, f64(load(limit, ray, WIDTH))
-        near, far = _narrow(near, far, sx, rx, top[0])
-        near, far = _narrow(near, far, sy, ry, top[1])
-        near, far = _narrow(near, far, sz, rz, top[2])
+        near, far = _narrow(near, far, sx, x_along, v * of_others * of_all, top[0])
+        near, far = _narrow(near, far, sy, y_along, u * of_others * of_all, top[1])
+        near, far = _narrow(near, far, sz, z_along, of_two * long * of_all, top[2])
+        rx, ry, rz = rx * scale, ry * scale, rz * scale
         hit = (near < far) & (far < ENDLESS)
         at = (lanes(WIDTH) + np.int32(ray)) * 2
         if not any_(hit):
@@ -115,7 +124,7 @@ def set_up_rays(
             put_rows4(geometry, at + 1, none, none, none, none)
             continue
         near, far = select(hit, near, ZERO), select(hit, far, ONE)
-        steps = maximum(-floor(-((far - near) / step_mm)), ONE)
+        steps = maximum(-floor((near - far) * per_mm), ONE)
         h = (far - near) / steps
         begin = near
         if at_ends:

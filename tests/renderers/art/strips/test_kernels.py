@@ -49,17 +49,21 @@ def test_a_ray_that_waits_is_seen() -> None:
     assert any_waits(cursor.ravel())
 
 
-def test_only_pixels_that_had_no_ray_are_counted() -> None:
-    value, carry = np.ones((2, 8), np.float32)
-    depth = np.arange(2, dtype=np.float32)
-    seen, far = np.zeros(8, np.float32), np.zeros(2, np.float32)
-    done = np.array([True, False])
-    value[3], carry[3] = 0.5, 0.25
-    for fresh in (1, 0):
-        found = deliver(value, carry, depth, np.float32(0.2), seen, far, done)
-        assert found == (fresh, 1)
-    assert seen.tolist() == [2.0] * 3 + [0.75] + [2.0] * 4
-    assert far.tolist() == [0.0, 1.0]
+@given(pixels=st.integers(1, 21), seed=st.integers(0, 10**6))
+@settings(max_examples=50)
+def test_a_row_is_delivered_and_counted(pixels: int, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    value = random.random((pixels, 4), np.float32)
+    depth = random.random(pixels, np.float32)
+    seen, far = np.zeros((pixels, 4), np.float32), np.zeros(pixels, np.float32)
+    done = random.random(pixels) < 0.5
+    fresh = int(np.count_nonzero(~done))
+    early = int(np.count_nonzero(1 - value[:, 3] < np.float32(0.3)))
+    for wanted in ((fresh, early), (0, early)):
+        found = deliver(value.ravel(), depth, np.float32(0.3), seen.ravel(), far, done)
+        assert found == wanted
+    np.testing.assert_array_equal(seen, value)
+    np.testing.assert_array_equal(far, depth)
     assert done.all()
 
 
