@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import msgspec
@@ -256,7 +257,20 @@ def test_light_by_paths_stops_goes_on_and_judges_the_quick_light(
     assert "of another view, head or fineness" in capsys.readouterr().err
 
 
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Let programs begun by a test hear Ctrl-C, though the tests themselves may not.
+
+    A shell's script has what it starts in the background ignore it, and that is
+    inherited.
+    """
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.mark.slow
+@pytest.mark.usefixtures("interruptible")
 def test_out_of_time_or_interrupted_there_is_the_best_picture_so_far(
     tmp_path: Path,
 ) -> None:
