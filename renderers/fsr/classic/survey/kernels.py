@@ -113,8 +113,11 @@ def clip_rows(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _square_of(x: Real, y: Real, z: Real, dx: Real, m: F32) -> Any:
-    """Give a squared distance from the eye, so far along a row from x, y, z."""
+def square_of(x: Any, y: Any, z: Any, dx: Any, m: F32) -> Any:
+    """Give squared distances from the eye, so far along rows from x, y, z.
+
+    Of numbers, or of vectors lane by lane.
+    """
     x, y, z = x + dx * m[0, 0], y + dx * m[1, 0], z + dx * m[2, 0]
     return x * x + y * y + z * z
 
@@ -133,12 +136,12 @@ def _row_bounds(
         return min(a, b) - SLACK_MM, max(a, b) + SLACK_MM
     x = dy * m[0, 1] + dz * m[0, 2] + m[0, 3]
     y = dy * m[1, 1] + dz * m[1, 2] + m[1, 3]
-    a = _square_of(x, y, z, first, m)
-    b = _square_of(x, y, z, last, m)
+    a = square_of(x, y, z, first, m)
+    b = square_of(x, y, z, last, m)
     near = min(a, b)
     foot = (x * m[0, 0] + y * m[1, 0] + z * m[2, 0]) * to_foot
     if first < foot < last:
-        near = _square_of(x, y, z, foot, m)
+        near = square_of(x, y, z, foot, m)
     return np.sqrt(near) - SLACK_MM, np.sqrt(max(a, b)) + SLACK_MM
 
 

@@ -17,6 +17,7 @@ from renderers.fsr.classic.survey.kernels import (
     SLACK,
     SLACK_MM,
     list_near,
+    square_of,
     step_to_foot,
 )
 from renderers.simd import (
@@ -188,13 +189,6 @@ def clip_rows(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _square_of(x: Any, y: Any, z: Any, dx: Any, m: F32) -> Any:
-    """Give squared distances from the eye, so far along rows from x, y, z."""
-    x, y, z = x + dx * m[0, 0], y + dx * m[1, 0], z + dx * m[2, 0]
-    return x * x + y * y + z * z
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _row_bounds(
     first: Any, last: Any, dy: Any, dz: Any, m: F32, flat: bool, to_foot: Real
 ) -> tuple[Any, Any]:
@@ -206,13 +200,13 @@ def _row_bounds(
     else:
         x = dy * m[0, 1] + dz * m[0, 2] + m[0, 3]
         y = dy * m[1, 1] + dz * m[1, 2] + m[1, 3]
-        a = _square_of(x, y, z, first, m)
-        b = _square_of(x, y, z, last, m)
+        a = square_of(x, y, z, first, m)
+        b = square_of(x, y, z, last, m)
         shortest, longest = minimum(a, b), sqrt(maximum(a, b))
         foot = (x * m[0, 0] + y * m[1, 0] + z * m[2, 0]) * to_foot
         inside = (first < foot) & (foot < last)
         if any_(inside):
-            shortest = select(inside, _square_of(x, y, z, foot, m), shortest)
+            shortest = select(inside, square_of(x, y, z, foot, m), shortest)
         shortest = sqrt(shortest)
     return shortest - SLACK_MM, longest + SLACK_MM
 
