@@ -40,12 +40,17 @@ SIGN_ON_BYTES = b"\xc5IMMC"
 # the arm and its "E" end the session.
 BEGIN_BYTES = b"BEGIN"
 
-# Ends a password that a dead host left half asked for.
-ONE_ZERO = b"\x00"
+# The most that any command takes: the parameter block, which another host may have been
+# allowed to write before it died.
+LONGEST_ARGUMENTS = 36
 
-# Completes a motion command that a dead host left half sent: 24 arguments, or 26 with
-# seven encoders. More would feed zeros to a half-sent parameter write.
-MANY_ZEROS = bytes(26)
+# Brings an arm out of whatever a dead host left half said, before the letters "IMMC"
+# are said for the first time: behind an END that was taken for an argument their "C"
+# would be "set the home position". 80 is a poll to an open session, in no serial
+# number, and 115200 where a rate is awaited; the zero ends a password; ENDs fill up
+# what is left of any arguments, and the last one ends the session. Their number is
+# chosen so that no receiver at another rate reads a dangerous command.
+CLEAR_BYTES = b"\x80\x00".ljust(LONGEST_ARGUMENTS + 1, b"\xc5")
 
 MOTION = 0xCF
 _MOTION_ARGUMENTS = 24
@@ -76,7 +81,7 @@ _ALLOWED = frozenset(
     (
         SIGN_ON_BYTES,
         BEGIN_BYTES,
-        MANY_ZEROS,
+        CLEAR_BYTES,
         *(bytes((query.value,)) for query in Query),
         *(bytes((command,)) for command in STANDARD_COMMANDS),
         *(_stream_bytes(ticks) for ticks in range(LONGEST_PERIOD + 1)),
@@ -97,8 +102,8 @@ class Command:
 
 SIGN_ON = Command(SIGN_ON_BYTES)
 BEGIN = Command(BEGIN_BYTES)
-PING = Command(ONE_ZERO)
-FLUSH_MOTION = Command(MANY_ZEROS)
+PING = Command(b"\0")
+CLEAR = Command(CLEAR_BYTES)
 
 
 def ask(query: Query) -> Command:
@@ -133,8 +138,8 @@ def meaning(command: Command) -> str:
         return "end any session, ask for attention"
     if data == BEGIN_BYTES:
         return "begin a session"
-    if data == MANY_ZEROS:
-        return "complete a half-sent command"
+    if data == CLEAR_BYTES:
+        return "complete a half-sent command, end any session"
     if data[0] == MOTION:
         return f"stream poses every {data[2]} ticks"
     if data[0] & 0x80:

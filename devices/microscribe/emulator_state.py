@@ -249,7 +249,7 @@ class FarEnd:
         arguments = bytes(self._arguments)
         self.state = FarState.IDLE
         if self._command == _MARKER:
-            return Answer(AnswerKind.MARKER, arguments)
+            return Answer(AnswerKind.MARKER, bytes((_MARKER,)) + arguments)
         if self._command == _SET_PARAMETERS:
             block = bytes((PARAMETERS, len(arguments))) + arguments
             self._description[PARAMETERS] = Answer(AnswerKind.PARAMETERS, block)

@@ -40,6 +40,7 @@ class State(IntEnum):
 class Step(IntEnum):
     """What moves a session."""
 
+    CLEAR = auto()
     SIGN_ON = auto()
     ECHO = auto()
     BEGIN = auto()
@@ -56,7 +57,10 @@ class Step(IntEnum):
 _RUN = (State.IDLE, State.ASKED, State.POLLED, State.STREAMING)
 
 _ALLOWED: dict[tuple[State, Step], State] = {
-    **{(state, Step.SIGN_ON): State.SYNC for state in State},
+    **{(state, Step.CLEAR): State.SYNC for state in State},
+    # Its letters are commands to an arm that is not listening for them.
+    (State.SYNC, Step.SIGN_ON): State.SYNC,
+    (State.SYNCED, Step.SIGN_ON): State.SYNC,
     **{(state, Step.END): State.OFF for state in State},
     **{(state, Step.ABANDON): State.IDLE for state in _RUN},
     (State.SYNC, Step.ECHO): State.SYNCED,
@@ -159,10 +163,14 @@ class HostSession:
         """Get how many bytes the next sample needs at least."""
         return self._reader.missing_bytes + self._echo_due
 
+    def clear(self) -> Command:
+        """Leave any session behind, an unfinished command included."""
+        self._buffer.clear()
+        self._move(Step.CLEAR)
+        return commands.CLEAR
+
     def sign_on(self) -> Command:
-        """Ask for attention."""
-        if self.state is not State.SYNC:
-            self._buffer.clear()
+        """Ask for attention; legal once the line was cleared."""
         self._move(Step.SIGN_ON)
         return commands.SIGN_ON
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from devices.microscribe import commands, identity
 from devices.microscribe.commands import Command
 from devices.microscribe.line import Line
-from devices.microscribe.protocol import ProductId, State, SyncEcho
+from devices.microscribe.protocol import Event, ProductId, State, SyncEcho
 from devices.microscribe.timing import LinkTiming
 from devices.port import DeviceError, DeviceReason
 
@@ -27,17 +27,16 @@ class SignOn:
     def run(self, rates: Sequence[int]) -> None:
         """Open a session at the first of ``rates`` at which the arm answers.
 
-        Two passes. What a dead host left half said is completed by a single zero in
-        the first and by the many zeros of a motion command in the second.
+        Two passes: an arm that a misunderstood command took to another rate is found
+        in the second.
         """
         if not rates:
             raise ValueError("at least one rate is needed")
         allowed = self._timing.per_rate if len(rates) > 1 else self._timing.forced_rate
-        for opening in (None, commands.FLUSH_MOTION):
-            for baud in rates:
-                self._line.set_rate(baud)
-                if self._begin_at_this_rate(opening, allowed):
-                    return
+        for baud in (*rates, *rates):
+            self._line.set_rate(baud)
+            if self._begin_at_this_rate(allowed):
+                return
         name = self._line.name
         if self.silence_s is not None:
             raise DeviceError(
@@ -50,11 +49,11 @@ class SignOn:
             f"No MicroScribe answered on {name}; check its power and the cable.",
         )
 
-    def _begin_at_this_rate(self, opening: Command | None, allowed_s: float) -> bool:
-        if not self._attention(opening, allowed_s):
+    def _begin_at_this_rate(self, allowed_s: float) -> bool:
+        if not self._attention(allowed_s):
             return False
         # BEGIN is never repeated in the same session; a second try starts over.
-        if self._open() or (self._attention(None, allowed_s) and self._open()):
+        if self._open() or (self._attention(allowed_s) and self._open()):
             return True
         raise DeviceError(
             DeviceReason.CANT_BEGIN,
@@ -62,24 +61,30 @@ class SignOn:
             "switch it off and on again.",
         )
 
-    def _attention(self, opening: Command | None, allowed_s: float) -> bool:
-        """Return whether the arm echoed a sign-on; surplus echoes are dropped."""
-        line, clock = self._line, self._line.clock
-        start = clock.now()
-        zero_due = opening is None
-        if opening is not None:
-            line.send(opening)
-        while (passed := clock.now() - start) < allowed_s:
-            if zero_due and passed > allowed_s / 2.0:
-                line.send(commands.PING)
-                zero_due = False
-            line.send(line.session.sign_on())
-            events = line.receive(256, self._timing.between_sign_ons)
-            self._listen()
+    def _attention(self, allowed_s: float) -> bool:
+        """Return whether the arm echoed a sign-on; surplus echoes are dropped.
+
+        The line is cleared first, so that the letters of a sign-on find no arm in the
+        middle of a command, whatever was said to it before.
+        """
+        line = self._line
+        until = line.clock.now() + allowed_s
+        self._say(line.session.clear())
+        while line.clock.now() < until:
+            events = self._say(line.session.sign_on())
             if any(isinstance(event, SyncEcho) for event in events):
                 self._drain()
                 return True
         return False
+
+    def _say(self, command: Command) -> list[Event]:
+        """Send, and return what comes until the arm had time to look at it."""
+        line = self._line
+        line.send(command)
+        wire_s = len(command.data) * line.byte_s
+        events = line.receive(256, wire_s + self._timing.between_sign_ons)
+        self._listen()
+        return events
 
     def _listen(self) -> None:
         if self.silence_s is None and self._line.session.received > self._heard_before:

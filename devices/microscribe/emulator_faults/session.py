@@ -118,6 +118,11 @@ class MemoryWrite(EventFault):
     id, word = "f29", "memory_write"
     line = "somebody else on the line tries to rewrite the calibration memory"
 
+    def tick(self, arm: FaultyArm, now_s: float) -> None:
+        """Wait for a session: outside of one nothing that is said is a command."""
+        if arm.far_end.state in (FarState.IDLE, FarState.MOTION):
+            super().tick(arm, now_s)
+
     def happen(self, arm: FaultyArm, now_s: float) -> None:
         """Let the arm hear the command and its password."""
         serial = arm.serial_number.encode()

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from devices.microscribe import commands
 from devices.microscribe.commands import Command, Query, every_command, meaning
+from devices.microscribe.emulator_state import rate_of_code
 from devices.microscribe.packets import Layout
 from devices.microscribe.sign_on import RATES
 
@@ -35,7 +36,8 @@ def test_single_bytes_are_exactly_the_harmless_ones() -> None:
 def test_everything_that_can_be_said() -> None:
     longer = {command.data for command in EVERYTHING if len(command.data) > 1}
     streams = {b"\xcf\x00" + bytes((ticks, 0x23)) + bytes(21) for ticks in range(16)}
-    assert longer == {b"\xc5IMMC", b"BEGIN", bytes(26)} | streams
+    clear = b"\x80\x00" + b"\xc5" * 35
+    assert longer == {b"\xc5IMMC", b"BEGIN", clear} | streams
     assert len(EVERYTHING) == len(ASKED | POLLS) + 3 + 16
     assert len({meaning(command) for command in EVERYTHING}) == len(EVERYTHING)
 
@@ -168,23 +170,54 @@ def test_begin_in_an_open_session_would_home_it_but_writes_nothing() -> None:
 
 
 def _left_behind() -> set[_Ear]:
-    """Whatever a dead host may have left half said, a wrong password included."""
+    """Whatever a dead host may have left half said, granted passwords included."""
     half = {_Ear("ARGS", b"", n, 0xCF) for n in range(1, 27)}
     half |= {_Ear("ARGS", b"", 1, code) for code in (0xC4, 0xD2)}
+    for code, count in {0xC3: 14, 0xC7: 36, 0xD0: 14}.items():
+        half |= {_Ear("ARGS", b"", n, code) for n in range(1, count + 1)}
     for code, number in product(MEMORY_WRITES, (True, False)):
         half.add(_Ear("PASSWORD", command=code, number=number))
-    return half | {_Ear("SYNC"), _Ear("WAIT"), _Ear("RUN")}
+    half |= {_Ear("SYNC", b"IMMC"[:n]) for n in range(4)}
+    half |= {_Ear("WAIT", b"BEGIN"[:n]) for n in range(5)}
+    return half | {_Ear("RUN")}
+
+
+HARM = {"homed", "password", "memory written"}
 
 
 def test_no_sequence_of_commands_writes_the_memory_whatever_was_left_behind() -> None:
-    """Every search begins with C5, which is no part of any serial number."""
+    """Every search begins by clearing, with a byte that no serial number has."""
     after_first = {
-        list(_say(ear, commands.SIGN_ON_BYTES))[-1][1] for ear in _left_behind()
+        list(_say(ear, commands.CLEAR_BYTES))[-1][1] for ear in _left_behind()
     }
     known, events = _reach(after_first, EVERYTHING)
-    assert "PASSWORD" in {ear.mode for ear in known}
-    assert "refused" in events
+    assert {ear.mode for ear in known} == {"SYNC", "WAIT", "RUN"}
     assert "memory written" not in events
+
+
+def test_clearing_brings_any_state_to_listening_without_harm() -> None:
+    refused = 0
+    for ear in _left_behind():
+        said = list(_say(ear, commands.CLEAR_BYTES))
+        assert said[-1][1].mode in ("SYNC", "WAIT"), ear
+        events = {event for event, _ in said}
+        assert not events & HARM, ear
+        # The rate that a dead host did not say becomes the first one that is tried.
+        assert "new rate" not in events or ear.command == 0xC4
+        refused += "refused" in events
+    assert refused == 8
+    assert rate_of_code(commands.CLEAR_BYTES[0]) == RATES[0]
+
+
+def test_no_search_sets_the_home_whatever_was_left_behind() -> None:
+    """The letters of a sign-on find an arm that listens, however often repeated."""
+    cleared = {list(_say(ear, commands.CLEAR_BYTES))[-1][1] for ear in _left_behind()}
+    known, events = _reach(cleared, [commands.SIGN_ON, commands.CLEAR])
+    assert {ear.mode for ear in known} == {"SYNC", "WAIT"}
+    assert not events & (HARM | {"new rate"})
+    # Without clearing they do not, which shows that this test can fail.
+    _, bare = _reach(_left_behind(), [commands.SIGN_ON])
+    assert "password" in bare
 
 
 def test_no_byte_is_a_digit() -> None:
@@ -228,10 +261,14 @@ def _resampled(data: bytes, sent_at: int, heard_at: int) -> list[int]:
 def test_a_search_at_the_wrong_rate_is_harmless_to_an_open_session(
     ours: int, theirs: int
 ) -> None:
-    for said in (commands.SIGN_ON_BYTES * 3, commands.ONE_ZERO):
+    """Nothing that is misread is a dangerous code, wherever a command may begin."""
+    clear, sign_on = commands.CLEAR_BYTES, commands.SIGN_ON_BYTES
+    for said in (clear, sign_on, commands.BEGIN_BYTES, b"\0"):
         misread = bytes(_resampled(said, ours, theirs))
-        events = {event for event, _ in _say(_Ear("RUN"), misread)}
-        assert not events & {"homed", "memory written", "new rate"}
+        assert not {byte | 0x80 for byte in misread} & (MEMORY_WRITES | {0xC2, 0xC4})
+        for ear in _left_behind():
+            events = {event for event, _ in _say(ear, misread)}
+            assert not events & {"homed", "password"}
 
 
 def test_a_search_at_the_right_rate_is_read_as_it_is() -> None:

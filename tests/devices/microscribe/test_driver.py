@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from devices.microscribe import MicroScribe, MicroScribeEmulator, pose_queue
-from devices.microscribe.commands import every_command
+from devices.microscribe.commands import CLEAR_BYTES, every_command
 from devices.microscribe.emulator_arm import EmulatedArm
 from devices.microscribe.emulator_motion import orbit
 from devices.microscribe.emulator_server import EmulatorServer
@@ -184,7 +184,7 @@ def test_every_write_of_a_session_with_troubles_is_a_known_command(
             list(arm)
     known = {command.data for command in every_command()}
     assert set(port.written) <= known
-    assert {b"\xc5IMMC", b"BEGIN", b"\xc2", b"\x23", b"\x00", bytes(26)} <= set(
+    assert {b"\xc5IMMC", b"BEGIN", b"\xc2", b"\x23", b"\x00", CLEAR_BYTES} <= set(
         port.written
     )
     assert served.far_end.memory_writes == 0

@@ -39,7 +39,9 @@ def _running(arm: _Arm | None = None) -> FarEnd:
         ("49", "C9 4D 53 43 52 00"),
         ("D3", "D3 02 00 03"),
         ("C2", "C2"),
-        ("D2 07", "07"),
+        ("D2 07", "D2 07"),
+        ("D2 55", "D2 55"),
+        ("52 C5", "D2 C5"),
         ("C4 00", "C4"),
         ("D9", ""),
         (
@@ -260,5 +262,5 @@ def test_a_marker_shows_where_a_stream_ended() -> None:
     far_end = _running()
     far_end.receive(b"\xcf\x00\x09\x03" + bytes(21), 0.0)
     far_end.advance(0.0)
-    assert far_end.receive(b"\xd2\x55", 0.001) == b"\x55"
+    assert far_end.receive(b"\xd2\x55", 0.001) == b"\xd2\x55"
     assert far_end.state is FarState.IDLE

@@ -36,6 +36,7 @@ class _Arm:
 
 def _idle() -> HostSession:
     session = HostSession()
+    session.clear()
     session.sign_on()
     session.receive(b"IMMC")
     session.begin()
@@ -51,6 +52,7 @@ def _one_by_one(session: HostSession, data: bytes) -> list[Event]:
 def test_a_whole_session_with_the_emulated_far_end() -> None:
     """Both state machines joined in memory, every byte on its own."""
     far_end, session = FarEnd(DX40937, _Arm(), 0.0), HostSession()
+    assert far_end.receive(session.clear().data, 0.0) == b""
     sent = [session.sign_on()]
     events = _one_by_one(session, far_end.receive(sent[-1].data, 0.0))
     assert events == [SyncEcho()]
@@ -77,6 +79,7 @@ def test_a_whole_session_with_the_emulated_far_end() -> None:
 
 def test_a_stream_and_its_end() -> None:
     far_end, session = FarEnd(DX40937, _Arm(), 0.0), HostSession()
+    session.clear()
     session.receive(far_end.receive(session.sign_on().data, 0.0))
     session.receive(far_end.receive(session.begin().data, 0.0))
     raw = far_end.receive(session.stream(9).data, 0.0)
@@ -93,6 +96,7 @@ def test_a_stream_and_its_end() -> None:
 @given(st.binary(max_size=30).filter(lambda raw: b"IMMC" not in raw))
 def test_attention_is_found_behind_any_noise(noise: bytes) -> None:
     session = HostSession()
+    session.clear()
     session.sign_on()
     # Noise that ends in a part of the word must not hide the word itself.
     for data in (noise, noise + b"I", noise + b"IMM"):
@@ -102,6 +106,7 @@ def test_attention_is_found_behind_any_noise(noise: bytes) -> None:
 
 def test_echoes_behind_the_first_are_dropped() -> None:
     session = HostSession()
+    session.clear()
     session.sign_on()
     assert session.receive(b"\xc5IMMCIMMC\xc5IMMC") == [SyncEcho()]
     session.begin()
@@ -157,6 +162,7 @@ def test_begin_is_possible_only_after_attention_and_once() -> None:
     session = HostSession()
     with pytest.raises(ProtocolError, match="BEGIN is not possible in OFF"):
         session.begin()
+    session.clear()
     session.sign_on()
     session.receive(b"IMMC")
     session.begin()
@@ -164,11 +170,22 @@ def test_begin_is_possible_only_after_attention_and_once() -> None:
         session.begin()
 
 
+def test_attention_is_asked_for_only_on_a_cleared_line() -> None:
+    """Its letters would be commands to an arm that is in the middle of something."""
+    with pytest.raises(ProtocolError, match="SIGN_ON is not possible in OFF"):
+        HostSession().sign_on()
+    session = _idle()
+    with pytest.raises(ProtocolError, match="SIGN_ON is not possible in IDLE"):
+        session.sign_on()
+
+
 def test_every_state_can_be_reached_and_left() -> None:
     assert {to for to in TRANSITIONS.values() if to is not None} == set(State)
     for state in State:
-        assert TRANSITIONS[(state, Step.SIGN_ON)] is State.SYNC
+        assert TRANSITIONS[(state, Step.CLEAR)] is State.SYNC
         assert TRANSITIONS[(state, Step.END)] is State.OFF
+    into_sync = {state for state in State if TRANSITIONS[state, Step.SIGN_ON]}
+    assert into_sync == {State.SYNC, State.SYNCED}
     into_opening = [key for key, to in TRANSITIONS.items() if to is State.OPENING]
     assert into_opening == [(State.SYNCED, Step.BEGIN)]
 
@@ -178,6 +195,7 @@ def test_the_table_is_total() -> None:
 
 
 _CALLS: dict[Step, Callable[[HostSession], object]] = {
+    Step.CLEAR: HostSession.clear,
     Step.SIGN_ON: HostSession.sign_on,
     Step.BEGIN: HostSession.begin,
     Step.ASK: lambda session: session.ask(Query.MODEL),
@@ -201,6 +219,7 @@ def _brought_to(state: State) -> HostSession:
     session = HostSession()
     if state is State.OFF:
         return session
+    session.clear()
     session.sign_on()
     if state is State.SYNC:
         return session
@@ -286,6 +305,7 @@ def test_offsets_count_every_byte_of_the_session(cuts: list[int], noise: int) ->
 
 def test_confirmed_poses_wait_for_their_successor() -> None:
     session = HostSession(confirmed_only=True)
+    session.clear()
     session.sign_on()
     session.receive(b"IMMC")
     session.begin()

@@ -37,6 +37,7 @@ STREAM = MotionReports(period_ticks=9)
 
 def _idle() -> HostSession:
     session = HostSession()
+    session.clear()
     session.sign_on()
     session.receive(b"IMMC")
     session.begin()
@@ -68,20 +69,20 @@ def test_t2_attention_is_never_asked_for_without_an_end_in_front(
 
 
 @pytest.mark.parametrize("left", ["f7=ARGS", "f7=PASSWORD"])
-def test_t3_a_half_said_command_is_completed_by_at_most_26_zeros(
+def test_t3_a_half_said_command_is_completed_before_the_first_letter(
     rehearse: Rehearse, left: str
 ) -> None:
     bench = rehearse(left)
     keeper = bench.connect()
     assert keeper.sampler.description.identity == DX40937.identity
-    zeros = [data for data in bench.written if data and not any(data)]
-    assert max(map(len, zeros), default=0) <= 26
-    # The many come in the second pass, which was not needed.
-    assert bytes(26) not in zeros
+    assert bench.written[:2] == [commands.CLEAR_BYTES, b"\xc5IMMC"]
+    # No more than the longest command takes, and the END that ends the session.
+    assert len(commands.CLEAR_BYTES) == 36 + 1
 
 
 def test_t4_an_echo_in_flight_does_not_put_the_id_out_of_step() -> None:
     session = HostSession()
+    session.clear()
     session.sign_on()
     assert session.receive(b"\xc5IIMIMMC") == [SyncEcho()]
     session.begin()
@@ -206,9 +207,9 @@ def test_t15_a_session_left_open_is_ended_at_its_own_rate(
 def test_t15b_the_five_bytes_are_one_write(rehearse: Rehearse) -> None:
     bench = rehearse("f1")
     bench.refused(DeviceReason.NO_DEVICE, RATES)
-    assert set(bench.written) == {b"\xc5IMMC", b"\0", bytes(26), b"\xc5"}
-    # The many zeros wait for the second pass.
-    assert bench.written.index(bytes(26)) > len(bench.written) // 3
+    assert set(bench.written) == {commands.CLEAR_BYTES, b"\xc5IMMC", b"\xc5"}
+    # Once at each rate of each pass.
+    assert bench.written.count(commands.CLEAR_BYTES) == 2 * len(RATES)
 
 
 def test_t16_streams_have_a_fixed_rate(rehearse: Rehearse) -> None:
