@@ -23,8 +23,10 @@ class ArmThread:
     """Run a keeper step by step and queue its poses until told to stop."""
 
     def __init__(self, keeper: ArmKeeper) -> None:
-        self.queue = PoseQueue(self._refuse, self._over)
+        self.queue = PoseQueue(self._refuse, self._over, self._silence)
         self._keeper = keeper
+        self._at_last_pose = keeper.counters
+        """What the line had done when it fell silent."""
         self._stop = threading.Event()
         self._error: Exception | None = None
         self._homing: threading.Event | None = None
@@ -62,9 +64,32 @@ class ArmThread:
                 "put it into its rest and home it.",
             )
 
+    def _silence(self, timeout_s: float) -> str:
+        """Say why no pose came in that time, and what to do."""
+        keeper, before = self._keeper, self._at_last_pose
+        began = f"No pose came from the arm on {keeper.port.name} in {timeout_s:g} s"
+        if keeper.trouble is not None:
+            return f"{began}; it is being looked for. {keeper.trouble}"
+        since = {name: n - before[name] for name, n in keeper.counters.items()}
+        damaged = sum(since[name] for name in ("framing", "noise", "suspect", "stray"))
+        if since["refused"]:
+            return (
+                f"{began}: its joints seem to leap in each of {since['refused']} "
+                "packets; check the cable."
+            )
+        if since["packets"]:
+            return f"{began} in spite of {since['packets']} packets; check the cable."
+        if damaged:
+            return (
+                f"{began}: {damaged} bytes came that are no packets; check the cable "
+                "and the adapter."
+            )
+        return f"{began}: it does not answer; check its power and the cable."
+
     def _run(self) -> None:
         keeper, queue = self._keeper, self.queue
         losses = 0
+        heard = False
         try:
             while not self._stop.is_set():
                 if self._homing is not None and keeper.home():
@@ -73,6 +98,9 @@ class ArmThread:
                 poses = keeper.step(0.0 if queue.is_awaited else BATCH_S)
                 if poses:
                     queue.put(poses)
+                elif heard:
+                    self._at_last_pose = keeper.counters
+                heard = bool(poses)
                 if keeper.losses > losses and keeper.trouble is not None:
                     losses = keeper.losses
                     queue.tell(keeper.trouble)

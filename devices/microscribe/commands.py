@@ -30,6 +30,23 @@ class Query(Enum):
     FIRMWARE = 0xCE
     EXTENDED = 0xD3
 
+    @property
+    def words(self) -> str:
+        """Get what is asked for, as a person reads it."""
+        return _WORDS.get(self, self.name.lower().replace("_", " "))
+
+
+_WORDS = {
+    Query.PARAMETERS: "joint parameters",
+    Query.HOME: "command to home",
+    Query.END: "end of the session",
+    Query.MAXIMA: "largest counts",
+    Query.SERIAL: "serial number",
+    Query.FORMAT: "parameter format",
+    Query.FIRMWARE: "firmware version",
+    Query.EXTENDED: "second elbow angle (BETA)",
+}
+
 
 # END goes in front: bare letters "IMMC" reach an open session as four commands, the
 # last of which asks for a calibration password. One write keeps a device at another
@@ -143,5 +160,5 @@ def meaning(command: Command) -> str:
     if data[0] == MOTION:
         return f"stream poses every {data[2]} ticks"
     if data[0] & 0x80:
-        return f"ask {Query(data[0]).name}"
+        return f"ask {Query(data[0]).words}"
     return f"poll {data[0]:02X}"

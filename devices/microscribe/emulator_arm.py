@@ -133,7 +133,7 @@ class EmulatedArm:
             return
         heard = data
         if client_rate is not None:
-            heard = self._receive_at(data, client_rate)
+            heard = self._receive_at(data, client_rate, now_s)
         for fault in self._faults:
             heard = fault.hear(heard, self, now_s)
         # The last bit of what was written is on the line only now.
@@ -231,9 +231,9 @@ class EmulatedArm:
             counts, buttons = fault.latch(counts, buttons, self, now_s)
         return counts, buttons
 
-    def _receive_at(self, data: bytes, client_rate: int) -> bytes:
+    def _receive_at(self, data: bytes, client_rate: int, now_s: float) -> bytes:
         if self.far_end.state is FarState.SYNC:
-            only = [f.only_rate() for f in self._faults]
+            only = [f.listening_rate(client_rate, self, now_s) for f in self._faults]
             wanted = next((rate for rate in only if rate is not None), None)
             if wanted is not None:
                 self._keep_rate(wanted)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.microscribe.arm import JOINTS
-from devices.microscribe.emulator_registers import AngleRegisters
+from devices.microscribe.emulator_registers import INDEX_BIT, AngleRegisters
 from devices.microscribe.inverse import InverseKinematics
 from devices.microscribe.profiles import ArmProfile
 
@@ -30,6 +30,7 @@ class StillMotion:
         self, profile: ArmProfile, counts: tuple[int, ...] | None = None
     ) -> None:
         self._home = profile.home_counts
+        self._index_turn = profile.encoders.turn[-1] if profile.has_roll_index else 0
         self.counts = profile.home_counts if counts is None else counts
         """Six of 14 bits; write new ones to move the arm."""
         self.buttons = 0
@@ -40,8 +41,9 @@ class StillMotion:
         """Do nothing: it has no clock."""
 
     def latch(self, now_s: float) -> tuple[tuple[int, ...], int]:
-        """Return six counts of 14 bits, then the pedals."""
-        return self.counts, self.buttons
+        """Return six counts of 14 bits, then pedals and index bit of a roll encoder."""
+        on_mark = self._index_turn and self.counts[-1] % self._index_turn == 0
+        return self.counts, self.buttons | (INDEX_BIT if on_mark else 0)
 
     def home(self) -> None:
         """Load the rest pose's counts, wherever the arm stands."""

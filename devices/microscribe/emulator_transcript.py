@@ -7,6 +7,7 @@ what happened to it), the arm's state, the bytes, what they mean.
 from typing import TextIO
 
 from devices.microscribe.emulator_answer import Answer, AnswerKind
+from devices.microscribe.readable import readable
 
 _CONFIGURATION = {
     0xC0: "parameters",
@@ -78,7 +79,7 @@ class EmulatorTranscript:
 
 def _meaning_of_heard(state: str, data: bytes) -> str:
     if state in _LISTENING:
-        return f"text {data!r}"
+        return f"text {readable(data)}"
     if state in ("ARGUMENTS", "PASSWORD"):
         return state.lower()
     code = data[0]
@@ -90,7 +91,8 @@ def _meaning_of_heard(state: str, data: bytes) -> str:
 def _meaning_of_said(answer: Answer) -> str:
     kind = answer.kind.name.lower().replace("_", " ")
     if answer.kind in _TEXTS:
-        return f"{kind} {answer.data.lstrip(bytes(range(0xC8, 0xCF)))!r}"
+        text = answer.data.lstrip(bytes(range(0xC8, 0xCF))).removesuffix(b"\0")
+        return f"{kind} {readable(text)}"
     if answer.kind is AnswerKind.PACKET:
         pairs = answer.data[-12:]
         counts = [pairs[i] << 7 | pairs[i + 1] for i in range(0, len(pairs) - 1, 2)]

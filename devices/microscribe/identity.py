@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from devices.microscribe.readable import readable
 from devices.port import DeviceError, DeviceReason
 
 PRODUCT_ID = "MSCR"
@@ -102,6 +103,6 @@ def decode_string(payload: bytes) -> str:
     if not all(32 <= byte < 127 for byte in payload):
         raise DeviceError(
             DeviceReason.BAD_REPLY,
-            f"The arm sent {payload!r} where a plain text was expected.",
+            f"The arm sent {readable(payload)} where a plain text was expected.",
         )
     return payload.decode("ascii")

@@ -1,8 +1,10 @@
 """A conversation with a MicroScribe over a byte port, blocking."""
 
+import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import median
 
 from devices.microscribe import identity
 from devices.microscribe.arm import ArmGeometry, Encoders
@@ -11,6 +13,7 @@ from devices.microscribe.identity import ArmIdentity, Maxima
 from devices.microscribe.line import Line
 from devices.microscribe.packets import Layout, Packet
 from devices.microscribe.protocol import BadReply, HostSession, Reply, Sample, State
+from devices.microscribe.readable import readable
 from devices.microscribe.sign_on import RATES, SignOn, end_session
 from devices.microscribe.timing import LinkTiming
 from devices.microscribe.transcript import Transcript
@@ -18,6 +21,9 @@ from devices.port import BytePort, Clock, DeviceError, DeviceReason
 
 # A stream that does not stop when told so three times will not.
 STOP_TRIES = 3
+
+# Newest polls that the time of a round trip is taken from.
+ROUND_TRIPS = 100
 
 TimedPacket = tuple[Packet, float]
 """A packet and the host's time of its header."""
@@ -58,6 +64,7 @@ class ArmLink:
         """How long the last search for the arm heard nothing."""
         self._timing = timing or LinkTiming()
         self._period_s = 0.0
+        self._trips_s: deque[float] = deque(maxlen=ROUND_TRIPS)
         self._chunks: deque[tuple[int, float]] = deque()
         """Where chunks of a stream end, and when they came."""
 
@@ -70,6 +77,15 @@ class ArmLink:
     def baud(self) -> int:
         """Get the rate in use."""
         return self.line.baud
+
+    @property
+    def round_trip_s(self) -> float:
+        """Get the median time from a poll to its whole answer, nan before the first.
+
+        No less than the line needs, which is slept through without a look.
+        """
+        trips = list(self._trips_s)
+        return median(trips) if trips else math.nan
 
     def sign_on(self, rates: Sequence[int] = RATES) -> None:
         """Open a session at the first of ``rates`` at which the arm answers."""
@@ -85,17 +101,21 @@ class ArmLink:
         """Ask for everything that turns counts into poses, in the usual order."""
         texts = [self._ask_text(Query(code)) for code in range(0xC8, 0xCF)]
         about = ArmIdentity(*texts)
-        if not (about.serial and about.product_name and about.model and about.firmware):
+        required = (Query.SERIAL, Query.PRODUCT_NAME, Query.MODEL, Query.FIRMWARE)
+        # The strings come in the order of their codes.
+        empty = [q.words for q in required if not texts[q.value - 0xC8]]
+        if empty:
             raise DeviceError(
                 DeviceReason.BAD_REPLY,
-                f"The arm on {self.port.name} leaves out who it is: {about}.",
+                f"The arm on {self.port.name} leaves its {' and '.join(empty)} empty; "
+                "switch it off and on again, and check the cable.",
             )
         maxima = Maxima.decode(self._ask(Query.MAXIMA, self._timing.block))
         if about.parameter_format != identity.FORMAT:
             raise DeviceError(
                 DeviceReason.UNSUPPORTED_FORMAT,
                 f"The arm on {self.port.name} describes its joints as "
-                f"{about.parameter_format!r}; only {identity.FORMAT!r} is known.",
+                f"'{about.parameter_format}'; only '{identity.FORMAT}' is known.",
             )
         block = self._ask(Query.PARAMETERS, self._timing.block)
         words = identity.decode_words(block, 18, "parameters")
@@ -194,15 +214,16 @@ class ArmLink:
                 if isinstance(event, BadReply):
                     raise DeviceError(
                         DeviceReason.BAD_REPLY,
-                        f"The arm on {self.port.name} answered {query.name} with "
-                        f"{event.raw!r}.",
+                        f"The arm on {self.port.name} answered the question for its "
+                        f"{query.words} with {readable(event.raw)}; check the cable.",
                     )
         partial = self.session.partial
         self.session.abandon()
         raise DeviceError(
             DeviceReason.BAD_REPLY,
-            f"The arm on {self.port.name} did not answer {query.name} in time "
-            f"({len(partial)} bytes came).",
+            f"The arm on {self.port.name} did not answer the question for its "
+            f"{query.words} in time ({len(partial)} bytes came); switch it off and on "
+            "again, and check the cable.",
         )
 
     def _poll(self, layout: Layout) -> TimedPacket | None:
@@ -227,6 +248,7 @@ class ArmLink:
                     if self.session.stray > strays or self.port.waiting:
                         self._settle()
                         return None
+                    self._trips_s.append(now - sent_s)
                     return event.packet, max(now - quiet_s - wire_s, sent_s)
             if now >= until:
                 break

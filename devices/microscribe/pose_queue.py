@@ -12,17 +12,27 @@ from devices.pose import Pose
 LARGEST_QUEUE = 1 << 14
 
 
+def _silence(timeout_s: float) -> str:
+    return f"No pose came within {timeout_s:g} seconds."
+
+
 class PoseQueue:
     """Every pose once and in order, or the newest; the two do not disturb each other.
 
     ``refuse`` raises when no pose can be expected, ``over`` says so for those who
-    wait.
+    wait; ``silence`` tells why none came within some seconds.
     """
 
-    def __init__(self, refuse: Callable[[], None], over: Callable[[], bool]) -> None:
+    def __init__(
+        self,
+        refuse: Callable[[], None],
+        over: Callable[[], bool],
+        silence: Callable[[float], str] = _silence,
+    ) -> None:
         self.newest: Pose | None = None
         self._refuse = refuse
         self._over = over
+        self._silence = silence
         # Compiled: a condition with a list beside it costs the thread that measures
         # four times as much for each pose that somebody waits for.
         self._items: SimpleQueue[Pose | None] = SimpleQueue()
@@ -63,7 +73,7 @@ class PoseQueue:
             pose = self._wait(timeout_s)
         if pose is None:
             self._tell_or_refuse()
-            raise TimeoutError(f"no pose came within {timeout_s:g} s")
+            raise TimeoutError(self._silence(timeout_s))
         return pose
 
     def drain(self) -> list[Pose]:

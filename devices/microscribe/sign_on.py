@@ -6,6 +6,7 @@ from devices.microscribe import commands, identity
 from devices.microscribe.commands import Command
 from devices.microscribe.line import Line
 from devices.microscribe.protocol import Event, ProductId, State, SyncEcho
+from devices.microscribe.readable import readable
 from devices.microscribe.timing import LinkTiming
 from devices.port import DeviceError, DeviceReason
 
@@ -133,7 +134,7 @@ class SignOn:
         raise DeviceError(
             DeviceReason.WRONG_DEVICE,
             f"The device on {self._line.name} is no MicroScribe, it calls itself "
-            f"{raw!r}.",
+            f"{readable(raw)}.",
         )
 
 

@@ -17,6 +17,7 @@ from devices.microscribe.protocol import (
     State,
     SyncEcho,
 )
+from devices.microscribe.readable import readable
 
 
 class Transcript:
@@ -57,11 +58,11 @@ def _meaning(event: Event) -> str:
         case SyncEcho():
             return "attention"
         case ProductId(raw):
-            return f"product {raw!r}"
+            return f"product {readable(raw)}"
         case Reply(query, payload):
-            return f"{query.name} = {payload!r}"
+            return f"{query.words} = {readable(payload)}"
         case BadReply(query, raw):
-            return f"{query.name} answered wrongly: {raw!r}"
+            return f"{query.words} answered wrongly: {readable(raw)}"
         case Sample(packet):
             timer = "" if packet.timer is None else f"timer {packet.timer} "
             return f"packet {timer}counts {packet.counts} buttons {packet.buttons:b}"

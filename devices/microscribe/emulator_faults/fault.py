@@ -98,9 +98,23 @@ class Fault:
     def tick(self, arm: FaultyArm, now_s: float) -> None:
         """Let time pass."""
 
-    def only_rate(self) -> int | None:
-        """Return the one rate at which the arm still signs on, None for all."""
+    def listening_rate(
+        self, client_rate: int, arm: FaultyArm, now_s: float
+    ) -> int | None:
+        """Return the one rate at which the arm signs on now, None for any.
+
+        Asked whenever a client at ``client_rate`` writes before a session is open.
+        """
         return None
+
+    def insist_on(
+        self, rate: int, client_rate: int, arm: FaultyArm, now_s: float
+    ) -> int | None:
+        """Return ``rate`` while the fault lasts; it happens to clients at others."""
+        if not self.trigger.fires(arm.script_s(now_s), arm.packets):
+            return None
+        self.fired += client_rate != rate
+        return rate
 
     def hear(self, data: bytes, arm: FaultyArm, now_s: float) -> bytes:
         """Return what the arm hears of ``data``."""

@@ -66,7 +66,9 @@ class Pedals(EventFault):
     def happen(self, arm: FaultyArm, now_s: float) -> None:
         """Press, or wait for the stream to be stopped."""
         if self.variant == "STOPS":
+            # It happens when the stream is stopped, if ever.
             self._armed = True
+            self.fired -= 1
         else:
             self._press(now_s)
 
@@ -74,6 +76,7 @@ class Pedals(EventFault):
         """Press when a command comes into a stream."""
         if self._armed and data and arm.far_end.state is FarState.MOTION:
             self._armed = False
+            self.fired += 1
             self._press(now_s)
         return data
 

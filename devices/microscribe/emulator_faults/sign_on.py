@@ -46,9 +46,12 @@ class OneRate(Fault):
     lasts = True
     takes_number = True
 
-    def only_rate(self) -> int | None:
+    def listening_rate(
+        self, client_rate: int, arm: FaultyArm, now_s: float
+    ) -> int | None:
         """Return that rate."""
-        return int(self.number(_ONE_RATE))
+        rate = int(self.number(_ONE_RATE))
+        return self.insist_on(rate, client_rate, arm, now_s)
 
 
 class SurplusEchoes(Fault):

@@ -97,9 +97,11 @@ class Slow(Fault):
     lasts = True
     kinds = EVERY_KIND
 
-    def only_rate(self) -> int | None:
+    def listening_rate(
+        self, client_rate: int, arm: FaultyArm, now_s: float
+    ) -> int | None:
         """Return the slowest rate."""
-        return _SLOW_RATE
+        return self.insist_on(_SLOW_RATE, client_rate, arm, now_s)
 
     def spoil(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
         """Think longer."""

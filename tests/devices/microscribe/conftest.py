@@ -1,5 +1,6 @@
 """A rehearsed arm: the driver's blocking half on an emulated line, nobody sleeps."""
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -18,6 +19,9 @@ from devices.microscribe.sampler import MotionReports
 from devices.microscribe.transcript import Transcript
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
+
+# A bytes literal, a dataclass, the name of a member of an enumeration.
+PYTHON = re.compile(r"\bb['\"]|\w\(\w+=|[A-Z]{2,}_[A-Z]|\\x")
 
 
 class TappedPort(EmulatedPort):
@@ -111,6 +115,7 @@ class Rehearsal:
         assert caught.value.reason is reason
         assert text.endswith(".")
         assert "\n" not in text
+        assert not PYTHON.search(text), text
         assert self.opened[0].closed
         return caught.value
 

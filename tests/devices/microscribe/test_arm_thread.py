@@ -111,7 +111,7 @@ def test_a_pulled_plug_is_told_once_and_waited_out(
         last = poses[-1]
         assert arm.latest() is last
         _wait(lambda: arm.stale)
-        with pytest.raises(TimeoutError):
+        with pytest.raises(TimeoutError, match=r"memory:1 in 0\.01 s; .*looked for"):
             arm.read(0.01)
         states = [arm.presence]
         assert arm.trouble is not None
@@ -121,6 +121,26 @@ def test_a_pulled_plug_is_told_once_and_waited_out(
         assert states == [Presence.LOST, Presence.THERE]
         assert arm.counters["losses"] == 1
         assert arm.home_state is HomeState.ASSUMED
+
+
+def _read_on(arm: MicroScribe, patience_s: float) -> None:
+    while True:
+        arm.read(patience_s)
+
+
+@either_way
+@pytest.mark.parametrize(
+    ("fault", "cause"),
+    [("f1@0.3", "does not answer; check its power"), ("garbage@0.3", "no packets")],
+)
+def test_a_silence_names_the_port_and_its_cause(
+    no_thread_stays: None, reports: MotionReports | None, fault: str, cause: str
+) -> None:
+    plug = Plug(fault)
+    with MicroScribe(plug.line.open_port(), reports=reports) as arm:
+        with pytest.raises(TimeoutError, match=r"arm on memory:1 in 0\.4 s") as caught:
+            _read_on(arm, 0.4)
+        assert cause in str(caught.value)
 
 
 def test_an_arm_that_is_lost_can_be_closed(no_thread_stays: None) -> None:

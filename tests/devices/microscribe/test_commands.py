@@ -277,6 +277,6 @@ def test_a_search_at_the_right_rate_is_read_as_it_is() -> None:
 
 
 def test_queries_are_named_in_a_transcript() -> None:
-    assert meaning(commands.ask(Query.SERIAL)) == "ask SERIAL"
+    assert meaning(commands.ask(Query.SERIAL)) == "ask serial number"
     assert meaning(commands.PING) == "poll 00"
     assert meaning(commands.stream(9)) == "stream poses every 9 ticks"

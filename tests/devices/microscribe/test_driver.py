@@ -211,7 +211,7 @@ def test_a_session_that_fails_to_open_is_ended(
     served = serve_arm()
     served.spoil = lambda out: b"" if out[:1] == b"\xc6" else out
     port = _LoggedPort(served.port)
-    with pytest.raises(DeviceError, match="MAXIMA"):
+    with pytest.raises(DeviceError, match="largest counts"):
         MicroScribe(port, timing=hasty)
     assert port.written[-1] == b"\xc5"
 

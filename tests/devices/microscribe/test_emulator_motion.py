@@ -34,6 +34,17 @@ def test_an_arm_that_stands() -> None:
     assert motion.latch(9.0)[0] == HOME_COUNTS
 
 
+def test_an_arm_that_stands_on_the_index_mark_of_its_roll_encoder_says_so() -> None:
+    """Home counts are 0 there, and the mark is at every whole turn."""
+    motion = StillMotion(SIX_JOINTS)
+    assert motion.latch(0.0)[1] == 4
+    motion.buttons = 1
+    assert motion.latch(0.0)[1] == 5
+    for count, buttons in ((1, 1), (2000, 5), (1999, 1), (14000, 5)):
+        motion.counts = (*HOME_COUNTS[:5], count)
+        assert motion.latch(0.0)[1] == buttons
+
+
 def test_joints_follow_a_function_from_the_first_packet_on() -> None:
     motion = AnglesMotion(DX40937, lambda t: [0.5 + t, 0.0, 0.0, 0.0, 0.0])
     scale = 16384 / (2.0 * math.pi)

@@ -41,7 +41,7 @@ def test_it_tells_time_direction_state_bytes_and_meaning() -> None:
     ]
     assert float(rows[1][0]) == 1.0
     assert rows[1][3] == "C5 49 4D 4D 43"
-    assert rows[6][4] == "string b'EMU00001\\x00'"
+    assert rows[6][4] == "string 'EMU00001'"
     assert rows[7][4].endswith("counts [13903, 6238, 6868, 4098, 3193, 8416]")
     assert rows[9][3].startswith("83 00")
     assert "spoilt: 00 6C 4F" in rows[9][4]

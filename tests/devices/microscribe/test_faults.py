@@ -196,7 +196,7 @@ def f22_bad_maxima(bench: Bench) -> None:
 def f23_silent_beta(bench: Bench) -> None:
     if "BETA" in bench.fault:
         error = bench.refused(DeviceReason.BAD_REPLY, (115200,))
-        assert "EXTENDED" in str(error)
+        assert "second elbow angle (BETA)" in str(error)
         return
     assert bench.connect().sampler.description.geometry.beta == 0.0
     assert b"\xd3" not in bench.written

@@ -29,6 +29,22 @@ def _reason(link: ArmLink, rates: tuple[int, ...] = ONE_RATE) -> DeviceReason:
     return caught.value.reason
 
 
+@pytest.mark.parametrize(
+    ("code", "words"),
+    [(0xC8, "product name"), (0xCA, "model"), (0xCB, "serial"), (0xCE, "firmware")],
+)
+def test_an_arm_that_leaves_out_who_it_is_is_told_what_it_left_out(
+    serve_arm: Callable[..., Any], hasty: LinkTiming, code: int, words: str
+) -> None:
+    arm = serve_arm()
+    arm.spoil = lambda out: bytes((code, 0)) if out[:1] == bytes((code,)) else out
+    link = ArmLink(arm.port, hasty)
+    link.sign_on(ONE_RATE)
+    with pytest.raises(DeviceError, match=rf"leaves its {words}.* empty;") as caught:
+        link.describe()
+    assert "ArmIdentity" not in str(caught.value)
+
+
 def test_sign_on_describe_sample_end(
     serve_arm: Callable[..., Any], hasty: LinkTiming
 ) -> None:

@@ -31,6 +31,12 @@ def test_every_pose_once_and_in_order() -> None:
         queue.read(0.001)
 
 
+def test_a_silence_is_told_with_its_cause() -> None:
+    queue = PoseQueue(lambda: None, lambda: False, lambda s: f"{s:g} s: the plug.")
+    with pytest.raises(TimeoutError, match=r"0\.01 s: the plug\."):
+        queue.read(0.01)
+
+
 def test_a_loss_comes_behind_the_poses_before_it_and_once() -> None:
     queue, poses = _queue(), _poses(2)
     queue.put(poses)

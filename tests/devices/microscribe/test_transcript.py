@@ -23,12 +23,12 @@ def test_every_byte_of_a_session_is_written_with_its_meaning(
         "end any session, ask for attention",
         "attention",
         "begin a session",
-        "product b'MSCR'",
-        "ask PARAMETERS",
-        "SERIAL = b'EMU00001'",
+        "product 'MSCR'",
+        "ask joint parameters",
+        "serial number = 'EMU00001'",
         "poll 23",
         "counts (13903, 6238, 6868, 4098, 3193, 8416) buttons 0",
-        "ask END",
+        "ask end of the session",
     ):
         assert words in told
     sent = b"".join(
