@@ -10,6 +10,13 @@ from typing import Protocol
 
 import numpy as np
 
+from app.arm_findings import (
+    LinedArm,
+    adapter_findings,
+    line_findings,
+    pedals_finding,
+    tip_finding,
+)
 from app.doctor import Finding, tell
 from app.terminal import Stages
 from devices import Pose
@@ -36,7 +43,7 @@ class Guide(Protocol):
         ...
 
 
-class Arm(Protocol):
+class Arm(LinedArm, Protocol):
     """What is looked at of an arm; `MicroScribe` has it."""
 
     @property
@@ -80,7 +87,7 @@ def run_arm_check(device: str, *, as_json: bool, look_s: float = LOOK_S) -> int:
     Raise DeviceError when there is none, TimeoutError when it falls silent.
     """
     with Stages() as guide, MicroScribe(device) as arm:
-        findings = check_arm(arm, guide, look_s)
+        findings = check_arm(arm, guide, look_s) + adapter_findings(device)
     return tell(f"The arm on {device}", findings, as_json=as_json)
 
 
@@ -88,14 +95,15 @@ def check_arm(arm: Arm, guide: Guide, look_s: float) -> list[Finding]:
     """Let every joint be moved for ``look_s`` of the arm's time; say what was seen."""
     guide.say(
         f"For {look_s:g} seconds, turn every joint to and fro by a hand's width, the "
-        "stylus about its own axis as well where it has an encoder."
+        "stylus about its own axis as well where it has an encoder; press each pedal."
     )
     first = last = arm.read(PATIENCE_S)
     lowest = highest = np.array(arm.counts)
-    poses = 0
+    poses = pressed = 0
     while last.time_s - first.time_s < look_s:
         last = arm.read(PATIENCE_S)
         poses += 1
+        pressed |= last.buttons
         lowest = np.minimum(lowest, arm.counts)
         highest = np.maximum(highest, arm.counts)
         guide("Moving the joints", min((last.time_s - first.time_s) / look_s, 1.0))
@@ -104,7 +112,9 @@ def check_arm(arm: Arm, guide: Guide, look_s: float) -> list[Finding]:
     return [
         _about(arm.description),
         _home(arm.home_state),
-        Finding("poses", f"{rate_hz:.0f} per second"),
+        *line_findings(arm, rate_hz),
+        tip_finding(last),
+        pedals_finding(arm.description.maxima, pressed),
         _line(arm.counters),
         _clock(arm.clock_drift),
         _encoders(arm, travel),

@@ -6,7 +6,7 @@ Nothing heavy is imported here: every command fetches its own modules when it ru
 from pathlib import Path
 from typing import Literal
 
-from app import case_commands, picture_commands
+from app import arm_commands, case_commands, picture_commands
 from app.emulator_words import NOTHING_TYPED, EmulatorWords
 from app.root import (
     Flag,
@@ -20,7 +20,7 @@ from app.root import (
     thread_count,
 )
 
-__all__ = ["app", "case_commands", "picture_commands"]
+__all__ = ["app", "arm_commands", "case_commands", "picture_commands"]
 
 
 @app.command
@@ -321,8 +321,9 @@ def doctor(*, device: str | None = None, json: Json = False) -> int:
     Parameters
     ----------
     device
-        Look at the MicroScribe on this serial port instead, such as /dev/ttyUSB0,
-        while its joints are moved: encoders, line, clock.
+        Look at the MicroScribe on this serial port instead, such as /dev/ttyUSB0 or
+        a name under /dev/serial/by-id, while its joints are moved: rate, encoders,
+        line, clock, pedals.
     """
     if device is not None:
         from app.arm_check import run_arm_check

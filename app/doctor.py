@@ -10,6 +10,13 @@ from pathlib import Path
 from app.opengl import OpenGL, display_name, probe_offscreen, probe_window
 from app.terminal import print_json, print_table
 from app.versions import versions
+from devices.serial_adapters import (
+    LEAST_LATENCY_MS,
+    SerialAdapter,
+    latency_remedy,
+    permission_remedy,
+    serial_adapters,
+)
 from renderers.art.launcher import find_launcher
 from renderers.art.transport import TransportError
 
@@ -69,6 +76,7 @@ def examine() -> list[Finding]:
         _opengl("window", window),
         _mpi(),
         _ffmpeg(),
+        serial_ports(),
         *_choices(offscreen, window),
     ]
 
@@ -196,6 +204,26 @@ def _ffmpeg() -> Finding:
             remedy="On Debian, apt install ffmpeg brings it.",
         )
     return Finding("ffmpeg", _first_line([program, "-version"]))
+
+
+def serial_ports(adapters: list[SerialAdapter] | None = None) -> Finding:
+    """Tell which ports an arm may be at, and what keeps it from being well there."""
+    if adapters is None:
+        from devices.microscribe.driver import SerialPorts
+
+        adapters = serial_adapters(SerialPorts().names())
+    told, remedies = [], []
+    for adapter in adapters:
+        names = f"{adapter.by_id} ({adapter.name})" if adapter.by_id else adapter.name
+        timer = adapter.latency_ms
+        told.append(names + (f", latency timer {timer} ms" if timer else ""))
+        if not adapter.is_allowed:
+            told[-1] += ", not yours to open"
+            remedies.append(f"{adapter.name}: {permission_remedy(adapter.name)}.")
+        elif timer is not None and timer > LEAST_LATENCY_MS:
+            remedies.append(latency_remedy(adapter.name))
+    none = "none; a MicroScribe needs one, or a USB adapter"
+    return Finding("serial ports", "\n".join(told) or none, remedy="\n".join(remedies))
 
 
 def _choices(offscreen: OpenGL, window: OpenGL) -> list[Finding]:

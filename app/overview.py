@@ -7,7 +7,7 @@ it takes ten times as long as parsing the source of the commands.
 import ast
 from pathlib import Path
 
-FILES = ("commands.py", "case_commands.py", "picture_commands.py")
+FILES = ("commands.py", "arm_commands.py", "case_commands.py", "picture_commands.py")
 
 _HEAD = """Usage: paravol COMMAND [OPTIONS]
 

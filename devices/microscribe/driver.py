@@ -5,6 +5,7 @@ its motion by itself, and gives every pose the host's time of its tick.
 """
 
 import atexit
+import errno
 import os
 import sys
 import time
@@ -30,6 +31,7 @@ from devices.microscribe.timing import LinkTiming
 from devices.microscribe.transcript import Transcript
 from devices.port import BytePort, DeviceError, DeviceReason
 from devices.pose import Pose
+from devices.serial_adapters import absence_remedy, permission_remedy
 
 # pyserial lets errors of the terminal itself pass through untranslated.
 _PORT_ERRORS: tuple[type[Exception], ...] = (OSError,)
@@ -66,8 +68,8 @@ class SerialPort:
         except _OPEN_ERRORS as error:
             raise DeviceError(
                 DeviceReason.NO_PORT,
-                f"The serial port {name} cannot be opened ({_cause(error)}); check its "
-                "name, its permissions and that no other program uses it.",
+                f"The serial port {name} cannot be opened ({_cause(error)}); "
+                f"{_port_remedy(name, error)}.",
             ) from error
         self._name = name
         posix = sys.platform != "win32"
@@ -239,6 +241,19 @@ class MicroScribe(Closing):
         return self._keeper.sampler.tracker.counts
 
     @property
+    def baud(self) -> int:
+        """Get the rate at which the arm was found, bits per second."""
+        return self._keeper.link.baud
+
+    @property
+    def round_trip_s(self) -> float:
+        """Get the median time from a poll to its whole answer, nan before the first.
+
+        Of the newest polls; a stream has none.
+        """
+        return self._keeper.link.round_trip_s
+
+    @property
     def clock_drift(self) -> float:
         """Get how much faster the host's clock runs than the arm's, s per s."""
         return self._keeper.sampler.tracker.alignment.drift
@@ -293,6 +308,18 @@ class MicroScribe(Closing):
                 yield self.read(SILENCE_S)
         except EOFError:
             return
+
+
+def _port_remedy(name: str, error: Exception) -> str:
+    """Return what to do where a port cannot be opened."""
+    number = getattr(error, "errno", None)
+    if number in (errno.EACCES, errno.EPERM):
+        return permission_remedy(name)
+    if number in (errno.ENOENT, errno.ENODEV, errno.ENXIO) and "://" not in name:
+        return absence_remedy(SerialPorts().names())
+    if number in (errno.EBUSY, errno.EAGAIN):
+        return "another program uses it; end that one first"
+    return "check its name, its permissions and that no other program uses it"
 
 
 def _cause(error: Exception) -> str:

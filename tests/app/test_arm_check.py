@@ -74,7 +74,8 @@ def test_an_arm_that_is_well(name: str) -> None:
     expected = [round(0.4 * turn / (2.0 * np.pi)) for turn in turns]
     assert np.abs(np.array(joints, dtype=int) - expected).max() <= 2
     assert [f.name for f in found.values() if f.is_missing or f.remedy] == [
-        "home position"
+        "home position",
+        "pedals",
     ]
     assert "every joint" in guide.said[0]
     assert np.all(np.diff(guide.shares) >= 0.0)
@@ -128,7 +129,11 @@ def test_an_arm_at_a_port_is_told_of_in_full(
     report = json.loads(capsys.readouterr().out)
     assert report["missing"] == []
     told = {finding["name"]: finding["value"] for finding in report["findings"]}
-    assert set(told) == {"arm", "home position", "poses", "line", "clock", "encoders"}
+    assert set(told) == {
+        *("arm", "home position", "rate", "poses", "round trip", "tip", "pedals"),
+        *("line", "clock", "encoders"),
+    }
+    assert told["rate"] == "115200 baud"
     assert told["home position"] == "assumed"
     assert told["encoders"].startswith("not moved" if fault else "all count")
     assert int(told["poses"].split()[0]) > 20

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from app import doctor
-from app.doctor import Finding, examine, run_doctor
+from app.doctor import Finding, examine, run_doctor, serial_ports
 from app.opengl import OpenGL
+from devices.serial_adapters import SerialAdapter
 
 OPENGL = OpenGL("Maker", "Some GPU", "4.6")
 
@@ -30,9 +31,31 @@ def test_the_report_names_this_machine(capsys: pytest.CaptureFixture[str]) -> No
         "window",
         "MPI",
         "ffmpeg",
+        "serial ports",
         "endoscope picture",
     } <= set(told)
     assert "ersion" in told["ffmpeg"]
+
+
+def test_serial_ports_are_told_with_what_keeps_an_arm_from_being_well_there() -> None:
+    by_id = "/dev/serial/by-id/usb-FTDI_1-port0"
+    found = serial_ports(
+        [
+            SerialAdapter("/dev/ttyUSB0", by_id, 16, True),
+            SerialAdapter("/dev/ttyUSB1", "", 1, True),
+            SerialAdapter("/dev/ttyS0", "", None, False),
+        ]
+    )
+    assert found.value.splitlines() == [
+        f"{by_id} (/dev/ttyUSB0), latency timer 16 ms",
+        "/dev/ttyUSB1, latency timer 1 ms",
+        "/dev/ttyS0, not yours to open",
+    ]
+    slow, closed = found.remedy.splitlines()
+    assert "ttyUSB0/latency_timer sets it to 1 ms" in slow
+    assert closed.startswith("/dev/ttyS0: it belongs to the group ")
+    assert not found.is_missing
+    assert serial_ports([]).value.startswith("none")
 
 
 @pytest.mark.parametrize("as_json", [True, False])

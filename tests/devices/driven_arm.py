@@ -43,6 +43,14 @@ class DrivenArm:
         return self._keeper.sampler.tracker.alignment.drift
 
     @property
+    def baud(self) -> int:
+        return self._keeper.link.baud
+
+    @property
+    def round_trip_s(self) -> float:
+        return self._keeper.link.round_trip_s
+
+    @property
     def counters(self) -> dict[str, int]:
         return self._keeper.counters
 
