@@ -140,7 +140,7 @@ def train(
     stream_igtl
         Stream tool poses by OpenIGTLink at this [HOST:]PORT.
     registration
-        File of `paravol register`, made since the arm was switched on.
+        File of `paravol register`, made since the arm was switched on, or of a tracker.
     roll
         Who knows the roll of the scope in the arm at --device: horizon (level, the
         arrow keys turn it), encoder (a sixth joint) or igtl:HOST:PORT[:TOOL].
@@ -181,6 +181,7 @@ def register(
     target: tuple[str, ...] = (),
     seed: Seed = 1,
     yes: Flag = False,
+    input: str | None = None,
     json: Json = False,
 ) -> int:
     """Register an arm: turn the tip, touch the landmarks, trace the skin.
@@ -203,11 +204,13 @@ def register(
         Where the emulated arm stands and how its hand shakes.
     yes
         Write the file without asking.
+    input
+        Another tracker instead of an arm: igtl:HOST:PORT[:TOOL].
     """
     from app.register_command import RegisterOptions, run_register
 
     options = RegisterOptions(
-        scenario, device, emulated, out, pivot, trace, target, yes, seed
+        scenario, device, emulated, out, pivot, trace, target, yes, seed, input
     )
     return run_register(options, as_json=json)
 

@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.arm import demand_port
+from app.inputs.peer_address import peer_address
 from app.operating_room import prepare_room
 from app.registering import head_of
 from app.registration_fit import Touched, describe_registration, fit_registration
@@ -19,6 +20,8 @@ from app.registration_walk import RegistrationWalk
 from app.rehearsed_arm import RehearsedTruth, rehearsed_arm, rehearsed_truth
 from app.skin import Skin
 from app.terminal import Stages, print_json, print_table
+from app.tracker_registration import register_tracker
+from app.typed_pedals import HELP, TypedPedals
 from devices.microscribe import MicroScribe
 from devices.microscribe.uncertainty import ParameterSpread
 from devices.registration_file import (
@@ -57,6 +60,8 @@ class RegisterOptions:
     targets: tuple[str, ...]
     yes: bool
     seed: int
+    input: str | None = None
+    """Another tracker instead of an arm: igtl:HOST:PORT[:TOOL]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,6 +82,8 @@ def run_register(options: RegisterOptions, *, as_json: bool) -> int:
     be trusted, the device's error when the arm fails.
     """
     _check(options)
+    if options.input is not None:
+        return _finish(options, _tracked(options), None, as_json=as_json)
     spread = ParameterSpread()
     with Stages() as guide, ExitStack() as stack:
         plan = _plan(options, guide)
@@ -98,6 +105,46 @@ def run_register(options: RegisterOptions, *, as_json: bool) -> int:
             fit, touched, plan.landmarks, description, plan.head
         )
     true = None if truth is None else truth.errors_mm(record, plan.targets)
+    return _finish(options, record, true, as_json=as_json)
+
+
+def _tracked(options: RegisterOptions) -> RegistrationRecord:
+    """Register a tracker by its landmarks alone; what is typed stands for pedals."""
+    from devices.openigtlink import OpenIGTLinkSource
+
+    address = _tracker(options.input or "")
+    with Stages() as guide:
+        # Of a tracker nobody knows how its errors follow a traced patch.
+        plan = _plan(replace(options, trace=False), guide)
+        _warn_of_plan(plan, guide)
+        with OpenIGTLinkSource(*address) as source:
+            guide.say(HELP)
+            return register_tracker(
+                TypedPedals(source),
+                guide,
+                plan.landmarks,
+                plan.targets,
+                pivot=options.pivot,
+                head=plan.head,
+                tool=lambda: source.tool,
+            )
+
+
+def _tracker(words: str) -> tuple[str, int, str | None]:
+    kind, _, rest = words.partition(":")
+    if kind != "igtl":
+        raise ValueError(f"--input must be igtl:HOST:PORT[:TOOL]; got {words!r}.")
+    return peer_address("--input", rest)
+
+
+def _finish(
+    options: RegisterOptions,
+    record: RegistrationRecord,
+    true: dict[str, float] | None,
+    *,
+    as_json: bool,
+) -> int:
+    """Show a registration and write it, unless the person does not want it written."""
     if as_json:
         print_json(_summary(options, record, true))
     else:
@@ -114,8 +161,14 @@ def run_register(options: RegisterOptions, *, as_json: bool) -> int:
 
 def _check(options: RegisterOptions) -> None:
     """Refuse bad options before anybody has touched anything."""
-    if options.emulated == (options.device is not None):
-        raise ValueError("Give either --device with the arm's port or --emulated.")
+    ways = (options.emulated, options.device is not None, options.input is not None)
+    if sum(ways) != 1:
+        raise ValueError(
+            "Give either --device with the arm's port, --emulated or --input with "
+            "another tracker."
+        )
+    if options.input is not None:
+        _tracker(options.input)
     demand_port(options.device)
     if options.out.suffix != ".json":
         raise ValueError(f"--out must name a .json file, got {options.out}.")

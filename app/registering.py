@@ -12,8 +12,12 @@ from devices import Pose, Registration, TouchCollector, register
 from devices.microscribe.link import ArmDescription
 from devices.pivot import shifted_to_tip
 from devices.registration_error import RegistrationError, RegistrationReason
-from devices.registration_file import load_registration
+from devices.registration_file import RegistrationRecord, load_registration
 from scenarios import Scenario
+
+TRACKER = "OpenIGTLink"
+"""In a file of a tracker, in the place of an arm's model; the serial number is the
+name of its tool."""
 
 PATIENCE_S = 30.0
 """A person may take this long from one fiducial to the next."""
@@ -71,6 +75,30 @@ class TippedPoses:
 def head_of(scenario: Scenario) -> str:
     """Name the head that a registration belongs to."""
     return f"{scenario.name}, seed {scenario.head.seed}"
+
+
+def tracker_record(
+    file: Path, tool: str | None, scenario: Scenario
+) -> RegistrationRecord:
+    """Read the registration of a tracker, made by `paravol register --input`.
+
+    tool: the tool that is asked for, None for the one in the file. Raise
+    RegistrationError when the file holds none, or one of another tool or another head.
+    """
+    record = load_registration(file)
+    checks = [("head", head_of(scenario), record.head)]
+    if tool is not None:
+        checks.append(("tool", tool, record.arm_serial))
+    if record.arm_model != TRACKER:
+        checks = [("device", TRACKER, record.arm_model)]
+    for what, wanted, found in checks:
+        if wanted != found:
+            raise RegistrationError(
+                RegistrationReason.FILE,
+                f"{file} registers the {what} {found!r}, this is {wanted!r}; make a "
+                "new one with `paravol register --input`.",
+            )
+    return record
 
 
 def registered_by_file(

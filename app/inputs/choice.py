@@ -23,8 +23,9 @@ def choose_input(
 ) -> FlightInput:
     """Make the input that the words name; a device is a MicroScribe's serial port.
 
-    registration: a file of `paravol register`, for an arm. roll: what knows the roll of
-    the scope in a real arm, the words of `app.inputs.arm_roll`; None for the horizon.
+    registration: a file of `paravol register`, for an arm or a tracker. roll: what
+    knows the roll of the scope in a real arm, the words of `app.inputs.arm_roll`; None
+    for the horizon.
 
     Raises ValueError for words that name none, DeviceError when a gamepad is asked
     for and there is none.
@@ -38,11 +39,13 @@ def choose_input(
             "--roll says who knows the roll of the arm at --device; every other input "
             "knows its own."
         )
-    if registration is not None and words != EMULATOR:
+    is_tracker = words.startswith("igtl:")
+    if registration is not None and words != EMULATOR and not is_tracker:
         raise ValueError(
-            f"--registration is for an arm; leave it out to fly with {words!r}."
+            f"--registration is for an arm or a tracker; leave it out to fly with "
+            f"{words!r}."
         )
-    if registration is not None and device is None:
+    if registration is not None and device is None and not is_tracker:
         raise ValueError(
             "--registration says where the arm at --device stands; the emulated arm "
             "stands elsewhere each time and registers itself."
@@ -70,5 +73,5 @@ def choose_input(
         case "igtl", address if address:
             from app.inputs.link import LinkInput
 
-            return LinkInput(*peer_address("--input", address))
+            return LinkInput(*peer_address("--input", address), scenario, registration)
     raise ValueError(f"--input must be {FORMS}; got {words!r}.")

@@ -5,6 +5,7 @@ from abc import ABC, abstractmethod
 from contextlib import AbstractContextManager
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.flight import Aim, OrderedPoses
 from app.operating_room import OperatingRoom
@@ -50,6 +51,10 @@ def in_the_patient() -> Registration:
     return Registration(np.eye(4), 0.0, np.zeros(0))
 
 
-def framed_hand() -> HandChannel:
-    """Take the roll from the tip frame, whose y axis points to the light post."""
-    return HandChannel(EncoderRoll(np.eye(4), POST_IS_Y_DEG))
+def framed_hand(world_from_device: NDArray[np.float64] | None = None) -> HandChannel:
+    """Take the roll from the tip frame, whose y axis points to the light post.
+
+    world_from_device: where the poses' frame lies, 4x4; None for the patient's own.
+    """
+    place = np.eye(4) if world_from_device is None else world_from_device
+    return HandChannel(EncoderRoll(place, POST_IS_Y_DEG))

@@ -1,33 +1,55 @@
 """Another program as input: tool poses by OpenIGTLink."""
 
-from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
+import numpy as np
+
+from app.flight import OrderedPoses
 from app.inputs.flight_input import FlightInput, framed_hand, in_the_patient
 from app.operating_room import OperatingRoom
-
-if TYPE_CHECKING:
-    from devices.openigtlink import OpenIGTLinkSource
+from app.registering import TippedPoses, tracker_record
+from devices.registration_file import RegistrationRecord
+from scenarios import Scenario
 
 
 class LinkInput(FlightInput):
-    """Follow a peer's tool, whose world is the patient's RAS frame.
+    """Follow a peer's tool.
 
     The tool's frame is that of a scope's tip: +z runs back up the shaft and y points
-    to the light post.
+    to the light post. Its world is the patient's RAS frame, unless a file of `paravol
+    register --input` says where it lies.
     """
 
-    def __init__(self, host: str, port: int, tool: str | None) -> None:
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        tool: str | None,
+        scenario: Scenario,
+        registration_file: Path | None = None,
+    ) -> None:
+        self._record: RegistrationRecord | None = None
+        self.registration = in_the_patient()
+        if registration_file is not None:
+            self._record = tracker_record(registration_file, tool, scenario)
+            self.registration = self._record.registration()
+            tool = self._record.arm_serial or None
         self._address = (host, port)
         self._tool = tool
         self.name = f"OpenIGTLink {host}:{port}"
         self.keys = {"← →": "turn the light post"}
-        self.aim = framed_hand()
-        self.registration = in_the_patient()
+        self.aim = framed_hand(self.registration.world_from_device)
 
-    def open(self, room: OperatingRoom) -> AbstractContextManager["OpenIGTLinkSource"]:
+    @contextmanager
+    def open(self, room: OperatingRoom) -> Iterator[OrderedPoses]:
         """Connect to the peer."""
         # Its library is loaded only by whoever flies with it.
         from devices.openigtlink import OpenIGTLinkSource
 
-        return OpenIGTLinkSource(*self._address, self._tool)
+        with OpenIGTLinkSource(*self._address, self._tool) as source:
+            if self._record is None:
+                yield source
+            else:
+                yield TippedPoses(source, np.array(self._record.tip_mm))

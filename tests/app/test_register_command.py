@@ -3,19 +3,26 @@
 import io
 import json
 import os
+import sys
+import threading
+import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from app import registration_walk
 from app.__main__ import main
 from app.register_command import RegisterOptions, run_register
 from devices import DeviceError
 from devices.microscribe import MicroScribeEmulator
+from devices.openigtlink import PoseStreamer
 from devices.registration_file import load_registration
 from scenarios import load_scenario
+from tests.devices.openigtlink.peers import wait_for_peers
 
 
 def _options(out: Path, scenario: Path, **changes: Any) -> RegisterOptions:
@@ -123,6 +130,9 @@ def test_ctrl_c_leaves_nothing(
     ("words", "complaint"),
     [
         ([], "either --device"),
+        (["--emulated", "--input", "igtl:localhost:18944"], "either --device"),
+        (["--input", "mouse"], "--input must be igtl:HOST:PORT"),
+        (["--input", "igtl:localhost"], "--input igtl needs HOST:PORT"),
         (["--emulated", "--device", "/dev/ttyUSB0"], "either --device"),
         (["--emulated", "--out", "r.txt"], ".json"),
         (["--emulated", "--out", "nowhere/r.json"], "no folder"),
@@ -160,3 +170,50 @@ def test_no_arm_no_file(coarse_scenario: Path, tmp_path: Path) -> None:
     with pytest.raises(DeviceError, match="ttyNOTHING"):
         run_register(options, as_json=True)
     assert os.listdir(tmp_path) == []
+
+
+def _touch(
+    streamer: PoseStreamer, keys: int, places: list[NDArray[np.float64]]
+) -> None:
+    """Be a person with a tracked pointer: go to each place, Enter, hold, Enter."""
+    wait_for_peers(streamer)
+    for place in places:
+        frame = np.eye(4)
+        frame[:3, 3] = place
+        for i in range(90):
+            if i in (20, 70):
+                os.write(keys, b"\n")
+            streamer.publish("Pointer", frame, time.monotonic())
+            time.sleep(0.01)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="select needs POSIX here")
+def test_another_tracker_is_registered_by_touch_and_enter(
+    coarse_scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenario, _ = load_scenario(str(coarse_scenario))
+    device_from_world = np.eye(4)
+    device_from_world[:3, :3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+    device_from_world[:3, 3] = (300.0, -40.0, 900.0)
+    places = [
+        device_from_world[:3, :3] @ point + device_from_world[:3, 3]
+        for point in scenario.fiducial_positions().values()
+    ]
+    read, keys = os.pipe()
+    out = tmp_path / "r.json"
+    with os.fdopen(read) as stdin, PoseStreamer(0) as streamer:
+        monkeypatch.setattr(sys, "stdin", stdin)
+        person = threading.Thread(target=_touch, args=(streamer, keys, places))
+        person.start()
+        address = f"igtl:127.0.0.1:{streamer.port}"
+        options = _options(out, coarse_scenario, emulated=False, pivot=False)
+        options = replace(options, input=address)
+        assert run_register(options, as_json=True) == 0
+        person.join()
+        os.close(keys)
+    record = load_registration(out)
+    found = record.registration().world_from_device
+    assert np.abs(found @ device_from_world - np.eye(4)).max() < 1e-6
+    assert record.arm_serial == "Pointer"
+    assert record.traced_points == 0
+    assert out.with_suffix(".tfm").exists()

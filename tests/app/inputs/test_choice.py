@@ -6,7 +6,7 @@ import pytest
 
 from app.inputs import FlightInput, choose_input
 from app.second_channel import HandChannel, PathChannel
-from devices import DeviceError, ProbePath
+from devices import DeviceError, ProbePath, RegistrationError
 from scenarios import Scenario
 
 Exercise = tuple[Scenario, ProbePath]
@@ -69,3 +69,14 @@ def test_what_is_not_there_is_named(exercise: Exercise, tmp_path: Path) -> None:
         chosen(f"gamepad:{tmp_path / 'event77'}", exercise)
     with pytest.raises(ValueError, match="--device"):
         chosen("mouse", exercise, "/dev/ttyUSB0")
+
+
+def test_a_tracker_may_be_registered_by_file_and_a_mouse_may_not(
+    exercise: Exercise, tmp_path: Path
+) -> None:
+    scenario, path = exercise
+    file = tmp_path / "nothing.json"
+    with pytest.raises(RegistrationError, match=r"nothing\.json"):
+        choose_input("igtl:localhost:18944", None, scenario, path, FILE, file)
+    with pytest.raises(ValueError, match="leave it out to fly with 'mouse'"):
+        choose_input("mouse", None, scenario, path, FILE, file)
