@@ -133,7 +133,10 @@ def _about(arm: ArmDescription) -> Finding:
 def _home(state: HomeState) -> Finding:
     remedy = ""
     if state is not HomeState.HOMED:
-        remedy = "Right only when the arm stood in its rest while it was switched on."
+        remedy = (
+            "Right only when the arm stood in its rest while it was switched on; "
+            "otherwise `paravol home --device PORT`."
+        )
     return Finding("home position", state.value, remedy=remedy)
 
 

@@ -61,7 +61,7 @@ class ArmThread:
             raise DeviceError(
                 DeviceReason.NOT_HOMED,
                 f"The arm on {name} may stand elsewhere than it believes; "
-                "put it into its rest and home it.",
+                "put it into its rest and home it (`paravol home`).",
             )
 
     def _silence(self, timeout_s: float) -> str:

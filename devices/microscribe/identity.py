@@ -70,7 +70,8 @@ class Maxima:
         if 0 in encoders[:5]:
             raise DeviceError(
                 DeviceReason.UNSUPPORTED_FORMAT,
-                f"The arm has no encoder at one of its first five joints: {encoders}.",
+                "The arm has no encoder at one of its first five joints; it tells of "
+                f"{', '.join(map(str, encoders))} counts.",
             )
         return cls(
             buttons=payload[0],
