@@ -79,7 +79,7 @@ def pedals_finding(maxima: Maxima, pressed: int) -> Finding:
         return Finding(
             "pedals",
             "the arm states none",
-            remedy="Registration and touches need a pedal or a hand switch.",
+            remedy="Registration and touches need one.",
         )
     seen = [name for bit, name in enumerate(PEDALS) if pressed >> bit & 1]
     unseen = [name for name in built_in if name not in seen]

@@ -104,7 +104,7 @@ def test_the_tip_is_told_in_the_arms_frame() -> None:
         (3, 1, "right and left; pressed: right", "the left one"),
         (3, 0, "right and left; pressed: none", "the right and left one"),
         (1, 1, "right; pressed: right", ""),
-        (0, 0, "the arm states none", "pedal or a hand switch"),
+        (0, 0, "the arm states none", "need one"),
     ],
 )
 def test_pedals_are_told_by_what_was_pressed(

@@ -3,13 +3,16 @@
 import random
 from collections.abc import Callable
 from contextlib import suppress
+from itertools import permutations
 from typing import Any
 
 import pytest
 
+from devices.microscribe import commands
 from devices.microscribe.emulator_arm import EmulatedArm
 from devices.microscribe.emulator_faults import FAULTS
 from devices.microscribe.emulator_memory import MemoryLine
+from devices.microscribe.emulator_misreading import misread
 from devices.microscribe.emulator_motion import StillMotion
 from devices.microscribe.emulator_state import FarState
 from devices.microscribe.keeper import ArmSettings
@@ -80,6 +83,24 @@ def test_an_arm_sent_to_another_rate_by_half_a_command_is_found() -> None:
     link.sign_on(RATES)
     assert link.baud == line.arm.session_rate
     assert line.arm.far_end.state is FarState.IDLE
+
+
+@pytest.mark.parametrize("keep", [False, True])
+def test_no_rate_makes_it_a_command_to_home(keep: bool) -> None:
+    """Even for an arm that keeps bytes with framing errors.
+
+    Such an arm at 1.5 times our rate may read "set parameters" out of the letters; it
+    then asks for a password that is never said.
+    """
+    homing = {0xC2, 0xC3, 0xD0, 0xD1}
+    for ours, theirs in permutations(RATES, 2):
+        for command in (commands.CLEAR, commands.SIGN_ON, commands.BEGIN):
+            heard = {byte | 0x80 for byte in misread(command.data, ours, theirs, keep)}
+            assert not heard & homing
+            assert 0xC4 not in heard
+            if 0xC7 in heard:
+                assert keep
+                assert theirs == 1.5 * ours
 
 
 def _all_faults() -> list[str]:
