@@ -24,8 +24,9 @@ def describe_session(
     *,
     size: int,
     has_instrument: bool,
+    automatic: bool = False,
 ) -> SessionInfo:
-    """Gather what a replay needs to know."""
+    """Gather what a replay needs to know; automatic: nobody asked for a recording."""
     return SessionInfo(
         scenario_name=scenario.name,
         scenario=msgspec.json.encode(scenario).decode(),
@@ -39,4 +40,6 @@ def describe_session(
         created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         versions=versions(),
         look=LOOK_VERSION,
+        structures_sha256="" if room.structures is None else room.structures.sha256(),
+        automatic=automatic,
     )
