@@ -3,7 +3,7 @@
 import gc
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Protocol
@@ -37,6 +37,10 @@ class Shown:
 
 OnFrame = Callable[[Shown], None]
 """Called with each finished frame, in order, not by the thread that reads poses."""
+
+
+class EndedError(Exception):
+    """Whoever flies has ended the flight; a source of poses raises it."""
 
 
 class Aim(Protocol):
@@ -98,13 +102,13 @@ def fly(
     until_s: float,
     on_frame: OnFrame,
 ) -> Timing:
-    """Fly until a sample's time reaches `until_s`.
+    """Fly until a sample's time reaches `until_s`, or the source says `EndedError`.
 
     Every pose is recorded and scored; each frame shows the newest one. Errors of the
     device pass through; what was recorded before is on disk.
     """
     teller = _Teller(recorder, on_frame)
-    with _settled_memory(), _settled_view(view):
+    with _settled_memory(), _settled_view(view), suppress(EndedError):
         number = 0
         begun = time.perf_counter()
         while True:
@@ -130,6 +134,7 @@ def fly(
             )
             view.begin(seen, number=number, elapsed_s=begun - before, then=tell)
             number += 1
+    return teller.timing
 
 
 class _Teller:

@@ -24,9 +24,8 @@ def describe_session(
     *,
     size: int,
     has_instrument: bool,
-    automatic: bool = False,
 ) -> SessionInfo:
-    """Gather what a replay needs to know; automatic: nobody asked for a recording."""
+    """Gather what a replay needs to know."""
     return SessionInfo(
         scenario_name=scenario.name,
         scenario=msgspec.json.encode(scenario).decode(),
@@ -41,5 +40,4 @@ def describe_session(
         versions=versions(),
         look=LOOK_VERSION,
         structures_sha256="" if room.structures is None else room.structures.sha256(),
-        automatic=automatic,
     )
