@@ -13,7 +13,9 @@ Exercise = tuple[Scenario, ProbePath]
 FILE = Path("examples/first_flight.path.json")
 
 
-def chosen(words: str | None, exercise: Exercise, device: str | None = None) -> FlightInput:
+def chosen(
+    words: str | None, exercise: Exercise, device: str | None = None
+) -> FlightInput:
     scenario, path = exercise
     return choose_input(words, device, scenario, path, FILE)
 
