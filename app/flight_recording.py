@@ -1,5 +1,6 @@
 """Where a window's flight is recorded: by name, unasked, or nowhere."""
 
+import shutil
 import tempfile
 from contextlib import ExitStack
 from pathlib import Path
@@ -35,14 +36,17 @@ class FlightRecording:
             return recorder
         if order.kept is not None:
             unasked = msgspec.structs.replace(info, automatic=True)
+            place: Path | None = None
             try:
-                place = order.kept.new_session(order.scenario.name)
-                folder = stack.enter_context(place)
-                recorder = stack.enter_context(SessionRecorder(folder, unasked))
+                held = order.kept.new_session(order.scenario.name)
+                place = stack.enter_context(held)
+                recorder = stack.enter_context(SessionRecorder(place, unasked))
             except OSError as error:
                 self.problem = f"{order.kept.folder} cannot be written ({error})."
+                if place is not None:
+                    shutil.rmtree(place, ignore_errors=True)
             else:
-                self.folder = folder
+                self.folder = place
                 return recorder
         scratch = tempfile.TemporaryDirectory(prefix="paravol-train-")
         folder = Path(stack.enter_context(scratch))

@@ -70,7 +70,9 @@ class OverviewView(QWidget):
     def set_scale(self, scale: float) -> None:
         """Write labels so many times as large."""
         # VTK's sizes of text are in points, at 72 to the inch.
-        self._plotter.render_window.SetDPI(round(72 * scale))
+        window = self._plotter.render_window
+        assert window is not None
+        window.SetDPI(round(72 * scale))
         self.changed.emit()
 
     def show_head(self, head: HeadModel) -> None:

@@ -92,7 +92,7 @@ class SlicesView(QWidget):
         painter.setPen(QPen(QColor(MARK), 1.5 * scale))
         for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
             way = QPointF(dx, dy) * scale
-            painter.drawLine(middle + 3.0 * way, middle + 9.0 * way)
+            painter.drawLine(middle + way * 3.0, middle + way * 9.0)
         painter.setFont(font_of(9, scale))
         painter.setPen(QColor(INK))
         left, right, top, _ = plane.letters
