@@ -20,6 +20,11 @@ PATIENCE_S = 2.0
 driver itself notices a lost line within about a second."""
 
 
+LONGEST_S = 0.25
+"""A machine that takes longer for a pose than the arm between two is ever further
+behind; it comes to a picture after this time all the same."""
+
+
 @dataclass(frozen=True, slots=True)
 class Shown:
     """Hold a finished frame and what it shows.
@@ -203,7 +208,7 @@ def _arrived(source: OrderedPoses) -> Iterator[Pose]:
     pose = source.read(PATIENCE_S)
     looked_s = time.monotonic()
     yield pose
-    while pose.host_time_s < looked_s:
+    while pose.host_time_s < looked_s and time.monotonic() < looked_s + LONGEST_S:
         try:
             pose = source.read(0.0)
         except TimeoutError:
