@@ -36,7 +36,7 @@ check: $(READY)  ## lint, format check, strict types, import floors
 bench: $(READY)  ## measure run time against error
 	$(RUN) app bench
 
-desktop: $(READY)  ## open the trainee's window
+desktop: $(READY)  ## open the trainee's window and steer with mouse and keys
 	$(RUN) app train
 
 clean:  ## remove the environment, tool caches and out/demo

@@ -116,7 +116,7 @@ def train(
     scenario: ScenarioName = "first_flight",
     case: Path | None = None,
     device: str | None = None,
-    input: str = "emulator",
+    input: str | None = None,
     stream_igtl: str | None = None,
     registration: Path | None = None,
     roll: str | None = None,
@@ -133,10 +133,10 @@ def train(
     case
         Fly through a case folder, as import and phantom write, not a scenario.
     device
-        Serial port of a MicroScribe, such as /dev/ttyUSB0. Without it the emulated
-        arm flies the scenario's path.
+        Serial port of a MicroScribe, such as /dev/ttyUSB0.
     input
-        Fly with emulator, mouse, gamepad, recording:FILE or igtl:HOST:PORT.
+        Without an arm, fly with mouse (and keyboard, the default), gamepad,
+        recording:FILE, igtl:HOST:PORT or emulator, which flies the scenario's path.
     stream_igtl
         Stream tool poses by OpenIGTLink at this [HOST:]PORT.
     registration
@@ -145,7 +145,8 @@ def train(
         Who knows the roll of the scope in the arm at --device: horizon (level, the
         arrow keys turn it), encoder (a sixth joint) or igtl:HOST:PORT[:TOOL].
     record
-        Record the session into this folder, NAME.paravol.
+        Record the session into this folder, NAME.paravol, for good. Without it the
+        newest sessions are kept below the user's data directory, 1 GB of them.
     seconds
         Close the window by itself after this time.
     screenshot

@@ -19,6 +19,7 @@ from app.session_info import LIVE_TIER, SEED, describe_session
 from app.session_setup import build_session, build_view, first_views
 from app.snapshots import Keepsake, TakenSnapshot, ViewAsker, take_snapshots
 from app.terminal import Stages, print_json, print_table
+from app.told_score import score_rows
 from app.versions import versions
 from devices import DeviceError, ProbePath, load_probe_path
 from renderers.scene import Mesh
@@ -93,7 +94,7 @@ def run_demo(options: DemoOptions, *, as_json: bool) -> int:
     if as_json:
         print_json(summary)
     else:
-        print_table(f"{scenario.title}: {out}", _rows(summary))
+        print_table(f"{scenario.title}: {out}", _rows(summary, flown.score))
     return 0 if report.is_exact else 1
 
 
@@ -176,10 +177,7 @@ def _summary(
         "splats": flown.splats,
         "registration_rms_mm": flown.info.registration_rms_mm,
         "snapshots": [asdict(s) for s in snapshots],
-        "path_length_mm": flown.score.path_length_mm,
-        "min_clearance_mm": flown.score.min_clearance_mm,
-        "contacts": flown.score.contacts,
-        "target_distance_mm": flown.score.target_distance_mm,
+        **asdict(flown.score),
         "replay": {
             "exact": report.is_exact,
             "frames": report.frames,
@@ -190,7 +188,7 @@ def _summary(
     }
 
 
-def _rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
+def _rows(summary: dict[str, Any], score: Score) -> list[tuple[str, str]]:
     def spread(values: dict[str, float]) -> str:
         return " / ".join(f"{values[p]:.1f}" for p in ("p50", "p95", "p99"))
 
@@ -202,9 +200,7 @@ def _rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ("pose age p50 / p95 / p99", f"{spread(summary['pose_age_ms'])} ms"),
         ("splats", f"{summary['splats']:,}"),
         ("registration residual", f"{summary['registration_rms_mm']:.2f} mm rms"),
-        ("path length", f"{summary['path_length_mm']:.0f} mm"),
-        ("smallest clearance", f"{summary['min_clearance_mm']:.2f} mm"),
-        ("contacts", str(summary["contacts"])),
+        *score_rows(score),
         ("replay", f"{replay['frames']} frames and the score {same}"),
     ]
     rows += [

@@ -3,7 +3,7 @@
 import gc
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Protocol
@@ -18,6 +18,11 @@ from scenarios.bundle import FrameRecord, SampleRecord, SessionRecorder
 PATIENCE_S = 2.0
 """How long the loop waits for a pose before it says that the device is silent. The
 driver itself notices a lost line within about a second."""
+
+
+LONGEST_S = 0.25
+"""A machine that takes longer for a pose than the arm between two is ever further
+behind; it comes to a picture after this time all the same."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +42,10 @@ class Shown:
 
 OnFrame = Callable[[Shown], None]
 """Called with each finished frame, in order, not by the thread that reads poses."""
+
+
+class EndedError(Exception):
+    """Whoever flies has ended the flight; a source of poses raises it."""
 
 
 class Aim(Protocol):
@@ -98,13 +107,13 @@ def fly(
     until_s: float,
     on_frame: OnFrame,
 ) -> Timing:
-    """Fly until a sample's time reaches `until_s`.
+    """Fly until a sample's time reaches `until_s`, or the source says `EndedError`.
 
     Every pose is recorded and scored; each frame shows the newest one. Errors of the
     device pass through; what was recorded before is on disk.
     """
     teller = _Teller(recorder, on_frame)
-    with _settled_memory(), _settled_view(view):
+    with _settled_memory(), _settled_view(view), suppress(EndedError):
         number = 0
         begun = time.perf_counter()
         while True:
@@ -130,6 +139,7 @@ def fly(
             )
             view.begin(seen, number=number, elapsed_s=begun - before, then=tell)
             number += 1
+    return teller.timing
 
 
 class _Teller:
@@ -198,7 +208,7 @@ def _arrived(source: OrderedPoses) -> Iterator[Pose]:
     pose = source.read(PATIENCE_S)
     looked_s = time.monotonic()
     yield pose
-    while pose.host_time_s < looked_s:
+    while pose.host_time_s < looked_s and time.monotonic() < looked_s + LONGEST_S:
         try:
             pose = source.read(0.0)
         except TimeoutError:

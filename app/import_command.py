@@ -122,7 +122,7 @@ def _tell(
     print_table(str(options.out), rows)
     print(f"Look at it with: paravol slices {options.out}")
     if head.approach is not None:
-        print(f"Fly through it with: paravol train --case {options.out} --input mouse")
+        print(f"Fly through it with: paravol train --case {options.out}")
 
 
 def _cavities(head: ImportedHead) -> str:

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from anatomy import PhantomParameters, classic_transfer_function, sinus_phantom
 from anatomy.approach import Approach
 from anatomy.case import read_case
+from anatomy.tissue import Label
 from app.slice_views import SECOND, SliceViews
 from renderers.scene import AirSurface, Scene, Volume
-from scenarios import Scenario
+from scenarios import Scenario, Structures
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the done share, 0 to 1."""
@@ -29,6 +30,7 @@ class OperatingRoom:
     way_in: where a scope enters a patient's own head; None for a phantom, whose
         landmarks say it.
     others: further scans of the head on the scene's grid, by their names in the case.
+    structures: what names the places that a tool touches.
     """
 
     scene: Scene
@@ -36,6 +38,7 @@ class OperatingRoom:
     surface_sha256: str
     way_in: Approach | None = None
     others: Mapping[str, Volume] = field(default_factory=dict)
+    structures: Structures | None = None
 
     @property
     def surface(self) -> AirSurface:
@@ -78,7 +81,9 @@ def prepare_room(scenario: Scenario, progress: Progress) -> OperatingRoom:
         name: np.asarray(landmark.position_mm)
         for name, landmark in phantom.landmarks.items()
     }
-    return OperatingRoom(scene, landmarks, surface_hash(surface))
+    label_names = {int(v): v.name.lower().replace("_", " ") for v in Label}
+    structures = Structures.of(phantom.distance, phantom.labels, label_names, landmarks)
+    return OperatingRoom(scene, landmarks, surface_hash(surface), structures=structures)
 
 
 def case_room(folder: Path, progress: Progress) -> OperatingRoom:
@@ -104,7 +109,11 @@ def case_room(folder: Path, progress: Progress) -> OperatingRoom:
     scene = Scene(case.ct, transfer, surface=surface)
     progress(stage, 1.0)
     others = {name: volumes[name] for name in SECOND if name in volumes}
-    return OperatingRoom(scene, landmarks, surface_hash(surface), way_in, others)
+    label_names = {int(v): name for v, name in case.record.label_names.items()}
+    structures = Structures.of(surface.distance, case.labels, label_names, landmarks)
+    return OperatingRoom(
+        scene, landmarks, surface_hash(surface), way_in, others, structures
+    )
 
 
 def surface_hash(surface: AirSurface) -> str:

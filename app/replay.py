@@ -1,9 +1,10 @@
 """Run a recorded session again, without the device: same frames, same score."""
 
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -30,8 +31,9 @@ class ReplayReport:
     same_look: whether the recording is of the look that this version draws; the
         pictures of another look are drawn but not compared.
     score: computed again from the recorded poses.
-    same_score: whether it equals the recorded one, figure by figure; None when the
-        recording ended before it had one.
+    same_score: whether it equals the recorded one, figure by figure, the names of
+        structures only where this version gives the same; None when the recording
+        ended before it had one.
     """
 
     complete: bool
@@ -142,7 +144,12 @@ def replay_session(
         differing_frames=pictures,
         differing_clearances=clearances,
         score=score,
-        same_score=_same_score(folder, score),
+        same_score=_same_score(
+            folder,
+            score,
+            room.structures is not None
+            and room.structures.sha256() == info.structures_sha256,
+        ),
         same_look=same_look,
     )
 
@@ -150,15 +157,39 @@ def replay_session(
 class _Recorded(msgspec.Struct):
     """The part of result.json that a replay computes again."""
 
-    score: Score
+    score: dict[str, Any]
 
 
-def _same_score(folder: Path, score: Score) -> bool | None:
+_FIRST_FIGURES = frozenset(
+    (
+        "duration_s",
+        "path_length_mm",
+        "min_clearance_mm",
+        "contacts",
+        "target_distance_mm",
+    )
+)
+"""Figures that every recorded score has."""
+
+_NAMES = frozenset(("worst_structure", "touched_s"))
+"""Figures that depend on how the head's structures are named."""
+
+
+def _same_score(folder: Path, score: Score, same_names: bool) -> bool | None:
+    """Compare what was recorded; older recordings have fewer figures."""
     try:
         raw = (folder / "result.json").read_bytes()
     except FileNotFoundError:
         return None
     try:
-        return msgspec.json.decode(raw, type=_Recorded).score == score
+        recorded = msgspec.json.decode(raw, type=_Recorded).score
     except msgspec.DecodeError as error:
         raise ValueError(f"{folder}/result.json is not valid: {error}.") from error
+    lacking = sorted(_FIRST_FIGURES - recorded.keys())
+    if lacking:
+        raise ValueError(
+            f"{folder}/result.json is not valid: its score has no {lacking[0]}."
+        )
+    compared = recorded if same_names else recorded.keys() - _NAMES
+    found = asdict(score)
+    return all(name in found and found[name] == recorded[name] for name in compared)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.terminal import Stages, print_json, print_table
+from app.told_score import score_rows
 
 if TYPE_CHECKING:
     from app.replay import ReplayReport
@@ -21,7 +22,6 @@ def run_replay(
     if as_json:
         print_json({**asdict(report), "is_exact": report.is_exact})
     else:
-        score = report.score
         same = {True: "the same", False: "DIFFERENT", None: "not recorded"}
         print_table(
             f"Replay of {folder}",
@@ -31,9 +31,7 @@ def run_replay(
                 ("frames", str(report.frames)),
                 ("frames that differ", _differing(report)),
                 ("score", same[report.same_score]),
-                ("path length", f"{score.path_length_mm:.1f} mm"),
-                ("smallest clearance", f"{score.min_clearance_mm:.2f} mm"),
-                ("contacts", str(score.contacts)),
+                *score_rows(report.score),
                 *([("film", str(video))] if video else []),
             ],
         )

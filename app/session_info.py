@@ -39,4 +39,5 @@ def describe_session(
         created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         versions=versions(),
         look=LOOK_VERSION,
+        structures_sha256="" if room.structures is None else room.structures.sha256(),
     )

@@ -28,6 +28,7 @@ def build_session(
         room.surface.distance,
         room.positions(scenario.targets),
         size,
+        room.structures,
     )
 
 

@@ -7,9 +7,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType, TracebackType
+from typing import TYPE_CHECKING
 
 from app.faults import ToldError
 from app.opengl import probe_window
+
+if TYPE_CHECKING:
+    from app.flight_end import FlightEnd
 
 SIZES = (64, 2048)
 """Smallest and largest picture, pixels."""
@@ -26,7 +30,7 @@ def run_train(
     scenario: str,
     case: Path | None = None,
     device: str | None,
-    input: str,
+    input: str | None,
     stream_igtl: str | None,
     registration: Path | None,
     roll: str | None,
@@ -38,9 +42,12 @@ def run_train(
 ) -> int:
     """Open the window and fly until it is closed.
 
-    input: the words of `app.inputs.choose_input`; stream_igtl: ``[HOST:]PORT``.
+    input: the words of `app.inputs.choose_input`, None for the arm at `device` or the
+    mouse; stream_igtl: ``[HOST:]PORT``.
     registration: a file of `paravol register`; without it fiducials are touched.
     roll: the words of `app.inputs.arm_roll`.
+    record: folder of the recording; None keeps it below the user's data directory for
+    as long as there is room. The result is told on standard output.
     seconds: close by itself that long after the first picture.
     Raises ValueError for bad input, ToldError where no window can open, the device's
     error when the arm fails, KeyboardInterrupt after Ctrl-C.
@@ -69,12 +76,15 @@ def run_train(
     # Only here: where libraries are missing, loading Qt fails.
     from PySide6.QtWidgets import QApplication
 
+    from app.flight_order import FlightOrder
+    from app.kept_sessions import KeptSessions
     from app.window import TraineeWindow
-    from app.window_flight import FlightOrder, WindowFlight
+    from app.window_flight import WindowFlight
     from scenarios.instruments import suction_tube
 
     application = QApplication(["paravol"])
-    order = FlightOrder(exercise, path, flown, size, threads, record, stream)
+    kept = KeptSessions.of_the_user()
+    order = FlightOrder(exercise, path, flown, size, threads, record, stream, kept)
     flight = WindowFlight(order)
     instrument = suction_tube() if flown.has_instrument else None
     window = TraineeWindow(
@@ -89,20 +99,30 @@ def run_train(
     def interrupt(number: int, frame: FrameType | None) -> None:
         nonlocal interrupted
         interrupted = True
-        window.close()
+        window.shut()
 
-    with _errors_of_slots(window.close) as errors, _on_interrupt(interrupt):
+    with _errors_of_slots(window.shut) as errors, _on_interrupt(interrupt):
         window.show()
         flight.start()
         application.exec()
     flight.stop(CLOSE_PATIENCE_S)
     window.release()
+    if flight.end is not None:
+        _tell(exercise.title, flight.end)
     errors += [flight.error] if flight.error is not None else []
     if errors:
         raise errors[0]
     if interrupted:
         raise KeyboardInterrupt
     return 0
+
+
+def _tell(title: str, end: "FlightEnd") -> None:
+    """Print a flight's result: a window takes it along when it closes."""
+    from app.terminal import print_table
+
+    print_table(title, end.rows())
+    print("\n".join(end.lines()))
 
 
 def _check(

@@ -4,7 +4,7 @@ import threading
 import time
 from dataclasses import dataclass, replace
 
-from app.flight import Aim, OrderedPoses
+from app.flight import Aim, EndedError, OrderedPoses
 from devices import Pose
 from scenarios import Sample
 
@@ -12,23 +12,31 @@ SLICE_S = 0.1
 """How long a wait for a pose may keep the window from closing."""
 
 
-class ClosedError(Exception):
+class ClosedError(EndedError):
     """The window was closed; the flight ends."""
 
 
 class WatchedSource:
-    """Pass an arm's poses on until the window closes."""
+    """Pass an arm's poses on until the window closes or the trainee ends the flight."""
 
-    def __init__(self, arm: OrderedPoses, closed: threading.Event) -> None:
+    def __init__(
+        self,
+        arm: OrderedPoses,
+        closed: threading.Event,
+        ended: threading.Event | None = None,
+    ) -> None:
         self._arm = arm
         self._closed = closed
+        self._ended = threading.Event() if ended is None else ended
 
     def read(self, timeout_s: float) -> Pose:
-        """Return the next pose; ClosedError once the window is closed."""
+        """Return the next pose; ClosedError or EndedError once there is to be none."""
         until = time.monotonic() + timeout_s
         while True:
             if self._closed.is_set():
                 raise ClosedError
+            if self._ended.is_set():
+                raise EndedError
             left = until - time.monotonic()
             try:
                 return self._arm.read(max(min(left, SLICE_S), 0.0))

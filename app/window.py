@@ -5,29 +5,30 @@ import time
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer, Slot
-from PySide6.QtGui import QCloseEvent, QKeyEvent
+from PySide6.QtGui import QCloseEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QApplication,
     QHBoxLayout,
-    QLabel,
     QMainWindow,
     QVBoxLayout,
     QWidget,
 )
 
+from app.flight_end import FlightEnd
+from app.flight_order import Instant
 from app.overview_scene import HeadModel
 from app.slice_views import SliceViews
-from app.window_flight import Instant, WindowFlight
+from app.window_flight import WindowFlight
 from app.window_gauges import Gauges
-from app.window_keys import HandEvents, KeyHelp
-from app.window_moments import MomentView
-from app.window_overview import OverviewView
+from app.window_keys import HandEvents
+from app.window_notices import Notices
 from app.window_picture import PictureView
 from app.window_readings import Readings
-from app.window_slices import SlicesView
-from app.window_style import STYLE_SHEET
+from app.window_scale import first_size, scale_for
+from app.window_screen import FullScreen
+from app.window_side import SideColumn
+from app.window_style import style_sheet
 from renderers.scene import Mesh
-from scenarios import Score
 
 OVERVIEW_MS = 100
 """Shortest time between two pictures of the overview."""
@@ -36,7 +37,7 @@ OVERVIEW_SHARE = 0.15
 """Largest part of the window's time for the overview, where OpenGL is software."""
 
 ROLL_STEP_DEG = 5.0
-NOTICE_S = 4.0
+ASKED = "End this flight?"
 
 
 class TraineeWindow(QMainWindow):
@@ -63,20 +64,22 @@ class TraineeWindow(QMainWindow):
         self._flight = flight
         self._instant: Instant | None = None
         self._registration_mm: float | None = None
-        self._notice_until_s = 0.0
         self._is_away = False
+        self._is_under_way = False
+        self._may_close = False
+        self._scale = 0.0
+        self._full_screen = FullScreen(self)
         self._seconds = seconds
         self._screenshot = screenshot
         self.setWindowTitle(f"PARAVOL: {order.scenario.title}")
-        self.setStyleSheet(STYLE_SHEET)
         self.picture = PictureView()
+        self._notices = Notices(self.picture)
         self._gauges = Gauges()
-        self._overview = OverviewView(
-            order.scenario.scope.endoscope(), instrument, edge_samples
-        )
+        self._side = SideColumn(order, instrument, edge_samples)
+        self._overview = self._side.overview
         self._overview.changed.connect(self._on_overview_changed)
-        self._slices = SlicesView()
-        self._moments = MomentView()
+        self._slices = self._side.slices
+        self._moments = self._side.moments
         self._lay_out()
         if order.input.controls is not None:
             self._hand = HandEvents(order.input.controls, self, self.picture)
@@ -92,7 +95,7 @@ class TraineeWindow(QMainWindow):
         flight.registered.connect(self._on_registered)
         flight.arrived.connect(self._on_frame)
         flight.moment_kept.connect(self._on_moment)
-        flight.view_kept.connect(self._notify)
+        flight.view_kept.connect(self._on_view_kept)
         flight.pictured.connect(self._moments.show_moment)
         flight.away.connect(self._on_away)
         flight.back.connect(self._on_back)
@@ -101,32 +104,12 @@ class TraineeWindow(QMainWindow):
         self._on_stage("Starting", 0.0)
 
     def _lay_out(self) -> None:
-        order = self._order
-        scope = order.scenario.scope
-        side = QWidget()
-        side.setObjectName("side")
-        column = QVBoxLayout(side)
-        column.setContentsMargins(18, 14, 18, 12)
-        title = QLabel(self._order.scenario.title)
-        title.setObjectName("title")
-        title.setWordWrap(True)
-        about = QLabel(
-            f"{scope.angle_deg:g}° scope, {scope.diameter_mm:g} mm · {order.input.name}"
-        )
-        about.setWordWrap(True)
-        keys = KeyHelp(order.input.keys)
-        column.addWidget(title)
-        column.addWidget(about)
-        column.addWidget(self._overview, 1)
-        column.addWidget(self._slices)
-        column.addWidget(self._moments)
-        column.addWidget(keys)
         middle = QWidget()
         row = QHBoxLayout(middle)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(0)
         row.addWidget(self.picture, 5)
-        row.addWidget(side, 3)
+        row.addWidget(self._side, 3)
         whole = QWidget()
         rows = QVBoxLayout(whole)
         rows.setContentsMargins(0, 0, 0, 0)
@@ -134,26 +117,45 @@ class TraineeWindow(QMainWindow):
         rows.addWidget(middle, 1)
         rows.addWidget(self._gauges)
         self.setCentralWidget(whole)
-        self.resize(1280, 860)
+        size = first_size(self.screen().availableGeometry().size())
+        self._set_scale(scale_for(size))
+        self.resize(size)
+
+    def _set_scale(self, scale: float) -> None:
+        if scale != self._scale:
+            self._scale = scale
+            self.setStyleSheet(style_sheet(scale))
+            for part in (self.picture, self._side, self._gauges):
+                part.set_scale(scale)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Draw everything as large as the window has room for."""
+        super().resizeEvent(event)
+        self._set_scale(scale_for(event.size()))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Obey a key."""
         match event.key():
+            case Qt.Key.Key_Return | Qt.Key.Key_Enter if self._notices.is_asking:
+                self._end_flight()
+            case Qt.Key.Key_Escape if self._notices.is_asking:
+                self._notices.answered()
+            case Qt.Key.Key_Escape if self.isFullScreen():
+                self._full_screen.switch()
             case Qt.Key.Key_Q | Qt.Key.Key_Escape:
                 self.close()
             case Qt.Key.Key_F:
-                if self.isFullScreen():
-                    self.showNormal()
-                else:
-                    self.showFullScreen()
+                self._full_screen.switch()
             case Qt.Key.Key_Left | Qt.Key.Key_Down:
                 self._flight.roll.turn_deg -= ROLL_STEP_DEG
             case Qt.Key.Key_Right | Qt.Key.Key_Up:
                 self._flight.roll.turn_deg += ROLL_STEP_DEG
             case Qt.Key.Key_M:
-                self._notify(self._slices.switch(), "Slices at the tip")
+                self._notices.notify(self._slices.switch(), "Slices at the tip")
             case Qt.Key.Key_C:
-                self._notify(self._overview.switch(), "The side wall of the nose")
+                self._notices.notify(
+                    self._overview.switch(), "The side wall of the nose"
+                )
             case Qt.Key.Key_Space:
                 self._keep_moment()
             case Qt.Key.Key_V if self._instant is not None:
@@ -162,13 +164,32 @@ class TraineeWindow(QMainWindow):
                 super().keyPressEvent(event)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Take the screenshot and end the program's event loop."""
+        """Ask while a flight is under way; else end the program's event loop.
+
+        Closing a second time is an answer, too: a mouse has no other.
+        """
+        if self._is_under_way and not self._may_close and not self._notices.is_asking:
+            event.ignore()
+            self._notices.ask(ASKED, "Enter ends it · Esc flies on")
+            return
         self._timer.stop()
         screenshot, self._screenshot = self._screenshot, None
         if screenshot is not None:
             self._save(screenshot)
         super().closeEvent(event)
         QApplication.quit()
+
+    def shut(self) -> None:
+        """Close without asking."""
+        self._may_close = True
+        self.close()
+
+    def _end_flight(self) -> None:
+        """End the flight and show its result, or close where none has begun."""
+        self._notices.answered()
+        if self._instant is None:
+            self.shut()
+        self._flight.end_flight()
 
     def release(self) -> None:
         """Free the overview's graphics memory."""
@@ -181,18 +202,14 @@ class TraineeWindow(QMainWindow):
         os.replace(partial, path)
 
     def _keep_moment(self) -> None:
-        if self._order.record is None:
-            self._notify(
-                "Moments are kept in a recording",
-                "Start with --record NAME.paravol to keep them for snapshots.",
+        if self._flight.end is not None or self._instant is None:
+            return
+        if self._flight.recording.folder is None:
+            self._notices.notify(
+                "This flight is not recorded", "So no moment can be kept."
             )
-        elif self._instant is not None:
+        else:
             self._flight.keep_moment()
-
-    @Slot(str, str)
-    def _notify(self, message: str, detail: str) -> None:
-        self.picture.say(message, detail)
-        self._notice_until_s = time.monotonic() + NOTICE_S
 
     @Slot()
     def _on_overview_changed(self) -> None:
@@ -200,7 +217,7 @@ class TraineeWindow(QMainWindow):
 
     @Slot(str, float)
     def _on_stage(self, stage: str, share: float) -> None:
-        self.picture.say(stage, "This is quick once it was done before.", share)
+        self._notices.say(stage, "This is quick once it was done before.", share)
 
     @Slot(object)
     def _on_head(self, head: HeadModel) -> None:
@@ -212,12 +229,13 @@ class TraineeWindow(QMainWindow):
 
     @Slot(int)
     def _on_touching(self, touched: int) -> None:
+        self._is_under_way = True
         fiducials = self._order.scenario.fiducials
         positions = self._order.scenario.fiducial_positions()
         if touched < len(fiducials):
             how = self._order.input.touch_hint
             name = fiducials[touched].name
-            self.picture.say(
+            self._notices.say(
                 f"Touch the {name} ({touched + 1} of {len(fiducials)})",
                 how,
                 touched / len(fiducials),
@@ -228,16 +246,17 @@ class TraineeWindow(QMainWindow):
     @Slot(object)
     def _on_registered(self, residual_mm: float | None) -> None:
         self._registration_mm = residual_mm
+        self._is_under_way = True
         if residual_mm is None:
-            self._notify("Ready", f"Fly with {self._order.input.name}.")
+            self._notices.notify("Ready", f"Fly with {self._order.input.name}.")
         else:
             fiducials = self._order.scenario.fiducial_positions()
             self._overview.scene.hide_fiducials(fiducials)
             self._is_overview_stale = True
-            self._notify(
+            self._notices.notify(
                 "Registered", f"The touched points fit to {residual_mm:.2f} mm rms."
             )
-        self.picture.mark_recording(self._order.record is not None)
+        self.picture.mark_recording(self._flight.recording.folder is not None)
 
     @Slot()
     def _on_frame(self) -> None:
@@ -245,7 +264,7 @@ class TraineeWindow(QMainWindow):
         if instant is None:
             return
         if self._instant is None and self._seconds is not None:
-            QTimer.singleShot(round(self._seconds * 1e3), self.close)
+            QTimer.singleShot(round(self._seconds * 1e3), self.shut)
         self._instant = instant
         self._is_overview_stale = True
         self._warn()
@@ -253,48 +272,51 @@ class TraineeWindow(QMainWindow):
 
     @Slot(float)
     def _on_moment(self, time_s: float) -> None:
-        self._notify(
+        self._notices.notify(
             f"Kept the moment at {time_s:.1f} s",
             "It is being drawn at high quality, beside the flight.",
         )
+
+    @Slot(str, str)
+    def _on_view_kept(self, said: str, where: str) -> None:
+        self._notices.notify(said, where)
 
     @Slot()
     def _on_away(self) -> None:
         """Leave the picture as it is and say that it is not live."""
         self._is_away = True
         self._warn()
-        self.picture.say(
+        self._notices.say(
             "The arm is away",
             "Check its plugs and its power; the session goes on by itself.",
         )
-        self._notice_until_s = float("inf")
 
     @Slot(float)
     def _on_back(self, away_s: float) -> None:
         self._is_away = False
         self._warn()
-        self._notify("The arm is back", f"It was away for {away_s:.1f} s.")
+        self._notices.notify("The arm is back", f"It was away for {away_s:.1f} s.")
 
     @Slot(object)
-    def _on_landed(self, score: Score) -> None:
-        self._notice_until_s = float("inf")
-        contacts = "no contact" if not score.contacts else f"contacts: {score.contacts}"
+    def _on_landed(self, end: FlightEnd) -> None:
+        self._is_under_way = False
+        self._notices.answered()
         self.picture.mark_recording(False)
-        self.picture.say(
-            "The path is flown",
-            f"{score.duration_s:.1f} s, {score.path_length_mm:.0f} mm, smallest "
-            f"clearance {score.min_clearance_mm:.2f} mm, {contacts}",
-        )
+        self.picture.warn("")
+        self.picture.show_result(end)
 
     @Slot()
     def _on_finished(self) -> None:
+        self._is_under_way = False
         if self._flight.error is not None:
-            self.close()
+            self.shut()
 
     def _warn(self) -> None:
-        """Ring the picture when the scope is in tissue, or when nobody can know."""
-        contact = "contact" if self._readings().is_contact else ""
-        self.picture.warn("not live" if self._is_away else contact)
+        """Ring the picture when the scope presses on tissue, or nobody can know."""
+        instant, pressed = self._instant, ""
+        if instant is not None and self._readings().is_pressing:
+            pressed = f"pressing: {instant.view.touched}"
+        self.picture.warn("not live" if self._is_away else pressed)
 
     def _readings(self) -> Readings:
         instant = self._instant
@@ -311,12 +333,9 @@ class TraineeWindow(QMainWindow):
     @Slot()
     def _refresh(self) -> None:
         """Bring up to date what need not change with every frame."""
-        now = time.monotonic()
         self._gauges.show_readings(self._readings())
-        if self._notice_until_s and now >= self._notice_until_s:
-            self._notice_until_s = 0.0
-            self.picture.say("")
-        if self._is_overview_stale and now >= self._overview_due_s:
+        self._notices.refresh()
+        if self._is_overview_stale and time.monotonic() >= self._overview_due_s:
             self._draw_overview()
 
     def _draw_overview(self) -> None:

@@ -5,25 +5,24 @@ window answers at any time. What happens is told by signals, which Qt delivers i
 window's thread; of the frames only the newest is kept for it.
 """
 
-import tempfile
 import threading
 import time
 from collections import deque
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from app.cutaway import cutter
 from app.device_log import DeviceLog
 from app.endoscope_view import EndoscopeView
 from app.faults import DeviceLostError
-from app.flight import Aim, OrderedPoses, Shown, fly
-from app.inputs import FlightInput
+from app.flight import Aim, EndedError, OrderedPoses, Shown, fly
+from app.flight_end import FlightEnd
+from app.flight_order import FlightOrder, Instant
+from app.flight_recording import FlightRecording
 from app.lasting_poses import LastingPoses
 from app.operating_room import OperatingRoom, prepare_room
 from app.overview_scene import head_model
@@ -36,41 +35,13 @@ from app.snapshot_desk import KeptMoment, SnapshotDesk
 from app.snapshots import ViewAsker
 from app.view_keeper import ViewKeeper
 from app.watched_source import ClosedError, KeyboardRoll, WatchedSource
-from devices import DeviceError, ProbePath, Registration
+from devices import DeviceError, Registration
 from devices.buttons import Button, ButtonEvent
-from scenarios import Sample, Scenario, Session, View
-from scenarios.bundle import EventRecord, SessionInfo, SessionRecorder
+from scenarios import Sample, Session
+from scenarios.bundle import EventRecord, SessionRecorder
 
 RATE_OVER_S = 1.0
 """The frame rate is that of the last second."""
-
-
-@dataclass(frozen=True, slots=True)
-class FlightOrder:
-    """Say what is to be flown.
-
-    record: folder of the recording, None for none.
-    stream: host and port at which tool poses are streamed, None for nowhere.
-    """
-
-    scenario: Scenario
-    path: ProbePath
-    input: FlightInput
-    size: int
-    threads: int
-    record: Path | None
-    stream: tuple[str, int] | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Instant:
-    """Hold what the window shows of one frame; pixels as in `Frame`."""
-
-    pixels: NDArray[np.uint8]
-    view: View
-    time_s: float
-    pose_age_ms: float
-    fps: float
 
 
 class WindowFlight(QObject):
@@ -85,7 +56,7 @@ class WindowFlight(QObject):
     touching = Signal(int)
     """Number of fiducials touched so far; the next one is wanted."""
     registered = Signal(object)
-    """The flight begins; residual in mm rms, None when nothing had to be touched."""
+    """The recording begins; residual in mm rms, None when nothing had to be touched."""
     arrived = Signal()
     """There is a new frame: `take` it."""
     moment_kept = Signal(float)
@@ -99,16 +70,20 @@ class WindowFlight(QObject):
     back = Signal(float)
     """It is there again, after so many seconds."""
     landed = Signal(object)
-    """The path's end was reached; the `Score`."""
+    """The flight is over: the path's end was reached or the trainee ended it; the
+    `FlightEnd`."""
     finished = Signal()
     """The thread is about to end; see `error`."""
 
     def __init__(self, order: FlightOrder) -> None:
         super().__init__()
         self.error: Exception | None = None
+        self.end: FlightEnd | None = None
         self.order = order
+        self.recording = FlightRecording(order)
         self.roll = KeyboardRoll(order.input.aim)
         self._closed = threading.Event()
+        self._ended = threading.Event()
         self._moment_wanted = threading.Event()
         self._view_wanted = threading.Event()
         self._desk: SnapshotDesk | None = None
@@ -122,6 +97,10 @@ class WindowFlight(QObject):
     def start(self) -> None:
         """Begin."""
         self._thread.start()
+
+    def end_flight(self) -> None:
+        """End the flight as if its path were flown; the result is told."""
+        self._ended.set()
 
     def stop(self, patience_s: float) -> bool:
         """End the flight; tell whether its thread ended in time."""
@@ -148,7 +127,7 @@ class WindowFlight(QObject):
     def _run(self) -> None:
         try:
             self._fly()
-        except ClosedError:
+        except EndedError:
             pass
         except Exception as error:
             # Nobody sees what a thread raises; whoever started the flight does.
@@ -195,11 +174,11 @@ class WindowFlight(QObject):
             streamer = stack.enter_context(streaming(order.stream))
             poses = stack.enter_context(order.input.open(room))
             self._stage("Opening the input", 1.0)
-            source = WatchedSource(poses, self._closed)
+            source = WatchedSource(poses, self._closed, self._ended)
             lasting = LastingPoses(source)
             lasting.on_loss = lambda _: self.away.emit()
             lasting.on_return = self.back.emit
-            registration = self._register(lasting)
+            registration, told = self._register(lasting)
             order.input.placed(registration)
             info = describe_session(
                 scenario,
@@ -210,9 +189,10 @@ class WindowFlight(QObject):
             )
             world_from_device = registration.world_from_device
             session = build_session(scenario, room, world_from_device, size)
-            recorder = self._recorder(stack, info)
-            if order.record is not None:
-                self._desk = self._open_desk(room, order.record)
+            recorder = self.recording.open(stack, info)
+            self.registered.emit(told)
+            if self.recording.folder is not None:
+                self._desk = self._open_desk(room, self.recording.folder)
             keeper = ViewKeeper(
                 scenario, room, order.record, has_instrument=has_instrument
             )
@@ -221,16 +201,17 @@ class WindowFlight(QObject):
                 aim = StreamedAim(aim, streamer, world_from_device, has_instrument)
             self._follow(source, lasting, aim, session, view, recorder, keeper)
 
-    def _register(self, source: OrderedPoses) -> Registration:
-        """Ask for the fiducials to be touched, unless the input lies in the patient."""
+    def _register(self, source: OrderedPoses) -> tuple[Registration, float | None]:
+        """Ask for the fiducials to be touched, unless the input lies in the patient.
+
+        With the residual in mm rms, where it was measured.
+        """
         known = self.order.input.registration
         if known is not None:
-            self.registered.emit(None)
-            return known
+            return known, None
         fiducials = self.order.scenario.fiducial_positions()
         registration = register_by_touch(source, fiducials, self._touch)
-        self.registered.emit(registration.residual_rms_mm)
-        return registration
+        return registration, registration.residual_rms_mm
 
     def _on_pedal(
         self, recorder: SessionRecorder, event: ButtonEvent, sample: Sample
@@ -288,7 +269,6 @@ class WindowFlight(QObject):
             pixels = frame.frame.pixels
             self._post(Instant(pixels, frame.view, time_s, frame.pose_age_ms, rate))
 
-        figures = {}
         try:
             timing = fly(
                 lasting,
@@ -299,16 +279,22 @@ class WindowFlight(QObject):
                 until_s=order.input.until_s,
                 on_frame=on_frame,
             )
-            figures = {"timing": timing.figures()}
-            self.landed.emit(session.score())
-        except ClosedError:
-            pass
         except (DeviceError, TimeoutError) as error:
             log.lost(error)
-            if order.record is None:
+            if recorder.samples:
+                lost = "The arm was lost"
+                self.end = self.recording.end(lost, session.score())
+            if self.recording.folder is None:
                 raise
-            raise DeviceLostError(error, order.record) from error
-        recorder.close({"score": asdict(session.score()), **figures})
+            raise DeviceLostError(error, self.recording.folder) from error
+        if not recorder.samples:
+            return
+        score = session.score()
+        recorder.close({"score": asdict(score), "timing": timing.figures()})
+        is_flown = not (self._ended.is_set() or self._closed.is_set())
+        title = "The path is flown" if is_flown else "The flight is over"
+        self.end = self.recording.end(title, score)
+        self.landed.emit(self.end)
 
     def _open_desk(self, room: OperatingRoom, record: Path) -> SnapshotDesk:
         """Draw kept moments; that goes on after the flight, as long as the window."""
@@ -322,13 +308,6 @@ class WindowFlight(QObject):
             suction_tube() if self.order.input.has_instrument else None,
         )
         return SnapshotDesk(asker, record / "snapshots", self.pictured.emit)
-
-    def _recorder(self, stack: ExitStack, info: SessionInfo) -> SessionRecorder:
-        folder = self.order.record
-        if folder is None:
-            scratch = tempfile.TemporaryDirectory(prefix="paravol-train-")
-            folder = Path(stack.enter_context(scratch))
-        return stack.enter_context(SessionRecorder(folder, info))
 
     def _post(self, instant: Instant) -> None:
         with self._lock:

@@ -13,8 +13,7 @@ class Gauges(QWidget):
         super().__init__()
         self.setObjectName("gauges")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(24, 8, 24, 10)
+        row = self._row = QHBoxLayout(self)
         self._figures: dict[str, QLabel] = {}
         for caption in Readings().texts():
             column = QVBoxLayout()
@@ -26,6 +25,10 @@ class Gauges(QWidget):
             column.addWidget(figure)
             row.addLayout(column, 1)
             self._figures[caption] = figure
+
+    def set_scale(self, scale: float) -> None:
+        """Draw so many times as large."""
+        self._row.setContentsMargins(*(round(n * scale) for n in (24, 5, 24, 6)))
 
     def show_readings(self, readings: Readings) -> None:
         """Show figures; only what has changed is laid out anew."""

@@ -14,7 +14,7 @@ WINDOW_KEYS = {
     "Space": "keep this moment",
     "V": "save this view",
     "F": "full screen",
-    "Q": "quit",
+    "Q": "end the flight",
 }
 
 _NAMES = {Qt.Key[f"Key_{name}"]: name for name in (*KEYS, *PEDAL_KEYS, FINE_KEY)}
@@ -27,14 +27,24 @@ class KeyHelp(QWidget):
 
     def __init__(self, input_keys: dict[str, str]) -> None:
         super().__init__()
-        table = QGridLayout(self)
+        table = self._table = QGridLayout(self)
         table.setContentsMargins(0, 0, 0, 0)
-        table.setColumnStretch(1, 1)
-        for number, (key, does) in enumerate((input_keys | WINDOW_KEYS).items()):
-            name = QLabel(key)
-            name.setObjectName("key")
-            table.addWidget(name, number, 0)
-            table.addWidget(QLabel(does), number, 1)
+        table.setColumnStretch(1, 3)
+        table.setColumnStretch(3, 2)
+        # Side by side, or a small screen has no room for them.
+        for left, keys in ((0, input_keys), (2, WINDOW_KEYS)):
+            for row, (key, does) in enumerate(keys.items()):
+                name = QLabel(key)
+                name.setObjectName("key")
+                told = QLabel(does)
+                told.setWordWrap(True)
+                table.addWidget(name, row, left)
+                table.addWidget(told, row, left + 1)
+
+    def set_scale(self, scale: float) -> None:
+        """Draw so many times as large."""
+        self._table.setHorizontalSpacing(round(4 * scale))
+        self._table.setVerticalSpacing(round(2 * scale))
 
 
 class HandEvents(QObject):

@@ -3,14 +3,15 @@
 from pathlib import Path
 
 from PySide6.QtCore import QRectF, Qt, Slot
-from PySide6.QtGui import QColor, QFont, QImage, QPainter, QPaintEvent
+from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
 from PySide6.QtWidgets import QWidget
 
 from app.snapshot_desk import MomentPicture
 from app.window_image import image_of
+from app.window_scale import font_of
 from app.window_style import ALARM, BACKGROUND, EDGE, INK, QUIET, READY
 
-HEIGHT_PX = 150
+HEIGHT_PX = 120
 _BAR_PX = 4.0
 
 
@@ -19,11 +20,17 @@ class MomentView(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
+        self._scale = 1.0
         self.setFixedHeight(HEIGHT_PX)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.hide()
         self._image = QImage()
         self._picture: MomentPicture | None = None
+
+    def set_scale(self, scale: float) -> None:
+        """Draw so many times as large."""
+        self._scale = scale
+        self.setFixedHeight(round(HEIGHT_PX * scale))
 
     @property
     def caption(self) -> tuple[str, str]:
@@ -62,29 +69,26 @@ class MomentView(QWidget):
             painter.drawImage(square, self._image)
         picture = self._picture
         if picture is not None:
-            self._paint_caption(painter, picture, edge + 14.0)
+            self._paint_caption(painter, picture, edge + 14.0 * self._scale)
         painter.end()
 
     def _paint_caption(
         self, painter: QPainter, picture: MomentPicture, left: float
     ) -> None:
         title, detail = self.caption
-        box = QRectF(left, 8.0, self.width() - left, self.height() - 16.0)
+        scale = self._scale
+        box = QRectF(left, 8.0 * scale, self.width() - left, self.height())
         wrap = int(Qt.AlignmentFlag.AlignTop | Qt.TextFlag.TextWordWrap)
-        font = QFont()
-        font.setPointSize(11)
-        font.setBold(True)
-        painter.setFont(font)
+        painter.setFont(font_of(11, scale, bold=True))
         painter.setPen(QColor(INK))
         painter.drawText(box, wrap, title)
-        font.setBold(False)
-        font.setPointSize(10)
-        painter.setFont(font)
+        painter.setFont(font_of(10, scale))
         failed = picture.done is None and picture.pixels is None
         painter.setPen(QColor(ALARM if failed else QUIET))
-        painter.drawText(box.adjusted(0.0, 24.0, 0.0, 0.0), wrap, detail)
+        painter.drawText(box.adjusted(0.0, 24.0 * scale, 0.0, 0.0), wrap, detail)
         if picture.done is not None:
-            bar = QRectF(left, 62.0, max(box.width() - 8.0, 0.0), _BAR_PX)
+            width = max(box.width() - 8.0 * scale, 0.0)
+            bar = QRectF(left, 62.0 * scale, width, _BAR_PX * scale)
             painter.fillRect(bar, QColor(EDGE))
             bar.setWidth(bar.width() * min(max(picture.done, 0.0), 1.0))
             painter.fillRect(bar, QColor(READY))

@@ -51,7 +51,7 @@ class OverviewView(QWidget):
         edge_samples: samples a pixel for smooth edges; 0 for none.
         """
         super().__init__()
-        self.setMinimumSize(200, 200)
+        self.setMinimumSize(120, 100)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self._plotter = pv.Plotter(off_screen=True)
         if edge_samples:
@@ -66,6 +66,14 @@ class OverviewView(QWidget):
         self._is_open = False
         self._is_cutting = False
         self._cut.connect(self._on_cut)
+
+    def set_scale(self, scale: float) -> None:
+        """Write labels so many times as large."""
+        # VTK's sizes of text are in points, at 72 to the inch.
+        window = self._plotter.render_window
+        assert window is not None
+        window.SetDPI(round(72 * scale))
+        self.changed.emit()
 
     def show_head(self, head: HeadModel) -> None:
         """Show a head, whole."""

@@ -3,11 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QImage, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from app.flight_end import FlightEnd
 from app.window_image import image_of
-from app.window_style import ALARM, INK, PANEL, QUIET, READY
+from app.window_result import paint_result, panel_colour
+from app.window_scale import font_of
+from app.window_style import ALARM, INK, QUIET, READY
 
 _MARGIN = 14.0
 
@@ -18,7 +21,7 @@ class PictureView(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setMinimumSize(QSize(320, 320))
+        self.setMinimumSize(QSize(240, 240))
         # Everything is painted here, every time: nothing to erase before.
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self._image = QImage()
@@ -27,6 +30,18 @@ class PictureView(QWidget):
         self._share: float | None = None
         self._alarm = ""
         self._is_recording = False
+        self._result: FlightEnd | None = None
+        self._scale = 1.0
+
+    def set_scale(self, scale: float) -> None:
+        """Write so many times as large."""
+        self._scale = scale
+        self.update()
+
+    def show_result(self, end: FlightEnd) -> None:
+        """Put a flight's result over the picture, to stay."""
+        self._result = end
+        self.update()
 
     def show_picture(self, pixels: NDArray[np.uint8]) -> None:
         """Show a ``(h, w, 3)`` uint8 sRGB picture."""
@@ -62,24 +77,29 @@ class PictureView(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         if self._alarm:
             self._paint_alarm(painter, square)
+        if self._result is not None:
+            paint_result(painter, self.rect(), self._result, self._scale)
         if self._message:
             self._paint_message(painter)
         if self._is_recording:
+            scale = self._scale
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(QColor(ALARM))
-            painter.drawEllipse(QPointF(26.0, 28.0), 6.0, 6.0)
+            painter.drawEllipse(QPointF(26.0, 28.0) * scale, 6.0 * scale, 6.0 * scale)
             painter.setPen(QColor(INK))
-            painter.setFont(_font(11, bold=True))
-            painter.drawText(QPointF(40.0, 33.0), "REC")
+            painter.setFont(font_of(11, scale, bold=True))
+            painter.drawText(QPointF(40.0, 33.0) * scale, "REC")
         painter.end()
 
     def _paint_alarm(self, painter: QPainter, square: QRectF) -> None:
-        painter.setPen(QPen(QColor(ALARM), 6.0))
+        scale = self._scale
+        inset = 3.0 * scale
+        painter.setPen(QPen(QColor(ALARM), 2.0 * inset))
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.drawEllipse(square.adjusted(3.0, 3.0, -3.0, -3.0))
-        painter.setFont(_font(16, bold=True))
+        painter.drawEllipse(square.adjusted(inset, inset, -inset, -inset))
+        painter.setFont(font_of(16, scale, bold=True))
         painter.setPen(QColor(ALARM))
-        corner = self.rect().adjusted(0, 18, -24, 0)
+        corner = self.rect().adjusted(0, round(18 * scale), round(-24 * scale), 0)
         painter.drawText(
             corner,
             int(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignRight),
@@ -87,36 +107,42 @@ class PictureView(QWidget):
         )
 
     def _paint_message(self, painter: QPainter) -> None:
-        width, height = min(self.width() - 48.0, 560.0), 74.0
+        scale = self._scale
+        width, height = min(self.width() - 48.0 * scale, 600.0 * scale), 74.0 * scale
         if self._share is not None:
-            height += 16.0
+            height += 16.0 * scale
         box = QRectF(
-            (self.width() - width) / 2, self.height() - height - 28.0, width, height
+            (self.width() - width) / 2,
+            self.height() - height - 28.0 * scale,
+            width,
+            height,
         )
-        panel = QColor(PANEL)
-        panel.setAlphaF(0.88)
         painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(panel)
-        painter.drawRoundedRect(box, 12.0, 12.0)
+        painter.setBrush(panel_colour())
+        painter.drawRoundedRect(box, 12.0 * scale, 12.0 * scale)
         centre = int(Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop)
-        painter.setFont(_font(16, bold=True))
+        side = 16.0 * scale
+        painter.setFont(font_of(16, scale, bold=True))
         painter.setPen(QColor(INK))
-        painter.drawText(box.adjusted(16, 12, -16, 0), centre, self._message)
-        painter.setFont(_font(11))
+        painter.drawText(
+            box.adjusted(side, 12.0 * scale, -side, 0), centre, self._message
+        )
+        painter.setFont(font_of(11, scale))
         painter.setPen(QColor(QUIET))
-        painter.drawText(box.adjusted(16, 43, -16, 0), centre, self._detail)
+        painter.drawText(
+            box.adjusted(side, 43.0 * scale, -side, 0), centre, self._detail
+        )
         if self._share is not None:
-            bar = QRectF(box.left() + 24, box.bottom() - 18, box.width() - 48, 5)
+            inset, thick = 24.0 * scale, 5.0 * scale
+            bar = QRectF(
+                box.left() + inset,
+                box.bottom() - 18.0 * scale,
+                box.width() - 2.0 * inset,
+                thick,
+            )
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(QColor("#30363d"))
-            painter.drawRoundedRect(bar, 2.5, 2.5)
+            painter.drawRoundedRect(bar, thick / 2, thick / 2)
             bar.setWidth(bar.width() * min(max(self._share, 0.0), 1.0))
             painter.setBrush(QColor(READY))
-            painter.drawRoundedRect(bar, 2.5, 2.5)
-
-
-def _font(points: int, *, bold: bool = False) -> QFont:
-    font = QFont()
-    font.setPointSize(points)
-    font.setBold(bold)
-    return font
+            painter.drawRoundedRect(bar, thick / 2, thick / 2)

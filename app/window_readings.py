@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from scenarios.scoring import PRESSURE_MM
+
 NEAR_MM = 0.5
 """Clearance below which the scope is about to touch: a hand's tremor is a fifth."""
 
@@ -31,6 +33,11 @@ class Readings:
     def is_contact(self) -> bool:
         """Tell whether the scope is in tissue."""
         return self.clearance_mm is not None and self.clearance_mm < 0.0
+
+    @property
+    def is_pressing(self) -> bool:
+        """Tell whether the scope presses into tissue, and does not only touch it."""
+        return self.clearance_mm is not None and self.clearance_mm < -PRESSURE_MM
 
     @property
     def is_alarming(self) -> bool:

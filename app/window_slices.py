@@ -3,11 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFont, QImage, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
 from app.slice_views import Plane, Show, SliceViews
 from app.window_image import image_of
+from app.window_scale import font_of
 from app.window_style import INK
 
 HEIGHT_PX = 150
@@ -24,11 +25,17 @@ class SlicesView(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
+        self._scale = 1.0
         self.setFixedHeight(HEIGHT_PX)
         self.show_kind = Show.CT
         self._views: SliceViews | None = None
         self._at_mm: NDArray[np.float64] | None = None
         self._images: dict[Plane, QImage] = {}
+
+    def set_scale(self, scale: float) -> None:
+        """Draw so many times as large."""
+        self._scale = scale
+        self.setFixedHeight(round(HEIGHT_PX * scale))
 
     def show_head(self, views: SliceViews) -> None:
         """Take the head's volumes."""
@@ -63,9 +70,10 @@ class SlicesView(QWidget):
         """Paint the three slices side by side, the tip in the middle of each."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        edge = min((self.width() - 2 * GAP_PX) / 3, float(self.height()))
+        gap = GAP_PX * self._scale
+        edge = min((self.width() - 2 * gap) / 3, float(self.height()))
         for number, plane in enumerate(Plane):
-            square = QRectF(number * (edge + GAP_PX), 0.0, edge, edge)
+            square = QRectF(number * (edge + gap), 0.0, edge, edge)
             painter.fillRect(square, Qt.GlobalColor.black)
             if self._views is not None and self._at_mm is not None:
                 self._paint(painter, square, plane)
@@ -80,13 +88,12 @@ class SlicesView(QWidget):
         # Qt leaves out what lies beyond the picture and keeps the scale
         painter.drawImage(square, self._images[plane], source)
         middle = square.center()
-        painter.setPen(QPen(QColor(MARK), 1.5))
+        scale = self._scale
+        painter.setPen(QPen(QColor(MARK), 1.5 * scale))
         for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-            start = middle + QPointF(3.0 * dx, 3.0 * dy)
-            painter.drawLine(start, middle + QPointF(9.0 * dx, 9.0 * dy))
-        font = QFont()
-        font.setPointSize(9)
-        painter.setFont(font)
+            way = QPointF(dx, dy) * scale
+            painter.drawLine(middle + way * 3.0, middle + way * 9.0)
+        painter.setFont(font_of(9, scale))
         painter.setPen(QColor(INK))
         left, right, top, _ = plane.letters
         flag = Qt.AlignmentFlag

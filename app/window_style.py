@@ -8,13 +8,20 @@ QUIET = "#9aa4af"
 READY = "#4cc9a0"
 ALARM = "#ff4d5e"
 
-STYLE_SHEET = f"""
+
+def style_sheet(scale: float) -> str:
+    """Give the rules of all that Qt draws itself; scale: on every length."""
+
+    def points(size: float) -> str:
+        return f"{size * scale:.1f}pt"
+
+    return f"""
 QMainWindow, QWidget#side {{ background: {BACKGROUND}; }}
 QWidget#gauges {{ background: {PANEL}; border-top: 1px solid {EDGE}; }}
-QLabel {{ color: {QUIET}; background: transparent; }}
-QLabel#title {{ color: {INK}; font-size: 15pt; font-weight: 600; }}
-QLabel#caption {{ color: {QUIET}; font-size: 9pt; }}
-QLabel#figure {{ color: {INK}; font-size: 17pt; font-weight: 600; }}
+QLabel {{ color: {QUIET}; background: transparent; font-size: {points(9.5)}; }}
+QLabel#title {{ color: {INK}; font-size: {points(13)}; font-weight: 600; }}
+QLabel#caption {{ color: {QUIET}; font-size: {points(9)}; }}
+QLabel#figure {{ color: {INK}; font-size: {points(16)}; font-weight: 600; }}
 QLabel#figure[alarming="true"] {{ color: {ALARM}; }}
-QLabel#key {{ color: {INK}; padding-right: 10px; }}
+QLabel#key {{ color: {INK}; padding-right: {round(6 * scale)}px; }}
 """

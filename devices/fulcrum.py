@@ -13,13 +13,23 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.sliding import slid
+from devices.sliding import slid, slope_of
 
 SUPERIOR = (0.0, 0.0, 1.0)
 
 LAG_S = 0.15
 """A hand that asks for more than the rate limit is followed for this long after it
 stops; what would come later than that is not what it meant."""
+
+PRESS_SHARE = 0.04
+"""Of the way that a wall refuses, the dent deepens by this share. A push at 25 mm/s
+straight into it reaches a depth of half a millimetre in half a second."""
+
+EASE_S = 0.5
+"""A dent is given back with this time constant."""
+
+RECOIL_MM_S = 1.0
+"""As fast as tissue pushes a scope out."""
 
 
 class Demand(NamedTuple):
@@ -101,11 +111,14 @@ class Walls:
     """What a scope must not be pushed through.
 
     gap_mm: free room of a scope with that tip frame, negative inside. give_mm: how
-    deep a wall may be dented.
+    deep a wall may be dented. touch_mm: how deep a mere touch dents it; the rest of the
+    give takes a hand that goes on pushing, and is given back when it no longer does.
+    None for a wall that gives all at once.
     """
 
     gap_mm: Callable[[NDArray[np.float64]], float]
     give_mm: float = 0.0
+    touch_mm: float | None = None
 
 
 class FulcrumControl:
@@ -132,6 +145,7 @@ class FulcrumControl:
         self.fulcrum = fulcrum
         self.walls = walls
         self._known_gap = (b"", 0.0)
+        self._pressed_mm = 0.0
         self.limits = FulcrumLimits() if limits is None else limits
         low, high = self.limits.depth_mm
         self._depth_mm = low if depth_mm is None else depth_mm
@@ -235,9 +249,36 @@ class FulcrumControl:
 
         place = self._bounded(start + step[:3])
         if self.walls is not None:
-            place = slid(start, place, within, self._gap_mm, -self.walls.give_mm)
+            place = self._held(self.walls, start, place, within, step_s)
         self._depth_mm, self._tilt_deg = float(place[0]), place[1:]
         self._roll_deg = math.remainder(self._roll_deg + float(step[3]), 360.0)
+
+    def _held(
+        self,
+        walls: Walls,
+        start: NDArray[np.float64],
+        wanted: NDArray[np.float64],
+        within: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+        step_s: float,
+    ) -> NDArray[np.float64]:
+        """Slide along walls; dent them by as much as the hand presses."""
+        if walls.touch_mm is None:
+            return slid(start, wanted, within, self._gap_mm, -walls.give_mm)
+        held_mm = min(walls.touch_mm + self._pressed_mm, walls.give_mm)
+        excess_mm = -self._gap_mm(start) - held_mm
+        end = wanted
+        if excess_mm > 0.0:
+            # Tissue that is pressed less than it is dented pushes the scope out.
+            slope = slope_of(self._gap_mm, start)
+            steepness = float(slope @ slope)
+            if steepness > 0.0:
+                out_mm = min(excess_mm, RECOIL_MM_S * step_s)
+                end = within(wanted + out_mm / steepness * slope)
+        place = slid(start, end, within, self._gap_mm, -held_mm)
+        refused = float(np.linalg.norm(end - place))
+        eased_mm = self._pressed_mm * math.exp(-step_s / EASE_S)
+        self._pressed_mm = min(eased_mm + PRESS_SHARE * refused, walls.give_mm)
+        return place
 
     def _bounded(self, place: NDArray[np.float64]) -> NDArray[np.float64]:
         """Cut depth and tilts, (3,), down to the limits."""

@@ -38,7 +38,7 @@ def slid(
     if gap(end) >= floor:
         return end
     reached = _until_contact(start, end, gap, floor)
-    slope = _slope(gap, reached)
+    slope = slope_of(gap, reached)
     steepness = float(slope @ slope)
     if steepness == 0.0:
         return reached
@@ -70,7 +70,7 @@ def _until_contact(
     return free
 
 
-def _slope(gap: Gap, place: NDArray[np.float64]) -> NDArray[np.float64]:
+def slope_of(gap: Gap, place: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the direction in which the gap grows, by how much per unit."""
     here = gap(place)
     steps = np.eye(len(place)) * FEEL

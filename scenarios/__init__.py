@@ -8,6 +8,7 @@ from scenarios.endoscope import Endoscope, tip_frame
 from scenarios.scenario import Moment, Scenario, load_scenario
 from scenarios.scoring import Score, Scorer
 from scenarios.session import Sample, Session, View
+from scenarios.structures import Structures
 
 __all__ = [
     "Clearance",
@@ -18,6 +19,7 @@ __all__ = [
     "Score",
     "Scorer",
     "Session",
+    "Structures",
     "View",
     "load_scenario",
     "shaft_clearance",

@@ -43,6 +43,9 @@ class SessionInfo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     world_from_device: the registration, 16 numbers in row order.
     surface_sha256: hash of the air distance values that were flown through.
     look: version of the picture's look; recordings from before it was counted have 1.
+    structures_sha256: hash of what names the structures that were touched; "" in
+        recordings from before they were named.
+    automatic: recorded unasked; may be removed when room is needed.
     """
 
     scenario_name: str
@@ -57,6 +60,8 @@ class SessionInfo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     created: str
     versions: dict[str, str]
     look: int = 1
+    structures_sha256: str = ""
+    automatic: bool = False
     schema_version: Literal[1] = 1
 
 

@@ -9,6 +9,10 @@ from numpy.typing import NDArray
 CONTACT_MM = 0.0
 """A gap below this is a contact."""
 
+PRESSURE_MM = 0.3
+"""A contact deeper than this is pressure. The arm shakes the tip by 0.1 mm rms, so a
+scope that only touches stays above it."""
+
 STILL_MM = 0.5
 """The path grows when the tip has moved this far from where it last grew. Whole counts
 of an arm shake the tip by 0.1 mm rms: summed at 100 Hz over 25 s that alone would make
@@ -28,6 +32,10 @@ class Score:
     min_clearance_mm: smallest gap between the scope's shaft and tissue.
     contacts: number of separate times the gap fell below zero.
     target_distance_mm: nearest approach of the tip to each target.
+    contact_s: total time in contact. pressure_s: part of it deeper than `PRESSURE_MM`.
+    worst_depth_mm: of the deepest contact, 0 without any; worst_structure: what was
+        touched then, "" without any.
+    touched_s: time in contact with each structure touched.
     """
 
     duration_s: float
@@ -35,6 +43,11 @@ class Score:
     min_clearance_mm: float
     contacts: int
     target_distance_mm: dict[str, float]
+    contact_s: float = 0.0
+    pressure_s: float = 0.0
+    worst_depth_mm: float = 0.0
+    worst_structure: str = ""
+    touched_s: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -51,28 +64,49 @@ class Scorer:
     _length: float = 0.0
     _gap: float = float("inf")
     _contacts: int = 0
-    _touching: bool = False
+    _depth: float = 0.0
+    _structure: str = ""
+    _contact_s: float = 0.0
+    _pressure_s: float = 0.0
+    _worst: tuple[float, str] = (0.0, "")
+    _touched: dict[str, float] = field(default_factory=dict)
     _nearest: dict[str, float] = field(default_factory=dict)
 
-    def add(self, time_s: float, tip_mm: NDArray[np.float64], gap_mm: float) -> None:
-        """Take in one sample; times must not run backwards."""
+    def add(
+        self,
+        time_s: float,
+        tip_mm: NDArray[np.float64],
+        gap_mm: float,
+        structure: str = "",
+    ) -> None:
+        """Take in one sample; times must not run backwards.
+
+        structure: what the scope touches, where the gap is a contact.
+        """
         if self._first_s is None:
             self._first_s = time_s
         elif time_s < self._last_s:
             raise ValueError(
                 f"samples must be in order of time: {time_s} after {self._last_s}"
             )
-        if self._counted_tip is None or time_s - self._last_s > ABSENT_S:
+        elapsed_s = time_s - self._last_s
+        if self._counted_tip is None or elapsed_s > ABSENT_S:
             self._counted_tip = tip_mm
+        else:
+            self._last_contact(elapsed_s)
         self._last_s = time_s
         moved = _length(tip_mm - self._counted_tip)
         if moved >= STILL_MM:
             self._length += moved
             self._counted_tip = tip_mm
         self._gap = min(self._gap, gap_mm)
-        touching = gap_mm < CONTACT_MM
-        self._contacts += touching and not self._touching
-        self._touching = touching
+        depth = max(CONTACT_MM - gap_mm, 0.0)
+        self._contacts += depth > 0.0 and self._depth == 0.0
+        self._depth, self._structure = depth, structure
+        if depth > self._worst[0]:
+            self._worst = depth, structure
+        if depth > 0.0:
+            self._touched.setdefault(structure, 0.0)
         for name, position in self.targets.items():
             distance = _length(tip_mm - position)
             self._nearest[name] = min(self._nearest.get(name, distance), distance)
@@ -86,7 +120,20 @@ class Scorer:
             min_clearance_mm=self._gap,
             contacts=self._contacts,
             target_distance_mm=dict(self._nearest),
+            contact_s=self._contact_s,
+            pressure_s=self._pressure_s,
+            worst_depth_mm=self._worst[0],
+            worst_structure=self._worst[1],
+            touched_s=dict(self._touched),
         )
+
+    def _last_contact(self, elapsed_s: float) -> None:
+        """Let the contact of the sample before last until the new one."""
+        if self._depth == 0.0:
+            return
+        self._contact_s += elapsed_s
+        self._pressure_s += elapsed_s if self._depth > PRESSURE_MM else 0.0
+        self._touched[self._structure] += elapsed_s
 
 
 def _length(vector: NDArray[np.float64]) -> float:

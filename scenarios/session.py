@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from renderers.scene import Camera, Volume
 from scenarios.clearance import shaft_clearance
 from scenarios.endoscope import Endoscope, tip_frame
-from scenarios.scoring import Score, Scorer
+from scenarios.scoring import CONTACT_MM, Score, Scorer
+from scenarios.structures import TISSUE, Structures
 
 SHAFT_CHECKED_MM = 110.0
 """Length of shaft that is kept clear of tissue: the whole nasal passage (the
@@ -38,12 +39,25 @@ class Sample:
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """Say what a sample means in the patient: the camera, the tools, the gap."""
+    """Say what a sample means in the patient: the camera, the tools, the gap.
+
+    touched: the structure in contact with the shaft, "" without contact.
+    """
 
     camera: Camera
     world_from_tip: NDArray[np.float64]
     world_from_instrument: NDArray[np.float64]
     clearance_mm: float
+    touched: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Placed:
+    """Say where a sample's scope is: 4x4 pose, gap in mm, structure touched."""
+
+    world_from_tip: NDArray[np.float64]
+    gap_mm: float
+    touched: str
 
 
 class Session:
@@ -56,6 +70,7 @@ class Session:
         distance: Volume,
         targets: dict[str, NDArray[np.float64]],
         size: tuple[int, int],
+        structures: Structures | None = None,
     ) -> None:
         """Start a flight.
 
@@ -63,35 +78,39 @@ class Session:
         distance: signed air distance of the head, mm, negative in air.
         targets: landmark positions to approach, world mm.
         size: ``(width, height)`` of the picture.
+        structures: what names contacts; None where the head has no names.
         """
         self.endoscope = endoscope
         self.world_from_device = world_from_device
         self.size = size
         self._distance = distance
+        self._structures = structures
         self._scorer = Scorer(targets)
-        self._stepped: tuple[Sample, NDArray[np.float64], float] | None = None
+        self._stepped: tuple[Sample, _Placed] | None = None
 
     def step(self, sample: Sample) -> None:
         """Take in one sample and score it."""
-        world_from_tip, gap = self._placed(sample)
-        self._scorer.add(sample.time_s, world_from_tip[:3, 3], gap)
-        self._stepped = sample, world_from_tip, gap
+        placed = self._placed(sample)
+        tip_mm = placed.world_from_tip[:3, 3]
+        self._scorer.add(sample.time_s, tip_mm, placed.gap_mm, placed.touched)
+        self._stepped = sample, placed
 
     def view(self, sample: Sample) -> View:
         """Give the view of a sample without scoring it."""
-        world_from_tip, gap = self._placed(sample)
+        placed = self._placed(sample)
         return View(
-            self.endoscope.camera(world_from_tip, sample.roll_deg, self.size),
-            world_from_tip,
+            self.endoscope.camera(placed.world_from_tip, sample.roll_deg, self.size),
+            placed.world_from_tip,
             tip_frame(sample.instrument_tip_mm, sample.instrument_pointing),
-            gap,
+            placed.gap_mm,
+            placed.touched,
         )
 
-    def _placed(self, sample: Sample) -> tuple[NDArray[np.float64], float]:
+    def _placed(self, sample: Sample) -> _Placed:
         """Give the tip's pose in the patient and the gap around the shaft."""
         if self._stepped is not None and self._stepped[0] is sample:
             # a frame shows the sample that was scored last
-            return self._stepped[1:]
+            return self._stepped[1]
         world_from_tip = self.world_from_device @ sample.device_from_tip
         clearance = shaft_clearance(
             self._distance,
@@ -99,7 +118,11 @@ class Session:
             self.endoscope.diameter_mm / 2,
             SHAFT_CHECKED_MM,
         )
-        return world_from_tip, clearance.gap_mm
+        touched = ""
+        if clearance.gap_mm < CONTACT_MM:
+            named = self._structures
+            touched = TISSUE if named is None else named.touched(clearance)
+        return _Placed(world_from_tip, clearance.gap_mm, touched)
 
     def score(self) -> Score:
         """Give the score so far."""

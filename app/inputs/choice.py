@@ -7,13 +7,11 @@ from app.inputs.peer_address import peer_address
 from devices import ProbePath
 from scenarios import Scenario
 
-FORMS = "emulator, mouse, gamepad[:FILE], recording:FILE or igtl:HOST:PORT[:TOOL]"
-
-EMULATOR = "emulator"
+FORMS = "mouse, emulator, gamepad[:FILE], recording:FILE or igtl:HOST:PORT[:TOOL]"
 
 
 def choose_input(
-    words: str,
+    words: str | None,
     device: str | None,
     scenario: Scenario,
     path: ProbePath,
@@ -23,6 +21,8 @@ def choose_input(
 ) -> FlightInput:
     """Make the input that the words name; a device is a MicroScribe's serial port.
 
+    words: None for the arm at the device, or the mouse without one.
+
     registration: a file of `paravol register`, for an arm or a tracker. roll: what
     knows the roll of the scope in a real arm, the words of `app.inputs.arm_roll`; None
     for the horizon.
@@ -30,7 +30,7 @@ def choose_input(
     Raises ValueError for words that name none, DeviceError when a gamepad is asked
     for and there is none.
     """
-    if device is not None and words != EMULATOR:
+    if device is not None and words is not None:
         raise ValueError(
             f"--device names a MicroScribe's port; leave it out to fly with {words!r}."
         )
@@ -39,25 +39,25 @@ def choose_input(
             "--roll says who knows the roll of the arm at --device; every other input "
             "knows its own."
         )
-    is_tracker = words.startswith("igtl:")
-    if registration is not None and words != EMULATOR and not is_tracker:
-        raise ValueError(
-            f"--registration is for an arm or a tracker; leave it out to fly with "
-            f"{words!r}."
-        )
+    is_tracker = words is not None and words.startswith("igtl:")
     if registration is not None and device is None and not is_tracker:
-        raise ValueError(
-            "--registration says where the arm at --device stands; the emulated arm "
-            "stands elsewhere each time and registers itself."
-        )
-    kind, _, rest = words.partition(":")
-    match kind, rest:
-        case "emulator", "":
-            from app.inputs.arm import ArmInput
-
-            return ArmInput(
-                scenario, path, path_file, device, registration, roll or "horizon"
+        if words == "emulator":
+            raise ValueError(
+                "--registration says where the arm at --device stands; the emulated "
+                "arm stands elsewhere each time and registers itself."
             )
+        raise ValueError(
+            "--registration is for an arm or a tracker; leave it out to fly with "
+            f"{words or 'mouse'!r}."
+        )
+    if device is not None or words == "emulator":
+        from app.inputs.arm import ArmInput
+
+        return ArmInput(
+            scenario, path, path_file, device, registration, roll or "horizon"
+        )
+    kind, _, rest = (words if words is not None else "mouse").partition(":")
+    match kind, rest:
         case "mouse", "":
             from app.inputs.hand import MouseInput
 

@@ -35,8 +35,11 @@ UPRIGHT_DEG = 6.0
 
 
 GIVE_MM = 0.5
-"""How deep a wall is dented before it holds: mucosa yields, and a touch is to be seen
-and counted."""
+"""How deep a wall is dented before it holds, by a hand that goes on pushing."""
+
+TOUCH_MM = 0.15
+"""How deep a touch dents it: mucosa yields, and a touch is to be seen and counted, but
+it is no pressure (`scenarios.scoring.PRESSURE_MM`)."""
 
 
 def nostril_fulcrum(room: OperatingRoom, path: ProbePath) -> Fulcrum:
@@ -79,7 +82,9 @@ class _HandInput(FlightInput):
             ).gap_mm
 
         control = FulcrumControl(
-            fulcrum, replace(LIMITS, cone_deg=cone_deg), walls=Walls(gap_mm, GIVE_MM)
+            fulcrum,
+            replace(LIMITS, cone_deg=cone_deg),
+            walls=Walls(gap_mm, GIVE_MM, TOUCH_MM),
         )
         return SteeredArm(control, self._steering, self._handset)
 

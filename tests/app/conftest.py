@@ -4,6 +4,7 @@ import subprocess
 import sys
 import uuid
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -101,11 +102,27 @@ def short_scenario(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def screen() -> Iterator[str]:
     """A virtual screen on which OpenGL works, as DISPLAY."""
+    with virtual_screen(1600, 1000) as display:
+        yield display
+
+
+@pytest.fixture
+def screen_of(request: pytest.FixtureRequest) -> Iterator[tuple[int, int]]:
+    """A virtual screen of so many pixels, given as parameter."""
+    width, height = request.param
+    with virtual_screen(width, height):
+        yield width, height
+
+
+@contextmanager
+def virtual_screen(width: int, height: int) -> Iterator[str]:
+    """Start a screen and set DISPLAY; skip the test where that cannot be done."""
     server = shutil.which("Xvfb")
     if server is None:
         pytest.skip("there is no Xvfb")
     reader, writer = os.pipe()
-    command = [server, "-displayfd", str(writer), "-screen", "0", "1600x1000x24"]
+    command = [server, "-displayfd", str(writer), "-screen", "0"]
+    command.append(f"{width}x{height}x24")
     with subprocess.Popen(
         [*command, "-nolisten", "tcp"], pass_fds=[writer], stderr=subprocess.DEVNULL
     ) as child:

@@ -65,6 +65,9 @@ def test_summary_holds_what_was_measured(flown: Path) -> None:
         assert 0 < spread["p50"] <= spread["p95"] <= spread["p99"]
     assert summary["splats"] > 10_000
     assert summary["path_length_mm"] > 1
+    result = json.loads((flown / "flight.paravol" / "result.json").read_text())
+    for name in ("contacts", "contact_s", "worst_depth_mm", "touched_s"):
+        assert summary[name] == result["score"][name]
     assert summary["versions"]["python"].startswith("3.")
     assert min(r.clearance_mm for r in frames) >= summary["min_clearance_mm"]
 
@@ -133,6 +136,12 @@ def test_replay_checks_every_frame(
     report = json.loads(capsys.readouterr().out)
     assert report["same_score"] is False
     assert report["differing_frames"] == []
+    # and so is a structure that was not the one touched
+    result = json.loads((bundle / "result.json").read_text())
+    result["score"]["worst_structure"] = "elsewhere"
+    (changed / "result.json").write_text(json.dumps(result))
+    assert main(["replay", str(changed), "--check", "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["same_score"] is False
     # pictures of another look are not held against it, and it says so
     (changed / "result.json").write_bytes((bundle / "result.json").read_bytes())
     session = json.loads((bundle / "session.json").read_text())
@@ -141,6 +150,14 @@ def test_replay_checks_every_frame(
     assert main(["replay", str(changed), "--check", "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert (report["same_look"], report["is_exact"]) == (False, True)
+    # a recording from before contacts were described has fewer figures
+    for name in ("contact_s", "pressure_s", "worst_depth_mm", "touched_s"):
+        del result["score"][name]
+    (changed / "result.json").write_text(json.dumps(result))
+    del session["structures_sha256"], session["automatic"]
+    (changed / "session.json").write_text(json.dumps(session))
+    assert main(["replay", str(changed), "--check", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["same_score"] is True
     assert main(["replay", str(changed)]) == 0
     assert "not compared" in capsys.readouterr().out
 

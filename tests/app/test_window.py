@@ -43,7 +43,7 @@ def test_the_window_flies_records_and_closes_by_itself(
     shot, bundle = tmp_path / "shot.png", tmp_path / "flight.paravol"
     done, left = train(
         *("--scenario", str(coarse_scenario), "--seconds", "4"),
-        *("--screenshot", str(shot), "--record", str(bundle)),
+        *("--input", "emulator", "--screenshot", str(shot), "--record", str(bundle)),
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert not left
@@ -73,7 +73,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from app.inputs import choose_input
 from app.window import TraineeWindow
-from app.window_flight import FlightOrder, WindowFlight
+from app.flight_order import FlightOrder
+from app.window_flight import WindowFlight
 from devices import load_probe_path
 from scenarios import load_scenario
 
@@ -91,10 +92,14 @@ for key, degrees in (
 ):
     QTest.keyClick(window, key)
     assert flight.roll.turn_deg == degrees, (key, flight.roll.turn_deg)
-QTest.keyClick(window, Key.Key_F)
-assert window.isFullScreen()
-QTest.keyClick(window, Key.Key_F)
-assert not window.isFullScreen()
+before = window.geometry()
+for leave in (Key.Key_F, Key.Key_Escape):
+    QTest.keyClick(window, Key.Key_F)
+    assert window.isFullScreen()
+    assert window.geometry() == window.screen().geometry() != before
+    QTest.keyClick(window, leave)
+    assert not window.isFullScreen()
+    assert window.geometry() == before
 for key in (Key.Key_Q, Key.Key_Escape):
     window.show()
     QTest.keyClick(window, key)
@@ -122,7 +127,8 @@ from app.environment import prepare_environment
 prepare_environment()
 from app.inputs import choose_input
 from app.window import TraineeWindow
-from app.window_flight import FlightOrder, WindowFlight
+from app.flight_order import FlightOrder
+from app.window_flight import WindowFlight
 from devices import load_probe_path
 from scenarios import load_scenario
 
@@ -244,6 +250,7 @@ def test_ctrl_c_closes_the_window(
     screen: str, family: Any, coarse_scenario: Path
 ) -> None:
     command = [sys.executable, "-m", "app", "train", "--scenario", str(coarse_scenario)]
+    command += ["--input", "emulator"]
     with subprocess.Popen(
         command,
         cwd=ROOT,

@@ -23,7 +23,8 @@ from app.environment import prepare_environment
 prepare_environment()
 from app.inputs import choose_input
 from app.window import TraineeWindow
-from app.window_flight import FlightOrder, WindowFlight
+from app.flight_order import FlightOrder
+from app.window_flight import WindowFlight
 from devices import load_probe_path
 from scenarios import load_scenario
 

@@ -17,6 +17,13 @@ def test_the_word_contact_says_that_the_gap_is_negative(gap_mm: float) -> None:
     assert figure == pytest.approx(abs(gap_mm), abs=0.0501)
 
 
+@given(st.floats(-20.0, FREE_MM))
+def test_a_touch_is_no_pressure(gap_mm: float) -> None:
+    readings = Readings(clearance_mm=gap_mm)
+    assert readings.is_pressing == (gap_mm < -0.3)
+    assert readings.is_contact or not readings.is_pressing
+
+
 def test_a_scope_outside_the_head_is_free() -> None:
     readings = Readings(clearance_mm=998.6)
     assert readings.texts()["Clearance"] == "free"
@@ -27,6 +34,7 @@ def test_what_is_not_known_is_not_invented() -> None:
     assert set(Readings().texts().values()) == {UNKNOWN}
     assert not Readings().is_alarming
     assert not Readings().is_contact
+    assert not Readings().is_pressing
 
 
 @given(st.floats(0.0, 5999.0))

@@ -183,22 +183,22 @@ def test_limits_and_fulcrums_that_cannot_be_are_named(make: object, named: str) 
         make()
 
 
-def tube(radius_mm: float) -> Walls:
+def tube(radius_mm: float, touch_mm: float | None = None) -> Walls:
     """A tunnel about the fulcrum's axis; the scope's tip is what must stay inside."""
 
     def gap_mm(frame: NDArray[np.float64]) -> float:
         off = np.cross(frame[:3, 3] - FULCRUM.pivot_mm, FULCRUM.axis)
         return radius_mm - float(np.linalg.norm(off))
 
-    return Walls(gap_mm, give_mm=0.5)
+    return Walls(gap_mm, 0.5, touch_mm)
 
 
-@given(steps, st.floats(0.5, 20.0))
+@given(steps, st.floats(0.5, 20.0), st.sampled_from((None, 0.15)))
 def test_no_input_pushes_the_scope_through_a_wall(
-    sequence: list[tuple[float, Demand]], radius_mm: float
+    sequence: list[tuple[float, Demand]], radius_mm: float, touch_mm: float | None
 ) -> None:
     """Nor past a limit, nor faster than one, nor off the fulcrum."""
-    walls = tube(radius_mm)
+    walls = tube(radius_mm, touch_mm)
     scope = FulcrumControl(FULCRUM, LIMITS, walls=walls)
     for step_s, demand in sequence:
         depth_mm, pointing = scope.depth_mm, scope.pointing
@@ -244,3 +244,23 @@ def test_a_scope_that_is_pushed_aside_goes_on_along_the_wall() -> None:
     assert scope.depth_mm > 100.0
     off = np.cross(scope.frame()[:3, 3] - FULCRUM.pivot_mm, FULCRUM.axis)
     assert np.linalg.norm(off) == pytest.approx(3.5, abs=0.05)
+
+
+def test_a_touch_dents_a_wall_little_and_a_push_more() -> None:
+    walls = tube(3.0, touch_mm=0.15)
+    scope = FulcrumControl(FULCRUM, LIMITS, depth_mm=60.0, walls=walls)
+
+    def go_on(seconds: float, demand: Demand) -> float:
+        for _ in range(round(seconds / 0.01)):
+            scope.advance(0.01, demand)
+        return -walls.gap_mm(scope.frame())
+
+    assert go_on(1.5, Demand(yaw=0.1)) == pytest.approx(0.15, abs=0.05)
+    # along the wall it stays a touch
+    assert go_on(0.5, Demand(insert=0.5)) < 0.25
+    assert go_on(1.0, Demand(yaw=1.0)) == pytest.approx(0.5, abs=0.05)
+    # and a hand that rests presses no longer
+    assert go_on(3.0, Demand()) == pytest.approx(0.15, abs=0.05)
+    for _ in range(1000):
+        scope.advance(0.01, Demand(insert=-1.0))
+    assert scope.depth_mm == pytest.approx(2.0)

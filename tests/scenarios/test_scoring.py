@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenarios import Scorer
+from scenarios import Score, Scorer
 
 
 @given(st.integers(2, 120), st.floats(12.0, 20.0))
@@ -68,3 +68,57 @@ def test_where_a_device_comes_back_is_no_part_of_the_path(
     score = scorer.score()
     assert score.path_length_mm == pytest.approx(20.0)
     assert score.duration_s == pytest.approx(away_s + 0.2)
+
+
+def flown(gaps: list[tuple[float, str]], step_s: float = 0.01) -> Score:
+    scorer = Scorer({})
+    for i, (gap, structure) in enumerate(gaps):
+        scorer.add(i * step_s, np.zeros(3), gap, structure)
+    return scorer.score()
+
+
+def test_one_long_contact_tells_how_long_how_deep_and_where() -> None:
+    """A scope that leans on tissue for 30 of 38 s has one contact, and a long one."""
+    score = flown(
+        [(1.0, "")] * 400
+        + [(-0.1, "septum")] * 1000
+        + [(-0.5, "middle turbinate")] * 2000
+        + [(1.0, "")] * 401
+    )
+    assert score.contacts == 1
+    assert score.duration_s == pytest.approx(38.0)
+    assert score.contact_s == pytest.approx(30.0)
+    assert score.pressure_s == pytest.approx(20.0)
+    assert score.worst_depth_mm == 0.5
+    assert score.worst_structure == "middle turbinate"
+    assert score.touched_s == pytest.approx({"septum": 10.0, "middle turbinate": 20.0})
+
+
+def test_a_flight_without_contact_names_nothing() -> None:
+    score = flown([(0.0, ""), (1.0, "")])
+    assert (score.contacts, score.contact_s, score.pressure_s) == (0, 0.0, 0.0)
+    assert (score.worst_depth_mm, score.worst_structure) == (0.0, "")
+    assert score.touched_s == {}
+
+
+@given(
+    st.lists(
+        st.tuples(st.floats(-2, 2), st.sampled_from("abc")), min_size=2, max_size=60
+    )
+)
+def test_times_of_structures_add_up_to_the_contact(
+    gaps: list[tuple[float, str]],
+) -> None:
+    score = flown(gaps)
+    assert sum(score.touched_s.values()) == pytest.approx(score.contact_s)
+    assert score.pressure_s <= score.contact_s <= score.duration_s
+    assert score.worst_depth_mm == max(0.0, -score.min_clearance_mm)
+    assert set(score.touched_s) == {name for gap, name in gaps if gap < 0}
+
+
+def test_nobody_knows_a_contact_while_the_device_was_away() -> None:
+    scorer = Scorer({})
+    scorer.add(0.0, np.zeros(3), -1.0, "septum")
+    scorer.add(0.1, np.zeros(3), -1.0, "septum")
+    scorer.add(9.0, np.zeros(3), -1.0, "septum")
+    assert scorer.score().contact_s == pytest.approx(0.1)

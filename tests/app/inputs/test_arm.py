@@ -61,7 +61,7 @@ def test_a_file_registers_and_moves_the_tip(
     still_arm: Still, shifted_file: Shifted
 ) -> None:
     file = shifted_file(DX40937.identity.serial)
-    flown = choose_input("emulator", "/dev/ttyUSB0", SCENARIO, PATH, PATH_FILE, file)
+    flown = choose_input(None, "/dev/ttyUSB0", SCENARIO, PATH, PATH_FILE, file)
     with flown.open(ROOM) as poses:
         assert flown.registration is not None
         tip = flown.registration.world_from_tip(poses.read(1.0))[:3, 3]
@@ -107,7 +107,7 @@ def test_a_sixth_encoder_turns_the_scope_from_where_it_was_clamped(
     arm = Turning()
     monkeypatch.setattr("app.inputs.arm.open_arm", lambda *_, **__: nullcontext(arm))
     flown = choose_input(
-        "emulator", "/dev/ttyUSB0", SCENARIO, PATH, PATH_FILE, roll="encoder"
+        None, "/dev/ttyUSB0", SCENARIO, PATH, PATH_FILE, roll="encoder"
     )
     with flown.open(ROOM) as poses:
         assert flown.aim.complete(poses.read(1.0)).roll_deg == 0.0

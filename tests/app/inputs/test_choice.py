@@ -13,7 +13,9 @@ Exercise = tuple[Scenario, ProbePath]
 FILE = Path("examples/first_flight.path.json")
 
 
-def chosen(words: str, exercise: Exercise, device: str | None = None) -> FlightInput:
+def chosen(
+    words: str | None, exercise: Exercise, device: str | None = None
+) -> FlightInput:
     scenario, path = exercise
     return choose_input(words, device, scenario, path, FILE)
 
@@ -25,7 +27,7 @@ def test_the_emulated_arm_follows_the_path_and_a_real_one_the_hand(
     assert isinstance(emulated.aim, PathChannel)
     assert emulated.until_s == exercise[1].duration_s
     assert emulated.has_instrument
-    real = chosen("emulator", exercise, "/dev/ttyUSB7")
+    real = chosen(None, exercise, "/dev/ttyUSB7")
     assert isinstance(real.aim, HandChannel)
     assert real.name == "/dev/ttyUSB7"
     assert real.until_s == float("inf")
@@ -34,6 +36,11 @@ def test_the_emulated_arm_follows_the_path_and_a_real_one_the_hand(
     for arm in (emulated, real):
         assert arm.registration is None
         assert arm.controls is None
+
+
+def test_without_words_or_an_arm_the_mouse_steers(exercise: Exercise) -> None:
+    assert chosen(None, exercise).controls is not None
+    assert chosen(None, exercise).name == chosen("mouse", exercise).name
 
 
 def test_a_hand_needs_no_registration_and_shows_its_keys(exercise: Exercise) -> None:
@@ -67,8 +74,9 @@ def test_what_is_not_there_is_named(exercise: Exercise, tmp_path: Path) -> None:
         chosen(f"recording:{tmp_path / 'nothing.json'}", exercise)
     with pytest.raises(DeviceError, match="event77"):
         chosen(f"gamepad:{tmp_path / 'event77'}", exercise)
-    with pytest.raises(ValueError, match="--device"):
-        chosen("mouse", exercise, "/dev/ttyUSB0")
+    for words in ("mouse", "emulator"):
+        with pytest.raises(ValueError, match="--device"):
+            chosen(words, exercise, "/dev/ttyUSB0")
 
 
 def test_a_tracker_may_be_registered_by_file_and_a_mouse_may_not(
