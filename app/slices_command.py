@@ -181,12 +181,12 @@ def marked(
 def label_colors() -> NDArray[np.float64]:
     """Give ``(256, 3)`` sRGB; neighbours in number differ by the golden section.
 
-    Hues come near to each other again after 8 and 13 numbers: those differ in
+    Hues come near to each other again after 8, 13 and 21 numbers: those differ in
     lightness. All are light enough to be seen on the black of air.
     """
     number = np.arange(256)[:, None]
     wave = np.cos(2 * np.pi * (number * 0.618 + np.array([0.0, 1 / 3, 2 / 3])))
-    middle = np.array([150.0, 115.0, 195.0])[number // 8 % 3]
+    middle = np.array([150.0, 110.0, 195.0, 130.0])[number // 8 % 4]
     return np.asarray(middle + np.minimum(middle - 25, 255 - middle) * wave)
 
 

@@ -60,7 +60,11 @@ def light_strands(
                 d2 = lx * lx + ly * ly + lz * lz + 1e-6
                 d = math.sqrt(d2)
                 out = 1 + (lx * forward[0] + ly * forward[1] + lz * forward[2]) / d
-                power = each * math.exp(-spread * max(out, 0.0)) / max(d2, LEAST_LIT_MM * LEAST_LIT_MM)
+                power = (
+                    each
+                    * math.exp(-spread * max(out, 0.0))
+                    / max(d2, LEAST_LIT_MM * LEAST_LIT_MM)
+                )
                 with_l = (t[0] * lx + t[1] * ly + t[2] * lz) / (length * d)
                 with_v = -(t[0] * x + t[1] * y + t[2] * z) / (length * away)
                 sine = math.sqrt(max(1 - with_l * with_l, 0.0))
