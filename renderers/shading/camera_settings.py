@@ -22,10 +22,10 @@ class CameraSettings:
     lateral: relative size difference of red (+) and blue (-) against green.
     vignette: power of cos(.9 theta). stray: light scattered in the lens.
     contrast: exponent about middle grey. saturation; knee: where the shoulder starts,
-    ``knee + (1 - knee) u / (1 + u)`` with u = (c - knee) / (1 - knee); low, because
-    walls beside the lens are ten times as bright as those ahead.
-    keep_hue: share of the shoulder that acts on the largest channel alone: with little
-    of it a bright wall turns from red to pink.
+    ``knee + (1 - knee) u / (1 + u)`` with u = (c - knee) / (1 - knee), which no
+    light fills: walls beside the lens keep their shading. keep_hue: share of the
+    shoulder that acts on the largest channel alone: with little of it a bright wall
+    turns from red to pink, with much of it a glint is no longer white.
     noise: sd of the grain at white. stop: draw the round field stop and its notch.
     """
 
@@ -41,8 +41,8 @@ class CameraSettings:
     stray: float = 0.003
     contrast: float = 1.12
     saturation: float = 1.15
-    knee: float = 0.35
-    keep_hue: float = 0.80
+    knee: float = 0.55
+    keep_hue: float = 0.30
     noise: float = 0.006
     noise_floor: float = 0.15
     stop: bool = True
