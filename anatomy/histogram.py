@@ -33,13 +33,13 @@ LEAST_BONE = 2e-3
 """Share of the voxels above air; with less the scan shows no bone."""
 
 MUCOSA, FLESH, EDGE, BONE, IVORY = (
-    (0.55, 0.20, 0.18),
-    (0.50, 0.16, 0.14),
+    (0.53, 0.18, 0.16),
+    (0.53, 0.18, 0.16),
     (0.75, 0.55, 0.42),
     (0.85, 0.78, 0.62),
     (0.90, 0.87, 0.80),
 )
-"""Linear colours of the classic preset."""
+"""Linear colours of the classic preset: soft tissue has one, or bands would show."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -171,7 +171,7 @@ def slices(
     *,
     at: Place | None = None,
     show: Literal["ct", "mr", "both"] = "ct",
-    tint: bool = True,
+    labels: Literal["outlines", "tint", "none"] = "outlines",
     out: Path | None = None,
     json: Json = False,
 ) -> int:
@@ -186,11 +186,12 @@ def slices(
         when left out.
     show
         The CT, the second scan, or bone from the CT over soft tissue from the MR.
-    tint
-        Colour what was found: passages and cavities, or a phantom's labels.
+    labels
+        What was found, passages and cavities or a phantom's structures, as outlines, as
+        a light tint, or not at all; a legend below names the colours.
     out
         PNG file to write; slices.png in the case when left out.
     """
     from app.slices_command import run_slices
 
-    return run_slices(case=case, at=at, show=show, tint=tint, out=out, as_json=json)
+    return run_slices(case=case, at=at, show=show, labels=labels, out=out, as_json=json)

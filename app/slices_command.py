@@ -1,7 +1,7 @@
 """`paravol slices`: the three planes of a case and its histogram as one picture."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,12 @@ from renderers.scene import TransferFunction, save_png, srgb_from_linear
 PANEL_PX = 480
 MARGIN_PX = 8
 INK, QUIET, CROSS = (230, 230, 230), (150, 158, 166), (255, 209, 102)
-TINT_SHARE = 0.45
+Marked = Literal["outlines", "tint", "none"]
+"""How a slice shows its labels."""
+TINT_SHARE = 0.25
+OUTLINE_SHARE = 0.75
+"""Of a label's colour, in a tint and in an outline: the CT is read through both."""
+LEGEND_COLUMNS, LEGEND_ROW_PX, SWATCH_PX = 4, 20, 12
 
 LEAST_SHARE = 1e-5
 """Of the voxels: the foot of the histogram's logarithmic axis."""
@@ -28,7 +33,7 @@ def run_slices(
     case: Path,
     at: tuple[float, float, float] | None,
     show: str,
-    tint: bool,
+    labels: Marked,
     out: Path | None,
     as_json: bool,
 ) -> int:
@@ -41,7 +46,7 @@ def run_slices(
         read = read_case(case)
         stages("Reading the case", 1.0)
         place = _place(read) if at is None else np.array(at)
-        sheet = slice_sheet(read, place, Show(show), tint=tint)
+        sheet = slice_sheet(read, place, Show(show), labels)
         save_png(target, sheet, {"Software": "PARAVOL"})
     values = {
         name: float(volume.sample(place))
@@ -61,11 +66,15 @@ def run_slices(
 
 
 def slice_sheet(
-    case: Case, at_mm: NDArray[np.float64], show: Show, *, tint: bool = True
+    case: Case,
+    at_mm: NDArray[np.float64],
+    show: Show,
+    labels: Marked = "outlines",
 ) -> NDArray[np.uint8]:
     """Draw the three planes through a point and the histogram, ``(h, w, 3)``.
 
-    tint: colour the labels. Raises ValueError for a point outside the case.
+    labels: how the planes show them; below stands a legend of those that they show.
+    Raises ValueError for a point outside the case.
     """
     low = case.ct.origin_mm
     high = low + (np.array(case.ct.shape[::-1]) - 1) * case.ct.spacing_mm
@@ -76,10 +85,13 @@ def slice_sheet(
         )
     transfer = _transfer(case)
     views = SliceViews.of(case.volumes, transfer)
-    panels = [_panel(case, views, plane, at_mm, show, tint) for plane in Plane]
+    panels = [_panel(case, views, plane, at_mm, show, labels) for plane in Plane]
     panels.append(_histogram(case, transfer))
     side = PANEL_PX + MARGIN_PX
-    sheet = Image.new("RGB", (2 * side + MARGIN_PX, 2 * side + MARGIN_PX))
+    wide = 2 * side + MARGIN_PX
+    legend = _legend(case, at_mm, labels, wide)
+    sheet = Image.new("RGB", (wide, wide + legend.height))
+    sheet.paste(legend, (0, wide))
     for number, panel in enumerate(panels):
         row, column = divmod(number, 2)
         sheet.paste(panel, (MARGIN_PX + side * column, MARGIN_PX + side * row))
@@ -108,17 +120,19 @@ def _panel(
     plane: Plane,
     at_mm: NDArray[np.float64],
     show: Show,
-    tint: bool,
+    labels: Marked,
 ) -> Image.Image:
     pixels = views.picture(plane, at_mm, show)
-    if tint:
-        pixels = _tinted(pixels, np.asarray(cut(case.labels, plane, at_mm)))
     scale = PANEL_PX / max(pixels.shape[:2])
     size = (round(pixels.shape[1] * scale), round(pixels.shape[0] * scale))
     panel = Image.new("RGB", (PANEL_PX, PANEL_PX))
     left, top = ((PANEL_PX - length) // 2 for length in size)
-    smooth = Image.Resampling.BICUBIC
-    panel.paste(Image.fromarray(pixels).resize(size, smooth), (left, top))
+    large = np.asarray(Image.fromarray(pixels).resize(size, Image.Resampling.BICUBIC))
+    if labels != "none":
+        found = np.asarray(cut(case.labels, plane, at_mm), np.uint8)
+        nearest = Image.fromarray(found).resize(size, Image.Resampling.NEAREST)
+        large = marked(large, np.asarray(nearest), labels)
+    panel.paste(Image.fromarray(large), (left, top))
     draw = ImageDraw.Draw(panel)
     column, row = views.place(plane, at_mm)
     x, y = left + (column + 0.5) * scale, top + (row + 0.5) * scale
@@ -142,17 +156,65 @@ def _panel(
     return panel
 
 
-def _tinted(
-    pixels: NDArray[np.uint8], labels: NDArray[np.generic]
+def marked(
+    pixels: NDArray[np.uint8], labels: NDArray[np.uint8], how: Marked
 ) -> NDArray[np.uint8]:
-    """Colour labels; neighbours in number differ in hue by the golden section."""
-    hue = np.arange(256)[:, None] * 0.618 + np.array([0.0, 1 / 3, 2 / 3])
-    colors = 127.5 + 127.5 * np.cos(2 * np.pi * hue)
-    index = np.asarray(labels, np.int64)
-    share = np.where(index > 0, TINT_SHARE, 0.0)[..., None]
-    mixed = (1 - share) * pixels + share * colors[index]
+    """Tint labels ``(h, w)`` in a picture ``(h, w, 3)``, or draw their outlines.
+
+    An outline lies inside its label, one pixel wide. Label 0 stays as it is.
+    """
+    share = np.where(labels > 0, TINT_SHARE, 0.0)
+    if how == "outlines":
+        edge = np.zeros(labels.shape, np.bool_)
+        down, across = labels[1:] != labels[:-1], labels[:, 1:] != labels[:, :-1]
+        edge[1:] |= down
+        edge[:-1] |= down
+        edge[:, 1:] |= across
+        edge[:, :-1] |= across
+        share = np.where(edge & (labels > 0), OUTLINE_SHARE, 0.0)
+    colors = label_colors()[labels]
+    mixed = pixels + share[..., None] * (colors - pixels)
     result: NDArray[np.uint8] = np.rint(mixed).astype(np.uint8)
     return result
+
+
+def label_colors() -> NDArray[np.float64]:
+    """Give ``(256, 3)`` sRGB; neighbours in number differ by the golden section.
+
+    Hues come near to each other again after 8, 13 and 21 numbers: those differ in
+    lightness. All are light enough to be seen on the black of air.
+    """
+    number = np.arange(256)[:, None]
+    wave = np.cos(2 * np.pi * (number * 0.618 + np.array([0.0, 1 / 3, 2 / 3])))
+    middle = np.array([150.0, 110.0, 195.0, 130.0])[number // 8 % 4]
+    return np.asarray(middle + np.minimum(middle - 25, 255 - middle) * wave)
+
+
+def _legend(
+    case: Case, at_mm: NDArray[np.float64], labels: Marked, wide: int
+) -> Image.Image:
+    """Name the colours of the labels that the planes show, in the labels' order."""
+    shown: set[int] = set()
+    if labels != "none":
+        cuts = (np.unique(cut(case.labels, plane, at_mm)) for plane in Plane)
+        shown = {int(value) for values in cuts for value in values} - {0}
+    names = case.record.label_names
+    rows = -(-len(shown) // LEGEND_COLUMNS)
+    high = rows * LEGEND_ROW_PX + MARGIN_PX if rows else 0
+    legend = Image.new("RGB", (wide, high))
+    draw = ImageDraw.Draw(legend)
+    font = ImageFont.load_default(size=14)
+    colors = np.rint(label_colors()).astype(int).tolist()
+    for number, value in enumerate(sorted(shown)):
+        column, row = divmod(number, rows)
+        x = MARGIN_PX + column * (wide - MARGIN_PX) // LEGEND_COLUMNS
+        y = row * LEGEND_ROW_PX + (LEGEND_ROW_PX - SWATCH_PX) // 2
+        box = [x, y, x + SWATCH_PX, y + SWATCH_PX]
+        draw.rectangle(box, fill=tuple(colors[value]))
+        place = (x + SWATCH_PX + 6, y + SWATCH_PX / 2)
+        name = names.get(str(value), f"label {value}")
+        draw.text(place, name, fill=INK, font=font, anchor="lm")
+    return legend
 
 
 def _histogram(case: Case, transfer: TransferFunction) -> Image.Image:

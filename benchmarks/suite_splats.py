@@ -13,7 +13,7 @@ from benchmarks.schema import Setting
 from benchmarks.splat_tasks import SplatTasks
 from benchmarks.timing import measure
 from renderers.fsr import FuzzySetRenderer, Inclusion, extract_fuzzy_set
-from renderers.fsr.renderer import BOUNDARY_THRESHOLD, default_inclusion
+from renderers.fsr.fuzzy_set import BOUNDARY_THRESHOLD, default_inclusion
 from renderers.scene import Scene, Volume
 
 SETS = ((50_000, 1.45), (500_000, 0.64))

@@ -92,6 +92,12 @@ class SplatActor(vtkActor):
 
     def __init__(self, fuzzy_set: FuzzySet, scene: Scene) -> None:
         super().__init__()
+        if not (isinstance(fuzzy_set, FuzzySet) and isinstance(scene, Scene)):
+            raise TypeError(
+                "an actor takes splats and the scene that lights them, got "
+                f"{type(fuzzy_set).__name__} and {type(scene).__name__}: call "
+                "SplatActor(extract_fuzzy_set(scene), scene)"
+            )
         self._rows = fuzzy_set.rows
         spacing = float(np.max(scene.volume.spacing_mm))
         self._margin = CUT_SIGMAS * SIGMA_PER_SPACING * spacing

@@ -15,10 +15,17 @@ from numpy.typing import NDArray
 from renderers.fsr.extraction.rows.kernels import extract_rows
 from renderers.fsr.normals import decode_normals, kernel_geometry
 from renderers.fsr.sparse_rows import SparseRows
-from renderers.scene import TransferFunction, Volume
+from renderers.scene import Scene, TransferFunction, Volume
 
 TABLE_DENSITIES = 1024
 TABLE_GRADIENTS = 64
+
+BOUNDARY_THRESHOLD = 0.1
+"""Default threshold: boundary opacity a splat needs to be worth drawing."""
+
+BOUNDARY_SLOPE_SHARE = 0.25
+"""Default boundary slope: this share of the transfer function's density range per
+mm. A tissue-air edge spreads its 1000 HU over about one millimetre."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,13 +147,36 @@ class FuzzySet:
         return decode_normals(self.octahedral)
 
 
+def default_inclusion(scene: Scene) -> Inclusion:
+    """Choose opaque boundaries, by the scene's transfer function and spacing."""
+    nodes = scene.transfer_function.nodes
+    slope = BOUNDARY_SLOPE_SHARE * float(nodes[-1] - nodes[0])
+    length_mm = float(scene.volume.spacing_mm.min())
+    return Inclusion.boundary(scene.transfer_function, length_mm, slope)
+
+
 def extract_fuzzy_set(
-    volume: Volume, inclusion: Inclusion, threshold: float
+    volume: Volume | Scene,
+    inclusion: Inclusion | None = None,
+    threshold: float | None = None,
 ) -> FuzzySet:
     """Collect the voxels with F(gradient magnitude, density) >= `threshold`.
 
-    Raises ValueError when the threshold or a voxel is not finite.
+    volume: or a scene, which may go alone: its opaque boundaries are collected, as
+    `FuzzySetRenderer` shows them. Raises ValueError when the threshold or a voxel is
+    not finite, TypeError when a volume comes without inclusion or threshold.
     """
+    if isinstance(volume, Scene):
+        if inclusion is None:
+            inclusion = default_inclusion(volume)
+            threshold = BOUNDARY_THRESHOLD if threshold is None else threshold
+        volume = volume.volume
+    if not isinstance(volume, Volume) or inclusion is None or threshold is None:
+        raise TypeError(
+            f"a {type(volume).__name__} does not say by itself which voxels to show: "
+            "call extract_fuzzy_set(Scene(volume, transfer_function)), or "
+            "extract_fuzzy_set(volume, inclusion, threshold)"
+        )
     _refuse_no_numbers(volume)
     if not np.isfinite(threshold):
         raise ValueError(f"the inclusion threshold must be finite, got {threshold}")

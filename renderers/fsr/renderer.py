@@ -10,7 +10,13 @@ from numpy.typing import NDArray
 from renderers.fsr.classic import SplatMode, SplatRasterizer, Traversal
 from renderers.fsr.classic.film import draw_film
 from renderers.fsr.classic.motion_gauge import MotionGauge
-from renderers.fsr.fuzzy_set import FuzzySet, Inclusion, extract_fuzzy_set
+from renderers.fsr.fuzzy_set import (
+    BOUNDARY_THRESHOLD,
+    FuzzySet,
+    Inclusion,
+    default_inclusion,
+    extract_fuzzy_set,
+)
 from renderers.fsr.scope import SurfelRasterizer
 from renderers.fsr.visibility import VisibleSets
 from renderers.fsr.visibility.sets import Progress
@@ -18,13 +24,6 @@ from renderers.fsr.visibility.store import stored_visible_sets
 from renderers.scene import Camera, GBuffer, Image, Scene
 from renderers.scene.deflection import Deflection, deflected_scene
 from renderers.scene.thread_team import ThreadTeam
-
-BOUNDARY_THRESHOLD = 0.1
-"""Default threshold: boundary opacity a splat needs to be worth drawing."""
-
-BOUNDARY_SLOPE_SHARE = 0.25
-"""Default boundary slope: this share of the transfer function's density range per
-mm. A tissue-air edge spreads its 1000 HU over about one millimetre."""
 
 
 class FuzzySetRenderer:
@@ -209,11 +208,3 @@ def _demand_law(camera: Camera) -> Camera:
             "ray tracer for this lens"
         )
     return camera
-
-
-def default_inclusion(scene: Scene) -> Inclusion:
-    """Choose opaque boundaries, by the scene's transfer function and spacing."""
-    nodes = scene.transfer_function.nodes
-    slope = BOUNDARY_SLOPE_SHARE * float(nodes[-1] - nodes[0])
-    length_mm = float(scene.volume.spacing_mm.min())
-    return Inclusion.boundary(scene.transfer_function, length_mm, slope)

@@ -45,10 +45,11 @@ def four_lights() -> tuple[Light, ...]:
     """Give four infinite lights around the head: a white key, three dimmer fills.
 
     The paper used four infinite lights for its timings without saying where; these
-    sit on a tetrahedron so that no side of a surface is black.
+    sit on a tetrahedron so that no side of a surface is black. The key, before, above
+    and to the left of a head, is much the brightest: equal lights show no shape.
     """
     corners = ((1, -1, 1), (-1, -1, -1), (-1, 1, 1), (1, 1, -1))
-    strengths = (0.55, 0.4, 0.35, 0.3)
+    strengths = (0.8, 0.2, 0.12, 0.1)
     return tuple(
         Light(np.array(c, dtype=np.float64), np.full(3, s))
         for c, s in zip(corners, strengths, strict=True)

@@ -21,8 +21,11 @@ class CameraSettings:
     glare_px, glare, halo_px, halo: bloom of the part above white.
     lateral: relative size difference of red (+) and blue (-) against green.
     vignette: power of cos(.9 theta). stray: light scattered in the lens.
-    contrast: exponent about middle grey. saturation; knee: where the shoulder starts;
-    keep_hue: share of the shoulder that acts on the largest channel alone.
+    contrast: exponent about middle grey. saturation; knee: where the shoulder starts,
+    ``knee + (1 - knee) u / (1 + u)`` with u = (c - knee) / (1 - knee), which no
+    light fills: walls beside the lens keep their shading. keep_hue: share of the
+    shoulder that acts on the largest channel alone: with little of it a bright wall
+    turns from red to pink, with much of it a glint is no longer white.
     noise: sd of the grain at white. stop: draw the round field stop and its notch.
     """
 
@@ -39,7 +42,7 @@ class CameraSettings:
     contrast: float = 1.12
     saturation: float = 1.15
     knee: float = 0.55
-    keep_hue: float = 0.40
+    keep_hue: float = 0.30
     noise: float = 0.006
     noise_floor: float = 0.15
     stop: bool = True

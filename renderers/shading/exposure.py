@@ -15,7 +15,7 @@ from renderers.shading.camera.meter.kernels import (
 
 TARGET = 0.17
 """Mean of the clipped luminance, weighted towards the centre, that a camera seeks."""
-HIGHLIGHT = 1.15
+HIGHLIGHT = 1.0
 """What the 88th percentile of the largest channel may reach."""
 HIGHLIGHT_SHARE = 0.88
 

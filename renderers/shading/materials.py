@@ -45,7 +45,7 @@ def _of_optics(optics: TissueOptics, relief: float, alpha: float) -> Surface:
 
 SURFACES: dict[Material, Surface] = {
     Material.TISSUE: Surface(1, 0, 0, 0, WATER_F0, FILM_ALPHA, 1, 0, 0),
-    Material.METAL: Surface(0, 0.02, 0.02, 0.02, 0.55, 0.2, 0, 0, 0),
+    Material.METAL: Surface(0, 0.04, 0.04, 0.04, 0.55, 0.25, 0, 0, 0),
     Material.DARK_PLASTIC: Surface(0, 0.02, 0.02, 0.022, 0.04, 0.25, 0, 0, 0),
     # a pool is flat, and as wet as it gets
     Material.BLOOD: _of_optics(FRESH_BLOOD, 0.3, FILM_ALPHA),

@@ -10,7 +10,7 @@ from benchmarks.scenes import SubjectSource
 from benchmarks.splat_tasks import PEER
 from benchmarks.suite_splats import SplatsPlan, plain_extraction, threshold_for
 from renderers.fsr import FuzzySetRenderer, extract_fuzzy_set
-from renderers.fsr.renderer import BOUNDARY_THRESHOLD, default_inclusion
+from renderers.fsr.fuzzy_set import BOUNDARY_THRESHOLD, default_inclusion
 
 
 def small_plan(ball: SubjectSource, monkeypatch: pytest.MonkeyPatch) -> SplatsPlan:

@@ -257,7 +257,6 @@ def develop_rows(
     noise_floor = tone[NOISE_FLOOR]
     knee = tone[KNEE]
     above = f32(1) - knee
-    steep = f32(-1.4426950408889634) / above
     for y in range(first, last):
         grain_y = (y + grain_row) % side
         for x0 in range(0, width, N):
@@ -316,15 +315,19 @@ def develop_rows(
                 # shoulder: part keeps the hue of the largest channel, part lets a
                 # glint go white
                 top = max(r, max(g, b))
-                bent = knee + above * (f32(1) - exp2(steep * max(top - knee, f32(0))))
-                bent = bent if top > knee else top
+                # it approaches one slowly: bright walls keep their shading
+                over = max(top - knee, f32(0))
+                bent = knee + above * over / (above + over) if top > knee else top
                 hue = keep * bent / max(top, f32(1e-6))
-                q = knee + above * (f32(1) - exp2(steep * max(r - knee, f32(0))))
-                w[R + i] = hue * r + free * (q if r > knee else r)
-                q = knee + above * (f32(1) - exp2(steep * max(g - knee, f32(0))))
-                w[G + i] = hue * g + free * (q if g > knee else g)
-                q = knee + above * (f32(1) - exp2(steep * max(b - knee, f32(0))))
-                w[B + i] = hue * b + free * (q if b > knee else b)
+                over = max(r - knee, f32(0))
+                q = knee + above * over / (above + over) if r > knee else r
+                w[R + i] = hue * r + free * q
+                over = max(g - knee, f32(0))
+                q = knee + above * over / (above + over) if g > knee else g
+                w[G + i] = hue * g + free * q
+                over = max(b - knee, f32(0))
+                q = knee + above * over / (above + over) if b > knee else b
+                w[B + i] = hue * b + free * q
             for i in range(3 * N):
                 w[i] += w[GRAIN + i] * math.sqrt(noise2 * (noise_floor + w[i]))
             for i in range(count):

@@ -16,9 +16,9 @@ from renderers.shading.hairs.kernels import (
 from renderers.shading.hairs.strands import Strands
 from renderers.shading.illumination import ScopeLight
 
-ALBEDO = (0.055, 0.033, 0.022)
+ALBEDO = (0.032, 0.020, 0.014)
 """Dark brown."""
-GLOSS = 0.012
+GLOSS = 0.006
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +126,7 @@ def draw_hairs(
             strands.order,
             gbuffer.depth_mm,
             lens,
+            camera.pixels_per_unit,
             radiance,
             first,
             last,

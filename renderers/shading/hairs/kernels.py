@@ -18,6 +18,17 @@ PERSPECTIVE = 1
 SOFT_MM = f32(0.08)
 """A hair comes out of the skin over this depth: renderers know depth no better."""
 NEAREST_MM = f32(0.3)
+LEAST_LIT_MM = 4.0
+"""A hair nearer to a fibre is lit as if it were here. The fibres then shine on its
+flanks, and what it takes it sends past the lens; the model of Kajiya and Kay knows no
+direction round the hair and would let it glow."""
+PUPIL_MM = f32(0.09)
+"""Radius of the lens's entrance pupil: how far the edge of a near hair is spread."""
+SHARP_MM = f32(6.0)
+"""From here on a hair is sharp; nearer ones are out of focus."""
+ASIDE_MM = f32(1.0), f32(2.5)
+"""The scope pushes hairs aside: none is seen nearer than the first, all beyond the
+second."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -49,7 +60,11 @@ def light_strands(
                 d2 = lx * lx + ly * ly + lz * lz + 1e-6
                 d = math.sqrt(d2)
                 out = 1 + (lx * forward[0] + ly * forward[1] + lz * forward[2]) / d
-                power = each * math.exp(-spread * max(out, 0.0)) / max(d2, 0.6)
+                power = (
+                    each
+                    * math.exp(-spread * max(out, 0.0))
+                    / max(d2, LEAST_LIT_MM * LEAST_LIT_MM)
+                )
                 with_l = (t[0] * lx + t[1] * ly + t[2] * lz) / (length * d)
                 with_v = -(t[0] * x + t[1] * y + t[2] * z) / (length * away)
                 sine = math.sqrt(max(1 - with_l * with_l, 0.0))
@@ -112,14 +127,19 @@ def project_strands(
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_strands(
     placed: Floats, colour: Floats, order: NDArray[np.int64], depth: Floats,
-    lens: Floats, radiance: Floats, first: int, last: int,
+    lens: Floats, per_unit: float, radiance: Floats, first: int, last: int,
 ) -> None:  # fmt: skip
     """Draw strands in `order` over rows ``first..last`` of the picture.
 
     A pixel gets the share of its own width that the strand covers, so that a hair
-    thinner than a pixel fades instead of flickering.
+    thinner than a pixel fades instead of flickering. Out of focus that width is the
+    pupil's: the hair covers as much as before, but over a wider strip.
+    per_unit: pixels per radian or tangent in the middle.
     """
     width = depth.shape[1]
+    pupil = f32(per_unit) * PUPIL_MM
+    gone, whole = ASIDE_MM
+    last_piece = placed.shape[1] - 2
     for n in order:
         for p in range(placed.shape[1] - 1):
             w0, w1 = placed[n, p, 3], placed[n, p + 1, 3]
@@ -127,7 +147,11 @@ def draw_strands(
                 continue
             x0, y0, t0 = placed[n, p, 0], placed[n, p, 1], placed[n, p, 2]
             x1, y1, t1 = placed[n, p + 1, 0], placed[n, p + 1, 1], placed[n, p + 1, 2]
-            reach = max(w0, w1) + f32(0.5)
+            nearest = max(min(t0, t1), gone)
+            if max(t0, t1) <= gone:
+                continue
+            widest = max(pupil * (f32(1) / nearest - f32(1) / SHARP_MM), f32(0.5))
+            reach = max(w0, w1) + widest
             top = max(math.floor(min(y0, y1) - reach), first)
             bottom = min(math.ceil(max(y0, y1) + reach), last - 1)
             left = max(math.floor(min(x0, x1) - reach), 0)
@@ -148,18 +172,23 @@ def draw_strands(
                         continue
                     px, py = f32(x) - x0, f32(y) - y0
                     s = (px * dx + py * dy) * inverse
-                    # the joint with the piece before belongs to that piece
-                    if s < f32(0) and p > 0:
+                    # only ends are round: a soft joint drawn twice would show as a knot
+                    if (s < f32(0) and p > 0) or (s >= f32(1) and p < last_piece):
                         continue
                     s = min(max(s, f32(0)), f32(1))
                     px -= s * dx
                     py -= s * dy
                     off = f32(math.sqrt(px * px + py * py))
                     half = w0 + s * (w1 - w0)
-                    cover = min(off + f32(0.5), half) - max(off - f32(0.5), -half)
+                    t = t0 + s * (t1 - t0)
+                    if t <= gone:
+                        continue
+                    soft = max(pupil * (f32(1) / t - f32(1) / SHARP_MM), f32(0.5))
+                    cover = min(off + soft, half) - max(off - soft, -half)
                     if cover <= f32(0):
                         continue
-                    t = t0 + s * (t1 - t0)
+                    cover /= f32(2) * soft
+                    cover *= min((t - gone) / (whole - gone), f32(1))
                     if not t < depth[y, x] + f32(0.5) * SOFT_MM:
                         continue
                     out = (depth[y, x] - t) / SOFT_MM + f32(0.5)

@@ -58,6 +58,25 @@ def window_of(actor: SplatActor, view: Camera) -> vtkRenderWindow:
 needs_opengl = pytest.mark.skipif(not opengl_works(), reason="no OpenGL library here")
 
 
+def test_it_is_exported_and_vtk_is_loaded_only_for_it() -> None:
+    code = (
+        "import sys, renderers.fsr as fsr;"
+        "assert 'vtkmodules' not in sys.modules; fsr.SplatActor;"
+        "assert 'vtkmodules' in sys.modules and 'SplatActor' in fsr.__all__"
+    )
+    root = Path(__file__).parents[3]
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=root)
+
+
+def test_a_scene_in_place_of_splats_is_told_the_right_call(
+    renderer: FuzzySetRenderer,
+) -> None:
+    with pytest.raises(
+        TypeError, match=r"SplatActor\(extract_fuzzy_set\(scene\), scene"
+    ):
+        SplatActor(renderer.scene, renderer.scene)  # type: ignore[arg-type]
+
+
 @pytest.mark.display
 @needs_opengl
 def test_the_actor_shows_the_picture_of_the_rasterizer(

@@ -7,10 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from renderers.fsr import FuzzySet, Inclusion, extract_fuzzy_set
-from renderers.fsr.fuzzy_set import update_fuzzy_set
+from renderers.fsr import (
+    FuzzySet,
+    FuzzySetRenderer,
+    Inclusion,
+    extract_fuzzy_set,
+)
+from renderers.fsr.fuzzy_set import default_inclusion, update_fuzzy_set
 from renderers.fsr.normals import gradient_volume
-from renderers.scene import TransferFunction, Volume
+from renderers.scene import Scene, TransferFunction, Volume
 
 
 def noise(seed: int, shape: tuple[int, int, int] = (6, 7, 9)) -> Volume:
@@ -111,6 +116,39 @@ def test_boundary_inclusion_leaves_the_inside_out() -> None:
     assert members(solid).sum() == (r < 9).sum()
     assert not members(shell)[r < 6].any()
     assert members(shell)[(r > 8) & (r < 9)].all()
+
+
+def a_scene() -> Scene:
+    k, j, i = np.indices((12, 12, 12)) - 5.5
+    values = np.clip(4 - np.sqrt(i * i + j * j + k * k), 0, 1).astype(np.float32)
+    transfer = TransferFunction(
+        np.array([0.0, 1.0]), np.ones((2, 3)), np.array([0.0, 4.0])
+    )
+    return Scene(Volume(values, np.ones(3), np.zeros(3)), transfer)
+
+
+def test_a_scene_alone_gives_the_splats_that_the_renderer_shows() -> None:
+    scene = a_scene()
+    found, shown = extract_fuzzy_set(scene), FuzzySetRenderer(scene).fuzzy_set
+    assert len(found) == len(shown) > 50
+    np.testing.assert_array_equal(found.rows.x, shown.rows.x)
+    np.testing.assert_array_equal(found.inclusion, shown.inclusion)
+    less = extract_fuzzy_set(scene, threshold=0.5)
+    assert 0 < len(less) < len(found)
+    inclusion = default_inclusion(scene)
+    assert len(extract_fuzzy_set(scene, inclusion, 0.5)) == len(less)
+
+
+def test_a_volume_alone_is_told_the_right_call() -> None:
+    scene = a_scene()
+    inclusion = default_inclusion(scene)
+    right = r"extract_fuzzy_set\(Scene\(volume, transfer_function\)\)"
+    with pytest.raises(TypeError, match=f"a Volume does not say.*{right}"):
+        extract_fuzzy_set(scene.volume)
+    with pytest.raises(TypeError, match=right):
+        extract_fuzzy_set(scene.volume, inclusion)
+    with pytest.raises(TypeError, match="a ndarray does not say"):
+        extract_fuzzy_set(scene.volume.values, inclusion, 0.1)  # type: ignore[arg-type]
 
 
 def test_caller_mistakes_are_named() -> None:

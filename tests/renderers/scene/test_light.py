@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from renderers.scene import Light, four_lights
+from renderers.scene import Light, Scene, TransferFunction, Volume, four_lights
+from renderers.scene.diffuse import diffuse_light
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=3, max_size=3))
@@ -36,6 +37,17 @@ def test_no_side_of_a_surface_is_black_under_four_lights(seed: int) -> None:
     assert len(lights) == 4
     assert max(float(light.vector @ normal) for light in lights) >= 1 / 3 - 1e-12
     assert all(np.all(light.color > 0) for light in lights)
+
+
+def test_four_lights_show_shape_and_burn_nothing() -> None:
+    """A ball of mode `classic` is 2.5 times as bright on one side, white on none."""
+    normals = np.random.default_rng(3).normal(size=(5000, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    volume = Volume(np.zeros((2, 2, 2), np.int16), np.ones(3), np.zeros(3))
+    transfer = TransferFunction(np.array([0.0, 1]), np.ones((2, 3)), np.zeros(2))
+    light = diffuse_light(Scene(volume, transfer), normals, normals)
+    assert light.max() <= 1
+    assert light.max() > 2.5 * light.min()
 
 
 @pytest.mark.parametrize(

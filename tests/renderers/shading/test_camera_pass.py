@@ -177,8 +177,23 @@ def test_the_tone_curve_is_monotone_and_keeps_grey_grey(
     assert np.all(got[..., 0] == got[..., 2])
     # the shoulder of the formula
     c = 0.18 * (ramp / 0.18) ** 1.12
-    bent = np.where(c > 0.55, 0.55 + 0.45 * (1 - np.exp(-(c - 0.55) / 0.45)), c)
+    over = np.maximum(c - 0.55, 0) / 0.45
+    bent = np.where(c > 0.55, 0.55 + 0.45 * over / (1 + over), c)
     np.testing.assert_allclose(got[0, :, 1], 255 * srgb_from_linear(bent), atol=0.52)
+
+
+def test_a_near_wall_keeps_its_shading(view: Camera, depths: GBuffer) -> None:
+    """Red tissue over white does not clip, and a third less light is seen."""
+    picture = flat(0)
+    picture[:, : SIZE // 2] = 2.4 * np.array([1, 0.4, 0.4], np.float32)
+    picture[:, SIZE // 2 :] = 1.6 * np.array([1, 0.4, 0.4], np.float32)
+    settings = replace(
+        CameraSettings(), noise=0, glare=0, halo=0, stop=False, vignette=0, defocus_px=0
+    )
+    got, _ = CameraPass(settings, 1).finish(picture, depths, view, gain=1.0)
+    near, far = (got[10, x].astype(int) for x in (10, SIZE - 10))
+    assert near[0] < 250
+    assert (near >= far + 3).all()
 
 
 def test_inputs_are_only_read(

@@ -186,10 +186,10 @@ def test_light_found_elsewhere_takes_the_place_of_the_quick_bounce(
     assert np.all(dark[seen] <= quick[seen])
     assert np.any(dark[seen] < quick[seen])
     np.testing.assert_allclose(twice - dark, 2 * (lit - dark), rtol=1e-3, atol=1e-6)
-    # a metal of albedo .02 mirrors .55 before light comes to it
+    # a metal of albedo .04 mirrors .55 before light comes to it
     metal = seen & (gbuffer.material == Material.METAL)
     returned = (twice - dark)[metal] / gbuffer.coverage[metal][:, None]
-    np.testing.assert_allclose(returned, 0.45 * 0.02 / np.pi, rtol=1e-3)
+    np.testing.assert_allclose(returned, 0.45 * 0.04 / np.pi, rtol=1e-3)
     assert not (twice - dark)[~seen].any()
 
 

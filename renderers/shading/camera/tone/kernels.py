@@ -92,10 +92,10 @@ def contrast_row(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def bend(value, knee, above, steep):
-    """Approach one exponentially above the knee."""
-    rest = exp2(steep * maximum(value - knee, f32(0)))
-    return select(value > knee, knee + above * (f32(1) - rest), value)
+def bend(value, knee, above):
+    """Approach one above the knee, so slowly that bright walls keep their shading."""
+    over = maximum(value - knee, f32(0))
+    return select(value > knee, knee + above * over / (above + over), value)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -114,7 +114,6 @@ def colour_row(
     rest on each channel and lets a glint go white.
     """
     above = f32(1) - knee
-    steep = f32(-1.4426950408889634) / above
     free = f32(1) - keep
     for x in range(first, last, W):
         r = load(line, x, W)
@@ -129,10 +128,10 @@ def colour_row(
         store(line, 2 * pitch + x, b)
         top = maximum(r, maximum(g, b))
         if any_(top > knee):
-            hue = keep * bend(top, knee, above, steep) / maximum(top, f32(1e-6))
+            hue = keep * bend(top, knee, above) / maximum(top, f32(1e-6))
             for c in range(3):
                 value = load(line, c * pitch + x, W)
-                bent = hue * value + free * bend(value, knee, above, steep)
+                bent = hue * value + free * bend(value, knee, above)
                 store(line, c * pitch + x, select(top > knee, bent, value))
 
 

@@ -50,6 +50,9 @@ SKIPPED = 16
 """Pixels that are looked at together whether they show more than tissue."""
 NOTHING = -2
 """The number of no material."""
+GROUND = f32(0.15)
+"""Of what polished metal would mirror: instruments are ground matt, so as not to
+dazzle. What they scatter instead is in their albedo and the width of their gloss."""
 LEAST = f32(0.05)
 """A pixel with less weight on the lattice follows light of its own."""
 
@@ -210,6 +213,7 @@ def add_rows(
             f0 = gather(reflect, kinds, wanted)
             rest = f32(1) - f0
             mirrored = f0 + rest * graze * graze * graze * graze * graze
+            mirrored = select(kinds == i32(METAL), GROUND * mirrored, mirrored)
             # dry skin hardly mirrors
             mirrored *= f32(1) - f32(0.7 / 255) * load(dry, 0, W)
             red, green, blue = triples(radiance, at, count)

@@ -25,15 +25,19 @@ def line(
 
 
 def drawn(
-    placed: Floats, depth: Floats = FAR, rows: tuple[int, ...] = (SIZE,)
+    placed: Floats,
+    depth: Floats = FAR,
+    rows: tuple[int, ...] = (SIZE,),
+    per_unit: float = 50.0,
 ) -> Floats:
     """Draw black strands over white, in parts that end before `rows`."""
     radiance = np.ones((SIZE, SIZE, 3), np.float32)
     colour = np.zeros((*placed.shape[:2], 3), np.float32)
     first = 0
     for last in rows:
+        order = np.arange(len(placed))
         draw_strands(
-            placed, colour, np.arange(len(placed)), depth, LENS, radiance, first, last
+            placed, colour, order, depth, LENS, per_unit, radiance, first, last
         )
         first = last
     return radiance
@@ -74,7 +78,7 @@ def test_nothing_is_drawn_outside_the_lens() -> None:
     radiance = np.ones((SIZE, SIZE, 3), np.float32)
     placed = line(5, 20, 35, 20, half=1.5)
     colour = np.zeros((*placed.shape[:2], 3), np.float32)
-    draw_strands(placed, colour, np.arange(1), FAR, lens, radiance, 0, SIZE)
+    draw_strands(placed, colour, np.arange(1), FAR, lens, 50.0, radiance, 0, SIZE)
     assert (radiance[:, 20:] == 1).all()
 
 
@@ -91,6 +95,53 @@ def test_a_point_out_of_view_draws_nothing() -> None:
     placed = line(5, 20, 35, 20, half=1.5)
     placed[0, :, 3] = 0
     assert (drawn(placed) == 1).all()
+
+
+@pytest.mark.parametrize("depth", [3.0, 4.5])
+def test_a_near_hair_is_out_of_focus_and_covers_no_more(depth: float) -> None:
+    """The pupil's width, seen from the hair, is what its edges are spread over."""
+    per_unit = 120.0
+    sharp = 1 - drawn(line(-60, 20, 100, 20, half=2, depth=10), per_unit=per_unit)
+    soft = 1 - drawn(line(-60, 20, 100, 20, half=2, depth=depth), per_unit=per_unit)
+    spread = 0.09 * per_unit * (1 / depth - 1 / 6)
+    column = soft[:, 20, 0]
+    assert column.sum() == pytest.approx(sharp[:, 20, 0].sum(), rel=0.02)
+    assert (column > 1e-3).sum() == pytest.approx(2 * (2 + spread), abs=1)
+    # all along, joints of pieces included
+    np.testing.assert_allclose(soft, np.broadcast_to(soft[:, 20:21], soft.shape))
+
+
+def test_a_hair_before_the_lens_is_pushed_aside() -> None:
+    def middle(depth: float) -> float:
+        placed = line(5, 20, 35, 20, half=3, depth=depth)
+        return float(1 - drawn(placed, per_unit=1.0)[20, 20, 0])
+
+    found = [middle(depth) for depth in (0.5, 1.0, 1.75, 2.5, 8.0)]
+    np.testing.assert_allclose(found, [0, 0, 0.5, 1, 1], atol=1e-6)
+
+
+def test_a_hair_near_the_fibres_does_not_glow() -> None:
+    """Below 4 mm the light on it grows no more; beyond, it is 1 / d^2 as before."""
+
+    def lit(depth: float) -> float:
+        x = np.linspace(-1e-3, 1e-3, 5)
+        points = np.stack([x, 0 * x, 0 * x + depth], axis=1)[None]
+        colour = np.zeros(points.shape, np.float32)
+        light_strands(
+            points,
+            np.zeros((1, 3), np.float32),
+            np.array([0.0, 0, 1]),
+            0.0,
+            1.0,
+            np.full(3, 0.5, np.float32),
+            0.01,
+            np.ones((1, 5, 4), np.float32),
+            colour,
+        )
+        return float(colour[0, 2, 0])
+
+    assert lit(1) == pytest.approx(lit(4), rel=1e-4)
+    assert lit(8) == pytest.approx(lit(4) / 4, rel=1e-4)
 
 
 def test_light_along_a_hair_passes_it() -> None:

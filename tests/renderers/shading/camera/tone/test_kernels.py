@@ -142,7 +142,8 @@ def test_colours_are_saturated_about_grey_and_bent_with_their_hue() -> None:
     np.testing.assert_allclose(flat, expected, atol=1e-6)
 
     def curve(c: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.where(c > 0.55, 0.55 + 0.45 * (1 - np.exp(-(c - 0.55) / 0.45)), c)
+        over = np.maximum(c - 0.55, 0) / 0.45
+        return np.where(c > 0.55, 0.55 + 0.45 * over / (1 + over), c)
 
     top = expected.max(axis=0)
     mixed = 0.4 * expected * curve(top) / top + 0.6 * curve(expected)

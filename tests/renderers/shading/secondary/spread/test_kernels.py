@@ -139,6 +139,9 @@ class Scene:
             f0 = self.reflect[kind]
             rest = f32(1) - f0
             mirrored = f0 + rest * graze * graze * graze * graze * graze
+            if kind == METAL:
+                # ground matt: an eighth or so of what polished metal would mirror
+                mirrored *= f32(0.15)
             if kind == TISSUE:
                 dry = skin_at(self.skin, self.light[1], self.light[2], place)
                 mirrored *= f32(1) - f32(0.7 / 255) * f32(dry)
