@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from anatomy.files import write_file
 from anatomy.ply import ply_bytes, read_ply
 from anatomy.stl import read_stl
+from disk import foreign_file
 
 SPACES = ("LPS", "RAS")
 
@@ -74,7 +75,7 @@ def load_surface(path: Path | str) -> Surface:
     source = Path(path)
     if not source.is_file():
         raise ValueError(f"there is no surface file {source}")
-    try:
+    with foreign_file(source, "a surface"):
         match source.suffix.lower():
             case ".ply":
                 vertices, faces, space = read_ply(source.read_bytes())
@@ -89,8 +90,6 @@ def load_surface(path: Path | str) -> Surface:
         if space == "RAS":
             vertices = vertices * (-1.0, -1.0, 1.0)
         return Surface(vertices, faces)
-    except ValueError as error:
-        raise ValueError(f"{source} cannot be read as a surface: {error}") from error
 
 
 def _vtp_bytes(surface: Surface) -> bytes:

@@ -123,9 +123,11 @@ def check(options: SnapshotOptions) -> None:
         ("--tolerance", options.tolerance, 0.0, 255.0),
         ("--stereo", options.stereo_mm, 0.01, 1000.0),
         ("--ranks", options.ranks, 1, 1024),
+        ("--paths", options.paths, 32, 1_048_576),
+        ("--noise", options.noise, 0.0, 1.0),
     ):
         if value is not None and not low <= value <= high:
-            raise ValueError(f"{name} must be {low:g} to {high:g}, got {value:g}.")
+            raise ValueError(f"{name} must be {low:g} to {high:.12g}, got {value:g}.")
     _check_idle(options)
 
 
