@@ -72,11 +72,16 @@ class _Plan:
 def run_register(options: RegisterOptions, *, as_json: bool) -> int:
     """Register and write the file; 1 when the person does not want it written.
 
+    A person at a terminal is asked when the figures are there; where standard input is
+    none, what it says is read before anything slow begins.
+
     Nothing is written before the end, so that Ctrl-C leaves nothing. ValueError for
     bad input, RegistrationError, PivotError or HoldError for measurements that cannot
     be trusted, the device's error when the arm fails.
     """
     _check(options)
+    if not (options.yes or sys.stdin.isatty()) and not _confirmed(options.out):
+        return 1
     spread = ParameterSpread()
     with Stages() as guide, ExitStack() as stack:
         plan = _plan(options, guide)
@@ -102,7 +107,7 @@ def run_register(options: RegisterOptions, *, as_json: bool) -> int:
         print_json(_summary(options, record, true))
     else:
         print_table("Registration", _rows(record, true))
-    if not (options.yes or _confirmed(options.out)):
+    if not options.yes and sys.stdin.isatty() and not _confirmed(options.out):
         return 1
     save_itk_transform(
         options.out.with_suffix(".tfm"),

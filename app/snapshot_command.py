@@ -59,7 +59,7 @@ def run_snapshot(options: SnapshotOptions, *, as_json: bool) -> int:
             demand_walls(studio)
         if options.save_view is not None:
             save_view(options.save_view, views[0])
-        with Drawing(studio, options.ranks, stages) as drawing:
+        with Drawing(studio, options.ranks, stages, options.spool) as drawing:
             if options.is_film:
                 report = draw_film(
                     drawing, views, fineness, options.files, options.fps, stages

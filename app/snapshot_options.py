@@ -8,6 +8,7 @@ from typing import Literal
 from app.pictures.doubt import demand_map
 from app.pictures.outputs import demand_endings
 from app.pictures.sources import Lens, Place
+from app.spool_folder import demand_spool
 from disk import demand_place
 from renderers.art.client import QualityName, Samples
 from renderers.art.quality import ClassificationName
@@ -51,6 +52,7 @@ class SnapshotOptions:
     against: Literal["fsr", "fast"] | None
     confidence: Path | None
     stereo_mm: float | None
+    spool: Path | None
     ranks: int
     threads: int
 
@@ -109,6 +111,11 @@ def check(options: SnapshotOptions) -> None:
         raise ValueError(
             "--classification is about transfer functions; it needs --classic, "
             "--volume or --view."
+        )
+    if options.spool is not None and options.ranks != 1:
+        raise ValueError(
+            "--ranks belongs to pictures that are drawn here; the workers of --spool "
+            "have their own."
         )
     demand_endings(options.files, film=options.is_film)
     if options.confidence is not None:
@@ -188,9 +195,14 @@ def _check_idle(options: SnapshotOptions) -> None:
 
 
 def demand_places(options: SnapshotOptions) -> None:
-    """Raise OSError for a file that could not be written when the picture is there."""
+    """Raise OSError for a file that could not be written when the picture is there.
+
+    ValueError for a spool folder that is none.
+    """
     for file in options.files:
         demand_place(file if file.suffix else file / "frame-00001.png")
+    if options.spool is not None:
+        demand_spool(options.spool)
     for other in (options.save_view, options.confidence, options.state):
         if other is not None:
             demand_place(other)
