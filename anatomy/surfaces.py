@@ -1,8 +1,8 @@
 """Triangle surfaces in the files that other programs read: PLY, VTP and STL.
 
 Every file that is written says ``SPACE=LPS`` where 3D Slicer looks for it: in a comment
-of PLY, in the header of STL, in the field data of VTP. A file that says RAS is turned, one that says nothing
-is taken for LPS, as Slicer takes it.
+of PLY, in the header of STL, in the field data of VTP. A file that says RAS is turned,
+one that says nothing is taken for LPS, as Slicer takes it.
 """
 
 import base64

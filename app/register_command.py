@@ -80,7 +80,8 @@ def run_register(options: RegisterOptions, *, as_json: bool) -> int:
     be trusted, the device's error when the arm fails.
     """
     _check(options)
-    if not (options.yes or sys.stdin.isatty()) and not _confirmed(options.out):
+    asks_later = not options.yes and _at_terminal()
+    if not (options.yes or asks_later or _confirmed(options.out)):
         return 1
     spread = ParameterSpread()
     with Stages() as guide, ExitStack() as stack:
@@ -107,7 +108,7 @@ def run_register(options: RegisterOptions, *, as_json: bool) -> int:
         print_json(_summary(options, record, true))
     else:
         print_table("Registration", _rows(record, true))
-    if not options.yes and sys.stdin.isatty() and not _confirmed(options.out):
+    if asks_later and not _confirmed(options.out):
         return 1
     save_itk_transform(
         options.out.with_suffix(".tfm"),
@@ -126,6 +127,7 @@ def _check(options: RegisterOptions) -> None:
         raise ValueError(f"--out must name a .json file, got {options.out}.")
     if not options.out.absolute().parent.is_dir():
         raise ValueError(f"There is no folder {options.out.absolute().parent}.")
+    load_scenario(options.scenario)
 
 
 def _plan(options: RegisterOptions, guide: Stages) -> _Plan:
@@ -224,12 +226,17 @@ def _rows(
     return [*rows, ("budget", verdict)]
 
 
+def _at_terminal() -> bool:
+    # there is none at all where a program was started without
+    return sys.stdin is not None and sys.stdin.isatty()
+
+
 def _confirmed(out: Path) -> bool:
     # Asked on standard error, so that --json leaves standard output to the result.
     print(f"Write {out}? [Y/n] ", end="", file=sys.stderr, flush=True)
     try:
         return input().strip().lower() in ("", "y", "yes")
-    except EOFError:
+    except (EOFError, RuntimeError):
         raise ValueError(
             "Nobody answered whether to write the file; give --yes where nobody can."
         ) from None

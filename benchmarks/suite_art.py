@@ -218,8 +218,8 @@ class ArtPlan:
         """Draw with the coarsest step that errs no more than the peer's picture.
 
         Pictures under lights go by the step found without them: the peer's shading is
-        another. Both errors are told: the row's own is that of the picture it timed, the
-        one that chose the step is among the counters.
+        another. Both errors are told: the row's own is of the picture that was timed,
+        the one that chose the step is among the counters.
         """
         compared = "wall" if quantity == "shaded" else quantity
         subject = source.subject

@@ -43,13 +43,10 @@ def place_of(error: Exception) -> Place:
 
 
 def loose_json(content: bytes) -> Any:
-    """Decode JSON to whatever it holds, for `schema_words`; DecodeError if it is none.
-
-    UNSET where a number is beyond every type.
-    """
+    """Decode JSON to whatever it holds, for `schema_words`; UNSET if it is none."""
     try:
         return msgspec.json.decode(content)
-    except msgspec.ValidationError:
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         return msgspec.UNSET
 
 

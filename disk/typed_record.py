@@ -24,12 +24,19 @@ def decode_json(content: bytes, kind: type[_T], file: Path | str, what: str) -> 
             try:
                 return msgspec.json.decode(content, type=kind)
             except msgspec.ValidationError as error:
-                # it may be no JSON at all, further on
                 found = loose_json(content)
+                if found is msgspec.UNSET:
+                    # no JSON at all, further on
+                    msgspec.json.decode(content)
                 line = json_line(content.decode(), _reached(error))
                 words = schema_words(error, kind, found)
                 raise _told(file, line, words, what) from error
         except msgspec.DecodeError as error:
+            if isinstance(error, msgspec.ValidationError):
+                words = schema_words(error, kind)
+                raise ForeignFileError(
+                    f"{file} is not valid as {what}: {words}."
+                ) from error
             byte = re.search(r"\(byte (\d+)\)", str(error))
             at = int(byte[1]) if byte else len(content)
             line = content.count(b"\n", 0, at) + 1

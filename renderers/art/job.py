@@ -262,7 +262,7 @@ def decode_request(record: bytes) -> SnapshotRequest:
     except msgspec.ValidationError as error:
         words = schema_words(error, SnapshotRequest, loose_json(record))
         raise ValueError(words) from error
-    except (msgspec.DecodeError, RecursionError) as error:
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ValueError(f"a request is JSON; {error}") from error
     try:
         to_deflection(request.deflectors)

@@ -130,7 +130,7 @@ def test_ctrl_c_leaves_nothing(
         raise KeyboardInterrupt
 
     monkeypatch.setattr("app.registration_walk.RegistrationWalk.touch", interrupt)
-    words = ["register", "--emulated", "--no-pivot", "--no-trace"]
+    words = ["register", "--emulated", "--no-pivot", "--no-trace", "--yes"]
     words += ["--scenario", str(coarse_scenario), "--out", str(tmp_path / "r.json")]
     assert main(words) == 130
     assert os.listdir(tmp_path) == []

@@ -16,7 +16,7 @@ from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
 
 @pytest.fixture
 def client(tmp_path: Path) -> SnapshotClient:
-    return SnapshotClient(tmp_path / "spool", lease_s=0.3)
+    return SnapshotClient(tmp_path / "spool")
 
 
 @pytest.fixture
@@ -72,8 +72,8 @@ def test_what_nobody_began_is_taken_back(client: SnapshotClient, job: str) -> No
 
 def test_another_worker_is_waited_for(client: SnapshotClient, job: str) -> None:
     """The one that took the job died; that is told once, and no reason to give up."""
-    claim = client.spool.claim()
-    assert claim is not None
+    client = SnapshotClient(client.spool.folder, lease_s=0.3)
+    assert client.spool.claim() is not None
     said: list[str] = []
 
     def say(sentence: str) -> None:
