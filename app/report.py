@@ -19,7 +19,13 @@ def run_replay(
     with Stages() as stages:
         report = replay_session(folder, threads=threads, progress=stages, video=video)
     if as_json:
-        print_json({**asdict(report), "is_exact": report.is_exact})
+        print_json(
+            {
+                **asdict(report),
+                "good_s": report.good_s,
+                "is_exact": report.is_exact,
+            }
+        )
     else:
         score = report.score
         unknown = "not compared: a part is lost" if report.damages else "not recorded"
