@@ -69,10 +69,8 @@ class Snapshot:
         """Read the picture, ``(h, w, 3)`` sRGB."""
         from PIL import Image as PngImage
 
-        with (
-            foreign_file(self.picture, "a picture"),
-            PngImage.open(self.picture) as image,
-        ):
+        path = self.picture
+        with foreign_file(path, "a picture"), PngImage.open(path) as image:
             return np.asarray(image.convert("RGB"))
 
     def radiance(self) -> NDArray[np.float32]:

@@ -178,7 +178,7 @@ def probe_path(file: Path) -> Read:
     axis = np.tile([0.0, 1.0, 0.0], (n, 1))
     path = ProbePath(
         name="p",
-        t_s=np.arange(n) * 0.1,
+        t_s=np.linspace(0.0, 0.3, n),
         tip_mm=np.zeros((n, 3)),
         axis=axis,
         roll_deg=np.zeros(n),
