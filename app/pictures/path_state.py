@@ -40,10 +40,7 @@ def load_state(file: Path, key: str) -> NDArray[np.float64] | None:
         ):
             state, found = parts["state"], str(parts["key"])
     except (ForeignFileError, OSError) as error:
-        raise ValueError(
-            f"The paths in {file} cannot be read: {error} Remove the file to begin "
-            "anew."
-        ) from error
+        raise ValueError(f"{error} To begin anew, remove the file.") from error
     if found != key:
         raise ValueError(
             f"The paths in {file} are of another view, head or fineness; name another "
