@@ -14,8 +14,9 @@ from anatomy.landmarks import landmarks
 from anatomy.lattice import Box, Lattice
 from anatomy.parameters import PhantomParameters
 from anatomy.phantom import Phantom, Progress, build_phantom, whole_field
+from disk import ForeignFileError, foreign_file
 from renderers.scene import Volume
-from renderers.scene.entries import BROKEN, kept_entry, mark_used
+from renderers.scene.entries import kept_entry, mark_used
 
 log = logging.getLogger(__name__)
 
@@ -97,7 +98,11 @@ def _load(
         return None
     volumes: dict[str, Any] = {}
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+        with (
+            foreign_file(path, "a phantom"),
+            path.open("rb") as file,
+            np.load(file, allow_pickle=False) as archive,
+        ):
             for name, dtype, background in _VOLUMES:
                 values: NDArray[Any] = archive[name]
                 if values.dtype != dtype or values.shape != lattice.shape:
@@ -109,7 +114,7 @@ def _load(
                     background=background,
                 )
         mark_used(path)
-    except BROKEN as e:
+    except (ForeignFileError, OSError) as e:
         log.warning("the cached phantom %s is broken and is built again: %s", path, e)
         return None
     return Phantom(parameters=parameters, landmarks=landmarks(parameters), **volumes)

@@ -28,6 +28,7 @@ from anatomy.parameters import PhantomParameters
 from anatomy.phantom import Phantom
 from anatomy.resonance import magnetic_resonance
 from anatomy.tissue import Label
+from disk.typed_record import decode_json
 from renderers.scene.transfer import TransferFunction
 from renderers.scene.volume import AIR_HU, Volume
 
@@ -281,8 +282,7 @@ def values_hash(values: NDArray[Any]) -> str:
 
 def _decode(path: Path, kind: type[_T]) -> _T:
     try:
-        return msgspec.json.decode(path.read_bytes(), type=kind)
+        content = path.read_bytes()
     except (FileNotFoundError, NotADirectoryError) as error:
         raise ValueError(f"there is no file {path}") from error
-    except msgspec.DecodeError as error:
-        raise ValueError(f"{path} is not a valid case file: {error}") from error
+    return decode_json(content, kind, path, "a case file")

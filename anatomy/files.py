@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from anatomy.volume_header import check_header
-from disk import whole_file
+from disk import foreign_file, whole_file
 from renderers.scene import AIR_HU, Volume
 
 _HEADER_TOLERANCE = 1e-3
@@ -23,9 +23,13 @@ def load_volume(path: Path | str, background: float = AIR_HU) -> Volume:
     one sentence naming the file if it is missing, no volume, not 3-D, in colour, too
     large for this machine, or does not tell left from right.
     """
+    with foreign_file(path, "a volume"):
+        return _load(str(path), background)
+
+
+def _load(name: str, background: float) -> Volume:
     sitk = _simple_itk()
 
-    name = str(path)
     if not Path(name).is_file():
         raise ValueError(f"there is no volume file {name}")
     reader = sitk.ImageFileReader()

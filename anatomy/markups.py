@@ -9,6 +9,7 @@ import numpy as np
 from anatomy.files import write_file
 from anatomy.landmarks import Landmark
 from anatomy.tissue import Side
+from disk.typed_record import decode_json
 
 SCHEMA = (
     "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/"
@@ -72,11 +73,10 @@ def read_markups(path: Path) -> dict[str, Landmark]:
     used; a frame other than LPS is refused.
     """
     try:
-        content = msgspec.json.decode(path.read_bytes(), type=_Markups)
+        record = path.read_bytes()
     except FileNotFoundError as error:
         raise ValueError(f"there is no file {path}") from error
-    except msgspec.DecodeError as error:
-        raise ValueError(f"{path} is not a valid markups file: {error}") from error
+    content = decode_json(record, _Markups, path, "a markups file")
     found: dict[str, Landmark] = {}
     for markup in content.markups:
         if markup.coordinate_system != "LPS":
@@ -94,5 +94,5 @@ def _extent(description: str) -> tuple[Side, float]:
     try:
         extent = msgspec.json.decode(description, type=_Extent)
         return Side[extent.side], extent.radius_mm
-    except (msgspec.DecodeError, KeyError):
+    except (msgspec.DecodeError, UnicodeError, RecursionError, KeyError):
         return Side.MIDLINE, PLACED_RADIUS_MM

@@ -9,6 +9,24 @@ _HEADER_BYTES = 84
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("extra", "<u2")])
 
 
+def stl_bytes(
+    vertices: NDArray[np.float64], faces: NDArray[np.int32], comment: str
+) -> bytes:
+    """Encode triangles as binary STL, in float32, which is all that it knows.
+
+    vertices: ``(n, 3)``. faces: ``(m, 3)``, counter-clockwise seen from outside.
+    comment: for the header; 80 ASCII characters at most, the first word no "solid".
+    """
+    records = np.zeros(len(faces), _RECORD)
+    corners = vertices[faces]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(across, axis=1, keepdims=True)
+    records["normal"] = np.divide(across, length, out=across, where=length > 0)
+    records["corners"] = corners
+    head = comment.encode("ascii").ljust(80)
+    return head + np.array(len(faces), "<u4").tobytes() + records.tobytes()
+
+
 def read_stl(content: bytes) -> Content:
     """Decode triangles, joining equal corners; gives also the space, or LPS.
 

@@ -1,8 +1,8 @@
 """Triangle surfaces in the files that other programs read: PLY, VTP and STL.
 
 Every file that is written says ``SPACE=LPS`` where 3D Slicer looks for it: in a comment
-of PLY, in the field data of VTP. A file that says RAS is turned, one that says nothing
-is taken for LPS, as Slicer takes it.
+of PLY, in the header of STL, in the field data of VTP. A file that says RAS is turned,
+one that says nothing is taken for LPS, as Slicer takes it.
 """
 
 import base64
@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from anatomy.files import write_file
 from anatomy.ply import ply_bytes, read_ply
-from anatomy.stl import read_stl
+from anatomy.stl import read_stl, stl_bytes
+from disk import foreign_file
 
 SPACES = ("LPS", "RAS")
 
@@ -51,16 +52,21 @@ class Surface:
 
 
 def save_surface(surface: Surface, path: Path | str) -> None:
-    """Write a surface, atomically, as PLY or VTP; every coordinate keeps its bits."""
+    """Write a surface, atomically, as PLY, VTP or STL.
+
+    Every coordinate keeps its bits in PLY and VTP; STL has float32 and bare triangles.
+    """
     target = Path(path)
     match target.suffix.lower():
         case ".ply":
             content = ply_bytes(surface.vertices, surface.faces, "SPACE=LPS")
         case ".vtp":
             content = _vtp_bytes(surface)
+        case ".stl":
+            content = stl_bytes(surface.vertices, surface.faces, "SPACE=LPS")
         case other:
             raise ValueError(
-                f"{target} must end in .ply or .vtp, got {other or 'no ending'}"
+                f"{target} must end in .ply, .vtp or .stl, got {other or 'no ending'}"
             )
     write_file(target, content)
 
@@ -74,7 +80,7 @@ def load_surface(path: Path | str) -> Surface:
     source = Path(path)
     if not source.is_file():
         raise ValueError(f"there is no surface file {source}")
-    try:
+    with foreign_file(source, "a surface"):
         match source.suffix.lower():
             case ".ply":
                 vertices, faces, space = read_ply(source.read_bytes())
@@ -89,8 +95,6 @@ def load_surface(path: Path | str) -> Surface:
         if space == "RAS":
             vertices = vertices * (-1.0, -1.0, 1.0)
         return Surface(vertices, faces)
-    except ValueError as error:
-        raise ValueError(f"{source} cannot be read as a surface: {error}") from error
 
 
 def _vtp_bytes(surface: Surface) -> bytes:

@@ -116,7 +116,7 @@ def export(
     case: Path,
     *,
     out: Path,
-    format: Literal["ply", "vtp"] = "ply",
+    format: Literal["ply", "vtp", "stl"] = "ply",
     json: Json = False,
 ) -> int:
     """Write a case's surfaces for other programs, in patient LPS millimetres.
@@ -128,7 +128,7 @@ def export(
     out
         Folder for the surfaces: air, skin, and each cavity or structure.
     format
-        PLY for printers and viewers, VTP for ParaView and 3D Slicer.
+        PLY for printers and viewers, VTP for ParaView and 3D Slicer, STL for printers.
     """
     from app.export_command import run_export
 

@@ -11,12 +11,14 @@ from app.emulator_words import NOTHING_TYPED, EmulatorWords
 from app.root import (
     Flag,
     Json,
+    Oversubscribe,
     Ranks,
     ScenarioName,
     Seed,
     Size,
     Threads,
     app,
+    rank_count,
     thread_count,
 )
 
@@ -31,6 +33,7 @@ def demo(
     device: str | None = None,
     size: Size = 512,
     ranks: Ranks = 2,
+    oversubscribe: Oversubscribe = False,
     threads: Threads = 0,
     fault: tuple[str, ...] = (),
     json: Json = False,
@@ -57,7 +60,7 @@ def demo(
         scenario=scenario,
         device=device,
         size=size,
-        ranks=ranks,
+        ranks=rank_count(ranks, oversubscribe=oversubscribe),
         threads=thread_count(threads),
         faults=fault,
     )
@@ -220,7 +223,9 @@ def register(
 def worker(
     *,
     spool: Path,
+    create: Flag = False,
     ranks: Ranks = 1,
+    oversubscribe: Oversubscribe = False,
     threads: int | None = None,
     dataflow: Literal["migrating", "static", "replicated", "rays"] | None = None,
     from_file: Flag = False,
@@ -238,6 +243,8 @@ def worker(
     ----------
     spool
         Folder shared with the program that asks for snapshots.
+    create
+        Make the folder if it is missing.
     threads
         Threads that trace (without MPI), shade and expose; 2 by default.
     dataflow
@@ -257,7 +264,10 @@ def worker(
         Stop when nothing is left that no living worker does.
     """
     from app.rendering_service import WorkerOptions, run_worker_command
+    from app.spool_folder import demand_spool
 
+    demand_spool(spool, create=create)
+    ranks = rank_count(ranks, oversubscribe=oversubscribe)
     options = WorkerOptions(
         ranks, once, threads, dataflow, from_file, cache_cells, lease, keep_days
     )

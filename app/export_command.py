@@ -1,4 +1,4 @@
-"""`paravol export`: a case's surfaces as PLY or VTP."""
+"""`paravol export`: a case's surfaces as PLY, VTP or STL."""
 
 from collections.abc import Iterator
 from pathlib import Path

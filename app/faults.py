@@ -5,12 +5,13 @@ from pathlib import Path
 import msgspec
 
 from devices import DeviceError
+from disk.schema_words import schema_words
 
 
 def sentence(error: Exception) -> str | None:
     """Put an expected error into one clear sentence; None for a defect of ours."""
     if isinstance(error, msgspec.ValidationError):
-        return f"The input is not valid: {error}."
+        return f"The input is not valid: {schema_words(error, None)}."
     if isinstance(error, MemoryError):
         return (
             f"The memory does not suffice ({error}); ask for a smaller "

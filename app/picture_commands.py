@@ -9,11 +9,13 @@ from typing import Literal
 from app.root import (
     Flag,
     Json,
+    Oversubscribe,
     Place,
     Ranks,
     Size,
     Threads,
     app,
+    rank_count,
     thread_count,
 )
 
@@ -51,7 +53,9 @@ def snapshot(
     against: Literal["fsr", "fast"] | None = None,
     confidence: Path | None = None,
     stereo: float | None = None,
+    spool: Path | None = None,
     ranks: Ranks = 1,
+    oversubscribe: Oversubscribe = False,
     threads: Threads = 0,
     json: Json = False,
 ) -> int:
@@ -130,6 +134,9 @@ def snapshot(
         Write where the picture may hide a thin wall: .png or .nrrd.
     stereo
         Two eyes so many millimetres apart, side by side.
+    spool
+        Let workers draw that serve this folder, such as `paravol worker --spool DIR`,
+        and wait for them.
     """
     from app.snapshot_command import run_snapshot
     from app.snapshot_options import SnapshotOptions
@@ -165,7 +172,8 @@ def snapshot(
         against=against,
         confidence=confidence,
         stereo_mm=stereo,
-        ranks=ranks,
+        spool=spool,
+        ranks=rank_count(ranks, oversubscribe=oversubscribe),
         threads=thread_count(threads),
     )
     return run_snapshot(options, as_json=json)

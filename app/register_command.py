@@ -77,13 +77,20 @@ class _Plan:
 def run_register(options: RegisterOptions, *, as_json: bool) -> int:
     """Register and write the file; 1 when the person does not want it written.
 
+    A person at a terminal is asked when the figures are there; where standard input is
+    none, what it says is read before anything slow begins.
+
     Nothing is written before the end, so that Ctrl-C leaves nothing. ValueError for
     bad input, RegistrationError, PivotError or HoldError for measurements that cannot
     be trusted, the device's error when the arm fails.
     """
     _check(options)
+    asks_later = not options.yes and _at_terminal()
+    if not (options.yes or asks_later or _confirmed(options.out)):
+        return 1
     if options.input is not None:
-        return _finish(options, _tracked(options), None, as_json=as_json)
+        record = _tracked(options)
+        return _finish(options, record, None, asks=asks_later, as_json=as_json)
     spread = ParameterSpread()
     with Stages() as guide, ExitStack() as stack:
         plan = _plan(options, guide)
@@ -105,7 +112,7 @@ def run_register(options: RegisterOptions, *, as_json: bool) -> int:
             fit, touched, plan.landmarks, description, plan.head
         )
     true = None if truth is None else truth.errors_mm(record, plan.targets)
-    return _finish(options, record, true, as_json=as_json)
+    return _finish(options, record, true, asks=asks_later, as_json=as_json)
 
 
 def _tracked(options: RegisterOptions) -> RegistrationRecord:
@@ -142,6 +149,7 @@ def _finish(
     record: RegistrationRecord,
     true: dict[str, float] | None,
     *,
+    asks: bool,
     as_json: bool,
 ) -> int:
     """Show a registration and write it, unless the person does not want it written."""
@@ -149,7 +157,7 @@ def _finish(
         print_json(_summary(options, record, true))
     else:
         print_table("Registration", _rows(record, true))
-    if not (options.yes or _confirmed(options.out)):
+    if asks and not _confirmed(options.out):
         return 1
     save_itk_transform(
         options.out.with_suffix(".tfm"),
@@ -174,6 +182,7 @@ def _check(options: RegisterOptions) -> None:
         raise ValueError(f"--out must name a .json file, got {options.out}.")
     if not options.out.absolute().parent.is_dir():
         raise ValueError(f"There is no folder {options.out.absolute().parent}.")
+    load_scenario(options.scenario)
 
 
 def _plan(options: RegisterOptions, guide: Stages) -> _Plan:
@@ -272,12 +281,17 @@ def _rows(
     return [*rows, ("budget", verdict)]
 
 
+def _at_terminal() -> bool:
+    # there is none at all where a program was started without
+    return sys.stdin is not None and sys.stdin.isatty()
+
+
 def _confirmed(out: Path) -> bool:
     # Asked on standard error, so that --json leaves standard output to the result.
     print(f"Write {out}? [Y/n] ", end="", file=sys.stderr, flush=True)
     try:
         return input().strip().lower() in ("", "y", "yes")
-    except EOFError:
+    except (EOFError, RuntimeError):
         raise ValueError(
             "Nobody answered whether to write the file; give --yes where nobody can."
         ) from None

@@ -16,7 +16,7 @@ from app.video import VideoWriter
 from renderers.scene.thread_team import Errand
 from renderers.shading import LOOK_VERSION
 from scenarios import Sample, Scenario, Score
-from scenarios.bundle import FrameRecord, SampleRecord, read_session
+from scenarios.bundle import Damage, FrameRecord, SampleRecord, read_recording
 
 VIDEO_FPS = 30.0
 
@@ -33,7 +33,9 @@ class ReplayReport:
     score: computed again from the recorded poses.
     same_score: whether it equals the recorded one, figure by figure, the names of
         structures only where this version gives the same; None when the recording
-        ended before it had one.
+        ended before it had one, or is damaged.
+    damages: parts of the recording that cannot be read; the rest was run.
+    seconds: of flight from the first sample to the last.
     """
 
     complete: bool
@@ -44,12 +46,20 @@ class ReplayReport:
     score: Score
     same_score: bool | None
     same_look: bool
+    damages: tuple[Damage, ...]
+    seconds: float
+
+    @property
+    def good_s(self) -> float:
+        """Get the seconds of flight that could be read."""
+        return self.seconds - sum(lost.to_s - lost.from_s for lost in self.damages)
 
     @property
     def is_exact(self) -> bool:
-        """Tell whether all that can be compared came out again as recorded."""
+        """Tell whether all came out again as recorded, as far as it was recorded."""
         return not (
-            self.differing_frames
+            self.damages
+            or self.differing_frames
             or self.differing_clearances
             or self.same_score is False
         )
@@ -69,7 +79,7 @@ def replay_session(
     Raises ValueError when the session cannot be read, or was flown through another
     head than this version of the program builds.
     """
-    info, records, complete = read_session(folder)
+    info, records, complete, damages, places = read_recording(folder)
     film = None if video is None else VideoWriter(video, info.picture_size, VIDEO_FPS)
     scenario = msgspec.json.decode(info.scenario, type=Scenario)
     room = room or prepare_room(scenario, progress)
@@ -117,9 +127,13 @@ def replay_session(
                 sample = record.sample()
                 session.step(sample)
                 samples.append(sample)
-            elif isinstance(record, FrameRecord) and record.sample < len(samples):
+            elif (
+                isinstance(record, FrameRecord)
+                and (place := places.get(record.sample)) is not None
+                and place < len(samples)
+            ):
                 # A frame is recorded when it is finished; newer samples have come in.
-                shown = samples[record.sample]
+                shown = samples[place]
                 seen = session.view(shown)
                 last = view.begin(
                     seen,
@@ -144,13 +158,17 @@ def replay_session(
         differing_frames=pictures,
         differing_clearances=clearances,
         score=score,
-        same_score=_same_score(
+        same_score=None
+        if damages
+        else _same_score(
             folder,
             score,
             room.structures is not None
             and room.structures.sha256() == info.structures_sha256,
         ),
         same_look=same_look,
+        damages=damages,
+        seconds=samples[-1].time_s - samples[0].time_s if samples else 0.0,
     )
 
 

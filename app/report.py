@@ -20,13 +20,20 @@ def run_replay(
     with Stages() as stages:
         report = replay_session(folder, threads=threads, progress=stages, video=video)
     if as_json:
-        print_json({**asdict(report), "is_exact": report.is_exact})
+        print_json(
+            {
+                **asdict(report),
+                "good_s": report.good_s,
+                "is_exact": report.is_exact,
+            }
+        )
     else:
-        same = {True: "the same", False: "DIFFERENT", None: "not recorded"}
+        unknown = "not compared: a part is lost" if report.damages else "not recorded"
+        same = {True: "the same", False: "DIFFERENT", None: unknown}
         print_table(
             f"Replay of {folder}",
             [
-                ("recording", "complete" if report.complete else "ends in the middle"),
+                *[("recording", line) for line in _state(report)],
                 ("samples", str(report.samples)),
                 ("frames", str(report.frames)),
                 ("frames that differ", _differing(report)),
@@ -57,6 +64,23 @@ def run_view_at(
         save_view(out, views[0])
     if not quietly:
         print(f"{out}: the view at {time_s:g} s, for paravol snapshot --view {out}")
+
+
+def _state(report: "ReplayReport") -> list[str]:
+    """Say whether the recording is whole; a line for each damaged part."""
+    lines = []
+    for lost in report.damages:
+        where = f"damaged, bytes {lost.first_byte:,} to {lost.end_byte:,}"
+        if lost.to_s <= lost.from_s:
+            lines.append(f"{where}: no flight is lost")
+            continue
+        count = "" if lost.samples is None else f", {lost.samples} samples"
+        lines.append(f"{where}: {lost.from_s:.2f} to {lost.to_s:.2f} s lost{count}")
+    if report.damages:
+        lines.append(f"{report.good_s:.1f} of {report.seconds:.1f} s are good")
+    if not report.complete:
+        lines.append(f"ends in the middle, after {report.seconds:.1f} s")
+    return lines or ["complete"]
 
 
 def _differing(report: "ReplayReport") -> str:

@@ -47,6 +47,31 @@ Json = Annotated[bool, Parameter(negative="", help="Print the result as JSON.")]
 Place = tuple[float, float, float]
 
 
+Oversubscribe = Annotated[
+    bool,
+    Parameter(negative="", help="Start all --ranks, more than there are processors."),
+]
+
+
+def rank_count(asked: int, *, oversubscribe: bool) -> int:
+    """Give as many ranks as there are processors for; say so where these are fewer.
+
+    More only wait for one another: 99 on two processors take a hundred times as long.
+    """
+    import os
+    import sys
+
+    there = len(os.sched_getaffinity(0))
+    if asked <= there or oversubscribe:
+        return asked
+    print(
+        f"{asked} ranks would share {there} processor{'s'[: there - 1]} and wait for "
+        f"one another; taking {there} (--oversubscribe takes all {asked}).",
+        file=sys.stderr,
+    )
+    return there
+
+
 def thread_count(asked: int) -> int:
     """Turn the option into a number of threads."""
     import os

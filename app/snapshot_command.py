@@ -59,7 +59,7 @@ def run_snapshot(options: SnapshotOptions, *, as_json: bool) -> int:
             demand_walls(studio)
         if options.save_view is not None:
             save_view(options.save_view, views[0])
-        with Drawing(studio, options.ranks, stages) as drawing:
+        with Drawing(studio, options.ranks, stages, options.spool) as drawing:
             if options.is_film:
                 report = draw_film(
                     drawing, views, fineness, options.files, options.fps, stages
@@ -77,13 +77,7 @@ def run_snapshot(options: SnapshotOptions, *, as_json: bool) -> int:
 def _fineness(options: SnapshotOptions) -> Fineness:
     truth = None
     if options.truth:
-        asked = {"paths": options.paths, "noise": options.noise}
-        try:
-            truth = msgspec.convert(asked, TruthSpec)
-        except msgspec.ValidationError as error:
-            raise ValueError(
-                f"--paths must be 32 to 1048576 and --noise 0 to 1: {error}."
-            ) from error
+        truth = TruthSpec(paths=options.paths, noise=options.noise)
     return Fineness(
         options.quality,
         options.samples,

@@ -2,7 +2,6 @@
 
 import os
 import queue
-import tempfile
 import threading
 from collections.abc import Callable
 from contextlib import AbstractContextManager
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 
 from app.rendering_service import Worker, running_worker
 from app.snapshots import ViewAsker
+from app.spool_folder import own_spool
 from devices.closing import Closing
 from renderers.art.client import SnapshotClient
 from renderers.art.growing import GrowingPicture
@@ -123,8 +123,7 @@ class SnapshotDesk(Closing):
         if moment is None:
             return
         try:
-            with tempfile.TemporaryDirectory(prefix="paravol-spool-") as scratch:
-                spool = Path(scratch) / "spool"
+            with own_spool() as spool:
                 client = SnapshotClient(spool, name="paravol train")
                 with self._serving(spool) as worker:
                     while moment is not None and not self._closed.is_set():

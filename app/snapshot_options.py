@@ -8,6 +8,7 @@ from typing import Literal
 from app.pictures.doubt import demand_map
 from app.pictures.outputs import demand_endings
 from app.pictures.sources import Lens, Place
+from app.spool_folder import demand_spool
 from disk import demand_place
 from renderers.art.client import QualityName, Samples
 from renderers.art.quality import ClassificationName
@@ -51,6 +52,7 @@ class SnapshotOptions:
     against: Literal["fsr", "fast"] | None
     confidence: Path | None
     stereo_mm: float | None
+    spool: Path | None
     ranks: int
     threads: int
 
@@ -110,6 +112,11 @@ def check(options: SnapshotOptions) -> None:
             "--classification is about transfer functions; it needs --classic, "
             "--volume or --view."
         )
+    if options.spool is not None and options.ranks != 1:
+        raise ValueError(
+            "--ranks belongs to pictures that are drawn here; the workers of --spool "
+            "have their own."
+        )
     demand_endings(options.files, film=options.is_film)
     if options.confidence is not None:
         demand_map(options.confidence)
@@ -123,9 +130,11 @@ def check(options: SnapshotOptions) -> None:
         ("--tolerance", options.tolerance, 0.0, 255.0),
         ("--stereo", options.stereo_mm, 0.01, 1000.0),
         ("--ranks", options.ranks, 1, 1024),
+        ("--paths", options.paths, 32, 1_048_576),
+        ("--noise", options.noise, 0.0, 1.0),
     ):
         if value is not None and not low <= value <= high:
-            raise ValueError(f"{name} must be {low:g} to {high:g}, got {value:g}.")
+            raise ValueError(f"{name} must be {low:g} to {high:.12g}, got {value:g}.")
     _check_idle(options)
 
 
@@ -186,9 +195,14 @@ def _check_idle(options: SnapshotOptions) -> None:
 
 
 def demand_places(options: SnapshotOptions) -> None:
-    """Raise OSError for a file that could not be written when the picture is there."""
+    """Raise OSError for a file that could not be written when the picture is there.
+
+    ValueError for a spool folder that is none.
+    """
     for file in options.files:
         demand_place(file if file.suffix else file / "frame-00001.png")
+    if options.spool is not None:
+        demand_spool(options.spool)
     for other in (options.save_view, options.confidence, options.state):
         if other is not None:
             demand_place(other)

@@ -218,7 +218,8 @@ class ArtPlan:
         """Draw with the coarsest step that errs no more than the peer's picture.
 
         Pictures under lights go by the step found without them: the peer's shading is
-        another.
+        another. Both errors are told: the row's own is of the picture that was timed,
+        the one that chose the step is among the counters.
         """
         compared = "wall" if quantity == "shaded" else quantity
         subject = source.subject
@@ -233,13 +234,19 @@ class ArtPlan:
             error = image_error(rgb_over_black(image.rgba), reference)
             if error.rmse <= allowed:
                 break
+        counters = {"own_step": own_step, "peer_rmse": allowed}
         if quantity != compared:
+            counters = {
+                "own_step": own_step,
+                "unlit_rmse": error.rmse,
+                "unlit_peer_rmse": allowed,
+            }
             scene = subject.in_mode(quantity)
             tracer = ActiveRayTracer(scene, quality, threads=1)
-        timing, _ = measure(lambda: tracer.render(camera), budget_s=self._budget_s)
-        return Measured(
-            timing, error, "linear", {"own_step": own_step, "peer_rmse": allowed}
-        )
+            reference = source.references.picture(view, quantity, lambda: scene, camera)
+        timing, image = measure(lambda: tracer.render(camera), budget_s=self._budget_s)
+        error = image_error(rgb_over_black(image.rgba), reference)
+        return Measured(timing, error, "linear", counters)
 
     def _surface(
         self, source: SubjectSource, view: str, name: str, threads: int = 1

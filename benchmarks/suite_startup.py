@@ -155,6 +155,7 @@ class StartupPlan:
                 raise UnavailableError("there is no mpiexec; the extra 'mpi' brings it")
             with tempfile.TemporaryDirectory(prefix="paravol-spool-") as spool:
                 words = ["worker", "--spool", spool, "--ranks", str(ranks), "--once"]
+                words += ["--oversubscribe"]
                 arguments = [sys.executable, "-m", "app", *words]
                 return self._measured(
                     lambda: run_child(arguments), self._repeats, warm_up=True

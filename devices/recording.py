@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.probe_path import ProbePath
-from disk import whole_file
+from disk import foreign_file, whole_file
+from disk.typed_record import decode_json
 
 COLUMNS = (
     "t_s",
@@ -59,16 +60,14 @@ def load_probe_path(file: Path | str) -> ProbePath:
         raise ValueError(
             f"Probe path {file} cannot be read: {error.strerror}."
         ) from error
-    try:
-        read = msgspec.json.decode(raw, type=_PathFile)
+    read = decode_json(raw, _PathFile, file, "a probe path")
+    with foreign_file(file, "a probe path"):
         if read.columns != COLUMNS:
             raise ValueError(f"its columns must be {', '.join(COLUMNS)}")
         if any(len(row) != len(COLUMNS) for row in read.rows):
             raise ValueError(f"each row must have {len(COLUMNS)} values")
         table = np.array(read.rows, dtype=np.float64).reshape(-1, len(COLUMNS))
         return _path_from_table(read.name, read.source, table)
-    except (msgspec.DecodeError, ValueError) as error:
-        raise ValueError(f"{file} is no valid probe path: {error}.") from error
 
 
 def save_probe_path(path: ProbePath, file: Path | str) -> None:

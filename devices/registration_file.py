@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from devices.registration import Registration
 from devices.registration_error import RegistrationError, RegistrationReason
-from disk import whole_file
+from disk import ForeignFileError, whole_file
+from disk.typed_record import decode_json
 
 LARGEST_FILE_BYTES = 10_000_000
 
@@ -92,7 +93,8 @@ def load_registration(path: Path) -> RegistrationRecord:
     try:
         if path.stat().st_size > LARGEST_FILE_BYTES:
             raise _not_one(path, "it is too large")
-        record = msgspec.json.decode(path.read_bytes(), type=RegistrationRecord)
+        content = path.read_bytes()
+        record = decode_json(content, RegistrationRecord, path, "a registration")
         if len(record.world_from_device) != 16:
             raise _not_one(path, "world_from_device needs 16 numbers")
         record.registration()
@@ -100,7 +102,12 @@ def load_registration(path: Path) -> RegistrationRecord:
         raise _not_one(path, str(error.strerror)) from error
     except RegistrationError:
         raise
-    except (msgspec.DecodeError, UnicodeDecodeError, ValueError) as error:
+    except ForeignFileError as error:
+        said = str(error).rstrip(".")
+        raise RegistrationError(
+            RegistrationReason.FILE, f"{said}; make one with `paravol register`."
+        ) from error
+    except ValueError as error:
         raise _not_one(path, str(error)) from error
     return record
 

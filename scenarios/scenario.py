@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from disk.typed_record import decode_toml
 from scenarios.endoscope import Endoscope
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -103,13 +104,12 @@ def load_scenario(name: str) -> tuple[Scenario, Path]:
             )
         file = found[0]
     try:
-        scenario = msgspec.toml.decode(file.read_bytes(), type=Scenario)
+        content = file.read_bytes()
     except OSError as error:
         raise ValueError(
             f"The scenario file {file} cannot be read: {error.strerror}."
         ) from error
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"The scenario file {file} is not valid: {error}.") from error
+    scenario = decode_toml(content, Scenario, file, "a scenario")
     if len(scenario.fiducials) < 4:
         raise ValueError(
             f"The scenario {scenario.name!r} names {len(scenario.fiducials)} "

@@ -1,15 +1,17 @@
 """One ray tracer for several pictures, which may be told that it is enough."""
 
-import tempfile
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 from app.pictures.outputs import Drawn
+from app.pictures.served_spool import ServedSpool
 from app.pictures.studio import Fineness, Studio
 from app.pictures.view_file import ViewFile
 from app.rendering_service import running_worker
+from app.spool_folder import own_spool
 from app.terminal import Stages
 from renderers.art.client import Snapshot, SnapshotClient
 
@@ -20,16 +22,20 @@ PATIENCE_S = 60.0
 class Drawing:
     """Draw views one after the other; a context manager.
 
-    The first Ctrl-C asks for the best picture so far, a second one gives up.
-    interrupted: whether there was a first one.
+    The first Ctrl-C asks for the best picture so far, a second one gives up. spool: the
+    folder whose workers draw; None starts a worker of its own, with so many ranks.
+    interrupted: whether there was a first Ctrl-C.
     """
 
-    def __init__(self, studio: Studio, ranks: int, stages: Stages) -> None:
+    def __init__(
+        self, studio: Studio, ranks: int, stages: Stages, spool: Path | None = None
+    ) -> None:
         self.interrupted = False
         self.client: SnapshotClient
         self._studio = studio
         self._ranks = ranks
         self._stages = stages
+        self._spool = spool
 
     def draw(
         self, view: ViewFile, fineness: Fineness, stage: str
@@ -41,32 +47,45 @@ class Drawing:
         def show(share: float) -> None:
             self._stages(stage, share)
 
-        alive = self._worker.ensure_alive
         try:
-            snapshot = self.client.wait(job, show, watch=alive)
+            snapshot = self._wait(job, show, None)
         except KeyboardInterrupt:
+            if self._served is not None and self._served.take_back(job):
+                raise
             self.interrupted = True
             self._stages.say(
                 "Stopping: taking the best picture so far. Ctrl-C again leaves none."
             )
             self.client.finish(job)
-            snapshot = self.client.wait(job, show, PATIENCE_S, watch=alive)
+            try:
+                snapshot = self._wait(job, show, PATIENCE_S)
+            except BaseException:
+                # others' workers are not to draw on for nobody
+                self.client.cancel(job)
+                raise
         return Drawn.of(view, snapshot), snapshot
 
+    def _wait(
+        self, job: str, show: Callable[[float], None], timeout_s: float | None
+    ) -> Snapshot:
+        if self._served is not None:
+            return self._served.wait(job, show, timeout_s)
+        alive = self._worker.ensure_alive
+        return self.client.wait(job, show, timeout_s, watch=alive)
+
     def __enter__(self) -> Self:
+        self._served: ServedSpool | None = None
         with ExitStack() as stack:
-            # What a worker still writes when it is ended does not matter any more.
-            folder = Path(
-                stack.enter_context(
-                    tempfile.TemporaryDirectory(
-                        prefix="paravol-spool-", ignore_cleanup_errors=True
-                    )
+            name = "paravol snapshot"
+            if self._spool is None:
+                folder = stack.enter_context(own_spool())
+                self.client = SnapshotClient(folder, name=name)
+                self._worker = stack.enter_context(
+                    running_worker(folder, ranks=self._ranks)
                 )
-            )
-            self.client = SnapshotClient(folder, name="paravol snapshot")
-            self._worker = stack.enter_context(
-                running_worker(folder, ranks=self._ranks)
-            )
+            else:
+                self.client = SnapshotClient(self._spool, name=name)
+                self._served = ServedSpool(self.client, self._stages.say)
             self._stack = stack.pop_all()
         return self
 

@@ -2,7 +2,6 @@
 
 import hashlib
 from pathlib import Path
-from zipfile import BadZipFile
 
 import msgspec
 import numpy as np
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 
 from app.pictures.studio import Fineness, Studio
 from app.pictures.view_file import ViewFile
-from disk import whole_file
+from disk import ForeignFileError, foreign_file, whole_file
 
 
 def key_of(studio: Studio, view: ViewFile, fineness: Fineness) -> str:
@@ -34,13 +33,14 @@ def load_state(file: Path, key: str) -> NDArray[np.float64] | None:
         return None
     try:
         # opened here: numpy leaves a file that it cannot read open
-        with file.open("rb") as source, np.load(source, allow_pickle=False) as parts:
+        with (
+            foreign_file(file, "paths of light"),
+            file.open("rb") as source,
+            np.load(source, allow_pickle=False) as parts,
+        ):
             state, found = parts["state"], str(parts["key"])
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
-        raise ValueError(
-            f"The paths in {file} cannot be read ({type(error).__name__}); remove the "
-            "file to begin anew."
-        ) from error
+    except (ForeignFileError, OSError) as error:
+        raise ValueError(f"{error} To begin anew, remove the file.") from error
     if found != key:
         raise ValueError(
             f"The paths in {file} are of another view, head or fineness; name another "

@@ -14,6 +14,7 @@ from msgspec import Meta, Struct
 from numpy.typing import ArrayLike
 
 from disk import whole_file
+from disk.typed_record import decode_json
 from renderers.art.deflectors import DeflectorSpec, to_deflection
 from renderers.art.job import Amount, Axis, Pixels, Point, Positive, Row
 from renderers.art.stage import rigid_pose
@@ -205,7 +206,4 @@ def decoded(path: Path, kind: type[T], word: str) -> T:
             f"The {word} file {path} is larger than {LARGEST_VIEW} bytes; it cannot "
             f"be one."
         )
-    try:
-        return msgspec.json.decode(record, type=kind)
-    except msgspec.DecodeError as error:
-        raise ValueError(f"The {word} file {path} is not valid: {error}.") from error
+    return decode_json(record, kind, path, f"a {word} file")

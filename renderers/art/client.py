@@ -11,6 +11,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import foreign_file
 from renderers.art.data_store import DataStore
 from renderers.art.job import (
     REQUEST_SCHEMA,
@@ -68,7 +69,8 @@ class Snapshot:
         """Read the picture, ``(h, w, 3)`` sRGB."""
         from PIL import Image as PngImage
 
-        with PngImage.open(self.picture) as image:
+        path = self.picture
+        with foreign_file(path, "a picture"), PngImage.open(path) as image:
             return np.asarray(image.convert("RGB"))
 
     def radiance(self) -> NDArray[np.float32]:
@@ -342,5 +344,6 @@ def _grid(volume: Volume) -> GridSpec:
 
 
 def _load(path: Path) -> NDArray[Any]:
-    array: NDArray[Any] = np.load(path, allow_pickle=False)
+    with foreign_file(path, "an array of a snapshot"):
+        array: NDArray[Any] = np.load(path, allow_pickle=False)
     return array

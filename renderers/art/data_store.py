@@ -6,6 +6,7 @@ that nothing a request says can point outside the folder.
 
 import hashlib
 import io
+import math
 import os
 import re
 from collections.abc import Callable
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
+from disk import foreign_file
 from renderers.art.files import write_whole
 from renderers.art.steps import Step, reached
 
@@ -65,12 +67,12 @@ class DataStore:
             raise ValueError(f"{digest!r} is no digest")
         path = self._folder / digest
         try:
-            with path.open("rb") as file:
+            with foreign_file(path, "an array"), path.open("rb") as file:
                 dtype, shape, offset = _read_header(file)
                 size = os.fstat(file.fileno()).st_size
         except FileNotFoundError as error:
             raise ValueError(f"there is no data {digest}") from error
-        expected = offset + int(np.prod(shape, dtype=np.int64)) * dtype.itemsize
+        expected = offset + math.prod(shape) * dtype.itemsize
         if dtype.hasobject or dtype.name not in dtypes:
             raise ValueError(
                 f"data {digest} holds {dtype}, expected {' or '.join(dtypes)}"
@@ -86,7 +88,8 @@ class DataStore:
             if found != digest:
                 raise ValueError(f"data {digest} was changed; its digest is {found}")
             self._verified.add(digest)
-        array: NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
+        with foreign_file(path, "an array"):
+            array: NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
         return array
 
 

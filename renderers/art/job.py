@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 
+from disk.schema_words import loose_json, schema_words
 from renderers.art.deflectors import DeflectorSpec, to_deflection
 from renderers.art.quality import ClassificationName, Quality
 from renderers.scene import (
@@ -258,20 +259,23 @@ def decode_request(record: bytes) -> SnapshotRequest:
         )
     try:
         request = msgspec.json.decode(record, type=SnapshotRequest)
-    except msgspec.DecodeError as error:
-        raise ValueError(str(error)) from error
+    except msgspec.ValidationError as error:
+        words = schema_words(error, SnapshotRequest, loose_json(record))
+        raise ValueError(words) from error
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise ValueError(f"a request is JSON; {error}") from error
     try:
         to_deflection(request.deflectors)
     except ValueError as error:
-        raise ValueError(f"{error} - at `$.deflectors`") from error
+        raise ValueError(f"deflectors: {error}") from error
     try:
         request.to_camera()
     except ValueError as error:
-        raise ValueError(f"{error} - at `$.camera`") from error
+        raise ValueError(f"camera: {error}") from error
     if request.camera.projection != "equidistant" and isinstance(
         request.work, ScopeWork
     ):
-        raise ValueError("mode scope needs an equidistant lens - at `$.camera`")
+        raise ValueError("camera: mode scope needs an equidistant lens")
     return request
 
 

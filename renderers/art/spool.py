@@ -229,7 +229,7 @@ class Spool:
         except FileNotFoundError:
             # Its worker has not said a word yet, and may have died before it could.
             return JobStatus(JobState.RUNNING, attempt)
-        except msgspec.DecodeError as error:
+        except (ValueError, RecursionError) as error:
             raise SpoolError(f"Status of job {job_id} is damaged: {error}.") from error
 
     def set_status(self, job_id: str, status: JobStatus) -> None:
@@ -276,7 +276,7 @@ class Spool:
         path = self.attempt_folder(job_id) / "result.json"
         try:
             return msgspec.json.decode(path.read_bytes(), type=SnapshotResult)
-        except (OSError, msgspec.DecodeError) as error:
+        except (OSError, ValueError, RecursionError) as error:
             raise SpoolError(
                 f"Result of job {job_id} cannot be read: {error}."
             ) from error

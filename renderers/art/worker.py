@@ -136,7 +136,7 @@ class _Worker:
         try:
             request = decode_request(claim.record)
             if request.id != claim.job_id:
-                raise ValueError(f"the request's id is {request.id} - at `$.id`")
+                raise ValueError(f"id: the request says it is {request.id}")
             self._render(request, claim.attempt, heart)
         except RenderStoppedError:
             # Cancelled or late, or this worker was stopped from outside: then the next

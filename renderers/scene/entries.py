@@ -1,16 +1,11 @@
 """Files of a cache: read by trying, kept by last use, dropped when there are many."""
 
 import os
-import zipfile
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from disk import whole_file
-
-BROKEN = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error)
-"""What reading an archive of arrays raises where it is not what was stored."""
 
 
 def mark_used(entry: Path) -> None:

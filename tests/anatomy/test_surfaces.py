@@ -83,6 +83,25 @@ def test_others_read_left_on_the_left(tmp_path: Path, ending: str) -> None:
         assert b"comment SPACE=LPS" in (tmp_path / "head.ply").read_bytes()
 
 
+def test_stl_keeps_every_triangle_and_its_side(tmp_path: Path) -> None:
+    head = lettered_head()
+    save_surface(head, tmp_path / "head.stl")
+    again = load_surface(tmp_path / "head.stl")
+    mine = head.vertices[head.faces].astype(np.float32)
+    assert np.array_equal(again.vertices[again.faces], mine.astype(np.float64))
+    theirs = pv.read(tmp_path / "head.stl")
+    found = np.asarray(theirs.points)[theirs.regular_faces]
+    assert np.array_equal(found, mine)
+    records = np.frombuffer(
+        (tmp_path / "head.stl").read_bytes(),
+        np.dtype([("normal", "<f4", 3), ("corners", "<f4", 9), ("extra", "<u2")]),
+        offset=84,
+    )
+    across = np.cross(mine[:, 1] - mine[:, 0], mine[:, 2] - mine[:, 0])
+    assert (np.einsum("ij,ij->i", records["normal"], across) > 0).all()
+    assert np.allclose(np.linalg.norm(records["normal"], axis=1), 1.0, atol=1e-5)
+
+
 @pytest.mark.parametrize("binary", [True, False])
 @pytest.mark.parametrize("ending", ["ply", "stl"])
 def test_files_of_others_are_read(tmp_path: Path, ending: str, binary: bool) -> None:

@@ -95,7 +95,7 @@ def test_mistakes_are_one_sentence(
         (["phantom", "--out", "x", "--seed", "-1"], '"-1" for --seed'),
         (["emulator", "--seed", "-1"], '"-1" for --seed'),
         (["phantom", "--out", "x", "--spacing", "wide"], '"wide" into float'),
-        (["export", "x", "--out", "y", "--format", "stl"], '"ply", "vtp"'),
+        (["export", "x", "--out", "y", "--format", "obj"], '"ply", "vtp", "stl"'),
         (["slices", "x", "--empty-at"], "--empty-at"),
     ],
 )

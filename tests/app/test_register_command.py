@@ -105,12 +105,29 @@ def test_an_arm_on_a_port_is_registered(
 def test_whoever_says_no_gets_no_file(
     coarse_scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    terminal = io.StringIO("n\n")
+    monkeypatch.setattr(terminal, "isatty", lambda: True)
+    monkeypatch.setattr("sys.stdin", terminal)
+    options = _options(tmp_path / "r.json", coarse_scenario, yes=False)
+    assert run_register(options, as_json=True) == 1
+    assert os.listdir(tmp_path) == []
+
+
+def test_without_a_terminal_the_answer_is_read_before_the_work(
+    coarse_scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def work(options: object, guide: object) -> None:
+        raise AssertionError("the slow work began")
+
+    monkeypatch.setattr("app.register_command._plan", work)
     monkeypatch.setattr("sys.stdin", io.StringIO("n\n"))
     options = _options(tmp_path / "r.json", coarse_scenario, yes=False)
     assert run_register(options, as_json=True) == 1
     with pytest.raises(ValueError, match="give --yes"):
         run_register(options, as_json=True)
-    assert os.listdir(tmp_path) == []
+    monkeypatch.setattr("sys.stdin", io.StringIO("y\n"))
+    with pytest.raises(AssertionError, match="slow work began"):
+        run_register(options, as_json=True)
 
 
 def test_ctrl_c_leaves_nothing(
@@ -120,7 +137,7 @@ def test_ctrl_c_leaves_nothing(
         raise KeyboardInterrupt
 
     monkeypatch.setattr("app.registration_walk.RegistrationWalk.touch", interrupt)
-    words = ["register", "--emulated", "--no-pivot", "--no-trace"]
+    words = ["register", "--emulated", "--no-pivot", "--no-trace", "--yes"]
     words += ["--scenario", str(coarse_scenario), "--out", str(tmp_path / "r.json")]
     assert main(words) == 130
     assert os.listdir(tmp_path) == []

@@ -149,6 +149,7 @@ def test_a_worker_of_ranks_shares_cells_as_it_is_told(tmp_path: Path) -> None:
     client = SnapshotClient(spool)
     job = ask(client)
     words = ["worker", "--spool", str(spool), "--once", "--ranks", "2"]
+    words += ["--oversubscribe"]
     assert main([*words, "--from-file", "--cache-cells", "1"]) == 0
     result = client.wait(job, timeout_s=1).result
     assert result.ranks == 2

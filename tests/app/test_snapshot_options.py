@@ -77,6 +77,8 @@ def options(**given: Any) -> SnapshotOptions:
         (CASE | {"size": 4}, "--size must be 8 to 8192, got 4"),
         (CASE | {"time_limit_s": 0.0}, "--time-limit must be 0.01 to 86400, got 0"),
         (CASE | {"fps": 0.0}, "--fps must be 0.1 to 240, got 0"),
+        (CASE | {"truth": True, "paths": 3}, "--paths must be 32 to 1048576, got 3"),
+        (CASE | {"truth": True, "noise": 2.0}, "--noise must be 0 to 1, got 2"),
         (CASE | {"ranks": 0}, "--ranks must be 1 to 1024, got 0"),
     ],
 )

@@ -32,6 +32,20 @@ def test_a_case_has_one_heading(row: Row) -> None:
     assert results_table(Results(rows=[row, other, third])).row_count == 5
 
 
+def test_both_errors_of_a_lit_picture_are_told_by_name(
+    row: Row, capsys: pytest.CaptureFixture[str]
+) -> None:
+    both = {"unlit_rmse": 2e-3, "unlit_peer_rmse": 3e-3}
+    lit = msgspec.structs.replace(row, counters=both)
+    print_results(Results(rows=[lit], skipped=[]), Path("r.json"), [])
+    out = capsys.readouterr().out
+    first = next(line for line in out.splitlines() if row.mode in line)
+    assert "1.00e-03" in first
+    unlit = next(line for line in out.splitlines() if "unlit" in line)
+    assert "2.00e-03" in unlit
+    assert "peer's 3.00e-03" in unlit
+
+
 def test_reasons_and_files_are_named(
     row: Row, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -96,7 +96,7 @@ def _spoilt(**changes: object) -> bytes:
 def test_what_is_no_registration_is_refused(content: bytes, tmp_path: Path) -> None:
     file = tmp_path / "r.json"
     file.write_bytes(content)
-    with pytest.raises(RegistrationError, match=r"r\.json gives no regist") as caught:
+    with pytest.raises(RegistrationError, match=r"r\.json.* regist") as caught:
         load_registration(file)
     assert caught.value.reason is RegistrationReason.FILE
 

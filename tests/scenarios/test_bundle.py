@@ -1,6 +1,7 @@
 import threading
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -16,6 +17,7 @@ from scenarios.bundle import (
     SampleRecord,
     SessionInfo,
     SessionRecorder,
+    read_recording,
     read_session,
 )
 
@@ -124,6 +126,62 @@ def test_a_flipped_bit_never_yields_a_wrong_record(
     # A flip inside a chunk is caught by its checksum; one in the framing may drop
     # records, never change them.
     assert all(record in bundle.written for record in read)
+
+
+@given(position=st.floats(0.0, 0.999), bit=st.integers(0, 7))
+def test_a_flipped_bit_costs_one_chunk_at_most(
+    bundle: Bundle, position: float, bit: int
+) -> None:
+    """What follows the damage is read, and frames still show their own samples."""
+    damaged = bytearray(bundle.whole)
+    byte = max(int(position * len(bundle.whole)), 8)
+    damaged[byte] ^= 1 << bit
+    (bundle.folder / "stream.mcap").write_bytes(bytes(damaged))
+    found = read_recording(bundle.folder)
+    whole = [r for r in bundle.written if isinstance(r, SampleRecord)]
+    there = [r for r in found.records if isinstance(r, SampleRecord)]
+    # fifty records are a chunk: 25 samples, of them
+    assert len(there) >= len(whole) - 25
+    assert all(sample in whole for sample in there)
+    assert len(found.places) <= len(there)
+    for number, place in found.places.items():
+        assert there[place] == whole[number]
+    if len(there) < len(whole):
+        (damage,) = found.damages
+        assert damage.first_byte <= byte < damage.end_byte
+        assert damage.samples in (None, len(whole) - len(there))
+        gone = [r.time_s for r in whole if r not in there]
+        assert damage.from_s <= gone[0]
+        assert gone[-1] <= max(damage.to_s, 1.3)
+
+
+def test_recordings_without_numbers_keep_their_order(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those of before: the index beside a lost chunk counts what was in it."""
+    from mcap.writer import Writer
+
+    add = Writer.add_message
+
+    def unnumbered(self: Writer, *words: Any, **named: Any) -> None:
+        add(self, *words, **{**named, "sequence": 0})
+
+    monkeypatch.setattr(Writer, "add_message", unnumbered)
+    record_all(tmp_path / "a.paravol", 130)
+    stream = tmp_path / "a.paravol" / "stream.mcap"
+    content = bytearray(stream.read_bytes())
+    content[len(content) // 3] ^= 1
+    stream.write_bytes(content)
+    found = read_recording(tmp_path / "a.paravol")
+    there = [r for r in found.records if isinstance(r, SampleRecord)]
+    assert len(there) == 105
+    assert found.complete
+    (damage,) = found.damages
+    assert damage.samples == 25
+    assert damage.to_s - damage.from_s == pytest.approx(0.26)
+    assert len(found.places) == 105
+    for number, place in found.places.items():
+        assert there[place] == SampleRecord.of(sample(number))
 
 
 @pytest.mark.parametrize("byte", range(8, 160))

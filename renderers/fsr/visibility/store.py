@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import platformdirs
 
+from disk import ForeignFileError, foreign_file
 from renderers.fsr.visibility.sets import (
     BlockBounds,
     Progress,
@@ -14,7 +15,7 @@ from renderers.fsr.visibility.sets import (
     build_visible_sets,
 )
 from renderers.scene import Volume
-from renderers.scene.entries import BROKEN, kept_entry, mark_used
+from renderers.scene.entries import kept_entry, mark_used
 from renderers.scene.thread_team import ThreadTeam
 
 log = logging.getLogger(__name__)
@@ -77,20 +78,21 @@ def _load(path: Path, bounds: BlockBounds) -> VisibleSets | None:
     if not path.is_file():
         return None
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in _TYPES}
-        for name, dtype in _TYPES.items():
-            if arrays[name].dtype != dtype:
-                raise ValueError(f"{name} is {arrays[name].dtype}")
-        nz, ny, nx = (int(n) for n in arrays["shape"])
-        table, numbers, bits = arrays["table"], arrays["numbers"], arrays["bits"]
-        whole = bits.shape[1:] == (-(-len(numbers) // 8),)
-        if table.shape != (nz * ny * nx,) or table.max(initial=-1) >= len(bits):
-            raise ValueError(f"a table of {table.shape} for {nz, ny, nx} boxes")
-        if not whole or not np.array_equal(numbers, bounds.numbers):
-            raise ValueError(f"sets of {len(numbers)} other blocks")
+        with foreign_file(path, "visible sets"):
+            with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+                arrays = {name: archive[name] for name in _TYPES}
+            for name, dtype in _TYPES.items():
+                if arrays[name].dtype != dtype:
+                    raise ValueError(f"{name} is {arrays[name].dtype}")
+            nz, ny, nx = (int(n) for n in arrays["shape"])
+            table, numbers, bits = arrays["table"], arrays["numbers"], arrays["bits"]
+            whole = bits.shape[1:] == (-(-len(numbers) // 8),)
+            if table.shape != (nz * ny * nx,) or table.max(initial=-1) >= len(bits):
+                raise ValueError(f"a table of {table.shape} for {nz, ny, nx} boxes")
+            if not whole or not np.array_equal(numbers, bounds.numbers):
+                raise ValueError(f"sets of {len(numbers)} other blocks")
         mark_used(path)
-    except BROKEN as e:
+    except (ForeignFileError, OSError) as e:
         log.warning("the visible sets %s are broken and are made again: %s", path, e)
         return None
     return VisibleSets((nz, ny, nx), table, numbers, bits)

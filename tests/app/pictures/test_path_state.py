@@ -28,5 +28,5 @@ def test_half_a_file_is_refused(tmp_path: Path, share: float) -> None:
     save_state(file, np.ones((8, 8, 7)), "k")
     record = file.read_bytes()
     file.write_bytes(record[: int(share * len(record))])
-    with pytest.raises(ValueError, match=r"cannot be read .* remove the file"):
+    with pytest.raises(ValueError, match=r"p\.npz cannot be read .* remove the file"):
         load_state(file, "k")

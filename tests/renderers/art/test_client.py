@@ -1,5 +1,7 @@
+import threading
 import weakref
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from renderers.art.client import (
     SnapshotClient,
     SnapshotError,
 )
+from renderers.art.job import SnapshotRequest
 from renderers.art.worker import run_worker
 from renderers.scene import Camera, Scene
 
@@ -61,3 +64,37 @@ def test_a_job_cancelled_in_the_queue_is_never_drawn(
     with pytest.raises(SnapshotCancelledError):
         client.wait(job)
     assert not (client.spool.job_folder(job) / "result.json").exists()
+
+
+def test_the_example_of_the_documents(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = Path(__file__).parents[3] / "docs" / "snapshot_client.md"
+    example = page.read_text().partition("```python\n")[2].partition("```")[0]
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    asked = threading.Event()
+    submit = SnapshotClient.submit
+
+    def told(self: SnapshotClient, request: SnapshotRequest) -> str:
+        job = submit(self, request)
+        asked.set()
+        return job
+
+    def serve() -> None:
+        asked.wait(60)
+        run_worker(tmp_path / "spool", once=True)
+
+    monkeypatch.setattr(SnapshotClient, "submit", told)
+    worker = threading.Thread(target=serve)
+    worker.start()
+    exec(compile(example, page, "exec"), names)
+    worker.join()
+    said = capsys.readouterr().out.splitlines()
+    assert said[-1].startswith("True ")
+    assert said[-2].endswith("picture.png")
+    assert names["rgb"].shape == (64, 64, 3)
+    assert names["rgb"][32, 32].min() > 0
+    # from the eye to the nearest point of the ball
+    assert names["depth_mm"][32, 32] == pytest.approx(45.5, abs=1.0)
+    assert np.isinf(names["depth_mm"][0, 0])

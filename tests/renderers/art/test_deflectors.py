@@ -64,10 +64,10 @@ def test_ranks_draw_what_one_tracer_draws(
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [
-        ({"kind": "melt"}, r"'melt' - at `\$.deflectors\[0\].kind`"),
-        ({"radius_mm": -1}, r"> 0\.0 - at `\$.deflectors\[0\].radius_mm`"),
-        ({"strength": 3}, "unknown field `strength`"),
-        ({"shift_mm": [9, 0, 0]}, r"would fold tissue within 5 mm.*\$.deflectors"),
+        ({"kind": "melt"}, r"deflectors\[0\].kind cannot be 'melt'"),
+        ({"radius_mm": -1}, r"\[0\].radius_mm must be a number, more than 0, got -1"),
+        ({"strength": 3}, "'strength' is not known in deflectors"),
+        ({"shift_mm": [9, 0, 0]}, "deflectors: .* would fold tissue within 5 mm"),
     ],
 )
 def test_what_is_wrong_is_refused_by_name(

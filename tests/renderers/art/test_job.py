@@ -92,11 +92,12 @@ def test_a_request_becomes_a_camera_and_a_quality() -> None:
     ],
 )
 def test_what_is_wrong_is_refused_by_name(path: str, value: Any) -> None:
-    with pytest.raises(ValueError, match=r"\$|unknown field") as caught:
+    with pytest.raises(ValueError, match=r"must be|cannot be|not known") as caught:
         decode_request(changed(SCOPE, path, value))
     named = path.split(".")
     said = str(caught.value)
     assert any(name in said for name in named), said
+    assert "`" not in said
 
 
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "1e999", "-1e999"])
@@ -108,7 +109,7 @@ def test_numbers_are_finite(number: str) -> None:
 
 def test_a_node_must_be_complete() -> None:
     record = changed(CLASSIC, "work.nodes", [{"density": 0.0}] * 2)
-    with pytest.raises(ValueError, match=r"missing required field `color` - at"):
+    with pytest.raises(ValueError, match=r"work\.nodes\[0\] has no 'color'"):
         decode_request(record)
 
 

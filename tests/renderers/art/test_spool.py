@@ -219,7 +219,7 @@ def test_a_damaged_status_is_named(spool: Spool) -> None:
 
 def test_what_no_worker_would_accept_is_not_published(spool: Spool) -> None:
     wrong = msgspec.structs.replace(make(1), priority=11)
-    with pytest.raises(ValueError, match=r"<= 9 - at `\$\.priority`"):
+    with pytest.raises(ValueError, match="priority must be a whole number, at most 9"):
         spool.publish(wrong)
     large = msgspec.structs.replace(make(1), client="x" * 300_000)
     with pytest.raises(ValueError, match="at most 262144 bytes"):

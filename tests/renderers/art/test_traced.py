@@ -321,5 +321,5 @@ def test_what_is_wrong_with_a_tool_is_told_to_the_client(
     with pytest.raises(ValueError, match="cannot be made of TISSUE"):
         client.request_classic(scene, outside, instruments=[(tissue, pose)])
     many = client.request_classic(scene, outside, instruments=17 * [tools[0]])
-    with pytest.raises(ValueError, match=r"length <= 16 - at `\$.work.instruments`"):
+    with pytest.raises(ValueError, match="instruments must be a list of at most 16"):
         client.submit(many)

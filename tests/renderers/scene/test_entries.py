@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from renderers.scene.entries import BROKEN, kept_entry, mark_used
+from disk import ForeignFileError, foreign_file
+from renderers.scene.entries import kept_entry, mark_used
 
 
 def keep(folder: Path, name: str, most: int = 3) -> Path:
@@ -55,7 +56,7 @@ def test_an_entry_that_fails_halfway_removes_none(tmp_path: Path) -> None:
 
 
 def test_an_entry_that_is_gone_is_told(tmp_path: Path) -> None:
-    with pytest.raises(BROKEN):
+    with pytest.raises(FileNotFoundError):
         mark_used(tmp_path / "gone.npz")
 
 
@@ -66,7 +67,8 @@ def test_a_cut_archive_is_broken_in_a_known_way(tmp_path: Path, share: float) ->
     content = entry.read_bytes()
     entry.write_bytes(content[: int(share * len(content))])
     with (
-        pytest.raises(BROKEN),
+        pytest.raises(ForeignFileError),
+        foreign_file(entry, "an archive"),
         entry.open("rb") as file,
         np.load(file, allow_pickle=False) as archive,
     ):

@@ -1,0 +1,73 @@
+"""Records of a known type in JSON and TOML files that people write."""
+
+import re
+from pathlib import Path
+from typing import TypeVar
+
+import msgspec
+
+from disk.foreign_file import ForeignFileError, foreign_file
+from disk.line_finder import json_line, toml_line
+from disk.schema_words import loose_json, place_of, schema_words
+
+_T = TypeVar("_T")
+
+
+def decode_json(content: bytes, kind: type[_T], file: Path | str, what: str) -> _T:
+    """Decode JSON as `kind`.
+
+    Raise ForeignFileError with file, line, value and the nearest known word. what: the
+    kind of file, with its article.
+    """
+    with foreign_file(file, what):
+        try:
+            try:
+                return msgspec.json.decode(content, type=kind)
+            except msgspec.ValidationError as error:
+                found = loose_json(content)
+                if found is msgspec.UNSET:
+                    # no JSON at all, further on
+                    msgspec.json.decode(content)
+                line = json_line(content.decode(), _reached(error))
+                words = schema_words(error, kind, found)
+                raise _told(file, line, words, what) from error
+        except msgspec.DecodeError as error:
+            if isinstance(error, msgspec.ValidationError):
+                words = schema_words(error, kind)
+                raise ForeignFileError(
+                    f"{file} is not valid as {what}: {words}."
+                ) from error
+            byte = re.search(r"\(byte (\d+)\)", str(error))
+            at = int(byte[1]) if byte else len(content)
+            line = content.count(b"\n", 0, at) + 1
+            raise _told(file, line, str(error), what) from error
+
+
+def decode_toml(content: bytes, kind: type[_T], file: Path | str, what: str) -> _T:
+    """Decode TOML as `kind`; see `decode_json`."""
+    with foreign_file(file, what):
+        try:
+            return msgspec.toml.decode(content, type=kind)
+        except msgspec.ValidationError as error:
+            found = msgspec.toml.decode(content)
+            line = toml_line(content.decode(), _reached(error))
+            raise _told(file, line, schema_words(error, kind, found), what) from error
+        except msgspec.DecodeError as error:
+            raise ForeignFileError(
+                f"{file} is not valid as {what}: {error}."
+            ) from error
+
+
+def _reached(error: msgspec.ValidationError) -> list[str | int]:
+    """Give the place of what is wrong; an unknown name stands in the place told."""
+    place = place_of(error)
+    if unknown := re.match(r"Object contains unknown field `([^`]*)`", str(error)):
+        return [*place, unknown[1]]
+    return place
+
+
+def _told(file: Path | str, line: int, words: str, what: str) -> ForeignFileError:
+    end = "" if words.endswith("?") else "."
+    return ForeignFileError(
+        f"{file}, line {line}, is not valid as {what}: {words}{end}"
+    )
