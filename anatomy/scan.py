@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from anatomy.dicom import choose_series, find_series, read_series
 from anatomy.files import load_volume
+from anatomy.nifti_header import frame_notes
 from anatomy.tissue import SURFACE_HU, TISSUES
 from renderers.scene.volume import AIR_HU, Volume
 
@@ -71,7 +72,9 @@ class Levels:
         with np.errstate(divide="ignore", invalid="ignore"):
             gap = sums / below - (sums[-1] - sums) / above
             between = np.where((below > 0) & (above > 0), below * above * gap**2, 0)
-        cut = int(between.argmax()) + 1
+        # between two clean peaks every threshold is as good: take the middle one
+        best = np.flatnonzero(between >= between.max() * (1 - 1e-12))
+        cut = int(best[len(best) // 2]) + 1
         smooth = np.convolve(counts, np.ones(9) / 9, mode="same")
         return cls(
             float(centers[int(smooth[:cut].argmax())]),
@@ -124,6 +127,7 @@ def read_scan(
                 "leave --series out"
             )
         volume = load_volume(path)
+        notes += frame_notes(path, volume)
     values, replaced = _finite(volume.values, nonfinite_is_air)
     if replaced:
         notes.append(f"{replaced:,} voxels that were no numbers are taken for air")

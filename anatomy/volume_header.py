@@ -8,6 +8,7 @@ import gzip
 import zlib
 from typing import Any
 
+from anatomy.nifti_header import NIFTI_ENDINGS, read_nifti_header
 from renderers.scene.memory import memory_limit
 from renderers.scene.volume import WIDEST_RATIO
 
@@ -15,8 +16,6 @@ MOST_HEADER_BYTES = 65_536
 
 SPACES = ("left-posterior-superior", "left-posterior-superior-time")
 """The reader turns RAS and LAS into the first one; other names place nobody."""
-
-NIFTI_HEADER_BYTES = 348
 
 CHUNK_BYTES = 1 << 20
 
@@ -76,8 +75,9 @@ def check_header(reader: Any, name: str, pixel_type: str) -> None:
             f"{WIDEST_RATIO:g}; one of the numbers is in another unit"
         )
     _check_frame(reader, name)
-    if name.lower().endswith((".nii", ".nii.gz")):
-        _check_length(name, NIFTI_HEADER_BYTES + need)
+    if name.lower().endswith(NIFTI_ENDINGS):
+        # the reader announces rescaled values, which the file does not hold
+        _check_length(name, read_nifti_header(name).stored_bytes)
 
 
 def _check_frame(reader: Any, name: str) -> None:
