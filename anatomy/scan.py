@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.dicom import choose_series, find_series, read_series
+from anatomy.dicom_folder import is_dicom
 from anatomy.files import load_volume
 from anatomy.nifti_header import frame_notes
 from anatomy.tissue import SURFACE_HU, TISSUES
@@ -115,7 +116,7 @@ def read_scan(
         raise ValueError(f"there is no file or folder {path}")
     if path.name.lower().endswith(ARCHIVES):
         raise ValueError(f"{path} is an archive; unpack it and name what is inside")
-    if path.is_dir() or _is_dicom(path):
+    if path.is_dir() or is_dicom(path):
         folder = path if path.is_dir() else path.parent
         chosen = choose_series(find_series(folder, progress), series)
         volume, notes = read_series(chosen, allow_gaps=allow_gaps, progress=progress)
@@ -194,11 +195,6 @@ def _named(modality: str) -> Modality | None:
         raise ValueError(
             f"the series is {modality}; only CT and MR can be imported"
         ) from error
-
-
-def _is_dicom(path: Path) -> bool:
-    with path.open("rb") as file:
-        return file.read(132)[128:] == b"DICM"
 
 
 def _finite(
