@@ -35,6 +35,10 @@ tissue, as in CT, would be wrong: a coil sees far tissue weakly."""
 USUAL_OFFSET = 1024.0
 """Added to CT numbers where they are stored without a sign."""
 
+WINDOW_FAR, WINDOW_LEAST, WINDOW_SHARE = 0.4, 40.0, 0.02
+"""How far from zero, in steps from air to tissue and in stored values, and in which
+share of voxels the lowest value tells a CT that was cut off."""
+
 TISSUE_HU = TISSUES["mucosa"].hu
 
 Progress = Callable[[str, float], None]
@@ -180,10 +184,28 @@ def _guess(volume: Volume) -> Modality:
     contrast = levels.tissue - levels.air
     if levels.air < -800:
         return Modality.CT
+    if _is_cut_off(volume, levels):
+        low, high = volume.value_range
+        raise ValueError(
+            f"the values are cut off at {low:g}, where air should be, as a window for "
+            f"looking at CT does ({low:g} to {high:g}); export the CT with all its "
+            "numbers, or say --modality mr if this is MR"
+        )
     low, high = np.percentile(volume.values, (0.1, 99.9))
     # a raw CT's air stands near zero, its bone far above soft tissue
     is_raw = CT_CONTRAST[0] < contrast < CT_CONTRAST[1] and high - low > 1.8 * contrast
     return Modality.CT if is_raw and levels.air < 200 else Modality.MR
+
+
+def _is_cut_off(volume: Volume, levels: Levels) -> bool:
+    """Tell whether a window took the air's own level away.
+
+    No MR has its air far from zero, and all of it at exactly the lowest value.
+    """
+    lowest = volume.value_range[0]
+    far = abs(levels.air) > max(WINDOW_FAR * (levels.tissue - levels.air), WINDOW_LEAST)
+    share = np.mean(np.asarray(volume.values)[::2, ::2, ::2] == lowest)
+    return far and float(share) > WINDOW_SHARE
 
 
 def _named(modality: str) -> Modality | None:
