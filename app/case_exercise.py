@@ -14,9 +14,10 @@ from anatomy.case import Case, read_case
 from anatomy.face_points import face_points
 from anatomy.files import write_file
 from anatomy.imported import WAY_END
+from app.folder import EXERCISE_FILES
 from devices import ProbePath, save_probe_path
 
-SCENARIO, PATH = "exercise.toml", "exercise.path.json"
+SCENARIO, PATH = EXERCISE_FILES
 
 BEFORE_MM = 12.0
 """Of the way outside the pivot."""
