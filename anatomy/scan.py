@@ -39,6 +39,9 @@ WINDOW_FAR, WINDOW_LEAST, WINDOW_SHARE = 0.4, 40.0, 0.02
 """How far from zero, in steps from air to tissue and in stored values, and in which
 share of voxels the lowest value tells a CT that was cut off."""
 
+SKULL_AIR, MOST_BONE_HU = (-1060.0, -940.0), 2500.0
+"""Levels of a scan of nothing but air and bone: a skull, or a cast of one."""
+
 TISSUE_HU = TISSUES["mucosa"].hu
 
 Progress = Callable[[str, float], None]
@@ -153,6 +156,10 @@ def _calibrated(volume: Volume, kind: Modality) -> tuple[Volume, list[str]]:
         usual = abs(levels.tissue - TISSUE_HU - USUAL_OFFSET) < 80
         offset = -USUAL_OFFSET if usual else TISSUE_HU - levels.tissue
         in_hu = levels.tissue > -200 and levels.tissue < 300 and levels.air < -800
+        is_bone = SKULL_AIR[0] < levels.air < SKULL_AIR[1] and (
+            300 <= levels.tissue < MOST_BONE_HU
+        )
+        in_hu = in_hu or is_bone
         if not in_hu and not CT_CONTRAST[0] < contrast < CT_CONTRAST[1]:
             raise ValueError(
                 f"these are no CT numbers: air is at {levels.air:.0f} and tissue at "

@@ -12,7 +12,7 @@ from anatomy.case import Case, CaseRecord
 from anatomy.imported import ImportedHead, import_head
 from anatomy.imported_case import source_record, write_imported_case
 from anatomy.scan import Modality, Scan, read_scan
-from app.case_exercise import exercise_of
+from app.case_exercise import exercise_of, straight_path
 from app.folder import claimed_case, remove_exercise
 from app.second_scan import check_second, lay_second
 from app.terminal import Stages, print_json, print_table
@@ -45,6 +45,8 @@ def run_import(options: ImportOptions, *, as_json: bool) -> int:
         scan, second = _read(options, stages)
         pivot = None if options.pivot_mm is None else np.array(options.pivot_mm)
         head = import_head(scan, options.spacing_mm, stages, pivot)
+        if head.approach is not None:
+            straight_path(head.approach, head.distance)  # refused before it is written
         sources = [source_record(scan, options.scan.resolve().name)]
         others = {}
         quality: dict[str, Any] = {}
