@@ -16,6 +16,9 @@ mucosa aside; it can be looked through all the same."""
 LONGEST_MM = 100.0
 STEP_MM = 0.75
 
+CHECK_MM = 0.1
+"""Steps in which a path is checked."""
+
 MIDDLE_MM = 12.0
 """Half width of the slab about the head's midplane that holds the nasal passages."""
 
@@ -71,6 +74,50 @@ def approach_from(distance: Volume, pivot_mm: NDArray[np.float64]) -> Approach:
     free = _free_lengths(distance, pivot[None], ways)[0]
     best = int(free.argmax())
     return Approach(pivot, ways[best], float(free[best]))
+
+
+def check_in_air(
+    distance: Volume, inner: NDArray[np.bool_], pivot_mm: NDArray[np.float64]
+) -> None:
+    """Refuse a pivot in tissue, naming the nearest air that a scope can stand in.
+
+    inner: ``(nz, ny, nx)`` mask of the air inside the head, on the distance's grid.
+    """
+    pivot = np.asarray(pivot_mm, dtype=np.float64)
+    if float(distance.sample(pivot)) <= 0:
+        return
+    told = f"the pivot {np.round(pivot, 1).tolist()} mm lies in tissue"
+    places = np.argwhere(inner & (distance.values < -RADIUS_MM))[:, ::-1]
+    if not len(places):
+        raise ValueError(f"{told}, and the scan shows no air for a scope")
+    points = distance.origin_mm + places * distance.spacing_mm
+    away = np.linalg.norm(points - pivot, axis=1)
+    nearest = points[int(away.argmin())]
+    raise ValueError(
+        f"{told}; the nearest air inside the head is {away.min():.1f} mm away: --pivot "
+        f"{' '.join(f'{v:.1f}' for v in nearest)}"
+    )
+
+
+def air_reach(
+    distance: Volume,
+    start_mm: NDArray[np.float64],
+    way: NDArray[np.float64],
+    most_mm: float,
+) -> float:
+    """Give how far from a point along a unit vector there is no tissue, in mm.
+
+    Beyond the volume nothing is known to be in the way.
+    """
+    t = np.arange(0.0, most_mm + CHECK_MM, CHECK_MM)
+    points = start_mm + t[:, None] * way
+    voxels = (points - distance.origin_mm) / distance.spacing_mm
+    top = np.array(distance.shape[::-1]) - 1
+    inside = np.all((voxels >= 0) & (voxels <= top), axis=1)
+    blocked = inside & (distance.sample(points) >= 0)
+    if not blocked.any():
+        return most_mm
+    return float(max(t[int(blocked.argmax())] - CHECK_MM, 0.0))
 
 
 def find_approach(

@@ -1,25 +1,29 @@
 """DICOM folders: which series there are, and one of them as a volume.
 
-Headers and uncompressed pixels are read by pydicom; what is compressed is decoded by
-SimpleITK. Nothing is guessed: a series that lacks a position, a size or a piece of a
-file is refused with the file's name.
+Nothing is guessed: a series that lacks a position, a size or a piece of a file is
+refused with the file's name.
 """
 
-import importlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.dicom_folder import examination_files, is_dicom, read_dicom
+from anatomy.dicom_frames import (
+    MANY_FRAMES,
+    Frame,
+    check_whole,
+    frame_values,
+    frames_of,
+    has_many_frames,
+)
 from anatomy.slices import Layout, SliceStack, straighten
+from disk import foreign_file
 from renderers.scene.memory import memory_limit
 from renderers.scene.volume import AIR_HU, Volume
-
-MOST_FILES = 20_000
-"""A head at 0.3 mm has about a thousand slices."""
 
 WORKING_BYTES = 12
 """For each pixel: it is held as a float, put into order, and resampled."""
@@ -27,19 +31,47 @@ WORKING_BYTES = 12
 FEWEST_SLICES = 5
 """A series of fewer is a scout image, not a volume."""
 
+SAME_WAY = 1e-3
+"""Largest difference of two orientations, by their cosines, that is rounding."""
+
+SAME_SPACING_MM = 1e-4
+"""Largest difference of two pixel spacings that is rounding."""
+
+SPARSE = 1.5
+"""Steps of more thicknesses than this leave tissue out."""
+
+LISTED_GAPS = 6
+
 Progress = Callable[[str, float], None]
 
 
 @dataclass(slots=True)
 class DicomSeries:
-    """Hold the files of one series that share one geometry."""
+    """Hold the slices of one series that share one geometry.
+
+    axes: ``(6,)`` unit vectors along a row and along a column, LPS. spacing_mm: between
+    rows, between columns. files, numbers: of each slice, its file and which of the
+    file's frames it is, from 0.
+    """
 
     uid: str
     modality: str
     description: str
     rows: int
     columns: int
+    axes: NDArray[np.float64]
+    spacing_mm: NDArray[np.float64]
     files: list[Path] = field(default_factory=list)
+    numbers: list[int] = field(default_factory=list)
+
+    def lies_as(
+        self, axes: NDArray[np.float64], spacing_mm: NDArray[np.float64]
+    ) -> bool:
+        """Tell whether a slice lies as those of the series do, but for rounding."""
+        return bool(
+            np.abs(self.axes - axes).max() < SAME_WAY
+            and np.abs(self.spacing_mm - spacing_mm).max() < SAME_SPACING_MM
+        )
 
     def __str__(self) -> str:
         """Describe the series for a list to choose from."""
@@ -53,50 +85,62 @@ class DicomSeries:
 def find_series(folder: Path, progress: Progress | None = None) -> list[DicomSeries]:
     """List the series below a folder, those with most slices first.
 
-    Images of one series that differ in size, orientation or pixel spacing are listed
-    apart. Files that are not DICOM are passed over. Raises ValueError when nothing
-    is left, or for more than 20,000 files.
+    Images of one series that differ in size, orientation or pixel spacing, and the
+    stacks and phases of an enhanced one, are listed apart. Files that are not DICOM are
+    passed over. Raises ValueError when nothing is left, for a damaged DICOM file, for
+    more than 20,000 files, and for links that lead out of the folder.
     """
-    pydicom = importlib.import_module("pydicom")
-    files = []
-    for file in sorted(folder.rglob("*")):
-        if file.is_file():
-            files.append(file)
-        if len(files) > MOST_FILES:
-            raise ValueError(
-                f"{folder} holds more than {MOST_FILES:,} files; name the folder of "
-                "one examination"
-            )
-    found: dict[tuple[object, ...], DicomSeries] = {}
+    files = examination_files(folder)
+    found: dict[tuple[object, ...], list[DicomSeries]] = {}
+    unplaced = None
     for n, file in enumerate(files):
         if progress is not None:
             progress("Reading headers", n / len(files))
-        try:
-            header = pydicom.dcmread(file, stop_before_pixels=True)
-        except (pydicom.errors.InvalidDicomError, OSError, EOFError, ValueError):
+        if not is_dicom(file):
             continue
-        if "Rows" not in header or "ImageOrientationPatient" not in header:
-            continue
-        axes = np.round(_numbers(header, "ImageOrientationPatient", 6, file), 3)
-        spacing = np.round(_numbers(header, "PixelSpacing", 2, file), 4)
-        uid = str(header.get("SeriesInstanceUID", ""))
-        rows, columns = int(header.Rows), int(header.Columns)
-        key = (uid, rows, columns, *axes.tolist(), *spacing.tolist())
-        if key not in found:
-            found[key] = DicomSeries(
-                uid,
-                str(header.get("Modality", "")) or "unknown",
-                str(header.get("SeriesDescription", "")).strip(),
-                rows,
-                columns,
-            )
-        found[key].files.append(file)
+        with foreign_file(file, "a DICOM file"):
+            image = read_dicom(file, pixels=False)
+            check_whole(image, file)
+            frames = frames_of(image, file)
+            if not frames and has_many_frames(image):
+                unplaced = file
+            for frame in frames:
+                _sort_in(frame, found)
+    if not found and unplaced is not None:
+        raise ValueError(f"{unplaced} {MANY_FRAMES}")
     if not found:
         raise ValueError(
             f"{folder} holds {len(files)} files, none of which is a DICOM image with "
             "a place in the patient"
         )
-    return sorted(found.values(), key=lambda s: -len(s.files))
+    series = [one for alike in found.values() for one in alike]
+    return sorted(series, key=lambda s: -len(s.files))
+
+
+def _sort_in(frame: Frame, found: dict[tuple[object, ...], list[DicomSeries]]) -> None:
+    """Add a slice to the series it belongs to, or begin one."""
+    header = frame.image
+    axes = frame.numbers("ImageOrientationPatient", 6)
+    spacing = frame.numbers("PixelSpacing", 2)
+    uid = str(header.get("SeriesInstanceUID", ""))
+    rows, columns = int(header.Rows), int(header.Columns)
+    alike = found.setdefault((uid, rows, columns, *frame.stack), [])
+    for series in alike:
+        if series.lies_as(axes, spacing):
+            break
+    else:
+        series = DicomSeries(
+            uid,
+            str(header.get("Modality", "")) or "unknown",
+            str(header.get("SeriesDescription", "")).strip(),
+            rows,
+            columns,
+            axes,
+            spacing,
+        )
+        alike.append(series)
+    series.files.append(frame.file)
+    series.numbers.append(frame.number)
 
 
 def choose_series(series: list[DicomSeries], which: int | None) -> DicomSeries:
@@ -129,7 +173,6 @@ def read_series(
     interpolation instead of refusing the series. Raises ValueError naming the file
     that is damaged or does not fit.
     """
-    pydicom = importlib.import_module("pydicom")
     need = series.rows * series.columns * len(series.files) * WORKING_BYTES
     limit = memory_limit()
     if need > limit:
@@ -137,38 +180,36 @@ def read_series(
             f"the series {series} needs {need:,} bytes; at most {limit:,} can be read "
             "on this machine"
         )
-    pixels, positions = [], []
-    axes = spacing = None
-    for n, file in enumerate(series.files):
+    pixels, positions, thickness = [], [], []
+    wanted: dict[Path, list[int]] = {}
+    for file, number in zip(series.files, series.numbers, strict=True):
+        wanted.setdefault(file, []).append(number)
+    for n, (file, numbers) in enumerate(wanted.items()):
         if progress is not None:
-            progress("Reading slices", n / len(series.files))
-        try:
-            image = pydicom.dcmread(file)
-        except (OSError, EOFError, ValueError) as error:
-            raise ValueError(f"{file} cannot be read: {error}") from error
-        pixels.append(_pixels(image, file))
-        positions.append(_numbers(image, "ImagePositionPatient", 3, file))
-        axes = _numbers(image, "ImageOrientationPatient", 6, file)
-        spacing = _numbers(image, "PixelSpacing", 2, file)
-    if axes is None or spacing is None or len(pixels) < 2:
+            progress("Reading slices", n / len(wanted))
+        with foreign_file(file, "a DICOM file"):
+            held = frames_of(read_dicom(file), file)
+            frames = [held[number] for number in numbers]
+            pixels += frame_values(frames)
+            positions += [f.numbers("ImagePositionPatient", 3) for f in frames]
+            thickness += [f.thickness_mm for f in frames]
+    if len(pixels) < 2:
         raise ValueError(f"the series {series} is no volume")
     stack = SliceStack(
         np.stack(pixels),
         np.stack(positions),
-        axes[:3],
-        axes[3:],
+        series.axes[:3],
+        series.axes[3:],
         # the standard names the distance between rows first
-        (float(spacing[1]), float(spacing[0])),
+        (float(series.spacing_mm[1]), float(series.spacing_mm[0])),
+        np.array(thickness),
     ).ordered()
     layout = Layout.of(stack)
     missing = layout.missing()
     if missing and not allow_gaps:
-        before, lost = missing[0]
-        place = stack.positions_mm[before] @ stack.normal
         raise ValueError(
-            f"the series {series} lacks {sum(m for _, m in missing)} slices, the "
-            f"first {lost} after the one at {place:.1f} mm; copy them again, or allow "
-            "gaps to bridge them"
+            f"the series {series} lacks {sum(m for _, m in missing)} slices: "
+            f"{_places(stack, missing)}; copy them again, or allow gaps to bridge them"
         )
     volume = straighten(stack, AIR_HU if series.modality == "CT" else 0.0)
     low, high = volume.value_range
@@ -190,72 +231,19 @@ def _notes(layout: Layout, missing: list[tuple[int, int]], volume: Volume) -> li
     if missing:
         lost = sum(m for _, m in missing)
         notes.append(f"{lost} missing slices bridged by interpolation")
+    thickness = layout.thickness_mm
+    usual = float(np.median(layout.steps_mm))
+    if thickness is not None and usual > SPARSE * np.median(thickness):
+        notes.append(
+            f"slices of {np.median(thickness):.2f} mm lie {usual:.2f} mm apart: what "
+            "is between them was not scanned, or every other slice is lost"
+        )
     return notes
 
 
-def _pixels(image: Any, file: Path) -> NDArray[np.float32]:
-    """Give one slice in real units."""
-    if int(image.get("SamplesPerPixel", 1)) != 1:
-        raise ValueError(f"{file} is a colour image, not a slice of numbers")
-    if int(image.get("NumberOfFrames", 1)) != 1:
-        raise ValueError(
-            f"{file} holds many frames in one file (enhanced DICOM); export it as one "
-            "file a slice"
-        )
-    if image.get("PhotometricInterpretation", "MONOCHROME2") != "MONOCHROME2":
-        raise ValueError(
-            f"{file} is stored as {image.PhotometricInterpretation}; slices of numbers "
-            "are MONOCHROME2"
-        )
-    if image.file_meta.TransferSyntaxUID.is_compressed:
-        raw = _decoded(file)
-    else:
-        bits = int(image.BitsAllocated)
-        need = int(image.Rows) * int(image.Columns) * bits // 8
-        have = len(image.get("PixelData", b""))
-        if have < need:
-            raise ValueError(
-                f"{file} is cut off: {have:,} of {need:,} bytes of pixels are there"
-            )
-        try:
-            raw = image.pixel_array
-        except (ValueError, AttributeError, NotImplementedError, RuntimeError) as error:
-            raise ValueError(f"{file} has unreadable pixels: {error}") from error
-    slope = float(image.get("RescaleSlope", 1))
-    intercept = float(image.get("RescaleIntercept", 0))
-    # in floats: a stored -32768 less 1024 does not fit its own type
-    values = raw.astype(np.float32) * np.float32(slope) + np.float32(intercept)
-    padding = image.get("PixelPaddingValue")
-    if padding is not None and image.get("Modality") == "CT":
-        values[raw == padding] = AIR_HU
-    result: NDArray[np.float32] = values
-    return result
-
-
-def _decoded(file: Path) -> NDArray[Any]:
-    """Decode a compressed slice; gives stored values, not rescaled ones."""
-    sitk = importlib.import_module("SimpleITK")
-    reader = sitk.ImageFileReader()
-    reader.SetFileName(str(file))
-    reader.SetImageIO("GDCMImageIO")
-    try:
-        decoded = sitk.GetArrayFromImage(reader.Execute())
-    except RuntimeError as error:
-        raise ValueError(f"{file} holds pixels that cannot be decoded") from error
-    header = importlib.import_module("pydicom").dcmread(file, stop_before_pixels=True)
-    slope = float(header.get("RescaleSlope", 1))
-    intercept = float(header.get("RescaleIntercept", 0))
-    stored: NDArray[np.float64] = np.rint((decoded[0] - intercept) / slope)
-    return stored
-
-
-def _numbers(header: Any, name: str, count: int, file: Path) -> NDArray[np.float64]:
-    """Read a list of numbers; ValueError names the file that lacks it."""
-    value = header.get(name)
-    try:
-        numbers = np.array([float(v) for v in value], dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{file} has no {name}, which places it") from error
-    if numbers.shape != (count,) or not np.isfinite(numbers).all():
-        raise ValueError(f"{file} has an unusable {name}: {value}")
-    return numbers
+def _places(stack: SliceStack, missing: list[tuple[int, int]]) -> str:
+    """Say after which slices how many are lost."""
+    depth = stack.positions_mm @ stack.normal
+    listed = [f"{lost} after the one at {depth[i]:.1f} mm" for i, lost in missing]
+    more = len(listed) - LISTED_GAPS
+    return ", ".join(listed[:LISTED_GAPS]) + (f" and {more} gaps more" * (more > 0))

@@ -8,12 +8,17 @@ from typing import Any
 
 import numpy as np
 
+from anatomy.data_files import check_data_files
 from anatomy.volume_header import check_header
 from disk import foreign_file, whole_file
 from renderers.scene import AIR_HU, Volume
 
 _HEADER_TOLERANCE = 1e-3
 """Largest departure from orthonormal axes that counts as rounding in a header."""
+
+
+FORMATS = ("NrrdImageIO", "NiftiImageIO", "MetaImageIO")
+"""The readers of SimpleITK that foreign files are given to."""
 
 
 def load_volume(path: Path | str, background: float = AIR_HU) -> Volume:
@@ -32,9 +37,14 @@ def _load(name: str, background: float) -> Volume:
 
     if not Path(name).is_file():
         raise ValueError(f"there is no volume file {name}")
+    check_data_files(Path(name))
     reader = sitk.ImageFileReader()
     reader.SetFileName(name)
     try:
+        kind = reader.GetImageIOFromFileName(name)
+        if kind not in FORMATS:
+            raise RuntimeError(f"{kind or 'nothing'} is not among {FORMATS}")
+        reader.SetImageIO(kind)
         reader.ReadImageInformation()
     except RuntimeError as error:
         raise ValueError(

@@ -20,9 +20,11 @@ from anatomy.approach import (
     SHORTEST_MM,
     Approach,
     approach_from,
+    check_in_air,
     find_approach,
 )
-from anatomy.chambers import AirSpaces, find_chambers
+from anatomy.bare_bone import bare_bone
+from anatomy.chambers import SINUS_ASIDE_MM, AirSpaces, find_chambers
 from anatomy.face_points import face_points
 from anatomy.landmarks import Landmark
 from anatomy.midplane import Midplane, find_midplane
@@ -44,6 +46,14 @@ NOSTRIL_ASIDE_MM = 15.0
 
 NOSTRILS_APART_MM = 15.0
 """In height and depth; lips and chin make openings of a nostril's size as well."""
+
+WIDEST_MM2 = 2000.0
+"""A wide open mouth, or a nose that the scan's border cuts, opens over less."""
+
+LARGEST_ML = 60.0
+"""Of the pharynx with an open mouth; the cranial vault holds more than a litre."""
+
+BARE = "no soft tissue lies on the bone: it is drawn as bare bone"
 
 AT_NOSTRIL = "the scope enters at a nostril"
 
@@ -97,7 +107,7 @@ def import_head(
 
     pivot_mm: ``(3,)`` LPS where a scope enters; None takes a nostril, or the most
     promising place where there is none. Raises ValueError when the scan shows no
-    airway, or for a spacing outside [0.2, 3] mm.
+    airway, for a pivot in tissue, or for a spacing outside [0.2, 3] mm.
     """
     if not 0.2 <= spacing_mm <= 3.0:
         raise ValueError(f"voxels must be 0.2 to 3 mm wide, got {spacing_mm:g}")
@@ -122,12 +132,25 @@ def import_head(
     midplane = find_midplane(fine)
     spaces = find_chambers(airways, distance, midplane)
     report("Finding surfaces", 1.0)
-    blood = encode_blood(np.array(TISSUES["mucosa"].blood_fraction))
+    bare = np.zeros(fine.shape, np.bool_)
+    if scan.modality is Modality.CT:
+        bare = bare_bone(fine, distance)
+    mucosa, bone = (
+        encode_blood(np.array(TISSUES[name].blood_fraction))
+        for name in ("mucosa", "bone")
+    )
+    blood = np.where(bare, bone, mucosa).astype(np.uint8)
+    skin = np.where(bare, np.uint8(0), skin_weight(airways))
     ct = np.clip(np.rint(fine.values), -32768, 32767).astype(np.int16)
-    nostrils = _nostrils(airways, midplane)
+    doubt = _doubt(airways, spaces, bare)
+    nostrils = [] if doubt else _nostrils(airways, midplane)
     if pivot_mm is not None:
         approach: Approach | None = approach_from(distance, pivot_mm)
+        check_in_air(distance, airways.labels.values > 0, pivot_mm)
         found = "the scope enters where you said"
+    elif doubt:
+        approach = None
+        found = f"no nostril was found: {doubt}; name the entrance with --pivot x y z"
     else:
         suggested, found = _entrance(nostrils, spaces, distance, midplane)
         is_sure = found == AT_NOSTRIL or scan.modality is Modality.CT
@@ -142,12 +165,12 @@ def import_head(
     for name, place in _face(rough, nostrils, approach, midplane).items():
         marks[name] = Landmark(name, Side.MIDLINE, place, FACE_RADIUS_MM)
     room = [note for note in rough.notes if note == NO_ROOM]
-    notes = (*scan.notes, *room, *airways.notes, found)
+    notes = (*scan.notes, *room, *airways.notes, *([BARE] if bare.any() else []), found)
     return ImportedHead(
         ct=fine.with_values(ct, fine.background),
         distance=distance,
-        blood=fine.with_values(np.full(fine.shape, blood, np.uint8), 0.0),
-        skin=fine.with_values(skin_weight(airways), 0.0),
+        blood=fine.with_values(blood, 0.0),
+        skin=fine.with_values(skin, 0.0),
         face=head_distance(rough),
         airways=airways,
         spaces=spaces,
@@ -156,6 +179,26 @@ def import_head(
         landmarks=marks,
         notes=tuple(dict.fromkeys(notes)),
     )
+
+
+def _doubt(airways: Airways, spaces: AirSpaces, bare: NDArray[np.bool_]) -> str | None:
+    """Say what about a head's air is not like a nose, so that no way in is guessed."""
+    if bare.any():
+        return "the head is bare bone"
+    widest = max((o.area_mm2 for o in airways.openings), default=0.0)
+    if widest > WIDEST_MM2:
+        return f"the airway meets the room over {widest:.0f} mm2, as an open skull does"
+    middle = [
+        c.volume_ml
+        for c in spaces.chambers
+        if c.is_open and abs(c.aside_mm) < SINUS_ASIDE_MM
+    ]
+    if max(middle, default=0.0) > LARGEST_ML:
+        return (
+            f"the airway widens to {max(middle):.0f} mL in the middle of the head, "
+            "more than a nose and a throat hold, as an empty skull does"
+        )
+    return None
 
 
 def _nostrils(airways: Airways, midplane: Midplane) -> list[Opening]:

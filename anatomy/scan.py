@@ -14,7 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.dicom import choose_series, find_series, read_series
+from anatomy.dicom_folder import is_dicom
 from anatomy.files import load_volume
+from anatomy.nifti_header import frame_notes
 from anatomy.tissue import SURFACE_HU, TISSUES
 from renderers.scene.volume import AIR_HU, Volume
 
@@ -32,6 +34,13 @@ tissue, as in CT, would be wrong: a coil sees far tissue weakly."""
 
 USUAL_OFFSET = 1024.0
 """Added to CT numbers where they are stored without a sign."""
+
+WINDOW_FAR, WINDOW_LEAST, WINDOW_SHARE = 0.4, 40.0, 0.02
+"""How far from zero, in steps from air to tissue and in stored values, and in which
+share of voxels the lowest value tells a CT that was cut off."""
+
+SKULL_AIR, MOST_BONE_HU = (-1060.0, -940.0), 2500.0
+"""Levels of a scan of nothing but air and bone: a skull, or a cast of one."""
 
 TISSUE_HU = TISSUES["mucosa"].hu
 
@@ -71,7 +80,9 @@ class Levels:
         with np.errstate(divide="ignore", invalid="ignore"):
             gap = sums / below - (sums[-1] - sums) / above
             between = np.where((below > 0) & (above > 0), below * above * gap**2, 0)
-        cut = int(between.argmax()) + 1
+        # between two clean peaks every threshold is as good: take the middle one
+        best = np.flatnonzero(between >= between.max() * (1 - 1e-12))
+        cut = int(best[len(best) // 2]) + 1
         smooth = np.convolve(counts, np.ones(9) / 9, mode="same")
         return cls(
             float(centers[int(smooth[:cut].argmax())]),
@@ -112,7 +123,7 @@ def read_scan(
         raise ValueError(f"there is no file or folder {path}")
     if path.name.lower().endswith(ARCHIVES):
         raise ValueError(f"{path} is an archive; unpack it and name what is inside")
-    if path.is_dir() or _is_dicom(path):
+    if path.is_dir() or is_dicom(path):
         folder = path if path.is_dir() else path.parent
         chosen = choose_series(find_series(folder, progress), series)
         volume, notes = read_series(chosen, allow_gaps=allow_gaps, progress=progress)
@@ -124,6 +135,7 @@ def read_scan(
                 "leave --series out"
             )
         volume = load_volume(path)
+        notes += frame_notes(path, volume)
     values, replaced = _finite(volume.values, nonfinite_is_air)
     if replaced:
         notes.append(f"{replaced:,} voxels that were no numbers are taken for air")
@@ -144,6 +156,10 @@ def _calibrated(volume: Volume, kind: Modality) -> tuple[Volume, list[str]]:
         usual = abs(levels.tissue - TISSUE_HU - USUAL_OFFSET) < 80
         offset = -USUAL_OFFSET if usual else TISSUE_HU - levels.tissue
         in_hu = levels.tissue > -200 and levels.tissue < 300 and levels.air < -800
+        is_bone = SKULL_AIR[0] < levels.air < SKULL_AIR[1] and (
+            300 <= levels.tissue < MOST_BONE_HU
+        )
+        in_hu = in_hu or is_bone
         if not in_hu and not CT_CONTRAST[0] < contrast < CT_CONTRAST[1]:
             raise ValueError(
                 f"these are no CT numbers: air is at {levels.air:.0f} and tissue at "
@@ -175,10 +191,28 @@ def _guess(volume: Volume) -> Modality:
     contrast = levels.tissue - levels.air
     if levels.air < -800:
         return Modality.CT
+    if _is_cut_off(volume, levels):
+        low, high = volume.value_range
+        raise ValueError(
+            f"the values are cut off at {low:g}, where air should be, as a window for "
+            f"looking at CT does ({low:g} to {high:g}); export the CT with all its "
+            "numbers, or say --modality mr if this is MR"
+        )
     low, high = np.percentile(volume.values, (0.1, 99.9))
     # a raw CT's air stands near zero, its bone far above soft tissue
     is_raw = CT_CONTRAST[0] < contrast < CT_CONTRAST[1] and high - low > 1.8 * contrast
     return Modality.CT if is_raw and levels.air < 200 else Modality.MR
+
+
+def _is_cut_off(volume: Volume, levels: Levels) -> bool:
+    """Tell whether a window took the air's own level away.
+
+    No MR has its air far from zero, and all of it at exactly the lowest value.
+    """
+    lowest = volume.value_range[0]
+    far = abs(levels.air) > max(WINDOW_FAR * (levels.tissue - levels.air), WINDOW_LEAST)
+    share = np.mean(np.asarray(volume.values)[::2, ::2, ::2] == lowest)
+    return far and float(share) > WINDOW_SHARE
 
 
 def _named(modality: str) -> Modality | None:
@@ -190,11 +224,6 @@ def _named(modality: str) -> Modality | None:
         raise ValueError(
             f"the series is {modality}; only CT and MR can be imported"
         ) from error
-
-
-def _is_dicom(path: Path) -> bool:
-    with path.open("rb") as file:
-        return file.read(132)[128:] == b"DICM"
 
 
 def _finite(

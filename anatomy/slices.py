@@ -11,15 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.steps import lost_slices
 from renderers.scene.volume import Volume
 
 SAME_PLACE_MM = 0.01
 """Slices nearer than this are one slice twice. Also the shift and the unevenness, per
 slice, that count as rounding in a header."""
-
-WHOLE_MULTIPLE = 0.03
-"""Relative departure from a whole multiple of its neighbours that a gap may have to
-count as missing slices. Steps that an operator chose (4 and 7 mm) are not multiples."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +26,7 @@ class SliceStack:
     pixels: ``(n, rows, columns)``. positions_mm: ``(n, 3)`` LPS centre of each slice's
     first pixel. row_direction, column_direction: ``(3,)`` unit vectors along a row
     (rising column) and along a column (rising row). spacing_mm: between columns,
-    between rows.
+    between rows. thickness_mm: ``(n,)``, NaN where it is not known.
     """
 
     pixels: NDArray[np.generic]
@@ -37,6 +34,7 @@ class SliceStack:
     row_direction: NDArray[np.float64]
     column_direction: NDArray[np.float64]
     spacing_mm: tuple[float, float]
+    thickness_mm: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         if self.pixels.ndim != 3 or len(self.pixels) != len(self.positions_mm):
@@ -85,6 +83,7 @@ class SliceStack:
             self.row_direction,
             self.column_direction,
             self.spacing_mm,
+            None if self.thickness_mm is None else self.thickness_mm[order],
         )
 
 
@@ -94,11 +93,13 @@ class Layout:
 
     steps_mm: ``(n - 1,)``. shear_mm: largest sideways shift beyond that of a straight
     stack. tilt_deg: angle between the way of the table and the slices' normal.
+    thickness_mm: ``(n,)`` of the slices, NaN where it is not known.
     """
 
     steps_mm: NDArray[np.float64]
     shear_mm: float
     tilt_deg: float
+    thickness_mm: NDArray[np.float64] | None = None
 
     @classmethod
     def of(cls, stack: SliceStack) -> "Layout":
@@ -113,6 +114,7 @@ class Layout:
             np.diff(depth),
             float(np.linalg.norm(aside, axis=1).max()),
             float(np.degrees(np.arctan2(sideways, along))),
+            stack.thickness_mm,
         )
 
     @property
@@ -123,19 +125,7 @@ class Layout:
 
     def missing(self) -> list[tuple[int, int]]:
         """List the gaps that look like lost slices: slice before, how many."""
-        steps = self.steps_mm
-        found = []
-        for i in range(len(steps)):
-            around = [steps[j] for j in (i - 1, i + 1) if 0 <= j < len(steps)]
-            if not around:
-                continue
-            usual = float(min(around))
-            times = steps[i] / usual
-            even = max(around) - usual <= WHOLE_MULTIPLE * usual
-            whole = abs(times - round(times)) <= WHOLE_MULTIPLE * times
-            if even and whole and round(times) >= 2:
-                found.append((i, round(times) - 1))
-        return found
+        return lost_slices(self.steps_mm, self.thickness_mm)
 
 
 def straighten(stack: SliceStack, background: float) -> Volume:

@@ -6,8 +6,10 @@ volume that is in its right place is refused here, before memory is asked for.
 
 import gzip
 import zlib
+from pathlib import Path
 from typing import Any
 
+from anatomy.nifti_header import NIFTI_ENDINGS, read_nifti_header
 from renderers.scene.memory import memory_limit
 from renderers.scene.volume import WIDEST_RATIO
 
@@ -16,7 +18,9 @@ MOST_HEADER_BYTES = 65_536
 SPACES = ("left-posterior-superior", "left-posterior-superior-time")
 """The reader turns RAS and LAS into the first one; other names place nobody."""
 
-NIFTI_HEADER_BYTES = 348
+EXPANDED_BYTES, MOST_PACKED = 1 << 30, 200
+"""What is larger than that and was packed to less than one in 200 is no scan: air
+alone, with its noise, packs to one in five."""
 
 CHUNK_BYTES = 1 << 20
 
@@ -61,6 +65,12 @@ def check_header(reader: Any, name: str, pixel_type: str) -> None:
             f"{name} says it is {size[0]} x {size[1]} x {size[2]} voxels, which needs "
             f"{need:,} bytes; at most {limit:,} can be read on this machine"
         )
+    packed = Path(name).stat().st_size
+    if need > EXPANDED_BYTES and need > MOST_PACKED * packed and _is_alone(name):
+        raise ValueError(
+            f"{name} says that its {packed:,} bytes unpack to {need:,}; no scan can be "
+            "packed so far"
+        )
     spacing = reader.GetSpacing()
     if any(s < 0 for s in spacing):
         raise ValueError(
@@ -76,8 +86,14 @@ def check_header(reader: Any, name: str, pixel_type: str) -> None:
             f"{WIDEST_RATIO:g}; one of the numbers is in another unit"
         )
     _check_frame(reader, name)
-    if name.lower().endswith((".nii", ".nii.gz")):
-        _check_length(name, NIFTI_HEADER_BYTES + need)
+    if name.lower().endswith(NIFTI_ENDINGS):
+        # the reader announces rescaled values, which the file does not hold
+        _check_length(name, read_nifti_header(name).stored_bytes)
+
+
+def _is_alone(name: str) -> bool:
+    """Tell whether the values lie in the header's own file."""
+    return not name.lower().endswith((".nhdr", ".mhd", ".hdr", ".img"))
 
 
 def _check_frame(reader: Any, name: str) -> None:

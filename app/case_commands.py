@@ -21,6 +21,7 @@ def import_scan(
     second: Path | None = None,
     allow_gaps: Flag = False,
     nonfinite_air: Flag = False,
+    force: Flag = False,
     json: Json = False,
 ) -> int:
     """Make a case of a patient's own CT or MR, to be flown through.
@@ -49,11 +50,22 @@ def import_scan(
         Bridge missing slices by interpolation.
     nonfinite_air
         Take voxels that are no numbers for air.
+    force
+        Write over the case, and its exercise, that the folder holds.
     """
     from app.import_command import ImportOptions, run_import
 
     options = ImportOptions(
-        scan, out, series, modality, spacing, pivot, second, allow_gaps, nonfinite_air
+        scan,
+        out,
+        series,
+        modality,
+        spacing,
+        pivot,
+        second,
+        allow_gaps,
+        nonfinite_air,
+        force,
     )
     return run_import(options, as_json=json)
 
@@ -70,6 +82,7 @@ def phantom(
     spacing: float = 0.5,
     noise: float = 12.0,
     mr: bool = False,
+    force: Flag = False,
     json: Json = False,
 ) -> int:
     """Write a virtual patient as a case folder that 3D Slicer opens.
@@ -94,6 +107,8 @@ def phantom(
         Standard deviation of the CT's noise in HU: 12 is a soft kernel, 50 a bone one.
     mr
         Write t1.nrrd and t2.nrrd too.
+    force
+        Write over the case that the folder holds.
     """
     from app.phantom_command import run_phantom
 
@@ -108,6 +123,7 @@ def phantom(
         lund_mackay=lund_mackay,
         noise_hu=noise,
         resonance=mr,
+        force=force,
     )
 
 

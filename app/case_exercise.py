@@ -9,17 +9,22 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy.approach import Approach, approach_from
+from anatomy.approach import Approach, air_reach, approach_from
 from anatomy.case import Case, read_case
 from anatomy.face_points import face_points
 from anatomy.files import write_file
 from anatomy.imported import WAY_END
+from app.folder import EXERCISE_FILES
 from devices import ProbePath, save_probe_path
+from renderers.scene.volume import Volume
 
-SCENARIO, PATH = "exercise.toml", "exercise.path.json"
+SCENARIO, PATH = EXERCISE_FILES
 
 BEFORE_MM = 12.0
 """Of the way outside the pivot."""
+
+SHORTEST_MM = 5.0
+"""A flight of less shows nothing."""
 
 SPEED_MM_S = 10.0
 TICK_S = 0.1
@@ -40,17 +45,35 @@ def exercise_of(folder: Path, case: Case | None = None) -> Path:
     if not file.exists() or not (folder / PATH).exists():
         case = case or read_case(folder)
         approach = _approach(folder, case)
-        save_probe_path(straight_path(approach), folder / PATH)
+        save_probe_path(
+            straight_path(approach, case.volumes.get("distance")), folder / PATH
+        )
         write_file(file, scenario_text(folder, case, approach).encode())
     return file
 
 
-def straight_path(approach: Approach) -> ProbePath:
-    """Make the motion along the free way and back, calm at its ends."""
-    length = BEFORE_MM + max(approach.free_mm - 2.0, 5.0)
+def straight_path(approach: Approach, distance: Volume | None = None) -> ProbePath:
+    """Make the motion along the free way and back, calm at its ends.
+
+    distance: signed mm to the air surface; where it shows tissue before or behind the
+    pivot, the motion begins or turns back before it. Raises ValueError where less than
+    `SHORTEST_MM` is left.
+    """
+    before, inwards = BEFORE_MM, max(approach.free_mm - 2.0, 5.0)
+    if distance is not None:
+        way = approach.axis / np.linalg.norm(approach.axis)
+        before = air_reach(distance, approach.pivot_mm, -way, before)
+        inwards = air_reach(distance, approach.pivot_mm, way, inwards)
+    length = before + inwards
+    if length < SHORTEST_MM:
+        raise ValueError(
+            f"the way in from {np.round(approach.pivot_mm, 1).tolist()} mm meets "
+            f"tissue after {inwards:.1f} mm; name an entrance with more air before it "
+            "with --pivot x y z"
+        )
     half = max(np.pi / 2 * length / SPEED_MM_S, 2.0)
     t_s = np.arange(round(2 * half / TICK_S) + 1) * TICK_S
-    depth = length / 2 * (1 - np.cos(np.pi * t_s / half)) - BEFORE_MM
+    depth = length / 2 * (1 - np.cos(np.pi * t_s / half)) - before
     tip = approach.pivot_mm + depth[:, None] * approach.axis
     axis = np.repeat(approach.axis[None] / np.linalg.norm(approach.axis), len(t_s), 0)
     return ProbePath(

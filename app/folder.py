@@ -7,7 +7,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from anatomy.case import RECORD
+import msgspec
+
+from anatomy.case import RECORD, CaseRecord
+
+EXERCISE_FILES = ("exercise.toml", "exercise.path.json")
+"""The scenario that is made for a case and for a person to edit, and its path."""
 
 
 @contextmanager
@@ -47,10 +52,11 @@ def claimed_folder(folder: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def claimed_case(folder: Path) -> Iterator[Path]:
-    """Claim a folder for a case: a new one, an empty one or a case's.
+def claimed_case(folder: Path, *, force: bool = False) -> Iterator[Path]:
+    """Claim a folder for a case: a new one or an empty one; a case's with `force`.
 
-    Raises ValueError for a file and for a folder that holds something else.
+    Raises ValueError for a file, for a folder that holds something else, and without
+    `force` for one that holds a case, saying which.
     """
     if folder.exists() and not folder.is_dir():
         raise ValueError(f"{folder} is a file; name a folder for the case with --out.")
@@ -60,8 +66,34 @@ def claimed_case(folder: Path) -> Iterator[Path]:
             f"{folder} holds {held[0]!r} and no {RECORD}: it is no case; choose "
             "another folder with --out, or empty it."
         )
+    if RECORD in held and not force:
+        raise ValueError(
+            f"{folder} holds {_what_is_held(folder)} already; choose another folder "
+            "with --out, or write over it with --force."
+        )
     with claimed_folder(folder):
         yield folder
+
+
+def _what_is_held(folder: Path) -> str:
+    """Describe a case, and what a person may have changed in it."""
+    try:
+        record = msgspec.json.decode((folder / RECORD).read_bytes(), type=CaseRecord)
+    except (OSError, msgspec.DecodeError):
+        kind = "a case"
+    else:
+        names = " and ".join(source.name for source in record.sources)
+        kind = f"the case of {names}" if names else "the case of a phantom"
+        if record.parameters is not None:
+            kind += f" (seed {record.parameters.seed})"
+    own = [name for name in EXERCISE_FILES if (folder / name).exists()]
+    return kind + (f" with its {own[0]}" if own else "")
+
+
+def remove_exercise(folder: Path) -> None:
+    """Remove the exercise of a case that is written over: its way in is another's."""
+    for name in EXERCISE_FILES:
+        (folder / name).unlink(missing_ok=True)
 
 
 def remove_old_session(folder: Path) -> None:

@@ -12,8 +12,8 @@ from anatomy.case import Case, CaseRecord
 from anatomy.imported import ImportedHead, import_head
 from anatomy.imported_case import source_record, write_imported_case
 from anatomy.scan import Modality, Scan, read_scan
-from app.case_exercise import PATH, SCENARIO, exercise_of
-from app.folder import claimed_case
+from app.case_exercise import exercise_of, straight_path
+from app.folder import claimed_case, remove_exercise
 from app.second_scan import check_second, lay_second
 from app.terminal import Stages, print_json, print_table
 
@@ -36,14 +36,17 @@ class ImportOptions:
     second: Path | None
     allow_gaps: bool
     nonfinite_air: bool
+    force: bool = False
 
 
 def run_import(options: ImportOptions, *, as_json: bool) -> int:
     """Import, write, tell what was found."""
-    with Stages() as stages, claimed_case(options.out) as out:
+    with Stages() as stages, claimed_case(options.out, force=options.force) as out:
         scan, second = _read(options, stages)
         pivot = None if options.pivot_mm is None else np.array(options.pivot_mm)
         head = import_head(scan, options.spacing_mm, stages, pivot)
+        if head.approach is not None:
+            straight_path(head.approach, head.distance)  # refused before it is written
         sources = [source_record(scan, options.scan.resolve().name)]
         others = {}
         quality: dict[str, Any] = {}
@@ -53,8 +56,7 @@ def run_import(options: ImportOptions, *, as_json: bool) -> int:
             others["mr"] = laid.on_grid
             quality = laid.quality
         stages("Writing the case", 0.0)
-        for old in (SCENARIO, PATH):
-            (out / old).unlink(missing_ok=True)
+        remove_exercise(out)
         record = write_imported_case(head, tuple(sources), out, others)
         if head.approach is not None:
             volumes = {"ct": head.ct, "distance": head.distance}

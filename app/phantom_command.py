@@ -13,7 +13,7 @@ from anatomy import (
 )
 from anatomy.case import write_case
 from anatomy.variants import variant_names, without_variants
-from app.folder import claimed_case
+from app.folder import claimed_case, remove_exercise
 from app.terminal import Stages, print_json
 
 
@@ -29,25 +29,28 @@ def run_phantom(
     lund_mackay: tuple[str, ...] = (),
     noise_hu: float = 12.0,
     resonance: bool = False,
+    force: bool = False,
 ) -> int:
     """Build the phantom of `seed` and write it.
 
     average: the average adult with that seed's cells, in place of a drawn patient.
-    lund_mackay: scores such as ``"maxillary:left=2"``, see `parse_scores`. Raise
-    ValueError for a name, side or score that there is not.
+    lund_mackay: scores such as ``"maxillary:left=2"``, see `parse_scores`.
+    force: write over the case that `out` holds. Raise ValueError for a name, side or
+    score that there is not.
     """
     patient = PhantomParameters(seed=seed) if average else draw_parameters(seed)
     patient = without_variants(with_variants(patient, variants), without)
     patient = msgspec.structs.replace(
         patient, opacity=parse_scores(lund_mackay), ct_noise_hu=noise_hu
     )
-    with Stages() as stages, claimed_case(out):
+    with Stages() as stages, claimed_case(out, force=force):
         phantom = sinus_phantom(
             patient,
             spacing_mm=spacing_mm,
             progress=lambda stage, share: stages(f"Head: {stage}", share),
         )
         stages("Writing the case", 0.0)
+        remove_exercise(out)
         write_case(phantom, out, resonance=resonance)
         stages("Writing the case", 1.0)
     nz, ny, nx = phantom.ct.shape

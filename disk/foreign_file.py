@@ -28,8 +28,8 @@ def foreign_file(file: Path | str, what: str) -> Iterator[None]:
     """
     try:
         yield
-    except ForeignFileError:
-        raise
+    except (ForeignFileError, NameError, ImportError):
+        raise  # a name that is missing is no file's fault
     except MemoryError as error:
         raise ForeignFileError(
             f"{file} cannot be read as {what}: it asks for more memory than there is."

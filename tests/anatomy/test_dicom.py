@@ -1,6 +1,7 @@
 """DICOM folders written for the purpose, good and bad."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -9,62 +10,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from pydicom import dcmread
-from pydicom.dataset import FileDataset, FileMetaDataset
-from pydicom.uid import UID, ExplicitVRLittleEndian, generate_uid
+from pydicom.dataset import FileDataset
 
 from anatomy.dicom import choose_series, find_series, read_series
 from anatomy.scan import read_scan
-
-CT = UID("1.2.840.10008.5.1.4.1.1.2")
-
-
-def write_slice(
-    file: Path,
-    pixels: NDArray[np.int16],
-    position: NDArray[np.float64],
-    *,
-    series: str = "1.2.3",
-    orientation: tuple[float, ...] = (1, 0, 0, 0, 1, 0),
-    spacing: tuple[float, float] = (0.5, 0.7),
-    **more: Any,
-) -> None:
-    """Write a slice; spacing is between rows, between columns, as in the standard."""
-    meta = FileMetaDataset()
-    meta.MediaStorageSOPClassUID = CT
-    meta.MediaStorageSOPInstanceUID = generate_uid()
-    meta.TransferSyntaxUID = ExplicitVRLittleEndian
-    image = FileDataset(str(file), {}, file_meta=meta, preamble=b"\0" * 128)
-    image.SOPClassUID = CT
-    image.SOPInstanceUID = meta.MediaStorageSOPInstanceUID
-    image.SeriesInstanceUID = series
-    image.Modality = "CT"
-    image.Rows, image.Columns = pixels.shape
-    image.BitsAllocated = image.BitsStored = 16
-    image.HighBit = 15
-    image.PixelRepresentation = 1
-    image.SamplesPerPixel = 1
-    image.PhotometricInterpretation = "MONOCHROME2"
-    image.ImagePositionPatient = [float(f"{v:.6g}") for v in position]
-    image.ImageOrientationPatient = list(orientation)
-    image.PixelSpacing = list(spacing)
-    image.RescaleSlope, image.RescaleIntercept = 1, -1024
-    image.PixelData = pixels.tobytes()
-    for name, value in more.items():
-        setattr(image, name, value)
-    image.save_as(file, enforce_file_format=True)
-
-
-def write_stack(folder: Path, count: int = 8, **more: Any) -> NDArray[np.int16]:
-    """Write slices 2 mm apart in an order that is not their own."""
-    folder.mkdir(parents=True, exist_ok=True)
-    rng = np.random.default_rng(5)
-    values = rng.integers(0, 3000, (count, 12, 10)).astype(np.int16)
-    for n, k in enumerate(rng.permutation(count)):
-        place = np.array([-30.0, -20.0, 2.0 * k])
-        write_slice(folder / f"{n:03d}", values[k], place, **more)
-    return values
+from tests.dicom_files import write_slice, write_stack
 
 
 def test_a_folder_is_a_volume_in_hu_and_lps(tmp_path: Path) -> None:
@@ -213,6 +164,10 @@ CATALOGUE: dict[str, tuple[Callable[[Path], object], str]] = {
         lambda f: put_all(f, ImageOrientationPatient=[1, 0, 0, 0.3, 1, 0]),
         "not at right angles",
     ),
+    "a kind of value that there is not": (
+        lambda f: unknown_kind(f),
+        "003 cannot be read as a DICOM file: it is damaged",
+    ),
     "images of a size that no memory holds": (
         lambda f: put_all(f, Rows=65535, Columns=65535),
         "needs [0-9,]+ bytes",
@@ -238,6 +193,14 @@ def put_all(folder: Path, **fields: Any) -> None:
         image.save_as(file)
 
 
+def unknown_kind(folder: Path) -> None:
+    """Change the kind of a field's value into one that there is not."""
+    file = folder / "003"
+    content = file.read_bytes()
+    assert content.count(b"\x28\x00\x10\x00US") == 1
+    file.write_bytes(content.replace(b"\x28\x00\x10\x00US", b"\x28\x00\x10\x00U!"))
+
+
 @pytest.mark.filterwarnings("ignore::UserWarning")  # pydicom warns of such values
 @pytest.mark.parametrize("row", CATALOGUE)
 def test_a_wrong_folder_is_refused_in_one_sentence(tmp_path: Path, row: str) -> None:
@@ -247,6 +210,86 @@ def test_a_wrong_folder_is_refused_in_one_sentence(tmp_path: Path, row: str) -> 
     with pytest.raises(ValueError, match=complaint) as told:
         read_scan(tmp_path)
     assert "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize("size", [140, 150, 260, 400])
+def test_a_file_cut_in_its_header_is_no_lost_slice(tmp_path: Path, size: int) -> None:
+    """Passed over, it would leave a hole, or at an end not even that."""
+    write_stack(tmp_path)
+    cut(tmp_path, size)
+    with pytest.raises(ValueError, match="003 "):
+        read_scan(tmp_path)
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_any_byte_of_a_header_may_be_wrong(tmp_path: Path) -> None:
+    """Each byte of one file set to another value: a volume, or a sentence."""
+    write_stack(tmp_path)
+    file = tmp_path / "003"
+    content = file.read_bytes()
+    rng = np.random.default_rng(7)
+    header = content.index(b"\xe0\x7f\x10\x00")
+    for place in rng.choice(np.arange(128, header + 12), 60, replace=False):
+        spoiled = bytearray(content)
+        spoiled[place] = int(rng.integers(256))
+        file.write_bytes(spoiled)
+        # anything but a ValueError is a traceback for whoever imports it
+        with suppress(ValueError):
+            read_series(choose_series(find_series(tmp_path), None))
+
+
+@pytest.mark.parametrize("jitter", [1e-7, 2e-5])
+def test_rounding_of_a_header_parts_no_series(tmp_path: Path, jitter: float) -> None:
+    """On either side of a number that rounding to three places splits."""
+    rng = np.random.default_rng(2)
+    for k in range(8):
+        pixels = np.full((4, 4), 100 * k, np.int16)
+        lean, wide = 0.0005 + jitter * rng.uniform(-1, 1, 2)
+        write_slice(
+            tmp_path / str(k),
+            pixels,
+            np.array([0, 0, 2.0 * k]),
+            orientation=(1, lean, 0, -lean, 1, 0),
+            spacing=(0.5 + wide, 0.50005 + jitter * rng.uniform(-1, 1)),
+        )
+    (series,) = find_series(tmp_path)
+    assert read_series(series)[0].shape == (8, 4, 4)
+    # what lies otherwise is another series all the same
+    for k in range(5):
+        place = np.array([0, 0, 2.0 * k])
+        write_slice(
+            tmp_path / f"t{k}", pixels, place, orientation=(1, 0, 0, 0, 0.96, 0.28)
+        )
+    assert [len(s.files) for s in find_series(tmp_path)] == [8, 5]
+
+
+@pytest.mark.parametrize(
+    "lost",
+    [(10, 12), (10, 12, 14, 16, 18), (4, 5, 6, 7, 8, 10), tuple(range(3, 25, 2))],
+)
+def test_several_gaps_are_refused_unless_allowed(
+    tmp_path: Path, lost: tuple[int, ...]
+) -> None:
+    kept = [k for k in range(30) if k not in lost]
+    for k in kept:
+        pixels = np.full((4, 4), 50 * k, np.int16)
+        write_slice(tmp_path / f"{k:02d}", pixels, np.array([0, 0, 2.0 * k]))
+    (series,) = find_series(tmp_path)
+    before = 2.0 * (lost[0] - 1)
+    with pytest.raises(
+        ValueError,
+        match=rf"lacks {len(lost)} slices: \d after the one at {before:.1f} mm",
+    ):
+        read_series(series)
+    volume, notes = read_series(series, allow_gaps=True)
+    assert f"{len(lost)} missing slices bridged by interpolation" in notes
+    assert volume.values[:, 0, 0] == pytest.approx(50 * np.arange(30) - 1024)
+
+
+def test_thin_slices_far_apart_are_told(tmp_path: Path) -> None:
+    write_stack(tmp_path, SliceThickness=1)
+    _, (note,) = read_series(find_series(tmp_path)[0])
+    assert "slices of 1.00 mm lie 2.00 mm apart" in note
 
 
 def test_every_slice_has_its_own_slope(tmp_path: Path) -> None:

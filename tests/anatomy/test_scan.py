@@ -95,6 +95,32 @@ def test_a_scan_without_tissue_is_refused(tmp_path: Path) -> None:
         read_scan(flat)
 
 
+@pytest.mark.parametrize("offset", [0, 1024])
+@pytest.mark.parametrize("window", [(-200, 200), (-160, 240), (-400, 1500)])
+@pytest.mark.parametrize("noise", [0.0, 15.0])
+def test_a_ct_cut_off_at_a_window_is_no_mr(
+    tmp_path: Path, offset: int, window: tuple[int, int], noise: float
+) -> None:
+    ct = head(noise)
+    values = np.clip(np.asarray(ct.values), *window) + offset
+    file = stored(ct, values.astype(np.int16), tmp_path / "a.nrrd")
+    low = window[0]
+    with pytest.raises(ValueError, match=f"cut off at {low + offset}.*--modality mr"):
+        read_scan(file)
+    with pytest.raises(ValueError, match="no CT numbers"):
+        read_scan(file, modality=Modality.CT)
+    assert read_scan(file, modality=Modality.MR).modality is Modality.MR
+
+
+def test_an_mr_of_deviations_is_an_mr(tmp_path: Path) -> None:
+    """Below zero, its background at one value: less the mean, by the deviation."""
+    rng = np.random.default_rng(1)
+    tissue = np.asarray(head(0).values) > -500
+    values = np.where(tissue, 1.2 + 0.2 * rng.normal(size=tissue.shape), -0.8)
+    scan = read_scan(stored(head(), values.astype(np.float32), tmp_path / "z.nii.gz"))
+    assert scan.modality is Modality.MR
+
+
 def test_other_numbers_are_no_ct(tmp_path: Path) -> None:
     ct = head()
     file = stored(ct, np.asarray(ct.values) * 5, tmp_path / "a.nrrd")

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from SimpleITK import GetImageFromArray, WriteImage
 
+from anatomy import volume_header
 from anatomy.files import load_volume, save_volume
 from renderers.scene.volume import Volume
 
@@ -123,6 +124,21 @@ def test_a_nifti_that_claims_too_much_is_refused(tmp_path: Path) -> None:
     need = re.escape(f"{32000**3 * 2:,} bytes")
     with pytest.raises(ValueError, match=need):
         load_volume(file)
+
+
+@pytest.mark.parametrize("ending", ["nrrd", "nii.gz", "mha"])
+def test_a_small_file_that_unpacks_to_gigabytes_is_refused(
+    tmp_path: Path, ending: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(volume_header, "EXPANDED_BYTES", 1 << 20)
+    file = tmp_path / f"scan.{ending}"
+    empty = np.zeros((100, 100, 100), np.int16)
+    save_volume(Volume(empty, np.ones(3), np.zeros(3)), file)
+    with pytest.raises(ValueError, match=rf"{ending} says .* unpack to 2,000,000;"):
+        load_volume(file)
+    noise = np.random.default_rng(0).integers(0, 99, empty.shape).astype(np.int16)
+    save_volume(Volume(noise, np.ones(3), np.zeros(3)), file)
+    assert np.array_equal(load_volume(file).values, noise)
 
 
 def test_a_nifti_without_its_place_is_refused(tmp_path: Path) -> None:

@@ -57,8 +57,18 @@ def test_a_case_goes_where_a_case_may_be(
 ) -> None:
     for name in names:
         (tmp_path / name).touch()
-    with claimed_case(tmp_path) as folder:
+    with claimed_case(tmp_path, force=True) as folder:
         assert folder == tmp_path
+
+
+def test_a_case_is_written_over_by_force_only(tmp_path: Path) -> None:
+    (tmp_path / "case.json").write_text("{}")
+    with pytest.raises(ValueError, match=r"holds a case already; .*--force"):
+        claimed_case(tmp_path).__enter__()
+    (tmp_path / "exercise.toml").write_text("mine")
+    with pytest.raises(ValueError, match=r"a case with its exercise\.toml already"):
+        claimed_case(tmp_path).__enter__()
+    assert sorted(os.listdir(tmp_path)) == ["case.json", "exercise.toml"]
 
 
 def test_somebody_s_own_volume_is_not_written_over(tmp_path: Path) -> None:

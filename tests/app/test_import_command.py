@@ -60,7 +60,15 @@ def test_a_made_head_becomes_a_case(
 ) -> None:
     again = ["import", str(scan), "--out", str(case), "--spacing", "1.0", "--json"]
     before = read_case(case)
-    assert main(again) == 0
+    exercise = (case / "exercise.toml").read_text() + "# mine\n"
+    (case / "exercise.toml").write_text(exercise)
+    assert main(again) == 1
+    assert (
+        "holds the case of head.nrrd with its exercise.toml" in capsys.readouterr().err
+    )
+    assert (case / "exercise.toml").read_text() == exercise
+    assert main([*again, "--force"]) == 0
+    assert (case / "exercise.toml").read_text() + "# mine\n" == exercise
     told = json.loads(capsys.readouterr().out)
     # left is +x, and so is the sinus
     cave, cavity = told["cavities"]

@@ -36,6 +36,16 @@ def test_the_average_adult_can_be_asked_for(tmp_path: Path) -> None:
     assert held is not None
     assert held.maxillary_scale == 0.97
     assert held.seed == 3
+    (tmp_path / "case" / "exercise.toml").write_text("of another head")
+    with pytest.raises(
+        ValueError, match=r"the case of a phantom \(seed 3\) with its exercise.*--force"
+    ):
+        run_phantom(out=tmp_path / "case", seed=4, spacing_mm=3.0, as_json=True)
+    run_phantom(out=tmp_path / "case", seed=4, spacing_mm=3.0, as_json=True, force=True)
+    held = read_case(tmp_path / "case").record.parameters
+    assert held is not None
+    assert held.seed == 4
+    assert not (tmp_path / "case" / "exercise.toml").exists()
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,227 @@
+"""The slices inside a DICOM file: one, or many in an enhanced file.
+
+An enhanced file tells in functional groups where its frames lie: in those of a frame,
+or in those that all frames share. Elsewhere the file itself tells it.
+"""
+
+import importlib
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.scene.volume import AIR_HU
+
+GROUPS = {
+    "ImagePositionPatient": "PlanePositionSequence",
+    "ImageOrientationPatient": "PlaneOrientationSequence",
+    "PixelSpacing": "PixelMeasuresSequence",
+    "SliceThickness": "PixelMeasuresSequence",
+    "RescaleSlope": "PixelValueTransformationSequence",
+    "RescaleIntercept": "PixelValueTransformationSequence",
+    "StackID": "FrameContentSequence",
+    "TemporalPositionIndex": "FrameContentSequence",
+}
+"""Which functional group holds what."""
+
+SLICE_CLASSES = tuple(
+    f"1.2.840.10008.5.1.4.1.1.{ending}"
+    for ending in ("2", "2.1", "2.2", "4", "4.1", "4.4")
+)
+"""CT and MR, of one slice, enhanced, and converted into enhanced ones."""
+
+MANY_FRAMES = (
+    "holds many frames in one file and does not say where each lies; export it as one "
+    "file a slice"
+)
+
+
+COPIED = (
+    "Rows",
+    "Columns",
+    "BitsAllocated",
+    "BitsStored",
+    "HighBit",
+    "PixelRepresentation",
+    "SamplesPerPixel",
+    "PhotometricInterpretation",
+)
+"""What a decoder needs to know of a picture."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """Hold one slice's header. image: pydicom's dataset of the whole file.
+
+    number: of the frame in its file, from 0. groups: the functional groups that tell
+    of it, its own first; none in a file of one slice.
+    """
+
+    file: Path
+    image: Any
+    number: int
+    groups: tuple[Any, ...]
+
+    def get(self, name: str) -> Any:
+        """Give a field's value; None where the file does not tell it."""
+        for group in self.groups:
+            items = group.get(GROUPS[name])
+            if items and name in items[0]:
+                return items[0].get(name)
+        return self.image.get(name)
+
+    def numbers(self, name: str, count: int) -> NDArray[np.float64]:
+        """Read a list of numbers; ValueError names the file that lacks it."""
+        value = self.get(name)
+        try:
+            numbers = np.array([float(v) for v in value], dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"{self.file} has no {name}, which places it") from error
+        if numbers.shape != (count,) or not np.isfinite(numbers).all():
+            raise ValueError(f"{self.file} has an unusable {name}: {value}")
+        return numbers
+
+    def number_of(self, name: str, default: float) -> float:
+        """Read one number that a file need not hold."""
+        value = self.get(name)
+        try:
+            number = default if value in (None, "") else float(value)
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"{self.file} has an unusable {name}: {value}") from error
+        if not np.isfinite(number) and np.isfinite(default):
+            raise ValueError(f"{self.file} has an unusable {name}: {value}")
+        return number
+
+    @property
+    def thickness_mm(self) -> float:
+        """Get the slice's thickness, NaN where it is not known."""
+        thickness = self.number_of("SliceThickness", float("nan"))
+        return thickness if thickness > 0 else float("nan")
+
+    @property
+    def stack(self) -> tuple[str, str]:
+        """Get what tells the stacks and the phases of one enhanced series apart."""
+        if not self.groups:
+            return "", ""
+        return str(self.get("StackID")), str(self.get("TemporalPositionIndex"))
+
+
+def frames_of(image: Any, file: Path) -> list[Frame]:
+    """List the slices of a file, none where it is no image with places in the patient.
+
+    image: pydicom's dataset of the file, with or without its pixels.
+    """
+    own = image.get("PerFrameFunctionalGroupsSequence") or []
+    shared = image.get("SharedFunctionalGroupsSequence") or []
+    frames = [
+        Frame(file, image, n, (group, *shared[:1])) for n, group in enumerate(own)
+    ]
+    frames = frames or [Frame(file, image, 0, ())]
+    is_placed = all(f.get("ImageOrientationPatient") is not None for f in frames)
+    return frames if is_placed and "Rows" in image else []
+
+
+def check_whole(image: Any, file: Path) -> None:
+    """Refuse a file whose header ends before it says what it holds.
+
+    Passed over as no image, it would leave a hole, or at an end not even that.
+    """
+    kind = image.get("SOPClassUID") or image.file_meta.get("MediaStorageSOPClassUID")
+    if kind is None or (str(kind) in SLICE_CLASSES and "Rows" not in image):
+        raise ValueError(f"{file} is cut off: its header ends too early")
+
+
+def has_many_frames(image: Any) -> bool:
+    """Tell whether a file holds more than one picture."""
+    return int(image.get("NumberOfFrames") or 1) > 1
+
+
+def frame_values(frames: list[Frame]) -> list[NDArray[np.float32]]:
+    """Give slices of one file in real units, each ``(rows, columns)``.
+
+    Raises ValueError naming the file where its pixels are cut off, in colour, or
+    cannot be decoded.
+    """
+    image, file = frames[0].image, frames[0].file
+    if has_many_frames(image) and not frames[0].groups:
+        raise ValueError(f"{file} {MANY_FRAMES}")
+    if int(image.get("SamplesPerPixel", 1)) != 1:
+        raise ValueError(f"{file} is a colour image, not a slice of numbers")
+    if image.get("PhotometricInterpretation", "MONOCHROME2") != "MONOCHROME2":
+        raise ValueError(
+            f"{file} is stored as {image.PhotometricInterpretation}; slices of numbers "
+            "are MONOCHROME2"
+        )
+    stored = _stored(image, file)
+    padding = image.get("PixelPaddingValue")
+    values = []
+    for frame in frames:
+        if frame.number >= len(stored):
+            raise ValueError(
+                f"{file} is cut off: it tells of slice {frame.number + 1} and holds "
+                f"the pixels of {len(stored)}"
+            )
+        raw = stored[frame.number]
+        slope = frame.number_of("RescaleSlope", 1.0)
+        intercept = frame.number_of("RescaleIntercept", 0.0)
+        # in floats: a stored -32768 less 1024 does not fit its own type
+        real = raw.astype(np.float32) * np.float32(slope) + np.float32(intercept)
+        if padding is not None and image.get("Modality") == "CT":
+            real[raw == padding] = AIR_HU
+        values.append(real)
+    return values
+
+
+def _stored(image: Any, file: Path) -> NDArray[Any]:
+    """Give the stored values of all frames, ``(n, rows, columns)``, not rescaled."""
+    count = max(int(image.get("NumberOfFrames") or 1), 1)
+    if image.file_meta.TransferSyntaxUID.is_compressed:
+        encaps = importlib.import_module("pydicom.encaps")
+        pieces = encaps.generate_frames(image.PixelData, number_of_frames=count)
+        return np.stack([_decoded(piece, image, file) for piece in pieces])
+    bits = int(image.BitsAllocated)
+    need = int(image.Rows) * int(image.Columns) * count * bits // 8
+    have = len(image.get("PixelData", b""))
+    if have < need:
+        raise ValueError(
+            f"{file} is cut off: {have:,} of {need:,} bytes of pixels are there"
+        )
+    pixels: NDArray[Any] = np.asarray(image.pixel_array)
+    return pixels.reshape(count, int(image.Rows), int(image.Columns))
+
+
+def _decoded(piece: bytes, image: Any, file: Path) -> NDArray[Any]:
+    """Decode one compressed frame with SimpleITK, which reads whole files."""
+    pydicom = importlib.import_module("pydicom")
+    single = pydicom.Dataset()
+    for name in COPIED:
+        if name in image:
+            setattr(single, name, image.get(name))
+    # of no class whose reader would rescale the values
+    single.SOPClassUID = pydicom.uid.SecondaryCaptureImageStorage
+    single.SOPInstanceUID = pydicom.uid.generate_uid()
+    single.PixelData = pydicom.encaps.encapsulate([piece])
+    single["PixelData"].VR = "OB"
+    single.file_meta = pydicom.dataset.FileMetaDataset()
+    single.file_meta.TransferSyntaxUID = image.file_meta.TransferSyntaxUID
+    sitk = importlib.import_module("SimpleITK")
+    with tempfile.TemporaryDirectory() as folder:
+        name = f"{folder}/frame.dcm"
+        single.save_as(name, enforce_file_format=True)
+        reader = sitk.ImageFileReader()
+        reader.SetFileName(name)
+        reader.SetImageIO("GDCMImageIO")
+        try:
+            decoded = sitk.GetArrayFromImage(reader.Execute())
+        except RuntimeError as error:
+            raise ValueError(f"{file} holds pixels that cannot be decoded") from error
+    shape = (1, int(image.Rows), int(image.Columns))
+    if decoded.shape != shape:
+        raise ValueError(
+            f"{file} holds a picture of {decoded.shape} pixels, not of {shape}"
+        )
+    slices: NDArray[Any] = decoded[0]
+    return slices
