@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from anatomy import PhantomParameters
+from anatomy.landmarks import landmarks
 from app import registration_walk
 from app.__main__ import main
-from app.register_command import RegisterOptions, run_register
+from app.register_command import RegisterOptions, run_register, sinus_targets
 from devices import DeviceError
 from devices.microscribe import MicroScribeEmulator
 from devices.registration_file import load_registration
@@ -160,3 +162,12 @@ def test_no_arm_no_file(coarse_scenario: Path, tmp_path: Path) -> None:
     with pytest.raises(DeviceError, match="ttyNOTHING"):
         run_register(options, as_json=True)
     assert os.listdir(tmp_path) == []
+
+
+def test_a_sinus_that_the_head_lacks_is_no_target() -> None:
+    head = landmarks(PhantomParameters(frontal_scale=0.0))
+    found = sinus_targets(head)
+    assert len(found) == 6
+    assert not any("frontal" in name for name in found)
+    with pytest.raises(ValueError, match=r"name targets with --target.*nostril"):
+        sinus_targets({"nostril, left": np.zeros(3)})
