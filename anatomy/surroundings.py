@@ -6,10 +6,10 @@ distance |x| from the septum's plane, unless the sides differ.
 
 from dataclasses import dataclass
 
-from anatomy import orbit
+from anatomy import orbit, skull
 from anatomy.disease import SHELL_MM, Content
 from anatomy.ethmoid import ethmoid_roof, fovea
-from anatomy.face import outside
+from anatomy.head import head_outside
 from anatomy.honeycomb import Mark, Recall
 from anatomy.parameters import PhantomParameters
 from anatomy.rows import Row
@@ -67,7 +67,7 @@ class Solid:
 
 def skin() -> Field:
     """Recall the distance from the face, which the common marks leave."""
-    return Recall(Row.FACE, outside())
+    return Recall(Row.FACE, head_outside())
 
 
 def skull_base(parameters: PhantomParameters) -> Field:
@@ -106,6 +106,7 @@ def solids(
             filled.append(Solid(body, content.tissue, content.label, steepness=2.0))
     return [
         *_head(parameters),
+        *skull.solids(Solid),
         *orbit.solids(parameters, Solid),
         *_vessels(parameters),
         *_midface(parameters),
@@ -144,6 +145,7 @@ def _head(parameters: PhantomParameters) -> list[Solid]:
     brain = smooth_min(5.0, brain, lobe + 1.6)
     # Fat lies under the skin and between the muscles of the infratemporal fossa.
     fossa = smooth_max(4.0, smooth_max(4.0, 17.0 - u, y + 44.0), z - 26.0)
+    fossa = smooth_max(4.0, fossa, smooth_max(4.0, -88.0 - y, -32.0 - z))
     loose = smooth_min(4.0, smooth_max(4.0, face - 7.0, -45.0 - y), fossa)
     pterygoid = Chain(((14.5, -55, 22), (15, -57, 5), (15.5, -58, -6)), (1.6, 1.3, 1.1))
     lateral_plate = Chain(((15.5, -56, 20), (19, -63, 4)), (1.4, 0.9))
@@ -159,15 +161,12 @@ def _head(parameters: PhantomParameters) -> list[Solid]:
         Chain(((0, -50, -2.5), (0, -64, -8)), (5.0, 3.5)),
     )
     lip = Ellipsoid((0, 2, -18), (26, 8, 9))
-    ramus = Chain(((47, -60, 24), (44, -64, -10), (42, -56, -30)), (3.6, 4.5, 5.0))
     arch = Chain(((42, -24, 26), (52, -40, 25), (58, -62, 25)), (3.2, 2.4, 2.2))
     return [
         Solid(Affine(-50.0), "muscle", Label.MUSCLE, steepness=0.1),
         Solid(loose, "fat", Label.FAT, steepness=2.2),
         Solid(flesh, "muscle", Label.MUSCLE),
         Solid(lip, "muscle", Label.MUSCLE),
-        Solid(ramus, "cancellous bone", Label.THICK_BONE),
-        Solid(ramus, "bone", Label.THICK_BONE, 0.7, -0.7),
         Solid(face, "skin", Label.SKIN, 0.0, 1.5, 2.2),
         Solid(vault, "bone", Label.THICK_BONE, steepness=3.0),
         Solid(inner, "csf", Label.CSF, steepness=3.0),
@@ -316,5 +315,5 @@ def common_marks() -> list[tuple[Row, Field]]:
         (Row.SEPTUM, u - 3.2),
         (Row.SKIN, (3.0 + 0.12 * z - y) * 0.5),
         (Row.REAR, y + 56.0),
-        (Row.FACE, Mark(Row.FACE, outside())),
+        (Row.FACE, Mark(Row.FACE, head_outside())),
     ]
