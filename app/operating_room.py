@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,13 @@ from numpy.typing import NDArray
 from anatomy import PhantomParameters, classic_transfer_function, sinus_phantom
 from anatomy.approach import Approach
 from anatomy.case import read_case
+from anatomy.head_skin import head_skin
 from app.slice_views import SECOND, SliceViews
 from renderers.scene import AirSurface, Scene, Volume
 from scenarios import Scenario
+
+SKIN_MM = 2.0
+"""Voxels of a phantom's whole head: it is only looked at from outside."""
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the done share, 0 to 1."""
@@ -29,6 +34,9 @@ class OperatingRoom:
     way_in: where a scope enters a patient's own head; None for a phantom, whose
         landmarks say it.
     others: further scans of the head on the scene's grid, by their names in the case.
+    face: gives the distance to the skin of the whole head, mm, negative in the room,
+        on a coarse grid of its own; None where nobody knows it. A phantom's takes half
+        a second.
     """
 
     scene: Scene
@@ -36,6 +44,7 @@ class OperatingRoom:
     surface_sha256: str
     way_in: Approach | None = None
     others: Mapping[str, Volume] = field(default_factory=dict)
+    face: Callable[[], Volume] | None = None
 
     @property
     def surface(self) -> AirSurface:
@@ -78,7 +87,12 @@ def prepare_room(scenario: Scenario, progress: Progress) -> OperatingRoom:
         name: np.asarray(landmark.position_mm)
         for name, landmark in phantom.landmarks.items()
     }
-    return OperatingRoom(scene, landmarks, surface_hash(surface))
+    return OperatingRoom(
+        scene,
+        landmarks,
+        surface_hash(surface),
+        face=partial(head_skin, phantom.parameters, SKIN_MM),
+    )
 
 
 def case_room(folder: Path, progress: Progress) -> OperatingRoom:
@@ -104,7 +118,15 @@ def case_room(folder: Path, progress: Progress) -> OperatingRoom:
     scene = Scene(case.ct, transfer, surface=surface)
     progress(stage, 1.0)
     others = {name: volumes[name] for name in SECOND if name in volumes}
-    return OperatingRoom(scene, landmarks, surface_hash(surface), way_in, others)
+    skin = volumes.get("face")
+    return OperatingRoom(
+        scene,
+        landmarks,
+        surface_hash(surface),
+        way_in,
+        others,
+        None if skin is None else lambda: skin,
+    )
 
 
 def surface_hash(surface: AirSurface) -> str:

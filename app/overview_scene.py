@@ -18,7 +18,7 @@ from vtkmodules.vtkRenderingCore import vtkTexture
 from app.cutaway import Cutaway
 from app.picture_actor import PictureActor
 from renderers.fsr.actor import camera_of
-from renderers.scene import AirSurface, Mesh
+from renderers.scene import AirSurface, Mesh, Volume
 from scenarios import Endoscope, View
 
 COARSENESS = 3
@@ -27,6 +27,12 @@ COARSENESS = 3
 MUCOSA = (232, 118, 106, 0.34)
 FACE = (226, 206, 190, 0.22)
 """Red, green, blue, opacity. The face is only a hint of where one is."""
+
+SKIN_SHARE = 0.5
+"""Triangles with more of the face than this give way to those of the whole head."""
+
+AROUND_MM = 45.0
+"""Of the head beside the airway in the first view."""
 
 BACKGROUND = "#0d1117"
 STEEL = "#d5dde5"
@@ -51,22 +57,27 @@ class HeadModel:
     mesh: point array ``rgba`` tells mucosa from face.
     targets: positions ``(3,)`` by name.
     cut_open: makes the head's cutaway, in seconds; None where there is none.
+    focus_mm: corners ``(2, 3)`` of what the first view shows; None for all.
     """
 
     mesh: pv.PolyData
     targets: dict[str, NDArray[np.float64]]
     cut_open: Callable[[], Cutaway] | None = None
+    focus_mm: NDArray[np.float64] | None = None
 
 
 def head_model(
     surface: AirSurface,
     targets: Mapping[str, NDArray[np.float64]],
     cut_open: Callable[[], Cutaway] | None = None,
+    face: Volume | None = None,
 ) -> HeadModel:
     """Contour the air surface coarsely; tell the cavity's wall from the face.
 
     The face is what borders on air that lies open to the front. The phantom carries
-    dry skin as well, but only round the nostrils.
+    dry skin as well, but only round the nostrils. face: the distance to the skin of
+    the whole head, mm, negative in the room, on a coarse grid of its own; with it, the
+    whole head is shown in place of what the air surface has of the face.
     """
     volume = surface.distance
     values = volume.values[::COARSENESS, ::COARSENESS, ::COARSENESS]
@@ -87,7 +98,35 @@ def head_model(
     tint = np.array(MUCOSA) + share[:, None] * (np.array(FACE) - np.array(MUCOSA))
     tint[:, 3] *= 255.0
     mesh.point_data["rgba"] = tint.astype(np.uint8)
-    return HeadModel(mesh, dict(targets), cut_open)
+    if face is not None:
+        cells = mesh.regular_faces
+        inner = cells[(share[cells] < SKIN_SHARE).any(axis=1)]
+        cavity = pv.PolyData.from_regular_faces(mesh.points, inner)
+        cavity.point_data["rgba"] = mesh.point_data["rgba"]
+        mesh = cavity.clean()
+    focus = np.array(mesh.bounds).reshape(3, 2).T
+    if face is not None:
+        focus = focus + np.array([[-AROUND_MM], [AROUND_MM]])
+        mesh = mesh.append_polydata(_skin(face))
+    return HeadModel(mesh, dict(targets), cut_open, focus)
+
+
+def _skin(face: Volume) -> pv.PolyData:
+    """Contour the skin of the whole head; point array ``rgba`` as of `HeadModel`."""
+    values = np.asarray(face.values, np.float32)
+    grid = pv.ImageData(
+        dimensions=values.shape[::-1],
+        spacing=face.spacing_mm,
+        origin=face.origin_mm,
+    )
+    grid.point_data["distance"] = values.ravel()
+    mesh: pv.PolyData = grid.contour([0.0], scalars="distance").smooth_taubin(
+        n_iter=10, pass_band=0.1
+    )
+    tint = np.array([*FACE[:3], 255.0 * FACE[3]])
+    mesh.point_data.clear()
+    mesh.point_data["rgba"] = np.tile(tint.astype(np.uint8), (mesh.n_points, 1))
+    return mesh
 
 
 class OverviewScene:
@@ -149,7 +188,8 @@ class OverviewScene:
         )
         self._still.append(self._head)
         low, high = np.array(head.mesh.bounds).reshape(3, 2).T
-        middle = (low + high) / 2
+        focus = np.stack([low, high]) if head.focus_mm is None else head.focus_mm
+        middle = focus.mean(axis=0)
         if head.targets:
             self._label(
                 {name.partition(",")[0]: p for name, p in head.targets.items()},
@@ -167,7 +207,7 @@ class OverviewScene:
         plotter.camera.position = middle + np.array([-250.0, -150.0, 70.0])
         plotter.camera.up = (0.0, 0.0, 1.0)
         plotter.camera.view_angle = 26.0
-        plotter.renderer.ResetCamera(head.mesh.bounds)
+        plotter.renderer.ResetCamera(focus.T.ravel().tolist())
         # The camera fits the sphere round the box; the head fills less.
         plotter.camera.Zoom(1.55)
         # Otherwise the first picture would place it anew.

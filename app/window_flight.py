@@ -177,7 +177,8 @@ class WindowFlight(QObject):
         targets = room.positions(scenario.targets)
         self.slices_ready.emit(room.slice_views())
         cut_open = cutter(room, order.path)
-        self.head_ready.emit(head_model(room.surface, targets, cut_open))
+        face = None if room.face is None else room.face()
+        self.head_ready.emit(head_model(room.surface, targets, cut_open, face))
         size = (order.size, order.size)
         has_instrument = order.input.has_instrument
         view = build_view(
