@@ -73,6 +73,7 @@ def empty_grids(shape: tuple[int, ...]) -> Grids:
         skin=np.empty(shape, dtype=np.uint8),
         ground_hu=np.empty(shape, dtype=np.int16),
         ground=np.empty(shape, dtype=np.uint8),
+        plate=np.empty(shape, dtype=np.uint8),
     )
 
 
