@@ -29,6 +29,9 @@ LATERAL_LAMELLA_MM = 0.1
 UNDER_MM = 2.2
 """Air this far below the skull base still has it for a roof."""
 
+OVER_MM = 8.0
+"""Above this the skull is its vault again."""
+
 FRONT_MM, REAR_MM = -13.0, -53.5
 """Depths y between which ethmoid and olfactory cleft bear the skull base."""
 
@@ -78,7 +81,8 @@ def plates(parameters: PhantomParameters) -> tuple[Plate, ...]:
 def roofed(parameters: PhantomParameters) -> Field:
     """Build the space over the roof's plates, where the skull has no other bone."""
     side = u - depth_table([10, 20, 35, 50, 56], [12.0, 13.6, 14.7, 15.6, 15.9], 2.0)
-    return smooth_max(0.0, side, y - FRONT_MM, REAR_MM - y)
+    over = -below_base(parameters) - OVER_MM
+    return smooth_max(0.0, side, y - FRONT_MM, REAR_MM - y, over)
 
 
 def behind_roof(parameters: PhantomParameters) -> Field:

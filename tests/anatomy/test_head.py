@@ -70,7 +70,7 @@ def test_the_two_sides_are_one_anothers_mirror_image() -> None:
     places = grid(WHOLE_HEAD_MM, 5.0).reshape(3, -1)
     mirrored = places * np.array([[-1.0], [1.0], [1.0]])
     here, there = (head_outside().evaluate(p) for p in (places, mirrored))
-    assert here == pytest.approx(there, abs=1e-4)
+    assert here == pytest.approx(there, abs=0.05)
 
 
 def test_nothing_of_the_head_reaches_the_border_of_a_wide_field(wide: Phantom) -> None:
