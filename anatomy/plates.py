@@ -80,7 +80,7 @@ def plates(parameters: PhantomParameters) -> tuple[Plate, ...]:
 
 def roofed(parameters: PhantomParameters) -> Field:
     """Build the space over the roof's plates, where the skull has no other bone."""
-    side = u - depth_table([10, 20, 35, 50, 56], [12.0, 13.6, 14.7, 15.6, 15.9], 2.0)
+    side = u - depth_table([10, 20, 35, 50, 56], [10.8, 12.4, 13.5, 14.4, 14.7], 2.0)
     over = -below_base(parameters) - OVER_MM
     return smooth_max(0.0, side, y - FRONT_MM, REAR_MM - y, over)
 
@@ -99,10 +99,11 @@ def fovea_zone(parameters: PhantomParameters) -> Field:
 
 
 def _cribriform_zone(parameters: PhantomParameters) -> Field:
-    # The fossa ends before and behind: there the cleft's roof is as thin.
-    return smooth_max(
-        0.0, u - FOSSA_MM, _under_fossa(parameters), REAR_MM - y, y - FRONT_MM - 7.0
-    )
+    # The fossa ends before and behind: there the cleft's roof is as thin. Above lie
+    # the frontal sinuses' rear walls.
+    under = _under_fossa(parameters)
+    depth = smooth_max(0.0, REAR_MM - y, y - FRONT_MM - 7.0)
+    return smooth_max(0.0, u - FOSSA_MM, under, -2.0 * UNDER_MM - under, depth)
 
 
 def _lateral_zone(parameters: PhantomParameters) -> Field:

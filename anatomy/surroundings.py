@@ -179,10 +179,24 @@ def _ethmoid(parameters: PhantomParameters) -> list[Solid]:
     for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
         block = one_side(ethmoid_block(parameters, side), sign)
         found.append(
-            Solid(block, "thin bone", Label.ETHMOID_SEPTUM, 0.0, LABYRINTH_MM, 2.0)
+            Solid(
+                block,
+                "cancellous bone",
+                Label.ETHMOID_SEPTUM,
+                level_mm=LABYRINTH_MM,
+                steepness=2.0,
+            )
         )
         cave = one_side(sphenoid(parameters, side), sign)
-        found.append(Solid(cave, "bone", Label.SPHENOID_WALL, 0.0, LABYRINTH_MM, 2.0))
+        found.append(
+            Solid(
+                cave,
+                "cancellous bone",
+                Label.SPHENOID_WALL,
+                level_mm=LABYRINTH_MM,
+                steepness=2.0,
+            )
+        )
     behind = plates.behind_roof(parameters)
     return [*found, Solid(behind, "dura", Label.DURA, steepness=3.0)]
 
