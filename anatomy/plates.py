@@ -32,6 +32,9 @@ UNDER_MM = 2.2
 OVER_MM = 8.0
 """Above this the skull is its vault again."""
 
+CLEFT_MM = 5.0
+"""No roof of the olfactory cleft lies higher above its middle height."""
+
 FRONT_MM, REAR_MM = -13.0, -53.5
 """Depths y between which ethmoid and olfactory cleft bear the skull base."""
 
@@ -103,7 +106,8 @@ def _cribriform_zone(parameters: PhantomParameters) -> Field:
     # the frontal sinuses' rear walls.
     under = _under_fossa(parameters)
     depth = smooth_max(0.0, REAR_MM - y, y - FRONT_MM - 7.0)
-    return smooth_max(0.0, u - FOSSA_MM, under, -2.0 * UNDER_MM - under, depth)
+    over = -(CLEFT_MM + UNDER_MM) - under
+    return smooth_max(0.0, u - FOSSA_MM, under, over, depth)
 
 
 def _lateral_zone(parameters: PhantomParameters) -> Field:
