@@ -42,7 +42,7 @@ from anatomy.vessels import (
 from anatomy.warp import extruded, one_side
 
 LABYRINTH_MM = 0.7
-"""Of bone round ethmoid cells and sphenoid sinus, where their walls are thick."""
+"""Round ethmoid cells and sphenoid sinus, where their walls are thick."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,11 +177,12 @@ def _ethmoid(parameters: PhantomParameters) -> list[Solid]:
     """List what lies between the shells of cells, and behind their roof."""
     found = []
     for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
+        # Between two cells the plate has its number; lining fills what is left.
         block = one_side(ethmoid_block(parameters, side), sign)
         found.append(
             Solid(
                 block,
-                "cancellous bone",
+                "mucosa",
                 Label.ETHMOID_SEPTUM,
                 level_mm=LABYRINTH_MM,
                 steepness=2.0,
