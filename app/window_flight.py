@@ -23,10 +23,10 @@ from app.device_log import DeviceLog
 from app.endoscope_view import EndoscopeView
 from app.faults import DeviceLostError
 from app.flight import Aim, OrderedPoses, Shown, fly
+from app.head_model import head_model
 from app.inputs import FlightInput
 from app.lasting_poses import LastingPoses
 from app.operating_room import OperatingRoom, prepare_room
-from app.overview_scene import head_model
 from app.pedal_watch import PedalWatch, record_of
 from app.pose_stream import StreamedAim, streaming
 from app.registering import register_by_touch

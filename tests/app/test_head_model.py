@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from app.overview_scene import COARSENESS, FACE, MUCOSA, head_model
+from app.head_model import COARSENESS, FACE, MUCOSA, head_model
 from renderers.scene import AirSurface, Volume
 
 SPACING_MM = 0.5
