@@ -8,7 +8,7 @@ from anatomy.parameters import PhantomParameters
 from anatomy.phantom import Phantom, build_phantom, distance_at
 from anatomy.population import draw_parameters
 from anatomy.presets import bone_transfer_function, classic_transfer_function
-from anatomy.probing import TissueSample, tissue_at
+from anatomy.probing import PlateSample, TissueSample, plate_at, tissue_at
 from anatomy.resonance import magnetic_resonance
 from anatomy.scoring import lund_mackay
 from anatomy.variants import with_variants
@@ -18,6 +18,7 @@ __all__ = [
     "Opacity",
     "Phantom",
     "PhantomParameters",
+    "PlateSample",
     "TissueSample",
     "bone_transfer_function",
     "build_phantom",
@@ -27,6 +28,7 @@ __all__ = [
     "hazard_distances",
     "lund_mackay",
     "magnetic_resonance",
+    "plate_at",
     "sinus_phantom",
     "tissue_at",
     "with_variants",

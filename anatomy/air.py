@@ -16,6 +16,7 @@ from anatomy.filling import kernels as filling
 from anatomy.frame import lps_from_ras
 from anatomy.lattice import Lattice
 from anatomy.model import BAND_MM, Model
+from anatomy.rows import Row
 
 BRICK_VOXELS = 8
 _CHUNK = 2048
@@ -72,6 +73,7 @@ def empty_grids(shape: tuple[int, ...]) -> Grids:
         skin=np.empty(shape, dtype=np.uint8),
         ground_hu=np.empty(shape, dtype=np.int16),
         ground=np.empty(shape, dtype=np.uint8),
+        plate=np.empty(shape, dtype=np.uint8),
     )
 
 
@@ -162,6 +164,30 @@ def evaluate_at_points(model: Model, points_mm: NDArray[np.float64]) -> Grids:
     for grid in (grids.air, grids.gap):
         np.multiply(grid, np.float32(scale), out=grid)
     return Grids(*(grid.reshape(1, 1, n) for grid in grids))
+
+
+def outside_at_points(
+    model: Model, points_mm: NDArray[np.floating]
+) -> NDArray[np.float32]:
+    """Evaluate the head's outside at ``(n, 3)`` LPS points, as if it had no nostrils.
+
+    Negative in the room; only the zero set is a distance, the skin.
+    """
+    scale = model.parameters.head_scale
+    result = np.empty(len(points_mm), dtype=np.float32)
+    begin, end = model.tables.common
+    for start in range(0, len(points_mm), _CHUNK):
+        chunk = lps_from_ras(np.asarray(points_mm[start : start + _CHUNK])) / scale
+        block = np.ascontiguousarray(chunk.T, dtype=np.float32)
+        n = block.shape[1]
+        work = np.zeros((kernels.POINT_ROWS + model.stack_depth, n), dtype=np.float32)
+        marks = np.full((model.mark_rows, n), kernels.FAR, dtype=np.float32)
+        unused = np.empty(n, dtype=np.float32)
+        kernels.evaluate_span(
+            block, model.tables, np.float32(0), begin, end, work, marks, unused
+        )
+        result[start : start + n] = marks[Row.FACE]
+    return np.float32(scale) * result
 
 
 def distance_at_points(

@@ -20,14 +20,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.distance.redistance import DEEPEST_MM, FARTHEST_MM
+from anatomy.face_points import FACE_RADIUS_MM, face_points
 from anatomy.files import load_volume, save_volume, write_file
+from anatomy.head_skin import head_skin
 from anatomy.histogram import find_peaks, transfer_of
 from anatomy.landmarks import Landmark
 from anatomy.markups import read_markups, write_markups
 from anatomy.parameters import PhantomParameters
 from anatomy.phantom import Phantom
 from anatomy.resonance import magnetic_resonance
-from anatomy.tissue import Label
+from anatomy.tissue import Label, Side
 from disk.typed_record import decode_json
 from renderers.scene.transfer import TransferFunction
 from renderers.scene.volume import AIR_HU, Volume
@@ -165,13 +167,19 @@ class Case:
 def write_case(
     phantom: Phantom, folder: Path | str, *, resonance: bool = False
 ) -> None:
-    """Write a phantom as a case folder, each file atomically; resonance: T1, T2 too."""
+    """Write a phantom as a case folder, each file atomically; resonance: T1, T2 too.
+
+    The skin of the whole head and places on the face come along, as an imported head
+    has them.
+    """
+    face = head_skin(phantom.parameters)
     volumes = {
         "ct": phantom.ct,
         "labels": phantom.labels,
         "distance": phantom.distance,
         "blood": phantom.blood,
         "skin": phantom.skin,
+        "face": face,
     }
     if resonance:
         volumes["t1"], volumes["t2"] = magnetic_resonance(phantom)
@@ -186,7 +194,12 @@ def write_case(
         sha256={},
         transfer=TransferRecord.of(transfer_of(find_peaks(phantom.ct))),
     )
-    store_case(Path(folder), volumes, names, phantom.landmarks, record)
+    nostril = phantom.landmarks["nostril, right"].position_mm
+    marks = {
+        name: Landmark(name, Side.MIDLINE, place, FACE_RADIUS_MM)
+        for name, place in face_points(face, nostril).items()
+    }
+    store_case(Path(folder), volumes, names, {**phantom.landmarks, **marks}, record)
 
 
 def store_case(

@@ -40,12 +40,14 @@ _SHELL_FREE = (
     Label.POLYP,
 )
 
+UNCINATE_MM = 0.3
+
 # mucosa mm, bone mm, air label, mucosa label, bone label
 _STRUCTURES: dict[int, tuple[float, float, int, int, int]] = {
     Row.INFERIOR: (0.6, 0.0, Label.NASAL_AIR, Label.INFERIOR_TURBINATE, 0),
     Row.MIDDLE: (0.5, 0.0, Label.NASAL_AIR, Label.MIDDLE_TURBINATE, 0),
     Row.SUPERIOR: (0.4, 0.0, Label.NASAL_AIR, Label.SUPERIOR_TURBINATE, 0),
-    Row.UNCINATE: (0.8, 0.3, Label.NASAL_AIR, Label.UNCINATE, Label.UNCINATE),
+    Row.UNCINATE: (0.8, UNCINATE_MM, Label.NASAL_AIR, Label.UNCINATE, Label.UNCINATE),
     Row.POLYP: (0.3, 0.0, Label.NASAL_AIR, Label.POLYP, 0),
     Row.TORUS: (1.0, 0.0, Label.NASOPHARYNX_AIR, Label.MUCOSA, 0),
     PHARYNX_ROW: (2.0, 0.0, Label.NASOPHARYNX_AIR, Label.MUCOSA, 0),
@@ -101,6 +103,7 @@ def paint(
     structure_layers = np.zeros((max(_STRUCTURES) + 1, 5))
     for row, layers in _STRUCTURES.items():
         structure_layers[row] = layers
+    plate_layers = np.array([[p.thickness_mm, p.label] for p in model.plates])
     shell = np.zeros((max(len(model.parts), 1), 256), dtype=np.uint8)
     shell[:, list(_BONY)] = 2
     shell[:, list(_SHELL_FREE)] |= 1
@@ -126,8 +129,10 @@ def paint(
             grids.structure,
             grids.ground_hu,
             grids.ground,
+            grids.plate,
             part_layers,
             structure_layers,
+            plate_layers,
             PHARYNX_ROW,
             shell,
             tissue_hu,

@@ -74,9 +74,14 @@ def basal_lamella() -> Field:
     )
 
 
+def medial_wall() -> Field:
+    """Give the lateral position of the cells' inner wall over the height."""
+    return height_table([22, 30, 45, 50], [6.9, 5.9, 5.0, 4.6])
+
+
 def ethmoid_block(parameters: PhantomParameters, side: Side) -> Field:
     """Build the space of all ethmoid cells of one side, between its outer walls."""
-    medial = height_table([22, 30, 45, 50], [6.9, 5.9, 5.0, 4.6])
+    medial = medial_wall()
     bottom = depth_table(
         [15, 20, 26, 30, 34, 42, 46, 54], [38, 34, 26.2, 24.4, 24.4, 25.2, 27, 28.4]
     )

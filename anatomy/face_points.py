@@ -9,6 +9,8 @@ AROUND_MM = ((2.0, 48.0), (-38.0, 14.0), (41.0, 20.0), (4.0, -26.0))
 """Sideways and upwards from the nose, about where nasion, cheeks and chin are. No two
 distances are alike, so that a wrong order shows."""
 
+FACE_RADIUS_MM = 1.0
+
 REACH_MM = 120.0
 STEP_MM = 0.5
 

@@ -15,7 +15,7 @@ from anatomy.orbit import orbit
 from anatomy.parameters import PhantomParameters
 from anatomy.program import Encoder
 from anatomy.shapes import Field, u, z
-from anatomy.surroundings import skull_base
+from anatomy.skull_base import skull_base
 from anatomy.tissue import Side
 from anatomy.vessels import (
     ethmoidal_arteries,
@@ -113,6 +113,7 @@ def _compiled(
         parameters,
         model.parts,
         model.surroundings,
+        model.plates,
         tables,
         program.depth,
         model.mark_rows,

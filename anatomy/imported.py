@@ -25,7 +25,7 @@ from anatomy.approach import (
 )
 from anatomy.bare_bone import bare_bone
 from anatomy.chambers import SINUS_ASIDE_MM, AirSpaces, find_chambers
-from anatomy.face_points import face_points
+from anatomy.face_points import FACE_RADIUS_MM, face_points
 from anatomy.landmarks import Landmark
 from anatomy.midplane import Midplane, find_midplane
 from anatomy.scan import Modality, Scan, isotropic, patient_box
@@ -39,7 +39,6 @@ MARGIN_MM = 15.0
 """Tissue kept around the airway; a shaft is scored against nothing further away."""
 
 NOSTRIL_RADIUS_MM = 5.0
-FACE_RADIUS_MM = 1.0
 
 NOSTRIL_ASIDE_MM = 15.0
 """From the head's midplane; further out air meets the room at an ear or a cheek."""

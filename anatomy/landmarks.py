@@ -69,7 +69,8 @@ _MIDLINE = {
 def landmarks(parameters: PhantomParameters) -> dict[str, Landmark]:
     """List the landmarks of one head by `Landmark.key`, both sides.
 
-    The septum's deviation shifts them as it shifts the anatomy around them.
+    The septum's deviation shifts them as it shifts the anatomy around them. What a
+    side lacks has no landmark: see `lacking`.
     """
 
     def sized(name: str, side: Side) -> tuple[float, float, float, float]:
@@ -96,8 +97,29 @@ def landmarks(parameters: PhantomParameters) -> dict[str, Landmark]:
         for name, values in _MIDLINE.items()
     ]
     for side in (Side.RIGHT, Side.LEFT):
-        found += [_place(name, side, sized(name, side), parameters) for name in _PAIRED]
+        absent = lacking(parameters, side)
+        found += [
+            _place(name, side, sized(name, side), parameters)
+            for name in _PAIRED
+            if name not in absent
+        ]
     return {landmark.key: landmark for landmark in found}
+
+
+def lacking(parameters: PhantomParameters, side: Side) -> frozenset[str]:
+    """Name the paired landmarks that one side of a head does not have.
+
+    An agger nasi cell is a variant; an aplastic frontal sinus has no ostium either; an
+    uncinectomy takes the uncinate process and, with it, the hiatus behind its edge.
+    """
+    absent: set[str] = set()
+    if not parameters.has("agger-nasi", side):
+        absent.add("agger nasi")
+    if parameters.scale("frontal", side) == 0:
+        absent |= {"frontal sinus", "frontal ostium"}
+    if parameters.uncinectomy:
+        absent |= {"uncinate process", "hiatus semilunaris"}
+    return frozenset(absent)
 
 
 def _place(

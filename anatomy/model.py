@@ -10,6 +10,7 @@ from anatomy.honeycomb import Mark
 from anatomy.noise import noise_tables
 from anatomy.parameters import PhantomParameters
 from anatomy.parts import Part, side_parts
+from anatomy.plates import Plate, plates
 from anatomy.program import Encoder
 from anatomy.rows import Row
 from anatomy.shapes import Field, smooth_min
@@ -27,6 +28,7 @@ class Model:
     parameters: PhantomParameters
     parts: tuple[Part, ...]
     surroundings: tuple[Solid, ...]
+    plates: tuple[Plate, ...]
     tables: Tables
     stack_depth: int
     mark_rows: int
@@ -44,13 +46,17 @@ def build_model(parameters: PhantomParameters) -> Model:
     for part in parts:
         part.field.encode(encoder)
         encoder.finish_field()
-    marks: list[Field] = [Mark(row, field) for row, field in common_marks()]
+    marks: list[Field] = [Mark(row, field) for row, field in common_marks(parameters)]
     smooth_min(0.0, *marks).encode(encoder)
     encoder.finish_field()
     for solid in painted:
         if not isinstance(solid.field, Row):
             solid.field.encode(encoder)
             encoder.finish_field()
+    thin = plates(parameters)
+    for plate in thin:
+        plate.zone.encode(encoder)
+        encoder.finish_field()
     program = encoder.program()
     common = program.spans[len(parts)].copy()
     spans = iter(program.spans[len(parts) + 1 :])
@@ -98,11 +104,13 @@ def build_model(parameters: PhantomParameters) -> Model:
             dtype=np.float32,
         ),
         ground=np.array(ground, dtype=np.int32),
+        plates=program.spans[-len(thin) :].copy(),
     )
     return Model(
         parameters,
         parts,
         tuple(painted),
+        thin,
         tables,
         program.depth,
         int(Row.FIRST_GROUND),

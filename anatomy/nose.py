@@ -5,7 +5,7 @@ found they were chosen so that the views of a nasal endoscopy come out.
 """
 
 from anatomy.ethmoid import ethmoid_roof
-from anatomy.face import outside
+from anatomy.head import head_outside
 from anatomy.honeycomb import Mark, Unevenness
 from anatomy.parameters import PhantomParameters
 from anatomy.polyps import polyps
@@ -147,4 +147,4 @@ def nasal_air(parameters: PhantomParameters, side: Side) -> Field:
     if grown is not None:
         air = smooth_max(1.0, air, -Mark(Row.POLYP, grown))
     air = air + Unevenness(0, 1.0)
-    return smooth_min(2.0, air, Mark(Row.OUTSIDE, outside()))
+    return smooth_min(2.0, air, Mark(Row.OUTSIDE, head_outside()))

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from anatomy.ethmoid import lamina_papyracea
-from anatomy.face import outside
+from anatomy.head import head_outside
 from anatomy.honeycomb import Recall
 from anatomy.parameters import PhantomParameters
 from anatomy.rows import Row
@@ -50,7 +50,7 @@ def muscles() -> Field:
 def solids(parameters: PhantomParameters, paint: Callable[..., _S]) -> list[_S]:
     """List the orbit's solids, made by `paint` as `anatomy.surroundings.Solid`."""
     found: list[_S] = []
-    skin = Recall(Row.FACE, outside())
+    skin = Recall(Row.FACE, head_outside())
     for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
         inside = one_side(orbit(parameters, side, skin), sign)
         # Beside the ethmoid the cells' own shell is the wall: no other bone there.

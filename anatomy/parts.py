@@ -92,7 +92,7 @@ def healthy_parts(parameters: PhantomParameters, side: Side) -> list[Part]:
             1,
             nasal_air(parameters, side),
             Label.NASAL_AIR,
-            Wall(1.0, 0.5, Label.CRIBRIFORM),
+            Wall(1.0, 0.5),
             2.4,
             1.9,
         ),

@@ -19,4 +19,5 @@ class Row(IntEnum):
     SKIN = 10
     REAR = 11
     FACE = 12
-    FIRST_GROUND = 13
+    BASE = 13
+    FIRST_GROUND = 14

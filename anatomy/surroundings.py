@@ -6,10 +6,10 @@ distance |x| from the septum's plane, unless the sides differ.
 
 from dataclasses import dataclass
 
-from anatomy import orbit
+from anatomy import orbit, plates, skull
 from anatomy.disease import SHELL_MM, Content
-from anatomy.ethmoid import ethmoid_roof, fovea
-from anatomy.face import outside
+from anatomy.ethmoid import ethmoid_block, ethmoid_roof
+from anatomy.head import head_outside
 from anatomy.honeycomb import Mark, Recall
 from anatomy.parameters import PhantomParameters
 from anatomy.rows import Row
@@ -29,6 +29,8 @@ from anatomy.shapes import (
     z,
 )
 from anatomy.sinuses import MOLAR_ROOTS
+from anatomy.skull_base import below_base, skull_base
+from anatomy.sphenoid import sphenoid
 from anatomy.tissue import TISSUES, Label, Side
 from anatomy.turbinates import middle_bow, middle_lean
 from anatomy.vessels import (
@@ -39,8 +41,8 @@ from anatomy.vessels import (
 )
 from anatomy.warp import extruded, one_side
 
-CRIBRIFORM_MM = 3.6
-"""Half width of both olfactory fossae together, at the lateral lamellae."""
+LABYRINTH_MM = 0.7
+"""Round ethmoid cells and sphenoid sinus, where their walls are thick."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,26 +69,7 @@ class Solid:
 
 def skin() -> Field:
     """Recall the distance from the face, which the common marks leave."""
-    return Recall(Row.FACE, outside())
-
-
-def skull_base(parameters: PhantomParameters) -> Field:
-    """Give the height of the brain's lower limit: fovea, fossa, orbital roof."""
-    rise = Table(U, (10, 20, 32, 44), (0, 4.0, 7.0, 6.0), 4.0) * depth_table(
-        [-5, 10, 35, 55], [0.3, 1.0, 0.8, 0.0], 4.0
-    )
-    fossa = Table(U, (CRIBRIFORM_MM - 0.3, CRIBRIFORM_MM + 0.7), (1.0, 0.0), 0.3)
-    reach = depth_table([6, 12, 34, 42], [0.0, 1.0, 1.0, 0.0], 3.0)
-    sella = Table(U, (0, 5, 8), (1.0, 1.0, 0.0), 2.0) * depth_table(
-        [63, 68, 77, 81], [0.0, 1.0, 1.0, -0.3], 2.0
-    )
-    # Over the sphenoid the planum lies lower than the fovea's line would lead.
-    return (
-        fovea(parameters)
-        + rise
-        - fossa * reach * Affine(parameters.keros_mm - 0.9)
-        - sella * Affine(4.2)
-    )
+    return Recall(Row.FACE, head_outside())
 
 
 def solids(
@@ -101,11 +84,15 @@ def solids(
         sign = 1.0 if side == Side.RIGHT else -1.0
         for content in held:
             body = one_side(content.field, sign)
+            roof = smooth_max(0.0, body, plates.fovea_zone(parameters))
+            thick = plates.FOVEA_MM
+            filled.append(Solid(roof, "skull base", Label.FOVEA, level_mm=thick))
             if content.label != Label.MUCOSA:
                 filled.append(Solid(body, "bone", Label.THICK_BONE, level_mm=SHELL_MM))
             filled.append(Solid(body, content.tissue, content.label, steepness=2.0))
     return [
         *_head(parameters),
+        *skull.solids(Solid),
         *orbit.solids(parameters, Solid),
         *_vessels(parameters),
         *_midface(parameters),
@@ -116,13 +103,13 @@ def solids(
 
 def _head(parameters: PhantomParameters) -> list[Solid]:
     face = skin()
-    base = skull_base(parameters)
+    base = below_base(parameters)
     # The vault's bone is thick over the orbits and thin over the ethmoid.
     thick = Table(U, (4, 12, 22), (0.35, 0.5, 2.0), 2.0)
-    inner = smooth_max(4.0, base + thick - z, 13.0 - face * 1.6)
-    vault = smooth_max(3.0, base - 0.2 - z, 6.0 - face * 1.6)
-    brain = smooth_max(4.0, base + thick + 1.6 - z, 15.0 - face * 1.6)
-    falx = smooth_max(0.5, u, smooth_max(1.0, base + 2.0 - z, 14.0 - face * 1.6))
+    inner = smooth_max(4.0, base + thick, 13.0 - face * 1.6)
+    vault = smooth_max(3.0, base - 0.2, 6.0 - face * 1.6)
+    brain = smooth_max(4.0, base + thick + 1.6, 15.0 - face * 1.6)
+    falx = smooth_max(0.5, u, smooth_max(1.0, base + 2.0, 14.0 - face * 1.6))
     crista = smooth_max(
         1.0,
         smooth_max(0.5, u - depth_table([8, 14, 26], [2.2, 1.3, 0.5]), z - 60.0),
@@ -134,9 +121,11 @@ def _head(parameters: PhantomParameters) -> list[Solid]:
         smooth_max(6.0, abs(z - 32.0) - 15.0, u - 20.0),
         smooth_max(4.0, y + 57.0, -95.0 - y),
     )
-    body = smooth_max(2.0, body, z - base)
+    body = smooth_max(2.0, body, -base)
     clivus = Chain(((0, -84, 34), (0, -86, 8), (0, -90, -15)), (9.0, 7.0, 6.0))
     pituitary = Ellipsoid((0, -72.5, 44.5), (5.5, 5.0, 2.6))
+    # Over ethmoid and olfactory cleft the roof is the walls' own plate.
+    vault = smooth_max(0.8, vault, -plates.roofed(parameters))
     # The temporal lobe fills the middle fossa beside the sphenoid.
     lobe = Ellipsoid((41, -86, 42), (20, 25, 21))
     vault = smooth_min(5.0, vault, lobe - 2.2)
@@ -144,6 +133,7 @@ def _head(parameters: PhantomParameters) -> list[Solid]:
     brain = smooth_min(5.0, brain, lobe + 1.6)
     # Fat lies under the skin and between the muscles of the infratemporal fossa.
     fossa = smooth_max(4.0, smooth_max(4.0, 17.0 - u, y + 44.0), z - 26.0)
+    fossa = smooth_max(4.0, fossa, smooth_max(4.0, -88.0 - y, -32.0 - z))
     loose = smooth_min(4.0, smooth_max(4.0, face - 7.0, -45.0 - y), fossa)
     pterygoid = Chain(((14.5, -55, 22), (15, -57, 5), (15.5, -58, -6)), (1.6, 1.3, 1.1))
     lateral_plate = Chain(((15.5, -56, 20), (19, -63, 4)), (1.4, 0.9))
@@ -159,16 +149,14 @@ def _head(parameters: PhantomParameters) -> list[Solid]:
         Chain(((0, -50, -2.5), (0, -64, -8)), (5.0, 3.5)),
     )
     lip = Ellipsoid((0, 2, -18), (26, 8, 9))
-    ramus = Chain(((47, -60, 24), (44, -64, -10), (42, -56, -30)), (3.6, 4.5, 5.0))
     arch = Chain(((42, -24, 26), (52, -40, 25), (58, -62, 25)), (3.2, 2.4, 2.2))
     return [
         Solid(Affine(-50.0), "muscle", Label.MUSCLE, steepness=0.1),
         Solid(loose, "fat", Label.FAT, steepness=2.2),
         Solid(flesh, "muscle", Label.MUSCLE),
         Solid(lip, "muscle", Label.MUSCLE),
-        Solid(ramus, "cancellous bone", Label.THICK_BONE),
-        Solid(ramus, "bone", Label.THICK_BONE, 0.7, -0.7),
         Solid(face, "skin", Label.SKIN, 0.0, 1.5, 2.2),
+        *_ethmoid(parameters),
         Solid(vault, "bone", Label.THICK_BONE, steepness=3.0),
         Solid(inner, "csf", Label.CSF, steepness=3.0),
         Solid(brain, "brain", Label.BRAIN, steepness=3.0),
@@ -183,6 +171,35 @@ def _head(parameters: PhantomParameters) -> list[Solid]:
         Solid(lateral_plate, "bone", Label.THICK_BONE),
         Solid(arch, "bone", Label.THICK_BONE),
     ]
+
+
+def _ethmoid(parameters: PhantomParameters) -> list[Solid]:
+    """List what lies between the shells of cells, and behind their roof."""
+    found = []
+    for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
+        # Between two cells the plate has its number; lining fills what is left.
+        block = one_side(ethmoid_block(parameters, side), sign)
+        found.append(
+            Solid(
+                block,
+                "mucosa",
+                Label.ETHMOID_SEPTUM,
+                level_mm=LABYRINTH_MM,
+                steepness=2.0,
+            )
+        )
+        cave = one_side(sphenoid(parameters, side), sign)
+        found.append(
+            Solid(
+                cave,
+                "cancellous bone",
+                Label.SPHENOID_WALL,
+                level_mm=LABYRINTH_MM,
+                steepness=2.0,
+            )
+        )
+    behind = plates.behind_roof(parameters)
+    return [*found, Solid(behind, "dura", Label.DURA, steepness=3.0)]
 
 
 def _vessels(parameters: PhantomParameters) -> list[Solid]:
@@ -241,16 +258,18 @@ def _midface(parameters: PhantomParameters) -> list[Solid]:
     )
     # Between the nose, the orbit and the frontal sinus there is little but bone.
     beak = smooth_max(2.0, abs(u - 8.5) - 4.5, smooth_max(2.0, abs(y + 9) - 9, 40 - z))
-    beak = smooth_max(2.0, beak, z - 58.0, z - skull_base(parameters) - 1.2)
+    beak = smooth_max(2.0, beak, z - 58.0, -below_base(parameters) - 1.2)
     lacrimal = smooth_max(
         2.0, abs(u - 9.5) - 3.5, smooth_max(2, abs(y + 12) - 8, z - 40)
     )
     lacrimal = smooth_max(2.0, lacrimal, 14.0 - z)
     nasal_bone = Chain(((1.0, 8.0, 25), (1.0, 2.2, 37), (1.0, -2.5, 49)), (0.9, 1.3, 3))
     roof = ethmoid_roof(parameters)
+    # The septum ends under the cribriform plate.
+    top = z - roof + parameters.keros_mm
     crest = -1.5 - z
-    slab = smooth_max(0.5, u - 2.2, crest, smooth_max(2.0, z - roof + 1.0, -57.0 - y))
-    plate = smooth_max(0.0, u, crest, smooth_max(1.0, z - roof, -56.0 - y))
+    slab = smooth_max(0.5, u - 2.2, crest, smooth_max(1.0, top + 0.3, -57.0 - y))
+    plate = smooth_max(0.0, u, crest, smooth_max(1.0, top - 0.3, -56.0 - y))
     front = height_table([-4, 0, 12, 30, 40], [4, -3, -17, -3, 0], 2.0)
     plate = smooth_max(0.0, plate, y - front)
     cartilage = smooth_max(0.0, u, smooth_max(1.0, front - y, z - 30.0))
@@ -295,7 +314,8 @@ def _turbinates(parameters: PhantomParameters) -> list[Solid]:
         Solid(Row.SUPERIOR, "superior turbinate", Label.SUPERIOR_TURBINATE),
     ]
     for field, sign in zip(lean, (1.0, -1.0), strict=True):
-        height = smooth_max(1.0, 22.0 - z, z - roof + 2.0)
+        # It ends where it hangs from the skull base, beside the olfactory fossa.
+        height = smooth_max(1.0, 22.0 - z, z - roof + parameters.keros_mm)
         plate = smooth_max(0.0, abs(bowed - field), height)
         plate = smooth_max(0.0, plate, abs(y + 34.0) - 17.5)
         found.append(
@@ -310,11 +330,12 @@ def _turbinates(parameters: PhantomParameters) -> list[Solid]:
     return found
 
 
-def common_marks() -> list[tuple[Row, Field]]:
+def common_marks(parameters: PhantomParameters) -> list[tuple[Row, Field]]:
     """List the marks that need no part in reach, in the order in which they count."""
     return [
         (Row.SEPTUM, u - 3.2),
         (Row.SKIN, (3.0 + 0.12 * z - y) * 0.5),
         (Row.REAR, y + 56.0),
-        (Row.FACE, Mark(Row.FACE, outside())),
+        (Row.FACE, Mark(Row.FACE, head_outside())),
+        (Row.BASE, skull_base(parameters) - z),
     ]

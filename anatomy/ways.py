@@ -75,7 +75,10 @@ def entrance_radii_mm(phantom: Phantom, side: Side) -> dict[str, float]:
 
 
 def ostium_diameters_mm(phantom: Phantom, side: Side) -> dict[str, float]:
-    """Measure the widest ball from each large sinus to the choana, as a diameter."""
+    """Measure the widest ball from each large sinus to the choana, as a diameter.
+
+    A frontal sinus that the side lacks is passed over.
+    """
     choana = phantom.landmarks[f"choana, {side.name.lower()}"].position_mm
     goals = [voxel_at(phantom, choana)]
     labels = {
@@ -87,12 +90,18 @@ def ostium_diameters_mm(phantom: Phantom, side: Side) -> dict[str, float]:
     return {
         sinus: 2 * widest_mm(d, deepest(phantom, label), goals)
         for sinus, label in labels.items()
+        if sinus != "frontal" or phantom.parameters.scale("frontal", side) > 0
     }
 
 
 def nearest_mm(phantom: Phantom, side: Side, ostium: str, diameter_mm: float) -> float:
-    """Measure how near the centre of a ball from the nostril comes to an ostium."""
+    """Measure how near the centre of a ball from the nostril comes to an ostium.
+
+    Raise ValueError for an ostium that the side does not have.
+    """
     marks, name = phantom.landmarks, side.name.lower()
+    if f"{ostium} ostium, {name}" not in marks:
+        raise ValueError(f"the {name} side of this head has no {ostium} ostium")
     start = voxel_at(phantom, marks[f"nostril, {name}"].position_mm)
     pieces, _ = ndimage.label(phantom.distance.values < -diameter_mm / 2)
     if pieces[start] == 0:

@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +12,14 @@ from numpy.typing import NDArray
 from anatomy import PhantomParameters, classic_transfer_function, sinus_phantom
 from anatomy.approach import Approach
 from anatomy.case import read_case
+from anatomy.head_skin import head_skin
 from anatomy.tissue import Label
 from app.slice_views import SECOND, SliceViews
 from renderers.scene import AirSurface, Scene, Volume
 from scenarios import Scenario, Structures
+
+SKIN_MM = 2.0
+"""Voxels of a phantom's whole head: it is only looked at from outside."""
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the done share, 0 to 1."""
@@ -31,6 +36,9 @@ class OperatingRoom:
         landmarks say it.
     others: further scans of the head on the scene's grid, by their names in the case.
     structures: what names the places that a tool touches.
+    face: gives the distance to the skin of the whole head, mm, negative in the room,
+        on a coarse grid of its own; None where nobody knows it. A phantom's takes half
+        a second.
     """
 
     scene: Scene
@@ -39,6 +47,7 @@ class OperatingRoom:
     way_in: Approach | None = None
     others: Mapping[str, Volume] = field(default_factory=dict)
     structures: Structures | None = None
+    face: Callable[[], Volume] | None = None
 
     @property
     def surface(self) -> AirSurface:
@@ -82,8 +91,15 @@ def prepare_room(scenario: Scenario, progress: Progress) -> OperatingRoom:
         for name, landmark in phantom.landmarks.items()
     }
     label_names = {int(v): v.name.lower().replace("_", " ") for v in Label}
-    structures = Structures.of(phantom.distance, phantom.labels, label_names, landmarks)
-    return OperatingRoom(scene, landmarks, surface_hash(surface), structures=structures)
+    return OperatingRoom(
+        scene,
+        landmarks,
+        surface_hash(surface),
+        structures=Structures.of(
+            phantom.distance, phantom.labels, label_names, landmarks
+        ),
+        face=partial(head_skin, phantom.parameters, SKIN_MM),
+    )
 
 
 def case_room(folder: Path, progress: Progress) -> OperatingRoom:
@@ -110,9 +126,15 @@ def case_room(folder: Path, progress: Progress) -> OperatingRoom:
     progress(stage, 1.0)
     others = {name: volumes[name] for name in SECOND if name in volumes}
     label_names = {int(v): name for v, name in case.record.label_names.items()}
-    structures = Structures.of(surface.distance, case.labels, label_names, landmarks)
+    skin = volumes.get("face")
     return OperatingRoom(
-        scene, landmarks, surface_hash(surface), way_in, others, structures
+        scene,
+        landmarks,
+        surface_hash(surface),
+        way_in,
+        others,
+        Structures.of(surface.distance, case.labels, label_names, landmarks),
+        None if skin is None else lambda: skin,
     )
 
 

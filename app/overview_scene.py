@@ -5,28 +5,20 @@ tenth of a second, which the endoscope's picture needs. It changes only when it 
 turned, so it is drawn once and then serves as the background of the tools.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 from pyvista.plotting.plotter import BasePlotter
-from scipy.ndimage import gaussian_filter, map_coordinates
 from vtkmodules.vtkRenderingCore import vtkTexture
 
 from app.cutaway import Cutaway
+from app.head_model import HeadModel
 from app.picture_actor import PictureActor
 from renderers.fsr.actor import camera_of
-from renderers.scene import AirSurface, Mesh
+from renderers.scene import Mesh
 from scenarios import Endoscope, View
-
-COARSENESS = 3
-"""Every third voxel: 1.5 mm is a few pixels here, and a ninth of the triangles."""
-
-MUCOSA = (232, 118, 106, 0.34)
-FACE = (226, 206, 190, 0.22)
-"""Red, green, blue, opacity. The face is only a hint of where one is."""
 
 BACKGROUND = "#0d1117"
 STEEL = "#d5dde5"
@@ -42,52 +34,6 @@ CONE_MM = 14.0
 
 HIGHEST_DEG = 85.0
 VIEW_ANGLES_DEG = (4.0, 60.0)
-
-
-@dataclass(frozen=True, slots=True)
-class HeadModel:
-    """Hold the head as triangles; may be built in any thread.
-
-    mesh: point array ``rgba`` tells mucosa from face.
-    targets: positions ``(3,)`` by name.
-    cut_open: makes the head's cutaway, in seconds; None where there is none.
-    """
-
-    mesh: pv.PolyData
-    targets: dict[str, NDArray[np.float64]]
-    cut_open: Callable[[], Cutaway] | None = None
-
-
-def head_model(
-    surface: AirSurface,
-    targets: Mapping[str, NDArray[np.float64]],
-    cut_open: Callable[[], Cutaway] | None = None,
-) -> HeadModel:
-    """Contour the air surface coarsely; tell the cavity's wall from the face.
-
-    The face is what borders on air that lies open to the front. The phantom carries
-    dry skin as well, but only round the nostrils.
-    """
-    volume = surface.distance
-    values = volume.values[::COARSENESS, ::COARSENESS, ::COARSENESS]
-    grid = pv.ImageData(
-        dimensions=values.shape[::-1],
-        spacing=volume.spacing_mm * COARSENESS,
-        origin=volume.origin_mm,
-    )
-    grid.point_data["distance"] = values.ravel()
-    mesh = grid.contour([0.0], scalars="distance").smooth_taubin(
-        n_iter=10, pass_band=0.1
-    )
-    # y runs to the back: open air is air with nothing but air before it.
-    open_air = np.logical_and.accumulate(values < 0.0, axis=1)
-    outside = gaussian_filter(open_air.astype(np.float32), 1.2)
-    at = (mesh.points - volume.origin_mm) / (volume.spacing_mm * COARSENESS)
-    share = np.clip(4.0 * map_coordinates(outside, at.T[::-1], order=1), 0.0, 1.0)
-    tint = np.array(MUCOSA) + share[:, None] * (np.array(FACE) - np.array(MUCOSA))
-    tint[:, 3] *= 255.0
-    mesh.point_data["rgba"] = tint.astype(np.uint8)
-    return HeadModel(mesh, dict(targets), cut_open)
 
 
 class OverviewScene:
@@ -149,7 +95,8 @@ class OverviewScene:
         )
         self._still.append(self._head)
         low, high = np.array(head.mesh.bounds).reshape(3, 2).T
-        middle = (low + high) / 2
+        focus = np.stack([low, high]) if head.focus_mm is None else head.focus_mm
+        middle = focus.mean(axis=0)
         if head.targets:
             self._label(
                 {name.partition(",")[0]: p for name, p in head.targets.items()},
@@ -167,7 +114,7 @@ class OverviewScene:
         plotter.camera.position = middle + np.array([-250.0, -150.0, 70.0])
         plotter.camera.up = (0.0, 0.0, 1.0)
         plotter.camera.view_angle = 26.0
-        plotter.renderer.ResetCamera(head.mesh.bounds)
+        plotter.renderer.ResetCamera(focus.T.ravel().tolist())
         # The camera fits the sphere round the box; the head fills less.
         plotter.camera.Zoom(1.55)
         # Otherwise the first picture would place it anew.

@@ -1,7 +1,7 @@
 """`paravol register`: lead a person through the registration of an arm."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -188,15 +188,28 @@ def _check(options: RegisterOptions) -> None:
 def _plan(options: RegisterOptions, guide: Stages) -> _Plan:
     scenario, _ = load_scenario(options.scenario)
     room = prepare_room(scenario, guide)
-    names = options.targets or tuple(
-        f"{sinus}, {side}" for sinus in SINUSES for side in ("right", "left")
-    )
+    names = options.targets or sinus_targets(room.landmarks)
     return _Plan(
         head=head_of(scenario),
         landmarks=scenario.fiducial_positions(),
         targets=room.positions(names),
         skin=Skin(room.surface.distance) if options.trace else None,
     )
+
+
+def sinus_targets(landmarks: Collection[str]) -> tuple[str, ...]:
+    """Name the sinus openings that a head has; a sinus may be lacking.
+
+    Raises ValueError where it has none of them.
+    """
+    names = [f"{sinus}, {side}" for sinus in SINUSES for side in ("right", "left")]
+    found = tuple(name for name in names if name in landmarks)
+    if not found:
+        raise ValueError(
+            f"The head has no landmark {names[0]!r} or another sinus; name targets "
+            f"with --target. It has: {'; '.join(sorted(landmarks))}."
+        )
+    return found
 
 
 def _warn_of_plan(plan: _Plan, guide: Stages) -> None:

@@ -23,9 +23,9 @@ from app.flight import Aim, EndedError, OrderedPoses, Shown, fly
 from app.flight_end import FlightEnd
 from app.flight_order import FlightOrder, Instant
 from app.flight_recording import FlightRecording
+from app.head_model import head_model
 from app.lasting_poses import LastingPoses
 from app.operating_room import OperatingRoom, prepare_room
-from app.overview_scene import head_model
 from app.pedal_watch import PedalWatch, record_of
 from app.pose_stream import StreamedAim, streaming
 from app.registering import register_by_touch
@@ -156,7 +156,8 @@ class WindowFlight(QObject):
         targets = room.positions(scenario.targets)
         self.slices_ready.emit(room.slice_views())
         cut_open = cutter(room, order.path)
-        self.head_ready.emit(head_model(room.surface, targets, cut_open))
+        face = None if room.face is None else room.face()
+        self.head_ready.emit(head_model(room.surface, targets, cut_open, face))
         size = (order.size, order.size)
         has_instrument = order.input.has_instrument
         view = build_view(

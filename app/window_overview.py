@@ -21,7 +21,8 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QWidget
 
 from app.cutaway import Cutaway
-from app.overview_scene import BACKGROUND, HeadModel, OverviewScene
+from app.head_model import HeadModel
+from app.overview_scene import BACKGROUND, OverviewScene
 from app.window_image import image_of
 from renderers.scene import Mesh
 from scenarios import Endoscope

@@ -132,6 +132,7 @@ def evaluate_block(
             elif v < o.gap[i] and cavity != 0 and other:
                 o.gap[i] = v
     near = False
+    o.plate[:n] = 255
     for i in range(n):
         near = near or o.air[i] >= -band
     hu, clear, most = work[9], work[10], work[11]
@@ -141,6 +142,14 @@ def evaluate_block(
         run_program(
             t.code, t.constants, begin, end, side_p, noise, n, layer, stack, kept
         )
+        for q in range(t.plates.shape[0]):
+            begin, end = t.plates[q, 0], t.plates[q, 1]
+            run_program(
+                t.code, t.constants, begin, end, side_p, noise, n, layer, stack, kept
+            )
+            for i in range(n):
+                if stack[0, i] < F0:
+                    o.plate[i] = np.uint8(q)
         paint_ground(
             n,
             layer,
@@ -164,7 +173,8 @@ def evaluate_block(
             o.gap[i] = band
         structure, least = 255, np.float32(0.4)
         for r in range(SOLID_ROWS):
-            if kept[r, i] < least:
+            # Deep air is inside no solid; high over the head some have no end.
+            if a >= -band and kept[r, i] < least:
                 structure, least = r, kept[r, i]
         nasal = inside and t.parts[o.part[i], 3] % 10 == NASAL
         if structure == 255 and nasal and shared <= a + SHARED_MM:

@@ -15,6 +15,7 @@ class Tables(NamedTuple):
     tint ``(r, 4)``: mark row, centre mm, half width mm, blood fraction.
     solids ``(q, 6)``: mark row or -1, half thickness mm (0: solid), HU, label, level
     mm, Lipschitz constant; ground ``(q, 2)`` int32: span of each solid's field.
+    plates ``(k, 2)`` int32: span of the zone of each thin plate.
     """
 
     code: Any
@@ -30,6 +31,7 @@ class Tables(NamedTuple):
     tint: Any
     solids: Any
     ground: Any
+    plates: Any
 
 
 class Grids(NamedTuple):
@@ -39,7 +41,8 @@ class Grids(NamedTuple):
     of another cavity, float32 mm; part: index of the least part, 255 where none is in
     the band; structure: row of the solid's mark at this place, 255 for none; blood:
     blood fraction, square root scale; skin: skin weight; ground_hu int16 and ground:
-    HU and label of what lies behind mucosa and bone shell.
+    HU and label of what lies behind mucosa and bone shell; plate: index of the thin
+    plate that walls are here, 255 for none.
     """
 
     air: Any
@@ -50,3 +53,4 @@ class Grids(NamedTuple):
     skin: Any
     ground_hu: Any
     ground: Any
+    plate: Any

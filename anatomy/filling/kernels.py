@@ -144,6 +144,7 @@ def _fill_brick(
                 g.blood[z, y, x], g.skin[z, y, x] = flat.blood[i], flat.skin[i]
                 g.ground_hu[z, y, x] = flat.ground_hu[i]
                 g.ground[z, y, x] = flat.ground[i]
+                g.plate[z, y, x] = flat.plate[i]
                 i += 1
 
 

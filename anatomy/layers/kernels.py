@@ -45,8 +45,10 @@ def paint_layers(
     structure: Any,
     ground_hu: Any,
     ground: Any,
+    plate: Any,
     part_layers: Any,
     structure_layers: Any,
+    plate_layers: Any,
     first_open: int,
     ground_kind: Any,
     tissue_hu: Any,
@@ -59,6 +61,8 @@ def paint_layers(
     part_layers, structure_layers: rows of mucosa mm, bone mm, air label, mucosa
     label, bone label; a structure's row wins over the part's where it has
     one, but structures before `first_open` are solids and do not name the air.
+    plate_layers: rows of bone mm and bone label; where a plate is, they win over
+    both, and over grounds without a shell.
     ground_kind: by part and ground, bit 0 for grounds that carry no bone shell of
     that part, bit 1 for bone.
     tissue_hu: air, mucosa, bone.
@@ -75,8 +79,11 @@ def paint_layers(
                     cover[z, y, x] = 255 if ground_kind[0, g] & 2 else 0
                     continue
                 row = structure_layers[s] if s != 255 else part_layers[p]
-                mucosa, bone = row[0], row[1]
-                if ground_kind[p, g] & 1:
+                mucosa, bone, kind = row[0], row[1], row[4]
+                q = plate[z, y, x]
+                if q != 255:
+                    bone, kind = plate_layers[q, 0], plate_layers[q, 1]
+                elif ground_kind[p, g] & 1:
                     bone = 0.0
                 other = gap[z, y, x]
                 total = 1e3
@@ -106,4 +113,4 @@ def paint_layers(
                 elif w[1] >= w[2]:
                     labels[z, y, x] = np.uint8(row[3])
                 else:
-                    labels[z, y, x] = np.uint8(row[4])
+                    labels[z, y, x] = np.uint8(kind)

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from anatomy.case import read_case, write_case
+from anatomy.distance.redistance import DEEPEST_MM
+from anatomy.head_skin import head_skin
 from anatomy.histogram import find_peaks, transfer_of
 from anatomy.parameters import PhantomParameters
 from anatomy.phantom import Phantom, build_phantom
@@ -30,8 +32,10 @@ def test_an_asymmetric_head_survives_writing_and_reading(
         assert mine.values.dtype == theirs.values.dtype
         assert theirs.world_from_voxel == pytest.approx(mine.world_from_voxel)
     assert case.record.parameters == head.parameters
-    assert case.landmarks.keys() == head.landmarks.keys()
-    for key, landmark in case.landmarks.items():
+    places = {f"face {n}" for n in (1, 2, 3, 4)}
+    assert case.landmarks.keys() == head.landmarks.keys() | places
+    for key in head.landmarks:
+        landmark = case.landmarks[key]
         assert np.array_equal(landmark.position_mm, head.landmarks[key].position_mm)
         assert landmark.radius_mm == head.landmarks[key].radius_mm
     tip = case.landmarks["inferior turbinate head, left"].position_mm
@@ -39,7 +43,7 @@ def test_an_asymmetric_head_survives_writing_and_reading(
     i, j, k = np.round((tip - case.ct.origin_mm) / 1.0).astype(int)
     assert case.labels.values[k, j, i] == Label.INFERIOR_TURBINATE
     names = {p.name for p in (tmp_path / "case").iterdir()}
-    volumes = {f"{name}.nrrd" for name in ("ct", "distance", "blood", "skin")}
+    volumes = {f"{name}.nrrd" for name in ("ct", "distance", "blood", "skin", "face")}
     assert names == {
         *volumes, "labels.seg.nrrd", "landmarks.mrk.json", "case.json"
     }  # fmt: skip
@@ -47,6 +51,20 @@ def test_an_asymmetric_head_survives_writing_and_reading(
         mine = getattr(head, name)
         assert np.array_equal(case.volumes[name].values, mine.values)
         assert case.volumes[name].background == mine.background
+
+
+def test_a_phantom_has_the_skin_of_its_whole_head(
+    head: Phantom, tmp_path: Path
+) -> None:
+    write_case(head, tmp_path)
+    case = read_case(tmp_path)
+    face = case.volumes["face"]
+    assert np.array_equal(face.values, head_skin(head.parameters).values)
+    assert face.background == DEEPEST_MM
+    places = [m for name, m in case.landmarks.items() if name.startswith("face ")]
+    assert len(places) == 4
+    off = face.sample(np.stack([place.position_mm for place in places]))
+    assert np.abs(off).max() < 0.3
 
 
 def test_mr_is_hashed_like_the_rest(head: Phantom, tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ import pytest
 from anatomy.landmarks import landmarks
 from anatomy.parameters import PhantomParameters
 from anatomy.phantom import Phantom, distance_at
+from anatomy.population import draw_parameters
 from anatomy.tissue import Label, Side
 
 
@@ -65,3 +66,35 @@ def test_sinus_landmarks_lie_in_their_labels(phantom: Phantom) -> None:
         index = np.round((position - phantom.ct.origin_mm) / phantom.spacing_mm)
         i, j, k = index.astype(int)
         assert phantom.labels.values[k, j, i] == label
+
+
+def test_a_head_has_no_landmark_of_what_it_lacks() -> None:
+    def names(parameters: PhantomParameters) -> set[str]:
+        return set(landmarks(parameters))
+
+    usual = names(PhantomParameters())
+    one_sided = names(PhantomParameters(variants=("agger-nasi:left",)))
+    assert usual - one_sided == {"agger nasi, right"}
+    bare = names(PhantomParameters(frontal_scale=0.0, variants=()))
+    assert usual - bare == {
+        f"{name}, {side}"
+        for name in ("agger nasi", "frontal sinus", "frontal ostium")
+        for side in ("right", "left")
+    }
+    operated = names(PhantomParameters(uncinectomy=True))
+    assert usual - operated == {
+        f"{name}, {side}"
+        for name in ("uncinate process", "hiatus semilunaris")
+        for side in ("right", "left")
+    }
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_drawn_heads_have_an_agger_landmark_where_they_have_the_cell(seed: int) -> None:
+    parameters = draw_parameters(seed)
+    found = landmarks(parameters)
+    for side in (Side.RIGHT, Side.LEFT):
+        has = parameters.has("agger-nasi", side)
+        assert (f"agger nasi, {side.name.lower()}" in found) == has
+        aired = parameters.scale("frontal", side) > 0
+        assert (f"frontal ostium, {side.name.lower()}" in found) == aired

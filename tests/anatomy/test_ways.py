@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from anatomy.landmarks import landmarks
 from anatomy.parameters import PhantomParameters
 from anatomy.phantom import Phantom
 from anatomy.tissue import Side
@@ -57,3 +58,10 @@ def test_a_ball_too_wide_for_the_nostril_comes_nowhere() -> None:
     )
     open_half = dataclasses.replace(half, distance=void)
     assert nearest_mm(open_half, Side.LEFT, "sphenoid", 4.0) < 0.8
+
+
+def test_the_way_to_an_ostium_that_a_side_lacks_is_refused(nose: Phantom) -> None:
+    bare = PhantomParameters(frontal_scale=0.0)
+    head = dataclasses.replace(nose, parameters=bare, landmarks=landmarks(bare))
+    with pytest.raises(ValueError, match="left side of this head has no frontal"):
+        nearest_mm(head, Side.LEFT, "frontal", 2.7)

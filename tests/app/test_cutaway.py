@@ -6,8 +6,9 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from app.cutaway import MARGIN_MM, Cutaway, opened_distance
+from app.head_model import head_model
 from app.opengl import probe_offscreen
-from app.overview_scene import LIGHT, OverviewScene, head_model
+from app.overview_scene import LIGHT, OverviewScene
 from renderers.scene import (
     AirSurface,
     Camera,

@@ -14,9 +14,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from anatomy import PhantomParameters
+from anatomy.landmarks import landmarks
 from app import registration_walk
 from app.__main__ import main
-from app.register_command import RegisterOptions, run_register
+from app.register_command import RegisterOptions, run_register, sinus_targets
 from devices import DeviceError
 from devices.microscribe import MicroScribeEmulator
 from devices.openigtlink import PoseStreamer
@@ -234,3 +236,12 @@ def test_another_tracker_is_registered_by_touch_and_enter(
     assert record.arm_serial == "Pointer"
     assert record.traced_points == 0
     assert out.with_suffix(".tfm").exists()
+
+
+def test_a_sinus_that_the_head_lacks_is_no_target() -> None:
+    head = landmarks(PhantomParameters(frontal_scale=0.0))
+    found = sinus_targets(head)
+    assert len(found) == 6
+    assert not any("frontal" in name for name in found)
+    with pytest.raises(ValueError, match=r"name targets with --target.*nostril"):
+        sinus_targets({"nostril, left": np.zeros(3)})

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from app.overview_scene import COARSENESS, FACE, MUCOSA, head_model
+from app.head_model import COARSENESS, FACE, MUCOSA, head_model
 from renderers.scene import AirSurface, Volume
 
 SPACING_MM = 0.5
@@ -49,3 +49,22 @@ def test_the_face_is_tinted_otherwise_than_the_cavity(surface: AirSurface) -> No
 
 def test_landmarks_are_kept(surface: AirSurface) -> None:
     assert head_model(surface, {"ostium": CAVITY_MM}).targets == {"ostium": CAVITY_MM}
+
+
+def test_the_whole_head_takes_the_place_of_the_faces_part(surface: AirSurface) -> None:
+    axis = np.arange(-30.0, 61.0, 2.0)
+    z, y, x = np.meshgrid(axis, axis, axis, indexing="ij")
+    off = 28.0 - np.linalg.norm(np.stack([x, y, z], -1) - 15.0, axis=-1)
+    head = Volume(off.astype(np.float32), np.full(3, 2.0), np.full(3, -30.0))
+    whole = head_model(surface, {}, face=head)
+    points, rgba = np.asarray(whole.mesh.points), whole.mesh.point_data["rgba"]
+    is_skin = np.asarray(rgba)[:, 3] < 255 * (FACE[3] + 0.01)
+    apart = np.linalg.norm(points - 15.0, axis=1)
+    assert apart[is_skin] == pytest.approx(np.full(is_skin.sum(), 28.0), abs=1.0)
+    # What is left of the air surface is the cavity: the flat face is gone.
+    ball = np.linalg.norm(points[~is_skin] - CAVITY_MM, axis=1)
+    assert np.median(ball) == pytest.approx(RADIUS_MM, abs=0.5)
+    assert (points[~is_skin, 1] > FACE_Y_MM + 2.0).all()
+    assert whole.focus_mm is not None
+    middle = whole.focus_mm.mean(axis=0)
+    assert middle == pytest.approx(CAVITY_MM, abs=2.0)
