@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from devices.microscribe import identity
 from devices.microscribe.arm import ArmGeometry, Encoders
 from devices.microscribe.commands import PING_LAYOUT, POSE_LAYOUT, Query
+from devices.microscribe.constants_check import refuse_impossible
 from devices.microscribe.identity import ArmIdentity, Maxima
 from devices.microscribe.line import Line
 from devices.microscribe.packets import Layout, Packet
@@ -18,6 +19,9 @@ from devices.port import BytePort, Clock, DeviceError, DeviceReason
 
 # A stream that does not stop when told so three times will not.
 STOP_TRIES = 3
+
+# A line that damages three readings of a short block in a row carries no poses either.
+READINGS = 4
 
 TimedPacket = tuple[Packet, float]
 """A packet and the host's time of its header."""
@@ -82,7 +86,11 @@ class ArmLink:
             self.silence_s = passed if search.silence_s is None else search.silence_s
 
     def describe(self) -> ArmDescription:
-        """Ask for everything that turns counts into poses, in the usual order."""
+        """Ask for everything that turns counts into poses, in the usual order.
+
+        Blocks have no checksum: each is asked for until two readings agree. Raise
+        DeviceError when none do, and for constants that no MicroScribe can have.
+        """
         texts = [self._ask_text(Query(code)) for code in range(0xC8, 0xCF)]
         about = ArmIdentity(*texts)
         if not (about.serial and about.product_name and about.model and about.firmware):
@@ -90,20 +98,22 @@ class ArmLink:
                 DeviceReason.BAD_REPLY,
                 f"The arm on {self.port.name} leaves out who it is: {about}.",
             )
-        maxima = Maxima.decode(self._ask(Query.MAXIMA, self._timing.block))
+        maxima = Maxima.decode(self._ask_twice(Query.MAXIMA))
         if about.parameter_format != identity.FORMAT:
             raise DeviceError(
                 DeviceReason.UNSUPPORTED_FORMAT,
                 f"The arm on {self.port.name} describes its joints as "
                 f"{about.parameter_format!r}; only {identity.FORMAT!r} is known.",
             )
-        block = self._ask(Query.PARAMETERS, self._timing.block)
+        block = self._ask_twice(Query.PARAMETERS)
         words = identity.decode_words(block, 18, "parameters")
         beta = 0
         if about.has_beta:
-            raw = self._ask(Query.EXTENDED, self._timing.block)
+            raw = self._ask_twice(Query.EXTENDED)
             (beta,) = identity.decode_words(raw, 1, "extended parameters")
-        return ArmDescription(about, maxima, ArmGeometry.from_words(words, beta))
+        geometry = ArmGeometry.from_words(words, beta)
+        refuse_impossible(geometry, self.port.name)
+        return ArmDescription(about, maxima, geometry)
 
     def serial_number(self) -> str:
         """Ask for the serial number."""
@@ -182,6 +192,19 @@ class ArmLink:
 
     def _ask_text(self, query: Query) -> str:
         return identity.decode_string(self._ask(query, self._timing.string))
+
+    def _ask_twice(self, query: Query) -> bytes:
+        """Return a block that came alike twice in a row."""
+        block = self._ask(query, self._timing.block)
+        for _ in range(READINGS - 1):
+            before, block = block, self._ask(query, self._timing.block)
+            if block == before:
+                return block
+        raise DeviceError(
+            DeviceReason.BAD_REPLY,
+            f"The arm on {self.port.name} told its {query.name.lower()} differently "
+            f"each time it was asked; try another cable or adapter.",
+        )
 
     def _ask(self, query: Query, allowed_s: float) -> bytes:
         clock = self.line.clock
