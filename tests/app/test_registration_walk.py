@@ -3,7 +3,7 @@ import pytest
 from numpy.typing import NDArray
 
 from app.registration_walk import PATIENCE_S, RegistrationWalk
-from devices import Pose
+from devices import DeviceError, DeviceReason, Pose
 from devices.held_point import HoldError
 from devices.pivot import PivotError
 
@@ -154,4 +154,66 @@ def test_a_trace_is_thinned_and_may_be_continued(hand: Hand) -> None:
 def test_nobody_there_is_said(hand: Hand) -> None:
     hand.hold(np.zeros(3), 0, PATIENCE_S + 1.0)
     with pytest.raises(TimeoutError, match="Nobody pressed"):
+        _walk(hand).touch(["nasion"])
+
+
+class Blinking(Hand):
+    """A hand on an arm whose plug is pulled before some of its poses."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.gone_before: set[int] = set()
+
+    def pull(self) -> None:
+        self.gone_before.add(len(self.poses))
+
+    def read(self, timeout_s: float) -> Pose:
+        if self._given in self.gone_before:
+            self.gone_before.remove(self._given)
+            raise DeviceError(DeviceReason.DISCONNECTED, "The arm went away.")
+        if timeout_s == 0.0:
+            raise TimeoutError
+        return super().read(timeout_s)
+
+
+def test_a_blink_of_the_plug_loses_no_landmark() -> None:
+    hand = Blinking()
+    hand.touch(1, 2, 3)
+    hand.pull()
+    # back with the pedal down already: not this press, but the next
+    hand.touch(50, 5, 6)
+    hand.touch(40, 5, 6)
+    hand.hold(np.array([7.0, 7, 7]), RIGHT, 0.3)
+    hand.pull()
+    hand.hold(np.array([90.0, 7, 7]), RIGHT, 0.8)
+    hand.hold(np.zeros(3), 0, 0.2)
+    hand.touch(7, 70, 7)
+    held = _walk(hand).touch(["nasion", "chin", "ear"])
+    places = [point.tip_mm.tolist() for point in held]
+    assert places == [[1, 2, 3], [40, 5, 6], [7, 70, 7]]
+    assert not hand.gone_before
+    assert sum("What was measured is kept" in line for line in hand.said) == 2
+    assert sum("The arm is back" in line for line in hand.said) == 2
+
+
+def test_a_blink_of_the_plug_keeps_what_was_traced() -> None:
+    hand = Blinking()
+    for start in (0.0, 60.0, 120.0):
+        for i in range(400):
+            hand.hold(np.array([start + 0.15 * i, 0.0, 0.0]), RIGHT, 0.01)
+            if start == 60.0 and i == 200:
+                hand.pull()
+        hand.hold(np.zeros(3), 0, 0.2)
+    along = np.sort(_walk(hand).trace()[:, 0])
+    assert along[0] < 60.0
+    # nothing of the press during which it went
+    assert not ((along > 60.0) & (along < 120.0)).any()
+
+
+def test_an_arm_that_nobody_looks_for_fails_at_once(hand: Hand) -> None:
+    def lost(timeout_s: float) -> Pose:
+        raise DeviceError(DeviceReason.DISCONNECTED, "The arm went away.")
+
+    hand.read = lost  # type: ignore[method-assign]
+    with pytest.raises(DeviceError, match="went away"):
         _walk(hand).touch(["nasion"])
