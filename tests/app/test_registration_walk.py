@@ -1,10 +1,19 @@
+import threading
+import time
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from app.homed_poses import HomedPoses
 from app.registration_walk import PATIENCE_S, RegistrationWalk
 from devices import DeviceError, DeviceReason, Pose
-from devices.held_point import HoldError
+from devices.held_point import HeldPoint, HoldError
+from devices.microscribe import MicroScribe
+from devices.microscribe.emulator_arm import EmulatedArm
+from devices.microscribe.emulator_memory import EmulatedPort, MemoryLine, SystemClock
+from devices.microscribe.emulator_motion import StillMotion
+from devices.microscribe.profiles import DX40937
 from devices.pivot import PivotError
 
 RIGHT, LEFT = 1, 2
@@ -217,3 +226,56 @@ def test_an_arm_that_nobody_looks_for_fails_at_once(hand: Hand) -> None:
     hand.read = lost  # type: ignore[method-assign]
     with pytest.raises(DeviceError, match="went away"):
         _walk(hand).touch(["nasion"])
+
+
+class Plug:
+    """A machine with one emulated arm, whose plug and pedal a person moves."""
+
+    def __init__(self) -> None:
+        self.motion = StillMotion(DX40937)
+        arm = EmulatedArm(DX40937, self.motion, now_s=time.monotonic())
+        self.line = MemoryLine(arm, SystemClock())
+
+    def names(self) -> list[str]:
+        return [self.line.name] if self.line.arm.plugged else []
+
+    def open(self, name: str) -> EmulatedPort:
+        return self.line.open_port()
+
+    def move(self, is_in: bool) -> None:
+        arm = self.line.arm
+        with self.line.changed:
+            (arm.replug if is_in else arm.unplug)(time.monotonic())
+            self.line.changed.notify_all()
+
+    def press(self) -> None:
+        self.motion.buttons = RIGHT
+        time.sleep(0.6)
+        self.motion.buttons = 0
+        time.sleep(0.3)
+
+
+def test_the_drivers_arm_may_be_unplugged_between_two_landmarks(hand: Hand) -> None:
+    plug = Plug()
+
+    def person() -> None:
+        time.sleep(0.3)
+        plug.press()
+        plug.move(False)
+        time.sleep(0.3)
+        plug.move(True)
+        # pressed until somebody takes it
+        while len(held) == 0:
+            time.sleep(0.2)
+            plug.press()
+
+    held: list[HeldPoint] = []
+    with MicroScribe(plug.line.open_port(), replug=plug) as arm:
+        other = threading.Thread(target=person)
+        other.start()
+        held += RegistrationWalk(HomedPoses(arm), hand).touch(["nasion", "chin"])
+        other.join()
+        losses = arm.counters["losses"]
+    assert len(held) == 2
+    assert losses == 1
+    assert any("The arm is back" in line for line in hand.said)
