@@ -62,6 +62,8 @@ class ArmLink:
         """How long the last search for the arm heard nothing."""
         self._timing = timing or LinkTiming()
         self._period_s = 0.0
+        self._begun = False
+        """Whether the stream has brought a packet."""
         self._chunks: deque[tuple[int, float]] = deque()
         """Where chunks of a stream end, and when they came."""
 
@@ -139,6 +141,7 @@ class ArmLink:
         """Let the arm send a pose every ``period_ticks`` of 1/900 s by itself."""
         self._period_s = max(period_ticks / 900.0, self._wire_s(POSE_LAYOUT))
         self._chunks.clear()
+        self._begun = False
         self.line.send(self.session.stream(period_ticks))
 
     def streamed(self, patience_s: float = 0.0) -> list[TimedPacket]:
@@ -150,6 +153,9 @@ class ArmLink:
         if patience_s > 0.0:
             clock.sleep(patience_s)
         allowed = max(self._timing.reply, 3.0 * self._period_s + 0.02)
+        if not self._begun:
+            # The echo of the command comes first, and a slow arm is slow with it, too.
+            allowed += self._timing.reply
         now = clock.now()
         until = now + allowed
         while now < until:
@@ -163,6 +169,7 @@ class ArmLink:
                 if isinstance(event, Sample)
             ]
             if found:
+                self._begun = True
                 return found
         # Whatever came made no packet, and times of old chunks are worth nothing.
         self._chunks.clear()
