@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from app.known_constants import demand_known_constants
 from devices.microscribe import MicroScribe, MicroScribeEmulator
 from devices.microscribe.driver import SerialPort, SerialPorts
 from scenarios import Scenario
@@ -18,6 +19,18 @@ def demand_port(device: str | None) -> None:
     """
     if device is not None and "://" not in device:
         SerialPort(device).close()
+
+
+@contextmanager
+def arm_at(device: str) -> Iterator[MicroScribe]:
+    """Open the arm at a port, whose constants must be those of the last time.
+
+    DeviceError, in one sentence, when there is none or they changed. Unplugged in
+    use, it is looked for until it is there again.
+    """
+    with MicroScribe(device, replug=SerialPorts()) as arm:
+        demand_known_constants(arm.description, device)
+        yield arm
 
 
 @contextmanager
@@ -40,7 +53,7 @@ def open_arm(
             raise ValueError(
                 "--fault makes the emulated arm misbehave; leave out --device for it."
             )
-        with MicroScribe(device, replug=SerialPorts()) as arm:
+        with arm_at(device) as arm:
             yield arm
         return
     positions = [f.position_mm for f in scenario.fiducials]

@@ -5,7 +5,8 @@ while the arm is moved. Missed counts and a joint that counts backwards look lik
 motion; the error of a registration shows those.
 """
 
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Mapping
 from typing import Protocol
 
 import numpy as np
@@ -18,6 +19,7 @@ from app.arm_findings import (
     tip_finding,
 )
 from app.doctor import Finding, tell
+from app.known_constants import constants_findings
 from app.terminal import Stages
 from devices import Pose
 from devices.microscribe import MicroScribe
@@ -31,6 +33,9 @@ LOOK_S = 15.0
 """Encoders and clocks are judged by five seconds and more."""
 
 PATIENCE_S = 5.0
+
+STANDING = 0.5
+"""An arm's timer that passes less than this share of the host's time stands still."""
 
 
 class Guide(Protocol):
@@ -81,18 +86,35 @@ class Arm(LinedArm, Protocol):
         ...
 
 
-def run_arm_check(device: str, *, as_json: bool, look_s: float = LOOK_S) -> int:
+def run_arm_check(
+    device: str,
+    *,
+    as_json: bool,
+    look_s: float = LOOK_S,
+    accept_constants: bool = False,
+) -> int:
     """Look at the arm on a port while it is moved; 1 when it is not fit to fly with.
 
-    Raise DeviceError when there is none, TimeoutError when it falls silent.
+    ``accept_constants`` keeps the arm's constants though they changed. Raise
+    DeviceError when there is none, TimeoutError when it falls silent.
     """
     with Stages() as guide, MicroScribe(device) as arm:
-        findings = check_arm(arm, guide, look_s) + adapter_findings(device)
+        findings = constants_findings(arm.description, device, accept=accept_constants)
+        findings += check_arm(arm, guide, look_s) + adapter_findings(device)
     return tell(f"The arm on {device}", findings, as_json=as_json)
 
 
-def check_arm(arm: Arm, guide: Guide, look_s: float) -> list[Finding]:
-    """Let every joint be moved for ``look_s`` of the arm's time; say what was seen."""
+def check_arm(
+    arm: Arm,
+    guide: Guide,
+    look_s: float,
+    now: Callable[[], float] = time.monotonic,
+) -> list[Finding]:
+    """Let every joint be moved for ``look_s`` of the arm's time; say what was seen.
+
+    ``now`` tells the host's time, seconds, which ends the look at an arm whose own
+    stands still.
+    """
     guide.say(
         f"For {look_s:g} seconds, turn every joint to and fro by a hand's width, the "
         "stylus about its own axis as well where it has an encoder; press each pedal."
@@ -100,14 +122,17 @@ def check_arm(arm: Arm, guide: Guide, look_s: float) -> list[Finding]:
     first = last = arm.read(PATIENCE_S)
     lowest = highest = np.array(arm.counts)
     poses = pressed = 0
-    while last.time_s - first.time_s < look_s:
+    began_s = now()
+    passed_s = host_s = 0.0
+    while passed_s < look_s and host_s < look_s + PATIENCE_S:
         last = arm.read(PATIENCE_S)
         poses += 1
         pressed |= last.buttons
         lowest = np.minimum(lowest, arm.counts)
         highest = np.maximum(highest, arm.counts)
-        guide("Moving the joints", min((last.time_s - first.time_s) / look_s, 1.0))
-    rate_hz = poses / (last.time_s - first.time_s)
+        passed_s, host_s = last.time_s - first.time_s, now() - began_s
+        guide("Moving the joints", min(max(passed_s, host_s) / look_s, 1.0))
+    rate_hz = poses / max(passed_s, host_s)
     travel = tuple((highest - lowest).tolist())
     return [
         _about(arm.description),
@@ -116,7 +141,7 @@ def check_arm(arm: Arm, guide: Guide, look_s: float) -> list[Finding]:
         tip_finding(last),
         pedals_finding(arm.description.maxima, pressed),
         _line(arm.counters),
-        _clock(arm.clock_drift),
+        _timer(passed_s, host_s) or _clock(arm.clock_drift),
         _encoders(arm, travel),
     ]
 
@@ -159,6 +184,19 @@ def _clock(drift: float) -> Finding:
     if abs(drift) >= LARGEST_DRIFT:
         remedy = "No quartz is off so far; the line or this machine stalls."
     return Finding("clock", told, remedy=remedy)
+
+
+def _timer(passed_s: float, host_s: float) -> Finding | None:
+    """Tell a timer that stands still, None for one that runs."""
+    if passed_s >= STANDING * host_s:
+        return None
+    return Finding(
+        "clock",
+        f"the arm's timer stands still: {passed_s:.1f} s of it in {host_s:.1f} s",
+        is_missing=True,
+        remedy="Poses cannot be told apart in time. Switch the arm off and on; if "
+        "the timer does not run then either, it needs the maker's service.",
+    )
 
 
 def _encoders(arm: Arm, travel: tuple[int, ...]) -> Finding:

@@ -329,20 +329,26 @@ def bench(
 
 
 @app.command
-def doctor(*, device: str | None = None, json: Json = False) -> int:
+def doctor(
+    *, device: str | None = None, accept_constants: bool = False, json: Json = False
+) -> int:
     """Say what this machine can do and what is missing, or whether an arm is well.
 
     Parameters
     ----------
     device
         Look at the MicroScribe on this serial port instead, such as /dev/ttyUSB0 or
-        a name under /dev/serial/by-id, while its joints are moved: rate, encoders,
-        line, clock, pedals.
+        a name under /dev/serial/by-id, while its joints are moved: constants, rate,
+        encoders, line, clock, pedals.
+    accept_constants
+        Keep the arm's constants though they changed or are unusual.
     """
     if device is not None:
         from app.arm_check import run_arm_check
 
-        return run_arm_check(device, as_json=json)
+        return run_arm_check(device, as_json=json, accept_constants=accept_constants)
+    if accept_constants:
+        raise ValueError("--accept-constants needs --device with the arm's port.")
     from app.doctor import run_doctor
 
     return run_doctor(as_json=json)

@@ -11,7 +11,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from app.arm import demand_port
+from app.arm import arm_at, demand_port
+from app.homed_poses import HomedPoses
 from app.inputs.peer_address import peer_address
 from app.operating_room import prepare_room
 from app.registering import head_of
@@ -91,14 +92,14 @@ def run_register(options: RegisterOptions, *, as_json: bool) -> int:
     if options.input is not None:
         record = _tracked(options)
         return _finish(options, record, None, asks=asks_later, as_json=as_json)
-    spread = ParameterSpread()
     with Stages() as guide, ExitStack() as stack:
         plan = _plan(options, guide)
         _warn_of_plan(plan, guide)
         guide("Opening the arm", 0.0)
-        arm, truth = stack.enter_context(_open(options, plan, spread))
+        arm, truth = stack.enter_context(_open(options, plan))
         guide("Opening the arm", 1.0)
-        walk = RegistrationWalk(arm, guide)
+        spread = ParameterSpread.of_model(arm.description.identity.model)
+        walk = RegistrationWalk(HomedPoses(arm), guide)
         five_joints = arm.description.maxima.encoders[5] == 0
         pivot = walk.pivot(along_axis=five_joints) if options.pivot else None
         held = walk.touch(list(plan.landmarks))
@@ -232,10 +233,10 @@ def _warn_of_plan(plan: _Plan, guide: Stages) -> None:
 
 @contextmanager
 def _open(
-    options: RegisterOptions, plan: _Plan, spread: ParameterSpread
+    options: RegisterOptions, plan: _Plan
 ) -> Iterator[tuple[MicroScribe, RehearsedTruth | None]]:
     if options.device is not None:
-        with MicroScribe(options.device) as arm:
+        with arm_at(options.device) as arm:
             yield arm, None
         return
     points = np.stack(list(plan.landmarks.values()))
@@ -245,7 +246,7 @@ def _open(
         traced_mm=None if plan.skin is None else plan.skin.raster(),
         seed=options.seed,
     )
-    truth = rehearsed_truth(path, spread, options.seed)
+    truth = rehearsed_truth(path, ParameterSpread(), options.seed)
     with rehearsed_arm(truth, path) as arm:
         yield arm, truth
 
@@ -282,6 +283,7 @@ def _rows(
                 f"{record.surface_rms_mm:.2f} mm rms",
             )
         )
+    rows += _agreement(record)
     for name, error in record.targets.items():
         known = "" if true is None else f", truly {true[name]:.2f}"
         rows.append((f"expected at {name}", f"{error:.2f} mm rms{known}"))
@@ -297,6 +299,29 @@ def _rows(
 def _at_terminal() -> bool:
     # there is none at all where a program was started without
     return sys.stdin is not None and sys.stdin.isatty()
+
+
+def _agreement(record: RegistrationRecord) -> list[tuple[str, str]]:
+    """Tell how well the measurements agree; what raised the expected errors."""
+    agreement = record.agreement
+    if agreement is None:
+        return []
+    rows = [
+        (
+            "landmarks fit to",
+            f"{record.residual_rms_mm:.2f} mm rms; {agreement.chance:.0%} of sound "
+            "registrations fit worse",
+        )
+    ]
+    for what, ratio in (
+        ("landmarks", agreement.landmarks_ratio),
+        ("swing of the tip", agreement.constants_ratio),
+    ):
+        if ratio > 1.0:
+            rows.append(
+                (f"{what} worse", f"{ratio:.1f} times than expected; told errors grew")
+            )
+    return rows
 
 
 def _confirmed(out: Path) -> bool:

@@ -7,14 +7,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices import Registration, register
+from devices.consistency import (
+    REFUSED_CHANCE,
+    LandmarkConsistency,
+    landmark_consistency,
+)
 from devices.held_point import HeldPoint
 from devices.microscribe.arm_errors import ArmErrors
 from devices.microscribe.inverse import UnreachableError
 from devices.microscribe.link import ArmDescription
+from devices.microscribe.swing_check import swing_consistency
 from devices.microscribe.uncertainty import ParameterSpread
 from devices.pivot import PivotCalibration
 from devices.registration_error import RegistrationError, RegistrationReason
 from devices.registration_file import (
+    Agreement,
     PivotRecord,
     RegistrationRecord,
     TouchedLandmark,
@@ -55,6 +62,7 @@ class Fit:
     targets_mm: dict[str, float]
     """Expected error of the tool at each target, rms."""
     surface_rms_mm: float
+    agreement: Agreement
 
 
 def fit_registration(
@@ -72,10 +80,18 @@ def fit_registration(
     frames = np.stack([held.device_from_tip for held in touched.held])
     tips, places = frames[:, :3, 3], np.stack(list(landmarks.values()))
     first = register(tips, places, list(landmarks))
+    constants = swing_ratio(arm, spread, touched.pivot)
     errors = arm_errors(arm, spread, touched.pivot)
     seat = np.eye(3) * SEAT_MM**2
     own = np.stack([held.noise + seat for held in touched.held])
     at_touch = errors.at(frames, first.world_from_device, own)
+    # What the swing told of the constants is no fault of the touches.
+    doubted = arm_errors(arm, spread.scaled(constants), touched.pivot)
+    judged = landmark_consistency(
+        *_fitted(first.world_from_device, tips, places),
+        doubted.at(frames, first.world_from_device, own),
+    )
+    _refuse_landmarks(judged, list(landmarks), first.residual_rms_mm)
     whole = at_touch.noise + at_touch.common @ np.swapaxes(at_touch.common, 1, 2)
     weights = np.asarray(np.linalg.inv(whole), dtype=np.float64)
     pairs = Landmarks(tips, places, weights)
@@ -105,13 +121,34 @@ def fit_registration(
     )
     tool = _with_cause(tool, np.zeros_like(places_of_targets))
     expected = rms_mm(uncertainty.covariance(places_of_targets, tool))
+    expected *= constants * judged.whole.ratio
     by_name = dict(zip(targets, expected.tolist(), strict=True))
     refuse_weak_targets(by_name)
-    fitted = tips @ world_from_device[:3, :3].T + world_from_device[:3, 3]
-    residuals = np.linalg.norm(fitted - places, axis=1)
+    residuals = np.linalg.norm(_fitted(world_from_device, tips, places)[1], axis=1)
     rms = float(np.sqrt(np.mean(residuals**2)))
     registration = Registration(world_from_device, rms, residuals)
-    return Fit(registration, by_name, refined.surface_rms_mm)
+    agreement = Agreement(
+        chance=judged.whole.chance,
+        landmarks_ratio=judged.whole.ratio,
+        constants_ratio=constants,
+    )
+    return Fit(registration, by_name, refined.surface_rms_mm, agreement)
+
+
+def swing_ratio(
+    arm: ArmDescription, spread: ParameterSpread, pivot: PivotCalibration | None
+) -> float:
+    """Return by how much the swing shows the constants to be worse than stated."""
+    if pivot is None:
+        return 1.0
+    try:
+        return swing_consistency(arm_errors(arm, spread, pivot), pivot).ratio
+    except UnreachableError as error:
+        raise RegistrationError(
+            RegistrationReason.RESIDUAL,
+            "The arm's constants cannot have made the poses of the swing; look at the "
+            "arm by `paravol doctor --device`.",
+        ) from error
 
 
 def arm_errors(
@@ -154,6 +191,7 @@ def describe_registration(
         traced_points=len(touched.traced_mm),
         surface_rms_mm=fit.surface_rms_mm,
         targets=fit.targets_mm,
+        agreement=fit.agreement,
         budget_mm=BUDGET_MM,
         pivot=None
         if pivot is None
@@ -162,6 +200,41 @@ def describe_registration(
             condition=pivot.condition,
             error_mm=float(np.sqrt(np.trace(pivot.covariance))),
         ),
+    )
+
+
+def _fitted(
+    world_from_device: NDArray[np.float64],
+    tips: NDArray[np.float64],
+    places: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the registered tips (n, 3) and how far they miss their places, (n, 3)."""
+    fitted = tips @ world_from_device[:3, :3].T + world_from_device[:3, 3]
+    return fitted, places - fitted
+
+
+def _refuse_landmarks(
+    judged: LandmarkConsistency, names: list[str], residual_mm: float
+) -> None:
+    """Raise RegistrationError for a residual that hand and arm hardly ever leave."""
+    if judged.whole.chance >= REFUSED_CHANCE:
+        return
+    worse = float(np.sqrt(judged.whole.statistic / judged.whole.freedom))
+    told = (
+        f"The landmarks fit to {residual_mm:.2f} mm rms, {worse:.1f} times as badly as "
+        "this arm and a careful hand leave"
+    )
+    culprit = judged.culprit
+    if culprit is not None:
+        raise RegistrationError(
+            RegistrationReason.RESIDUAL,
+            f"{told}; without {names[culprit]!r} the others agree. Register again and "
+            "rest the tip in the middle of that one.",
+        )
+    raise RegistrationError(
+        RegistrationReason.RESIDUAL,
+        f"{told}. Register again with care; where that does not help, look at the arm "
+        "by `paravol doctor --device`: its constants or an encoder may be wrong.",
     )
 
 

@@ -1,5 +1,6 @@
 """The way through a registration: turn the tip, touch the landmarks, trace the skin."""
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol, TypeVar
@@ -8,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.flight import OrderedPoses
-from devices import Pose
+from app.lasting_poses import LastingPoses
+from devices import DeviceError, Pose
 from devices.held_point import HeldPoint, HoldError
 from devices.pivot import (
     FEWEST_POSES,
@@ -28,6 +30,9 @@ PATIENCE_S = 60.0
 
 SPACING_MM = 1.5
 """Traced points nearer than this to the one before say nothing new."""
+
+LOST_PATIENCE_S = 300.0
+"""A lost arm may be away this long; finding and pushing in a plug takes a minute."""
 
 ATTEMPTS = 3
 
@@ -54,12 +59,22 @@ class RegistrationWalk:
 
     A step that went wrong is told in one sentence and asked for again, three times in
     all; then its error is raised. TimeoutError when nothing happens for a minute.
+    An arm that is unplugged and looked for by its driver is waited for; what was
+    measured stays, only a press during which it went is made again.
     """
 
     source: OrderedPoses
     guide: Guide
     tip_mm: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
     """(3,) where the tip is in the frame of the stated tip; `pivot` finds it."""
+    _lasting: LastingPoses = field(init=False)
+    _was_away: bool = False
+    """Whether the arm came back since the last pose was looked at."""
+
+    def __post_init__(self) -> None:
+        self._lasting = LastingPoses(
+            self.source, LOST_PATIENCE_S, self._lost, self._back
+        )
 
     def pivot(self, *, along_axis: bool) -> PivotCalibration:
         """Let the tip be turned in a hole and find it."""
@@ -141,11 +156,21 @@ class RegistrationWalk:
         """Wait for one press of the right pedal; show its growth as a stage."""
         press, redo = PressCollector(MEASURE_PEDAL), PressCollector(REDO_PEDAL)
         since: float | None = None
+        # The arm's own time may stand still.
+        host_since = time.monotonic()
+        is_old = False
         while True:
-            measured = self.source.read(PATIENCE_S)
+            measured = self._lasting.read(PATIENCE_S)
             pose = shifted_to_tip(measured, self.tip_mm)
+            if self._was_away:
+                # Nobody knows what hand and foot did meanwhile.
+                press, redo = PressCollector(MEASURE_PEDAL), PressCollector(REDO_PEDAL)
+                self._was_away, since, is_old = False, None, True
+            is_old = is_old and bool(pose.buttons & (MEASURE_PEDAL | REDO_PEDAL))
+            if is_old:
+                continue
             if since is None or press.held:
-                since = pose.time_s
+                since, host_since = pose.time_s, time.monotonic()
             if redo.feed(pose) is not None:
                 raise _TakenBackError
             done = press.feed(pose)
@@ -153,8 +178,19 @@ class RegistrationWalk:
                 self.guide(stage, min(1.0, press.held / expected))
             if done is not None:
                 return done
-            if pose.time_s - since > PATIENCE_S:
+            waited_s = max(pose.time_s - since, time.monotonic() - host_since)
+            if waited_s > PATIENCE_S:
                 raise TimeoutError(
                     f"Nobody pressed the right pedal for {PATIENCE_S:g} seconds; begin "
                     "again with `paravol register`."
                 )
+
+    def _lost(self, loss: DeviceError) -> None:
+        self.guide.say(f"  {loss} What was measured is kept.")
+
+    def _back(self, away_s: float) -> None:
+        self._was_away = True
+        self.guide.say(
+            f"  The arm is back after {away_s:.0f} s; release the pedals and go on "
+            "with the same step."
+        )

@@ -41,6 +41,8 @@ class RehearsedTruth:
     profile: ArmProfile
     built: BuiltArm
     device_from_world: NDArray[np.float64]
+    held_angles: NDArray[np.float64]
+    """(6,) radians at the begin of the path: elbow and wrist stay on that side."""
 
     def errors_mm(
         self, record: RegistrationRecord, targets: dict[str, NDArray[np.float64]]
@@ -56,7 +58,7 @@ class RehearsedTruth:
     ) -> float:
         world_from_device = np.array(record.world_from_device).reshape(4, 4)
         encoders = self.profile.encoders
-        angles = encoders.angles(np.array(self.profile.home_counts))
+        angles = self.held_angles
         turn, shift = self.device_from_world[:3, :3], self.device_from_world[:3, 3]
         off = []
         for pointing in _directions():
@@ -77,7 +79,11 @@ def rehearsed_truth(
     # d 5 is negative: more of it is a longer stylus.
     deviation[PARAMETER_NAMES.index("d 5")] -= LONGER_TIP_MM
     built = BuiltArm.deviating(profile.geometry, deviation)
-    return RehearsedTruth(profile, built, _place(profile, path, seed))
+    place = _place(profile, path, seed)
+    home = profile.encoders.angles(np.array(profile.home_counts))
+    tip = place[:3, :3] @ path.tip_mm[0] + place[:3, 3]
+    held = built.angles(tip, place[:3, :3] @ path.axis[0], home)
+    return RehearsedTruth(profile, built, place, held)
 
 
 def _place(profile: ArmProfile, path: ProbePath, seed: int) -> NDArray[np.float64]:

@@ -54,6 +54,10 @@ class PivotCalibration:
     condition: float
     covariance: NDArray[np.float64]
     """(3, 3) mm^2 of ``tip_mm``, for independent noise of ``residual_mm``."""
+    frames: NDArray[np.float64]
+    """(n, 4, 4) the poses from which it was found, as the arm stated them."""
+    along_axis: bool
+    """Whether only the length was found."""
 
     def on_tip(self, pose: Pose) -> Pose:
         """Return the pose with its frame moved to the calibrated tip."""
@@ -119,7 +123,15 @@ def calibrate_pivot(
     covariance = np.zeros((3, 3))
     inverse = np.linalg.inv(system.T @ system)[:unknowns, :unknowns]
     covariance[3 - unknowns :, 3 - unknowns :] = residual**2 * inverse
-    return PivotCalibration(tip, solution[unknowns:], residual, condition, covariance)
+    return PivotCalibration(
+        tip,
+        solution[unknowns:],
+        residual,
+        condition,
+        covariance,
+        frames.copy(),
+        along_axis,
+    )
 
 
 def half_cone_deg(frames: NDArray[np.float64]) -> float:

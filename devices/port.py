@@ -16,6 +16,7 @@ class DeviceReason(Enum):
     WRONG_DEVICE = "another kind of device answered"
     UNSUPPORTED_FORMAT = "the device describes itself in an unknown format"
     BAD_REPLY = "the device answered something that is no valid reply"
+    CONSTANTS = "the device's constants cannot be trusted"
     NOT_HOMED = "the device may not have been homed"
     DISCONNECTED = "the device went away"
     GARBAGE = "the line delivers bytes that are no packets"

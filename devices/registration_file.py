@@ -40,6 +40,19 @@ class PivotRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     error_mm: float
 
 
+class Agreement(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """How well what was measured agrees with what the errors are taken to be.
+
+    chance: of so large a residual at the landmarks when the error model holds.
+    landmarks_ratio, constants_ratio: by how much the landmarks and the swing of the
+        tip showed errors to be larger; the expected errors contain both.
+    """
+
+    chance: float
+    landmarks_ratio: float
+    constants_ratio: float
+
+
 class RegistrationRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A registration with all that tells how far to trust it; patient LPS, mm.
 
@@ -62,6 +75,7 @@ class RegistrationRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True
     targets: dict[str, float]
     budget_mm: float
     pivot: PivotRecord | None = None
+    agreement: Agreement | None = None
     format: Literal["paravol registration"] = "paravol registration"
     version: Literal[1] = 1
 

@@ -73,6 +73,13 @@ class ArmGeometry:
             beta=beta_word * RADIANS_PER_WORD,
         )
 
+    def to_words(self) -> tuple[int, ...]:
+        """Return the 19 words, BETA last, that ``from_words`` decoded."""
+        angles = np.array([*self.alpha, self.beta]) / RADIANS_PER_WORD
+        lengths = np.array([*self.a_mm, *self.d_mm]) / MM_PER_MIL
+        words = np.rint([*angles[:-1], *lengths, angles[-1]]).astype(np.int64)
+        return tuple(words.tolist())
+
     def with_tip(self, tip: TipChange) -> "ArmGeometry":
         """Return the geometry with another tip screwed on."""
         a_mm, d_mm = self.a_mm.copy(), self.d_mm.copy()

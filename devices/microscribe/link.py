@@ -9,6 +9,7 @@ from statistics import median
 from devices.microscribe import identity
 from devices.microscribe.arm import ArmGeometry, Encoders
 from devices.microscribe.commands import PING_LAYOUT, POSE_LAYOUT, Query
+from devices.microscribe.constants_check import refuse_impossible
 from devices.microscribe.identity import ArmIdentity, Maxima
 from devices.microscribe.line import Line
 from devices.microscribe.packets import Layout, Packet
@@ -24,6 +25,9 @@ STOP_TRIES = 3
 
 # Newest polls that the time of a round trip is taken from.
 ROUND_TRIPS = 100
+
+# A line that damages three readings of a short block in a row carries no poses either.
+READINGS = 4
 
 TimedPacket = tuple[Packet, float]
 """A packet and the host's time of its header."""
@@ -65,6 +69,8 @@ class ArmLink:
         self._timing = timing or LinkTiming()
         self._period_s = 0.0
         self._trips_s: deque[float] = deque(maxlen=ROUND_TRIPS)
+        self._begun = False
+        """Whether the stream has brought a packet."""
         self._chunks: deque[tuple[int, float]] = deque()
         """Where chunks of a stream end, and when they came."""
 
@@ -98,7 +104,11 @@ class ArmLink:
             self.silence_s = passed if search.silence_s is None else search.silence_s
 
     def describe(self) -> ArmDescription:
-        """Ask for everything that turns counts into poses, in the usual order."""
+        """Ask for everything that turns counts into poses, in the usual order.
+
+        Blocks have no checksum: each is asked for until two readings agree. Raise
+        DeviceError when none do, and for constants that no MicroScribe can have.
+        """
         texts = [self._ask_text(Query(code)) for code in range(0xC8, 0xCF)]
         about = ArmIdentity(*texts)
         required = (Query.SERIAL, Query.PRODUCT_NAME, Query.MODEL, Query.FIRMWARE)
@@ -110,20 +120,22 @@ class ArmLink:
                 f"The arm on {self.port.name} leaves its {' and '.join(empty)} empty; "
                 "switch it off and on again, and check the cable.",
             )
-        maxima = Maxima.decode(self._ask(Query.MAXIMA, self._timing.block))
+        maxima = Maxima.decode(self._ask_twice(Query.MAXIMA))
         if about.parameter_format != identity.FORMAT:
             raise DeviceError(
                 DeviceReason.UNSUPPORTED_FORMAT,
                 f"The arm on {self.port.name} describes its joints as "
                 f"'{about.parameter_format}'; only '{identity.FORMAT}' is known.",
             )
-        block = self._ask(Query.PARAMETERS, self._timing.block)
+        block = self._ask_twice(Query.PARAMETERS)
         words = identity.decode_words(block, 18, "parameters")
         beta = 0
         if about.has_beta:
-            raw = self._ask(Query.EXTENDED, self._timing.block)
+            raw = self._ask_twice(Query.EXTENDED)
             (beta,) = identity.decode_words(raw, 1, "extended parameters")
-        return ArmDescription(about, maxima, ArmGeometry.from_words(words, beta))
+        geometry = ArmGeometry.from_words(words, beta)
+        refuse_impossible(geometry, self.port.name)
+        return ArmDescription(about, maxima, geometry)
 
     def serial_number(self) -> str:
         """Ask for the serial number."""
@@ -149,6 +161,7 @@ class ArmLink:
         """Let the arm send a pose every ``period_ticks`` of 1/900 s by itself."""
         self._period_s = max(period_ticks / 900.0, self._wire_s(POSE_LAYOUT))
         self._chunks.clear()
+        self._begun = False
         self.line.send(self.session.stream(period_ticks))
 
     def streamed(self, patience_s: float = 0.0) -> list[TimedPacket]:
@@ -160,6 +173,9 @@ class ArmLink:
         if patience_s > 0.0:
             clock.sleep(patience_s)
         allowed = max(self._timing.reply, 3.0 * self._period_s + 0.02)
+        if not self._begun:
+            # The echo of the command comes first, and a slow arm is slow with it, too.
+            allowed += self._timing.reply
         now = clock.now()
         until = now + allowed
         while now < until:
@@ -173,6 +189,7 @@ class ArmLink:
                 if isinstance(event, Sample)
             ]
             if found:
+                self._begun = True
                 return found
         # Whatever came made no packet, and times of old chunks are worth nothing.
         self._chunks.clear()
@@ -202,6 +219,19 @@ class ArmLink:
 
     def _ask_text(self, query: Query) -> str:
         return identity.decode_string(self._ask(query, self._timing.string))
+
+    def _ask_twice(self, query: Query) -> bytes:
+        """Return a block that came alike twice in a row."""
+        block = self._ask(query, self._timing.block)
+        for _ in range(READINGS - 1):
+            before, block = block, self._ask(query, self._timing.block)
+            if block == before:
+                return block
+        raise DeviceError(
+            DeviceReason.BAD_REPLY,
+            f"The arm on {self.port.name} told its {query.name.lower()} differently "
+            f"each time it was asked; try another cable or adapter.",
+        )
 
     def _ask(self, query: Query, allowed_s: float) -> bytes:
         clock = self.line.clock

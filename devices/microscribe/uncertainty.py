@@ -24,6 +24,10 @@ from devices.microscribe.jacobian import (
     parameter_jacobian,
 )
 
+# 0.38 mm for the plain ones over 0.23 mm for the better ones.
+PLAIN_RATIO = 1.6
+BETTER_MODELS = frozenset({"DX"})
+
 
 @dataclass(frozen=True, slots=True)
 class ParameterSpread:
@@ -42,6 +46,18 @@ class ParameterSpread:
         spread = (self.length_mm, self.twist_rad, self.zero_rad)
         if not all(math.isfinite(s) and s >= 0.0 for s in spread):
             raise ValueError(f"spreads must be finite and not negative, got {spread}")
+
+    def scaled(self, ratio: float) -> "ParameterSpread":
+        """Return spreads that are ``ratio`` times as large."""
+        return ParameterSpread(
+            self.length_mm * ratio, self.twist_rad * ratio, self.zero_rad * ratio
+        )
+
+    @classmethod
+    def of_model(cls, model: str) -> "ParameterSpread":
+        """Return what the maker states for a model; the plain one's when unknown."""
+        spread = cls()
+        return spread if model in BETTER_MODELS else spread.scaled(PLAIN_RATIO)
 
     def deviations(self) -> NDArray[np.float64]:
         """Return the standard deviation of each parameter, (25,)."""

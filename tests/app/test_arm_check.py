@@ -1,21 +1,27 @@
 import json
 import sys
 import time
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.arm_check import check_arm, run_arm_check
+from app.__main__ import main
+from app.arm_check import PATIENCE_S, check_arm, run_arm_check
 from app.doctor import Finding
+from app.known_constants import constants_findings, demand_known_constants
+from devices.microscribe.arm import ArmGeometry
 from devices.microscribe.emulator_arm import EmulatedArm
 from devices.microscribe.emulator_faults import parse_fault
 from devices.microscribe.emulator_memory import DrivenClock, MemoryLine
 from devices.microscribe.emulator_motion import AnglesMotion
 from devices.microscribe.emulator_server import EmulatorServer
 from devices.microscribe.emulator_terminal import TerminalPort
+from devices.microscribe.link import ArmDescription
 from devices.microscribe.profiles import DX40937, ArmProfile, profile_named
-from devices.port import DeviceError
+from devices.port import DeviceError, DeviceReason
 from tests.devices.driven_arm import DrivenArm
 
 PERIODS_S = np.array([3.0, 4.0, 5.0, 2.5, 3.5, 9.0])
@@ -130,10 +136,99 @@ def test_an_arm_at_a_port_is_told_of_in_full(
     assert report["missing"] == []
     told = {finding["name"]: finding["value"] for finding in report["findings"]}
     assert set(told) == {
-        *("arm", "home position", "rate", "poses", "round trip", "tip", "pedals"),
-        *("line", "clock", "encoders"),
+        *("arm", "constants", "constants since", "home position", "rate", "poses"),
+        *("round trip", "tip", "pedals", "line", "clock", "encoders"),
     }
     assert told["rate"] == "115200 baud"
     assert told["home position"] == "assumed"
     assert told["encoders"].startswith("not moved" if fault else "all count")
     assert int(told["poses"].split()[0]) > 20
+
+
+class Timeless(AnglesMotion):
+    """A hand on an arm whose timer is set to zero whenever it is read."""
+
+    arm: EmulatedArm
+
+    def latch(self, now_s: float) -> tuple[tuple[int, ...], int]:
+        self.arm.far_end.timer_zero_s = now_s
+        return super().latch(now_s)
+
+
+def test_a_timer_that_stands_still_ends_the_look() -> None:
+    rest = DX40937.encoders.angles(np.array(DX40937.home_counts))
+    motion = Timeless(DX40937, lambda t_s: rest[:5] + 0.05 * np.sin(t_s))
+    motion.arm = EmulatedArm(DX40937, motion)
+    clock = DrivenClock()
+    arm = DrivenArm(MemoryLine(motion.arm, clock))
+    findings = check_arm(arm, Guide(), 3.0, clock.now)
+    found = {finding.name: finding for finding in findings}
+    assert clock.now() < 3.0 + 2.0 * PATIENCE_S
+    assert "stands still: 0.0 s of it in 8.0 s" in found["clock"].value
+    assert found["clock"].is_missing
+
+
+@pytest.fixture
+def own_data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    return tmp_path
+
+
+def test_an_arm_is_remembered_and_a_change_told(own_data: Path) -> None:
+    before = ArmDescription(DX40937.identity, DX40937.maxima, DX40937.geometry)
+
+    def history(arm: ArmDescription, *, accept: bool = False) -> Finding:
+        shown, since = constants_findings(arm, "/dev/arm", accept=accept)
+        assert f"{arm.geometry.a_mm[2]:.2f}" in shown.value
+        assert "16384 16384 8192 4096 4096 1 counts per turn" in shown.value
+        return since
+
+    assert "first time" in history(before).value
+    assert history(before).value.startswith("unchanged since 20")
+    demand_known_constants(before, "/dev/arm")
+    # one bit of one angle, too small for any bound
+    words = list(DX40937.dh_words)
+    words[3] ^= 1
+    after = replace(before, geometry=ArmGeometry.from_words(tuple(words), 3))
+    changed = history(after)
+    assert changed.is_missing
+    assert "alpha 3 was 89.852 and is 89.846 degrees" in changed.value
+    assert "--accept-constants" in changed.remedy
+    with pytest.raises(DeviceError, match="changed since") as caught:
+        demand_known_constants(after, "/dev/arm")
+    assert caught.value.reason is DeviceReason.CONSTANTS
+    # told again and again until somebody vouches for it
+    assert history(after).is_missing
+    assert "accepted" in history(after, accept=True).value
+    assert not history(after).is_missing
+    demand_known_constants(after, "/dev/arm")
+    assert history(before).is_missing
+
+
+def test_an_unusual_arm_is_not_remembered(own_data: Path) -> None:
+    words = list(DX40937.dh_words)
+    words[8] += 256
+    geometry = ArmGeometry.from_words(tuple(words), 3)
+    arm = ArmDescription(DX40937.identity, DX40937.maxima, geometry)
+    with pytest.raises(DeviceError, match=r"a 2 is 267\.00 mm"):
+        demand_known_constants(arm, "/dev/arm")
+    assert not list(own_data.rglob("*.json"))
+    assert constants_findings(arm, "/dev/arm", accept=False)[1].is_missing
+
+
+def test_where_nothing_can_be_kept_the_arm_is_used(
+    own_data: Path,
+) -> None:
+    (own_data / "paravol").write_text("no folder")
+    arm = ArmDescription(DX40937.identity, DX40937.maxima, DX40937.geometry)
+    demand_known_constants(arm, "/dev/arm")
+    told = constants_findings(arm, "/dev/arm", accept=False)[1]
+    assert told.value == "nothing is known"
+    assert str(own_data) in told.remedy
+
+
+def test_constants_are_accepted_of_an_arm_only(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["doctor", "--accept-constants"]) == 1
+    assert "needs --device" in capsys.readouterr().err

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.stats import binom
 
 from anatomy import PhantomParameters, sinus_phantom
 from app.register_command import SINUSES
@@ -21,13 +22,16 @@ from app.registration_fit import (
 from app.registration_walk import RegistrationWalk
 from app.rehearsed_arm import rehearsed_line, rehearsed_truth
 from app.skin import Skin
-from devices import RegistrationError, RegistrationReason
+from devices import RegistrationError, RegistrationReason, register
+from devices.consistency import DOUBTED_CHANCE, REFUSED_CHANCE
 from devices.microscribe.emulator_memory import DrivenClock
+from devices.microscribe.profiles import DX40937
 from devices.microscribe.uncertainty import ParameterSpread
-from devices.registration_file import RegistrationRecord
+from devices.registration_file import Agreement, RegistrationRecord
 from devices.rehearsal import rehearse
 from devices.target_error import BUDGET_MM
 from scenarios import load_scenario
+from tests.app.sampled_registration import Sampled, sampled_registration
 from tests.devices.driven_arm import DrivenArm
 
 
@@ -188,3 +192,124 @@ def test_a_known_tip_has_no_error_of_its_own(room: Room) -> None:
     errors = arm_errors(arm.description, ParameterSpread(), None)
     assert not errors.tip_mm.any()
     assert not errors.tip_covariance.any()
+
+
+def _judge(room: Room, sampled: Sampled) -> tuple[Fit, float, float]:
+    """Fit what was measured; give the fit, its expected and its true error, rms."""
+    fit = fit_registration(
+        sampled.touched,
+        room.landmarks,
+        None,
+        room.targets,
+        sampled.arm,
+        ParameterSpread.of_model(sampled.arm.identity.model),
+    )
+    record = describe_registration(
+        fit, sampled.touched, room.landmarks, sampled.arm, "test"
+    )
+    true = np.array(list(sampled.truth.errors_mm(record, room.targets).values()))
+    return fit, _rms(np.array(list(fit.targets_mm.values()))), _rms(true)
+
+
+def _by_residual_alone(room: Room, sampled: Sampled) -> tuple[float, float]:
+    """Give residual and true error, rms, of a registration that trusts its residual."""
+    places = np.stack(list(room.landmarks.values()))
+    tips = np.stack([held.tip_mm for held in sampled.touched.held])
+    found = register(tips, places, list(room.landmarks))
+    fit = Fit(found, dict.fromkeys(room.targets, 0.0), 0.0, Agreement(1.0, 1.0, 1.0))
+    record = describe_registration(
+        fit, sampled.touched, room.landmarks, sampled.arm, "test"
+    )
+    true = sampled.truth.errors_mm(record, room.targets).values()
+    return found.residual_rms_mm, _rms(np.array(list(true)))
+
+
+def _altered(word: int, by: int) -> tuple[int, ...]:
+    words = list(DX40937.dh_words)
+    words[word] += by
+    return tuple(words)
+
+
+A2, A4, ALPHA1, D3 = 8, 10, 1, 15
+
+
+@pytest.mark.parametrize(
+    ("word", "by", "seed", "pivot", "least_mm"),
+    [
+        (A4, 1024, 19, False, 20.0),  # one byte, 26 mm
+        (A2, 256, 22, True, 1.0),  # one bit, 6.5 mm
+        (A2, 256, 3, True, 1.0),
+    ],
+)
+def test_constants_that_are_wrong_are_refused(
+    room: Room, word: int, by: int, seed: int, pivot: bool, least_mm: float
+) -> None:
+    """Neither the swing nor the limit of the residual minds them."""
+    sampled = sampled_registration(
+        room.landmarks, seed, pivot=pivot, words=_altered(word, by)
+    )
+    residual, true = _by_residual_alone(room, sampled)
+    print(f"residual {residual:.2f} mm, true {true:.2f} mm rms")
+    assert residual < 3.0
+    assert true > least_mm
+    with pytest.raises(RegistrationError, match="times as badly") as caught:
+        _judge(room, sampled)
+    assert caught.value.reason is RegistrationReason.RESIDUAL
+
+
+@pytest.mark.parametrize(
+    ("word", "by", "seed"),
+    [(D3, 108, 8), (ALPHA1, -71, 8), (A2, 131, 22), (D3, 54, 26)],
+)
+def test_constants_that_are_somewhat_wrong_raise_the_told_error(
+    room: Room, word: int, by: int, seed: int
+) -> None:
+    sampled = sampled_registration(room.landmarks, seed, words=_altered(word, by))
+    fit, told, true = _judge(room, sampled)
+    print(f"true {true:.2f} mm rms, told {told:.2f} mm rms")
+    assert fit.agreement.constants_ratio > 1.5
+    assert true > 0.3
+    assert told >= true
+
+
+@pytest.mark.parametrize("slipped", range(4))
+def test_a_landmark_touched_beside_its_place_is_named(room: Room, slipped: int) -> None:
+    """Three millimetres beside leave a residual that used to pass."""
+    across = np.array([2.0, 0.0, 2.2])
+    sampled = sampled_registration(room.landmarks, 5, slip=(slipped, across))
+    residual, _ = _by_residual_alone(room, sampled)
+    assert residual < 1.5
+    name = list(room.landmarks)[slipped]
+    with pytest.raises(RegistrationError, match=f"without '{name}' the") as caught:
+        _judge(room, sampled)
+    assert caught.value.reason is RegistrationReason.RESIDUAL
+
+
+def _alarms(room: Room, seeds: range, spread: ParameterSpread) -> tuple[int, int]:
+    """Count sound registrations that are refused, and whose told error is raised."""
+    refused = raised = 0
+    for seed in seeds:
+        sampled = sampled_registration(room.landmarks, seed, spread=spread)
+        try:
+            agreement = _judge(room, sampled)[0].agreement
+        except RegistrationError:
+            refused += 1
+            continue
+        raised += max(agreement.landmarks_ratio, agreement.constants_ratio) > 1.0
+    return refused, raised
+
+
+def test_a_sound_arm_gives_no_alarm(room: Room) -> None:
+    refused, raised = _alarms(room, range(100, 116), ParameterSpread())
+    assert refused == 0
+    assert raised <= 6  # binomial, 10 % of 16: more in 1 of 1000
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seeds", [range(200, 350), range(350, 500)], ids=str)
+def test_false_alarms_are_as_rare_as_is_said(room: Room, seeds: range) -> None:
+    """At most one in a thousand is refused; two tests raise one in twenty each."""
+    refused, raised = _alarms(room, seeds, ParameterSpread())
+    print(f"{refused} refused, {raised} raised of {len(seeds)}")
+    assert refused <= binom.ppf(0.9999, len(seeds), REFUSED_CHANCE)
+    assert raised <= binom.ppf(0.9999, len(seeds), 2.0 * DOUBTED_CHANCE)

@@ -1,10 +1,19 @@
+import threading
+import time
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from app.homed_poses import HomedPoses
 from app.registration_walk import PATIENCE_S, RegistrationWalk
-from devices import Pose
-from devices.held_point import HoldError
+from devices import DeviceError, DeviceReason, Pose
+from devices.held_point import HeldPoint, HoldError
+from devices.microscribe import MicroScribe
+from devices.microscribe.emulator_arm import EmulatedArm
+from devices.microscribe.emulator_memory import EmulatedPort, MemoryLine, SystemClock
+from devices.microscribe.emulator_motion import StillMotion
+from devices.microscribe.profiles import DX40937
 from devices.pivot import PivotError
 
 RIGHT, LEFT = 1, 2
@@ -155,3 +164,118 @@ def test_nobody_there_is_said(hand: Hand) -> None:
     hand.hold(np.zeros(3), 0, PATIENCE_S + 1.0)
     with pytest.raises(TimeoutError, match="Nobody pressed"):
         _walk(hand).touch(["nasion"])
+
+
+class Blinking(Hand):
+    """A hand on an arm whose plug is pulled before some of its poses."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.gone_before: set[int] = set()
+
+    def pull(self) -> None:
+        self.gone_before.add(len(self.poses))
+
+    def read(self, timeout_s: float) -> Pose:
+        if self._given in self.gone_before:
+            self.gone_before.remove(self._given)
+            raise DeviceError(DeviceReason.DISCONNECTED, "The arm went away.")
+        if timeout_s == 0.0:
+            raise TimeoutError
+        return super().read(timeout_s)
+
+
+def test_a_blink_of_the_plug_loses_no_landmark() -> None:
+    hand = Blinking()
+    hand.touch(1, 2, 3)
+    hand.pull()
+    # back with the pedal down already: not this press, but the next
+    hand.touch(50, 5, 6)
+    hand.touch(40, 5, 6)
+    hand.hold(np.array([7.0, 7, 7]), RIGHT, 0.3)
+    hand.pull()
+    hand.hold(np.array([90.0, 7, 7]), RIGHT, 0.8)
+    hand.hold(np.zeros(3), 0, 0.2)
+    hand.touch(7, 70, 7)
+    held = _walk(hand).touch(["nasion", "chin", "ear"])
+    places = [point.tip_mm.tolist() for point in held]
+    assert places == [[1, 2, 3], [40, 5, 6], [7, 70, 7]]
+    assert not hand.gone_before
+    assert sum("What was measured is kept" in line for line in hand.said) == 2
+    assert sum("The arm is back" in line for line in hand.said) == 2
+
+
+def test_a_blink_of_the_plug_keeps_what_was_traced() -> None:
+    hand = Blinking()
+    for start in (0.0, 60.0, 120.0):
+        for i in range(400):
+            hand.hold(np.array([start + 0.15 * i, 0.0, 0.0]), RIGHT, 0.01)
+            if start == 60.0 and i == 200:
+                hand.pull()
+        hand.hold(np.zeros(3), 0, 0.2)
+    along = np.sort(_walk(hand).trace()[:, 0])
+    assert along[0] < 60.0
+    # nothing of the press during which it went
+    assert not ((along > 60.0) & (along < 120.0)).any()
+
+
+def test_an_arm_that_nobody_looks_for_fails_at_once(hand: Hand) -> None:
+    def lost(timeout_s: float) -> Pose:
+        raise DeviceError(DeviceReason.DISCONNECTED, "The arm went away.")
+
+    hand.read = lost  # type: ignore[method-assign]
+    with pytest.raises(DeviceError, match="went away"):
+        _walk(hand).touch(["nasion"])
+
+
+class Plug:
+    """A machine with one emulated arm, whose plug and pedal a person moves."""
+
+    def __init__(self) -> None:
+        self.motion = StillMotion(DX40937)
+        arm = EmulatedArm(DX40937, self.motion, now_s=time.monotonic())
+        self.line = MemoryLine(arm, SystemClock())
+
+    def names(self) -> list[str]:
+        return [self.line.name] if self.line.arm.plugged else []
+
+    def open(self, name: str) -> EmulatedPort:
+        return self.line.open_port()
+
+    def move(self, is_in: bool) -> None:
+        arm = self.line.arm
+        with self.line.changed:
+            (arm.replug if is_in else arm.unplug)(time.monotonic())
+            self.line.changed.notify_all()
+
+    def press(self) -> None:
+        self.motion.buttons = RIGHT
+        time.sleep(0.6)
+        self.motion.buttons = 0
+        time.sleep(0.3)
+
+
+def test_the_drivers_arm_may_be_unplugged_between_two_landmarks(hand: Hand) -> None:
+    plug = Plug()
+
+    def person() -> None:
+        time.sleep(0.3)
+        plug.press()
+        plug.move(False)
+        time.sleep(0.3)
+        plug.move(True)
+        # pressed until somebody takes it
+        while len(held) == 0:
+            time.sleep(0.2)
+            plug.press()
+
+    held: list[HeldPoint] = []
+    with MicroScribe(plug.line.open_port(), replug=plug) as arm:
+        other = threading.Thread(target=person)
+        other.start()
+        held += RegistrationWalk(HomedPoses(arm), hand).touch(["nasion", "chin"])
+        other.join()
+        losses = arm.counters["losses"]
+    assert len(held) == 2
+    assert losses == 1
+    assert any("The arm is back" in line for line in hand.said)
