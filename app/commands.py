@@ -14,7 +14,6 @@ from app.root import (
     Oversubscribe,
     Ranks,
     ScenarioName,
-    Seed,
     Size,
     Threads,
     app,
@@ -171,52 +170,6 @@ def train(
         seconds=seconds,
         screenshot=screenshot,
     )
-
-
-@app.command
-def register(
-    *,
-    scenario: ScenarioName = "first_flight",
-    device: str | None = None,
-    emulated: Flag = False,
-    out: Path = Path("registration.json"),
-    pivot: bool = True,
-    trace: bool = True,
-    target: tuple[str, ...] = (),
-    seed: Seed = 1,
-    yes: Flag = False,
-    input: str | None = None,
-    json: Json = False,
-) -> int:
-    """Register an arm: turn the tip, touch the landmarks, trace the skin.
-
-    Parameters
-    ----------
-    device
-        Serial port of a MicroScribe, such as /dev/ttyUSB0, or socket://host:port.
-    emulated
-        Let an emulated arm go all the way by itself; its true errors are shown.
-    out
-        The .json file to write; a .tfm for ITK and 3D Slicer lands beside it.
-    pivot
-        Calibrate the tip first; --no-pivot takes the tip that the arm states.
-    trace
-        Refine on a traced patch of skin; --no-trace leaves the landmarks alone.
-    target
-        Landmark at which the error is shown; the sinuses when left out.
-    seed
-        Where the emulated arm stands and how its hand shakes.
-    yes
-        Write the file without asking.
-    input
-        Another tracker instead of an arm: igtl:HOST:PORT[:TOOL].
-    """
-    from app.register_command import RegisterOptions, run_register
-
-    options = RegisterOptions(
-        scenario, device, emulated, out, pivot, trace, target, yes, seed, input
-    )
-    return run_register(options, as_json=json)
 
 
 @app.command

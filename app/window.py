@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
 
 from app.flight_end import FlightEnd
 from app.flight_order import Instant
-from app.overview_scene import HeadModel
+from app.head_model import HeadModel
 from app.slice_views import SliceViews
 from app.window_flight import WindowFlight
 from app.window_gauges import Gauges

@@ -24,8 +24,8 @@ class CameraSettings:
     contrast: exponent about middle grey. saturation; knee: where the shoulder starts,
     ``knee + (1 - knee) u / (1 + u)`` with u = (c - knee) / (1 - knee), which no
     light fills: walls beside the lens keep their shading. keep_hue: share of the
-    shoulder that acts on the largest channel alone: with little of it a bright wall
-    turns from red to pink, with much of it a glint is no longer white.
+    shoulder that acts on the largest channel alone, of colours far from grey: with
+    little of it a bright wall turns from red to pink. What is nearly white goes white.
     noise: sd of the grain at white. stop: draw the round field stop and its notch.
     """
 
@@ -41,8 +41,8 @@ class CameraSettings:
     stray: float = 0.003
     contrast: float = 1.12
     saturation: float = 1.15
-    knee: float = 0.55
-    keep_hue: float = 0.30
+    knee: float = 0.45
+    keep_hue: float = 0.85
     noise: float = 0.006
     noise_floor: float = 0.15
     stop: bool = True

@@ -251,8 +251,7 @@ def develop_rows(
     contrast = tone[CONTRAST]
     pivot = tone[PIVOT_LOG2]
     saturation = tone[SATURATION]
-    keep = tone[KEEP_HUE]
-    free = f32(1) - keep
+    most = tone[KEEP_HUE]
     noise2 = tone[NOISE2]
     noise_floor = tone[NOISE_FLOOR]
     knee = tone[KNEE]
@@ -312,12 +311,14 @@ def develop_rows(
                 r = max(grey + saturation * (r - grey), f32(0))
                 g = max(grey + saturation * (g - grey), f32(0))
                 b = max(grey + saturation * (b - grey), f32(0))
-                # shoulder: part keeps the hue of the largest channel, part lets a
-                # glint go white
+                # shoulder: colours keep their hue, what is nearly white goes white
                 top = max(r, max(g, b))
                 # it approaches one slowly: bright walls keep their shading
                 over = max(top - knee, f32(0))
                 bent = knee + above * over / (above + over) if top > knee else top
+                least = min(r, min(g, b))
+                keep = most * min(f32(2) * (top - least) / max(top, f32(1e-6)), f32(1))
+                free = f32(1) - keep
                 hue = keep * bent / max(top, f32(1e-6))
                 over = max(r - knee, f32(0))
                 q = knee + above * over / (above + over) if r > knee else r

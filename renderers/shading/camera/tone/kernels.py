@@ -110,11 +110,12 @@ def colour_row(
 ) -> None:
     """Move colours away from their grey, and bend highlights below one.
 
-    The share `keep` of the bend acts on the largest channel and keeps the hue, the
-    rest on each channel and lets a glint go white.
+    A share of the bend acts on the largest channel and keeps the hue, the rest on each
+    channel and goes to white. The share is `keep` for a colour whose least channel is
+    at most half of its largest, and falls to none for white: walls stay red, and the
+    glints of a white lamp white.
     """
     above = f32(1) - knee
-    free = f32(1) - keep
     for x in range(first, last, W):
         r = load(line, x, W)
         g = load(line, pitch + x, W)
@@ -128,7 +129,11 @@ def colour_row(
         store(line, 2 * pitch + x, b)
         top = maximum(r, maximum(g, b))
         if any_(top > knee):
-            hue = keep * bend(top, knee, above) / maximum(top, f32(1e-6))
+            inverse = f32(1) / maximum(top, f32(1e-6))
+            least = minimum(r, minimum(g, b))
+            share = keep * minimum(f32(2) * (top - least) * inverse, f32(1))
+            free = f32(1) - share
+            hue = share * bend(top, knee, above) * inverse
             for c in range(3):
                 value = load(line, c * pitch + x, W)
                 bent = hue * value + free * bend(value, knee, above)
