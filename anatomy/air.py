@@ -17,6 +17,7 @@ from anatomy.frame import lps_from_ras
 from anatomy.lattice import Lattice
 from anatomy.model import BAND_MM, Model
 from anatomy.rows import Row
+from disk import UserError
 
 BRICK_VOXELS = 8
 _CHUNK = 2048
@@ -196,7 +197,7 @@ def distance_at_points(
     """Evaluate the model's air function at ``(..., 3)`` LPS points, without a grid."""
     points = np.asarray(points_mm, dtype=np.float64)
     if points.shape[-1:] != (3,):
-        raise ValueError(f"points must have shape (..., 3), got {points.shape}")
+        raise UserError(f"points must have shape (..., 3), got {points.shape}")
     scale = model.parameters.head_scale
     flat = (lps_from_ras(points.reshape(-1, 3)) / scale).T.astype(np.float32)
     result = np.empty(flat.shape[1], dtype=np.float32)

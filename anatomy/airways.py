@@ -14,6 +14,7 @@ from scipy import ndimage
 
 from anatomy.distance.redistance import DEEPEST_MM, FARTHEST_MM, redistance
 from anatomy.tissue import SURFACE_HU
+from disk import UserError
 from renderers.scene.volume import AIR_HU, Volume
 
 BALL_MM = 8.0
@@ -92,7 +93,7 @@ def find_airways(ct: Volume, outside: Volume | None = None) -> Airways:
     """
     spacing = float(ct.spacing_mm[0])
     if not np.allclose(ct.spacing_mm, spacing):
-        raise ValueError(f"the airway needs cubic voxels, got {ct.spacing_mm} mm")
+        raise UserError(f"the airway needs cubic voxels, got {ct.spacing_mm} mm")
     field = np.asarray(ct.values, dtype=np.float32) - np.float32(SURFACE_HU)
     _remove_specks(field, spacing)
     air = field < 0
@@ -114,7 +115,7 @@ def find_airways(ct: Volume, outside: Volume | None = None) -> Airways:
     sizes = np.bincount(parts.ravel(), minlength=count + 1) * spacing**3
     sizes[0] = 0
     if count == 0 or sizes.max() < CAVITY_MM3:
-        raise ValueError(
+        raise UserError(
             "there is no air inside the head: is it a scan of the nose, and are its "
             "numbers CT numbers?"
         )

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from anatomy.distance.redistance import FARTHEST_MM
 from anatomy.midplane import Midplane
+from disk import UserError
 from renderers.scene.volume import Volume
 
 RADIUS_MM = 0.6
@@ -64,7 +65,7 @@ def approach_from(distance: Volume, pivot_mm: NDArray[np.float64]) -> Approach:
     low = distance.origin_mm
     high = low + (np.array(distance.shape[::-1]) - 1) * distance.spacing_mm
     if not np.all((pivot >= low) & (pivot <= high)):
-        raise ValueError(
+        raise UserError(
             f"the pivot {np.round(pivot, 1).tolist()} mm lies outside the imported "
             f"part of the head, which reaches from {np.round(low, 1).tolist()} to "
             f"{np.round(high, 1).tolist()} (patient LPS; of RAS coordinates the first "
@@ -89,11 +90,11 @@ def check_in_air(
     told = f"the pivot {np.round(pivot, 1).tolist()} mm lies in tissue"
     places = np.argwhere(inner & (distance.values < -RADIUS_MM))[:, ::-1]
     if not len(places):
-        raise ValueError(f"{told}, and the scan shows no air for a scope")
+        raise UserError(f"{told}, and the scan shows no air for a scope")
     points = distance.origin_mm + places * distance.spacing_mm
     away = np.linalg.norm(points - pivot, axis=1)
     nearest = points[int(away.argmin())]
-    raise ValueError(
+    raise UserError(
         f"{told}; the nearest air inside the head is {away.min():.1f} mm away: --pivot "
         f"{' '.join(f'{v:.1f}' for v in nearest)}"
     )

@@ -14,7 +14,7 @@ from anatomy.landmarks import landmarks
 from anatomy.lattice import Box, Lattice
 from anatomy.parameters import PhantomParameters
 from anatomy.phantom import Phantom, Progress, build_phantom, whole_field
-from disk import ForeignFileError, foreign_file
+from disk import ForeignFileError, UserError, foreign_file
 from renderers.scene import Volume
 from renderers.scene.entries import kept_entry, mark_used
 
@@ -106,7 +106,7 @@ def _load(
             for name, dtype, background in _VOLUMES:
                 values: NDArray[Any] = archive[name]
                 if values.dtype != dtype or values.shape != lattice.shape:
-                    raise ValueError(f"{name} is {values.dtype} {values.shape}")
+                    raise UserError(f"{name} is {values.dtype} {values.shape}")
                 volumes[name] = Volume(
                     values,
                     np.full(3, lattice.spacing_mm),

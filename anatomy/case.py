@@ -30,6 +30,7 @@ from anatomy.parameters import PhantomParameters
 from anatomy.phantom import Phantom
 from anatomy.resonance import magnetic_resonance
 from anatomy.tissue import Label, Side
+from disk import UserError
 from disk.typed_record import decode_json
 from renderers.scene.transfer import TransferFunction
 from renderers.scene.volume import AIR_HU, Volume
@@ -242,14 +243,14 @@ def read_case(folder: Path | str) -> Case:
     source = Path(folder)
     record = _decode(source / RECORD, CaseRecord)
     if record.schema_version != SCHEMA_VERSION:
-        raise ValueError(
+        raise UserError(
             f"{source / RECORD} has schema version {record.schema_version}; this "
             f"program reads {SCHEMA_VERSION}"
         )
     lacking = {"ct", "labels"} - record.sha256.keys()
     unknown = record.sha256.keys() - FILES.keys()
     if lacking or unknown:
-        raise ValueError(
+        raise UserError(
             f"{source / RECORD} must name ct and labels, and of others only "
             f"{', '.join(FILES)}; it names {', '.join(sorted(record.sha256)) or 'none'}"
         )
@@ -258,7 +259,7 @@ def read_case(folder: Path | str) -> Case:
         file, background = FILES[name]
         volume = load_volume(source / file, background=background)
         if record.sha256[name] != values_hash(volume.values):
-            raise ValueError(
+            raise UserError(
                 f"{source} holds a {name} volume that is not the one case.json names"
             )
         volumes[name] = volume
@@ -269,7 +270,7 @@ def read_case(folder: Path | str) -> Case:
         for name, v in volumes.items()
         if name != "face"
     ):
-        raise ValueError(f"the volumes of {source} do not share one grid")
+        raise UserError(f"the volumes of {source} do not share one grid")
     return Case(volumes, read_markups(source / LANDMARKS), record)
 
 
@@ -297,5 +298,5 @@ def _decode(path: Path, kind: type[_T]) -> _T:
     try:
         content = path.read_bytes()
     except (FileNotFoundError, NotADirectoryError) as error:
-        raise ValueError(f"there is no file {path}") from error
+        raise UserError(f"there is no file {path}") from error
     return decode_json(content, kind, path, "a case file")

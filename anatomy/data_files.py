@@ -6,6 +6,8 @@ A header of text may name any path of the machine, and a pipe that never ends.
 import re
 from pathlib import Path
 
+from disk import UserError
+
 LONGEST_HEADER = 1 << 20
 
 MOST_FILES = 20_000
@@ -55,7 +57,7 @@ def check_data_files(path: Path) -> None:
         if found is _META:
             return  # what follows are values
     if len(head) == LONGEST_HEADER and (found is _META or text == head):
-        raise ValueError(f"{path} has a header without an end")
+        raise UserError(f"{path} has a header without an end")
 
 
 def _check_named(path: Path, words: str) -> None:
@@ -69,7 +71,7 @@ def _check_named(path: Path, words: str) -> None:
     try:
         first, last, step = [*(int(n) for n in numbers), 1][:3]
     except ValueError as error:
-        raise ValueError(f"{path} names its values wrongly: {words!r}") from error
+        raise UserError(f"{path} names its values wrongly: {words!r}") from error
     listed = range(first, last + 1, max(abs(step), 1))
     for number in listed[:MOST_FILES]:
         _check(
@@ -81,11 +83,11 @@ def _check(path: Path, name: str) -> None:
     folder = path.parent.resolve()
     target = Path(name)
     if target.is_absolute() or not (folder / target).resolve().is_relative_to(folder):
-        raise ValueError(
+        raise UserError(
             f"{path} takes its values from {name}, outside its own folder; put both "
             "into one folder, and name the file alone"
         )
     if not (folder / target).exists():
-        raise ValueError(f"{path} takes its values from {name}, which is not there")
+        raise UserError(f"{path} takes its values from {name}, which is not there")
     if not (folder / target).is_file():
-        raise ValueError(f"{path} takes its values from {name}, which is no plain file")
+        raise UserError(f"{path} takes its values from {name}, which is no plain file")

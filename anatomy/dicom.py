@@ -21,7 +21,7 @@ from anatomy.dicom_frames import (
     has_many_frames,
 )
 from anatomy.slices import Layout, SliceStack, straighten
-from disk import foreign_file
+from disk import UserError, foreign_file
 from renderers.scene.memory import memory_limit
 from renderers.scene.volume import AIR_HU, Volume
 
@@ -107,9 +107,9 @@ def find_series(folder: Path, progress: Progress | None = None) -> list[DicomSer
             for frame in frames:
                 _sort_in(frame, found)
     if not found and unplaced is not None:
-        raise ValueError(f"{unplaced} {MANY_FRAMES}")
+        raise UserError(f"{unplaced} {MANY_FRAMES}")
     if not found:
-        raise ValueError(
+        raise UserError(
             f"{folder} holds {len(files)} files, none of which is a DICOM image with "
             "a place in the patient"
         )
@@ -152,16 +152,16 @@ def choose_series(series: list[DicomSeries], which: int | None) -> DicomSeries:
     listing = "; ".join(f"{i + 1}: {s}" for i, s in enumerate(series))
     if which is not None:
         if not 1 <= which <= len(series):
-            raise ValueError(f"there is no series {which}; there are {listing}")
+            raise UserError(f"there is no series {which}; there are {listing}")
         return series[which - 1]
     volumes = [s for s in series if len(s.files) >= FEWEST_SLICES]
     if len(volumes) == 1:
         return volumes[0]
     if not volumes:
-        raise ValueError(
+        raise UserError(
             f"no series has the {FEWEST_SLICES} slices of a volume: {listing}"
         )
-    raise ValueError(f"the folder holds several series, choose one: {listing}")
+    raise UserError(f"the folder holds several series, choose one: {listing}")
 
 
 def read_series(
@@ -176,7 +176,7 @@ def read_series(
     need = series.rows * series.columns * len(series.files) * WORKING_BYTES
     limit = memory_limit()
     if need > limit:
-        raise ValueError(
+        raise UserError(
             f"the series {series} needs {need:,} bytes; at most {limit:,} can be read "
             "on this machine"
         )
@@ -194,7 +194,7 @@ def read_series(
             positions += [f.numbers("ImagePositionPatient", 3) for f in frames]
             thickness += [f.thickness_mm for f in frames]
     if len(pixels) < 2:
-        raise ValueError(f"the series {series} is no volume")
+        raise UserError(f"the series {series} is no volume")
     stack = SliceStack(
         np.stack(pixels),
         np.stack(positions),
@@ -207,7 +207,7 @@ def read_series(
     layout = Layout.of(stack)
     missing = layout.missing()
     if missing and not allow_gaps:
-        raise ValueError(
+        raise UserError(
             f"the series {series} lacks {sum(m for _, m in missing)} slices: "
             f"{_places(stack, missing)}; copy them again, or allow gaps to bridge them"
         )

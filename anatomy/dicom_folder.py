@@ -6,7 +6,7 @@ import zlib
 from pathlib import Path
 from typing import Any
 
-from disk import foreign_file
+from disk import UserError, foreign_file
 from renderers.scene.memory import memory_limit
 
 MOST_FILES = 20_000
@@ -32,7 +32,7 @@ def examination_files(folder: Path) -> list[Path]:
         elif entry.is_file():
             files.append(entry)
         if len(files) > MOST_FILES:
-            raise ValueError(
+            raise UserError(
                 f"{folder} holds more than {MOST_FILES:,} files; name the folder of "
                 "one examination"
             )
@@ -43,11 +43,11 @@ def _check_link(link: Path, inside: Path) -> None:
     try:
         target = link.resolve(strict=True)
     except (OSError, RuntimeError) as error:
-        raise ValueError(
+        raise UserError(
             f"{link} is a link that leads nowhere or in a circle; remove it"
         ) from error
     if not target.is_relative_to(inside):
-        raise ValueError(
+        raise UserError(
             f"{link} is a link that leads out of the folder, to {target}; copy into "
             "the folder what belongs to the examination, and remove the link"
         )
@@ -88,7 +88,7 @@ def _check_deflated(file: Path) -> None:
         while packed and not unpacker.eof:
             have += len(unpacker.decompress(packed, CHUNK_BYTES))
             if have > limit:
-                raise ValueError(
+                raise UserError(
                     f"{file} unpacks to more than {limit:,} bytes, the most that can "
                     "be read on this machine"
                 )

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
 from renderers.scene.volume import AIR_HU
 
 GROUPS = {
@@ -79,9 +80,9 @@ class Frame:
         try:
             numbers = np.array([float(v) for v in value], dtype=np.float64)
         except (TypeError, ValueError) as error:
-            raise ValueError(f"{self.file} has no {name}, which places it") from error
+            raise UserError(f"{self.file} has no {name}, which places it") from error
         if numbers.shape != (count,) or not np.isfinite(numbers).all():
-            raise ValueError(f"{self.file} has an unusable {name}: {value}")
+            raise UserError(f"{self.file} has an unusable {name}: {value}")
         return numbers
 
     def number_of(self, name: str, default: float) -> float:
@@ -90,9 +91,9 @@ class Frame:
         try:
             number = default if value in (None, "") else float(value)
         except (TypeError, ValueError) as error:
-            raise ValueError(f"{self.file} has an unusable {name}: {value}") from error
+            raise UserError(f"{self.file} has an unusable {name}: {value}") from error
         if not np.isfinite(number) and np.isfinite(default):
-            raise ValueError(f"{self.file} has an unusable {name}: {value}")
+            raise UserError(f"{self.file} has an unusable {name}: {value}")
         return number
 
     @property
@@ -131,7 +132,7 @@ def check_whole(image: Any, file: Path) -> None:
     """
     kind = image.get("SOPClassUID") or image.file_meta.get("MediaStorageSOPClassUID")
     if kind is None or (str(kind) in SLICE_CLASSES and "Rows" not in image):
-        raise ValueError(f"{file} is cut off: its header ends too early")
+        raise UserError(f"{file} is cut off: its header ends too early")
 
 
 def has_many_frames(image: Any) -> bool:
@@ -147,11 +148,11 @@ def frame_values(frames: list[Frame]) -> list[NDArray[np.float32]]:
     """
     image, file = frames[0].image, frames[0].file
     if has_many_frames(image) and not frames[0].groups:
-        raise ValueError(f"{file} {MANY_FRAMES}")
+        raise UserError(f"{file} {MANY_FRAMES}")
     if int(image.get("SamplesPerPixel", 1)) != 1:
-        raise ValueError(f"{file} is a colour image, not a slice of numbers")
+        raise UserError(f"{file} is a colour image, not a slice of numbers")
     if image.get("PhotometricInterpretation", "MONOCHROME2") != "MONOCHROME2":
-        raise ValueError(
+        raise UserError(
             f"{file} is stored as {image.PhotometricInterpretation}; slices of numbers "
             "are MONOCHROME2"
         )
@@ -160,7 +161,7 @@ def frame_values(frames: list[Frame]) -> list[NDArray[np.float32]]:
     values = []
     for frame in frames:
         if frame.number >= len(stored):
-            raise ValueError(
+            raise UserError(
                 f"{file} is cut off: it tells of slice {frame.number + 1} and holds "
                 f"the pixels of {len(stored)}"
             )
@@ -186,7 +187,7 @@ def _stored(image: Any, file: Path) -> NDArray[Any]:
     need = int(image.Rows) * int(image.Columns) * count * bits // 8
     have = len(image.get("PixelData", b""))
     if have < need:
-        raise ValueError(
+        raise UserError(
             f"{file} is cut off: {have:,} of {need:,} bytes of pixels are there"
         )
     pixels: NDArray[Any] = np.asarray(image.pixel_array)
@@ -217,10 +218,10 @@ def _decoded(piece: bytes, image: Any, file: Path) -> NDArray[Any]:
         try:
             decoded = sitk.GetArrayFromImage(reader.Execute())
         except RuntimeError as error:
-            raise ValueError(f"{file} holds pixels that cannot be decoded") from error
+            raise UserError(f"{file} holds pixels that cannot be decoded") from error
     shape = (1, int(image.Rows), int(image.Columns))
     if decoded.shape != shape:
-        raise ValueError(
+        raise UserError(
             f"{file} holds a picture of {decoded.shape} pixels, not of {shape}"
         )
     slices: NDArray[Any] = decoded[0]

@@ -10,7 +10,7 @@ import numpy as np
 
 from anatomy.data_files import check_data_files
 from anatomy.volume_header import check_header
-from disk import foreign_file, whole_file
+from disk import UserError, foreign_file, whole_file
 from renderers.scene import AIR_HU, Volume
 
 _HEADER_TOLERANCE = 1e-3
@@ -36,7 +36,7 @@ def _load(name: str, background: float) -> Volume:
     sitk = _simple_itk()
 
     if not Path(name).is_file():
-        raise ValueError(f"there is no volume file {name}")
+        raise UserError(f"there is no volume file {name}")
     check_data_files(Path(name))
     reader = sitk.ImageFileReader()
     reader.SetFileName(name)
@@ -47,14 +47,14 @@ def _load(name: str, background: float) -> Volume:
         reader.SetImageIO(kind)
         reader.ReadImageInformation()
     except RuntimeError as error:
-        raise ValueError(
+        raise UserError(
             f"{name} cannot be read as a volume; NRRD, NIfTI and MetaImage files can"
         ) from error
     check_header(reader, name, sitk.GetPixelIDValueAsString(reader.GetPixelID()))
     try:
         image = reader.Execute()
     except RuntimeError as error:
-        raise ValueError(
+        raise UserError(
             f"{name} is damaged: its values cannot be read, or its axes are not at "
             "right angles"
         ) from error
@@ -62,7 +62,7 @@ def _load(name: str, background: float) -> Volume:
     left, _, right = np.linalg.svd(direction)
     rigid = left @ right
     if np.abs(rigid - direction).max() > _HEADER_TOLERANCE:
-        raise ValueError(
+        raise UserError(
             f"{name} has axes that are not at right angles: {direction.tolist()}"
         )
     try:
@@ -74,7 +74,7 @@ def _load(name: str, background: float) -> Volume:
             background,
         )
     except ValueError as error:
-        raise ValueError(f"{name} is no usable volume: {error}") from error
+        raise UserError(f"{name} is no usable volume: {error}") from error
 
 
 def save_volume(
@@ -99,7 +99,7 @@ def save_volume(
         try:
             sitk.WriteImage(image, str(temporary), useCompression=True)
         except RuntimeError as error:
-            raise ValueError(
+            raise UserError(
                 f"{target} cannot be written as a volume: {_last_line(error)}"
             ) from error
         os.replace(temporary, target)

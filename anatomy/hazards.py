@@ -24,6 +24,7 @@ from anatomy.vessels import (
     optic_nerve,
     sphenopalatine_artery,
 )
+from disk import UserError
 
 _STEP_MM = 0.25
 _CHUNK = 4096
@@ -67,7 +68,7 @@ def hazard_distances(
     """
     points = np.asarray(points_mm, dtype=np.float64)
     if points.shape[-1:] != (3,):
-        raise ValueError(f"points must have shape (..., 3), got {points.shape}")
+        raise UserError(f"points must have shape (..., 3), got {points.shape}")
     ras = lps_from_ras(points.reshape(-1, 3)) / parameters.head_scale
     # Where a structure and a sinus claim one place, the air has it, as in the volumes.
     depth = -distance_at_points(build_model(parameters), points)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.tissue import SURFACE_HU
+from disk import UserError
 from renderers.scene.transfer import TransferFunction
 from renderers.scene.volume import AIR_HU, Volume
 
@@ -79,7 +80,7 @@ def find_peaks(ct: Volume, *, bone: bool = True) -> Peaks:
     is_air = centers < SURFACE_HU
     is_soft = (centers >= SOFT_HU[0]) & (centers <= SOFT_HU[1])
     if not smooth[is_soft].any():
-        raise ValueError(
+        raise UserError(
             f"no voxel has a CT number of soft tissue, {SOFT_HU[0]:g} to {SOFT_HU[1]:g}"
         )
     air = AIR_HU

@@ -30,6 +30,7 @@ from anatomy.landmarks import Landmark
 from anatomy.midplane import Midplane, find_midplane
 from anatomy.scan import Modality, Scan, isotropic, patient_box
 from anatomy.tissue import TISSUES, Side, encode_blood
+from disk import UserError
 from renderers.scene.volume import Volume
 
 COARSE_MM = 1.5
@@ -109,7 +110,7 @@ def import_head(
     airway, for a pivot in tissue, or for a spacing outside [0.2, 3] mm.
     """
     if not 0.2 <= spacing_mm <= 3.0:
-        raise ValueError(f"voxels must be 0.2 to 3 mm wide, got {spacing_mm:g}")
+        raise UserError(f"voxels must be 0.2 to 3 mm wide, got {spacing_mm:g}")
 
     def report(stage: str, share: float) -> None:
         if progress is not None:

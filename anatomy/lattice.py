@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
+
 Box = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 
 DEFAULT_FIELD_MM: Box = ((-41.0, 41.0), (-23.0, 80.0), (-12.0, 78.0))
@@ -39,7 +41,7 @@ class Lattice:
     def covering(cls, spacing_mm: float, field_mm: Box) -> "Lattice":
         """Choose the lattice points inside a box."""
         if not 0.2 <= spacing_mm <= 3.0:
-            raise ValueError(
+            raise UserError(
                 f"the phantom's spacing must lie in [0.2, 3] mm, got {spacing_mm}"
             )
         tolerance = 1e-9
@@ -47,7 +49,7 @@ class Lattice:
         last = [int(np.floor(b / spacing_mm + tolerance)) for _, b in field_mm]
         count = [b - a + 1 for a, b in zip(first, last, strict=True)]
         if min(count) < 2:
-            raise ValueError(
+            raise UserError(
                 f"the field of view {field_mm} mm holds fewer than two voxels of "
                 f"{spacing_mm} mm along an axis"
             )

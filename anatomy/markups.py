@@ -9,6 +9,7 @@ import numpy as np
 from anatomy.files import write_file
 from anatomy.landmarks import Landmark
 from anatomy.tissue import Side
+from disk import UserError
 from disk.typed_record import decode_json
 
 SCHEMA = (
@@ -75,17 +76,17 @@ def read_markups(path: Path) -> dict[str, Landmark]:
     try:
         record = path.read_bytes()
     except FileNotFoundError as error:
-        raise ValueError(f"there is no file {path}") from error
+        raise UserError(f"there is no file {path}") from error
     content = decode_json(record, _Markups, path, "a markups file")
     found: dict[str, Landmark] = {}
     for markup in content.markups:
         if markup.coordinate_system != "LPS":
-            raise ValueError(f"{path} must be in LPS, got {markup.coordinate_system}")
+            raise UserError(f"{path} must be in LPS, got {markup.coordinate_system}")
         for point in markup.control_points:
             side, radius_mm = _extent(point.description)
             landmark = Landmark(point.label, side, np.array(point.position), radius_mm)
             if not np.isfinite(landmark.position_mm).all():
-                raise ValueError(f"{path} places {point.label!r} nowhere")
+                raise UserError(f"{path} places {point.label!r} nowhere")
             found[landmark.key] = landmark
     return found
 

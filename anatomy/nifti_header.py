@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import foreign_file
+from disk import UserError, foreign_file
 from renderers.scene.volume import Volume
 
 NIFTI_ENDINGS = (".nii", ".nii.gz")
@@ -68,7 +68,7 @@ def read_nifti_header(path: Path | str) -> NiftiHeader:
     for order in orders:
         if len(head) == HEADER_BYTES == int.from_bytes(head[:4], order):
             return _header(head, order)
-    raise ValueError(f"{name} is no NIfTI file: its header has no known length")
+    raise UserError(f"{name} is no NIfTI file: its header has no known length")
 
 
 def _header(head: bytes, order: Literal["little", "big"]) -> NiftiHeader:
@@ -134,7 +134,7 @@ def frame_notes(path: Path, volume: Volume) -> list[str]:
     ways = [frame[:, :3] for frame in (header.qform, header.sform)]
     ways = [way / np.linalg.norm(way, axis=0) for way in ways]
     if (np.sum(ways[0] * ways[1], axis=0) < SAME_SIDE).any():
-        raise ValueError(
+        raise UserError(
             f"{path} has a qform and an sform that name different sides of the "
             "patient, so left and right are unknown; convert the DICOM images again"
         )

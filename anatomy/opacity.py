@@ -2,6 +2,8 @@
 
 import msgspec
 
+from disk import UserError
+
 SINUSES = (
     "maxillary",
     "anterior_ethmoid",
@@ -35,7 +37,7 @@ class Opacity(msgspec.Struct, frozen=True, kw_only=True):
             )
             value = getattr(self, name)
             if value not in allowed:
-                raise ValueError(
+                raise UserError(
                     f"the score of {name} must be one of {allowed}, got {value}"
                 )
 

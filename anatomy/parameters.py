@@ -7,6 +7,7 @@ import msgspec
 
 from anatomy.opacity import Opacity
 from anatomy.tissue import Side
+from disk import UserError
 
 AGGER = ("agger-nasi:left", "agger-nasi:right")
 SINUS_NAMES = Literal["maxillary", "frontal", "sphenoid", "ethmoid"]
@@ -24,7 +25,7 @@ class LeftRatios(msgspec.Struct, frozen=True, kw_only=True):
         for name in self.__struct_fields__:
             value = getattr(self, name)
             if not 0.0 <= value <= 3.0:
-                raise ValueError(
+                raise UserError(
                     f"the left ratio of the {name} sinus must lie in [0, 3], got "
                     f"{value}"
                 )
@@ -85,23 +86,23 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
         for name, low, high in _RANGES:
             value = getattr(self, name)
             if not low <= value <= high:
-                raise ValueError(
+                raise UserError(
                     f"phantom parameter {name} must lie in [{low}, {high}], got {value}"
                 )
         if 0 < self.frontal_scale < 0.5:
-            raise ValueError(
+            raise UserError(
                 f"phantom parameter frontal_scale must be 0 (aplasia) or in "
                 f"[0.5, 1.35], got {self.frontal_scale}"
             )
         known = [f"{n}:{s}" for n in SIDED_VARIANTS for s in ("left", "right")]
         for variant in self.variants:
             if variant not in known:
-                raise ValueError(
+                raise UserError(
                     f"there is no variant {variant!r}; the names are "
                     f"{', '.join(SIDED_VARIANTS)}, each with :left or :right"
                 )
         if tuple(sorted(set(self.variants))) != self.variants:
-            raise ValueError(
+            raise UserError(
                 f"variants must be sorted and named once, got {self.variants}"
             )
 

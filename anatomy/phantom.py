@@ -16,6 +16,7 @@ from anatomy.model import build_model
 from anatomy.parameters import PhantomParameters
 from anatomy.slivers import remove_slivers
 from anatomy.tissue import Label, Side
+from disk import UserError
 from renderers.scene.volume import AIR_HU, Volume
 
 _MEDIAL_MM = 8.0
@@ -66,7 +67,7 @@ def build_phantom(
     """
     workers = air.default_threads() if threads is None else threads
     if workers < 1:
-        raise ValueError(f"threads must be at least 1, got {threads}")
+        raise UserError(f"threads must be at least 1, got {threads}")
 
     def report(stage: str) -> Callable[[float], None] | None:
         return None if progress is None else lambda share: progress(stage, share)

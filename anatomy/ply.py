@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
+
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1",
     "short": "i2", "int16": "i2", "ushort": "u2", "uint16": "u2",
@@ -41,7 +43,7 @@ def read_ply(content: bytes) -> Content:
     """
     end = content.find(b"end_header", 0, MOST_HEADER_BYTES)
     if not content.startswith(b"ply") or end < 0:
-        raise ValueError("it has no PLY header")
+        raise UserError("it has no PLY header")
     body = content[content.index(b"\n", end) + 1 :]
     order, space = "", "LPS"
     elements: list[tuple[str, int, list[list[str]]]] = []
@@ -58,7 +60,7 @@ def read_ply(content: bytes) -> Content:
                 elements[-1][2].append(rest)
     names = [name for name, _, _ in elements]
     if not order or names[:1] != ["vertex"] or "face" not in names[1:2]:
-        raise ValueError("it must hold vertices and then faces")
+        raise UserError("it must hold vertices and then faces")
     if order == "ascii":
         vertices, faces = _ascii(body, elements)
     else:
@@ -68,7 +70,7 @@ def read_ply(content: bytes) -> Content:
 
 def _count(word: str) -> int:
     if not (word.isascii() and word.isdigit()):
-        raise ValueError(f"it counts {word!r} elements")
+        raise UserError(f"it counts {word!r} elements")
     return int(word)
 
 
@@ -76,7 +78,7 @@ def _columns(properties: list[list[str]]) -> list[str]:
     names = [words[-1] for words in properties]
     known = all(len(words) == 2 and words[0] in _TYPES for words in properties)
     if not known or any(axis not in names for axis in "xyz"):
-        raise ValueError("its vertices need x, y and z")
+        raise UserError("its vertices need x, y and z")
     return names
 
 
@@ -87,21 +89,21 @@ def _binary(
     _columns(columns)
     row = np.dtype([(name, order + _TYPES[kind]) for kind, name in columns])
     if len(lists) != 1 or lists[0][0] != "list" or len(lists[0]) != 4:
-        raise ValueError("its faces need one list of points each")
+        raise UserError("its faces need one list of points each")
     _, count_kind, index_kind, _ = lists[0]
     if count_kind not in _TYPES or index_kind not in _TYPES:
-        raise ValueError("its faces have unknown types")
+        raise UserError("its faces have unknown types")
     corner = np.dtype(
         [("n", order + _TYPES[count_kind]), ("v", order + _TYPES[index_kind], 3)]
     )
     need = points * row.itemsize + triangles * corner.itemsize
     if len(body) < need:
-        raise ValueError(f"it is cut off: {len(body):,} of {need:,} bytes are there")
+        raise UserError(f"it is cut off: {len(body):,} of {need:,} bytes are there")
     table = np.frombuffer(body, row, points)
     vertices = np.stack([table[axis].astype(np.float64) for axis in "xyz"], axis=1)
     records = np.frombuffer(body, corner, triangles, points * row.itemsize)
     if (records["n"] != 3).any():
-        raise ValueError("it has faces that are no triangles")
+        raise UserError("it has faces that are no triangles")
     return vertices, records["v"].astype(np.int32)
 
 
@@ -112,12 +114,12 @@ def _ascii(
     names = _columns(columns)
     lines = body.decode("ascii", "replace").splitlines()
     if len(lines) < points + triangles:
-        raise ValueError(f"it is cut off after {len(lines):,} lines")
+        raise UserError(f"it is cut off after {len(lines):,} lines")
     rows = [line.split() for line in lines[: points + triangles]]
     if any(len(words) < len(names) for words in rows[:points]) or any(
         words[:1] != ["3"] or len(words) < 4 for words in rows[points:]
     ):
-        raise ValueError("it has short lines, or faces that are no triangles")
+        raise UserError("it has short lines, or faces that are no triangles")
     at = [names.index(axis) for axis in "xyz"]
     vertices = np.array([[float(words[i]) for i in at] for words in rows[:points]])
     faces = [[int(word) for word in words[1:4]] for words in rows[points:]]

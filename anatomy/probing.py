@@ -15,6 +15,7 @@ from anatomy.model import Model, build_model
 from anatomy.parameters import PhantomParameters
 from anatomy.rows import Row
 from anatomy.tissue import Label
+from disk import UserError
 
 NONE = 255
 """Of parts, structures and plates: there is none."""
@@ -53,7 +54,7 @@ def tissue_at(
     """
     points = np.asarray(points_mm, dtype=np.float64)
     if points.shape[-1:] != (3,):
-        raise ValueError(f"points must have shape (..., 3), got {points.shape}")
+        raise UserError(f"points must have shape (..., 3), got {points.shape}")
     flat, shape = points.reshape(-1, 3), points.shape[:-1]
     model = _model(parameters)
     value, gradient = _first_order(model, flat)
@@ -99,7 +100,7 @@ def plate_at(
     """
     points = np.asarray(points_mm, dtype=np.float64)
     if points.shape[-1:] != (3,):
-        raise ValueError(f"points must have shape (..., 3), got {points.shape}")
+        raise UserError(f"points must have shape (..., 3), got {points.shape}")
     model = _model(parameters)
     grids = air.evaluate_at_points(model, points.reshape(-1, 3))
     plate, part, structure = (

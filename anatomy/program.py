@@ -11,6 +11,8 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
+
 
 class Op(IntEnum):
     """Name the instructions; the numbers are shared with the kernels."""
@@ -98,7 +100,7 @@ class Encoder:
     def finish_field(self) -> None:
         """Close the field begun after the previous one."""
         if self._level != 1:
-            raise ValueError(
+            raise UserError(
                 f"a field must leave one row on the stack, it leaves {self._level}"
             )
         self._spans.append((self._begun, len(self._code)))

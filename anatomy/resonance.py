@@ -7,6 +7,7 @@ from scipy import ndimage
 from anatomy.grain import white_noise
 from anatomy.phantom import Phantom
 from anatomy.tissue import TISSUE_OF, TISSUES
+from disk import UserError
 from renderers.scene.volume import Volume
 
 BLUR_MM = 0.38
@@ -25,7 +26,7 @@ def magnetic_resonance(
     mucosa then enhances 1.8 times on T1. Flowing blood and bone are dark.
     """
     if not 0.0 <= noise <= 0.5:
-        raise ValueError(f"the MR noise must lie in [0, 0.5], got {noise}")
+        raise UserError(f"the MR noise must lie in [0, 0.5], got {noise}")
     found = []
     labels, cover = phantom.labels.values, phantom.bone_cover.values
     bias = _bias(phantom.labels)

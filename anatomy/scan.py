@@ -18,6 +18,7 @@ from anatomy.dicom_folder import is_dicom
 from anatomy.files import load_volume
 from anatomy.nifti_header import frame_notes
 from anatomy.tissue import SURFACE_HU, TISSUES
+from disk import UserError
 from renderers.scene.volume import AIR_HU, Volume
 
 ARCHIVES = (".zip", ".tar", ".tar.gz", ".tar.bz2", ".tar.xz", ".tgz", ".7z", ".rar")
@@ -71,7 +72,7 @@ class Levels:
         values = np.maximum(np.asarray(volume.values, np.float32), LOWEST_HU)
         low, high = np.percentile(values[::2, ::2, ::2], (0.1, 99.9))
         if not high > low:
-            raise ValueError("the volume is the same everywhere")
+            raise UserError("the volume is the same everywhere")
         counts, edges = np.histogram(values, bins=512, range=(low, high))
         centers = (edges[:-1] + edges[1:]) / 2
         below = np.cumsum(counts)
@@ -120,9 +121,9 @@ def read_scan(
     notes: list[str] = []
     stated: Modality | None = None
     if not path.exists():
-        raise ValueError(f"there is no file or folder {path}")
+        raise UserError(f"there is no file or folder {path}")
     if path.name.lower().endswith(ARCHIVES):
-        raise ValueError(f"{path} is an archive; unpack it and name what is inside")
+        raise UserError(f"{path} is an archive; unpack it and name what is inside")
     if path.is_dir() or is_dicom(path):
         folder = path if path.is_dir() else path.parent
         chosen = choose_series(find_series(folder, progress), series)
@@ -130,7 +131,7 @@ def read_scan(
         stated = _named(chosen.modality)
     else:
         if series is not None:
-            raise ValueError(
+            raise UserError(
                 f"{path} is a single volume: series {series} cannot be chosen from it; "
                 "leave --series out"
             )
@@ -161,7 +162,7 @@ def _calibrated(volume: Volume, kind: Modality) -> tuple[Volume, list[str]]:
         )
         in_hu = in_hu or is_bone
         if not in_hu and not CT_CONTRAST[0] < contrast < CT_CONTRAST[1]:
-            raise ValueError(
+            raise UserError(
                 f"these are no CT numbers: air is at {levels.air:.0f} and tissue at "
                 f"{levels.tissue:.0f}; if this is MR, say so"
             )
@@ -193,7 +194,7 @@ def _guess(volume: Volume) -> Modality:
         return Modality.CT
     if _is_cut_off(volume, levels):
         low, high = volume.value_range
-        raise ValueError(
+        raise UserError(
             f"the values are cut off at {low:g}, where air should be, as a window for "
             f"looking at CT does ({low:g} to {high:g}); export the CT with all its "
             "numbers, or say --modality mr if this is MR"
@@ -221,7 +222,7 @@ def _named(modality: str) -> Modality | None:
     except ValueError as error:
         if modality in ("unknown", "OT", ""):
             return None
-        raise ValueError(
+        raise UserError(
             f"the series is {modality}; only CT and MR can be imported"
         ) from error
 
@@ -234,7 +235,7 @@ def _finite(
     bad = ~np.isfinite(values)
     count = int(bad.sum())
     if count and not nonfinite_is_air:
-        raise ValueError(
+        raise UserError(
             f"{count:,} voxels are no numbers (NaN or infinite); say that they are "
             "air to import the rest"
         )
@@ -268,7 +269,7 @@ def isotropic(
     sitk = importlib.import_module("SimpleITK")
     count = np.maximum(np.ceil((high_mm - low_mm) / spacing_mm).astype(int) + 1, 2)
     if count.prod() > MOST_VOXELS:
-        raise ValueError(
+        raise UserError(
             f"{count[0]} x {count[1]} x {count[2]} voxels of {spacing_mm:g} mm need "
             f"{count.prod() * 20 / 2**30:.0f} GiB; take a larger spacing"
         )

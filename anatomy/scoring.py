@@ -10,6 +10,7 @@ from anatomy.parameters import PhantomParameters
 from anatomy.phantom import Phantom, build_phantom
 from anatomy.sinuses import infundibulum
 from anatomy.tissue import AIR_LABELS, Label, Side
+from disk import UserError
 
 CLEAR_BELOW, FULL_ABOVE = 0.02, 0.98
 """Opaque shares of a sinus at which its score changes."""
@@ -39,7 +40,7 @@ def lund_mackay(phantom: Phantom, twin: Phantom | None = None) -> dict[Side, Opa
         healthy(phantom.parameters), phantom.spacing_mm, field_mm=_field(phantom)
     )
     if whole.labels.shape != phantom.labels.shape:
-        raise ValueError(
+        raise UserError(
             f"the healthy twin must share the grid {phantom.labels.shape}, got "
             f"{whole.labels.shape}"
         )

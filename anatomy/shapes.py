@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.program import Encoder, Op
+from disk import UserError
 
 Array = NDArray[np.float64]
 Point = tuple[float, float, float]
@@ -123,7 +124,7 @@ class Table(Field):
         if len(self.knots) != len(self.values) or not all(
             a < b for a, b in zip(self.knots, self.knots[1:], strict=False)
         ):
-            raise ValueError(
+            raise UserError(
                 f"a table needs increasing knots with one value each, got knots "
                 f"{self.knots} and values {self.values}"
             )

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.steps import lost_slices
+from disk import UserError
 from renderers.scene.volume import Volume
 
 SAME_PLACE_MM = 0.01
@@ -38,26 +39,26 @@ class SliceStack:
 
     def __post_init__(self) -> None:
         if self.pixels.ndim != 3 or len(self.pixels) != len(self.positions_mm):
-            raise ValueError(
+            raise UserError(
                 f"a stack needs one position a slice, got {self.pixels.shape} pixels "
                 f"and {len(self.positions_mm)} positions"
             )
         if len(self.pixels) < 2:
-            raise ValueError("a stack of one slice has no thickness")
+            raise UserError("a stack of one slice has no thickness")
         if not np.isfinite(self.positions_mm).all():
-            raise ValueError("slice positions must be finite")
+            raise UserError("slice positions must be finite")
         lengths = [
             np.linalg.norm(self.row_direction),
             np.linalg.norm(self.column_direction),
         ]
         skew = abs(float(self.row_direction @ self.column_direction))
         if max(abs(length - 1) for length in lengths) > 1e-3 or skew > 1e-3:
-            raise ValueError(
+            raise UserError(
                 f"rows along {self.row_direction} and columns along "
                 f"{self.column_direction} are not at right angles"
             )
         if min(self.spacing_mm) <= 0 or not np.isfinite(self.spacing_mm).all():
-            raise ValueError(f"pixel spacing must be positive, got {self.spacing_mm}")
+            raise UserError(f"pixel spacing must be positive, got {self.spacing_mm}")
 
     @property
     def normal(self) -> NDArray[np.float64]:
@@ -73,7 +74,7 @@ class SliceStack:
         gaps = np.diff(depth[order])
         if gaps.min() < SAME_PLACE_MM:
             i = int(gaps.argmin())
-            raise ValueError(
+            raise UserError(
                 f"two slices lie at {depth[order[i]]:.2f} mm: the series holds more "
                 "than one image per place (phases or echoes); choose one of them"
             )

@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
+
 Content = tuple[NDArray[np.float64], NDArray[np.int32], str]
 
 _HEADER_BYTES = 84
@@ -50,11 +52,11 @@ def read_stl(content: bytes) -> Content:
             if line.split()[:1] == ["vertex"]
         ]
         if len(words) % 3 or any(len(row) != 3 for row in words):
-            raise ValueError("it is cut off in the middle of a triangle")
+            raise UserError("it is cut off in the middle of a triangle")
         corners = np.array([[float(w) for w in row] for row in words], np.float64)
     else:
-        raise ValueError("it is no STL, or cut off")
+        raise UserError("it is no STL, or cut off")
     if not len(corners):
-        raise ValueError("it has no triangles")
+        raise UserError("it has no triangles")
     vertices, faces = np.unique(corners, axis=0, return_inverse=True)
     return vertices, faces.reshape(-1, 3).astype(np.int32), space

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from anatomy.files import write_file
 from anatomy.ply import ply_bytes, read_ply
 from anatomy.stl import read_stl, stl_bytes
-from disk import foreign_file
+from disk import UserError, foreign_file
 
 SPACES = ("LPS", "RAS")
 
@@ -32,13 +32,13 @@ class Surface:
         vertices = np.ascontiguousarray(self.vertices, dtype=np.float64)
         faces = np.ascontiguousarray(self.faces, dtype=np.int32)
         if vertices.ndim != 2 or vertices.shape[1:] != (3,) or not len(vertices):
-            raise ValueError(f"a surface has points (n, 3), got {vertices.shape}")
+            raise UserError(f"a surface has points (n, 3), got {vertices.shape}")
         if faces.ndim != 2 or faces.shape[1:] != (3,):
-            raise ValueError(f"a surface has triangles (m, 3), got {faces.shape}")
+            raise UserError(f"a surface has triangles (m, 3), got {faces.shape}")
         if not np.isfinite(vertices).all():
-            raise ValueError("a surface's points must be finite")
+            raise UserError("a surface's points must be finite")
         if len(faces) and not (faces.min() >= 0 and faces.max() < len(vertices)):
-            raise ValueError(
+            raise UserError(
                 f"triangles name points from {faces.min()} to {faces.max()}, but there "
                 f"are {len(vertices)}"
             )
@@ -65,7 +65,7 @@ def save_surface(surface: Surface, path: Path | str) -> None:
         case ".stl":
             content = stl_bytes(surface.vertices, surface.faces, "SPACE=LPS")
         case other:
-            raise ValueError(
+            raise UserError(
                 f"{target} must end in .ply, .vtp or .stl, got {other or 'no ending'}"
             )
     write_file(target, content)
@@ -79,7 +79,7 @@ def load_surface(path: Path | str) -> Surface:
     """
     source = Path(path)
     if not source.is_file():
-        raise ValueError(f"there is no surface file {source}")
+        raise UserError(f"there is no surface file {source}")
     with foreign_file(source, "a surface"):
         match source.suffix.lower():
             case ".ply":
@@ -89,9 +89,9 @@ def load_surface(path: Path | str) -> Surface:
             case ".vtp":
                 vertices, faces, space = _read_vtp(source.read_bytes())
             case _:
-                raise ValueError("PLY, STL and VTP can be read")
+                raise UserError("PLY, STL and VTP can be read")
         if space not in SPACES:
-            raise ValueError(f"its space is {space!r}; LPS and RAS are known")
+            raise UserError(f"its space is {space!r}; LPS and RAS are known")
         if space == "RAS":
             vertices = vertices * (-1.0, -1.0, 1.0)
         return Surface(vertices, faces)
@@ -133,13 +133,13 @@ def _read_vtp(
     content: bytes,
 ) -> tuple[NDArray[np.float64], NDArray[np.int32], str]:
     if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
-        raise ValueError("a VTP declares no entities")
+        raise UserError("a VTP declares no entities")
     try:
         root = ElementTree.fromstring(content)
     except ElementTree.ParseError as error:
-        raise ValueError(f"it is no XML ({error})") from error
+        raise UserError(f"it is no XML ({error})") from error
     if root.get("type") != "PolyData" or root.get("header_type") != "UInt64":
-        raise ValueError("only VTP files with inline arrays and 64-bit sizes are known")
+        raise UserError("only VTP files with inline arrays and 64-bit sizes are known")
     space = "LPS"
     for array in root.iter("Array"):
         if array.get("Name") == "SPACE":
@@ -149,7 +149,7 @@ def _read_vtp(
     faces = _decoded(root, "connectivity", "Int64", "<i8").reshape(-1, 3)
     offsets = _decoded(root, "offsets", "Int64", "<i8")
     if not np.array_equal(offsets, 3 * np.arange(1, len(faces) + 1)):
-        raise ValueError("it has polygons that are no triangles")
+        raise UserError("it has polygons that are no triangles")
     return vertices, faces.astype(np.int32), space
 
 
@@ -160,11 +160,11 @@ def _decoded(
         if array.get("Name") != name:
             continue
         if array.get("type") != kind or array.get("format") != "binary":
-            raise ValueError(f"its {name} are no inline {kind}")
+            raise UserError(f"its {name} are no inline {kind}")
         raw = base64.b64decode("".join((array.text or "").split()), validate=True)
         size = int(np.frombuffer(raw[:8], "<u8")[0]) if len(raw) >= 8 else -1
         if size != len(raw) - 8 or size % (24 if name != "offsets" else 8):
-            raise ValueError(f"its {name} are cut off")
+            raise UserError(f"its {name} are cut off")
         values: NDArray[np.float64] = np.frombuffer(raw[8:], dtype).copy()
         return values
-    raise ValueError(f"it has no {name}")
+    raise UserError(f"it has no {name}")

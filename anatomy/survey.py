@@ -11,6 +11,7 @@ from anatomy.landmarks import Landmark
 from anatomy.parameters import PhantomParameters
 from anatomy.phantom import Phantom, distance_at
 from anatomy.tissue import Label, Side
+from disk import UserError
 
 SIDES = (Side.RIGHT, Side.LEFT)
 
@@ -86,7 +87,7 @@ def _voxel(phantom: Phantom, landmark: Landmark) -> tuple[int, ...]:
     at = np.round((landmark.position_mm - phantom.ct.origin_mm) / phantom.spacing_mm)
     index = tuple(int(i) for i in at[::-1])
     if not all(0 <= i < n for i, n in zip(index, phantom.ct.shape, strict=True)):
-        raise ValueError(
+        raise UserError(
             f"the {landmark.key} at {landmark.position_mm} mm lies outside the volume; "
             f"build the phantom with the whole field of view"
         )

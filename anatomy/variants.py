@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 
 from anatomy.parameters import SIDED_VARIANTS, LeftRatios, PhantomParameters
+from disk import UserError
 
 PREVALENCE = {
     "agger-nasi": 0.63,
@@ -65,7 +66,7 @@ def without_variants(
     for name in names:
         word, sides = _parsed(name)
         if word not in SIDED_VARIANTS:
-            raise ValueError(f"{word!r} cannot be removed; ask for what it should be")
+            raise UserError(f"{word!r} cannot be removed; ask for what it should be")
         dropped |= {f"{word}:{side}" for side in sides}
     kept = tuple(v for v in parameters.variants if v not in dropped)
     return msgspec.structs.replace(parameters, variants=kept)
@@ -97,13 +98,13 @@ def variant_names(parameters: PhantomParameters) -> tuple[str, ...]:
 def _parsed(name: str) -> tuple[str, tuple[str, ...]]:
     word, colon, side = name.partition(":")
     if word not in NAMES:
-        raise ValueError(
+        raise UserError(
             f"there is no variant {word!r}; the names are {', '.join(NAMES)}"
         )
     if colon and side not in ("left", "right"):
-        raise ValueError(f"the side of {name!r} must be left or right, got {side!r}")
+        raise UserError(f"the side of {name!r} must be left or right, got {side!r}")
     if colon and word in KEROS_MM:
-        raise ValueError(f"{word} holds for both sides; leave out {side!r}")
+        raise UserError(f"{word} holds for both sides; leave out {side!r}")
     return word, (side,) if colon else ("left", "right")
 
 
@@ -134,7 +135,7 @@ def _scaled(
     right = scale if "right" in sides else right
     left = scale if "left" in sides else left
     if right == 0 and left > 0:
-        raise ValueError(
+        raise UserError(
             f"a head without a right {sinus} sinus alone cannot be asked for; "
             f"leave out the side or take the left"
         )

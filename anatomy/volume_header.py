@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from anatomy.nifti_header import NIFTI_ENDINGS, read_nifti_header
+from disk import UserError
 from renderers.scene.memory import memory_limit
 from renderers.scene.volume import WIDEST_RATIO
 
@@ -46,42 +47,42 @@ def check_header(reader: Any, name: str, pixel_type: str) -> None:
     """
     dimension, parts = reader.GetDimension(), reader.GetNumberOfComponents()
     if dimension != 3 or parts != 1:
-        raise ValueError(
+        raise UserError(
             f"{name} must hold one 3-D volume of numbers, but has {dimension} "
             f"dimensions and {parts} values per voxel"
         )
     if pixel_type not in _BYTES:
-        raise ValueError(f"{name} must hold real numbers, not {pixel_type}")
+        raise UserError(f"{name} must hold real numbers, not {pixel_type}")
     size = reader.GetSize()
     if min(size) < 2:
-        raise ValueError(
+        raise UserError(
             f"{name} is {size[0]} x {size[1]} x {size[2]} voxels; a volume has at "
             "least 2 along each axis"
         )
     need = size[0] * size[1] * size[2] * _BYTES[pixel_type]
     limit = memory_limit()
     if need > limit:
-        raise ValueError(
+        raise UserError(
             f"{name} says it is {size[0]} x {size[1]} x {size[2]} voxels, which needs "
             f"{need:,} bytes; at most {limit:,} can be read on this machine"
         )
     packed = Path(name).stat().st_size
     if need > EXPANDED_BYTES and need > MOST_PACKED * packed and _is_alone(name):
-        raise ValueError(
+        raise UserError(
             f"{name} says that its {packed:,} bytes unpack to {need:,}; no scan can be "
             "packed so far"
         )
     spacing = reader.GetSpacing()
     if any(s < 0 for s in spacing):
-        raise ValueError(
+        raise UserError(
             f"{name} has a negative spacing {spacing}; a flipped axis is told by the "
             "direction matrix"
         )
     # NaN is neither
     if not all(0 < s < float("inf") for s in spacing):
-        raise ValueError(f"{name} has an unusable spacing of {spacing} mm")
+        raise UserError(f"{name} has an unusable spacing of {spacing} mm")
     if max(spacing) > WIDEST_RATIO * min(spacing):
-        raise ValueError(
+        raise UserError(
             f"{name} has a spacing of {spacing} mm, whose ratio is beyond "
             f"{WIDEST_RATIO:g}; one of the numbers is in another unit"
         )
@@ -102,7 +103,7 @@ def _check_frame(reader: Any, name: str) -> None:
     if "qform_code" in keys:
         told = [reader.GetMetaData(k) for k in ("qform_code", "sform_code")]
         if told == ["0", "0"]:
-            raise ValueError(
+            raise UserError(
                 f"{name} does not say how it lies in the patient (qform and sform are "
                 "0), so left and right are unknown; convert the DICOM images again"
             )
@@ -110,13 +111,13 @@ def _check_frame(reader: Any, name: str) -> None:
     if name.lower().endswith((".nrrd", ".nhdr")):
         space = reader.GetMetaData("NRRD_space") if "NRRD_space" in keys else "none"
         if space not in SPACES:
-            raise ValueError(
+            raise UserError(
                 f"{name} does not say how it lies in the patient (its space is "
                 f"{space!r}), so left and right are unknown; save it with the space "
                 "left-posterior-superior"
             )
         if _has_loose_axis(name):
-            raise ValueError(
+            raise UserError(
                 f"{name} has an axis that is none of the patient's; save the one 3-D "
                 "volume that is wanted"
             )
@@ -134,9 +135,9 @@ def _check_length(name: str, need: int) -> None:
                     break
                 have += got
     except (EOFError, OSError, zlib.error) as error:
-        raise ValueError(f"{name} is cut off or damaged: {error}") from error
+        raise UserError(f"{name} is cut off or damaged: {error}") from error
     if have < need:
-        raise ValueError(f"{name} is cut off: {have:,} of {need:,} bytes are there")
+        raise UserError(f"{name} is cut off: {have:,} of {need:,} bytes are there")
 
 
 def _has_loose_axis(name: str) -> bool:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from anatomy.scan import isotropic, patient_box
 from anatomy.tissue import SURFACE_HU
+from disk import UserError
 from renderers.scene.volume import Volume
 
 WORKING_MM = 2.0
@@ -100,12 +101,12 @@ def register_volumes(
     second_from_first = _matrix(best)
     shared, overlap = _agreement(sitk, fixed, moving, best)
     if overlap < LEAST_OVERLAP:
-        raise ValueError(
+        raise UserError(
             f"the second scan covers only {overlap:.0%} of the first one's tissue; "
             f"{LEAST_OVERLAP:.0%} are needed to register them"
         )
     if return_mm > LARGEST_RETURN_MM or shared < LEAST_SHARED:
-        raise ValueError(
+        raise UserError(
             f"the second scan cannot be registered: from other starts it comes to rest "
             f"{return_mm:.1f} mm away ({LARGEST_RETURN_MM:g} are allowed) and shares "
             f"{shared:.1%} of its information ({LEAST_SHARED:.0%} are needed); is it "
@@ -182,7 +183,7 @@ def _optimized(
     try:
         method.Execute(fixed, moving)
     except RuntimeError as error:
-        raise ValueError(
+        raise UserError(
             "the second scan cannot be registered: the two do not overlap"
         ) from error
     return start

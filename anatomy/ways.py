@@ -12,6 +12,7 @@ from anatomy.frame import lps_from_ras
 from anatomy.parameters import PhantomParameters
 from anatomy.phantom import Phantom, build_phantom
 from anatomy.tissue import Label, Side
+from disk import UserError
 
 Voxel = tuple[int, ...]
 
@@ -101,7 +102,7 @@ def nearest_mm(phantom: Phantom, side: Side, ostium: str, diameter_mm: float) ->
     """
     marks, name = phantom.landmarks, side.name.lower()
     if f"{ostium} ostium, {name}" not in marks:
-        raise ValueError(f"the {name} side of this head has no {ostium} ostium")
+        raise UserError(f"the {name} side of this head has no {ostium} ostium")
     start = voxel_at(phantom, marks[f"nostril, {name}"].position_mm)
     pieces, _ = ndimage.label(phantom.distance.values < -diameter_mm / 2)
     if pieces[start] == 0:

@@ -10,9 +10,13 @@ def main(arguments: list[str] | None = None) -> int:
 
     0 only on success; 1 with one sentence on standard error when the input or the
     world is at fault; 2 for a command line that is not understood; 130 after Ctrl-C.
-    Anything else is a defect of ours and shows its traceback.
+    Anything else is a defect of ours and shows its traceback; with --debug every error
+    does.
     """
-    words = sys.argv[1:] if arguments is None else arguments
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    debug = "--debug" in words
+    if debug:
+        words.remove("--debug")
     if words in OVERVIEW:
         from app.overview import overview
 
@@ -27,7 +31,7 @@ def main(arguments: list[str] | None = None) -> int:
         from app.faults import sentence
 
         told = sentence(error)
-        if told is None:
+        if told is None or debug:
             raise
         print(f"paravol: {told}", file=sys.stderr)
         return 1

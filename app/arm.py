@@ -9,6 +9,7 @@ import numpy as np
 from app.known_constants import demand_known_constants
 from devices.microscribe import MicroScribe, MicroScribeEmulator
 from devices.microscribe.driver import SerialPort, SerialPorts
+from disk import UserError
 from scenarios import Scenario
 
 
@@ -50,7 +51,7 @@ def open_arm(
     """
     if device is not None:
         if faults:
-            raise ValueError(
+            raise UserError(
                 "--fault makes the emulated arm misbehave; leave out --device for it."
             )
         with arm_at(device) as arm:

@@ -16,6 +16,7 @@ from anatomy.files import write_file
 from anatomy.imported import WAY_END
 from app.folder import EXERCISE_FILES
 from devices import ProbePath, save_probe_path
+from disk import UserError
 from renderers.scene.volume import Volume
 
 SCENARIO, PATH = EXERCISE_FILES
@@ -66,7 +67,7 @@ def straight_path(approach: Approach, distance: Volume | None = None) -> ProbePa
         inwards = air_reach(distance, approach.pivot_mm, way, inwards)
     length = before + inwards
     if length < SHORTEST_MM:
-        raise ValueError(
+        raise UserError(
             f"the way in from {np.round(approach.pivot_mm, 1).tolist()} mm meets "
             f"tissue after {inwards:.1f} mm; name an entrance with more air before it "
             "with --pivot x y z"
@@ -128,13 +129,13 @@ def _approach(folder: Path, case: Case) -> Approach:
     if way is not None:
         return Approach(np.array(way.pivot_mm), np.array(way.axis), way.free_mm)
     if case.record.sources:
-        raise ValueError(
+        raise UserError(
             f"No entrance was found in the case {folder}; look for one with paravol "
             f"slices {folder}, then import the scan again with --pivot x y z."
         )
     nostrils = [case.landmarks[n].position_mm for n in NOSTRILS if n in case.landmarks]
     if not nostrils or "distance" not in case.volumes:
-        raise ValueError(
+        raise UserError(
             f"The case {folder} has no nostril among its landmarks and no distance "
             "volume; make it again with paravol import or paravol phantom."
         )

@@ -20,6 +20,7 @@ from app.root import (
     rank_count,
     thread_count,
 )
+from disk import UserError
 
 __all__ = ["app", "arm_commands", "case_commands", "picture_commands"]
 
@@ -99,9 +100,9 @@ def replay(
     from app.report import run_replay, run_view_at
 
     if (view_at is None) != (out is None):
-        raise ValueError("--view-at and --out go together.")
+        raise UserError("--view-at and --out go together.")
     if case is not None and out is None:
-        raise ValueError("--case goes with --view-at.")
+        raise UserError("--case goes with --view-at.")
     if view_at is not None and out is not None:
         run_view_at(session, view_at, out, case=case, quietly=json)
         if not check and video is None:
@@ -301,7 +302,7 @@ def doctor(
 
         return run_arm_check(device, as_json=json, accept_constants=accept_constants)
     if accept_constants:
-        raise ValueError("--accept-constants needs --device with the arm's port.")
+        raise UserError("--accept-constants needs --device with the arm's port.")
     from app.doctor import run_doctor
 
     return run_doctor(as_json=json)

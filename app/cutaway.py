@@ -14,6 +14,7 @@ from scipy.ndimage import map_coordinates
 
 from app.operating_room import OperatingRoom
 from devices import ProbePath
+from disk import UserError
 from renderers.fsr import FuzzySetRenderer
 from renderers.scene import AirSurface, Camera, Scene, Volume, srgb_from_linear
 
@@ -54,10 +55,10 @@ class Cutaway:
         """
         surface = scene.surface
         if surface is None:
-            raise ValueError("only a scene with an air surface can be cut open")
+            raise UserError("only a scene with an air surface can be cut open")
         places = np.array(list(way_mm), np.float64).reshape(-1, 3)
         if not len(places):
-            raise ValueError("a head is cut open along a way, which has no place")
+            raise UserError("a head is cut open along a way, which has no place")
         beside = float(np.median(places[:, 0]))
         middle = float(surface.distance.center_mm[0])
         self.towards = 1.0 if middle >= beside else -1.0

@@ -22,6 +22,7 @@ from app.terminal import Stages, print_json, print_table
 from app.told_score import score_rows
 from app.versions import versions
 from devices import DeviceError, ProbePath, load_probe_path
+from disk import UserError
 from renderers.scene import Mesh
 from scenarios import Scenario, Score, load_scenario
 from scenarios.bundle import SessionInfo, SessionRecorder, write_json
@@ -58,7 +59,7 @@ class FlownDemo:
 def run_demo(options: DemoOptions, *, as_json: bool) -> int:
     """Run the demonstration; 1 when the replay differs from the flight."""
     if options.size % 2:
-        raise ValueError(f"--size must be even, for the film; got {options.size}.")
+        raise UserError(f"--size must be even, for the film; got {options.size}.")
     demand_port(options.device)
     scenario, folder = load_scenario(options.scenario)
     path_file = folder / scenario.path

@@ -20,6 +20,7 @@ from devices.microscribe.emulator_setup import (
     OpenEmulator,
     open_emulator,
 )
+from disk import UserError
 from scenarios import load_scenario
 from scenarios.bundle import SampleRecord, read_session
 
@@ -78,7 +79,7 @@ def _happened(emulator: OpenEmulator) -> dict[str, Any]:
 
 def _options(words: EmulatorWords) -> EmulatorOptions:
     if words.path is not None and words.motion is not None:
-        raise ValueError("give --path or --motion, not both")
+        raise UserError("give --path or --motion, not both")
     options = EmulatorOptions(
         profile=words.profile,
         motion=words.motion or MOTIONS[0],
@@ -121,7 +122,7 @@ def load_motion(file: Path) -> ProbePath:
         if i == 0 or sample.time_s > flown[i - 1].time_s
     ]
     if len(kept) < 2:
-        raise ValueError(f"{file} holds no flight that an arm could follow.")
+        raise UserError(f"{file} holds no flight that an arm could follow.")
     world_from_device = np.array(info.world_from_device).reshape(4, 4)
     poses = world_from_device @ np.array([sample.device_from_tip for sample in kept])
     return ProbePath(

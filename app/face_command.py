@@ -9,6 +9,7 @@ from app.face_registration import register_face
 from app.skin import Skin
 from app.terminal import Stages, print_json, print_table
 from devices.registration_file import save_itk_transform
+from disk import UserError
 
 
 def run_face(
@@ -16,7 +17,7 @@ def run_face(
 ) -> int:
     """Register, write, tell how well it fits."""
     if out is not None and out.suffix.lower() not in (".ply", ".vtp"):
-        raise ValueError(f"--out must name a .ply or .vtp file, got {out}.")
+        raise UserError(f"--out must name a .ply or .vtp file, got {out}.")
     face = load_surface(surface)
     marks = {n: m.position_mm for n, m in read_markups(landmarks).items()}
     with Stages() as stages:
@@ -25,7 +26,7 @@ def run_face(
         stages("Reading the case", 1.0)
         skin = read.volumes.get("face") or read.volumes.get("distance")
         if skin is None:
-            raise ValueError(
+            raise UserError(
                 f"The case {case} has no skin; make it again with paravol import."
             )
         places = {n: m.position_mm for n, m in read.landmarks.items()}

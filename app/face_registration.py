@@ -14,6 +14,7 @@ from anatomy.surfaces import Surface
 from app.skin import Skin
 from devices import Registration, register
 from devices.surface_registration import Landmarks, refine
+from disk import UserError
 
 LANDMARK_MM = 2.0
 """How well a person puts the same landmark on two faces."""
@@ -84,7 +85,7 @@ def register_face(
     """
     names = [name for name in on_face if name in on_patient]
     if len(names) < 3:
-        raise ValueError(
+        raise UserError(
             f"The face and the patient share {len(names)} landmarks "
             f"({', '.join(names) or 'none'}); at least 3 of the same name are needed."
         )
@@ -101,7 +102,7 @@ def register_face(
         lying = points @ transform[:3, :3].T + transform[:3, 3]
         used = np.abs(skin.distance(lying)) < min(near, NEAR_MM)
         if used.mean() < FEWEST_SHARE:
-            raise ValueError(
+            raise UserError(
                 f"Only {used.mean():.0%} of the face lies within {NEAR_MM:g} mm of the "
                 "patient's skin; check the landmarks and the unit (millimetres)."
             )

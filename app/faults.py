@@ -1,10 +1,11 @@
-"""Which errors are the world's, and how they are told to a person."""
+"""Which errors are the user's or the world's, and how they are told to a person."""
 
 from pathlib import Path
 
 import msgspec
 
 from devices import DeviceError
+from disk import UserError
 from disk.schema_words import schema_words
 
 
@@ -28,16 +29,12 @@ def sentence(error: Exception) -> str | None:
     # nothing need not load them.
     if type(error).__module__.startswith(("renderers.art.", "renderers.simd_guard")):
         return str(error)
-    if isinstance(error, ValueError | TimeoutError | DeviceError | ToldError):
+    if isinstance(error, UserError | TimeoutError | DeviceError):
         return str(error)
     return None
 
 
-class ToldError(RuntimeError):
-    """Something outside the program failed; the text says it in one sentence."""
-
-
-class DeviceLostError(ToldError):
+class DeviceLostError(UserError):
     """The arm failed in flight; the recording up to then is kept."""
 
     def __init__(self, error: Exception, bundle: Path) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 import msgspec
 
 from anatomy.case import RECORD, CaseRecord
+from disk import UserError
 
 EXERCISE_FILES = ("exercise.toml", "exercise.path.json")
 """The scenario that is made for a case and for a person to edit, and its path."""
@@ -27,7 +28,7 @@ def claimed_folder(folder: Path) -> Iterator[Path]:
         folder.mkdir(parents=True, exist_ok=True)
         handle = os.open(folder / ".lock", os.O_CREAT | os.O_RDWR, 0o644)
     except OSError as error:
-        raise ValueError(
+        raise UserError(
             f"The folder {folder} cannot be written ({error.strerror}); choose another "
             "with --out."
         ) from error
@@ -37,7 +38,7 @@ def claimed_folder(folder: Path) -> Iterator[Path]:
             if os.fstat(handle).st_nlink == 0:
                 raise BlockingIOError  # whose lock it was ended just now
         except BlockingIOError:
-            raise ValueError(
+            raise UserError(
                 f"Another command is writing to {folder}; wait for it or choose "
                 "another folder with --out."
             ) from None
@@ -59,15 +60,15 @@ def claimed_case(folder: Path, *, force: bool = False) -> Iterator[Path]:
     `force` for one that holds a case, saying which.
     """
     if folder.exists() and not folder.is_dir():
-        raise ValueError(f"{folder} is a file; name a folder for the case with --out.")
+        raise UserError(f"{folder} is a file; name a folder for the case with --out.")
     held = sorted(entry.name for entry in folder.iterdir()) if folder.exists() else []
     if held not in ([], [".lock"]) and RECORD not in held:
-        raise ValueError(
+        raise UserError(
             f"{folder} holds {held[0]!r} and no {RECORD}: it is no case; choose "
             "another folder with --out, or empty it."
         )
     if RECORD in held and not force:
-        raise ValueError(
+        raise UserError(
             f"{folder} holds {_what_is_held(folder)} already; choose another folder "
             "with --out, or write over it with --force."
         )
@@ -103,7 +104,7 @@ def remove_old_session(folder: Path) -> None:
     known = {"session.json", "stream.mcap", "snapshots", "result.json"}
     strange = [entry.name for entry in folder.iterdir() if entry.name not in known]
     if strange:
-        raise ValueError(
+        raise UserError(
             f"{folder} holds {strange[0]!r}, which is not part of a session; move it "
             "away or choose another folder with --out."
         )

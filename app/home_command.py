@@ -8,6 +8,7 @@ from app.terminal import print_json, print_table
 from devices.microscribe import MicroScribe
 from devices.microscribe.sampler import HomeState
 from devices.port import DeviceError, DeviceReason
+from disk import UserError
 
 PATIENCE_S = 5.0
 
@@ -62,7 +63,7 @@ def confirmed(question: str, answer: Callable[[], str] = input) -> bool:
     try:
         return answer().strip().lower() in ("y", "yes")
     except EOFError:
-        raise ValueError(
+        raise UserError(
             "Nobody answered whether the arm is in its rest; give --yes where nobody "
             "can."
         ) from None

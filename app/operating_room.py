@@ -15,6 +15,7 @@ from anatomy.case import read_case
 from anatomy.head_skin import head_skin
 from anatomy.tissue import Label
 from app.slice_views import SECOND, SliceViews
+from disk import UserError
 from renderers.scene import AirSurface, Scene, Volume
 from scenarios import Scenario, Structures
 
@@ -64,7 +65,7 @@ class OperatingRoom:
         """Look landmarks up; ValueError names an unknown one and those there are."""
         unknown = [name for name in names if name not in self.landmarks]
         if unknown:
-            raise ValueError(
+            raise UserError(
                 f"The head has no landmark {unknown[0]!r}; it has: "
                 f"{'; '.join(sorted(self.landmarks))}."
             )
@@ -109,7 +110,7 @@ def case_room(folder: Path, progress: Progress) -> OperatingRoom:
     case = read_case(folder)
     lacking = [n for n in ("distance", "blood", "skin") if n not in case.volumes]
     if lacking:
-        raise ValueError(
+        raise UserError(
             f"The case {folder} has no {lacking[0]} volume, which a flight needs; "
             "make it again with paravol import or paravol phantom."
         )

@@ -17,7 +17,8 @@ Commands:
 """
 
 _FOOT = """
-paravol COMMAND --help explains a command; paravol --version names the version.
+paravol COMMAND --help explains a command; paravol --version names the version;
+--debug shows where an error was raised.
 Start with: paravol demo
 """
 

@@ -15,6 +15,7 @@ from anatomy.case import write_case
 from anatomy.variants import variant_names, without_variants
 from app.folder import claimed_case, remove_exercise
 from app.terminal import Stages, print_json
+from disk import UserError
 
 
 def run_phantom(
@@ -83,15 +84,15 @@ def parse_scores(texts: tuple[str, ...]) -> tuple[Opacity, Opacity]:
         target, equals, score = word.strip().partition("=")
         name, colon, side = target.replace("-", "_").partition(":")
         if name not in Opacity.__struct_fields__ or not equals:
-            raise ValueError(
+            raise UserError(
                 f"a Lund-Mackay score reads NAME:SIDE=SCORE, such as maxillary:left=2,"
                 f" with a name out of {', '.join(Opacity.__struct_fields__)}; got "
                 f"{word!r}"
             )
         if not score.isdecimal():
-            raise ValueError(f"the score in {word!r} must be a whole number")
+            raise UserError(f"the score in {word!r} must be a whole number")
         if colon and side not in ("left", "right"):
-            raise ValueError(f"the side in {word!r} must be left or right")
+            raise UserError(f"the side in {word!r} must be left or right")
         for held, held_name in ((right, "right"), (left, "left")):
             if not colon or side == held_name:
                 held[name] = int(score)

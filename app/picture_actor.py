@@ -17,6 +17,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkTexture
 # the OpenGL factories register themselves on import, without opening anything
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLPolyDataMapper
 
+from disk import UserError
 from renderers.scene import Camera, Projection
 
 DEPTH_STEPS = 256**3 - 1
@@ -76,13 +77,13 @@ class PictureActor(vtkActor):
         a camera that is no pinhole.
         """
         if camera.projection is not Projection.PERSPECTIVE:
-            raise ValueError(
+            raise UserError(
                 "VTK shows pinhole pictures only; draw this one with a perspective "
                 f"camera, not with projection {camera.projection.name.lower()}"
             )
         size = camera.height, camera.width
         if pixels.shape != (*size, 3) or depth_mm.shape != size:
-            raise ValueError(
+            raise UserError(
                 f"pixels {pixels.shape} and depths {depth_mm.shape} do not fit a "
                 f"camera of {camera.width} x {camera.height} pixels"
             )

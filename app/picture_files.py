@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import whole_file
+from disk import UserError, whole_file
 
 
 def save_exr(
@@ -28,7 +28,7 @@ def save_exr(
     import OpenEXR
 
     if rgba.ndim != 3 or rgba.shape[2] != 4 or rgba.dtype != np.float32:
-        raise ValueError(
+        raise UserError(
             f"a picture is (h, w, 4) float32, got {rgba.shape} {rgba.dtype}"
         )
     channels = {"RGBA": np.ascontiguousarray(rgba)}
@@ -39,7 +39,7 @@ def save_exr(
         if plane is None:
             continue
         if plane.shape != rgba.shape[:2] or plane.dtype != kind:
-            raise ValueError(
+            raise UserError(
                 f"channel {name} must be {kind.__name__} of shape {rgba.shape[:2]}, "
                 f"got {plane.dtype} {plane.shape}"
             )
@@ -64,7 +64,7 @@ def save_depth_nrrd(
     sitk: Any = importlib.import_module("SimpleITK")
 
     if depth_mm.ndim != 2 or depth_mm.dtype != np.float32:
-        raise ValueError(
+        raise UserError(
             f"depth is (h, w) float32, got {depth_mm.shape} {depth_mm.dtype}"
         )
     image = sitk.GetImageFromArray(depth_mm)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from app.flight import Aim
 from devices import Pose
+from disk import UserError
 from scenarios import Sample, tip_frame
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ def listening_address(text: str) -> tuple[str, int]:
     """
     host, _, port = text.rpartition(":")
     if not (port.isascii() and port.isdigit() and int(port) < 65536):
-        raise ValueError(
+        raise UserError(
             f"--stream-igtl must be PORT or HOST:PORT, such as 18944; got {text!r}."
         )
     return host or "127.0.0.1", int(port)

@@ -37,6 +37,7 @@ from devices.target_error import (
     over_budget,
     refuse_weak_targets,
 )
+from disk import UserError
 from scenarios import load_scenario
 
 SINUSES = ("maxillary ostium", "ethmoid bulla", "frontal ostium", "sphenoid ostium")
@@ -141,7 +142,7 @@ def _tracked(options: RegisterOptions) -> RegistrationRecord:
 def _tracker(words: str) -> tuple[str, int, str | None]:
     kind, _, rest = words.partition(":")
     if kind != "igtl":
-        raise ValueError(f"--input must be igtl:HOST:PORT[:TOOL]; got {words!r}.")
+        raise UserError(f"--input must be igtl:HOST:PORT[:TOOL]; got {words!r}.")
     return peer_address("--input", rest)
 
 
@@ -172,7 +173,7 @@ def _check(options: RegisterOptions) -> None:
     """Refuse bad options before anybody has touched anything."""
     ways = (options.emulated, options.device is not None, options.input is not None)
     if sum(ways) != 1:
-        raise ValueError(
+        raise UserError(
             "Give either --device with the arm's port, --emulated or --input with "
             "another tracker."
         )
@@ -180,9 +181,9 @@ def _check(options: RegisterOptions) -> None:
         _tracker(options.input)
     demand_port(options.device)
     if options.out.suffix != ".json":
-        raise ValueError(f"--out must name a .json file, got {options.out}.")
+        raise UserError(f"--out must name a .json file, got {options.out}.")
     if not options.out.absolute().parent.is_dir():
-        raise ValueError(f"There is no folder {options.out.absolute().parent}.")
+        raise UserError(f"There is no folder {options.out.absolute().parent}.")
     load_scenario(options.scenario)
 
 
@@ -206,7 +207,7 @@ def sinus_targets(landmarks: Collection[str]) -> tuple[str, ...]:
     names = [f"{sinus}, {side}" for sinus in SINUSES for side in ("right", "left")]
     found = tuple(name for name in names if name in landmarks)
     if not found:
-        raise ValueError(
+        raise UserError(
             f"The head has no landmark {names[0]!r} or another sinus; name targets "
             f"with --target. It has: {'; '.join(sorted(landmarks))}."
         )
@@ -330,6 +331,6 @@ def _confirmed(out: Path) -> bool:
     try:
         return input().strip().lower() in ("", "y", "yes")
     except (EOFError, RuntimeError):
-        raise ValueError(
+        raise UserError(
             "Nobody answered whether to write the file; give --yes where nobody can."
         ) from None

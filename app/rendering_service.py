@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.faults import ToldError
+from disk import UserError
 from renderers.art.launcher import find_launcher
 from renderers.art.transport import TransportError
 
@@ -32,19 +32,17 @@ class WorkerOptions:
 
     def __post_init__(self) -> None:
         if self.ranks < 1:
-            raise ValueError(f"--ranks must be at least 1, got {self.ranks}")
+            raise UserError(f"--ranks must be at least 1, got {self.ranks}")
         if self.threads is not None and self.threads < 1:
-            raise ValueError(f"--threads must be at least 1, got {self.threads}")
+            raise UserError(f"--threads must be at least 1, got {self.threads}")
         if self.cache_cells is not None and self.cache_cells < 1:
-            raise ValueError(
-                f"--cache-cells must be at least 1, got {self.cache_cells}"
-            )
+            raise UserError(f"--cache-cells must be at least 1, got {self.cache_cells}")
         if self.lease_s is not None and not 0 < self.lease_s < math.inf:
-            raise ValueError(f"--lease must be a positive time, got {self.lease_s:g}")
+            raise UserError(f"--lease must be a positive time, got {self.lease_s:g}")
         if self.keep_days is not None and not 0 <= self.keep_days < math.inf:
-            raise ValueError(f"--keep-days must not be negative, got {self.keep_days}")
+            raise UserError(f"--keep-days must not be negative, got {self.keep_days}")
         if self.ranks == 1 and (self.dataflow or self.cache_cells or self.from_file):
-            raise ValueError(
+            raise UserError(
                 "--dataflow, --cache-cells and --from-file say how ranks share cells; "
                 "take more --ranks than 1 with them."
             )
@@ -68,7 +66,7 @@ class WorkerOptions:
 def worker_command(spool: Path, options: WorkerOptions) -> list[str]:
     """Give the command line that serves `spool`.
 
-    Raises ToldError when ranks are wanted and there is no MPI to start them.
+    Raises UserError when ranks are wanted and there is no MPI to start them.
     """
     ranks = options.ranks
     tail = ["renderers.art", "--spool", str(spool), "--parent", str(os.getpid())]
@@ -78,9 +76,9 @@ def worker_command(spool: Path, options: WorkerOptions) -> list[str]:
     try:
         launcher = find_launcher()
     except TransportError as error:
-        raise ToldError(str(error)) from error
+        raise UserError(str(error)) from error
     if launcher is None:
-        raise ToldError(
+        raise UserError(
             f"Rendering with {ranks} ranks needs MPI, and there is no mpiexec; install "
             "the extra 'mpi' or use --ranks 1."
         )
@@ -101,13 +99,13 @@ class Worker:
         return self._child.pid
 
     def ensure_alive(self) -> None:
-        """Raise ToldError, with the worker's last words, when it has died."""
+        """Raise UserError, with the worker's last words, when it has died."""
         status = self._child.poll()
         if status is None:
             return
         lines = self._log.read_text(errors="replace").strip().splitlines()
         said = f": {lines[-1]}" if lines else ""
-        raise ToldError(f"The snapshot worker ended with status {status}{said}")
+        raise UserError(f"The snapshot worker ended with status {status}{said}")
 
 
 @contextmanager

@@ -13,6 +13,7 @@ from app.endoscope_view import Frame
 from app.operating_room import OperatingRoom, Progress, prepare_room
 from app.session_setup import build_session, build_view
 from app.video import VideoWriter
+from disk import UserError
 from renderers.scene.thread_team import Errand
 from renderers.shading import LOOK_VERSION
 from scenarios import Sample, Scenario, Score
@@ -84,7 +85,7 @@ def replay_session(
     scenario = msgspec.json.decode(info.scenario, type=Scenario)
     room = room or prepare_room(scenario, progress)
     if room.surface_sha256 != info.surface_sha256:
-        raise ValueError(
+        raise UserError(
             f"{folder} was flown through another head (surface "
             f"{info.surface_sha256[:12]}, now {room.surface_sha256[:12]}): this "
             "version of the program builds it differently, so the pictures cannot "
@@ -202,10 +203,10 @@ def _same_score(folder: Path, score: Score, same_names: bool) -> bool | None:
     try:
         recorded = msgspec.json.decode(raw, type=_Recorded).score
     except msgspec.DecodeError as error:
-        raise ValueError(f"{folder}/result.json is not valid: {error}.") from error
+        raise UserError(f"{folder}/result.json is not valid: {error}.") from error
     lacking = sorted(_FIRST_FIGURES - recorded.keys())
     if lacking:
-        raise ValueError(
+        raise UserError(
             f"{folder}/result.json is not valid: its score has no {lacking[0]}."
         )
     compared = recorded if same_names else recorded.keys() - _NAMES

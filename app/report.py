@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from app.terminal import Stages, print_json, print_table
 from app.told_score import score_rows
+from disk import UserError
 
 if TYPE_CHECKING:
     from app.replay import ReplayReport
@@ -56,7 +57,7 @@ def run_view_at(
     from scenarios.bundle import read_session
 
     if not time_s >= 0:
-        raise ValueError(f"--view-at takes seconds from 0 on, got {time_s:g}.")
+        raise UserError(f"--view-at takes seconds from 0 on, got {time_s:g}.")
     with Stages() as stages:
         width, height = read_session(folder)[0].picture_size
         size = max(width, height)

@@ -7,6 +7,7 @@ from anatomy.imported import ImportedHead
 from anatomy.scan import Modality, Scan
 from anatomy.volume_registration import register_volumes, resampled
 from app.operating_room import Progress
+from disk import UserError
 from renderers.scene import Volume
 
 
@@ -24,7 +25,7 @@ class SecondScan:
 def check_second(first: Scan, second: Scan) -> None:
     """Raise ValueError unless these are a CT and an MR to be laid onto it."""
     if (first.modality, second.modality) != (Modality.CT, Modality.MR):
-        raise ValueError(
+        raise UserError(
             f"a second scan is an MR laid onto a CT; got {second.modality.value} onto "
             f"{first.modality.value}: name the CT first"
         )

@@ -11,6 +11,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
 from renderers.scene import TransferFunction, Volume, srgb_from_linear
 
 CT_WINDOW_HU = (-1000.0, 1400.0)
@@ -80,7 +81,7 @@ class SliceViews:
         """Take the CT and the first other scan of a case's volumes."""
         ct = volumes["ct"]
         if not np.array_equal(ct.direction, np.eye(3)):
-            raise ValueError("slices are cut along the patient's axes, ct.nrrd is not")
+            raise UserError("slices are cut along the patient's axes, ct.nrrd is not")
         second = next((volumes[n] for n in SECOND if n in volumes), None)
         if second is None:
             return cls(ct, transfer)
@@ -98,7 +99,7 @@ class SliceViews:
         if show is Show.CT:
             return _gray(ct, CT_WINDOW_HU)
         if self.second is None:
-            raise ValueError(
+            raise UserError(
                 "the case has no second scan; import it with --second, or make the "
                 "phantom with --mr"
             )

@@ -12,6 +12,7 @@ from anatomy.case import Case, read_case
 from anatomy.histogram import counts_of
 from app.slice_views import Plane, Show, SliceViews, cut
 from app.terminal import Stages, print_json
+from disk import UserError
 from renderers.scene import TransferFunction, save_png, srgb_from_linear
 
 PANEL_PX = 480
@@ -40,7 +41,7 @@ def run_slices(
     """Draw, write, tell what is at the point."""
     target = case / "slices.png" if out is None else out
     if target.suffix.lower() != ".png":
-        raise ValueError(f"--out must name a .png file, got {target}.")
+        raise UserError(f"--out must name a .png file, got {target}.")
     with Stages() as stages:
         stages("Reading the case", 0.0)
         read = read_case(case)
@@ -79,7 +80,7 @@ def slice_sheet(
     low = case.ct.origin_mm
     high = low + (np.array(case.ct.shape[::-1]) - 1) * case.ct.spacing_mm
     if not np.all((at_mm >= low) & (at_mm <= high)):
-        raise ValueError(
+        raise UserError(
             f"the point {np.round(at_mm, 1).tolist()} lies outside the case, which "
             f"reaches from {np.round(low, 1).tolist()} to {np.round(high, 1).tolist()}"
         )

@@ -32,6 +32,7 @@ from app.pictures.view_file import (
 )
 from app.snapshot_options import SnapshotOptions, check, demand_places
 from app.terminal import Stages, print_json
+from disk import UserError
 from renderers.art.client import Snapshot
 from renderers.art.job import TruthSpec
 from renderers.scene import UpWarning
@@ -99,7 +100,7 @@ def _views(options: SnapshotOptions, stages: Stages) -> tuple[Studio, list[ViewF
         times = np.arange(first, last + 0.5 / options.fps, 1 / options.fps)
         times = np.minimum(times, last)
     if len(times) > MOST_FRAMES:
-        raise ValueError(
+        raise UserError(
             f"{len(times)} pictures in a row are more than {MOST_FRAMES}; take fewer "
             "with --fps or a shorter time."
         )
@@ -160,7 +161,7 @@ def _demand_light(options: SnapshotOptions, view: ViewFile) -> None:
     if (options.truth or options.tolerance is not None) and isinstance(
         view.look, ClassicLook
     ):
-        raise ValueError(
+        raise UserError(
             f"{asked} is about the endoscope's light, and the view is in mode classic; "
             "leave it out, or look in mode scope."
         )

@@ -9,7 +9,7 @@ from app.pictures.doubt import demand_map
 from app.pictures.outputs import demand_endings
 from app.pictures.sources import Lens, Place
 from app.spool_folder import demand_spool
-from disk import demand_place
+from disk import UserError, demand_place
 from renderers.art.client import QualityName, Samples
 from renderers.art.quality import ClassificationName
 
@@ -83,37 +83,37 @@ def check(options: SnapshotOptions) -> None:
     elif options.view is not None:
         sources = [options.volume, options.view]
     if sum(one is not None for one in sources) != 1:
-        raise ValueError(
+        raise UserError(
             "Give either a session folder or --case or --volume or --view, one of them "
             "alone."
         )
     if (options.eye is None) != (options.target is None):
-        raise ValueError("--eye x y z and --target x y z go together, in mm (LPS).")
+        raise UserError("--eye x y z and --target x y z go together, in mm (LPS).")
     if options.volume is not None and options.eye is None:
-        raise ValueError("A scan needs --eye x y z and --target x y z, in mm (LPS).")
+        raise UserError("A scan needs --eye x y z and --target x y z, in mm (LPS).")
     own = options.session is not None or options.view is not None
     if own and options.eye is not None:
-        raise ValueError(
+        raise UserError(
             "A session's moment and a view file have their own view; --eye and "
             "--target belong to --case."
         )
     if options.lens != "equidistant" and options.eye is None:
-        raise ValueError("--lens belongs to --eye and --target.")
+        raise UserError("--lens belongs to --eye and --target.")
     plain = options.classic or options.volume is not None
     if options.distortion != (0, 0) and options.eye is None:
-        raise ValueError("--distortion belongs to --eye and --target.")
+        raise UserError("--distortion belongs to --eye and --target.")
     if options.lens != "equidistant" and not plain:
-        raise ValueError(
+        raise UserError(
             f"An endoscope's lens is equidistant; --lens {options.lens} needs "
             "--classic."
         )
     if options.classification and not (plain or options.view is not None):
-        raise ValueError(
+        raise UserError(
             "--classification is about transfer functions; it needs --classic, "
             "--volume or --view."
         )
     if options.spool is not None and options.ranks != 1:
-        raise ValueError(
+        raise UserError(
             "--ranks belongs to pictures that are drawn here; the workers of --spool "
             "have their own."
         )
@@ -134,7 +134,7 @@ def check(options: SnapshotOptions) -> None:
         ("--noise", options.noise, 0.0, 1.0),
     ):
         if value is not None and not low <= value <= high:
-            raise ValueError(f"{name} must be {low:g} to {high:.12g}, got {value:g}.")
+            raise UserError(f"{name} must be {low:g} to {high:.12g}, got {value:g}.")
     _check_idle(options)
 
 
@@ -149,27 +149,27 @@ def _check_film(options: SnapshotOptions) -> None:
     }
     for name, value in extras.items():
         if value is not None:
-            raise ValueError(f"{name} is for a single picture, not for one in a row.")
+            raise UserError(f"{name} is for a single picture, not for one in a row.")
     if options.path is not None and options.until_s is not None:
-        raise ValueError("Give either --path or --until, one of them alone.")
+        raise UserError("Give either --path or --until, one of them alone.")
     if options.until_s is not None and not _moves(options):
-        raise ValueError(
+        raise UserError(
             "--until follows a session or a case's exercise; a view that stands still "
             "is moved by --path."
         )
     if options.until_s is not None and not options.until_s > options.time_s:
-        raise ValueError(
+        raise UserError(
             f"--until must be later than --time, got {options.until_s:g} s after "
             f"{options.time_s:g} s."
         )
     if options.side % 2 and any(file.suffix for file in options.files):
-        raise ValueError(f"A film needs an even --size, got {options.side}.")
+        raise UserError(f"A film needs an even --size, got {options.side}.")
 
 
 def _check_idle(options: SnapshotOptions) -> None:
     """Refuse what would change nothing: whoever says it means something by it."""
     if not (math.isfinite(options.time_s) and options.time_s >= 0):
-        raise ValueError(f"--time must be 0 s or later, got {options.time_s:g}.")
+        raise UserError(f"--time must be 0 s or later, got {options.time_s:g}.")
     for name, said, wants in (
         (
             "--time",
@@ -191,7 +191,7 @@ def _check_idle(options: SnapshotOptions) -> None:
         ("--noise", options.noise != 0 and not options.truth, "--truth"),
     ):
         if said:
-            raise ValueError(f"{name} belongs to {wants}.")
+            raise UserError(f"{name} belongs to {wants}.")
 
 
 def demand_places(options: SnapshotOptions) -> None:
@@ -217,19 +217,19 @@ def _moves(options: SnapshotOptions) -> bool:
 
 def _check_truth(options: SnapshotOptions) -> None:
     if options.truth and options.classic:
-        raise ValueError("--truth follows the endoscope's light, not --classic's.")
+        raise UserError("--truth follows the endoscope's light, not --classic's.")
     if not options.truth and (options.state is not None or options.against == "fast"):
-        raise ValueError("--state and --against fast belong to --truth.")
+        raise UserError("--state and --against fast belong to --truth.")
     if options.state is not None and options.state.suffix != ".npz":
-        raise ValueError(f"--state goes to a .npz file, got {options.state}.")
+        raise UserError(f"--state goes to a .npz file, got {options.state}.")
     if options.tolerance is not None and (
         options.truth or options.classic or options.samples != 4 or options.volume
     ):
-        raise ValueError(
+        raise UserError(
             "--tolerance spares samples of an endoscope's picture with --samples 4; it "
             "goes without --truth, --classic and --volume."
         )
     if options.stereo_mm is not None and (
         options.against or options.confidence or options.state
     ):
-        raise ValueError("--stereo goes without --against, --confidence and --state.")
+        raise UserError("--stereo goes without --against, --confidence and --state.")

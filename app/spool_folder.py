@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from disk import UserError
 from disk.scratch_folder import scratch_folder
 
 
@@ -30,18 +31,18 @@ def demand_spool(folder: Path, *, create: bool = False) -> None:
         try:
             folder.mkdir(mode=0o700)
         except FileNotFoundError:
-            raise ValueError(
+            raise UserError(
                 f"There is no folder {folder.absolute().parent} to make "
                 f"{folder.name} in."
             ) from None
     if not folder.exists():
-        raise ValueError(
+        raise UserError(
             f"There is no spool folder {folder}; correct the name, or make it with "
             f"paravol worker --spool {folder} --create."
         )
     if folder.is_dir() and not (folder / "queue").is_dir():
         held = sorted(entry.name for entry in folder.iterdir())
         if held:
-            raise ValueError(
+            raise UserError(
                 f"{folder} is no spool folder: it holds {held[0]!r} and no queue."
             )

@@ -9,8 +9,8 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING
 
-from app.faults import ToldError
 from app.opengl import probe_window
+from disk import UserError
 
 if TYPE_CHECKING:
     from app.flight_end import FlightEnd
@@ -49,7 +49,7 @@ def run_train(
     record: folder of the recording; None keeps it below the user's data directory for
     as long as there is room. The result is told on standard output.
     seconds: close by itself that long after the first picture.
-    Raises ValueError for bad input, ToldError where no window can open, the device's
+    Raises ValueError for bad input, UserError where no window can open, the device's
     error when the arm fails, KeyboardInterrupt after Ctrl-C.
     """
     from app.arm import demand_port
@@ -71,7 +71,7 @@ def run_train(
     demand_port(device)
     graphics = probe_window()
     if not graphics.works:
-        raise ToldError(graphics.problem)
+        raise UserError(graphics.problem)
 
     # Only here: where libraries are missing, loading Qt fails.
     from PySide6.QtWidgets import QApplication
@@ -131,21 +131,21 @@ def _check(
     """Refuse bad options before anything slow begins."""
     low, high = SIZES
     if not low <= size <= high:
-        raise ValueError(f"--size must lie between {low} and {high}, got {size}.")
+        raise UserError(f"--size must lie between {low} and {high}, got {size}.")
     if seconds is not None and not (math.isfinite(seconds) and seconds > 0):
-        raise ValueError(f"--seconds must be a positive time, got {seconds:g}.")
+        raise UserError(f"--seconds must be a positive time, got {seconds:g}.")
     if screenshot is not None:
         if screenshot.suffix.lower() != ".png":
-            raise ValueError(f"--screenshot must name a .png file, got {screenshot}.")
+            raise UserError(f"--screenshot must name a .png file, got {screenshot}.")
         if not screenshot.absolute().parent.is_dir():
-            raise ValueError(f"There is no folder {screenshot.absolute().parent}.")
+            raise UserError(f"There is no folder {screenshot.absolute().parent}.")
     # Asked now: nobody wants to hear it after having registered the arm.
     if (
         record is not None
         and record.exists()
         and (not record.is_dir() or any(record.iterdir()))
     ):
-        raise ValueError(
+        raise UserError(
             f"{record} is there already; choose another name for --record or remove it."
         )
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from app.flight import OrderedPoses
 from app.registration_walk import MEASURE_PEDAL, REDO_PEDAL
 from devices import Pose
+from disk import UserError
 
 HELP = (
     "This tracker has no pedals: Enter presses the right one, Enter again lets it go; "
@@ -68,7 +69,7 @@ class TypedPedals:
         """Return the lines that were finished since the last pose."""
         new = self.typed()
         if new is None:
-            raise ValueError(
+            raise UserError(
                 "Nobody can press Enter here; register a tracker in a terminal."
             )
         *lines, self._line = (self._line + new).split("\n")

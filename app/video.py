@@ -9,6 +9,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
+
 
 class VideoWriter:
     """Write ``(h, w, 3)`` uint8 frames at a steady rate; a context manager.
@@ -20,9 +22,9 @@ class VideoWriter:
     def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:
         """Start the encoder; `size` is ``(width, height)``."""
         if size[0] % 2 or size[1] % 2:
-            raise ValueError(f"a video needs even width and height, got {size}")
+            raise UserError(f"a video needs even width and height, got {size}")
         if path.suffix.lower() != ".mp4" or path.is_dir():
-            raise ValueError(f"a film goes to an .mp4 file, got {path}")
+            raise UserError(f"a film goes to an .mp4 file, got {path}")
         path.parent.mkdir(parents=True, exist_ok=True)
         self._path = path
         self._partial = path.with_name(f".{path.stem}.{os.getpid()}.partial.mp4")

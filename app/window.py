@@ -28,6 +28,7 @@ from app.window_scale import first_size, scale_for
 from app.window_screen import FullScreen
 from app.window_side import SideColumn
 from app.window_style import style_sheet
+from disk import UserError
 from renderers.scene import Mesh
 
 OVERVIEW_MS = 100
@@ -198,7 +199,7 @@ class TraineeWindow(QMainWindow):
     def _save(self, path: Path) -> None:
         partial = path.with_name(f".{path.stem}.{os.getpid()}.partial.png")
         if not self.grab().save(str(partial)):
-            raise ValueError(f"The screenshot {path} cannot be written.")
+            raise UserError(f"The screenshot {path} cannot be written.")
         os.replace(partial, path)
 
     def _keep_moment(self) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.peer_process import PeerProcess
+from disk import UserError
 from renderers.fsr import FuzzySet
 from renderers.fsr.footprint import SIGMA_PER_SPACING
 from renderers.fsr.lit_splats import lit_splats
@@ -26,7 +27,7 @@ leaves it out, and the peer is not given it."""
 def view_job(camera: Camera, scene: Scene, budget_s: float) -> dict[str, Any]:
     """Describe a square pinhole; ValueError for any other lens."""
     if camera.projection is not Projection.PERSPECTIVE or camera.width != camera.height:
-        raise ValueError("VTK is compared with in square perspective pictures only")
+        raise UserError("VTK is compared with in square perspective pictures only")
     volume = scene.volume
     half = np.array(volume.shape[::-1]) * volume.spacing_mm / 2
     reach = float(np.linalg.norm(camera.eye_mm - volume.center_mm))
@@ -46,7 +47,7 @@ class VolumeJobs:
     def __init__(self, peer: PeerProcess, scene: Scene) -> None:
         volume = scene.volume
         if not np.array_equal(volume.direction, np.eye(3)):
-            raise ValueError("the peer is given volumes along the world's axes only")
+            raise UserError("the peer is given volumes along the world's axes only")
         self._scene = scene
         self._values = peer.store(volume.values)
         self._table = peer.store(dense_table(scene.transfer_function))
@@ -93,7 +94,7 @@ def splat_job(
     """
     spacing = scene.volume.spacing_mm
     if not np.allclose(spacing, spacing[0]):
-        raise ValueError(f"the splat peer needs cubic voxels, got {spacing}")
+        raise UserError(f"the splat peer needs cubic voxels, got {spacing}")
     positions = fuzzy_set.rows.centers_mm()
     sigma_mm = SIGMA_PER_SPACING * float(spacing[0])
     distance = np.linalg.norm(positions - camera.eye_mm, axis=1)

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from benchmarks.machine import ROOT
 from benchmarks.plan import UnavailableError
 from benchmarks.timing import Timing
+from disk import UserError
 
 START_HINT = (
     "on Debian `apt-get install libegl1 libgl1-mesa-dri` brings OpenGL without a screen"
@@ -94,7 +95,7 @@ class PeerProcess:
     def picture(self, answer: Answer) -> NDArray[np.float32]:
         """Read the picture of an answer: linear RGB ``(h, w, 3)``."""
         if answer.picture is None:
-            raise ValueError("this answer of a peer came without a picture")
+            raise UserError("this answer of a peer came without a picture")
         picture: NDArray[np.float32] = np.load(answer.picture, allow_pickle=False)
         return picture
 

@@ -6,10 +6,11 @@ from typing import Protocol
 
 from benchmarks.schema import Clock, Setting, row_key
 from benchmarks.timing import Timing
+from disk import UserError
 from renderers.scene import ImageError
 
 
-class UnavailableError(RuntimeError):
+class UnavailableError(UserError):
     """Something the measurement needs is not on this machine; the text names it."""
 
 
@@ -68,5 +69,5 @@ SUITES: dict[str, Suite] = {}
 def register(name: str, suite: Suite) -> None:
     """Add a suite to those that `paravol bench` runs."""
     if name in SUITES:
-        raise ValueError(f"two benchmark suites are called {name!r}")
+        raise UserError(f"two benchmark suites are called {name!r}")
     SUITES[name] = suite

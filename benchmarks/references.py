@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
 from renderers.art import ActiveRayTracer, Quality
 from renderers.scene import Camera, GBuffer, ImageError, Scene, image_error
 
@@ -61,7 +62,7 @@ def depth_error(found: GBuffer, reference: GBuffer) -> ImageError:
     """
     both = np.isfinite(found.depth_mm) & np.isfinite(reference.depth_mm)
     if not both.any():
-        raise ValueError("the two G-buffers have no surface in common")
+        raise UserError("the two G-buffers have no surface in common")
     return image_error(found.depth_mm[both], reference.depth_mm[both])
 
 

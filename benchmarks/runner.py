@@ -43,6 +43,7 @@ from benchmarks.schema import (
     save_results,
     seconds_by,
 )
+from disk import UserError
 
 BUILT_IN = (
     suite_art,
@@ -91,7 +92,7 @@ def run_bench(
     """
     unknown = [name for name in suites if name not in SUITES]
     if unknown:
-        raise ValueError(
+        raise UserError(
             f"there is no benchmark suite {unknown[0]!r}; there are {', '.join(SUITES)}"
         )
     chosen = {name: SUITES[name] for name in suites or SUITES}
@@ -235,4 +236,4 @@ def _baseline(task: Task, tasks: list[Task]) -> Task:
     for other in tasks:
         if (other.case, other.mode) == (task.case, task.baseline):
             return other
-    raise ValueError(f"{task.case}: {task.mode} has no baseline {task.baseline!r}")
+    raise UserError(f"{task.case}: {task.mode} has no baseline {task.baseline!r}")

@@ -11,7 +11,7 @@ from typing import Literal
 import msgspec
 
 from benchmarks.machine import Machine
-from disk import whole_file
+from disk import UserError, whole_file
 
 SCHEMA_VERSION = 1
 
@@ -124,7 +124,7 @@ def ratio_of(baseline_s: float, own_s: float) -> float:
     """Give how many times faster than the baseline; ValueError for no time at all."""
     for name, value in (("baseline", baseline_s), ("own", own_s)):
         if not (math.isfinite(value) and value > 0):
-            raise ValueError(f"the {name} time must be positive seconds, got {value}")
+            raise UserError(f"the {name} time must be positive seconds, got {value}")
     return baseline_s / own_s
 
 
@@ -140,11 +140,11 @@ def load_results(path: Path) -> Results:
     try:
         found = msgspec.json.decode(content, type=Results)
     except msgspec.DecodeError as error:
-        raise ValueError(
+        raise UserError(
             f"{path} is not a results file ({error}); move it away or use --fresh"
         ) from error
     if found.schema_version != SCHEMA_VERSION:
-        raise ValueError(
+        raise UserError(
             f"{path} has schema {found.schema_version}, this program writes "
             f"{SCHEMA_VERSION}; move it away or use --fresh"
         )

@@ -12,6 +12,7 @@ from benchmarks.scenes import VIEWS, SubjectSource, phantom_subject
 from benchmarks.schema import Setting
 from benchmarks.splat_tasks import SplatTasks
 from benchmarks.timing import measure
+from disk import UserError
 from renderers.fsr import FuzzySetRenderer, Inclusion, extract_fuzzy_set
 from renderers.fsr.fuzzy_set import BOUNDARY_THRESHOLD, default_inclusion
 from renderers.scene import Scene, Volume
@@ -125,7 +126,7 @@ def threshold_for(scene: Scene, count: int) -> float:
         scene.volume, default_inclusion(scene), BOUNDARY_THRESHOLD
     )
     if len(whole) < count:
-        raise ValueError(f"wanted {count} splats, but there are only {len(whole)}")
+        raise UserError(f"wanted {count} splats, but there are only {len(whole)}")
     return float(np.partition(whole.inclusion, len(whole) - count)[-count])
 
 

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
+from disk import UserError
+
 _T = TypeVar("_T")
 
 
@@ -42,7 +44,7 @@ def measure(
     cpu_clock: `time.process_time` counts all threads, `time.thread_time` this one.
     """
     if not 1 <= least <= most:
-        raise ValueError(f"repeats must be 1 <= least <= most, got {least}, {most}")
+        raise UserError(f"repeats must be 1 <= least <= most, got {least}, {most}")
     if warm_up:
         call()
     walls: list[float] = []

@@ -11,6 +11,7 @@ from enum import IntFlag
 from math import isfinite
 
 from devices.pose import Pose, PoseFlag
+from disk import UserError
 
 HOLD_S = 0.02
 """Twice the longest bounce of a pedal; a foot needs at least a tenth of a second."""
@@ -48,7 +49,7 @@ class Debouncer:
 
     def __init__(self, debounced: Button = PEDALS, hold_s: float = HOLD_S) -> None:
         if not (isfinite(hold_s) and hold_s >= 0.0):
-            raise ValueError(f"hold_s must not be negative, got {hold_s}")
+            raise UserError(f"hold_s must not be negative, got {hold_s}")
         self._debounced = tuple(debounced)
         self._mask = int(debounced)
         self._hold_s = hold_s
@@ -68,12 +69,12 @@ class Debouncer:
         Raise ValueError when time runs backwards or levels are negative.
         """
         if not time_s >= self._last_s:
-            raise ValueError(
+            raise UserError(
                 f"button levels must come in order of time, got {time_s} s after "
                 f"{self._last_s} s"
             )
         if raw < 0:
-            raise ValueError(f"buttons must not be negative, got {raw}")
+            raise UserError(f"buttons must not be negative, got {raw}")
         self._last_s = time_s
         self._raw = raw
         return tuple(self._edges(time_s, raw))

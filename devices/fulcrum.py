@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.sliding import slid, slope_of
+from disk import UserError
 
 SUPERIOR = (0.0, 0.0, 1.0)
 
@@ -66,17 +67,17 @@ class FulcrumLimits:
     def __post_init__(self) -> None:
         low, high = self.depth_mm
         if not (math.isfinite(low) and math.isfinite(high) and 0.0 <= low < high):
-            raise ValueError(
+            raise UserError(
                 f"depth_mm must rise from 0 or more, got {low:g} to {high:g}"
             )
         if not 0.0 < self.cone_deg < 90.0:
-            raise ValueError(
+            raise UserError(
                 f"cone_deg must lie between 0 and 90, got {self.cone_deg:g}"
             )
         for name in ("insert_mm_s", "turn_deg_s", "roll_deg_s"):
             rate = getattr(self, name)
             if not (math.isfinite(rate) and rate > 0.0):
-                raise ValueError(f"{name} must be finite and positive, got {rate:g}")
+                raise UserError(f"{name} must be finite and positive, got {rate:g}")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,11 +97,11 @@ class Fulcrum:
         for name in ("pivot_mm", "axis", "up"):
             vector = np.array(getattr(self, name), dtype=np.float64)
             if vector.shape != (3,) or not np.isfinite(vector).all():
-                raise ValueError(f"{name} must be three finite numbers, got {vector}")
+                raise UserError(f"{name} must be three finite numbers, got {vector}")
             if name != "pivot_mm":
                 length = float(np.linalg.norm(vector))
                 if length == 0.0:
-                    raise ValueError(f"{name} must have a direction, got {vector}")
+                    raise UserError(f"{name} must have a direction, got {vector}")
                 vector /= length
             vector.flags.writeable = False
             object.__setattr__(self, name, vector)
@@ -150,13 +151,13 @@ class FulcrumControl:
         low, high = self.limits.depth_mm
         self._depth_mm = low if depth_mm is None else depth_mm
         if not low <= self._depth_mm <= high:
-            raise ValueError(
+            raise UserError(
                 f"depth_mm must lie between {low:g} and {high:g}, got {depth_mm}"
             )
         right = np.cross(fulcrum.axis, fulcrum.up)
         aside = math.degrees(math.asin(min(float(np.linalg.norm(right)), 1.0)))
         if aside < self.limits.cone_deg + 5.0:
-            raise ValueError(
+            raise UserError(
                 f"a cone of {self.limits.cone_deg:g} degrees about an axis "
                 f"{aside:.1f} degrees from the vertical reaches it; narrow the cone"
             )
@@ -224,9 +225,9 @@ class FulcrumControl:
         demand that is not finite.
         """
         if not (math.isfinite(step_s) and step_s >= 0.0):
-            raise ValueError(f"step_s must not be negative, got {step_s}")
+            raise UserError(f"step_s must not be negative, got {step_s}")
         if not all(map(math.isfinite, demand)):
-            raise ValueError(f"a demand must be finite, got {demand}")
+            raise UserError(f"a demand must be finite, got {demand}")
         limits = self.limits
         fastest = np.array(
             (

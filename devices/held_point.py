@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.pose import Pose
+from disk import UserError
 
 # A tenth of a second of rest beside what the foot does to the hand.
 FEWEST_POSES = 10
@@ -26,7 +27,7 @@ class HoldReason(Enum):
     SLIPPED = "the tip moved"
 
 
-class HoldError(ValueError):
+class HoldError(UserError):
     """Poses that do not say on which point the stylus was held."""
 
     def __init__(self, reason: HoldReason, message: str) -> None:

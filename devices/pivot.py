@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.pose import Pose
+from disk import UserError
 
 FEWEST_POSES = 100
 
@@ -33,7 +34,7 @@ class PivotReason(Enum):
     RESIDUAL = "tip did not rest"
 
 
-class PivotError(ValueError):
+class PivotError(UserError):
     """Poses from which no trustworthy tip can be found."""
 
     def __init__(self, reason: PivotReason, message: str) -> None:
@@ -87,7 +88,7 @@ def calibrate_pivot(
     Raise PivotError for too few poses, too small a cone, or a tip that moved.
     """
     if frames.ndim != 3 or frames.shape[1:] != (4, 4):
-        raise ValueError(f"frames must have shape (n, 4, 4), got {frames.shape}")
+        raise UserError(f"frames must have shape (n, 4, 4), got {frames.shape}")
     count = len(frames)
     if count < fewest:
         raise PivotError(

@@ -10,6 +10,8 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
+
 # A product of six float64 joint matrices stays orthonormal to about 1e-15;
 # anything beyond this is a wrong matrix rather than rounding.
 RIGID_TOLERANCE = 1e-6
@@ -29,17 +31,17 @@ def read_only_rigid(matrix: NDArray[np.float64], name: str) -> NDArray[np.float6
     """Return a read-only (4, 4) float64 copy; raise ValueError unless it is rigid."""
     copy = np.array(matrix, dtype=np.float64)
     if copy.shape != (4, 4):
-        raise ValueError(f"{name} must have shape (4, 4), got {copy.shape}")
+        raise UserError(f"{name} must have shape (4, 4), got {copy.shape}")
     # Plain floats: at this size they take a tenth of the time of small arrays, and
     # every pose of an arm passes here.
     rows: list[list[float]] = copy.tolist()
     if not all(isfinite(value) for row in rows for value in row):
-        raise ValueError(f"{name} must be finite, got {rows}")
+        raise UserError(f"{name} must be finite, got {rows}")
     drift, turned = _drift_and_handedness(rows)
     if drift > RIGID_TOLERANCE or turned < 0.0:
-        raise ValueError(f"{name} must be a rotation, off by {drift:.3g}")
+        raise UserError(f"{name} must be a rotation, off by {drift:.3g}")
     if rows[3] != [0.0, 0.0, 0.0, 1.0]:
-        raise ValueError(f"{name} must end in 0 0 0 1, got {rows[3]}")
+        raise UserError(f"{name} must end in 0 0 0 1, got {rows[3]}")
     copy.flags.writeable = False
     return copy
 
@@ -81,11 +83,11 @@ class Pose:
 
     def __post_init__(self) -> None:
         if not (isfinite(self.time_s) and isfinite(self.host_time_s)):
-            raise ValueError(
+            raise UserError(
                 f"pose times must be finite, got {self.time_s}, {self.host_time_s}"
             )
         if self.buttons < 0:
-            raise ValueError(f"buttons must not be negative, got {self.buttons}")
+            raise UserError(f"buttons must not be negative, got {self.buttons}")
         rigid = read_only_rigid(self.device_from_tip, "device_from_tip")
         object.__setattr__(self, "device_from_tip", rigid)
 

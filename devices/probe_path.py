@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
+
 # Axes rounded to six decimals in a file are at most this far from unit length.
 UNIT_TOLERANCE = 1e-5
 
@@ -57,42 +59,42 @@ class ProbePath:
 
     def __post_init__(self) -> None:
         if not self.name:
-            raise ValueError("a probe path needs a name, got an empty one")
+            raise UserError("a probe path needs a name, got an empty one")
         count = len(self.t_s)
         if count < 2:
-            raise ValueError(f"a probe path needs at least 2 samples, got {count}")
+            raise UserError(f"a probe path needs at least 2 samples, got {count}")
         for key, width in (("t_s", 0), ("tip_mm", 3), ("axis", 3), ("roll_deg", 0)):
             self._freeze(key, count, width)
         for key in ("instrument_tip_mm", "instrument_axis"):
             self._freeze(key, count, 3)
         self._freeze("buttons", count, 0)
         if self.t_s[0] != 0.0 or (np.diff(self.t_s) <= 0.0).any():
-            raise ValueError("t_s must rise strictly from 0")
+            raise UserError("t_s must rise strictly from 0")
         for key in ("axis", "instrument_axis"):
             length = np.linalg.norm(getattr(self, key), axis=1)
             worst = int(np.argmax(np.abs(length - 1.0)))
             if abs(length[worst] - 1.0) > UNIT_TOLERANCE:
-                raise ValueError(
+                raise UserError(
                     f"{key} must hold unit vectors, sample {worst} has length "
                     f"{length[worst]:.6g}"
                 )
         step = np.abs(np.diff(self.roll_deg))
         if step.max() > LARGEST_ROLL_STEP_DEG:
-            raise ValueError(
+            raise UserError(
                 f"roll_deg must be continuous, it jumps by {step.max():.4g} degrees "
                 f"after sample {int(np.argmax(step))}"
             )
         if self.buttons.min() < 0 or self.buttons.max() > 127:
-            raise ValueError("buttons must lie in 0..127")
+            raise UserError("buttons must lie in 0..127")
 
     def _freeze(self, key: str, count: int, width: int) -> None:
         dtype = np.int64 if key == "buttons" else np.float64
         array: NDArray[np.generic] = np.array(getattr(self, key), dtype=dtype)
         shape = (count, width) if width else (count,)
         if array.shape != shape:
-            raise ValueError(f"{key} must have shape {shape}, got {array.shape}")
+            raise UserError(f"{key} must have shape {shape}, got {array.shape}")
         if not np.isfinite(array).all():
-            raise ValueError(f"{key} must be finite")
+            raise UserError(f"{key} must be finite")
         array.flags.writeable = False
         object.__setattr__(self, key, array)
 
@@ -114,7 +116,7 @@ class ProbePath:
         of the last sample.
         """
         if not math.isfinite(t_s):
-            raise ValueError(f"t_s must be finite, got {t_s}")
+            raise UserError(f"t_s must be finite, got {t_s}")
         t = min(max(t_s, 0.0), self.duration_s)
         last = len(self.t_s) - 2
         i = min(int(np.searchsorted(self.t_s, t, side="right")) - 1, last)

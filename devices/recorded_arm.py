@@ -9,6 +9,7 @@ import numpy as np
 from devices.port import Clock
 from devices.pose import Pose
 from devices.source import PulledSource
+from disk import UserError
 
 
 class RecordedArm(PulledSource):
@@ -36,13 +37,13 @@ class RecordedArm(PulledSource):
         """
         super().__init__(name, clock)
         if not poses:
-            raise ValueError(f"{name} holds no pose; there is nothing to play")
+            raise UserError(f"{name} holds no pose; there is nothing to play")
         self._poses = tuple(poses)
         self._times = np.array([pose.time_s for pose in self._poses])
         steps = np.diff(self._times)
         if (steps <= 0.0).any():
             wrong = int(np.argmax(steps <= 0.0))
-            raise ValueError(
+            raise UserError(
                 f"{name} must run forwards, but pose {wrong + 1} at "
                 f"{self._times[wrong + 1]:g} s follows pose {wrong} at "
                 f"{self._times[wrong]:g} s"
@@ -103,7 +104,7 @@ class RecordedArm(PulledSource):
         """
         first, last = float(self._times[0]), float(self._times[-1])
         if not first <= time_s <= last:
-            raise ValueError(
+            raise UserError(
                 f"{self._name} lasts from {first:g} to {last:g} s, it cannot be played "
                 f"from {time_s:g} s"
             )
@@ -143,5 +144,5 @@ class RecordedArm(PulledSource):
 
 def _checked(speed: float) -> float:
     if not (math.isfinite(speed) and speed > 0.0):
-        raise ValueError(f"speed must be finite and positive, got {speed}")
+        raise UserError(f"speed must be finite and positive, got {speed}")
     return speed

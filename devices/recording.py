@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.probe_path import ProbePath
-from disk import foreign_file, whole_file
+from disk import UserError, foreign_file, whole_file
 from disk.typed_record import decode_json
 
 COLUMNS = (
@@ -54,18 +54,18 @@ def load_probe_path(file: Path | str) -> ProbePath:
     file = Path(file)
     try:
         if file.stat().st_size > LARGEST_FILE_BYTES:
-            raise ValueError("it is too large for a path")
+            raise UserError("it is too large for a path")
         raw = file.read_bytes()
     except OSError as error:
-        raise ValueError(
+        raise UserError(
             f"Probe path {file} cannot be read: {error.strerror}."
         ) from error
     read = decode_json(raw, _PathFile, file, "a probe path")
     with foreign_file(file, "a probe path"):
         if read.columns != COLUMNS:
-            raise ValueError(f"its columns must be {', '.join(COLUMNS)}")
+            raise UserError(f"its columns must be {', '.join(COLUMNS)}")
         if any(len(row) != len(COLUMNS) for row in read.rows):
-            raise ValueError(f"each row must have {len(COLUMNS)} values")
+            raise UserError(f"each row must have {len(COLUMNS)} values")
         table = np.array(read.rows, dtype=np.float64).reshape(-1, len(COLUMNS))
         return _path_from_table(read.name, read.source, table)
 
@@ -105,7 +105,7 @@ def save_probe_path(path: ProbePath, file: Path | str) -> None:
 def _path_from_table(name: str, source: str, table: NDArray[np.float64]) -> ProbePath:
     buttons = table[:, 14].astype(np.int64)
     if not np.array_equal(buttons, table[:, 14]):
-        raise ValueError("its buttons must be whole numbers")
+        raise UserError("its buttons must be whole numbers")
     return ProbePath(
         name=name,
         source=source,

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from devices.pose import Pose, read_only_rigid
 from devices.registration_error import RegistrationError, RegistrationReason
 from devices.rigid_fit import best_other_order, fit_rigid, rms
+from disk import UserError
 
 # Two fiducials nearer than this cannot be told apart by a hand-held stylus.
 COINCIDENT_MM = 1.0
@@ -82,13 +83,13 @@ def register(
     device = _points(device_points, "device_points")
     patient = _points(patient_points, "patient_points")
     if len(device) != len(patient):
-        raise ValueError(
+        raise UserError(
             f"each touched point needs its patient point, got {len(device)} "
             f"device points for {len(patient)} patient points"
         )
     labels = list(names) if names is not None else _numbered(len(patient))
     if len(labels) != len(patient):
-        raise ValueError(f"{len(patient)} points need as many names, got {labels}")
+        raise UserError(f"{len(patient)} points need as many names, got {labels}")
     share = _weights(weights, len(patient))
     _refuse_degenerate(device, labels, "touched")
     _refuse_degenerate(patient, labels, "patient")
@@ -108,7 +109,7 @@ def _weights(weights: NDArray[np.float64] | None, count: int) -> NDArray[np.floa
         return np.ones(count)
     array = np.array(weights, dtype=np.float64)
     if array.shape != (count,) or not (np.isfinite(array) & (array > 0.0)).all():
-        raise ValueError(
+        raise UserError(
             f"{count} points need as many positive weights, got {weights!r}"
         )
     return array
@@ -121,9 +122,9 @@ def _numbered(count: int) -> list[str]:
 def _points(points: NDArray[np.float64], name: str) -> NDArray[np.float64]:
     array = np.array(points, dtype=np.float64)
     if array.ndim != 2 or array.shape[1] != 3:
-        raise ValueError(f"{name} must have shape (n, 3), got {array.shape}")
+        raise UserError(f"{name} must have shape (n, 3), got {array.shape}")
     if not np.isfinite(array).all():
-        raise ValueError(f"{name} must be finite, got {array.tolist()}")
+        raise UserError(f"{name} must be finite, got {array.tolist()}")
     return array
 
 

@@ -2,6 +2,8 @@
 
 from enum import Enum
 
+from disk import UserError
+
 
 class RegistrationReason(Enum):
     """Why a registration was refused."""
@@ -17,7 +19,7 @@ class RegistrationReason(Enum):
     FILE = "file gives no registration"
 
 
-class RegistrationError(ValueError):
+class RegistrationError(UserError):
     """A set of measurements that gives no trustworthy registration."""
 
     def __init__(self, reason: RegistrationReason, message: str) -> None:

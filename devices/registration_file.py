@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from devices.registration import Registration
 from devices.registration_error import RegistrationError, RegistrationReason
-from disk import ForeignFileError, whole_file
+from disk import ForeignFileError, UserError, whole_file
 from disk.typed_record import decode_json
 
 LARGEST_FILE_BYTES = 10_000_000
@@ -136,7 +136,7 @@ def save_itk_transform(path: Path, world_from_device: NDArray[np.float64]) -> No
     # Imported late: the library takes half a second to load. It carries no types.
     sitk: Any = importlib.import_module("SimpleITK")
     if path.suffix != ".tfm":
-        raise ValueError(f"an ITK transform is a .tfm file, got {path}")
+        raise UserError(f"an ITK transform is a .tfm file, got {path}")
     device_from_world = np.linalg.inv(world_from_device)
     transform = sitk.AffineTransform(3)
     transform.SetMatrix(device_from_world[:3, :3].ravel().tolist())

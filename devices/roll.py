@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.pose import Pose, read_only_rigid
+from disk import UserError
 
 SUPERIOR = np.array([0.0, 0.0, 1.0])
 ANTERIOR = np.array([0.0, -1.0, 0.0])
@@ -76,7 +77,7 @@ class ControlRoll:
     def turn(self, by_deg: float) -> None:
         """Turn on by so much; ValueError unless finite."""
         if not math.isfinite(by_deg):
-            raise ValueError(f"a turn must be finite, got {by_deg}")
+            raise UserError(f"a turn must be finite, got {by_deg}")
         self.degrees += by_deg
 
     def roll_deg(self, pose: Pose) -> float | None:
@@ -141,10 +142,10 @@ class SecondDeviceRoll:
         ValueError when it is not finite or not newer than the last one.
         """
         if not (math.isfinite(host_time_s) and math.isfinite(degrees)):
-            raise ValueError(f"a reading must be finite: {degrees} at {host_time_s}")
+            raise UserError(f"a reading must be finite: {degrees} at {host_time_s}")
         with self._lock:
             if self._times and host_time_s <= self._times[-1]:
-                raise ValueError(
+                raise UserError(
                     f"readings must come in order, got {host_time_s} after "
                     f"{self._times[-1]}"
                 )

@@ -8,6 +8,7 @@ from devices.port import Clock, DeviceError
 from devices.pose import Pose
 from devices.source import PulledSource
 from devices.steering import Steering
+from disk import UserError
 
 RATE_HZ = 100.0
 """As often as an arm is asked."""
@@ -43,7 +44,7 @@ class SteeredArm(PulledSource):
     ) -> None:
         super().__init__("the steered scope", clock)
         if not rate_hz > 0.0:
-            raise ValueError(f"rate_hz must be positive, got {rate_hz}")
+            raise UserError(f"rate_hz must be positive, got {rate_hz}")
         self._control = control
         self._steering = steering
         self._handset = handset

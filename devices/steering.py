@@ -7,6 +7,7 @@ from enum import IntEnum
 from math import isfinite
 
 from devices.fulcrum import Demand
+from disk import UserError
 
 LONGEST_LOG = 1 << 14
 """Events kept for a reader that is late; a mouse makes a thousand a second."""
@@ -75,7 +76,7 @@ class Steering:
         as down.
         """
         if not until_s > from_s:
-            raise ValueError(f"a step must take time, got {from_s} to {until_s}")
+            raise UserError(f"a step must take time, got {from_s} to {until_s}")
         ways = [0.0] * 4
         nudges = [0.0] * 4
         since = [from_s] * 4
@@ -103,7 +104,7 @@ class Steering:
 
     def _add(self, event: _Held | _Nudged | _Pressed) -> None:
         if not isfinite(event.at_s):
-            raise ValueError(f"an event needs a finite time, got {event.at_s}")
+            raise UserError(f"an event needs a finite time, got {event.at_s}")
         with self._lock:
             if len(self._log) == LONGEST_LOG:
                 self._forget()
@@ -120,5 +121,5 @@ class Steering:
 
 def _finite(value: float) -> float:
     if not isfinite(value):
-        raise ValueError(f"hands ask for finite motions, got {value}")
+        raise UserError(f"hands ask for finite motions, got {value}")
     return value

@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from devices.registration_error import RegistrationError, RegistrationReason
 from devices.target_error import moves
+from disk import UserError
 
 # A landmark start is within a few mm and a fraction of a degree of its end.
 LARGEST_COUNT = 50
@@ -84,7 +85,7 @@ def refine(
     """
     traced = traced_mm.reshape(-1, 3)
     if surface is None and len(traced):
-        raise ValueError("traced points need the surface on which they lie")
+        raise UserError("traced points need the surface on which they lie")
     if 0 < len(traced) < FEWEST_POINTS:
         raise RegistrationError(
             RegistrationReason.SURFACE,

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.registration_error import RegistrationError, RegistrationReason
+from disk import UserError
 
 # Root sum of 0.1 mm rounding, 0.3 mm constants of the arm, 0.5 mm registration and
 # 0.1 mm tip: what a good arm and a careful hand reach.
@@ -40,9 +41,9 @@ class PointErrors:
     def __post_init__(self) -> None:
         count, width = len(self.noise), self.common.shape[-1]
         if self.noise.shape != (count, 3, 3):
-            raise ValueError(f"noise must be (n, 3, 3), got {self.noise.shape}")
+            raise UserError(f"noise must be (n, 3, 3), got {self.noise.shape}")
         if self.common.shape != (count, 3, width):
-            raise ValueError(
+            raise UserError(
                 f"common must be ({count}, 3, k) as noise, got {self.common.shape}"
             )
 
@@ -118,7 +119,7 @@ class FitUncertainty:
         causes = self.common.shape[-1]
         at = errors or PointErrors.isotropic(len(targets), 0.0, causes)
         if at.common.shape != (len(targets), 3, causes):
-            raise ValueError(
+            raise UserError(
                 f"targets need errors of {causes} shared causes for each of "
                 f"{len(targets)} targets, got {at.common.shape}"
             )

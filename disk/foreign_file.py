@@ -9,11 +9,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from disk.user_error import UserError
+
 LONGEST = 200
 """Characters of a library's complaint that a sentence repeats."""
 
 
-class ForeignFileError(ValueError):
+class ForeignFileError(UserError):
     """A file cannot be read as what it should be; the text is a sentence naming it."""
 
 
@@ -23,7 +25,7 @@ def foreign_file(file: Path | str, what: str) -> Iterator[None]:
 
     file: what is read. what: the kind of file, with its article: ``"a probe path"``.
     The library's exception stays as the cause. Errors of the operating system, such as
-    a file that is not there, pass as they are, and so does a ValueError that says what
+    a file that is not there, pass as they are, and so does a UserError that says what
     is wrong with the file by its name.
     """
     try:
@@ -37,7 +39,7 @@ def foreign_file(file: Path | str, what: str) -> Iterator[None]:
     except Exception as error:
         if isinstance(error, OSError) and error.strerror:
             raise
-        if type(error) is ValueError and str(file) in str(error):
+        if isinstance(error, UserError) and str(file) in str(error):
             raise  # our own sentence about this file
         raise ForeignFileError(
             f"{file} cannot be read as {what}: {_reason(error)}."
@@ -53,7 +55,7 @@ def _reason(error: Exception) -> str:
     if isinstance(error, UnicodeDecodeError):
         return f"byte {error.start} is no {error.encoding.upper()} text"
     # our own parsers say what is wrong in words, a library says what broke in it
-    if type(error) is ValueError and lines:
+    if isinstance(error, UserError) and lines:
         return lines[0][:LONGEST].rstrip(". ")
     told = f" ({lines[-1][:LONGEST].rstrip('. ')})" if lines else ""
     return f"it is damaged, cut off or something else{told}"

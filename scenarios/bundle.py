@@ -20,7 +20,7 @@ from typing import Any, Literal, NamedTuple
 import msgspec
 
 from devices.closing import Closing
-from disk import whole_file
+from disk import UserError, whole_file
 from disk.typed_record import decode_json
 from scenarios.records import (
     TOPICS,
@@ -103,7 +103,7 @@ class SessionRecorder(Closing):
         from mcap.writer import CompressionType, Writer
 
         if folder.exists() and any(folder.iterdir()):
-            raise ValueError(
+            raise UserError(
                 f"The folder {folder} already holds a session; choose another name or "
                 "remove it."
             )
@@ -194,7 +194,7 @@ def read_recording(folder: Path) -> Recording:
     try:
         raw = (folder / "session.json").read_bytes()
     except OSError as error:
-        raise ValueError(
+        raise UserError(
             f"{folder} is not a session: session.json cannot be read "
             f"({error.strerror})."
         ) from error

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
 from renderers.scene import Volume
 
 _STEP_MM = 0.25
@@ -45,7 +46,7 @@ def shaft_clearance(
 
     count = int((length_mm - radius_mm + _STEP_MM / 2) / _STEP_MM) + 1
     if count < 1:
-        raise ValueError(
+        raise UserError(
             f"a shaft of {length_mm} mm is shorter than its radius of {radius_mm} mm"
         )
     voxel_from_world = distance.voxel_from_world

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
 from renderers.scene import Camera, Projection
 
 SUPERIOR = np.array([0.0, 0.0, 1.0])
@@ -45,7 +46,7 @@ class Endoscope:
             ("light ring radius", self.ring_radius_mm, 0.0, self.diameter_mm / 2),
         ):
             if not (math.isfinite(value) and low <= value <= high):
-                raise ValueError(
+                raise UserError(
                     f"scope {name} must lie between {low:g} and {high:g}, got {value:g}"
                 )
 

@@ -4,6 +4,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from disk import UserError
 from renderers.scene import Material, Mesh
 
 _SIDES = 32
@@ -24,9 +25,9 @@ def suction_tube(
     turns towards +y. Sizes of a 7 French (2.4 mm) tube.
     """
     if not 0 < bore_mm < outer_mm:
-        raise ValueError(f"a bore of {bore_mm} mm does not fit a {outer_mm} mm tube")
+        raise UserError(f"a bore of {bore_mm} mm does not fit a {outer_mm} mm tube")
     if not 0 < bend_start_mm < length_mm:
-        raise ValueError(
+        raise UserError(
             f"the bend must start within the {length_mm} mm tube, got {bend_start_mm}"
         )
     outer, bore = outer_mm / 2, bore_mm / 2

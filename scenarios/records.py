@@ -3,6 +3,7 @@
 import msgspec
 import numpy as np
 
+from disk import UserError
 from scenarios.session import Sample
 
 
@@ -31,7 +32,7 @@ class SampleRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def sample(self) -> Sample:
         """Give the sample back, bit by bit."""
         if len(self.device_from_tip) != 16:
-            raise ValueError(
+            raise UserError(
                 f"a pose has 16 numbers, the record has {len(self.device_from_tip)}"
             )
         return Sample(

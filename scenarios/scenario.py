@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
 from disk.typed_record import decode_toml
 from scenarios.endoscope import Endoscope
 
@@ -98,7 +99,7 @@ def load_scenario(name: str) -> tuple[Scenario, Path]:
         found = [f for f in _bundled() if f.stem == name]
         if not found:
             known = ", ".join(sorted(f.stem for f in _bundled())) or "none"
-            raise ValueError(
+            raise UserError(
                 f"There is no scenario named {name!r}; known are: {known}. "
                 "A scenario file of your own is given by its path, ending in .toml."
             )
@@ -106,17 +107,17 @@ def load_scenario(name: str) -> tuple[Scenario, Path]:
     try:
         content = file.read_bytes()
     except OSError as error:
-        raise ValueError(
+        raise UserError(
             f"The scenario file {file} cannot be read: {error.strerror}."
         ) from error
     scenario = decode_toml(content, Scenario, file, "a scenario")
     if len(scenario.fiducials) < 4:
-        raise ValueError(
+        raise UserError(
             f"The scenario {scenario.name!r} names {len(scenario.fiducials)} "
             "fiducials; registration needs at least 4, so that an error in one shows."
         )
     if Path(scenario.path).name != scenario.path:
-        raise ValueError(
+        raise UserError(
             f"The scenario {scenario.name!r} must name a path file beside it, "
             f"got {scenario.path!r}."
         )

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
+
 CONTACT_MM = 0.0
 """A gap below this is a contact."""
 
@@ -86,7 +88,7 @@ class Scorer:
         if self._first_s is None:
             self._first_s = time_s
         elif time_s < self._last_s:
-            raise ValueError(
+            raise UserError(
                 f"samples must be in order of time: {time_s} after {self._last_s}"
             )
         elapsed_s = time_s - self._last_s

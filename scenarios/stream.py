@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from disk import ForeignFileError, foreign_file
+from disk import ForeignFileError, UserError, foreign_file
 from scenarios.records import TOPICS, EventRecord, Record, SampleRecord
 
 _RECORD_LIMIT_BYTES = 1 << 24
@@ -80,9 +80,9 @@ def read_stream(path: Path) -> Stream:
     try:
         content = path.read_bytes()
     except OSError as error:
-        raise ValueError(f"{path} cannot be read: {error.strerror}.") from error
+        raise UserError(f"{path} cannot be read: {error.strerror}.") from error
     if content[: len(MCAP0_MAGIC)] != MCAP0_MAGIC:
-        raise ValueError(f"{path} is not an MCAP stream.")
+        raise UserError(f"{path} is not an MCAP stream.")
     chunks = list(_good_chunks(content, path))
     stream = Stream()
     at = len(MCAP0_MAGIC)
@@ -128,7 +128,7 @@ def _messages(
 
     first, last, size, checksum = _CHUNK_HEAD.unpack_from(content, start + _HEAD.size)
     if size > _RECORD_LIMIT_BYTES or not checksum:
-        raise ValueError(f"it unpacks to {size} bytes")
+        raise UserError(f"it unpacks to {size} bytes")
     chunk = Chunk(
         compression="zstd",
         data=content[body:end],

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.distance import kernels
+from disk import UserError
 
 DEEPEST_MM, FARTHEST_MM = -12.0, 6.0
 """Limits of the stored distance: in air, instruments and rays take long steps; in
@@ -29,7 +30,7 @@ def redistance(
     """
     values = np.ascontiguousarray(field, dtype=np.float32)
     if values.ndim != 3 or not spacing_mm > 0:
-        raise ValueError(
+        raise UserError(
             f"redistancing needs a 3-D field and a positive spacing, got shape "
             f"{values.shape} and {spacing_mm} mm"
         )

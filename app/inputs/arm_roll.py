@@ -14,6 +14,7 @@ from devices.microscribe.link import ArmDescription
 from devices.port import DeviceReason
 from devices.roll import EncoderRoll, HorizonRoll, RollSource, SecondDeviceRoll
 from devices.source import LiveSource
+from disk import UserError
 
 FORMS = "horizon, encoder or igtl:HOST:PORT[:TOOL]"
 
@@ -82,7 +83,7 @@ def check_roll(words: str) -> None:
     if kind == "igtl":
         peer_address("--roll", rest)
     elif words not in {"horizon", "encoder"}:
-        raise ValueError(f"--roll must be {FORMS}; got {words!r}.")
+        raise UserError(f"--roll must be {FORMS}; got {words!r}.")
 
 
 @contextmanager

@@ -5,6 +5,7 @@ from pathlib import Path
 from app.inputs.flight_input import FlightInput
 from app.inputs.peer_address import peer_address
 from devices import ProbePath
+from disk import UserError
 from scenarios import Scenario
 
 FORMS = "mouse, emulator, gamepad[:FILE], recording:FILE or igtl:HOST:PORT[:TOOL]"
@@ -31,22 +32,22 @@ def choose_input(
     for and there is none.
     """
     if device is not None and words is not None:
-        raise ValueError(
+        raise UserError(
             f"--device names a MicroScribe's port; leave it out to fly with {words!r}."
         )
     if roll is not None and device is None:
-        raise ValueError(
+        raise UserError(
             "--roll says who knows the roll of the arm at --device; every other input "
             "knows its own."
         )
     is_tracker = words is not None and words.startswith("igtl:")
     if registration is not None and device is None and not is_tracker:
         if words == "emulator":
-            raise ValueError(
+            raise UserError(
                 "--registration says where the arm at --device stands; the emulated "
                 "arm stands elsewhere each time and registers itself."
             )
-        raise ValueError(
+        raise UserError(
             "--registration is for an arm or a tracker; leave it out to fly with "
             f"{words or 'mouse'!r}."
         )
@@ -74,4 +75,4 @@ def choose_input(
             from app.inputs.link import LinkInput
 
             return LinkInput(*peer_address("--input", address), scenario, registration)
-    raise ValueError(f"--input must be {FORMS}; got {words!r}.")
+    raise UserError(f"--input must be {FORMS}; got {words!r}.")

@@ -10,6 +10,7 @@ from app.inputs.flight_input import FlightInput, in_the_patient
 from app.operating_room import OperatingRoom
 from devices import Pose, ProbePath, Registration, load_probe_path
 from devices.recorded_arm import RecordedArm
+from disk import UserError
 from scenarios import Sample, tip_frame
 from scenarios.bundle import SampleRecord, read_session
 
@@ -50,7 +51,7 @@ class RecordingInput(FlightInput):
     def open(self, room: OperatingRoom) -> AbstractContextManager[RecordedArm]:
         """Begin to play; ValueError when it was flown through another head."""
         if self._surface_sha256 not in (None, room.surface_sha256):
-            raise ValueError(
+            raise UserError(
                 f"{self._file} was flown through another head than this scenario's; "
                 "choose the scenario it was recorded with."
             )

@@ -11,6 +11,7 @@ from app.comparison import Difference, difference, save_comparison
 from app.pictures.outputs import Drawn
 from app.pictures.studio import Studio, placed
 from app.pictures.view_file import ScopeLook, ViewFile
+from disk import UserError
 from renderers.art.deflectors import to_deflection
 from renderers.scene import Camera, image_error
 from renderers.scene.composition import solids_seen
@@ -33,7 +34,7 @@ class Judged:
 def demand_splats(view: ViewFile) -> None:
     """Raise ValueError for a lens that splats cannot be seen through."""
     if not view.to_camera().distortion.is_none:
-        raise ValueError(
+        raise UserError(
             "--against fsr draws splats, which know no distorted lens; take a view "
             f"whose camera has none, got {view.camera.distortion}."
         )

@@ -17,6 +17,7 @@ from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from app.pictures.view_file import ViewCamera, ViewFile, decoded
+from disk import UserError
 from renderers.art.job import Axis, Point
 
 
@@ -48,14 +49,14 @@ def load_camera_path(path: Path) -> CameraPath:
     times = [key.time_s for key in found.keys]
     for before, after in pairwise(times):
         if not after > before:
-            raise ValueError(
+            raise UserError(
                 f"The camera path {path} is not valid: its times must rise, and "
                 f"{after:g} s follows {before:g} s."
             )
     try:
         _frames(found)
     except ValueError as error:
-        raise ValueError(f"The camera path {path} is not valid: {error}") from error
+        raise UserError(f"The camera path {path} is not valid: {error}") from error
     return found
 
 

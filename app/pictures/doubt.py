@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from app.picture_files import save_depth_nrrd
 from app.pictures.outputs import Drawn
 from app.pictures.studio import Studio
+from disk import UserError
 from renderers.art.deflectors import to_deflection
 from renderers.scene import AirSurface, save_png
 from renderers.scene.deflection import deflected_distance
@@ -33,14 +34,14 @@ class Doubt:
 def demand_map(file: Path) -> None:
     """Raise ValueError for an ending that no map is written to."""
     if file.suffix.lower() not in (".png", ".nrrd"):
-        raise ValueError(f"--confidence goes to a .png or .nrrd, got {file}.")
+        raise UserError(f"--confidence goes to a .png or .nrrd, got {file}.")
 
 
 def demand_walls(studio: Studio) -> AirSurface:
     """Get the surface that is rated; ValueError where a head has none."""
     surface = studio.scene.surface
     if surface is None:
-        raise ValueError(
+        raise UserError(
             "A scan has no surface whose walls could be measured; make a case of it "
             "with paravol import."
         )

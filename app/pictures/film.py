@@ -13,6 +13,7 @@ from app.pictures.studio import Fineness
 from app.pictures.view_file import ViewFile
 from app.terminal import Stages
 from app.video import VideoWriter
+from disk import UserError
 from renderers.shading import AutoGain, meter
 
 LEAST_S = 0.05
@@ -39,13 +40,13 @@ def draw_film(
     folders = [file for file in files if not file.suffix]
     for folder in folders:
         if folder.is_dir() and any(folder.glob("frame-*.png")):
-            raise ValueError(
+            raise UserError(
                 f"{folder} already holds pictures of a row; remove them or choose "
                 "another folder with --out."
             )
     odd = [side for side in views[0].size_px if side % 2]
     if odd and len(folders) < len(files):
-        raise ValueError(
+        raise UserError(
             f"a film needs even sizes, got {views[0].size_px}; say --size {odd[0] + 1}"
         )
     began = time.monotonic()

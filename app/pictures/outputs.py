@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from app.picture_files import save_depth_nrrd, save_exr
 from app.pictures.view_file import ViewFile
 from app.versions import versions
+from disk import UserError
 from renderers.art.client import Snapshot
 from renderers.art.job import SnapshotResult
 from renderers.scene import save_png
@@ -103,7 +104,7 @@ def demand_endings(files: tuple[Path, ...], *, film: bool) -> None:
     film: pictures in a row: a film, or a folder of numbered stills.
     """
     if not files:
-        raise ValueError("--out needs a file.")
+        raise UserError("--out needs a file.")
     for file in files:
         ending = file.suffix.lower()
         if film and ending in (FILM, ""):
@@ -111,10 +112,10 @@ def demand_endings(files: tuple[Path, ...], *, film: bool) -> None:
         if not film and ending in STILLS:
             continue
         if film:
-            raise ValueError(
+            raise UserError(
                 f"Pictures in a row go to {FILM} or a folder of PNGs; got {file}."
             )
-        raise ValueError(f"A picture goes to {', '.join(STILLS)}; got {file}.")
+        raise UserError(f"A picture goes to {', '.join(STILLS)}; got {file}.")
 
 
 def save_drawn(file: Path, drawn: Drawn) -> None:
@@ -135,4 +136,4 @@ def save_drawn(file: Path, drawn: Drawn) -> None:
             unit = {"Unit": "mm along the ray; infinite where nothing is"}
             save_depth_nrrd(file, drawn.depth_mm, text | unit)
         case ending:
-            raise ValueError(f"A picture goes to {', '.join(STILLS)}; got {ending!r}.")
+            raise UserError(f"A picture goes to {', '.join(STILLS)}; got {ending!r}.")

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from app.pictures.studio import Fineness, Studio
 from app.pictures.view_file import ViewFile
-from disk import ForeignFileError, foreign_file, whole_file
+from disk import ForeignFileError, UserError, foreign_file, whole_file
 
 
 def key_of(studio: Studio, view: ViewFile, fineness: Fineness) -> str:
@@ -40,9 +40,9 @@ def load_state(file: Path, key: str) -> NDArray[np.float64] | None:
         ):
             state, found = parts["state"], str(parts["key"])
     except (ForeignFileError, OSError) as error:
-        raise ValueError(f"{error} To begin anew, remove the file.") from error
+        raise UserError(f"{error} To begin anew, remove the file.") from error
     if found != key:
-        raise ValueError(
+        raise UserError(
             f"The paths in {file} are of another view, head or fineness; name another "
             "file, or remove it to begin anew."
         )

@@ -24,6 +24,7 @@ from app.pictures.view_file import (
 from app.session_info import SEED
 from app.session_setup import build_session, path_view
 from devices import load_probe_path
+from disk import UserError
 from renderers.art.job import Row
 from scenarios import Sample, Scenario, View, load_scenario
 from scenarios.bundle import FrameRecord, SampleRecord, read_session
@@ -66,15 +67,15 @@ def session_views(
             if samples:
                 samples[-1] = samples[-1][0], gain, number
     if not samples:
-        raise ValueError(f"{folder} holds no sample; nothing was recorded.")
+        raise UserError(f"{folder} holds no sample; nothing was recorded.")
     if scenario.head.case and not Path(scenario.head.case).is_dir():
-        raise ValueError(
+        raise UserError(
             f"{folder} was flown through the case {scenario.head.case}, which is not "
             "there; say with --case where it lies now."
         )
     room = prepare_room(scenario, progress)
     if room.surface_sha256 != info.surface_sha256:
-        raise ValueError(
+        raise UserError(
             f"{folder} was flown through another head (surface "
             f"{info.surface_sha256[:12]}, now {room.surface_sha256[:12]}); name the "
             "case it was flown through with --case."
@@ -118,7 +119,7 @@ def _demand_within(times_s: NDArray[np.float64], end_s: float, folder: Path) -> 
     """Raise ValueError for a moment after the last one."""
     late = float(times_s.max())
     if late > end_s + GRACE_S:
-        raise ValueError(
+        raise UserError(
             f"{folder} ends after {end_s:.1f} s and has nothing at {late:g} s; name an "
             "earlier time."
         )

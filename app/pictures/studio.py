@@ -16,6 +16,7 @@ from app.pictures.view_file import (
     ScopeLook,
     ViewFile,
 )
+from disk import UserError
 from renderers.art.client import QualityName, Samples, SnapshotClient
 from renderers.art.job import SnapshotRequest, TruthSpec
 from renderers.art.quality import ClassificationName
@@ -55,7 +56,7 @@ class Studio:
             return cls(_scan_scene(Path(head.file), progress), "")
         if isinstance(head, CaseHead):
             if not Path(head.folder).is_dir():
-                raise ValueError(
+                raise UserError(
                     f"The view is of the case {head.folder}, which is not there; say "
                     "with --case where it lies now."
                 )
@@ -72,18 +73,18 @@ class Studio:
         wanted = view.surface_sha256
         if wanted is not None and wanted != self.surface_sha256:
             found = self.surface_sha256[:12] or "none"
-            raise ValueError(
+            raise UserError(
                 f"The view is of another head (surface {wanted[:12]}, now {found}); "
                 "name the case it was taken in with --case."
             )
         if self.scene.surface is None and isinstance(view.look, ScopeLook):
-            raise ValueError(
+            raise UserError(
                 "A scan has no surface that an endoscope could see; make a case of it "
                 "with paravol import, or look at it in mode classic."
             )
         lens = view.camera.projection
         if isinstance(view.look, ScopeLook) and lens != "equidistant":
-            raise ValueError(
+            raise UserError(
                 f"An endoscope's lens is equidistant, got {lens}; draw this view in "
                 "mode classic."
             )

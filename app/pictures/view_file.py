@@ -13,7 +13,7 @@ import numpy as np
 from msgspec import Meta, Struct
 from numpy.typing import ArrayLike
 
-from disk import whole_file
+from disk import UserError, whole_file
 from disk.typed_record import decode_json
 from renderers.art.deflectors import DeflectorSpec, to_deflection
 from renderers.art.job import Amount, Axis, Pixels, Point, Positive, Row
@@ -94,14 +94,12 @@ class ViewCamera(_Strict, frozen=True):
         projection = Projection[self.projection.upper()]
         distortion = Distortion(*self.distortion)
         if (self.axes is None) == (self.target_mm is None):
-            raise ValueError(
+            raise UserError(
                 "A view's camera needs either axes or target_mm, one of them alone."
             )
         if self.axes is not None:
             if self.up is not None:
-                raise ValueError(
-                    "A view's up goes with target_mm; axes have their own."
-                )
+                raise UserError("A view's up goes with target_mm; axes have their own.")
             frame = np.array([self.eye_mm, *self.axes])
             return Camera(frame, self.extent, *size, projection, distortion)
         assert self.target_mm is not None
@@ -183,7 +181,7 @@ def load_view(path: Path) -> ViewFile:
         for tool in view.instruments:
             rigid_pose(tool.world_from_instrument)
     except ValueError as error:
-        raise ValueError(f"The view file {path} is not valid: {error}") from error
+        raise UserError(f"The view file {path} is not valid: {error}") from error
     head = view.head
     if isinstance(head, CaseHead):
         head = CaseHead(str(path.parent / head.folder))
@@ -198,11 +196,11 @@ def decoded(path: Path, kind: type[T], word: str) -> T:
         with path.open("rb") as file:
             record = file.read(LARGEST_VIEW + 1)
     except OSError as error:
-        raise ValueError(
+        raise UserError(
             f"The {word} file {path} cannot be read ({error.strerror})."
         ) from error
     if len(record) > LARGEST_VIEW:
-        raise ValueError(
+        raise UserError(
             f"The {word} file {path} is larger than {LARGEST_VIEW} bytes; it cannot "
             f"be one."
         )

@@ -15,6 +15,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
+
 JOINTS = 6
 
 # The encoder field of a packet has 14 bits and keeps counting past one turn.
@@ -55,7 +57,7 @@ class ArmGeometry:
         for key in ("alpha", "a_mm", "d_mm"):
             array = np.array(getattr(self, key), dtype=np.float64)
             if array.shape != (JOINTS,) or not np.isfinite(array).all():
-                raise ValueError(f"{key} must be six finite numbers, got {array}")
+                raise UserError(f"{key} must be six finite numbers, got {array}")
             array.flags.writeable = False
             object.__setattr__(self, key, array)
         object.__setattr__(self, "_link", self._fixed_part())
@@ -64,7 +66,7 @@ class ArmGeometry:
     def from_words(cls, words: tuple[int, ...], beta_word: int) -> "ArmGeometry":
         """Decode the 18 signed words ALPHA0..5, A0..5, D0..5, then BETA."""
         if len(words) != 3 * JOINTS:
-            raise ValueError(f"a parameter block has 18 words, got {len(words)}")
+            raise UserError(f"a parameter block has 18 words, got {len(words)}")
         table = np.array(words, dtype=np.float64).reshape(3, JOINTS)
         return cls(
             alpha=table[0] * RADIANS_PER_WORD,
@@ -132,7 +134,7 @@ class Encoders:
 
     def __post_init__(self) -> None:
         if len(self.turn) != JOINTS or min(self.turn) < 1:
-            raise ValueError(f"six counts per turn from 1 up, got {self.turn}")
+            raise UserError(f"six counts per turn from 1 up, got {self.turn}")
 
     def angles(self, counts: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return joint angles in [0, 2 pi), (..., 6), from counts (..., 6).

@@ -15,6 +15,7 @@ from devices.microscribe.jacobian import (
     A,
     D,
 )
+from disk import UserError
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,7 +36,7 @@ class BuiltArm:
         """
         change = np.array(deviation, dtype=np.float64)
         if change.shape != (PARAMETERS,) or not np.isfinite(change).all():
-            raise ValueError(
+            raise UserError(
                 f"an arm deviates in {PARAMETERS} finite numbers, got {change}"
             )
         built = ArmGeometry(

@@ -12,6 +12,7 @@ from enum import Enum
 from functools import cache
 
 from devices.microscribe.packets import Layout
+from disk import UserError
 
 
 class Query(Enum):
@@ -114,7 +115,7 @@ class Command:
 
     def __post_init__(self) -> None:
         if self.data not in _ALLOWED:
-            raise ValueError(f"{self.data.hex(' ')} is no command the host may send")
+            raise UserError(f"{self.data.hex(' ')} is no command the host may send")
 
 
 SIGN_ON = Command(SIGN_ON_BYTES)
@@ -137,7 +138,7 @@ def poll(layout: Layout) -> Command:
 def stream(period_ticks: int) -> Command:
     """Return the command for poses every ``period_ticks`` of 1/900 s; 0 = at once."""
     if not 0 <= period_ticks <= LONGEST_PERIOD:
-        raise ValueError(
+        raise UserError(
             f"period must be 0..{LONGEST_PERIOD} ticks of 1/900 s, got {period_ticks}"
         )
     return Command(_stream_bytes(period_ticks))

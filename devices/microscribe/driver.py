@@ -32,6 +32,7 @@ from devices.microscribe.transcript import Transcript
 from devices.port import BytePort, DeviceError, DeviceReason
 from devices.pose import Pose
 from devices.serial_adapters import absence_remedy, permission_remedy
+from disk import UserError
 
 # pyserial lets errors of the terminal itself pass through untranslated.
 _PORT_ERRORS: tuple[type[Exception], ...] = (OSError,)
@@ -196,7 +197,7 @@ class MicroScribe(Closing):
         transcript: Transcript | None = None,
     ) -> None:
         if not poll_hz > 0.0:
-            raise ValueError(f"poll_hz must be positive, got {poll_hz}")
+            raise UserError(f"poll_hz must be positive, got {poll_hz}")
         settings = ArmSettings(
             rates=RATES if baud is None else (baud,),
             poll_hz=poll_hz,

@@ -27,6 +27,7 @@ from devices.microscribe.emulator_setup import (
     open_emulator,
 )
 from devices.recording import load_probe_path
+from disk import UserError
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -92,7 +93,7 @@ def _wanted(options: argparse.Namespace) -> EmulatorOptions:
 def _point(text: str) -> NDArray[np.float64]:
     point = np.array([float(part) for part in text.split(",")])
     if point.shape != (3,) or not np.isfinite(point).all():
-        raise ValueError(f"a point is x,y,z in mm, got {text!r}")
+        raise UserError(f"a point is x,y,z in mm, got {text!r}")
     return point
 
 

@@ -10,6 +10,7 @@ from difflib import get_close_matches
 
 from devices.microscribe.emulator_arm import EmulatedArm
 from devices.microscribe.emulator_faults import parse_schedule
+from disk import UserError
 
 _Doing = Callable[[EmulatedArm, float], None]
 
@@ -74,14 +75,14 @@ def parse_action(text: str) -> Action:
     if name not in _DEEDS:
         near = get_close_matches(name, ACTIONS, 1, 0.3)
         hint = f"; the nearest is {near[0]!r}" if near else ""
-        raise ValueError(
+        raise UserError(
             f"action must be one of {', '.join(ACTIONS)}, got {name!r}{hint}"
         )
     schedule = parse_schedule(moment if at else "0")
     if schedule.packet is not None or schedule.chance is not None:
-        raise ValueError(f"the moment of an action is in seconds, got {text!r}")
+        raise UserError(f"the moment of an action is in seconds, got {text!r}")
     if schedule.duration_s is not None and _DEEDS[name].undo is None:
-        raise ValueError(f"{name} has no duration, got {text!r}")
+        raise UserError(f"{name} has no duration, got {text!r}")
     return Action(name, schedule.start_s, schedule.duration_s)
 
 

@@ -19,6 +19,7 @@ from devices.microscribe.emulator_misreading import misread
 from devices.microscribe.emulator_state import BITS_PER_BYTE, FarEnd, FarState
 from devices.microscribe.emulator_transcript import EmulatorTranscript
 from devices.microscribe.profiles import ArmProfile
+from disk import UserError
 
 DEFAULT_RATE = 115200
 
@@ -68,7 +69,7 @@ class EmulatedArm:
         transcript: EmulatorTranscript | None = None,
     ) -> None:
         if rate not in RATES:
-            raise ValueError(f"rate must be one of {RATES}, got {rate}")
+            raise UserError(f"rate must be one of {RATES}, got {rate}")
         self._faults = make_faults(faults, seed)
         self.profile = altered_profile(profile, self._faults)
         self.session_rate = rate
@@ -211,7 +212,7 @@ class EmulatedArm:
     def hold_pedal(self, bit: int, until_s: float = float("inf")) -> None:
         """Press a pedal (0 right, 1 left) until ``until_s``; -inf lets it go."""
         if not 0 <= bit < 4:
-            raise ValueError(f"pedal must be bit 0..3, got {bit}")
+            raise UserError(f"pedal must be bit 0..3, got {bit}")
         self._pedals[bit] = until_s
 
     def inject(self, data: bytes, now_s: float) -> None:

@@ -21,6 +21,7 @@ import threading
 from devices.closing import Closing
 from devices.microscribe.emulator_arm import EmulatedArm
 from devices.port import DeviceError, DeviceReason, HostClock, burst
+from disk import UserError
 
 
 class DrivenClock:
@@ -36,7 +37,7 @@ class DrivenClock:
     def sleep(self, seconds: float) -> None:
         """Move the clock on."""
         if seconds < 0.0:
-            raise ValueError(f"time does not go back, got {seconds} s")
+            raise UserError(f"time does not go back, got {seconds} s")
         self._now_s += seconds
 
     def sleep_until(self, time_s: float) -> None:

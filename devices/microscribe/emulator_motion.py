@@ -11,6 +11,7 @@ from devices.microscribe.arm import JOINTS
 from devices.microscribe.emulator_registers import INDEX_BIT, AngleRegisters
 from devices.microscribe.inverse import InverseKinematics
 from devices.microscribe.profiles import ArmProfile
+from disk import UserError
 
 AnglesAt = Callable[[float], Sequence[float] | NDArray[np.float64]]
 """Seconds since the first packet -> five or six joint angles, radians."""
@@ -80,7 +81,7 @@ class AnglesMotion:
         if len(plain) == JOINTS - 1:
             plain.append(self._registers.home_angles[-1])
         if len(plain) != JOINTS or not all(map(math.isfinite, plain)):
-            raise ValueError(f"five or six finite angles are needed, got {plain}")
+            raise UserError(f"five or six finite angles are needed, got {plain}")
         return plain
 
 

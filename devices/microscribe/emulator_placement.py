@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from devices.microscribe.inverse import InverseKinematics, UnreachableError
 from devices.microscribe.profiles import ArmProfile
 from devices.probe_path import ProbePath
+from disk import UserError
 
 # The patient lies on the back: posterior is down for the arm, the head's top points
 # away from its base or sideways, as the seed has it.
@@ -51,7 +52,7 @@ def place_arm(
         place = _draw(rng, tips.mean(axis=0))
         if _reaches(profile, place, targets, pointing, len(fiducials_mm) + 1):
             return place
-    raise ValueError(
+    raise UserError(
         f"no place for the arm from which path {path.name!r} can be reached was found "
         f"with seed {seed}; try another seed or a shorter path"
     )

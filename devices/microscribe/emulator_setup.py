@@ -23,6 +23,7 @@ from devices.microscribe.emulator_terminal import TerminalPort
 from devices.microscribe.emulator_transcript import EmulatorTranscript
 from devices.microscribe.profiles import ArmProfile, profile_named
 from devices.probe_path import ProbePath
+from disk import UserError
 
 MOTIONS = ("orbit", "rest")
 
@@ -104,10 +105,10 @@ def open_emulator(
 def _open_port(options: EmulatorOptions) -> ServerPort:
     if options.listen is not None:
         if options.link is not None:
-            raise ValueError("a link can point at a terminal only; leave out --listen")
+            raise UserError("a link can point at a terminal only; leave out --listen")
         return SocketPort(parse_address(options.listen))
     if sys.platform == "win32":
-        raise ValueError(
+        raise UserError(
             "Windows has no pseudo-terminals; let the emulated arm --listen at a "
             "TCP port instead."
         )
@@ -124,7 +125,7 @@ def _motion(
         script = ArmScript(profile, options.path, place, fiducials, options.seed)
         return script, place
     if options.motion not in MOTIONS:
-        raise ValueError(
+        raise UserError(
             f"motion must be one of {', '.join(MOTIONS)}, got {options.motion!r}"
         )
     still = options.motion == "rest"

@@ -4,6 +4,8 @@ import contextlib
 import errno
 import socket
 
+from disk import UserError
+
 LOOPBACK = "127.0.0.1"
 
 _READ_BYTES = 4096
@@ -13,7 +15,7 @@ def parse_address(text: str) -> tuple[str, int]:
     """Read ``PORT`` or ``HOST:PORT``; without a host only this machine may connect."""
     host, colon, port = text.rpartition(":")
     if not port.isdecimal() or int(port) > 65535 or (colon and not host):
-        raise ValueError(f"an address is PORT or HOST:PORT, got {text!r}")
+        raise UserError(f"an address is PORT or HOST:PORT, got {text!r}")
     return host or LOOPBACK, int(port)
 
 
@@ -45,7 +47,7 @@ class SocketPort:
                 self._listener = socket.create_server(self._address)
             except OSError as error:
                 where = f"{self._address[0]}:{self._address[1]}"
-                raise ValueError(
+                raise UserError(
                     f"The emulated arm cannot listen at {where} ({error.strerror}); "
                     "choose another port, or 0 for any."
                 ) from error

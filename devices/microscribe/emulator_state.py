@@ -24,6 +24,7 @@ from devices.microscribe.emulator_report import (
     Reading,
 )
 from devices.microscribe.profiles import ArmProfile
+from disk import UserError
 
 BEGIN_WAIT_S = 5.0
 ARGUMENT_WAIT_S = 1.0
@@ -88,7 +89,7 @@ class FarEnd:
         accepts_memory_writes: bool = False,
     ) -> None:
         if sync_repeats < 1:
-            raise ValueError(f"sync_repeats must be 1 or more, got {sync_repeats}")
+            raise UserError(f"sync_repeats must be 1 or more, got {sync_repeats}")
         self.memory_writes = 0
         """Attempts to rewrite the calibration memory."""
         self.standard_commands = 0

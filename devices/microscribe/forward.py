@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.microscribe.arm import BETA_JOINT, JOINTS, ArmGeometry, Encoders
+from disk import UserError
 
 
 class ForwardKinematics:
@@ -37,7 +38,7 @@ class ForwardKinematics:
     def device_from_tip(self, counts: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the tip frame, (4, 4) mm, from six unwrapped counts, (6,) int64."""
         if len(counts) != JOINTS:
-            raise ValueError(f"an arm has {JOINTS} counts, got {counts}")
+            raise UserError(f"an arm has {JOINTS} counts, got {counts}")
         frame = np.empty((4, 4))
         self._tip_frame(counts, self._turns, self._joints, frame)
         return frame

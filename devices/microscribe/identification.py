@@ -19,6 +19,7 @@ from devices.microscribe.jacobian import (
     PARAMETERS,
     parameter_jacobian,
 )
+from disk import UserError
 
 # Smallest over largest singular value of the Jacobian with columns of unit length.
 # Noise of 0.1 mm over a hundred poses is then still a tenth of a degree.
@@ -28,7 +29,7 @@ LARGEST_COUNT = 20
 TOLERANCE = 1e-13
 
 
-class UnidentifiableError(ValueError):
+class UnidentifiableError(UserError):
     """The poses cannot tell the wanted constants apart."""
 
 
@@ -58,9 +59,9 @@ def identify(
     """
     unknown = [name for name in free if name not in PARAMETER_NAMES]
     if unknown or not free:
-        raise ValueError(f"free must name parameters of the arm, got {list(free)}")
+        raise UserError(f"free must name parameters of the arm, got {list(free)}")
     if angles.shape != (len(tips_mm), 6) or 3 * len(tips_mm) < len(free):
-        raise ValueError(
+        raise UserError(
             f"{len(free)} constants need at least {-(-len(free) // 3)} poses with "
             f"their tips, got angles {angles.shape} for tips {tips_mm.shape}"
         )

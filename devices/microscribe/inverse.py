@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.microscribe.arm import JOINTS, ArmGeometry
+from disk import UserError
 
 # Weighs a unit of axis error like 100 mm of tip error: about the stylus' length, so
 # that both ends of the stylus count alike.
@@ -32,7 +33,7 @@ LARGEST_COUNT = 60
 SCATTERED_STARTS = 8
 
 
-class UnreachableError(ValueError):
+class UnreachableError(UserError):
     """The arm cannot put its tip there with that axis."""
 
 

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
 
+from disk import UserError
+
 # Bits 1-0 of a command; not in numeric order.
 _ENCODERS = {0b00: 0, 0b01: 5, 0b11: 6, 0b10: 7}
 _ANALOG = {0b00: 0, 0b01: 2, 0b10: 4, 0b11: 8}
@@ -34,7 +36,7 @@ class Layout:
 
     def __post_init__(self) -> None:
         if not 0 <= self.command < 0x40:
-            raise ValueError(f"a standard command is 0..63, got {self.command}")
+            raise UserError(f"a standard command is 0..63, got {self.command}")
 
     @property
     def header(self) -> int:
@@ -87,9 +89,9 @@ def decode_packet(data: bytes) -> Packet:
     command = data[0] & ~_HEADER if data else 0
     length, channels, behind, pairs = _form(command)
     if len(data) != length:
-        raise ValueError(f"packet must have {length} bytes, got {len(data)}")
+        raise UserError(f"packet must have {length} bytes, got {len(data)}")
     if data[0] < _HEADER or not data[1:].isascii():
-        raise ValueError(f"bit 7 belongs to the header alone, got {data.hex(' ')}")
+        raise UserError(f"bit 7 belongs to the header alone, got {data.hex(' ')}")
     timer = data[2] << 7 | data[3] if command & _TIMESTAMP else None
     analog: tuple[int, ...] = ()
     if channels:
@@ -110,11 +112,11 @@ def encode_packet(packet: Packet) -> bytes:
     """Return the bytes of ``packet``; counts beyond the layout are left out."""
     layout = Layout(packet.command)
     if len(packet.counts) < layout.encoders or len(packet.analog) < layout.analog:
-        raise ValueError(f"command {packet.command:02x} wants more values: {packet}")
+        raise UserError(f"command {packet.command:02x} wants more values: {packet}")
     out = bytearray((layout.header, packet.buttons & 0x7F))
     if layout.timed:
         if packet.timer is None:
-            raise ValueError(f"command {packet.command:02x} wants a timer: {packet}")
+            raise UserError(f"command {packet.command:02x} wants a timer: {packet}")
         out += _pair(packet.timer)
     if layout.analog:
         channels = packet.analog[: layout.analog]

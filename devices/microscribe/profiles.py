@@ -6,6 +6,7 @@ from difflib import get_close_matches
 
 from devices.microscribe.arm import ArmGeometry, Encoders
 from devices.microscribe.identity import ArmIdentity, Maxima
+from disk import UserError
 
 # Counts of a real arm as recorded in its rest: stylus within half a degree of
 # vertical, 75 mm beside the base axis. Encoder 5 is not built in; its place in the
@@ -177,7 +178,7 @@ def profile_named(name: str) -> ArmProfile:
         return found
     near = get_close_matches(name, [*PROFILES, *PROFILE_ALIASES], 1, 0.4)
     hint = f"; the nearest is {near[0]!r}" if near else ""
-    raise ValueError(
+    raise UserError(
         f"profile must be one of {', '.join(PROFILES)} (short: "
         f"{', '.join(PROFILE_ALIASES)}), got {name!r}{hint}"
     )

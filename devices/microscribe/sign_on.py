@@ -9,6 +9,7 @@ from devices.microscribe.protocol import Event, ProductId, State, SyncEcho
 from devices.microscribe.readable import readable
 from devices.microscribe.timing import LinkTiming
 from devices.port import DeviceError, DeviceReason
+from disk import UserError
 
 # The rate of the vendor's own software first, then those at which arms were seen.
 RATES = (115200, 38400, 19200, 9600, 57600, 28800, 14400)
@@ -32,7 +33,7 @@ class SignOn:
         in the second.
         """
         if not rates:
-            raise ValueError("at least one rate is needed")
+            raise UserError("at least one rate is needed")
         allowed = self._timing.per_rate if len(rates) > 1 else self._timing.forced_rate
         for baud in (*rates, *rates):
             self._line.set_rate(baud)

@@ -16,6 +16,7 @@ from devices.microscribe.encoder_watch import EncoderWatch
 from devices.microscribe.forward import ForwardKinematics
 from devices.microscribe.packets import Packet
 from devices.pose import Pose, PoseFlag
+from disk import UserError
 
 # A hand turns no joint faster. The gate catches flipped high bits of a packet without
 # checksum; of the 70 possible flips in one packet 21 move the tip by less than 1 mm
@@ -105,7 +106,7 @@ class SampleTracker:
         The pose's own host time is that of its tick by the alignment of both clocks.
         """
         if packet.timer is None or len(packet.counts) != JOINTS:
-            raise ValueError(f"a pose needs a timer and six counts, got {packet}")
+            raise UserError(f"a pose needs a timer and six counts, got {packet}")
         flags = PoseFlag.NONE
         ticks = self._ticks_at(packet.timer, host_time_s)
         self._reading[:] = packet.counts

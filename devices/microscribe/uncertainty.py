@@ -23,6 +23,7 @@ from devices.microscribe.jacobian import (
     joint_jacobian,
     parameter_jacobian,
 )
+from disk import UserError
 
 # 0.38 mm for the plain ones over 0.23 mm for the better ones.
 PLAIN_RATIO = 1.6
@@ -45,7 +46,7 @@ class ParameterSpread:
     def __post_init__(self) -> None:
         spread = (self.length_mm, self.twist_rad, self.zero_rad)
         if not all(math.isfinite(s) and s >= 0.0 for s in spread):
-            raise ValueError(f"spreads must be finite and not negative, got {spread}")
+            raise UserError(f"spreads must be finite and not negative, got {spread}")
 
     def scaled(self, ratio: float) -> "ParameterSpread":
         """Return spreads that are ``ratio`` times as large."""

@@ -17,6 +17,7 @@ from pyigtl import TransformMessage
 from pyigtl.messages import CRC64
 
 from devices.pose import read_only_rigid
+from disk import UserError
 
 RAS_FROM_LPS = np.diag((-1.0, -1.0, 1.0, 1.0))
 """Its own inverse: right is minus left, anterior minus posterior."""
@@ -55,7 +56,7 @@ class ToolTransform:
 
     def __post_init__(self) -> None:
         if not 0 < len(self.name.encode()) <= LONGEST_NAME:
-            raise ValueError(
+            raise UserError(
                 f"a tool's name must have 1 to {LONGEST_NAME} bytes, got {self.name!r}"
             )
         rigid = read_only_rigid(self.world_from_tool, "world_from_tool")
@@ -178,12 +179,12 @@ def _matrix(content: bytes) -> NDArray[np.float64]:
     one is brought to the nearest rotation (polar decomposition).
     """
     if len(content) != _MATRIX.size:
-        raise ValueError(f"a transform has {_MATRIX.size} bytes, got {len(content)}")
+        raise UserError(f"a transform has {_MATRIX.size} bytes, got {len(content)}")
     matrix = np.eye(4)
     matrix[:3] = np.array(_MATRIX.unpack(content)).reshape(4, 3).T
     rotation = matrix[:3, :3]
     if not np.isfinite(matrix).all():
-        raise ValueError("a transform must be finite")
+        raise UserError("a transform must be finite")
     drift = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
     if 5e-7 < drift < LARGEST_DRIFT:
         u, _, vt = np.linalg.svd(rotation)

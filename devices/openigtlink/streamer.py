@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from devices.closing import Closing
 from devices.openigtlink.messages import ToolTransform, encode
 from devices.port import DeviceError, DeviceReason
+from disk import UserError
 
 LOOPBACK = "127.0.0.1"
 
@@ -60,7 +61,7 @@ class PoseStreamer(Closing):
         not allowed.
         """
         if not 0 <= port <= 65535:
-            raise ValueError(f"a port must lie between 0 and 65535, got {port}")
+            raise UserError(f"a port must lie between 0 and 65535, got {port}")
         try:
             self._server = socket.create_server((host, port))
         except OSError as error:
@@ -109,7 +110,7 @@ class PoseStreamer(Closing):
         moment in seconds since 1970. Raises ValueError for a matrix that is not rigid.
         """
         if not math.isfinite(host_time_s):
-            raise ValueError(f"host_time_s must be finite, got {host_time_s}")
+            raise UserError(f"host_time_s must be finite, got {host_time_s}")
         stamp = host_time_s + self._epoch_s
         transform = ToolTransform(name, stamp, world_from_tool)
         with self._lock:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
 from renderers.art.preparation import (
     chebyshev,
     find_clear,
@@ -38,9 +39,9 @@ class CellGrid:
 
     def __post_init__(self) -> None:
         if self.side not in SIDES:
-            raise ValueError(f"cell side must be one of {SIDES}, got {self.side!r}")
+            raise UserError(f"cell side must be one of {SIDES}, got {self.side!r}")
         if len(self.shape) != 3 or min(self.shape) < 2:
-            raise ValueError(f"a grid needs at least 2 voxels an axis: {self.shape}")
+            raise UserError(f"a grid needs at least 2 voxels an axis: {self.shape}")
 
     @property
     def shift(self) -> int:
@@ -64,7 +65,7 @@ class CellGrid:
         """Get the first voxel ``(z, y, x)`` of a cell."""
         _, cy, cx = self.counts
         if not 0 <= cell < self.cells:
-            raise ValueError(f"there is no cell {cell}; the volume has {self.cells}")
+            raise UserError(f"there is no cell {cell}; the volume has {self.cells}")
         s = self.side
         return cell // (cy * cx) * s, cell // cx % cy * s, cell % cx * s
 
@@ -246,7 +247,7 @@ class CellShare:
     def replace(self, values: NDArray[Any]) -> None:
         """Cut later blocks from other values: the volume after an edit."""
         if values.shape != self.grid.shape or values.dtype != self.dtype:
-            raise ValueError(
+            raise UserError(
                 f"values {values.shape} of {values.dtype} do not fit the grid "
                 f"{self.grid.shape} of {self.dtype}"
             )
@@ -275,7 +276,7 @@ class CellShare:
         if self._sums is not None and self._wanted[cell]:
             found = _sums_of(block, [(1, 1, 1)], self.grid.side + 3)
             if found[0] != self._sums[cell]:
-                raise ValueError(
+                raise UserError(
                     f"the volume's array was edited while it was drawn (cell {cell} is "
                     "another now); edit a copy and make a scene of it"
                 )

@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import foreign_file
+from disk import UserError, foreign_file
 from renderers.art.data_store import DataStore
 from renderers.art.job import (
     REQUEST_SCHEMA,
@@ -291,7 +291,7 @@ class SnapshotClient:
         specs = []
         for mesh, pose in instruments:
             if mesh.material is Material.TISSUE:
-                raise ValueError("an instrument cannot be made of TISSUE")
+                raise UserError("an instrument cannot be made of TISSUE")
             shape = self.put(mesh.vertices), self.put(mesh.faces)
             material: Any = mesh.material.name
             specs.append(InstrumentSpec(*shape, material, _rows(pose[:3])))

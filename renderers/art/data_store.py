@@ -17,7 +17,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from disk import foreign_file
+from disk import UserError, foreign_file
 from renderers.art.files import write_whole
 from renderers.art.steps import Step, reached
 
@@ -35,7 +35,7 @@ class DataStore:
     def put(self, array: NDArray[Any]) -> str:
         """Write an array unless it is there; return its digest."""
         if array.dtype.hasobject:
-            raise ValueError(f"an array of {array.dtype} cannot be stored")
+            raise UserError(f"an array of {array.dtype} cannot be stored")
         buffer = io.BytesIO()
         npy.write_array(buffer, np.ascontiguousarray(array), allow_pickle=False)
         record = buffer.getbuffer()
@@ -64,21 +64,21 @@ class DataStore:
         digest promises.
         """
         if not _DIGEST.match(digest):
-            raise ValueError(f"{digest!r} is no digest")
+            raise UserError(f"{digest!r} is no digest")
         path = self._folder / digest
         try:
             with foreign_file(path, "an array"), path.open("rb") as file:
                 dtype, shape, offset = _read_header(file)
                 size = os.fstat(file.fileno()).st_size
         except FileNotFoundError as error:
-            raise ValueError(f"there is no data {digest}") from error
+            raise UserError(f"there is no data {digest}") from error
         expected = offset + math.prod(shape) * dtype.itemsize
         if dtype.hasobject or dtype.name not in dtypes:
-            raise ValueError(
+            raise UserError(
                 f"data {digest} holds {dtype}, expected {' or '.join(dtypes)}"
             )
         if size != expected or size > largest_bytes:
-            raise ValueError(
+            raise UserError(
                 f"data {digest} has {size} bytes; its header says {expected} and at "
                 f"most {largest_bytes} are accepted"
             )
@@ -86,7 +86,7 @@ class DataStore:
             with path.open("rb") as file:
                 found = hashlib.file_digest(file, "sha256").hexdigest()
             if found != digest:
-                raise ValueError(f"data {digest} was changed; its digest is {found}")
+                raise UserError(f"data {digest} was changed; its digest is {found}")
             self._verified.add(digest)
         with foreign_file(path, "an array"):
             array: NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
@@ -100,8 +100,8 @@ def _read_header(file: Any) -> tuple[np.dtype[Any], tuple[int, ...], int]:
     }
     version = npy.read_magic(file)
     if version not in readers:
-        raise ValueError(f"an array record of version {version} cannot be read")
+        raise UserError(f"an array record of version {version} cannot be read")
     shape, fortran, dtype = readers[version](file, max_header_size=_LARGEST_HEADER)
     if fortran and len(shape) > 1:
-        raise ValueError("an array record must be in C order")
+        raise UserError("an array record must be in C order")
     return dtype, shape, file.tell()

@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 
+from disk import UserError
 from disk.schema_words import loose_json, schema_words
 from renderers.art.deflectors import DeflectorSpec, to_deflection
 from renderers.art.quality import ClassificationName, Quality
@@ -254,28 +255,28 @@ class SnapshotResult(_Strict, frozen=True):
 def decode_request(record: bytes) -> SnapshotRequest:
     """Read a request; raise ValueError that names the field which is wrong."""
     if len(record) > LARGEST_REQUEST:
-        raise ValueError(
+        raise UserError(
             f"a request has at most {LARGEST_REQUEST} bytes, got {len(record)}"
         )
     try:
         request = msgspec.json.decode(record, type=SnapshotRequest)
     except msgspec.ValidationError as error:
         words = schema_words(error, SnapshotRequest, loose_json(record))
-        raise ValueError(words) from error
+        raise UserError(words) from error
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise ValueError(f"a request is JSON; {error}") from error
+        raise UserError(f"a request is JSON; {error}") from error
     try:
         to_deflection(request.deflectors)
     except ValueError as error:
-        raise ValueError(f"deflectors: {error}") from error
+        raise UserError(f"deflectors: {error}") from error
     try:
         request.to_camera()
     except ValueError as error:
-        raise ValueError(f"camera: {error}") from error
+        raise UserError(f"camera: {error}") from error
     if request.camera.projection != "equidistant" and isinstance(
         request.work, ScopeWork
     ):
-        raise ValueError("camera: mode scope needs an equidistant lens")
+        raise UserError("camera: mode scope needs an equidistant lens")
     return request
 
 

@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from disk import UserError
 from renderers.art.files import HIDDEN
 from renderers.art.spool import Spool
 from renderers.art.steps import Step, reached
@@ -32,7 +33,7 @@ class Pruner:
     ) -> None:
         """Take the times of a file's life; the disk's clock counts, not ours."""
         if not (keep_s >= 0 and grace_s >= 0):
-            raise ValueError(f"times to keep files are not negative: {keep_s, grace_s}")
+            raise UserError(f"times to keep files are not negative: {keep_s, grace_s}")
         self._spool = spool
         self._keep_s = keep_s
         self._grace_s = grace_s

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal, get_args
 
+from disk import UserError
+
 ClassificationName = Literal["post", "integrated"]
 
 
@@ -40,15 +42,13 @@ class Quality:
 
     def __post_init__(self) -> None:
         if not 1 / 256 <= self.step_voxels <= 4:
-            raise ValueError(
-                f"step must be 1/256 to 4 voxels, got {self.step_voxels!r}"
-            )
+            raise UserError(f"step must be 1/256 to 4 voxels, got {self.step_voxels!r}")
         if not 0 <= self.cutoff < 0.5:
-            raise ValueError(f"cutoff must be 0 to .5, got {self.cutoff!r}")
+            raise UserError(f"cutoff must be 0 to .5, got {self.cutoff!r}")
         if self.aim is not None and not 0 < self.aim < 1:
-            raise ValueError(f"the aim must be between 0 and 1, got {self.aim!r}")
+            raise UserError(f"the aim must be between 0 and 1, got {self.aim!r}")
         if self.classification not in get_args(ClassificationName):
-            raise ValueError(
+            raise UserError(
                 f"classification must be post or integrated, got "
                 f"{self.classification!r}"
             )
@@ -57,7 +57,7 @@ class Quality:
     def named(cls, name: str) -> "Quality":
         """Look up preview, snapshot, final or reference."""
         if name not in QUALITIES:
-            raise ValueError(
+            raise UserError(
                 f"no quality is called {name!r}; choose from {', '.join(QUALITIES)}"
             )
         return QUALITIES[name]

@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from disk import UserError
+
 LEAST_CELLS = 64
 """Ready at a time; with fewer, rays side by side would take cells from each other."""
 
@@ -23,7 +25,7 @@ def demand_distances(shape: tuple[int, int, int], limit: int) -> None:
     """Raise ValueError where the distances over empty space alone take too much."""
     need = math.prod(shape)
     if need > limit:
-        raise ValueError(
+        raise UserError(
             f"drawing a volume of {_size(shape)} voxels needs {need:,} bytes for its "
             f"empty space alone and at most {limit:,} may be taken; draw a part of it, "
             "or allow more by memory_bytes"
@@ -55,7 +57,7 @@ def room_for(
     cells = left // brick_bytes - 1
     if cells < min(seen, LEAST_CELLS):
         need = math.prod(shape) + (min(seen, LEAST_CELLS) + 1) * brick_bytes
-        raise ValueError(
+        raise UserError(
             f"drawing a volume of {_size(shape)} voxels needs at least {need:,} bytes "
             f"and at most {limit:,} may be taken; draw a part of it, or allow more by "
             "memory_bytes"

@@ -6,6 +6,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from disk import UserError
 from renderers.art.data_store import DataStore
 from renderers.art.deflectors import to_deflection
 from renderers.art.job import (
@@ -100,7 +101,7 @@ def _key(part: object, request: SnapshotRequest) -> bytes:
 def seen_surface(request: SnapshotRequest, scene: Scene) -> AirSurface:
     """Get the surface whose light is found: deformed as the rays see it."""
     if scene.surface is None:
-        raise ValueError("the scene has no air surface; mode scope needs one")
+        raise UserError("the scene has no air surface; mode scope needs one")
     if not request.deflectors:
         return scene.surface
     return deflected_surface(scene.surface, to_deflection(request.deflectors))
@@ -114,7 +115,7 @@ def rigid_pose(rows: ArrayLike) -> NDArray[np.float64]:
     if not np.allclose(rotation.T @ rotation, np.eye(3), atol=1e-5) or (
         math.copysign(1, np.linalg.det(rotation)) < 0
     ):
-        raise ValueError(
+        raise UserError(
             f"an instrument's pose must be rigid, a turn and a shift, got "
             f"{pose[:3].tolist()}"
         )

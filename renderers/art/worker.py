@@ -6,6 +6,7 @@ from pathlib import Path
 
 import msgspec
 
+from disk import UserError
 from renderers.art.delivery import Finisher, write_picture
 from renderers.art.files import write_whole
 from renderers.art.heartbeat import Heartbeat, Verdict
@@ -136,7 +137,7 @@ class _Worker:
         try:
             request = decode_request(claim.record)
             if request.id != claim.job_id:
-                raise ValueError(f"id: the request says it is {request.id}")
+                raise UserError(f"id: the request says it is {request.id}")
             self._render(request, claim.attempt, heart)
         except RenderStoppedError:
             # Cancelled or late, or this worker was stopped from outside: then the next

@@ -1,5 +1,7 @@
 """How many tiles a picture is cut into."""
 
+from disk import UserError
+
 
 def tile_grid(
     height: int, width: int, tile: tuple[int, int], most: int
@@ -11,7 +13,7 @@ def tile_grid(
     """
     down, across = -(-height // tile[0]), -(-width // tile[1])
     if max(down, across) > most:
-        raise ValueError(
+        raise UserError(
             f"a picture may have {most * tile[1]} x {most * tile[0]} pixels, got "
             f"{width} x {height}"
         )

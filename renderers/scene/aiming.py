@@ -5,6 +5,8 @@ import warnings
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from disk import UserError
+
 PARALLEL_RAD = 1e-6
 """An up nearer than this to the view axis tells nothing. In float64 the cross product
 is good to far less."""
@@ -32,12 +34,12 @@ def aimed(
     upwards = np.asarray(up, dtype=np.float64)
     length = np.linalg.norm(forward)
     if not (np.isfinite(length) and length > 0):
-        raise ValueError(
+        raise UserError(
             f"cannot aim from {eye} at {target_mm!r}: the points coincide, or are "
             "not finite"
         )
     if not (np.isfinite(upwards).all() and upwards.any()):
-        raise ValueError(
+        raise UserError(
             f"up must be a direction, three finite numbers that are not all zero; got "
             f"{up!r}"
         )

@@ -17,6 +17,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from disk import UserError
 from renderers.scene.aiming import aimed
 from renderers.scene.distortion import NO_DISTORTION, Distortion
 from renderers.scene.memory import memory_limit
@@ -127,12 +128,10 @@ class Camera:
     def __post_init__(self) -> None:
         frame = np.array(self.frame, dtype=np.float64)
         if frame.shape != (4, 3) or not np.all(np.isfinite(frame)):
-            raise ValueError(
-                f"camera frame must be finite (4, 3), got {frame.tolist()}"
-            )
+            raise UserError(f"camera frame must be finite (4, 3), got {frame.tolist()}")
         need = PIXEL_BYTES * self.width * self.height
         if self.width > 0 and self.height > 0 and need > memory_limit():
-            raise ValueError(
+            raise UserError(
                 f"a picture of {self.width} x {self.height} pixels needs {need:,} "
                 f"bytes and at most {memory_limit():,} may be taken; draw it in parts, "
                 "each with a camera of its own"
@@ -140,19 +139,17 @@ class Camera:
         axes = frame[1:]
         # np.allclose takes ten times as long, and there is a camera for every frame
         if not np.all(np.abs(axes @ axes.T - _ORTHONORMAL) <= _TOLERANCE):
-            raise ValueError(f"camera axes must be orthonormal, got {axes.tolist()}")
+            raise UserError(f"camera axes must be orthonormal, got {axes.tolist()}")
         limit = math.inf if self.projection is Projection.ORTHOGRAPHIC else math.pi / 2
         if not (math.isfinite(self.extent) and 0 < self.extent <= limit):
-            raise ValueError(f"camera extent out of range: {self.extent}")
+            raise UserError(f"camera extent out of range: {self.extent}")
         if self.projection is Projection.PERSPECTIVE and self.extent > WIDEST_PINHOLE:
-            raise ValueError(
+            raise UserError(
                 f"a pinhole's half field must be at most {WIDEST_PINHOLE:.4f} radians, "
                 f"got {self.extent}; an equidistant lens sees more"
             )
         if self.width < 1 or self.height < 1:
-            raise ValueError(
-                f"picture size must be positive: {self.width, self.height}"
-            )
+            raise UserError(f"picture size must be positive: {self.width, self.height}")
         frame.flags.writeable = False
         object.__setattr__(self, "frame", frame)
         object.__setattr__(self, "projection", Projection(self.projection))
@@ -163,12 +160,12 @@ class Camera:
         if self.distortion.is_none:
             return
         if self.projection is Projection.ORTHOGRAPHIC:
-            raise ValueError("an orthographic view has no lens to be distorted")
+            raise UserError("an orthographic view has no lens to be distorted")
         if not self.edge < self.distortion.fold:
             pinhole = self.projection is Projection.PERSPECTIVE
             fold = self.distortion.fold
             fold = math.atan(fold) if pinhole else fold
-            raise ValueError(
+            raise UserError(
                 f"a lens with {self.distortion} folds at {fold:.4g} rad from its axis; "
                 f"the half field must be less, got {self.extent:.4g}"
             )

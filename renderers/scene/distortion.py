@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
+
 ROUNDS = 60
 """Bracketed Newton steps until an inverse is exact to rounding; three are usual."""
 
@@ -27,7 +29,7 @@ class Distortion:
     def __post_init__(self) -> None:
         for name, value in (("k1", self.k1), ("k2", self.k2)):
             if not (math.isfinite(value) and abs(value) <= 100):
-                raise ValueError(
+                raise UserError(
                     f"distortion {name} must be within -100..100, got {value}"
                 )
 

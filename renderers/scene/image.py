@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import whole_file
+from disk import UserError, whole_file
 
 
 def srgb_from_linear(linear: NDArray[np.floating]) -> NDArray[np.float32]:
@@ -29,12 +29,12 @@ class Image:
 
     def __post_init__(self) -> None:
         if self.rgba.ndim != 3 or self.rgba.shape[2] != 4:
-            raise ValueError(f"an image is (h, w, 4), got {self.rgba.shape}")
+            raise UserError(f"an image is (h, w, 4), got {self.rgba.shape}")
         if self.rgba.dtype != np.float32:
-            raise ValueError(f"an image is float32, got {self.rgba.dtype}")
+            raise UserError(f"an image is float32, got {self.rgba.dtype}")
         depth = self.depth_mm
         if depth is not None and depth.shape != self.rgba.shape[:2]:
-            raise ValueError(f"depth {depth.shape} does not fit {self.rgba.shape}")
+            raise UserError(f"depth {depth.shape} does not fit {self.rgba.shape}")
 
     @property
     def size(self) -> tuple[int, int]:

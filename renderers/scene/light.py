@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
+
 
 @dataclass(frozen=True, slots=True)
 class Light:
@@ -27,13 +29,13 @@ class Light:
         vector = np.array(self.vector, dtype=np.float64)
         color = np.array(self.color, dtype=np.float64)
         if vector.shape != (3,) or not np.all(np.isfinite(vector)):
-            raise ValueError(f"a light needs a finite (3,) vector, got {vector}")
+            raise UserError(f"a light needs a finite (3,) vector, got {vector}")
         if color.shape != (3,) or not np.all(np.isfinite(color) & (color >= 0)):
-            raise ValueError(f"a light needs a (3,) colour >= 0, got {color}")
+            raise UserError(f"a light needs a (3,) colour >= 0, got {color}")
         if not self.is_local:
             length = float(np.linalg.norm(vector))
             if length == 0.0:
-                raise ValueError("an infinite light needs a direction, got zeros")
+                raise UserError("an infinite light needs a direction, got zeros")
             vector = vector / length
         vector.flags.writeable = False
         color.flags.writeable = False

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
 from renderers.scene.camera import Camera
 from renderers.scene.facets.facets import Facets
 from renderers.scene.gbuffer import GBuffer, Material
@@ -46,13 +47,13 @@ class Mesh:
         vertices = np.array(self.vertices, dtype=np.float64)
         faces = np.array(self.faces, dtype=np.int32)
         if vertices.ndim != 2 or vertices.shape[1] != 3 or not len(vertices):
-            raise ValueError(f"mesh vertices must be (n, 3), got {vertices.shape}")
+            raise UserError(f"mesh vertices must be (n, 3), got {vertices.shape}")
         if not np.all(np.isfinite(vertices)):
-            raise ValueError("mesh vertices must be finite")
+            raise UserError("mesh vertices must be finite")
         if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces):
-            raise ValueError(f"mesh faces must be (m, 3), got {faces.shape}")
+            raise UserError(f"mesh faces must be (m, 3), got {faces.shape}")
         if faces.min() < 0 or faces.max() >= len(vertices):
-            raise ValueError(
+            raise UserError(
                 f"mesh faces name vertex {faces.max()} of {len(vertices)} vertices"
             )
         vertices.flags.writeable = False
@@ -84,7 +85,7 @@ class Mesh:
         costs next to nothing.
         """
         if buffer.size != (camera.height, camera.width):
-            raise ValueError(
+            raise UserError(
                 f"a G-buffer of {buffer.size} does not fit a picture of "
                 f"{(camera.height, camera.width)}"
             )

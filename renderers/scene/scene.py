@@ -5,6 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
+from disk import UserError
 from renderers.scene.camera import Camera
 from renderers.scene.gbuffer import GBuffer
 from renderers.scene.image import Image
@@ -29,12 +30,12 @@ class AirSurface:
 
     def __post_init__(self) -> None:
         if self.distance.values.dtype != np.float32:
-            raise ValueError(
+            raise UserError(
                 f"air distance must be float32, got {self.distance.values.dtype}"
             )
         for name, volume in (("blood", self.blood), ("skin", self.skin)):
             if volume.values.dtype != np.uint8 or volume.shape != self.distance.shape:
-                raise ValueError(
+                raise UserError(
                     f"{name} must be uint8 of shape {self.distance.shape}, got "
                     f"{volume.values.dtype} {volume.shape}"
                 )

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
+
 MAX_OPACITY = 1.0 - 2.0**-24
 """The largest opacity per reference length: one float32 step below opaque, so that
 extinction stays finite and a segment of length zero stays transparent."""
@@ -21,10 +23,10 @@ def extinction_from_opacity(
 ) -> NDArray[np.float64]:
     """Convert opacity per `reference_mm` to extinction in 1/mm."""
     if not reference_mm > 0:
-        raise ValueError(f"reference length must be positive, got {reference_mm} mm")
+        raise UserError(f"reference length must be positive, got {reference_mm} mm")
     given = np.asarray(opacity, dtype=np.float64)
     if not np.all((given >= 0) & (given <= 1)):
-        raise ValueError(f"opacity must be from 0 to 1, got {given}")
+        raise UserError(f"opacity must be from 0 to 1, got {given}")
     return -np.log1p(-np.minimum(given, MAX_OPACITY)) / reference_mm
 
 
@@ -66,18 +68,18 @@ class TransferFunction:
         if nodes.ndim == 1 and len(nodes) > 1 and np.all(np.isfinite(nodes)):
             nodes = _parted(nodes)
         if nodes.ndim != 1 or len(nodes) < 2 or not np.all(np.diff(nodes) > 0):
-            raise ValueError(
+            raise UserError(
                 "transfer function nodes must increase strictly, but for two at a "
                 f"jump: {self.nodes}"
             )
         if color.shape != (len(nodes), 3) or kappa.shape != nodes.shape:
-            raise ValueError(
+            raise UserError(
                 f"{len(nodes)} nodes need colour {(len(nodes), 3)} and extinction "
                 f"{nodes.shape}, got {color.shape} and {kappa.shape}"
             )
         finite = all(np.all(np.isfinite(a)) for a in (nodes, color, kappa))
         if not finite or np.any(kappa < 0) or np.any(color < 0):
-            raise ValueError("transfer function values must be finite and not negative")
+            raise UserError("transfer function values must be finite and not negative")
         for name, array in (("nodes", nodes), ("color", color), ("kappa", kappa)):
             array.flags.writeable = False
             object.__setattr__(self, "kappa_per_mm" if name == "kappa" else name, array)
@@ -109,7 +111,7 @@ class TransferFunction:
         Row i belongs to density ``low + i * (high - low) / (size - 1)``.
         """
         if not (high > low and size >= 2):
-            raise ValueError(f"cannot tabulate {size} rows over [{low}, {high}]")
+            raise UserError(f"cannot tabulate {size} rows over [{low}, {high}]")
         color, kappa = self.evaluate(np.linspace(low, high, size))
         return np.concatenate([color, kappa[:, None]], axis=1).astype(np.float32)
 

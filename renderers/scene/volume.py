@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
 from renderers.scene.memory import memory_limit
 
 AIR_HU = -1000.0
@@ -51,40 +52,38 @@ class Volume:
     def __post_init__(self) -> None:
         values = np.asarray(self.values)
         if not values.flags.c_contiguous and values.nbytes > memory_limit():
-            raise ValueError(
+            raise UserError(
                 f"a volume of shape {values.shape} needs {values.nbytes:,} bytes in C "
                 f"order and at most {memory_limit():,} may be taken; give it in that "
                 "order, as np.load(..., mmap_mode='r') does of a file"
             )
         values = np.ascontiguousarray(values)
         if values.ndim != 3 or min(values.shape) < 2:
-            raise ValueError(
+            raise UserError(
                 f"a volume needs three axes of at least 2 voxels, got shape "
                 f"{values.shape}"
             )
         if values.dtype.kind not in "iuf":
-            raise ValueError(f"a volume holds real numbers, got dtype {values.dtype}")
+            raise UserError(f"a volume holds real numbers, got dtype {values.dtype}")
         spacing = np.array(self.spacing_mm, dtype=np.float64)
         origin = np.array(self.origin_mm, dtype=np.float64)
         direction = np.array(self.direction, dtype=np.float64)
         if spacing.shape != (3,) or not np.all(np.isfinite(spacing) & (spacing > 0)):
-            raise ValueError(
+            raise UserError(
                 f"spacing must be three positive millimetre values, got {spacing}; a "
                 "flipped axis is told by the direction"
             )
         if spacing.max() > WIDEST_RATIO * spacing.min():
-            raise ValueError(
+            raise UserError(
                 f"spacing of {spacing} mm has a ratio beyond {WIDEST_RATIO:g}; one of "
                 "the numbers is in another unit"
             )
         if origin.shape != (3,) or not np.all(np.isfinite(origin)):
-            raise ValueError(f"origin must be three finite millimetre values: {origin}")
+            raise UserError(f"origin must be three finite millimetre values: {origin}")
         if direction.shape != (3, 3) or not np.allclose(
             direction.T @ direction, np.eye(3), atol=_RIGID_TOLERANCE
         ):
-            raise ValueError(
-                f"direction must be an orthonormal 3x3 matrix: {direction}"
-            )
+            raise UserError(f"direction must be an orthonormal 3x3 matrix: {direction}")
         if values.flags.writeable:
             values = values.view()
             values.flags.writeable = False
@@ -178,7 +177,7 @@ class Volume:
     def with_values(self, values: NDArray[Any], background: float) -> "Volume":
         """Return the same grid holding other values of the same shape."""
         if values.shape != self.values.shape:
-            raise ValueError(
+            raise UserError(
                 f"values of shape {values.shape} do not fit the grid {self.shape}"
             )
         return Volume(

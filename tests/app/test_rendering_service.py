@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from app.__main__ import main
-from app.faults import ToldError
 from app.rendering_service import WorkerOptions, running_worker, worker_command
+from disk import UserError
 from renderers.art.client import SnapshotClient
 from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
 
@@ -63,7 +63,7 @@ def test_a_killed_worker_is_one_sentence(tmp_path: Path) -> None:
     job = ask(client)
     with running_worker(tmp_path, ranks=1) as worker:
         os.kill(worker.pid, signal.SIGKILL)
-        with pytest.raises(ToldError, match="worker ended"):
+        with pytest.raises(UserError, match="worker ended"):
             client.wait(job, timeout_s=60, watch=worker.ensure_alive)
     # the request is still there for the next worker
     with running_worker(tmp_path, ranks=1) as worker:

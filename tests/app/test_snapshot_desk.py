@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from app.faults import ToldError
 from app.rendering_service import Worker
 from app.snapshot_desk import KeptMoment, MomentPicture, SnapshotDesk
 from app.snapshots import ViewAsker
+from disk import UserError
 from renderers.art.steps import Step, reached
 from renderers.art.worker import run_worker
 from renderers.scene import AirSurface, Camera, Volume
@@ -129,7 +129,7 @@ def test_a_worker_that_dies_is_told_and_the_desk_goes_on(tmp_path: Path) -> None
             pass
 
         def ensure_alive(self) -> None:
-            raise ToldError("The snapshot worker ended with status 9.")
+            raise UserError("The snapshot worker ended with status 9.")
 
     @contextmanager
     def nobody(spool: Path) -> Iterator[Worker]:

@@ -51,6 +51,7 @@ from devices.microscribe.emulator_faults.timing import (
     Slow,
 )
 from devices.microscribe.profiles import ArmProfile
+from disk import UserError
 
 FAULTS: tuple[type[Fault], ...] = (
     NeverAnswers,
@@ -127,12 +128,12 @@ def parse_fault(text: str) -> FaultPlan:
     if known is None:
         near = get_close_matches(name, [*_BY_NAME], 1, 0.3)
         hint = f"; the nearest is {near[0]!r}" if near else ""
-        raise ValueError(
+        raise UserError(
             f"fault {name!r} is not known{hint} (--list-faults prints all: "
             f"{FAULTS[0].name()} to {Slow.name()})"
         )
     if (at and not moment) or (equals and not variant):
-        raise ValueError(f"fault must be NAME[=VARIANT][@MOMENT], got {text!r}")
+        raise UserError(f"fault must be NAME[=VARIANT][@MOMENT], got {text!r}")
     kind, usual = known
     schedule = parse_schedule(moment) if at else Schedule()
     plan = FaultPlan(kind, variant.upper() or usual, schedule)

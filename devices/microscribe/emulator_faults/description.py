@@ -7,6 +7,7 @@ from devices.microscribe.emulator_answer import Answer, AnswerKind
 from devices.microscribe.emulator_faults.fault import Fault, FaultyArm
 from devices.microscribe.emulator_faults.schedule import Schedule
 from devices.microscribe.profiles import ArmProfile
+from disk import UserError
 
 _COMMENT, _FORMAT = 0xCC, 0xCD
 _LONG = 40
@@ -69,7 +70,7 @@ class BadMaxima(Fault):
     def __init__(self, schedule: Schedule, variant: str, noise: random.Random) -> None:
         super().__init__(schedule, variant, noise)
         if self.variant == "ODD" and schedule != Schedule():
-            raise ValueError(
+            raise UserError(
                 "f22_bad_maxima=ODD gives the arm other encoders, which it has from "
                 "the start; write it without a moment"
             )

@@ -11,6 +11,7 @@ from typing import ClassVar, Protocol
 from devices.microscribe.emulator_answer import Answer, AnswerKind
 from devices.microscribe.emulator_faults.schedule import Schedule, Trigger
 from devices.microscribe.emulator_state import FarEnd
+from disk import UserError
 
 EVERY_KIND = frozenset(AnswerKind) - {AnswerKind.FOREIGN}
 
@@ -158,7 +159,7 @@ class Fault:
         if self.takes_number and variant.replace(".", "", 1).isdecimal():
             return
         choices = [*self.variants, *(["a number"] if self.takes_number else [])]
-        raise ValueError(
+        raise UserError(
             f"fault {self.name()} takes {', '.join(choices) or 'nothing'} after =, "
             f"got {variant!r}"
         )

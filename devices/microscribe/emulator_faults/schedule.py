@@ -9,6 +9,8 @@ import random
 import re
 from dataclasses import dataclass
 
+from disk import UserError
+
 _NUMBER = r"\d+(?:\.\d*)?|\.\d+"
 _MOMENT = re.compile(rf"(?P<start>{_NUMBER})(?:\+(?P<lasts>{_NUMBER}))?")
 _PACKET = re.compile(r"packet:(?P<first>\d+)(?:\+(?P<count>\d+))?")
@@ -29,9 +31,9 @@ class Schedule:
 
     def __post_init__(self) -> None:
         if self.chance is not None and not 0.0 <= self.chance <= 1.0:
-            raise ValueError(f"probability must be 0..1, got {self.chance:g}")
+            raise UserError(f"probability must be 0..1, got {self.chance:g}")
         if self.packet is not None and self.packet < 1:
-            raise ValueError(f"packets are counted from 1, got {self.packet}")
+            raise UserError(f"packets are counted from 1, got {self.packet}")
 
 
 def parse_schedule(text: str) -> Schedule:
@@ -44,7 +46,7 @@ def parse_schedule(text: str) -> Schedule:
         return Schedule(packet=int(match["first"]), count=int(count) if count else None)
     if match := _CHANCE.fullmatch(text):
         return Schedule(chance=float(match["chance"]))
-    raise ValueError(f"the moment of a fault must be {FORMS}, got {text!r}")
+    raise UserError(f"the moment of a fault must be {FORMS}, got {text!r}")
 
 
 class Trigger:

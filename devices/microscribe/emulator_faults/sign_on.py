@@ -12,6 +12,7 @@ from devices.microscribe.emulator_faults.fault import (
 )
 from devices.microscribe.emulator_faults.schedule import Schedule
 from devices.microscribe.emulator_state import FarState
+from disk import UserError
 
 _SURPLUS = 5
 _MOST_SURPLUS = 20
@@ -66,7 +67,7 @@ class SurplusEchoes(Fault):
         super().__init__(schedule, variant, noise)
         self._count = int(self.number(_SURPLUS))
         if not 1 <= self._count <= _MOST_SURPLUS:
-            raise ValueError(f"f3 sends 1 to 20 surplus echoes, got {variant}")
+            raise UserError(f"f3 sends 1 to 20 surplus echoes, got {variant}")
         self._owed = 0
 
     def answer(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
+
 Points = NDArray[np.float64]
 
 STEEPEST = 8 / (3 * math.sqrt(3))
@@ -19,7 +21,7 @@ SAFETY = 0.95
 """Share of a fold limit that may be used: beyond, tissue is stretched twentyfold."""
 
 
-class FoldError(ValueError):
+class FoldError(UserError):
     """A deflector is so strong that tissue would appear twice."""
 
 
@@ -38,7 +40,7 @@ class Deflector(ABC):
     def __post_init__(self) -> None:
         object.__setattr__(self, "center_mm", finite_vector("center", self.center_mm))
         if not (math.isfinite(self.radius_mm) and self.radius_mm > 0):
-            raise ValueError(
+            raise UserError(
                 f"a deflector's radius must be positive, got {self.radius_mm} mm"
             )
 
@@ -87,7 +89,7 @@ def finite_vector(name: str, value: NDArray[np.float64]) -> NDArray[np.float64]:
     """Copy a finite ``(3,)``; ValueError for anything else."""
     result = np.array(value, dtype=np.float64)
     if result.shape != (3,) or not np.all(np.isfinite(result)):
-        raise ValueError(f"a deflector's {name} must be a finite (3,), got {value}")
+        raise UserError(f"a deflector's {name} must be a finite (3,), got {value}")
     result.flags.writeable = False
     return result
 

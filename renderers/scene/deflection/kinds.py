@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from disk import UserError
 from renderers.scene.deflection.deflector import (
     LARGEST_SCALE,
     SAFETY,
@@ -70,7 +71,7 @@ class Rotation(Deflector):
         axis = finite_vector("axis", self.axis)
         length = float(np.linalg.norm(axis))
         if length == 0 or not math.isfinite(self.angle_rad):
-            raise ValueError(
+            raise UserError(
                 f"a rotation needs a direction and a finite angle, got {axis} and "
                 f"{self.angle_rad}"
             )
@@ -117,7 +118,7 @@ class Scaling(Deflector):
     def __post_init__(self) -> None:
         Deflector.__post_init__(self)
         if not (math.isfinite(self.factor) and self.factor > 0):
-            raise ValueError(f"a scaling factor must be positive, got {self.factor}")
+            raise UserError(f"a scaling factor must be positive, got {self.factor}")
         if not -SAFETY <= self._k <= SAFETY * LARGEST_SCALE:
             raise FoldError(
                 f"scaling by {self.factor:g} would fold the tissue; it may be "
@@ -182,7 +183,7 @@ class Cut(Deflector):
         normal = finite_vector("normal", self.normal)
         length = float(np.linalg.norm(normal))
         if length == 0 or not (math.isfinite(self.pull_mm) and self.pull_mm > 0):
-            raise ValueError(
+            raise UserError(
                 f"a cut needs a normal and a positive pull, got {normal} and "
                 f"{self.pull_mm} mm"
             )
