@@ -334,8 +334,16 @@ def common_marks(parameters: PhantomParameters) -> list[tuple[Row, Field]]:
     """List the marks that need no part in reach, in the order in which they count."""
     return [
         (Row.SEPTUM, u - 3.2),
-        (Row.SKIN, (3.0 + 0.12 * z - y) * 0.5),
         (Row.REAR, y + 56.0),
         (Row.FACE, Mark(Row.FACE, head_outside())),
+        # Dry are the vestibule and the outside of the whole face.
+        (
+            Row.SKIN,
+            smooth_min(
+                0.0,
+                (3.0 + 0.12 * z - y) * 0.5,
+                1.5 * Recall(Row.FACE, head_outside()) - 1.5,
+            ),
+        ),
         (Row.BASE, skull_base(parameters) - z),
     ]

@@ -35,7 +35,7 @@ TREMOR_MM = 0.03
 
 # time, landmark, standoff from it in LPS mm: where the tip goes
 STATIONS: tuple[tuple[float, str, tuple[float, float, float]], ...] = (
-    (0.0, "nostril, right", (0.0, -22.0, -14.0)),
+    (0.0, "nostril, right", (0.0, -7.0, -4.0)),
     (2.0, "nostril, right", (0.0, -4.0, -3.0)),
     (4.0, "nasal valve, right", (0.0, 0.5, -2.5)),
     (5.5, "nasal valve, right", (0.0, 1.0, -2.0)),
@@ -48,7 +48,7 @@ STATIONS: tuple[tuple[float, str, tuple[float, float, float]], ...] = (
     (19.5, "choana, right", (2.0, -6.0, -1.5)),
     (20.5, "choana, right", (2.0, -5.0, -1.5)),
     (23.0, "nasal valve, right", (0.0, 4.0, -3.0)),
-    (25.0, "nostril, right", (0.0, -22.0, -14.0)),
+    (25.0, "nostril, right", (0.0, -7.0, -4.0)),
 )
 ENTRY = "nostril, right"
 SILL_MM = np.array([1.2, 2.0, 7.0])
