@@ -16,6 +16,7 @@ from renderers.scene import (
     Volume,
     image_error,
 )
+from tests.scenes import even_lights
 
 SIDE = 40
 
@@ -47,7 +48,7 @@ def test_a_view_at_rest_is_as_near_as_splats_can_be(
     transfer = TransferFunction(
         np.array([0.0, 100.0]), np.tile([0.8, 0.6, 0.4], (2, 1)), np.array([0.0, kappa])
     )
-    scene = Scene(volume, transfer)
+    scene = Scene(volume, transfer, lights=even_lights())
     if not lit:
         plain = PhongMaterial(ambient=1.0, diffuse=0.0, specular=0.0)
         scene = Scene(volume, transfer, lights=(), material=plain)

@@ -14,6 +14,7 @@ from renderers.scene import (
     TransferFunction,
     Volume,
 )
+from tests.scenes import even_lights
 
 Splats = tuple[FuzzySet, Scene]
 
@@ -88,7 +89,7 @@ def blob() -> Callable[..., Splats]:
         rng = np.random.default_rng(seed)
         values = rng.uniform(0, 120, (9, 10, 11)).astype(np.float32)
         volume = Volume(values, np.ones(3), np.zeros(3))
-        scene = Scene(volume, transfer(0.8))
+        scene = Scene(volume, transfer(0.8), lights=even_lights())
         return extract_fuzzy_set(volume, Inclusion.density(0, 120), 60.0), scene
 
     return make
