@@ -1,17 +1,17 @@
 """The patient: a synthetic sinus phantom, its tissues, landmarks and files."""
 
-from anatomy.cache import sinus_phantom
-from anatomy.hazards import hazard_distances
-from anatomy.landmarks import Landmark
-from anatomy.opacity import Opacity
-from anatomy.parameters import PhantomParameters
-from anatomy.phantom import Phantom, build_phantom, distance_at
-from anatomy.population import draw_parameters
+from anatomy.files.cache import sinus_phantom
+from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.phantom import Phantom, build_phantom, distance_at
+from anatomy.phantom.population import draw_parameters
+from anatomy.phantom.sinus_opacity import Opacity
+from anatomy.phantom.synthetic_mr import magnetic_resonance
+from anatomy.phantom.variants import with_variants
 from anatomy.presets import bone_transfer_function, classic_transfer_function
-from anatomy.probing import PlateSample, TissueSample, plate_at, tissue_at
-from anatomy.resonance import magnetic_resonance
-from anatomy.scoring import lund_mackay
-from anatomy.variants import with_variants
+from anatomy.queries.hazards import hazard_distances
+from anatomy.queries.landmarks import Landmark
+from anatomy.queries.lund_mackay import lund_mackay
+from anatomy.queries.probing import PlateSample, TissueSample, plate_at, tissue_at
 
 __all__ = [
     "Landmark",

@@ -19,16 +19,16 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy.distance.redistance import DEEPEST_MM, FARTHEST_MM
-from anatomy.face_points import FACE_RADIUS_MM, face_points
-from anatomy.files import load_volume, save_volume, write_file
-from anatomy.head_skin import head_skin
-from anatomy.histogram import find_peaks, transfer_of
-from anatomy.landmarks import Landmark
-from anatomy.markups import read_markups, write_markups
-from anatomy.parameters import PhantomParameters
-from anatomy.phantom import Phantom
-from anatomy.resonance import magnetic_resonance
+from anatomy.files.markups import read_markups, write_markups
+from anatomy.files.volumes import load_volume, save_volume, write_file
+from anatomy.phantom.head_skin import head_skin
+from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.phantom import Phantom
+from anatomy.phantom.synthetic_mr import magnetic_resonance
+from anatomy.queries.landmarks import Landmark
+from anatomy.redistance import DEEPEST_MM, FARTHEST_MM
+from anatomy.scan.face_points import FACE_RADIUS_MM, face_points
+from anatomy.scan.histogram import find_peaks, transfer_of
 from anatomy.tissue import Label, Side
 from disk import UserError
 from disk.typed_record import decode_json

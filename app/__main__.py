@@ -18,7 +18,7 @@ def main(arguments: list[str] | None = None) -> int:
     if debug:
         words.remove("--debug")
     if words in OVERVIEW:
-        from app.overview import overview
+        from app.cli.overview import overview
 
         print(overview(), end="")
         return 0
@@ -28,7 +28,7 @@ def main(arguments: list[str] | None = None) -> int:
         print("Interrupted.", file=sys.stderr)
         return 130
     except Exception as error:
-        from app.faults import sentence
+        from app.errors import sentence
 
         told = sentence(error)
         if told is None or debug:
@@ -38,12 +38,12 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _run(words: list[str]) -> int:
-    from app.environment import prepare_environment
+    from paravol.environment import prepare_environment
 
     prepare_environment()
     from cyclopts import CycloptsError
 
-    from app.commands import app
+    from app.cli.commands import app
 
     try:
         outcome = app(

@@ -16,10 +16,10 @@ import time
 import tty
 from array import array
 
-from devices.microscribe.emulator_motion import StillMotion
-from devices.microscribe.emulator_state import FarEnd, FarState
-from devices.microscribe.packets import Packet, encode_packet
-from devices.microscribe.profiles import DX40937
+from devices.microscribe.emulator.firmware import FarEnd, FarState
+from devices.microscribe.emulator.motion import StillMotion
+from devices.microscribe.kinematics.profiles import DX40937
+from devices.microscribe.wire.packets import Packet, encode_packet
 
 TICKS_PER_S = 900.0
 

@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import msgspec
 
-from app.environment import prepare_environment
 from benchmarks.timing import measure
+from paravol.environment import prepare_environment
 
 
 class Traced(msgspec.Struct):

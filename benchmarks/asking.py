@@ -14,15 +14,15 @@ import msgspec
 import numpy as np
 
 from benchmarks.ranks import start_ranks
-from renderers.art.cache import CellCache
-from renderers.art.directory import Directory, homes
-from renderers.art.messages import Message
-from renderers.art.node import Node
-from renderers.art.rank import Rank
+from benchmarks.simulated_ranks.rank_recording import Recording
+from benchmarks.simulated_ranks.replay import ReplayWork, Visits
+from renderers.art.cells.cache import CellCache
+from renderers.art.ranks.directory import Directory, homes
+from renderers.art.ranks.messages import Message
+from renderers.art.ranks.node import Node
+from renderers.art.ranks.rank import Rank
+from renderers.art.ranks.transport import Transport
 from renderers.art.regions import Gather, Region, region_payload
-from renderers.art.simulator.recording import Recording
-from renderers.art.simulator.replay import ReplayWork, Visits
-from renderers.art.transport import Transport
 
 CELLS = 512
 CELL_BYTES = 11**3 * 2
@@ -95,7 +95,7 @@ def ask_ranks(ranks: int, job: AskJob, folder: Path, *launcher: str) -> list[Ask
 
 def main(words: Sequence[str]) -> int:
     """Be one rank."""
-    from renderers.art.mpi import YIELD_S, MpiTransport
+    from renderers.art.ranks.mpi import YIELD_S, MpiTransport
 
     folder = Path(words[0])
     job = msgspec.json.decode((folder / "asking.json").read_bytes(), type=AskJob)

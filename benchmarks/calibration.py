@@ -11,9 +11,9 @@ from scipy.optimize import nnls
 
 from benchmarks.asking import CELL_BYTES, Asked, AskJob, AskReport, Pattern, ask_ranks
 from benchmarks.ranks import RankJob, busy_s, run_ranks
-from renderers.art.messages import Message, MessageKind
+from benchmarks.simulated_ranks.host import HostCosts
+from renderers.art.ranks.messages import Message, MessageKind
 from renderers.art.regions import Gather, Region, region_payload
-from renderers.art.simulator.host import HostCosts
 
 PATTERNS = tuple(
     Pattern(visits=320, at_once=at_once, cell_bytes=size)

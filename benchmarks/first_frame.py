@@ -5,7 +5,7 @@ Run as a child: its life is the time from an empty process to the first picture.
 
 import numpy as np
 
-from app.environment import prepare_environment
+from paravol.environment import prepare_environment
 
 CAVITY_MM = 9.0
 SIZE = 128

@@ -5,10 +5,10 @@ import time
 import numpy as np
 
 from renderers.art.march import FrameRays
-from renderers.art.messages import ProtocolError
-from renderers.art.node_maker import MarchNode, make_node
 from renderers.art.quality import Quality
-from renderers.art.rays import RayPacket
+from renderers.art.ranks.messages import ProtocolError
+from renderers.art.ranks.prepare import MarchNode, make_node
+from renderers.art.ranks.rays import RayPacket
 from renderers.art.regions import deal_regions
 from renderers.scene import Camera, Scene
 

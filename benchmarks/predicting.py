@@ -14,7 +14,7 @@ from benchmarks.calibration import ROUNDS, real_time
 from benchmarks.orbits import folded_scene, orbit
 from benchmarks.prediction import Predictor
 from benchmarks.ranks import RankJob
-from renderers.art.client import SnapshotClient
+from renderers.snapshots.client import SnapshotClient
 
 SIDE = 96
 SIZE = 256

@@ -18,28 +18,28 @@ from scipy.optimize import nnls
 
 from benchmarks.calibration import ROUNDS, both_busy, learn_host
 from benchmarks.ranks import RankJob, RankReport, busy_s, run_ranks
-from renderers.art.data_store import DataStore
-from renderers.art.directory import Distances
-from renderers.art.ledger import Ledger
-from renderers.art.march import FrameRays
-from renderers.art.messages import CELL_KINDS
-from renderers.art.node import Node
-from renderers.art.node_maker import make_node
-from renderers.art.policy import Dataflow
-from renderers.art.regions import deal_regions
-from renderers.art.simulator.host import Host, HostCosts
-from renderers.art.simulator.machine import Lot
-from renderers.art.simulator.retrace import Retracing, ray_twin, twin
-from renderers.art.simulator.strands import (
+from benchmarks.simulated_ranks.host import Host, HostCosts
+from benchmarks.simulated_ranks.retrace import Retracing, ray_twin, twin
+from benchmarks.simulated_ranks.simulated_machine import Lot
+from benchmarks.simulated_ranks.strands import (
     FEATURES,
     StrandPacket,
     StrandWork,
     record_packet,
 )
-from renderers.art.simulator.trips import Begun, StrandRayNode, StrandTravel
-from renderers.art.stage import load_scene
-from renderers.art.team import mode_of
-from renderers.art.traced import traced_camera
+from benchmarks.simulated_ranks.trips import Begun, StrandRayNode, StrandTravel
+from renderers.art.march import FrameRays
+from renderers.art.ranks.directory import Distances
+from renderers.art.ranks.ledger import Ledger
+from renderers.art.ranks.messages import CELL_KINDS
+from renderers.art.ranks.node import Node
+from renderers.art.ranks.policy import Dataflow
+from renderers.art.ranks.prepare import make_node
+from renderers.art.regions import deal_regions
+from renderers.snapshots.data_store import DataStore
+from renderers.snapshots.scene_loader import load_scene
+from renderers.snapshots.team import mode_of
+from renderers.snapshots.traced import traced_camera
 
 _OF_CELLS = frozenset(kind.name for kind in CELL_KINDS)
 

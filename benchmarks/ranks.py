@@ -16,19 +16,19 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from renderers.art.data_store import DataStore
-from renderers.art.job import SnapshotRequest
-from renderers.art.launcher import Launcher, find_launcher
-from renderers.art.ledger import Ledger
-from renderers.art.policy import CellPolicy, Dataflow
-from renderers.art.rank import Rank
+from benchmarks.simulated_ranks.rank_recording import Recording
+from renderers.art.ranks.frame_series import FrameSeries
+from renderers.art.ranks.ledger import Ledger
+from renderers.art.ranks.policy import CellPolicy, Dataflow
+from renderers.art.ranks.rank import Rank
+from renderers.art.ranks.ray_travel import make_frame_node
 from renderers.art.regions import Gather
-from renderers.art.series import FrameSeries
-from renderers.art.simulator.recording import Recording
-from renderers.art.stage import load_scene
-from renderers.art.team import mode_of
-from renderers.art.traced import traced_camera
-from renderers.art.travel import make_frame_node
+from renderers.snapshots.data_store import DataStore
+from renderers.snapshots.launcher import Launcher, find_launcher
+from renderers.snapshots.request import SnapshotRequest
+from renderers.snapshots.scene_loader import load_scene
+from renderers.snapshots.team import mode_of
+from renderers.snapshots.traced import traced_camera
 
 LIMIT_S = 300.0
 """Longest run; what takes longer hangs."""
@@ -140,7 +140,7 @@ def start_ranks(
 
 def main(words: Sequence[str]) -> int:
     """Be one rank."""
-    from renderers.art.mpi import MpiTransport
+    from renderers.art.ranks.mpi import MpiTransport
 
     folder = Path(words[0])
     job = msgspec.json.decode((folder / "job.json").read_bytes(), type=RankJob)

@@ -5,8 +5,7 @@ from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
-from app.terminal import Stages, print_json
-from app.versions import versions
+from app.cli.terminal import Stages, print_json
 from benchmarks import (
     suite_anatomy,
     suite_art,
@@ -44,6 +43,7 @@ from benchmarks.schema import (
     seconds_by,
 )
 from disk import UserError
+from paravol.versions import versions
 
 BUILT_IN = (
     suite_art,

@@ -4,7 +4,7 @@ from functools import cache, partial
 
 import numpy as np
 
-from benchmarks.packet_parts.kernels import (
+from benchmarks.kernels.read_samples import (
     read_distances,
     read_gradients,
     read_lines,

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy import bone_transfer_function, classic_transfer_function, sinus_phantom
-from anatomy.distance.redistance import FARTHEST_MM, redistance
+from anatomy.redistance import FARTHEST_MM, redistance
 from benchmarks.machine import ROOT
 from benchmarks.plan import UnavailableError
 from benchmarks.references import References

@@ -13,8 +13,8 @@ from benchmarks.scenes import SubjectSource
 from benchmarks.schema import Setting
 from benchmarks.timing import measure
 from renderers.fsr import FuzzySetRenderer
-from renderers.fsr.classic import SplatMode, SplatRasterizer
-from renderers.fsr.classic.film import draw_film
+from renderers.fsr.splats import SplatMode, SplatRasterizer
+from renderers.fsr.splats.splat_film import draw_film
 from renderers.scene import Camera, Image, Projection, image_error
 from renderers.scene.thread_team import ThreadTeam
 

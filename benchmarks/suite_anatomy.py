@@ -5,11 +5,11 @@ import tracemalloc
 import numpy as np
 
 from anatomy import PhantomParameters, build_phantom, distance_at, hazard_distances
-from anatomy.air import default_threads, evaluate_lattice
-from anatomy.lattice import DEFAULT_FIELD_MM, Lattice
-from anatomy.model import build_model
-from anatomy.phantom import Phantom
-from anatomy.survey import surface_errors_mm
+from anatomy.phantom.air import default_threads, evaluate_lattice
+from anatomy.phantom.lattice import DEFAULT_FIELD_MM, Lattice
+from anatomy.phantom.model import build_model
+from anatomy.phantom.phantom import Phantom
+from anatomy.queries.survey import surface_errors_mm
 from benchmarks.plan import Measured, Task, register
 from benchmarks.timing import measure
 from renderers.scene import Volume

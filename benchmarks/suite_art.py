@@ -17,7 +17,7 @@ from benchmarks.schema import Setting
 from benchmarks.timing import measure
 from benchmarks.volume_peer import PEER, PEER_REFERENCE_STEP, VolumePeer
 from renderers.art import ActiveRayTracer, Quality
-from renderers.art.kernel_set import KernelSet, scalar_kernels
+from renderers.art.ray_kernel_set import KernelSet, scalar_kernels
 from renderers.scene import Projection, image_error
 
 QUALITIES = ("preview", "snapshot", "final")

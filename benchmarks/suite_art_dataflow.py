@@ -21,10 +21,10 @@ from benchmarks.prediction import Learned, Predictor
 from benchmarks.ranks import RankJob, RankReport, run_ranks
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
-from renderers.art.client import SnapshotClient
-from renderers.art.job import ClassicWork, SnapshotRequest
-from renderers.art.launcher import find_launcher
-from renderers.art.policy import Dataflow
+from renderers.art.ranks.policy import Dataflow
+from renderers.snapshots.client import SnapshotClient
+from renderers.snapshots.launcher import find_launcher
+from renderers.snapshots.request import ClassicWork, SnapshotRequest
 
 ROUNDS = 5
 LARGE_SIDE = 1024

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from benchmarks.plan import Measured, Task, register
 from benchmarks.timing import measure
 from renderers.art import ActiveRayTracer, Quality
-from renderers.art.cell_sides import SIDES
+from renderers.art.cells.cell_size import SIDES
 from renderers.scene import (
     Camera,
     PhongMaterial,

@@ -12,10 +12,8 @@ from typing import Any
 
 from benchmarks.plan import Measured, Task, register
 from benchmarks.schema import Setting
-from benchmarks.timing import Timing
-from renderers.art.policy import Dataflow
-from renderers.art.simulator.machine import T3D, TODAY, Costs
-from renderers.art.simulator.study import (
+from benchmarks.simulated_ranks.simulated_machine import T3D, TODAY, Costs
+from benchmarks.simulated_ranks.study import (
     PAPER_S,
     Outcome,
     Setup,
@@ -23,7 +21,9 @@ from renderers.art.simulator.study import (
     paper_sample_s,
     simulate,
 )
-from renderers.art.simulator.trace import Orbit
+from benchmarks.simulated_ranks.trace import Orbit
+from benchmarks.timing import Timing
+from renderers.art.ranks.policy import Dataflow
 
 CACHES = (1.25, 1.5, 1.75, 2.0, 2.25, 2.5, 3.0, 4.0)
 """Volumes that all caches together hold, in Figure 4."""

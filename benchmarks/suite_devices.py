@@ -20,8 +20,8 @@ from benchmarks.machine import ROOT
 from benchmarks.plan import Measured, Task, UnavailableError, register
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
-from devices.microscribe.driver import MicroScribe
-from devices.microscribe.sampler import MotionReports
+from devices.microscribe.driver.driver import MicroScribe
+from devices.microscribe.driver.sampler import MotionReports
 from devices.port import DeviceError
 
 FASTEST_HZ = 823.0

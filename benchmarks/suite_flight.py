@@ -9,18 +9,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from app.endoscope_view import EndoscopeView, Frame
-from app.flight import Timing as LoopTiming
-from app.flight import fly
-from app.operating_room import OperatingRoom, prepare_room
-from app.second_channel import PATH_PEDAL, PathChannel
-from app.session_info import LIVE_TIER, SEED, describe_session
-from app.session_setup import build_session, build_view, first_views, path_view
 from benchmarks.nasal_views import Judge, acceptance_views, bundled_flight, path_views
 from benchmarks.plan import Measured, Task, register
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
 from devices import Pose, ProbePath, Registration
+from paravol.flight import Timing as LoopTiming
+from paravol.flight import fly
+from paravol.inputs.pose_completer import PATH_PEDAL, PathChannel
+from paravol.patient import OperatingRoom, prepare_room
+from paravol.session_info import LIVE_TIER, SEED, describe_session
+from paravol.session_setup import build_session, build_view, first_views, path_view
+from paravol.view import EndoscopeView, Frame
 from renderers.scene import image_error
 from renderers.shading import meter
 from scenarios import View, tip_frame

@@ -15,17 +15,17 @@ from benchmarks.plan import Measured, Task, UnavailableError, register
 from benchmarks.scenes import subjects
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing, measure
-from renderers.art.client import (
+from renderers.art.job_steps import Step, reached
+from renderers.scene import Camera, Image, Projection, image_error
+from renderers.snapshots.client import (
     QualityName,
     SnapshotCancelledError,
     SnapshotClient,
 )
-from renderers.art.growing import GrowingPicture
-from renderers.art.job import SnapshotRequest
-from renderers.art.steps import Step, reached
-from renderers.art.team import SerialTeam
-from renderers.art.worker import run_worker
-from renderers.scene import Camera, Image, Projection, image_error
+from renderers.snapshots.growing import GrowingPicture
+from renderers.snapshots.request import SnapshotRequest
+from renderers.snapshots.team import SerialTeam
+from renderers.snapshots.worker import run_worker
 
 UNIT = "8-bit codes"
 PATIENCE_S = 120.0

@@ -12,8 +12,8 @@ from benchmarks.plan import Measured, Task, register
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing, measure
 from renderers.art import ActiveRayTracer
-from renderers.fsr.scope import SurfelRasterizer
-from renderers.fsr.scope.kernel_set import best_kernels, scalar_kernels
+from renderers.fsr.surfels import SurfelRasterizer
+from renderers.fsr.surfels.surfel_kernel_set import best_kernels, scalar_kernels
 from renderers.scene import GBuffer, Material, image_error
 from renderers.scene.thread_team import ThreadTeam
 from renderers.shading import (

@@ -16,16 +16,16 @@ from benchmarks.plan import Measured, Task, register
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
 from renderers.art import ActiveRayTracer
-from renderers.art.client import SnapshotClient
-from renderers.art.delivery import Finisher, Picture
-from renderers.art.job import SnapshotRequest
-from renderers.art.refinement import Refinement
-from renderers.art.stage import load_scene
-from renderers.art.team import SerialTeam
 from renderers.scene import ImageError, Scene, image_error
 from renderers.shading import ScopeShader, Tier
-from renderers.shading.paths.path_light import PathTracer, SeenWalls
-from renderers.shading.paths.sampling import PathSampling
+from renderers.shading.path_light import PathTracer, SeenWalls
+from renderers.shading.path_sampling import PathSampling
+from renderers.snapshots.client import SnapshotClient
+from renderers.snapshots.delivery import Finisher, Picture
+from renderers.snapshots.refinement import Refinement
+from renderers.snapshots.request import SnapshotRequest
+from renderers.snapshots.scene_loader import load_scene
+from renderers.snapshots.team import SerialTeam
 
 Codes = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from benchmarks.machine import ROOT
 from benchmarks.plan import Measured, Task, UnavailableError, register
 from benchmarks.timing import Timing
-from renderers.art.launcher import find_launcher
+from renderers.snapshots.launcher import find_launcher
 
 ALONE = "python alone"
 CACHED = "kernels cached"

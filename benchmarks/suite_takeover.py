@@ -13,12 +13,12 @@ from benchmarks.plan import Measured, Task, UnavailableError, register
 from benchmarks.scenes import subjects
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
-from renderers.art.client import SnapshotClient
-from renderers.art.job import SnapshotRequest, TruthSpec
-from renderers.art.lease import SAVE_EVERY_S
-from renderers.art.saved_work import forget_saved
-from renderers.art.worker import run_worker
 from renderers.scene import Projection, image_error
+from renderers.snapshots.client import SnapshotClient
+from renderers.snapshots.lease import SAVE_EVERY_S
+from renderers.snapshots.request import SnapshotRequest, TruthSpec
+from renderers.snapshots.saved_work import forget_saved
+from renderers.snapshots.worker import run_worker
 
 UNDISTURBED = "nobody dies"
 ANEW = "begun anew"

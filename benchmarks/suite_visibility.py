@@ -9,7 +9,7 @@ from benchmarks.scenes import SubjectSource, subjects
 from benchmarks.schema import Setting
 from benchmarks.timing import measure
 from devices import load_probe_path
-from renderers.fsr.scope import SurfelRasterizer
+from renderers.fsr.surfels import SurfelRasterizer
 from renderers.fsr.visibility import VisibleSets, build_visible_sets
 from renderers.scene import Camera, ImageError, Volume
 from renderers.scene.thread_team import ThreadTeam

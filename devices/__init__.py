@@ -2,11 +2,14 @@
 
 from devices.port import BytePort, DeviceError, DeviceReason
 from devices.pose import Pose, PoseFlag, PoseSource
-from devices.probe_path import ProbePath, ProbeSample
-from devices.recording import load_probe_path, save_probe_path
-from devices.registration import Registration, register
-from devices.registration_error import RegistrationError, RegistrationReason
-from devices.touch import TouchCollector
+from devices.recording.path_file import load_probe_path, save_probe_path
+from devices.recording.probe_path import ProbePath, ProbeSample
+from devices.registration.fiducial_fit import Registration, register
+from devices.registration.registration_error import (
+    RegistrationError,
+    RegistrationReason,
+)
+from devices.registration.touch import TouchCollector
 
 __all__ = [
     "BytePort",

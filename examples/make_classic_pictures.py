@@ -16,7 +16,7 @@ from PIL import Image, ImageDraw
 
 from anatomy import bone_transfer_function, classic_transfer_function, sinus_phantom
 from renderers.fsr import FuzzySetRenderer
-from renderers.fsr.classic import SplatMode
+from renderers.fsr.splats import SplatMode
 from renderers.scene import Camera, Projection, Scene, srgb_from_linear
 
 SIDE = 400

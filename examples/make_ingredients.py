@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from app.operating_room import prepare_room
-from app.session_setup import first_views
 from benchmarks.nasal_views import (
     NasalView,
     acceptance_views,
     bundled_flight,
     nasal_scene,
 )
+from paravol.patient import prepare_room
+from paravol.session_setup import first_views
 from renderers.art import ActiveRayTracer
 from renderers.scene import Camera, GBuffer, rmse_codes, save_png
 from renderers.shading import (
@@ -36,7 +36,7 @@ from renderers.shading import (
     downsample_radiance,
 )
 from renderers.shading.illumination import Effects
-from renderers.shading.paths.path_light import PathLight
+from renderers.shading.path_light import PathLight
 from scenarios.instruments import suction_tube
 
 SIZE = 512

@@ -13,16 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from app.endoscope_view import EndoscopeView
-from app.operating_room import OperatingRoom, prepare_room
-from app.session_info import LIVE_TIER, SEED
-from app.session_setup import build_view, path_view
 from benchmarks.nasal_views import (
     NasalView,
     acceptance_views,
     bundled_flight,
     nasal_scene,
 )
+from paravol.patient import OperatingRoom, prepare_room
+from paravol.session_info import LIVE_TIER, SEED
+from paravol.session_setup import build_view, path_view
+from paravol.view import EndoscopeView
 from renderers.art import ActiveRayTracer
 from renderers.fsr import FuzzySetRenderer
 from renderers.shading import CameraPass, ScopeShader, Tier, scope_picture

@@ -4,9 +4,9 @@
 
 ``--seeds``: how many drawn heads, seeds 0 upwards; ``--spacing``: their voxels, mm. The
 default head is measured at 0.5 mm, its ways at 0.35 and 0.25 mm. Takes about a second a
-drawn head. How it is measured: ``anatomy/survey.py``, ``anatomy/ways.py`` and
-``anatomy/wall_peaks.py``; the tests use the same. Times and memory are measured by
-``paravol bench --suite anatomy``.
+drawn head. How it is measured: ``anatomy/queries/survey.py``,
+``anatomy/queries/ways.py`` and ``anatomy/queries/wall_peaks.py``; the tests use the
+same. Times and memory are measured by ``paravol bench --suite anatomy``.
 """
 
 import argparse
@@ -15,7 +15,7 @@ import sys
 import numpy as np
 
 from anatomy import PhantomParameters, build_phantom, draw_parameters
-from anatomy.survey import (
+from anatomy.queries.survey import (
     SIDES,
     SINUSES,
     anterior_share,
@@ -24,8 +24,8 @@ from anatomy.survey import (
     spine_distances_mm,
     surface_errors_mm,
 )
-from anatomy.wall_peaks import lamina_peaks, septa_head, septum_peaks
-from anatomy.ways import (
+from anatomy.queries.wall_peaks import lamina_peaks, septa_head, septum_peaks
+from anatomy.queries.ways import (
     cell_diameters_mm,
     entrance_radii_mm,
     half_head,

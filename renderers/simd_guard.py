@@ -43,7 +43,7 @@ def demand_vectors(what: str) -> None:
 def _try_out() -> str:
     # Any error of a compiler that is not the one we know: its kind is unknown too.
     try:
-        from renderers.simd.check import agrees_with_scalars
+        from renderers.lanes.self_check import agrees_with_scalars
 
         agrees = agrees_with_scalars()
     except Exception as error:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import pytest
 from hypothesis import settings
 
-from app.environment import prepare_environment
+from paravol.environment import prepare_environment
 
 prepare_environment()
 

@@ -10,17 +10,15 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = (
-    *("anatomy", "app", "benchmarks", "devices", "disk", "renderers", "scenarios"),
+    *("anatomy", "app", "benchmarks", "devices", "disk", "paravol"),
+    *("renderers", "scenarios"),
 )
 SOURCES = sorted(p for name in PACKAGES for p in (ROOT / name).rglob("*.py"))
 TESTS = sorted((ROOT / "tests").rglob("*.py"))
 FACES = [p for p in SOURCES if p.name == "__init__.py"]
-KERNELS = [p for p in SOURCES if p.name == "kernels.py"]
-VECTORS = [p for p in SOURCES if p.is_relative_to(ROOT / "renderers" / "simd")]
-TURNS = ROOT / "renderers" / "scene" / "turns" / "kernels.py"
-MULADD = ROOT / "renderers" / "scene" / "muladd" / "kernels.py"
-TICKS = ROOT / "renderers" / "scene" / "ticks" / "kernels.py"
-"""Threads need it where vectors do not compile, too."""
+KERNELS = [p for p in SOURCES if p.parent.name == "kernels" and p.name != "__init__.py"]
+LANES = [p for p in SOURCES if p.is_relative_to(ROOT / "renderers" / "lanes")]
+TEAM = ROOT / "renderers" / "scene" / "thread_team.py"
 
 MAX_LINES = 350
 """Beyond this a file holds more than one noun."""
@@ -123,19 +121,18 @@ def test_no_file_is_longer_than_a_reader_can_hold(files: list[Path]) -> None:
     assert not {name: n for name, n in lengths.items() if n > MAX_LINES}
 
 
-def test_only_kernels_are_compiled_and_only_three_extend_the_compiler() -> None:
-    """Vectors do, what threads share, and the clock."""
+def test_only_kernels_are_compiled_and_only_lanes_extend_the_compiler() -> None:
     assert not [
         at(path, node)
         for path in SOURCES
-        if path not in KERNELS + VECTORS
+        if path not in KERNELS + LANES
         for node, name in imported(path)
         if name.partition(".")[0] in ("numba", "llvmlite")
     ]
     assert not [
         at(path, node)
         for path in SOURCES
-        if path not in (*VECTORS, TURNS, MULADD, TICKS)
+        if path not in LANES
         for node, name in imported(path)
         if name.partition(".")[0] == "llvmlite" or name.startswith("numba.")
     ]
@@ -147,9 +144,10 @@ def test_only_kernels_take_vectors() -> None:
     assert not [
         at(path, node)
         for path in SOURCES
-        if path not in (*KERNELS, *VECTORS, guard)
+        # A team's threads wait for one another by atomic counters.
+        if path not in (*KERNELS, *LANES, guard, TEAM)
         for node, name in imported(path)
-        if name == "renderers.simd" or name.startswith("renderers.simd.")
+        if name == "renderers.lanes" or name.startswith("renderers.lanes.")
     ]
 
 
@@ -164,9 +162,9 @@ def test_kernels_import_no_policy() -> None:
     wrong = []
     for path in KERNELS:
         for node, name in imported(path):
-            if name.partition(".")[0] in plain or name.endswith(".kernels"):
+            if name.partition(".")[0] in plain or ".kernels." in f"{name}.":
                 continue
-            if name == "renderers.simd":
+            if name == "renderers.lanes" or name.startswith("renderers.lanes."):
                 continue
             layout = ROOT / f"{name.replace('.', '/')}.py"
             if not layout.is_file() or not plain >= {

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.views import Classification
+from renderers.art.cells.brick_views import Classification
 from renderers.scene import TransferFunction
 
 _BINS = 1024

@@ -14,13 +14,13 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.art.blocks import Blocks, Strip, draw_strip
+from renderers.art.cells.brick_views import CellView
 from renderers.art.classification import classification, clear_intervals
-from renderers.art.kernel_set import KernelSet
 from renderers.art.quality import Quality
-from renderers.art.rays import RayPacket
+from renderers.art.ranks.rays import RayPacket
+from renderers.art.ray_kernel_set import KernelSet
 from renderers.art.regions import Gather, Region
-from renderers.art.strips import Blocks, Strip, draw_strip
-from renderers.art.views import CellView
 from renderers.scene import Camera, Projection, Scene, Volume
 
 COUNTERS = ("samples", "contributing", "skipped", "bent")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.messages import ProtocolError
+from renderers.art.ranks.messages import ProtocolError
 from renderers.scene import GBuffer
 
 REGION_PX = 32

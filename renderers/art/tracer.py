@@ -9,17 +9,22 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.cell_sides import SMALLEST_SIDE
-from renderers.art.kernel_set import KernelSet
+from renderers.art.blocks import RAYS_A_BLOCK, Blocks
+from renderers.art.cells.cell_size import SMALLEST_SIDE
+from renderers.art.job_steps import Step, reached
+from renderers.art.kernels.unpack_surface import part_surface
 from renderers.art.march import Drawer, FrameRays, March
-from renderers.art.node_maker import MarchNode, make_node
-from renderers.art.parting.kernels import part_surface
 from renderers.art.quality import Quality
+from renderers.art.ranks.prepare import MarchNode, make_node
+from renderers.art.ranks.work import MarchWork
+from renderers.art.ray_kernel_set import KernelSet
 from renderers.art.regions import Gather, strips
-from renderers.art.slices import FIRST_BLOCKS, next_blocks, next_slice, rays_a_packet
-from renderers.art.steps import Step, reached
-from renderers.art.strips import RAYS_A_BLOCK, Blocks
-from renderers.art.work import MarchWork
+from renderers.art.time_slices import (
+    FIRST_BLOCKS,
+    next_blocks,
+    next_slice,
+    rays_a_packet,
+)
 from renderers.scene import Camera, GBuffer, Image, Scene, Volume
 from renderers.scene.deflection import Deflection
 from renderers.scene.thread_team import ThreadTeam

@@ -5,7 +5,7 @@
 
 from typing import TYPE_CHECKING
 
-from renderers.fsr.composition import render_among
+from renderers.fsr.composed_splats import render_among
 from renderers.fsr.fuzzy_set import (
     FuzzySet,
     Inclusion,

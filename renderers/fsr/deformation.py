@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.sparse_rows import SparseRows
-from renderers.fsr.surfels import Surfels, extract_surfels
+from renderers.fsr.surfels.surfel_set import Surfels, extract_surfels
 from renderers.scene import Volume
 from renderers.scene.deflection import Cut, Deflection, deflected_distance
 

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.culling.kernels import cull_rows, list_spans
+from renderers.fsr.kernels.cull_rows import cull_rows, list_spans
 from renderers.fsr.sparse_rows import SparseRows
 from renderers.fsr.view_limits import SOFT_PX, STEEPEST_CONE_RAD
 from renderers.scene import Camera, Projection

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.extraction.rows.kernels import extract_rows
-from renderers.fsr.normals import decode_normals, kernel_geometry
+from renderers.fsr.kernels.extract import extract_rows
+from renderers.fsr.sobel_normals import decode_normals, kernel_geometry
 from renderers.fsr.sparse_rows import SparseRows
 from renderers.scene import Scene, TransferFunction, Volume
 

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.classic.peak import DEEPEST, PEAK
 from renderers.fsr.fuzzy_set import FuzzySet
+from renderers.fsr.splats.peak_opacity import DEEPEST, PEAK
 from renderers.scene import Scene
 from renderers.scene.diffuse import diffuse_light
 

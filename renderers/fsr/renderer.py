@@ -7,9 +7,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.classic import SplatMode, SplatRasterizer, Traversal
-from renderers.fsr.classic.film import draw_film
-from renderers.fsr.classic.motion_gauge import MotionGauge
 from renderers.fsr.fuzzy_set import (
     BOUNDARY_THRESHOLD,
     FuzzySet,
@@ -17,10 +14,13 @@ from renderers.fsr.fuzzy_set import (
     default_inclusion,
     extract_fuzzy_set,
 )
-from renderers.fsr.scope import SurfelRasterizer
+from renderers.fsr.splats import SplatMode, SplatRasterizer, Traversal
+from renderers.fsr.splats.motion_gauge import MotionGauge
+from renderers.fsr.splats.splat_film import draw_film
+from renderers.fsr.surfels import SurfelRasterizer
 from renderers.fsr.visibility import VisibleSets
-from renderers.fsr.visibility.sets import Progress
-from renderers.fsr.visibility.store import stored_visible_sets
+from renderers.fsr.visibility.visible_set_store import stored_visible_sets
+from renderers.fsr.visibility.visible_sets import Progress
 from renderers.scene import Camera, GBuffer, Image, Scene
 from renderers.scene.deflection import Deflection, deflected_scene
 from renderers.scene.thread_team import ThreadTeam

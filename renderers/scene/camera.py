@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from disk import UserError
 from renderers.scene.aiming import aimed
 from renderers.scene.distortion import NO_DISTORTION, Distortion
-from renderers.scene.memory import memory_limit
+from renderers.scene.memory_limit import memory_limit
 
 PIXEL_BYTES = 92
 """Taken for each pixel while a picture is drawn: lens table, rays, what they found."""

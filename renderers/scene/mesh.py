@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from disk import UserError
 from renderers.scene.camera import Camera
-from renderers.scene.facets.facets import Facets
+from renderers.scene.facets import Facets
 from renderers.scene.gbuffer import GBuffer, Material
 from renderers.scene.spine import Spine
 
 if TYPE_CHECKING:
-    from renderers.scene.facets.drawing import ListedFacets
+    from renderers.scene.mesh_drawing import ListedFacets
 
 RowRunner = Callable[[int, Callable[[int, int], None]], None]
 """Calls ``kernel(first, past_last)`` so that each of so many rows is covered once."""
@@ -96,7 +96,7 @@ class Mesh:
     ) -> "ListedFacets":
         """List what a view may show of the mesh; `draw` it when there is a buffer."""
         # Imported here: pictures without instruments need not load the compiler.
-        from renderers.scene.facets.drawing import list_facets_in_view
+        from renderers.scene.mesh_drawing import list_facets_in_view
 
         facets = self._cut_facets()
         return list_facets_in_view(facets, int(self.material), camera, world_from_mesh)

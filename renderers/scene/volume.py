@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from disk import UserError
-from renderers.scene.memory import memory_limit
+from renderers.scene.memory_limit import memory_limit
 
 AIR_HU = -1000.0
 """Value of everything outside a CT volume."""

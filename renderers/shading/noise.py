@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.shading.detail.tile import TILE_SIZE
+from renderers.shading.noise_tile import TILE_SIZE
 
 # Orthonormal, proper: three turns by rational angles that share no axis.
 _ROTATIONS = (

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.scene import Camera, GBuffer
-from renderers.shading.camera_pass import CameraPass
+from renderers.shading.camera.camera_pass import CameraPass
+from renderers.shading.capsules import Caster
 from renderers.shading.illumination import ScopeLight
 from renderers.shading.shader import ScopeShader
-from renderers.shading.shadow.rods import Caster
 
 
 def downsample_radiance(radiance: NDArray[np.float32]) -> NDArray[np.float32]:

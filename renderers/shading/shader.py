@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 from renderers.scene import AirSurface, Camera, GBuffer, Projection
 from renderers.scene.thread_team import ThreadTeam
 from renderers.shading.bands import RowBands
-from renderers.shading.bounce.light_grid import STRIDE, VirtualLights
-from renderers.shading.hairs.hair_layer import HairLayer, PlacedStrands, draw_hairs
+from renderers.shading.bounce import STRIDE, VirtualLights
+from renderers.shading.capsules import Caster, rod_table
+from renderers.shading.hairs import HairLayer, PlacedStrands, draw_hairs
 from renderers.shading.illumination import Detail, Effects, ScopeLight, Tier
+from renderers.shading.indirect_light import Followed, SecondLight
+from renderers.shading.kernels.shade_rows import shade_rows
 from renderers.shading.lattice_points import asked_points, dilated, pixels_of
-from renderers.shading.look import Look
-from renderers.shading.paths.path_light import PathLight, demand_size
-from renderers.shading.secondary.second_light import Followed, SecondLight
-from renderers.shading.shadow.rods import Caster, rod_table
-from renderers.shading.surface.kernels import shade_rows
+from renderers.shading.path_light import PathLight, demand_size
+from renderers.shading.surface_look import Look
 from renderers.simd_guard import demand_vectors
 
 BOUNCE_FACTOR = 1.15

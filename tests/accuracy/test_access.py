@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from anatomy.frame import lps_from_ras
-from anatomy.parameters import PhantomParameters
-from anatomy.phantom import Phantom, build_phantom
+from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.phantom import Phantom, build_phantom
 from anatomy.tissue import Side
 
 MARGIN_MM = 0.15

@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[2]
 DRAW = """
 import hashlib
 from renderers.art import ActiveRayTracer, Quality
-from renderers.art.kernel_set import packet_kernels
+from renderers.art.ray_kernel_set import packet_kernels
 from renderers.scene import Camera, Projection
 from tests.scenes import make_scene
 

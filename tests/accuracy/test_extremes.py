@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from anatomy.air import distance_at_points, evaluate_lattice
-from anatomy.lattice import Box, Lattice
-from anatomy.model import build_model
-from anatomy.parameters import PhantomParameters
-from anatomy.phantom import Phantom, build_phantom
-from anatomy.survey import leaks
+from anatomy.phantom.air import distance_at_points, evaluate_lattice
+from anatomy.phantom.lattice import Box, Lattice
+from anatomy.phantom.model import build_model
+from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.phantom import Phantom, build_phantom
+from anatomy.queries.survey import leaks
 from anatomy.tissue import AIR_LABELS, Label
 
 HEADS = (

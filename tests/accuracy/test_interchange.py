@@ -10,8 +10,8 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from anatomy.case import Case, CaseRecord, read_case, store_case
-from anatomy.landmarks import Landmark
-from anatomy.surfaces import Surface, save_surface
+from anatomy.files.surfaces import Surface, save_surface
+from anatomy.queries.landmarks import Landmark
 from anatomy.tissue import Side
 from renderers.scene.volume import Volume
 

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from anatomy.air import distance_at_points, evaluate_lattice
-from anatomy.lattice import Lattice
-from anatomy.model import build_model
-from anatomy.parameters import SIDED_VARIANTS, LeftRatios, PhantomParameters
-from anatomy.phantom import Phantom, build_phantom
-from anatomy.population import draw_parameters
-from anatomy.survey import (
+from anatomy.phantom.air import distance_at_points, evaluate_lattice
+from anatomy.phantom.lattice import Lattice
+from anatomy.phantom.model import build_model
+from anatomy.phantom.parameters import SIDED_VARIANTS, LeftRatios, PhantomParameters
+from anatomy.phantom.phantom import Phantom, build_phantom
+from anatomy.phantom.population import draw_parameters
+from anatomy.phantom.variants import with_variants
+from anatomy.queries.survey import (
     SIDES,
     SINUSES,
     anterior_share,
@@ -23,7 +24,6 @@ from anatomy.survey import (
     volume_ml,
 )
 from anatomy.tissue import AIR_LABELS
-from anatomy.variants import with_variants
 
 
 @pytest.fixture(scope="module")

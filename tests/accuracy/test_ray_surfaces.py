@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from renderers.art import ActiveRayTracer, Quality
-from renderers.art.kernel_set import KernelSet, packet_kernels, scalar_kernels
+from renderers.art.ray_kernel_set import KernelSet, packet_kernels, scalar_kernels
 from renderers.scene import (
     Camera,
     Light,

@@ -14,14 +14,14 @@ from pydicom.dataset import FileDataset, FileMetaDataset
 from pydicom.uid import UID, ExplicitVRLittleEndian, generate_uid
 
 from anatomy.case import read_case
-from anatomy.imported import ImportedHead, import_head
-from anatomy.imported_case import source_record, write_imported_case
-from anatomy.scan import Modality, Scan, read_scan
+from anatomy.scan.imported import ImportedHead, import_head
+from anatomy.scan.imported_case import source_record, write_imported_case
+from anatomy.scan.scan import Modality, Scan, read_scan
 from anatomy.tissue import Side
-from app.case_exercise import exercise_of
-from app.operating_room import OperatingRoom, prepare_room
-from app.session_setup import build_view, path_view
 from devices import load_probe_path
+from paravol.case_exercise import exercise_of
+from paravol.patient import OperatingRoom, prepare_room
+from paravol.session_setup import build_view, path_view
 from scenarios import load_scenario
 
 SCANS = Path(
@@ -94,14 +94,15 @@ def head(ct: Scan) -> ImportedHead:
     return import_head(ct, 0.7)
 
 
-@pytest.mark.slow  # tests/anatomy/test_dicom.py does so with a tilted, uneven made head
+# tests/anatomy/scan/test_dicom.py does so with a tilted, uneven made head.
+@pytest.mark.slow
 @needs_ct
 def test_every_voxel_is_where_its_slice_was(tmp_path: Path) -> None:
     """Pixels that hold their own coordinate, on the real tilted, uneven slices.
 
     Stored in tenths of a millimetre: the rounding alone is 0.05 mm.
     """
-    from anatomy.dicom import choose_series, find_series, read_series
+    from anatomy.scan.dicom import choose_series, find_series, read_series
 
     slices = Slices()
     rng = np.random.default_rng(0)

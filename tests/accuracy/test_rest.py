@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from renderers.art import ActiveRayTracer, Quality
 from renderers.fsr import FuzzySetRenderer, Inclusion
-from renderers.fsr.classic import SplatMode
+from renderers.fsr.splats import SplatMode
 from renderers.scene import (
     Camera,
     PhongMaterial,

@@ -12,8 +12,8 @@ import pytest
 from numpy.typing import NDArray
 
 from renderers.fsr import Inclusion, extract_fuzzy_set
-from renderers.fsr.classic import SplatMode, SplatRasterizer
-from renderers.fsr.classic.painted_set import PaintedSet
+from renderers.fsr.splats import SplatMode, SplatRasterizer
+from renderers.fsr.splats.shaded_set import PaintedSet
 from renderers.scene import (
     Camera,
     Light,

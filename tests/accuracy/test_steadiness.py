@@ -187,7 +187,7 @@ def test_hairs_neither_flicker_nor_jump(film: Film) -> None:
     assert surface is not None
     view = named("vestibule")
     from renderers.shading import Effects
-    from renderers.shading.hairs.strands import Strands
+    from renderers.shading.strands import Strands
 
     strands = Strands.grow(surface, 7)
     bald = ScopeShader(surface, Tier.LIVE, effects=Effects.none())

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from anatomy.coverage import blur_mm, weights
+from anatomy.phantom.coverage import blur_mm, weights
+from anatomy.queries.wall_peaks import lamina_peaks, septa_head, septum_peaks
 from anatomy.tissue import TISSUES, Side
-from anatomy.wall_peaks import lamina_peaks, septa_head, septum_peaks
 
 HU = np.array([TISSUES[n].hu for n in ("air", "mucosa", "thin bone", "fat")])
 

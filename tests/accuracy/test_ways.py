@@ -2,16 +2,16 @@
 
 import pytest
 
-from anatomy.parameters import PhantomParameters
-from anatomy.phantom import Phantom
-from anatomy.tissue import Side
-from anatomy.ways import (
+from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.phantom import Phantom
+from anatomy.queries.ways import (
     cell_diameters_mm,
     entrance_radii_mm,
     half_head,
     nearest_mm,
     ostium_diameters_mm,
 )
+from anatomy.tissue import Side
 
 
 @pytest.fixture(scope="module", params=[Side.RIGHT, Side.LEFT], ids=["right", "left"])

@@ -17,16 +17,16 @@ from typing import Any
 import pytest
 import serial
 
-from devices.microscribe.emulator_arm import EmulatedArm
-from devices.microscribe.emulator_motion import StillMotion
-from devices.microscribe.emulator_server import EmulatorServer
-from devices.microscribe.emulator_socket import SocketPort
-from devices.microscribe.profiles import DX40937
+from devices.microscribe.emulator.emulated_arm import EmulatedArm
+from devices.microscribe.emulator.motion import StillMotion
+from devices.microscribe.emulator.server import EmulatorServer
+from devices.microscribe.emulator.socket_port import SocketPort
+from devices.microscribe.kinematics.profiles import DX40937
 
 if sys.platform == "win32":
     pytest.skip("pseudo-terminals need POSIX", allow_module_level=True)
 
-from devices.microscribe.emulator_terminal import TerminalPort
+from devices.microscribe.emulator.terminal_port import TerminalPort
 
 FOLDER = "PARAVOL_WITNESS"
 """Environment variable with the folder into which microcmm was installed."""

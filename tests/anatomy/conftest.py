@@ -3,11 +3,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from anatomy import kernels
-from anatomy.parameters import PhantomParameters
-from anatomy.phantom import Phantom, build_phantom
-from anatomy.program import Encoder
-from anatomy.shapes import Array, Field
+from anatomy.kernels import stack_program as kernels
+from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.phantom import Phantom, build_phantom
+from anatomy.phantom.program import Encoder
+from anatomy.phantom.shapes import Array, Field
 
 
 @pytest.fixture(scope="session")

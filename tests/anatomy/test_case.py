@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from anatomy.case import read_case, write_case
-from anatomy.distance.redistance import DEEPEST_MM
-from anatomy.head_skin import head_skin
-from anatomy.histogram import find_peaks, transfer_of
-from anatomy.parameters import PhantomParameters
-from anatomy.phantom import Phantom, build_phantom
-from anatomy.resonance import magnetic_resonance
+from anatomy.phantom.head_skin import head_skin
+from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.phantom import Phantom, build_phantom
+from anatomy.phantom.synthetic_mr import magnetic_resonance
+from anatomy.redistance import DEEPEST_MM
+from anatomy.scan.histogram import find_peaks, transfer_of
 from anatomy.tissue import Label
 
 

@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from app.registration_fit import Touched
-from app.rehearsed_arm import RehearsedTruth, rehearsed_truth
-from app.skin import Skin
-from devices.held_point import HeldPoint
-from devices.microscribe.link import ArmDescription
-from devices.microscribe.uncertainty import ParameterSpread
-from devices.pivot import calibrate_pivot
-from devices.rehearsal import rehearse
+from devices.microscribe.kinematics.uncertainty import ParameterSpread
+from devices.microscribe.wire.link import ArmDescription
+from devices.registration.held_point import HeldPoint
+from devices.registration.pivot import calibrate_pivot
+from devices.registration.rehearsal import rehearse
+from paravol.registration.fit import Touched
+from paravol.registration.rehearsed_arm import RehearsedTruth, rehearsed_truth
+from paravol.registration.skin import Skin
 
 SWING_POSES = 110
 HOLD_STRIDE = 3

@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from app.terminal import Stages
+from app.cli.terminal import Stages
 from benchmarks.plan import Measured, Task, UnavailableError
 from benchmarks.runner import Runner, make_row, run_bench
 from benchmarks.schema import Results, load_results

@@ -8,10 +8,10 @@ from benchmarks.plan import SUITES
 from benchmarks.ranks import RankJob, digest_of, run_ranks
 from benchmarks.suite_art_dataflow import LARGE_FLOWS, DataflowPlan, large_requests
 from renderers.art import ActiveRayTracer
-from renderers.art.data_store import DataStore
-from renderers.art.launcher import find_launcher
-from renderers.art.policy import Dataflow
+from renderers.art.ranks.policy import Dataflow
 from renderers.art.regions import Gather
+from renderers.snapshots.data_store import DataStore
+from renderers.snapshots.launcher import find_launcher
 
 SIDE = 64
 

@@ -2,10 +2,10 @@
 
 import pytest
 
-from benchmarks.packet_parts.kernels import WIDTH
+from benchmarks.kernels.read_samples import WIDTH
 from benchmarks.plan import Measured
 from benchmarks.suite_art_kernels import LIGHTS, TARGETS, KernelPlan
-from renderers.art.kernel_set import PACKET
+from renderers.art.ray_kernel_set import PACKET
 
 
 def test_parts_are_read_by_packets_as_wide_as_those_that_march() -> None:

@@ -9,7 +9,7 @@ from benchmarks.suite_devices import (
     DevicesPlan,
     measure_reader,
 )
-from devices.microscribe.sampler import MotionReports
+from devices.microscribe.driver.sampler import MotionReports
 
 pytestmark = pytest.mark.skipif(
     sys.platform == "win32", reason="pseudo-terminals need POSIX"

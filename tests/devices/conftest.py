@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.microscribe.emulator_state import FarEnd
-from devices.microscribe.profiles import DX40937, HOME_COUNTS, ArmProfile
-from devices.microscribe.timing import LinkTiming
+from devices.microscribe.emulator.firmware import FarEnd
+from devices.microscribe.kinematics.profiles import DX40937, HOME_COUNTS, ArmProfile
+from devices.microscribe.wire.timing import LinkTiming
 from devices.port import DeviceError, MemoryPort, memory_port_pair
-from devices.probe_path import ProbePath
+from devices.recording.probe_path import ProbePath
 
 
 def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -3,10 +3,10 @@
 from collections import deque
 
 from devices import Pose
-from devices.microscribe.emulator_memory import DrivenClock, MemoryLine
-from devices.microscribe.keeper import ArmKeeper, ArmSettings
-from devices.microscribe.link import ArmDescription
-from devices.microscribe.sampler import HomeState
+from devices.microscribe.driver.sampler import HomeState
+from devices.microscribe.driver.supervisor import ArmKeeper, ArmSettings
+from devices.microscribe.emulator.in_memory import DrivenClock, MemoryLine
+from devices.microscribe.wire.link import ArmDescription
 
 PERIOD_S = 0.01
 

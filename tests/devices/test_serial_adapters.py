@@ -10,13 +10,14 @@ import pytest
 import serial
 
 from devices import serial_adapters as module
-from devices.microscribe import MicroScribe, driver
-from devices.microscribe.driver import SerialPort
-from devices.microscribe.emulator_arm import EmulatedArm
-from devices.microscribe.emulator_motion import StillMotion
-from devices.microscribe.emulator_server import EmulatorServer
-from devices.microscribe.emulator_terminal import TerminalPort
-from devices.microscribe.profiles import DX40937
+from devices.microscribe import MicroScribe
+from devices.microscribe.driver import driver
+from devices.microscribe.driver.driver import SerialPort
+from devices.microscribe.emulator.emulated_arm import EmulatedArm
+from devices.microscribe.emulator.motion import StillMotion
+from devices.microscribe.emulator.server import EmulatorServer
+from devices.microscribe.emulator.terminal_port import TerminalPort
+from devices.microscribe.kinematics.profiles import DX40937
 from devices.port import DeviceError, DeviceReason
 from devices.serial_adapters import (
     absence_remedy,

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from renderers.art.launcher import Launcher, find_launcher
+from renderers.snapshots.launcher import Launcher, find_launcher
 
 LAUNCHER = find_launcher()
 
@@ -60,7 +60,7 @@ def ranks(
     number: int, spool: Path, *options: str, launcher: Launcher | None = None
 ) -> Iterator["subprocess.Popen[str]"]:
     """Run a worker of so many ranks on a spool."""
-    words = ["-m", "renderers.art", "--spool", str(spool), *options]
+    words = ["-m", "renderers.snapshots", "--spool", str(spool), *options]
     with running(ranks_command(number, *words, launcher=launcher)) as child:
         yield child
 

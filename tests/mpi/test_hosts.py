@@ -11,8 +11,8 @@ import pytest
 from benchmarks.orbits import folded_scene, orbit
 from benchmarks.ranks import RankJob, digest_of, run_ranks
 from renderers.art import ActiveRayTracer
-from renderers.art.client import SnapshotClient
 from renderers.art.regions import Gather
+from renderers.snapshots.client import SnapshotClient
 from tests.mpi.launching import LAUNCHER, NEEDS_RANKS
 
 pytestmark = [*NEEDS_RANKS, pytest.mark.slow]

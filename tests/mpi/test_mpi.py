@@ -11,8 +11,8 @@ MESSAGES = 10
 RANKS = f"""
 import sys, time
 from pathlib import Path
-from renderers.art.messages import Message, MessageKind
-from renderers.art.mpi import MpiTransport
+from renderers.art.ranks.messages import Message, MessageKind
+from renderers.art.ranks.mpi import MpiTransport
 
 transport = MpiTransport(folder=Path(sys.argv[1]))
 sent = Path(sys.argv[1], "sent")

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from renderers.art import ActiveRayTracer
-from renderers.art.client import SnapshotClient
-from renderers.art.launcher import launcher_at
 from renderers.scene import Camera, Projection, Scene
+from renderers.snapshots.client import SnapshotClient
+from renderers.snapshots.launcher import launcher_at
 from tests.mpi.launching import NEEDS_RANKS, ranks, wait_until_gone
 
 PATH = shutil.which("mpiexec.openmpi") or shutil.which("mpiexec")

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from renderers.art.spool import Spool
-from renderers.art.steps import Step
+from renderers.art.job_steps import Step
+from renderers.snapshots.spool import Spool
 from tests.mpi.launching import NEEDS_RANKS, ranks_command, running
 from tests.stress.doomed import act
 from tests.stress.jobs import (

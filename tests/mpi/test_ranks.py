@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from renderers.art import ActiveRayTracer
-from renderers.art.client import QualityName, SnapshotClient
 from renderers.scene import Camera, Projection, Scene
+from renderers.snapshots.client import QualityName, SnapshotClient
 from tests.mpi.launching import NEEDS_RANKS, rank_process, ranks, wait_until_gone
 
 pytestmark = NEEDS_RANKS

@@ -8,10 +8,10 @@ import pytest
 from benchmarks.prediction import Predictor
 from benchmarks.ranks import RankJob, RankReport, digest_of, run_ranks
 from renderers.art import ActiveRayTracer
-from renderers.art.client import SnapshotClient
-from renderers.art.policy import Dataflow
+from renderers.art.ranks.policy import Dataflow
 from renderers.art.regions import Gather
 from renderers.scene import Camera, Projection, Scene
+from renderers.snapshots.client import SnapshotClient
 from tests.mpi.launching import NEEDS_RANKS
 
 pytestmark = NEEDS_RANKS

@@ -9,9 +9,9 @@ pytestmark = NEEDS_RANKS
 RANKS = """
 import sys, time
 from pathlib import Path
-from renderers.art.messages import Message, MessageKind
-from renderers.art.mpi import MpiTransport
-from renderers.art.transport import TransportError
+from renderers.art.ranks.messages import Message, MessageKind
+from renderers.art.ranks.mpi import MpiTransport
+from renderers.art.ranks.transport import TransportError
 
 transport = MpiTransport(folder=Path(sys.argv[1]), stall_s=0.3)
 transport.meet()

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from renderers.simd import check
+from renderers.lanes import self_check as check
 from renderers.simd_guard import VectorError, demand_vectors, vector_problem
 
 

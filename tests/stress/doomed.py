@@ -20,12 +20,12 @@ import msgspec
 import numpy as np
 from msgspec import Struct
 
-from renderers.art.client import SnapshotClient
-from renderers.art.job import ClassicWork, decode_request
-from renderers.art.pruning import Pruner
-from renderers.art.spool import Spool
-from renderers.art.steps import Step, reached
-from renderers.art.worker import run_worker
+from renderers.art.job_steps import Step, reached
+from renderers.snapshots.client import SnapshotClient
+from renderers.snapshots.pruning import Pruner
+from renderers.snapshots.request import ClassicWork, decode_request
+from renderers.snapshots.spool import Spool
+from renderers.snapshots.worker import run_worker
 
 
 class Order(Struct):
@@ -150,7 +150,7 @@ def main() -> int:
     if len(sys.argv) == 1:
         take_orders()
         return 0
-    from renderers.art.__main__ import main as work
+    from renderers.snapshots.__main__ import main as work
 
     victim, step, nth, *words = sys.argv[1:]
     if os.environ.get("PMI_RANK", os.environ.get("OMPI_COMM_WORLD_RANK")) == victim:

@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from renderers.art.audit import audit
-from renderers.art.cache import FRESH, CellCache
-from renderers.art.directory import Directory, ring_distances
-from renderers.art.messages import Message, MessageKind, ProtocolError
-from renderers.art.node import Node
-from renderers.art.rays import RayStack
-from renderers.art.simulator.replay import ReplayWork, Visits
+from benchmarks.simulated_ranks.replay import ReplayWork, Visits
+from renderers.art.cells.cache import FRESH, CellCache
+from renderers.art.ranks.audit import audit
+from renderers.art.ranks.directory import Directory, ring_distances
+from renderers.art.ranks.messages import Message, MessageKind, ProtocolError
+from renderers.art.ranks.node import Node
+from renderers.art.ranks.rays import RayStack
 
 Rays = list[list[list[int]]]
 """By rank, by packet: the cells it visits."""

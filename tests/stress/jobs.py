@@ -12,15 +12,15 @@ import numpy as np
 from PIL import Image as PngImage
 
 from renderers.art import ActiveRayTracer
-from renderers.art.client import SnapshotClient
-from renderers.art.files import HIDDEN
-from renderers.art.growing import FILE_NAME, GrowingPicture
-from renderers.art.job import ClassicWork, SnapshotRequest, SnapshotResult
-from renderers.art.saved_work import ENDING, unwrap
-from renderers.art.spool import JobState, JobStatus, Spool
-from renderers.art.traced import traced_camera
-from renderers.art.worker import run_worker
 from renderers.scene import Camera, Projection, Scene
+from renderers.snapshots.client import SnapshotClient
+from renderers.snapshots.growing import FILE_NAME, GrowingPicture
+from renderers.snapshots.request import ClassicWork, SnapshotRequest, SnapshotResult
+from renderers.snapshots.saved_work import ENDING, unwrap
+from renderers.snapshots.shared_files import HIDDEN
+from renderers.snapshots.spool import JobState, JobStatus, Spool
+from renderers.snapshots.traced import traced_camera
+from renderers.snapshots.worker import run_worker
 from tests.scenes import rough_scene
 from tests.stress.doomed import Order, Outcome
 

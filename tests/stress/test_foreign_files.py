@@ -11,25 +11,25 @@ import numpy as np
 import pytest
 
 from anatomy.case import read_case
-from anatomy.files import load_volume, save_volume
-from anatomy.landmarks import Landmark
-from anatomy.markups import read_markups, write_markups
-from anatomy.surfaces import Surface, load_surface, save_surface
+from anatomy.files.markups import read_markups, write_markups
+from anatomy.files.surfaces import Surface, load_surface, save_surface
+from anatomy.files.volumes import load_volume, save_volume
+from anatomy.queries.landmarks import Landmark
 from anatomy.tissue import Side
-from app.faults import sentence
-from app.pictures.camera_path import load_camera_path
-from app.pictures.path_state import load_state, save_state
-from app.pictures.view_file import load_view
+from app.errors import sentence
 from devices import ProbePath, load_probe_path, save_probe_path
-from devices.registration_file import (
+from devices.registration.registration_file import (
     RegistrationRecord,
     load_registration,
     save_registration,
 )
-from renderers.art.client import SnapshotClient
-from renderers.art.data_store import DataStore
-from renderers.art.job import decode_request
+from paravol.snapshots.camera_path import load_camera_path
+from paravol.snapshots.path_state import load_state, save_state
+from paravol.snapshots.view_file import load_view
 from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
+from renderers.snapshots.client import SnapshotClient
+from renderers.snapshots.data_store import DataStore
+from renderers.snapshots.request import decode_request
 from scenarios import load_scenario
 from scenarios.bundle import (
     FrameRecord,

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from renderers.art.spool import JobState, Spool
-from renderers.art.steps import Step
+from renderers.art.job_steps import Step
+from renderers.snapshots.spool import JobState, Spool
 from tests.stress.jobs import (
     Children,
     Job,

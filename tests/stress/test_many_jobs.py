@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from renderers.art.client import SnapshotClient
-from renderers.art.pruning import Pruner
-from renderers.art.spool import JobState
-from renderers.art.steps import Step, reached
-from renderers.art.worker import run_worker
+from renderers.art.job_steps import Step, reached
 from renderers.scene import Camera, Projection
+from renderers.snapshots.client import SnapshotClient
+from renderers.snapshots.pruning import Pruner
+from renderers.snapshots.spool import JobState
+from renderers.snapshots.worker import run_worker
 from tests.stress.jobs import small_scene
 
 JOBS = 1000

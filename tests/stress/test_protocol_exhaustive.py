@@ -9,9 +9,9 @@ from collections.abc import Callable
 
 import pytest
 
-from renderers.art.cache import CellCache, CellState
-from renderers.art.directory import ON_DISK
-from renderers.art.messages import MessageKind
+from renderers.art.cells.cache import CellCache, CellState
+from renderers.art.ranks.directory import ON_DISK
+from renderers.art.ranks.messages import MessageKind
 from tests.stress.exploration import Exploration, Rays, System
 
 

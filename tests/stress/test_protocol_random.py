@@ -6,20 +6,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
-from renderers.art.audit import audit
-from renderers.art.cache import CellCache
-from renderers.art.directory import (
+from benchmarks.simulated_ranks.replay import ReplayWork, Visits
+from renderers.art.cells.cache import CellCache
+from renderers.art.ranks.audit import audit
+from renderers.art.ranks.directory import (
     ON_DISK,
     Directory,
     deal_owners,
     homes,
     ring_distances,
 )
-from renderers.art.messages import Message, MessageKind
-from renderers.art.node import Node
-from renderers.art.node_maker import slots_of
-from renderers.art.simulator.replay import ReplayWork, Visits
-from renderers.art.transport import LoopBack
+from renderers.art.ranks.messages import Message, MessageKind
+from renderers.art.ranks.node import Node
+from renderers.art.ranks.prepare import slots_of
+from renderers.art.ranks.transport import LoopBack
 
 Ranks = list["Node[Visits]"]
 

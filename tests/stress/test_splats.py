@@ -11,15 +11,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from renderers.fsr import Inclusion, extract_fuzzy_set, update_fuzzy_set
-from renderers.fsr.classic import SplatMode, SplatRasterizer
-from renderers.fsr.classic.ordering.kernels import (
+from renderers.fsr.footprint import gaussian_footprint
+from renderers.fsr.kernels.depth_sort_scalar import (
     KEYS,
     NOWHERE,
     begin_keys,
     count_keys,
     place_by_keys,
 )
-from renderers.fsr.footprint import gaussian_footprint
+from renderers.fsr.splats import SplatMode, SplatRasterizer
 from renderers.scene import (
     Camera,
     Image,

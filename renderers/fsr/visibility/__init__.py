@@ -1,12 +1,12 @@
 """Which surfels an eye may see from where, found once for a patient."""
 
-from renderers.fsr.visibility.sets import (
+from renderers.fsr.visibility.lookup import Standpoint
+from renderers.fsr.visibility.visible_sets import (
     BlockBounds,
     VisibleSets,
     build_visible_sets,
     update_visible_sets,
 )
-from renderers.fsr.visibility.standpoint import Standpoint
 
 __all__ = [
     "BlockBounds",

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.shading.camera_settings import CameraSettings, field_tables
+from renderers.shading.camera.camera_settings import CameraSettings, field_tables
 
 _DESIGN_PX = 480.0
 """Picture size the blur widths are given for; they grow with the picture."""

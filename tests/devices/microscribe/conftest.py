@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.microscribe.emulator_arm import EmulatedArm, LiveMotion
-from devices.microscribe.emulator_faults import parse_fault
-from devices.microscribe.emulator_memory import DrivenClock, EmulatedPort, MemoryLine
-from devices.microscribe.emulator_motion import AnglesMotion, StillMotion
-from devices.microscribe.forward import ForwardKinematics
-from devices.microscribe.keeper import ArmKeeper, ArmSettings
-from devices.microscribe.profiles import DX40937, ArmProfile
-from devices.microscribe.sampler import MotionReports
-from devices.microscribe.transcript import Transcript
+from devices.microscribe.driver.sampler import MotionReports
+from devices.microscribe.driver.supervisor import ArmKeeper, ArmSettings
+from devices.microscribe.emulator.emulated_arm import EmulatedArm, LiveMotion
+from devices.microscribe.emulator.faults import parse_fault
+from devices.microscribe.emulator.in_memory import DrivenClock, EmulatedPort, MemoryLine
+from devices.microscribe.emulator.motion import AnglesMotion, StillMotion
+from devices.microscribe.kinematics.forward import ForwardKinematics
+from devices.microscribe.kinematics.profiles import DX40937, ArmProfile
+from devices.microscribe.wire.transcript import Transcript
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
 

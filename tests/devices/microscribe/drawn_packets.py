@@ -2,7 +2,7 @@
 
 from hypothesis import strategies as st
 
-from devices.microscribe.packets import Layout, Packet
+from devices.microscribe.wire.packets import Layout, Packet
 
 
 @st.composite

@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from devices.microscribe.emulator_faults import FAULTS
-from devices.microscribe.keeper import ArmSettings, Presence
-from devices.microscribe.profiles import (
+from devices.microscribe.driver.sampler import HomeState, MotionReports
+from devices.microscribe.driver.supervisor import ArmSettings, Presence
+from devices.microscribe.emulator.faults import FAULTS
+from devices.microscribe.kinematics.profiles import (
     DX40937,
     G2_UNHOMED,
     ODD_MAXIMA,
     SIX_JOINTS,
     ArmProfile,
 )
-from devices.microscribe.sampler import HomeState, MotionReports
-from devices.microscribe.sign_on import RATES
+from devices.microscribe.wire.sign_on import RATES
 from devices.port import DeviceError, DeviceReason
 
 Bench = Any

@@ -12,21 +12,26 @@ from typing import Any
 import numpy as np
 import pytest
 
-from devices.microscribe import commands, identity
-from devices.microscribe.arm import ArmGeometry, Encoders
-from devices.microscribe.commands import Query, every_command
-from devices.microscribe.driver import SerialPort
-from devices.microscribe.emulator_state import FarState
-from devices.microscribe.forward import ForwardKinematics
-from devices.microscribe.keeper import ArmSettings
-from devices.microscribe.link import ArmLink
-from devices.microscribe.packet_reader import PacketReader
-from devices.microscribe.packets import Layout, Packet, encode_packet
-from devices.microscribe.profiles import DX40937, HOME_COUNTS, ODD_MAXIMA, SIX_JOINTS
-from devices.microscribe.protocol import HostSession, ProductId, Reply, SyncEcho
-from devices.microscribe.sampler import MotionReports
-from devices.microscribe.sign_on import RATES
-from devices.microscribe.tracker import SampleTracker
+from devices.microscribe.driver.driver import SerialPort
+from devices.microscribe.driver.sampler import MotionReports
+from devices.microscribe.driver.supervisor import ArmSettings
+from devices.microscribe.driver.tracker import SampleTracker
+from devices.microscribe.emulator.firmware import FarState
+from devices.microscribe.kinematics.arm import ArmGeometry, Encoders
+from devices.microscribe.kinematics.forward import ForwardKinematics
+from devices.microscribe.kinematics.profiles import (
+    DX40937,
+    HOME_COUNTS,
+    ODD_MAXIMA,
+    SIX_JOINTS,
+)
+from devices.microscribe.wire import commands, identity
+from devices.microscribe.wire.commands import Query, every_command
+from devices.microscribe.wire.link import ArmLink
+from devices.microscribe.wire.packet_reader import PacketReader
+from devices.microscribe.wire.packets import Layout, Packet, encode_packet
+from devices.microscribe.wire.protocol import HostSession, ProductId, Reply, SyncEcho
+from devices.microscribe.wire.sign_on import RATES
 from devices.port import DeviceError, DeviceReason
 
 Bench = Any

@@ -6,9 +6,9 @@ import pytest
 from numpy.typing import NDArray
 
 from renderers.art import ActiveRayTracer
-from renderers.art.kernel_set import scalar_kernels
 from renderers.art.march import ClassicMarch, ScopeMarch
 from renderers.art.quality import ClassificationName, Quality
+from renderers.art.ray_kernel_set import scalar_kernels
 from renderers.scene import (
     Camera,
     Light,

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from renderers.art import ActiveRayTracer
-from renderers.art.kernel_set import KernelSet, packet_kernels, scalar_kernels
 from renderers.art.quality import QUALITIES, Quality
+from renderers.art.ray_kernel_set import KernelSet, packet_kernels, scalar_kernels
 from renderers.scene import Camera, PhongMaterial, Scene, image_error
 
 EXACT = Quality(0.5, 0.0)

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from renderers.art.messages import ProtocolError
+from renderers.art.ranks.messages import ProtocolError
 from renderers.art.regions import (
     STRIP_PX,
     Gather,

@@ -8,8 +8,8 @@ from renderers.fsr.deformation import (
     displaced_normals,
     largest_growth,
 )
-from renderers.fsr.scope import SurfelRasterizer
-from renderers.fsr.surfels import extract_surfels
+from renderers.fsr.surfels import SurfelRasterizer
+from renderers.fsr.surfels.surfel_set import extract_surfels
 from renderers.scene import Camera, Volume
 from renderers.scene.deflection import (
     Cut,

@@ -14,7 +14,7 @@ from renderers.fsr import (
     extract_fuzzy_set,
 )
 from renderers.fsr.fuzzy_set import default_inclusion, update_fuzzy_set
-from renderers.fsr.normals import gradient_volume
+from renderers.fsr.sobel_normals import gradient_volume
 from renderers.scene import Scene, TransferFunction, Volume
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from renderers.fsr import FuzzySetRenderer, Inclusion
-from renderers.fsr.classic import SplatMode, Traversal
+from renderers.fsr.splats import SplatMode, Traversal
 from renderers.scene import (
     AirSurface,
     Camera,

@@ -9,9 +9,9 @@ import pytest
 from numba import njit
 from numpy.typing import NDArray
 
+from renderers.lanes.atomics import count_up, look, take_turn
 from renderers.scene import thread_team
 from renderers.scene.thread_team import ThreadTeam, _Board
-from renderers.scene.turns.kernels import count_up, look, take_turn
 
 
 @pytest.mark.parametrize("threads", [1, 2, 5])

@@ -3,7 +3,7 @@
 import numpy as np
 
 from renderers.scene import Camera, GBuffer, Mesh
-from renderers.shading.shadow.rods import Caster
+from renderers.shading.capsules import Caster
 
 
 def tool(camera: Camera, buffer: GBuffer) -> tuple[GBuffer, Caster]:

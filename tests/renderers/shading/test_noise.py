@@ -3,8 +3,8 @@ import pytest
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
-from renderers.shading.detail.tile import TILE_SIZE
 from renderers.shading.noise import NoiseTile, noise_tile, tile_from_mm
+from renderers.shading.noise_tile import TILE_SIZE
 
 
 @pytest.fixture(scope="module")

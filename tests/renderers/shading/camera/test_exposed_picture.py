@@ -11,8 +11,8 @@ from renderers.shading import CameraSettings
 from renderers.shading.bands import RowBands
 from renderers.shading.camera.exposed_picture import ExposedPicture
 from renderers.shading.camera.optics import Optics, make_optics
-from renderers.shading.camera.staged import StagedCamera
-from renderers.shading.camera.swept import SweptCamera
+from renderers.shading.camera.scalar_pass import StagedCamera
+from renderers.shading.camera.vector_pass import SweptCamera
 
 SIZE = 120, 130
 ALONE = RowBands(1)

@@ -1,1 +1,0 @@
-"""The kernel that evaluates the model over the bricks of a grid."""

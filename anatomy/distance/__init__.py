@@ -1,1 +1,0 @@
-"""From the sign of the air function to a true signed distance."""

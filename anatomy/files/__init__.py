@@ -1,0 +1,1 @@
+"""Files of volumes, surfaces and landmarks, and the cache of phantoms."""

@@ -1,0 +1,170 @@
+"""Triangle surfaces in the files that other programs read: PLY, VTP and STL.
+
+Every file that is written says ``SPACE=LPS`` where 3D Slicer looks for it: in a comment
+of PLY, in the header of STL, in the field data of VTP. A file that says RAS is turned,
+one that says nothing is taken for LPS, as Slicer takes it.
+"""
+
+import base64
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from anatomy.files.ply import ply_bytes, read_ply
+from anatomy.files.stl import read_stl, stl_bytes
+from anatomy.files.volumes import write_file
+from disk import UserError, foreign_file
+
+SPACES = ("LPS", "RAS")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surface:
+    """Hold triangles. vertices: ``(n, 3)`` float64 LPS mm; faces: ``(m, 3)`` int32."""
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int32]
+
+    def __post_init__(self) -> None:
+        vertices = np.ascontiguousarray(self.vertices, dtype=np.float64)
+        faces = np.ascontiguousarray(self.faces, dtype=np.int32)
+        if vertices.ndim != 2 or vertices.shape[1:] != (3,) or not len(vertices):
+            raise UserError(f"a surface has points (n, 3), got {vertices.shape}")
+        if faces.ndim != 2 or faces.shape[1:] != (3,):
+            raise UserError(f"a surface has triangles (m, 3), got {faces.shape}")
+        if not np.isfinite(vertices).all():
+            raise UserError("a surface's points must be finite")
+        if len(faces) and not (faces.min() >= 0 and faces.max() < len(vertices)):
+            raise UserError(
+                f"triangles name points from {faces.min()} to {faces.max()}, but there "
+                f"are {len(vertices)}"
+            )
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "faces", faces)
+
+    def moved(self, transform: NDArray[np.float64]) -> "Surface":
+        """Give the surface under a 4x4 transform."""
+        turned = self.vertices @ transform[:3, :3].T + transform[:3, 3]
+        return Surface(turned, self.faces)
+
+
+def save_surface(surface: Surface, path: Path | str) -> None:
+    """Write a surface, atomically, as PLY, VTP or STL.
+
+    Every coordinate keeps its bits in PLY and VTP; STL has float32 and bare triangles.
+    """
+    target = Path(path)
+    match target.suffix.lower():
+        case ".ply":
+            content = ply_bytes(surface.vertices, surface.faces, "SPACE=LPS")
+        case ".vtp":
+            content = _vtp_bytes(surface)
+        case ".stl":
+            content = stl_bytes(surface.vertices, surface.faces, "SPACE=LPS")
+        case other:
+            raise UserError(
+                f"{target} must end in .ply, .vtp or .stl, got {other or 'no ending'}"
+            )
+    write_file(target, content)
+
+
+def load_surface(path: Path | str) -> Surface:
+    """Read a surface from PLY, STL, or a VTP as `save_surface` writes it; in LPS.
+
+    Raise ValueError, in one sentence naming the file, for anything else or a damaged
+    file.
+    """
+    source = Path(path)
+    if not source.is_file():
+        raise UserError(f"there is no surface file {source}")
+    with foreign_file(source, "a surface"):
+        match source.suffix.lower():
+            case ".ply":
+                vertices, faces, space = read_ply(source.read_bytes())
+            case ".stl":
+                vertices, faces, space = read_stl(source.read_bytes())
+            case ".vtp":
+                vertices, faces, space = _read_vtp(source.read_bytes())
+            case _:
+                raise UserError("PLY, STL and VTP can be read")
+        if space not in SPACES:
+            raise UserError(f"its space is {space!r}; LPS and RAS are known")
+        if space == "RAS":
+            vertices = vertices * (-1.0, -1.0, 1.0)
+        return Surface(vertices, faces)
+
+
+def _vtp_bytes(surface: Surface) -> bytes:
+    count, triangles = len(surface.vertices), len(surface.faces)
+    offsets = 3 * np.arange(1, triangles + 1, dtype="<i8")
+    letters = " ".join(str(ord(c)) for c in "LPS\0")
+    text = f"""<?xml version="1.0"?>
+<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">
+<PolyData>
+<FieldData><Array type="String" Name="SPACE" NumberOfTuples="1" format="ascii">
+{letters}
+</Array></FieldData>
+<Piece NumberOfPoints="{count}" NumberOfVerts="0" NumberOfLines="0" \
+NumberOfStrips="0" NumberOfPolys="{triangles}">
+<Points><DataArray type="Float64" Name="Points" NumberOfComponents="3" format="binary">
+{_encoded(surface.vertices.astype("<f8"))}
+</DataArray></Points>
+<Polys><DataArray type="Int64" Name="connectivity" format="binary">
+{_encoded(surface.faces.astype("<i8"))}
+</DataArray><DataArray type="Int64" Name="offsets" format="binary">
+{_encoded(offsets)}
+</DataArray></Polys>
+</Piece>
+</PolyData>
+</VTKFile>
+"""
+    return text.encode("ascii")
+
+
+def _encoded(values: NDArray[np.generic]) -> str:
+    raw = values.tobytes()
+    return base64.b64encode(np.array([len(raw)], "<u8").tobytes() + raw).decode()
+
+
+def _read_vtp(
+    content: bytes,
+) -> tuple[NDArray[np.float64], NDArray[np.int32], str]:
+    if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
+        raise UserError("a VTP declares no entities")
+    try:
+        root = ElementTree.fromstring(content)
+    except ElementTree.ParseError as error:
+        raise UserError(f"it is no XML ({error})") from error
+    if root.get("type") != "PolyData" or root.get("header_type") != "UInt64":
+        raise UserError("only VTP files with inline arrays and 64-bit sizes are known")
+    space = "LPS"
+    for array in root.iter("Array"):
+        if array.get("Name") == "SPACE":
+            codes = [int(word) for word in (array.text or "").split()]
+            space = "".join(chr(code) for code in codes if 0 < code < 128)
+    vertices = _decoded(root, "Points", "Float64", "<f8").reshape(-1, 3)
+    faces = _decoded(root, "connectivity", "Int64", "<i8").reshape(-1, 3)
+    offsets = _decoded(root, "offsets", "Int64", "<i8")
+    if not np.array_equal(offsets, 3 * np.arange(1, len(faces) + 1)):
+        raise UserError("it has polygons that are no triangles")
+    return vertices, faces.astype(np.int32), space
+
+
+def _decoded(
+    root: ElementTree.Element, name: str, kind: str, dtype: str
+) -> NDArray[np.float64]:
+    for array in root.iter("DataArray"):
+        if array.get("Name") != name:
+            continue
+        if array.get("type") != kind or array.get("format") != "binary":
+            raise UserError(f"its {name} are no inline {kind}")
+        raw = base64.b64decode("".join((array.text or "").split()), validate=True)
+        size = int(np.frombuffer(raw[:8], "<u8")[0]) if len(raw) >= 8 else -1
+        if size != len(raw) - 8 or size % (24 if name != "offsets" else 8):
+            raise UserError(f"its {name} are cut off")
+        values: NDArray[np.float64] = np.frombuffer(raw[8:], dtype).copy()
+        return values
+    raise UserError(f"it has no {name}")

@@ -1,1 +1,0 @@
-"""Filling a lattice with what a head is at its points."""

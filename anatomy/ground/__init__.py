@@ -1,1 +1,0 @@
-"""What lies behind mucosa and bone shells, painted in layers."""

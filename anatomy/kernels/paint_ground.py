@@ -1,0 +1,75 @@
+"""Compiled painting of the solids behind mucosa and bone shells."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from anatomy.kernels.stack_program import run_program
+from anatomy.phantom.kernel_tables import Tables
+
+F0, F1 = np.float32(0), np.float32(1)
+CLEAR = np.float32(4)
+"""Standard deviations of the blur beyond which an edge is not seen."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _coverage(x: Any) -> Any:
+    """Give the normal distribution function, exactly 0 and 1 at +-CLEAR."""
+    if x >= CLEAR:
+        return F1
+    if x <= -CLEAR:
+        return F0
+    return np.float32(0.5 * math.erfc(-x * 0.7071067811865476))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def paint_ground(
+    n: int,
+    layer: int,
+    t: Tables,
+    seen: Any,
+    sharp: Any,
+    side_p: Any,
+    noise: Any,
+    stack: Any,
+    kept: Any,
+    clear: Any,
+    hu: Any,
+    most: Any,
+    label: Any,
+) -> None:
+    """Composite the solids from the last to the first until nothing shows through.
+
+    layer: see `run_program`. seen: which solids may reach the block. clear: what
+    still shows through, scratch; most: the greatest share so far, scratch.
+    """
+    clear[:n], hu[:n], most[:n] = F1, F0, F0
+    label[:n] = 0
+    for q in range(t.solids.shape[0] - 1, -1, -1):
+        if not seen[q]:
+            continue
+        row, half = int(t.solids[q, 0]), t.solids[q, 1] * sharp
+        if row < 0:
+            begin, end = t.ground[q, 0], t.ground[q, 1]
+            run_program(
+                t.code, t.constants, begin, end, side_p, noise, n, layer, stack, kept
+            )
+        value = stack[0] if row < 0 else kept[row]
+        left = F0
+        for i in range(n):
+            d = (value[i] - t.solids[q, 4]) * sharp
+            if half > F0:
+                w = _coverage(half - abs(d)) - _coverage(-half - abs(d))
+            else:
+                w = _coverage(-d)
+            share = clear[i] * w
+            hu[i] += share * t.solids[q, 2]
+            if share > most[i]:
+                most[i] = share
+                label[i] = np.uint8(t.solids[q, 3])
+            clear[i] *= F1 - w
+            left = max(left, clear[i])
+        if left == F0:
+            break

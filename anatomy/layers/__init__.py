@@ -1,1 +1,0 @@
-"""The kernel that paints tissues by their share of each voxel."""

@@ -1,0 +1,1 @@
+"""The synthetic sinus phantom: its shapes, and the volumes made from them."""

@@ -1,0 +1,212 @@
+"""The air of one head, at points or over a lattice."""
+
+import os
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from anatomy.frame import lps_from_ras
+from anatomy.kernels import evaluate_blocks as kernels
+from anatomy.kernels import fill_bricks as filling
+from anatomy.phantom.coverage import blur_mm
+from anatomy.phantom.kernel_tables import Grids
+from anatomy.phantom.lattice import Lattice
+from anatomy.phantom.model import BAND_MM, Model
+from anatomy.phantom.rows import Row
+from disk import UserError
+
+BRICK_VOXELS = 8
+_CHUNK = 2048
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """Count what evaluating a lattice took."""
+
+    bricks: int
+    bricks_in_reach: int
+    part_evaluations: int
+    parts_seen: int
+
+
+def default_threads() -> int:
+    """Give the number of processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+
+
+def run_in_ranges(
+    work: Callable[[int, int], None],
+    total: int,
+    threads: int,
+    pieces: int,
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """Call `work` on ranges that tile ``[0, total)``; report the finished share."""
+    bounds = np.linspace(0, total, min(pieces, total) + 1).astype(int)
+    lock = threading.Lock()
+    done = 0
+
+    def one(i: int) -> None:
+        nonlocal done
+        work(int(bounds[i]), int(bounds[i + 1]))
+        if progress is not None:
+            with lock:
+                done += int(bounds[i + 1] - bounds[i])
+                progress(done / total)
+
+    with ThreadPoolExecutor(max_workers=threads) as pool:
+        for future in [pool.submit(one, i) for i in range(len(bounds) - 1)]:
+            future.result()
+
+
+def empty_grids(shape: tuple[int, ...]) -> Grids:
+    """Allocate the outputs of the kernels for a lattice or for one block."""
+    return Grids(
+        air=np.empty(shape, dtype=np.float32),
+        gap=np.empty(shape, dtype=np.float32),
+        part=np.empty(shape, dtype=np.uint8),
+        structure=np.empty(shape, dtype=np.uint8),
+        blood=np.empty(shape, dtype=np.uint8),
+        skin=np.empty(shape, dtype=np.uint8),
+        ground_hu=np.empty(shape, dtype=np.int16),
+        ground=np.empty(shape, dtype=np.uint8),
+        plate=np.empty(shape, dtype=np.uint8),
+    )
+
+
+def evaluate_lattice(
+    model: Model,
+    lattice: Lattice,
+    threads: int = 1,
+    brick_voxels: int = BRICK_VOXELS,
+    skipping: bool = True,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Grids, Effort]:
+    """Evaluate air, walls, tint and background at every voxel.
+
+    The result has the same bits for any number of threads, brick size, skipping or
+    field of view.
+    """
+    shape, edge = lattice.shape, brick_voxels
+    scale = model.parameters.head_scale
+    grids = empty_grids(shape)
+    groups = int(np.prod([-(-n // (filling.GROUP * edge)) for n in shape]))
+    totals = np.zeros(4, dtype=np.int64)
+    lock = threading.Lock()
+
+    def fill(first: int, last: int) -> None:
+        points = edge**3
+        work = np.zeros(
+            (kernels.POINT_ROWS + model.stack_depth, points), dtype=np.float32
+        )
+        fresh = np.empty((model.mark_rows, points), dtype=np.float32)
+        counters = np.zeros(4, dtype=np.int64)
+        spread = blur_mm(model.parameters.edge_blur_mm, lattice.spacing_mm)
+        filling.fill_groups(
+            first,
+            last,
+            edge,
+            skipping,
+            lattice.ras_start,
+            lattice.spacing_mm / scale,
+            np.float32(BAND_MM),
+            np.float32(scale / spread),
+            model.tables,
+            work,
+            fresh,
+            np.empty_like(fresh),
+            np.empty((2, len(model.parts)), dtype=np.bool_),
+            np.empty((2, len(model.surroundings)), dtype=np.bool_),
+            empty_grids((points,)),
+            grids,
+            counters,
+        )
+        with lock:
+            totals[:] += counters
+
+    run_in_ranges(fill, groups, threads, 64, progress)
+    if scale != 1.0:
+        for grid in (grids.air, grids.gap):
+            np.multiply(grid, np.float32(scale), out=grid)
+    return grids, Effort(*(int(n) for n in totals))
+
+
+def evaluate_at_points(model: Model, points_mm: NDArray[np.float64]) -> Grids:
+    """Evaluate all that a voxel would know at ``(n, 3)`` LPS points.
+
+    The result's arrays have shape ``(1, 1, n)``; blurred as voxels of no extent are.
+    """
+    scale = model.parameters.head_scale
+    flat = (lps_from_ras(points_mm) / scale).T.astype(np.float32)
+    n = flat.shape[1]
+    grids = empty_grids((n,))
+    rows = kernels.POINT_ROWS + model.stack_depth
+    for start in range(0, n, _CHUNK):
+        stop = min(start + _CHUNK, n)
+        size = stop - start
+        kernels.evaluate_block(
+            np.ascontiguousarray(flat[:, start:stop]),
+            size,
+            size,
+            np.ones(len(model.parts), dtype=np.bool_),
+            np.ones(len(model.surroundings), dtype=np.bool_),
+            np.float32(BAND_MM),
+            np.float32(scale / model.parameters.edge_blur_mm),
+            model.tables,
+            np.zeros((rows, size), dtype=np.float32),
+            np.empty((model.mark_rows, size), dtype=np.float32),
+            np.empty((model.mark_rows, size), dtype=np.float32),
+            Grids(*(grid[start:stop] for grid in grids)),
+        )
+    for grid in (grids.air, grids.gap):
+        np.multiply(grid, np.float32(scale), out=grid)
+    return Grids(*(grid.reshape(1, 1, n) for grid in grids))
+
+
+def outside_at_points(
+    model: Model, points_mm: NDArray[np.floating]
+) -> NDArray[np.float32]:
+    """Evaluate the head's outside at ``(n, 3)`` LPS points, as if it had no nostrils.
+
+    Negative in the room; only the zero set is a distance, the skin.
+    """
+    scale = model.parameters.head_scale
+    result = np.empty(len(points_mm), dtype=np.float32)
+    begin, end = model.tables.common
+    for start in range(0, len(points_mm), _CHUNK):
+        chunk = lps_from_ras(np.asarray(points_mm[start : start + _CHUNK])) / scale
+        block = np.ascontiguousarray(chunk.T, dtype=np.float32)
+        n = block.shape[1]
+        work = np.zeros((kernels.POINT_ROWS + model.stack_depth, n), dtype=np.float32)
+        marks = np.full((model.mark_rows, n), kernels.FAR, dtype=np.float32)
+        unused = np.empty(n, dtype=np.float32)
+        kernels.evaluate_span(
+            block, model.tables, np.float32(0), begin, end, work, marks, unused
+        )
+        result[start : start + n] = marks[Row.FACE]
+    return np.float32(scale) * result
+
+
+def distance_at_points(
+    model: Model, points_mm: NDArray[np.floating]
+) -> NDArray[np.float64]:
+    """Evaluate the model's air function at ``(..., 3)`` LPS points, without a grid."""
+    points = np.asarray(points_mm, dtype=np.float64)
+    if points.shape[-1:] != (3,):
+        raise UserError(f"points must have shape (..., 3), got {points.shape}")
+    scale = model.parameters.head_scale
+    flat = (lps_from_ras(points.reshape(-1, 3)) / scale).T.astype(np.float32)
+    result = np.empty(flat.shape[1], dtype=np.float32)
+    for start in range(0, flat.shape[1], _CHUNK):
+        block = np.ascontiguousarray(flat[:, start : start + _CHUNK])
+        n = block.shape[1]
+        work = np.zeros((kernels.POINT_ROWS + model.stack_depth, n), dtype=np.float32)
+        marks = np.full((model.mark_rows, n), np.inf, dtype=np.float32)
+        kernels.evaluate_points(
+            block, model.tables, work, marks, result[start : start + n]
+        )
+    return scale * result.reshape(points.shape[:-1]).astype(np.float64)

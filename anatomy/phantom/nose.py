@@ -1,0 +1,150 @@
+"""The nasal cavity of one side: septum, turbinates, lateral wall, vestibule, pharynx.
+
+Coordinates and sizes follow radiological averages of adult noses; where none was
+found they were chosen so that the views of a nasal endoscopy come out.
+"""
+
+from anatomy.phantom.ethmoid import ethmoid_roof
+from anatomy.phantom.head import head_outside
+from anatomy.phantom.honeycomb import Mark, Unevenness
+from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.polyps import polyps
+from anatomy.phantom.rows import Row
+from anatomy.phantom.shapes import (
+    Affine,
+    Chain,
+    Field,
+    Point,
+    Table,
+    U,
+    depth_table,
+    height_table,
+    smooth_max,
+    smooth_min,
+    u,
+    y,
+    z,
+)
+from anatomy.phantom.turbinates import turbinates
+from anatomy.phantom.walls import lateral_wall, sphenoid_face
+from anatomy.phantom.warp import bump
+from anatomy.tissue import Side
+
+SPUR_MM = 2.6
+"""How far a septal spur stands out."""
+
+
+def septum_face(parameters: PhantomParameters, side: Side) -> Field:
+    """Give the lateral position of the septum's mucosa, with a spur if there is one."""
+    face: Field = height_table(
+        [0, 4, 12, 20, 30, 45], [2.0, 1.3, 1.4, 1.5, 1.77, 1.0], 1.5
+    )
+    thin_rear = depth_table([22, 45, 52], [0.0, -0.5, -0.25], 3.0)
+    swell_body = depth_table([-2, 10, 22], [0.0, 0.45, 0.0], 4.0) * height_table(
+        [18, 26, 34], [0.0, 1.0, 0.0], 3.0
+    )
+    face = face + thin_rear + swell_body
+    if parameters.has("septal-spur", side):
+        face = face + bump((-48.0, -34.0, -20.0), (5.0, 9.0, 13.0)) * Affine(SPUR_MM)
+    return face
+
+
+def cavity(parameters: PhantomParameters, side: Side) -> Field:
+    """Build the main passage between septum and lateral wall, without contents."""
+    wall = smooth_min(
+        2.0,
+        lateral_wall(),
+        depth_table([-14, -6, 0, 6, 14, 60], [3.8, 4.6, 5.4, 9.6, 14, 14], 1.0),
+    )
+    # The floor rises towards both walls as a shallow gutter.
+    floor = depth_table([-12, -4, 2, 10, 55], [-0.8, -1.0, -0.8, 0.2, 1.0]) + Table(
+        U, (-4, 0, 3, 6, 9, 12, 14), (5.5, 2.0, 0.5, 0.0, 0.5, 2.0, 3.5), 1.5
+    )
+    cribriform = ethmoid_roof(parameters) - parameters.keros_mm
+    dorsum = depth_table([-18, -8, 2, 10, 18], [9, 18, 31, 40, 60], 1.5)
+    roof = smooth_min(2.0, cribriform, dorsum)
+    rear = sphenoid_face()
+    passage = smooth_max(
+        2.0,
+        smooth_max(1.2, septum_face(parameters, side) - u, u - wall),
+        smooth_max(3.0, floor - z, (z - roof) * 0.85),
+    )
+    return smooth_max(1.0, passage, smooth_max(1.0, y - 12, rear - y))
+
+
+def vestibule() -> Field:
+    """Build the nostril and vestibule, held open as by a nasal speculum.
+
+    Four chains: the anatomical way up to the valve and to the olfactory cleft, and
+    the two straighter ways that a speculum and a lifted nasal tip open for rigid
+    instruments: inwards to the sphenoid, and flat along the floor to the pharynx.
+    """
+    upward = Chain(
+        ((6.4, 10.5, -9), (5.9, 9, -3), (5.6, 6.5, 4.5), (5.8, 1, 10), (6, -6, 12)),
+        (4.0, 3.6, 3.1, 2.8, 3.0),
+    )
+    inward = Chain(
+        ((6.6, 15.0, -9), (6.2, 13, -2), (5.8, 8, 4), (5.4, 1, 7), (5.4, -6, 10)),
+        (3.6, 3.4, 3.0, 2.5, 2.6),
+    )
+    flat = Chain(
+        ((6.0, 17.5, -0.5), (5.7, 9.0, 1.8), (5.2, 1.0, 3.7), (5.2, -7.0, 5.5)),
+        (3.6, 3.3, 3.2, 3.1),
+    )
+    cleft = Chain(
+        ((5.4, 9, 6), (5.2, 6, 11), (5.0, 3, 16), (5.0, -5, 20)), (2.4, 2.3, 2.0, 2.2)
+    )
+    return smooth_max(0.8, smooth_min(2.5, upward, inward, flat, cleft), 1.3 - u)
+
+
+def nasopharynx() -> Field:
+    """Build the nasopharynx, symmetrical about the midline, with tube and torus."""
+    roof = depth_table([57, 66, 72, 80], [22.5, 20, 15, 2], 1.5)
+    arch = height_table([-12, -4, 4, 12, 20, 26], [5.6, 1.4, 0, 1.4, 5.6, 8], 2.0)
+    bend = Table(
+        U, (-18, -13, -8, -4, 0, 4, 8, 13, 18), (8, 5.9, 2.2, 0.6, 0, 0.6, 2.2, 5.9, 8)
+    )
+    box = smooth_max(2.5, abs(u) - 13.0, smooth_max(3.0, -30.0 - z, (z - roof) * 0.8))
+    box = smooth_max(4.0, box, smooth_max(1.5, y + 56, arch + bend - 74.5 - y))
+    torus = _both_sides(
+        ((13.6, -60.6, 10.2), (12.6, -64.2, 10.3), (12.4, -66.2, 7.2), (13, -66.6, 2)),
+        (1.5, 2.1, 2.4, 1.6),
+    )
+    orifice = _both_sides(((11.6, -61.6, 6.2), (17, -63.5, 7.5)), (2.3, 0.9))
+    fossa = _both_sides(
+        ((9.5, -68.5, 7.5), (12, -70.5, 8), (16, -73, 9)), (1.8, 2.4, 1.0)
+    )
+    box = smooth_max(1.2, box, -Mark(Row.TORUS, torus))
+    return smooth_min(1.0, smooth_min(0.8, box, orifice), fossa)
+
+
+def _both_sides(points: tuple[Point, ...], radii: tuple[float, ...]) -> Field:
+    mirrored = tuple((-p[0], p[1], p[2]) for p in points)
+    return smooth_min(0.0, Chain(points, radii), Chain(mirrored, radii))
+
+
+def nasal_air(parameters: PhantomParameters, side: Side) -> Field:
+    """Build the air of one side of the nose with pharynx and outside."""
+    solids = turbinates(parameters, side)
+    pharynx = Mark(Row.PHARYNX, nasopharynx() + Unevenness(1, 1.0))
+    air = smooth_min(2.0, cavity(parameters, side), pharynx)
+    air = smooth_min(2.5, air, vestibule())
+    air = smooth_max(0.8, air, -solids.inferior)
+    air = smooth_max(0.8, air, -solids.middle)
+    air = smooth_max(0.5, air, -solids.superior)
+    air = smooth_max(0.8, air, -solids.uncinate)
+    if parameters.uncinectomy:
+        opened = Chain(
+            ((8.2, -17, 25), (9.2, -21, 24), (9.8, -26, 23.6), (8.6, -31, 22)),
+            (1.5, 2.2, 2.5, 2.0),
+        )
+        air = smooth_min(1.0, air, opened)
+    superior_meatus = Chain(
+        ((3.2, -46, 31), (4.6, -44, 32.5), (6.2, -42, 33.5)), (1.5, 1.5, 1.3)
+    )
+    air = smooth_min(0.8, air, superior_meatus)
+    grown = polyps(parameters.opacity_of(side).polyps)
+    if grown is not None:
+        air = smooth_max(1.0, air, -Mark(Row.POLYP, grown))
+    air = air + Unevenness(0, 1.0)
+    return smooth_min(2.0, air, Mark(Row.OUTSIDE, head_outside()))

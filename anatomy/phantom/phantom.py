@@ -1,0 +1,156 @@
+"""The synthetic sinus phantom: a virtual patient for one set of parameters."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from anatomy.phantom import air
+from anatomy.phantom.coverage import paint
+from anatomy.phantom.grain import ct_noise
+from anatomy.phantom.lattice import Box, Lattice, field_for
+from anatomy.phantom.model import build_model
+from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.slivers import remove_slivers
+from anatomy.queries.landmarks import Landmark, landmarks
+from anatomy.redistance import FARTHEST_MM, redistance
+from anatomy.tissue import Label, Side
+from disk import UserError
+from renderers.scene.volume import AIR_HU, Volume
+
+_MEDIAL_MM = 8.0
+"""The septum deviates by less than this; beyond it x alone tells the side."""
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Phantom:
+    """Hold one virtual patient; all volumes share one grid in LPS.
+
+    ct: int16 HU. labels: uint8 `Label`. sides: uint8 `Side`. bone_cover: uint8, 255
+    is all bone. distance: float32 mm to the air boundary, negative in air, zero on
+    the surface that is shown. blood: uint8, fraction ``(v / 255)^2``. skin: uint8
+    weight of dry skin, 255 is all.
+    """
+
+    parameters: PhantomParameters
+    ct: Volume
+    labels: Volume
+    sides: Volume
+    bone_cover: Volume
+    distance: Volume
+    blood: Volume
+    skin: Volume
+    landmarks: dict[str, Landmark]
+
+    @property
+    def spacing_mm(self) -> float:
+        """Get the edge of the cubic voxels."""
+        return float(self.ct.spacing_mm[0])
+
+
+def build_phantom(
+    parameters: PhantomParameters,
+    spacing_mm: float = 0.5,
+    progress: Progress | None = None,
+    threads: int | None = None,
+    field_mm: Box | None = None,
+) -> Phantom:
+    """Build a virtual patient.
+
+    field_mm: LPS ranges of x, y, z; None takes nose and sinuses. progress: called
+    with a stage and its finished share. threads: None takes all processors; the
+    result does not depend on it.
+    Raise ValueError for a spacing outside [0.2, 3] mm.
+    """
+    workers = air.default_threads() if threads is None else threads
+    if workers < 1:
+        raise UserError(f"threads must be at least 1, got {threads}")
+
+    def report(stage: str) -> Callable[[float], None] | None:
+        return None if progress is None else lambda share: progress(stage, share)
+
+    model = build_model(parameters)
+    lattice = Lattice.covering(spacing_mm, field_mm or whole_field(parameters))
+    grids, _ = air.evaluate_lattice(
+        model, lattice, workers, progress=report("evaluating the air function")
+    )
+    remove_slivers(grids.air, grids.part, spacing_mm)
+    if progress is not None:
+        progress("measuring distances", 0.0)
+    distance = redistance(grids.air, spacing_mm, workers)
+
+    def run(work: Callable[[int, int], None], total: int) -> None:
+        air.run_in_ranges(work, total, workers, 16, report("painting tissues"))
+
+    painted = paint(model, grids, distance, spacing_mm, run)
+    if parameters.ct_noise_hu > 0:
+        grain = ct_noise(lattice, parameters.seed, parameters.ct_noise_hu)
+        grain += painted.hu
+        np.rint(grain, out=grain)
+        np.clip(grain, -1024, 3071, out=grain)
+        painted.hu[...] = grain
+    sides = _sides(lattice, grids.part, painted.labels, model.tables.parts[:, 2])
+
+    def volume(values: NDArray[np.generic], background: float) -> Volume:
+        return Volume(
+            values, np.full(3, spacing_mm), lattice.origin_mm, background=background
+        )
+
+    return Phantom(
+        parameters,
+        volume(painted.hu, AIR_HU),
+        volume(painted.labels, 0.0),
+        volume(sides, 0.0),
+        volume(painted.bone_cover, 0.0),
+        volume(distance, FARTHEST_MM),
+        volume(grids.blood, 0.0),
+        volume(grids.skin, 0.0),
+        landmarks(parameters),
+    )
+
+
+def whole_field(parameters: PhantomParameters) -> Box:
+    """Choose LPS ranges of x, y, z that hold the nose and all sinuses."""
+    tallest = max(parameters.scale("frontal", side) for side in (Side.LEFT, Side.RIGHT))
+    return field_for(parameters.head_scale, tallest)
+
+
+def distance_at(
+    parameters: PhantomParameters, points_mm: NDArray[np.floating]
+) -> NDArray[np.float64]:
+    """Evaluate the air function at ``(..., 3)`` LPS points, without any volume.
+
+    Negative in air; the zero set is the mucosal surface, the magnitude only close to
+    a distance. A phantom's `distance` has the same sign at its voxels.
+    """
+    return air.distance_at_points(build_model(parameters), points_mm)
+
+
+def _sides(
+    lattice: Lattice,
+    part: NDArray[np.uint8],
+    labels: NDArray[np.uint8],
+    part_side: NDArray[np.int32],
+) -> NDArray[np.uint8]:
+    """Tell right from left: near the midline by the part next to it, else by x."""
+    x = lattice.origin_mm[0] + lattice.spacing_mm * np.arange(lattice.count[0])
+    by_place = np.where(x > 0, Side.LEFT, Side.RIGHT).astype(np.uint8)
+    table = np.zeros(256, dtype=np.uint8)
+    table[: len(part_side)] = np.where(part_side > 0, Side.RIGHT, Side.LEFT)
+    sides = table[part]
+    lateral = (np.abs(x) > _MEDIAL_MM)[None, None, :] | (part == 255)
+    sides = np.where(lateral, by_place[None, None, :], sides)
+    middle = np.zeros(256, dtype=np.bool_)
+    middle[
+        [
+            Label.OUTSIDE_AIR,
+            Label.NASOPHARYNX_AIR,
+            Label.SEPTAL_BONE,
+            Label.SEPTAL_CARTILAGE,
+        ]
+    ] = True
+    sides[middle[labels]] = Side.MIDLINE
+    return sides

@@ -1,0 +1,120 @@
+"""Thin plates of bone: where each is, and its own thickness as a number.
+
+A plate of 0.1 mm is a fifth of a voxel: no set of voxels can say how thick it is. The
+number belongs to the plate. It lies behind the mucosa of the air beside it, and the
+scan shows it by coverage.
+"""
+
+from dataclasses import dataclass
+
+from anatomy.phantom.ethmoid import (
+    FOVEA_BONE_MM,
+    basal_lamella,
+    ethmoid_block,
+    ethmoid_roof,
+    lamina_papyracea,
+    medial_wall,
+)
+from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.shapes import Field, depth_table, smooth_max, smooth_min, u, y, z
+from anatomy.phantom.skull_base import FOSSA_MM, below_base
+from anatomy.phantom.warp import one_side
+from anatomy.tissue import Label, Side
+
+FOVEA_MM = FOVEA_BONE_MM
+CRIBRIFORM_MM = 0.15
+LATERAL_LAMELLA_MM = 0.1
+"""Middles of the ranges: cribriform plate 0.1 to 0.2, lateral lamella 0.05 to 0.2."""
+
+UNDER_MM = 2.2
+"""Air this far below the skull base still has it for a roof."""
+
+OVER_MM = 8.0
+"""Above this the skull is its vault again."""
+
+CLEFT_MM = 5.0
+"""No roof of the olfactory cleft lies higher above its middle height."""
+
+FRONT_MM, REAR_MM = -13.0, -53.5
+"""Depths y between which ethmoid and olfactory cleft bear the skull base."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plate:
+    """Name a plate of bone. zone: negative where the walls of air are this plate."""
+
+    name: str
+    thickness_mm: float
+    label: Label
+    zone: Field
+
+
+def plates(parameters: PhantomParameters) -> tuple[Plate, ...]:
+    """List the plates; where zones overlap, the later one counts."""
+    lamina, lamella = [], []
+    for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
+        wall = lamina_papyracea(parameters, side)
+        block = ethmoid_block(parameters, side)
+        sheet = smooth_max(0.0, abs(u - wall) - 1.0, block - 1.5)
+        lamina.append(one_side(sheet, sign))
+        parting = smooth_max(0.0, abs(y - basal_lamella()) - 0.9, block - 0.2)
+        lamella.append(one_side(parting, sign))
+    thin = parameters.cell_bone_mm
+    return (
+        Plate("basal lamella", thin, Label.BASAL_LAMELLA, smooth_min(0.0, *lamella)),
+        Plate(
+            "lamina papyracea", thin, Label.LAMINA_PAPYRACEA, smooth_min(0.0, *lamina)
+        ),
+        Plate("fovea ethmoidalis", FOVEA_MM, Label.FOVEA, fovea_zone(parameters)),
+        Plate(
+            "cribriform plate",
+            CRIBRIFORM_MM,
+            Label.CRIBRIFORM,
+            _cribriform_zone(parameters),
+        ),
+        Plate(
+            "lateral lamella",
+            LATERAL_LAMELLA_MM,
+            Label.CRIBRIFORM,
+            _lateral_zone(parameters),
+        ),
+    )
+
+
+def roofed(parameters: PhantomParameters) -> Field:
+    """Build the space over the roof's plates, where the skull has no other bone."""
+    side = u - depth_table([10, 20, 35, 50, 56], [10.8, 12.4, 13.5, 14.4, 14.7], 2.0)
+    over = -below_base(parameters) - OVER_MM
+    return smooth_max(0.0, side, y - FRONT_MM, REAR_MM - y, over)
+
+
+def behind_roof(parameters: PhantomParameters) -> Field:
+    """Build the dura's space behind the plates of the roof, down to their mucosa."""
+    below = below_base(parameters) - (UNDER_MM + 0.6)
+    fossa = smooth_max(0.0, u - medial_wall(), _under_fossa(parameters))
+    return smooth_max(0.0, roofed(parameters), smooth_min(0.0, below, fossa))
+
+
+def fovea_zone(parameters: PhantomParameters) -> Field:
+    """Build where walls are the fovea ethmoidalis."""
+    below = below_base(parameters) - UNDER_MM
+    return smooth_max(0.0, roofed(parameters) - 1.0, below)
+
+
+def _cribriform_zone(parameters: PhantomParameters) -> Field:
+    # The fossa ends before and behind: there the cleft's roof is as thin. Above lie
+    # the frontal sinuses' rear walls.
+    under = _under_fossa(parameters)
+    depth = smooth_max(0.0, REAR_MM - y, y - FRONT_MM - 7.0)
+    over = -(CLEFT_MM + UNDER_MM) - under
+    return smooth_max(0.0, u - FOSSA_MM, under, over, depth)
+
+
+def _lateral_zone(parameters: PhantomParameters) -> Field:
+    aside = smooth_max(0.0, FOSSA_MM - 0.3 - u, u - medial_wall() - 0.2)
+    return smooth_max(0.0, roofed(parameters), aside, _under_fossa(parameters))
+
+
+def _under_fossa(parameters: PhantomParameters) -> Field:
+    """Be negative above the reach of the plate under the olfactory fossa."""
+    return ethmoid_roof(parameters) - (parameters.keros_mm + UNDER_MM) - z

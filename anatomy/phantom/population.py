@@ -1,0 +1,73 @@
+"""Virtual patients drawn from published distributions."""
+
+import numpy as np
+
+from anatomy.phantom.parameters import LeftRatios, PhantomParameters
+from anatomy.phantom.variants import SIDE_CORRELATION, draw_variants
+
+# Volume of a sinus in mL: mean and standard deviation (maxillary, frontal, sphenoid of
+# 201 adults, PMID 28341352; ethmoid doi 10.1080/000164800750001080), and the model's
+# factors with the volumes they give (measured at 1 mm, four seeds).
+_SINUSES = {
+    "maxillary": (
+        (13.0, 4.5),
+        (0.6, 0.75, 0.9, 1.0, 1.1),
+        (3.4, 6.6, 11.4, 15.5, 20.5),
+    ),
+    "frontal": (
+        (3.25, 2.6),
+        (0.5, 0.7, 0.85, 1.0, 1.15, 1.35),
+        (0.73, 1.43, 2.09, 2.88, 3.79, 5.19),
+    ),
+    "sphenoid": ((4.0, 1.9), (0.7, 0.85, 1.0, 1.1), (1.68, 2.98, 4.55, 5.78)),
+    "ethmoid": (
+        (5.6, 2.0),
+        (0.7, 0.85, 1.0, 1.15, 1.3),
+        (3.79, 4.64, 5.53, 6.44, 7.32),
+    ),
+}
+_FRONTAL_APLASIA = 0.04
+"""Share of heads without frontal sinuses; published figures are 3-5 %."""
+
+_KEROS = (5.4, 1.7)
+"""Mean and standard deviation of the olfactory fossa's depth, mm (1200 CTs, PMID
+30662198; Keskek 2021, 770 sides)."""
+
+
+def draw_parameters(seed: int) -> PhantomParameters:
+    """Draw one adult: sizes of both sides, septum, skull base, cells and variants.
+
+    Left and right are correlated (0.6). The same seed gives the same patient.
+    """
+    rng = np.random.default_rng([seed, 0x706F])
+    scales: dict[str, float] = {}
+    ratios: dict[str, float] = {}
+    weight, rest = np.sqrt(SIDE_CORRELATION), np.sqrt(1 - SIDE_CORRELATION)
+    for sinus, ((mean, spread), factors, volumes) in _SINUSES.items():
+        shared, right, left = rng.standard_normal(3)
+        ml = [mean + spread * (weight * shared + rest * own) for own in (right, left)]
+        factor = np.interp(ml, volumes, factors)
+        scales[sinus] = float(factor[0].round(4))
+        ratios[sinus] = float((factor[1] / factor[0]).round(4))
+    if rng.random() < _FRONTAL_APLASIA:
+        scales["frontal"] = 0.0
+    # Two of three septa deviate; the others are straight within a millimetre.
+    deviated = rng.random() < 0.68
+    bend = rng.uniform(1.5, 5.0) if deviated else rng.uniform(0.0, 1.0)
+    return PhantomParameters(
+        seed=seed,
+        head_scale=float(np.clip(rng.normal(1.0, 0.03), 0.93, 1.06).round(4)),
+        septal_deviation_mm=float(np.round(bend * rng.choice([-1.0, 1.0]), 3)),
+        roof_mm=float(np.clip(rng.normal(0.0, 1.5), -2.8, 2.8).round(3)),
+        keros_mm=float(np.clip(rng.normal(*_KEROS), 1.5, 11.5).round(3)),
+        congestion=float(np.round(0.25 * rng.random(), 3)),
+        maxillary_scale=scales["maxillary"],
+        frontal_scale=scales["frontal"],
+        sphenoid_scale=scales["sphenoid"],
+        ethmoid_scale=scales["ethmoid"],
+        left=LeftRatios(**ratios),
+        anterior_cells=int(np.clip(np.round(rng.normal(7, 1.1)), 5, 9)),
+        posterior_cells=int(np.clip(np.round(rng.normal(4, 0.8)), 3, 6)),
+        mucosa_mm=float(np.clip(rng.normal(0.38, 0.06), 0.25, 0.5).round(3)),
+        variants=draw_variants(rng),
+    )

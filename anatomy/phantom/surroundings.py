@@ -1,0 +1,349 @@
+"""What lies behind mucosa and bone shells: orbit, brain, thick bone, soft tissue.
+
+Painted in order, each solid over what came before, with coverage for its edge; in the
+distance |x| from the septum's plane, unless the sides differ.
+"""
+
+from dataclasses import dataclass
+
+from anatomy.phantom import orbit, plates, skull
+from anatomy.phantom.disease import SHELL_MM, Content
+from anatomy.phantom.ethmoid import ethmoid_block, ethmoid_roof
+from anatomy.phantom.head import head_outside
+from anatomy.phantom.honeycomb import Mark, Recall
+from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.rows import Row
+from anatomy.phantom.shapes import (
+    Affine,
+    Chain,
+    Ellipsoid,
+    Field,
+    Table,
+    U,
+    depth_table,
+    height_table,
+    smooth_max,
+    smooth_min,
+    u,
+    y,
+    z,
+)
+from anatomy.phantom.sinuses import MOLAR_ROOTS
+from anatomy.phantom.skull_base import below_base, skull_base
+from anatomy.phantom.sphenoid import sphenoid
+from anatomy.phantom.turbinates import middle_bow, middle_lean
+from anatomy.phantom.vessels import (
+    ethmoidal_arteries,
+    internal_carotid,
+    nasolacrimal_duct,
+    sphenopalatine_artery,
+)
+from anatomy.phantom.warp import extruded, one_side
+from anatomy.tissue import TISSUES, Label, Side
+
+LABYRINTH_MM = 0.7
+"""Round ethmoid cells and sphenoid sinus, where their walls are thick."""
+
+
+@dataclass(frozen=True, slots=True)
+class Solid:
+    """Paint a tissue where a field is negative, or a sheet about its zero.
+
+    row: an existing row of marks to use in place of `field`.
+    half_thickness_mm: 0 for the solid below `level_mm`; else a sheet at that level.
+    steepness: bound of the field's gradient near the level.
+    """
+
+    field: Field | Row
+    tissue: str
+    label: Label
+    half_thickness_mm: float = 0.0
+    level_mm: float = 0.0
+    steepness: float = 1.6
+
+    @property
+    def hu(self) -> float:
+        """Get the CT number."""
+        return TISSUES[self.tissue].hu
+
+
+def skin() -> Field:
+    """Recall the distance from the face, which the common marks leave."""
+    return Recall(Row.FACE, head_outside())
+
+
+def solids(
+    parameters: PhantomParameters, contents: dict[Side, list[Content]]
+) -> list[Solid]:
+    """List the solids in the order in which they are painted.
+
+    contents: what disease put into each side's sinuses.
+    """
+    filled = []
+    for side, held in contents.items():
+        sign = 1.0 if side == Side.RIGHT else -1.0
+        for content in held:
+            body = one_side(content.field, sign)
+            roof = smooth_max(0.0, body, plates.fovea_zone(parameters))
+            thick = plates.FOVEA_MM
+            filled.append(Solid(roof, "skull base", Label.FOVEA, level_mm=thick))
+            if content.label != Label.MUCOSA:
+                filled.append(Solid(body, "bone", Label.THICK_BONE, level_mm=SHELL_MM))
+            filled.append(Solid(body, content.tissue, content.label, steepness=2.0))
+    return [
+        *_head(parameters),
+        *skull.solids(Solid),
+        *orbit.solids(parameters, Solid),
+        *_vessels(parameters),
+        *_midface(parameters),
+        *filled,
+        *_turbinates(parameters),
+    ]
+
+
+def _head(parameters: PhantomParameters) -> list[Solid]:
+    face = skin()
+    base = below_base(parameters)
+    # The vault's bone is thick over the orbits and thin over the ethmoid.
+    thick = Table(U, (4, 12, 22), (0.35, 0.5, 2.0), 2.0)
+    inner = smooth_max(4.0, base + thick, 13.0 - face * 1.6)
+    vault = smooth_max(3.0, base - 0.2, 6.0 - face * 1.6)
+    brain = smooth_max(4.0, base + thick + 1.6, 15.0 - face * 1.6)
+    falx = smooth_max(0.5, u, smooth_max(1.0, base + 2.0, 14.0 - face * 1.6))
+    crista = smooth_max(
+        1.0,
+        smooth_max(0.5, u - depth_table([8, 14, 26], [2.2, 1.3, 0.5]), z - 60.0),
+        smooth_max(1.5, abs(y + 17.0) - 10.0, 44.0 - z),
+    )
+    crista = smooth_max(1.5, crista, z - depth_table([8, 16, 28], [60, 58, 48], 3.0))
+    body = smooth_max(
+        6.0,
+        smooth_max(6.0, abs(z - 32.0) - 15.0, u - 20.0),
+        smooth_max(4.0, y + 57.0, -95.0 - y),
+    )
+    body = smooth_max(2.0, body, -base)
+    clivus = Chain(((0, -84, 34), (0, -86, 8), (0, -90, -15)), (9.0, 7.0, 6.0))
+    pituitary = Ellipsoid((0, -72.5, 44.5), (5.5, 5.0, 2.6))
+    # Over ethmoid and olfactory cleft the roof is the walls' own plate.
+    vault = smooth_max(0.8, vault, -plates.roofed(parameters))
+    # The temporal lobe fills the middle fossa beside the sphenoid.
+    lobe = Ellipsoid((41, -86, 42), (20, 25, 21))
+    vault = smooth_min(5.0, vault, lobe - 2.2)
+    inner = smooth_min(5.0, inner, lobe)
+    brain = smooth_min(5.0, brain, lobe + 1.6)
+    # Fat lies under the skin and between the muscles of the infratemporal fossa.
+    fossa = smooth_max(4.0, smooth_max(4.0, 17.0 - u, y + 44.0), z - 26.0)
+    fossa = smooth_max(4.0, fossa, smooth_max(4.0, -88.0 - y, -32.0 - z))
+    loose = smooth_min(4.0, smooth_max(4.0, face - 7.0, -45.0 - y), fossa)
+    pterygoid = Chain(((14.5, -55, 22), (15, -57, 5), (15.5, -58, -6)), (1.6, 1.3, 1.1))
+    lateral_plate = Chain(((15.5, -56, 20), (19, -63, 4)), (1.4, 0.9))
+    flesh = smooth_min(
+        1.0,
+        Chain(((47, -38, 20), (45, -42, -28)), (4.5, 6.0)),
+        Chain(((47, -34, 60), (49, -42, 40), (47, -46, 22)), (4.5, 7.0, 4.0)),
+        Chain(((18, -60, 14), (42, -70, 20)), (6.0, 6.0)),
+        Chain(((17, -64, 6), (37, -70, -28)), (4.5, 6.0)),
+        Chain(((6, -81, 12), (8, -80, -28)), (6.0, 7.0)),
+        Chain(((13, -68, 8), (14, -68, -28)), (4.5, 4.0)),
+        Ellipsoid((0, -36, -22), (24, 32, 15)),
+        Chain(((0, -50, -2.5), (0, -64, -8)), (5.0, 3.5)),
+    )
+    lip = Ellipsoid((0, 2, -18), (26, 8, 9))
+    arch = Chain(((42, -24, 26), (52, -40, 25), (58, -62, 25)), (3.2, 2.4, 2.2))
+    return [
+        Solid(Affine(-50.0), "muscle", Label.MUSCLE, steepness=0.1),
+        Solid(loose, "fat", Label.FAT, steepness=2.2),
+        Solid(flesh, "muscle", Label.MUSCLE),
+        Solid(lip, "muscle", Label.MUSCLE),
+        Solid(face, "skin", Label.SKIN, 0.0, 1.5, 2.2),
+        *_ethmoid(parameters),
+        Solid(vault, "bone", Label.THICK_BONE, steepness=3.0),
+        Solid(inner, "csf", Label.CSF, steepness=3.0),
+        Solid(brain, "brain", Label.BRAIN, steepness=3.0),
+        Solid(falx, "dura", Label.DURA, 0.6, 0.0, 3.0),
+        Solid(inner, "dura", Label.DURA, 0.25, -0.25, 3.0),
+        Solid(body, "cancellous bone", Label.THICK_BONE, steepness=2.2),
+        Solid(body, "bone", Label.THICK_BONE, 0.5, -0.5, 2.2),
+        Solid(pituitary, "brain", Label.BRAIN),
+        Solid(clivus, "cancellous bone", Label.THICK_BONE),
+        Solid(crista, "bone", Label.CRIBRIFORM, steepness=2.0),
+        Solid(pterygoid, "bone", Label.THICK_BONE),
+        Solid(lateral_plate, "bone", Label.THICK_BONE),
+        Solid(arch, "bone", Label.THICK_BONE),
+    ]
+
+
+def _ethmoid(parameters: PhantomParameters) -> list[Solid]:
+    """List what lies between the shells of cells, and behind their roof."""
+    found = []
+    for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
+        # Between two cells the plate has its number; lining fills what is left.
+        block = one_side(ethmoid_block(parameters, side), sign)
+        found.append(
+            Solid(
+                block,
+                "mucosa",
+                Label.ETHMOID_SEPTUM,
+                level_mm=LABYRINTH_MM,
+                steepness=2.0,
+            )
+        )
+        cave = one_side(sphenoid(parameters, side), sign)
+        found.append(
+            Solid(
+                cave,
+                "cancellous bone",
+                Label.SPHENOID_WALL,
+                level_mm=LABYRINTH_MM,
+                steepness=2.0,
+            )
+        )
+    behind = plates.behind_roof(parameters)
+    return [*found, Solid(behind, "dura", Label.DURA, steepness=3.0)]
+
+
+def _vessels(parameters: PhantomParameters) -> list[Solid]:
+    found = [
+        Solid(internal_carotid(), "blood", Label.INTERNAL_CAROTID),
+        Solid(sphenopalatine_artery(), "blood", Label.SPHENOPALATINE_ARTERY),
+        Solid(nasolacrimal_duct(), "bone", Label.THICK_BONE, 0.0, 0.5),
+        Solid(nasolacrimal_duct(), "mucosa", Label.NASOLACRIMAL_DUCT),
+    ]
+    for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
+        artery = one_side(ethmoidal_arteries(parameters, side), sign)
+        if parameters.has("hanging-artery", side):
+            found.append(Solid(artery, "bone", Label.ETHMOID_SEPTUM, 0.0, 0.3))
+        found.append(Solid(artery, "blood", Label.ETHMOIDAL_ARTERY))
+    return found
+
+
+def _midface(parameters: PhantomParameters) -> list[Solid]:
+    face = skin()
+    arch = Table(U, (0, 8, 14, 20), (-3.5, -4.2, -6.5, -9.0), 3.0)
+    maxilla = smooth_max(3.0, smooth_max(3.0, u - 27.0, z - 0.5), -49.0 - y)
+    maxilla = smooth_max(3.0, maxilla, y + Table(U, (0, 10, 20, 28), (2, 5, 12, 24)))
+    maxilla = smooth_max(1.0, maxilla, 3.0 - face)
+    palate = smooth_max(1.5, maxilla, arch - z)
+    alveolus = smooth_max(3.0, maxilla, smooth_min(3.0, 17.0 - u, -11.0 - y))
+    alveolus = smooth_max(4.0, alveolus, smooth_max(4.0, -43.0 - y, 4.0 - z - 29.0))
+    crowns = [
+        Chain(((0.94 * a + 0.5, b - 1.2, -19), (0.94 * a + 0.5, b - 1.5, -24)), (r, r))
+        for a, b, r in (
+            (4, -5, 3.4),
+            (9.5, -7, 3.0),
+            (15, -12, 3.4),
+            (19, -19, 4.2),
+            (22, -28, 4.6),
+            (23.5, -37, 4.4),
+        )
+    ]
+    roots = [
+        Chain(((a, b, c), (0.94 * a + 0.5, b - 1.2, -19)), (1.1, 2.2))
+        for a, b, c in (
+            (4, -5, -8),
+            (9.5, -7, -6),
+            (15, -12, -7),
+            *((x, d, e) for x, d, e in MOLAR_ROOTS),
+            (22.5, -24, -6.5),
+        )
+    ]
+    teeth = smooth_min(0.0, *crowns, *roots)
+    zygoma = Chain(
+        ((28, -8, 14), (37, -15, 18), (42, -24, 26), (42, -22, 42)),
+        (3.0, 5.0, 4.0, 2.6),
+    )
+    process = Chain(
+        ((11.5, -5, 6), (11.0, -5, 20), (9.5, -4.0, 32), (6.5, -2.5, 46)),
+        (1.4, 1.6, 2.0, 3.0),
+    )
+    # Between the nose, the orbit and the frontal sinus there is little but bone.
+    beak = smooth_max(2.0, abs(u - 8.5) - 4.5, smooth_max(2.0, abs(y + 9) - 9, 40 - z))
+    beak = smooth_max(2.0, beak, z - 58.0, -below_base(parameters) - 1.2)
+    lacrimal = smooth_max(
+        2.0, abs(u - 9.5) - 3.5, smooth_max(2, abs(y + 12) - 8, z - 40)
+    )
+    lacrimal = smooth_max(2.0, lacrimal, 14.0 - z)
+    nasal_bone = Chain(((1.0, 8.0, 25), (1.0, 2.2, 37), (1.0, -2.5, 49)), (0.9, 1.3, 3))
+    roof = ethmoid_roof(parameters)
+    # The septum ends under the cribriform plate.
+    top = z - roof + parameters.keros_mm
+    crest = -1.5 - z
+    slab = smooth_max(0.5, u - 2.2, crest, smooth_max(1.0, top + 0.3, -57.0 - y))
+    plate = smooth_max(0.0, u, crest, smooth_max(1.0, top - 0.3, -56.0 - y))
+    front = height_table([-4, 0, 12, 30, 40], [4, -3, -17, -3, 0], 2.0)
+    plate = smooth_max(0.0, plate, y - front)
+    cartilage = smooth_max(0.0, u, smooth_max(1.0, front - y, z - 30.0))
+    pyramid_rear = height_table([-12, 8, 20, 30, 40], [2, 0, 1, 9, 12], 2.0)
+    pyramid = smooth_max(2.0, smooth_max(2.0, pyramid_rear - y, u - 16.0), z - 32.0)
+    alar = extruded(((2.2, 10.0), (7.0, 8.0), (10.0, 1.0)))
+    alar = smooth_max(0.5, alar, 7.0 - y)
+    return [
+        Solid(palate, "bone", Label.THICK_BONE, steepness=2.2),
+        Solid(alveolus, "cancellous bone", Label.THICK_BONE, steepness=2.2),
+        Solid(alveolus, "bone", Label.THICK_BONE, 0.5, -0.5, 2.2),
+        Solid(teeth, "bone", Label.TEETH, 0.0, 0.0),
+        Solid(teeth, "tooth", Label.TEETH, 0.0, -0.6),
+        Solid(zygoma, "cancellous bone", Label.THICK_BONE),
+        Solid(zygoma, "bone", Label.THICK_BONE, 0.6, -0.6),
+        Solid(lacrimal, "mucosa", Label.MUCOSA),
+        Solid(beak, "cancellous bone", Label.THICK_BONE, steepness=3.0),
+        Solid(process, "bone", Label.THICK_BONE),
+        Solid(pyramid, "skin", Label.SKIN, steepness=2.0),
+        Solid(alar, "cartilage", Label.SEPTAL_CARTILAGE, 0.0, 0.5, 1.2),
+        Solid(nasal_bone, "bone", Label.THICK_BONE),
+        Solid(slab, "mucosa", Label.MUCOSA),
+        Solid(cartilage, "cartilage", Label.SEPTAL_CARTILAGE, 0.9, 0.0, 2.2),
+        Solid(plate, "bone", Label.SEPTAL_BONE, 0.45, 0.0, 2.2),
+    ]
+
+
+def _turbinates(parameters: PhantomParameters) -> list[Solid]:
+    # The inferior concha's bone comes off the wall, arches, and curls under.
+    scroll = extruded(
+        ((13.6, 15.6), (11.6, 15.0), (9.6, 13.2), (8.6, 10.6), (9.0, 8.2), (10.2, 7.4))
+    )
+    scroll = smooth_max(0.0, scroll, smooth_max(0.0, abs(y + 27.5) - 20.5))
+    bowed = u - middle_bow()
+    roof = ethmoid_roof(parameters)
+    lean = [middle_lean(parameters, side) for side in (Side.RIGHT, Side.LEFT)]
+    found = [
+        Solid(Row.TORUS, "torus", Label.MUCOSA),
+        Solid(Row.INFERIOR, "inferior turbinate", Label.INFERIOR_TURBINATE),
+        Solid(scroll, "thin bone", Label.TURBINATE_BONE, 0.0, 0.35, 1.2),
+        Solid(Row.MIDDLE, "middle turbinate", Label.MIDDLE_TURBINATE),
+        Solid(Row.SUPERIOR, "superior turbinate", Label.SUPERIOR_TURBINATE),
+    ]
+    for field, sign in zip(lean, (1.0, -1.0), strict=True):
+        # It ends where it hangs from the skull base, beside the olfactory fossa.
+        height = smooth_max(1.0, 22.0 - z, z - roof + parameters.keros_mm)
+        plate = smooth_max(0.0, abs(bowed - field), height)
+        plate = smooth_max(0.0, plate, abs(y + 34.0) - 17.5)
+        found.append(
+            Solid(
+                one_side(plate, sign), "thin bone", Label.TURBINATE_BONE, 0.0, 0.2, 1.4
+            )
+        )
+    superior = smooth_max(0.0, abs(u - 5.3), smooth_max(0.5, 34.5 - z, abs(y + 46) - 6))
+    superior = smooth_max(0.0, superior, z - 45.0)
+    found.append(Solid(superior, "thin bone", Label.TURBINATE_BONE, 0.0, 0.15, 1.2))
+    found.append(Solid(Row.POLYP, "polyp", Label.POLYP))
+    return found
+
+
+def common_marks(parameters: PhantomParameters) -> list[tuple[Row, Field]]:
+    """List the marks that need no part in reach, in the order in which they count."""
+    return [
+        (Row.SEPTUM, u - 3.2),
+        (Row.REAR, y + 56.0),
+        (Row.FACE, Mark(Row.FACE, head_outside())),
+        # Dry are the vestibule and the outside of the whole face.
+        (
+            Row.SKIN,
+            smooth_min(
+                0.0,
+                (3.0 + 0.12 * z - y) * 0.5,
+                1.5 * Recall(Row.FACE, head_outside()) - 1.5,
+            ),
+        ),
+        (Row.BASE, skull_base(parameters) - z),
+    ]

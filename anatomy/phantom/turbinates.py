@@ -1,0 +1,163 @@
+"""The turbinates and the uncinate process of one side, as solids in the cavity."""
+
+from dataclasses import dataclass
+
+from anatomy.phantom.honeycomb import Mark
+from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.rows import Row
+from anatomy.phantom.shapes import (
+    Chain,
+    Field,
+    FlatTube,
+    depth_table,
+    height_table,
+    smooth_max,
+    smooth_min,
+    u,
+    y,
+    z,
+)
+from anatomy.tissue import Side
+
+
+@dataclass(frozen=True, slots=True)
+class Turbinates:
+    """Hold the solids that stand in the cavity."""
+
+    inferior: Field
+    middle: Field
+    superior: Field
+    uncinate: Field
+
+
+def middle_bow() -> Field:
+    """Give how far the middle turbinate's lamella is bowed sideways."""
+    return depth_table(
+        [10, 16, 24, 33, 42, 51], [-0.4, 0.0, 0.6, 0.9, 0.6, 0.0], 3.0
+    ) * height_table([12, 22, 30, 38, 46], [0.1, 0.7, 1.0, 0.7, 0.1], 3.0)
+
+
+def middle_lean(parameters: PhantomParameters, side: Side) -> Field:
+    """Give the lateral position of the middle turbinate's lamella over the height.
+
+    A paradoxical turbinate curves outwards to its lower edge instead of inwards.
+    """
+    low = (
+        (8.0, 6.7, 5.7)
+        if parameters.has("paradoxical-turbinate", side)
+        else (6.75, 5.68, 5.36)
+    )
+    return height_table([20, 26, 30, 38, 45], [*low, 4.9, 4.3], 3.0)
+
+
+def turbinates(parameters: PhantomParameters, side: Side) -> Turbinates:
+    """Build the three turbinates and the uncinate process."""
+    return Turbinates(
+        Mark(Row.INFERIOR, _inferior(parameters)),
+        Mark(Row.MIDDLE, _middle(parameters, side)),
+        Mark(Row.SUPERIOR, _superior()),
+        Mark(Row.UNCINATE, _uncinate(parameters)),
+    )
+
+
+def _inferior(parameters: PhantomParameters) -> Field:
+    g = parameters.congestion
+    depths = [4.5, 5.2, 6.5, 9, 14, 30, 42, 49, 51]
+    inferior = FlatTube(
+        depth_table(depths, [9.6, 9.6, 9.5, 9.4, 9.2, 9.3, 9.5, 9.6, 9.6]),
+        depth_table(depths, [10.9, 10.9, 10.8, 10.6, 10.2, 10, 10.2, 10.8, 11]),
+        depth_table(
+            depths,
+            [
+                0.1,
+                1.2,
+                1.9 + g,
+                2.5 + 1.6 * g,
+                2.7 + 1.8 * g,
+                2.7 + 1.8 * g,
+                2.6 + 1.6 * g,
+                2.2 + g,
+                0.1,
+            ],
+            0.3,
+        ),
+        depth_table(depths, [0.1, 1.9, 3.2, 4.3, 4.8, 4.8, 4.6, 3.4, 0.2], 0.3),
+    )
+    inferior_tube = smooth_max(1.0, inferior, abs(y + 27.75) - 23.4)
+    root = smooth_max(0.8, 9.2 - u, abs(z - 0.30 * u - 11.3) - 1.1)
+    root = smooth_max(0.8, root, u - 15.0)
+    root = smooth_max(1.5, root, abs(y + 27.5) - 21.5)
+    return smooth_min(1.5, inferior_tube, root)
+
+
+def _middle(parameters: PhantomParameters, side: Side) -> Field:
+    g = parameters.congestion
+    # The middle turbinate has a bulbous head, a curled lower edge, and a lamella that
+    # leans and is bowed along y.
+    bowed = u - middle_bow() + (1.0 if parameters.uncinectomy else 0.0)
+    depths = [14.5, 16.5, 20, 28, 42, 51, 53]
+    centers = (5.9, 6.0, 6.3, 6.6, 6.7, 6.7, 6.8)
+    curl = 0.9 if parameters.has("paradoxical-turbinate", side) else 0.0
+    widths = (1.6, 2.0 + g, 1.8 + g, 1.5 + 0.8 * g)
+    heights = (3.2, 4.0, 3.3, 2.9)
+    if parameters.has("concha-bullosa", side):
+        # The air cell of 1.8 mm half width lies behind bone and mucosa.
+        widths, heights = (2.0, 2.9 + 0.5 * g, 2.8 + 0.5 * g, 1.9), (3.6, 5.2, 4.8, 3.2)
+    head = FlatTube(
+        depth_table(depths, [c + curl for c in centers]) + (u - bowed),
+        depth_table(depths, [26.5, 25.5, 23.6, 22.5, 22.0, 21.8, 21.8]),
+        depth_table(depths, [0.6, *widths, 1.2, 0.3], 0.4),
+        depth_table(depths, [1.4, *heights, 2.2, 0.5], 0.4),
+    )
+    head_tube = smooth_max(1.2, head, abs(y + 33.75) - 19.4)
+    edge = depth_table([14, 20, 28, 42, 52], [27, 23.6, 22.5, 22.0, 21.8])
+    lean = middle_lean(parameters, side)
+    reach = 18.7 - 0.05 * smooth_max(2.0, z - 36, 0.0)
+    lamella = smooth_max(
+        0.6, abs(bowed - lean) - 0.65, smooth_max(1.0, edge - z, abs(y + 34) - reach)
+    )
+    front = height_table([20, 26, 38, 46], [-15, -14.5, -16.5, -20], 2.0)
+    lamella = smooth_max(1.5, lamella, y - front)
+    # The axilla: the head hangs from the lateral wall by a neck.
+    neck = Chain(((6.2, -16.5, 26), (5.9, -15, 31), (5.0, -14, 37)), (1.6, 1.5, 1.6))
+    return smooth_min(2.6, smooth_min(3.0, head_tube, neck), lamella)
+
+
+def _superior() -> Field:
+    depths = [38, 41, 46, 51, 53]
+    flange = FlatTube(
+        depth_table(depths, [5.2, 5.2, 5.2, 5.3, 5.4]),
+        depth_table(depths, [38, 36.6, 34.8, 33.4, 33.0]),
+        depth_table(depths, [0.1, 0.8, 1.0, 0.8, 0.1], 0.3),
+        depth_table(depths, [0.2, 1.6, 2.0, 1.6, 0.2], 0.3),
+    )
+    flange_tube = smooth_max(0.8, flange, abs(y + 45.5) - 7.6)
+    plate = smooth_max(
+        0.5,
+        abs(u - 5.3) - 0.5,
+        smooth_max(1.0, depth_table([38, 52], [37, 33]) - z, abs(y + 46) - 6.5),
+    )
+    return smooth_min(1.0, flange_tube, plate)
+
+
+def _uncinate(parameters: PhantomParameters) -> Field:
+    # The uncinate process is a curved sheet with a free rear edge in front of the
+    # hiatus, on a smooth ledge of the lateral wall.
+    free_edge = height_table(
+        [16, 20, 24, 28, 34, 40], [-32, -29.5, -26, -23.2, -20.5, -18.5], 2.0
+    )
+    sheet = depth_table([6, 10, 14, 18, 22, 26], [13.9, 11.9, 10.5, 9.5, 9.2, 9.2], 2.0)
+    uncinate = smooth_max(
+        1.2,
+        abs(u - sheet - 0.9) - 1.25,
+        smooth_max(1.5, free_edge - y, abs(z - 28) - 13),
+    )
+    uncinate = smooth_max(2.0, uncinate, y + 11)
+    ledge = smooth_max(
+        2.0,
+        smooth_max(2.0, abs(u - 12.7) - 2.5, abs(y + 20) - 9.5),
+        smooth_max(2.0, 16.0 - z, z - depth_table([12, 22, 30], [40, 25, 20], 2.0)),
+    )
+    if parameters.uncinectomy:
+        return smooth_max(1.5, ledge, y + 19.5)
+    return smooth_min(1.5, uncinate, ledge)

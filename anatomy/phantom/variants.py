@@ -1,0 +1,157 @@
+"""Variants of anatomy by name: how often they occur, and how to ask for one."""
+
+from collections.abc import Iterable
+from statistics import NormalDist
+
+import msgspec
+import numpy as np
+
+from anatomy.phantom.parameters import SIDED_VARIANTS, LeftRatios, PhantomParameters
+from disk import UserError
+
+PREVALENCE = {
+    "agger-nasi": 0.63,
+    "concha-bullosa": 0.30,
+    "dehiscent-carotid": 0.10,
+    "dehiscent-optic": 0.12,
+    "haller": 0.12,
+    "hanging-artery": 0.25,
+    "onodi": 0.14,
+    "paradoxical-turbinate": 0.105,
+    "septal-spur": 0.25,
+}
+"""Share of sides with each variant. Published figures scatter with the definition:
+agger nasi 63 % and septal deviation 65 % (Dogan and Kilinc, 234 people); concha bullosa
+8 to 41 %, Haller 3 to 20 %, Onodi 8 % and 18 % (Akbulut 2022, 500 people); paradoxical
+turbinate 10.5 % (Eur Arch ORL 2014;271:511); canals bare in 20 % of sides, carotid and
+optic together (Andrianakis 2021). The middle of a range is taken where there is one."""
+
+SIDE_CORRELATION = 0.6
+"""Correlation of the hidden normal variables of the two sides."""
+
+KEROS_MM = {"keros-1": 2.4, "keros-2": 5.3, "keros-3": 9.0}
+KEROS_LIMITS_MM = 3.5, 7.5
+DEVIATION_MM = 4.0
+HYPOPLASTIC_SCALE = {"maxillary": 0.64, "frontal": 0.56}
+
+NAMES = (
+    *SIDED_VARIANTS,
+    "septal-deviation",
+    "hypoplastic-maxillary",
+    "hypoplastic-frontal",
+    "frontal-aplasia",
+    *KEROS_MM,
+)
+"""All names that `with_variants` knows; those of Keros have no side."""
+
+
+def with_variants(
+    parameters: PhantomParameters, names: Iterable[str]
+) -> PhantomParameters:
+    """Add variants by name, such as ``"onodi:left"``, ``"haller"`` or ``"keros-3"``.
+
+    Without a side both sides get it; a deviated septum then bends to the right. Raise
+    ValueError for an unknown name or side.
+    """
+    for name in names:
+        parameters = _with_variant(parameters, name)
+    return parameters
+
+
+def without_variants(
+    parameters: PhantomParameters, names: Iterable[str]
+) -> PhantomParameters:
+    """Remove sided variants by name, from both sides if none is given."""
+    dropped: set[str] = set()
+    for name in names:
+        word, sides = _parsed(name)
+        if word not in SIDED_VARIANTS:
+            raise UserError(f"{word!r} cannot be removed; ask for what it should be")
+        dropped |= {f"{word}:{side}" for side in sides}
+    kept = tuple(v for v in parameters.variants if v not in dropped)
+    return msgspec.structs.replace(parameters, variants=kept)
+
+
+def variant_names(parameters: PhantomParameters) -> tuple[str, ...]:
+    """Name what a patient has, as `with_variants` takes it; of Keros, always one.
+
+    Depths and sizes have a name from what `with_variants` sets on; those of Keros hold
+    to the nearest millimetre: 1 to 3, 4 to 7, 8 and more (Keros, Z. Laryngol. Rhinol.
+    Otol. 41, 1962).
+    """
+    found = list(parameters.variants)
+    deviation = parameters.septal_deviation_mm
+    if abs(deviation) >= DEVIATION_MM:
+        found.append(f"septal-deviation:{'right' if deviation > 0 else 'left'}")
+    for sinus, least in HYPOPLASTIC_SCALE.items():
+        right = getattr(parameters, f"{sinus}_scale")
+        left = right * getattr(parameters.left, sinus)
+        for side, scale in (("left", left), ("right", right)):
+            if scale == 0:
+                found.append(f"{sinus}-aplasia:{side}")
+            elif scale < least + 1e-9:
+                found.append(f"hypoplastic-{sinus}:{side}")
+    kind = 1 + sum(parameters.keros_mm >= limit for limit in KEROS_LIMITS_MM)
+    return (*found, f"keros-{kind}")
+
+
+def _parsed(name: str) -> tuple[str, tuple[str, ...]]:
+    word, colon, side = name.partition(":")
+    if word not in NAMES:
+        raise UserError(
+            f"there is no variant {word!r}; the names are {', '.join(NAMES)}"
+        )
+    if colon and side not in ("left", "right"):
+        raise UserError(f"the side of {name!r} must be left or right, got {side!r}")
+    if colon and word in KEROS_MM:
+        raise UserError(f"{word} holds for both sides; leave out {side!r}")
+    return word, (side,) if colon else ("left", "right")
+
+
+def _with_variant(parameters: PhantomParameters, name: str) -> PhantomParameters:
+    word, sides = _parsed(name)
+    change = msgspec.structs.replace
+    if word in SIDED_VARIANTS:
+        added = {*parameters.variants, *(f"{word}:{side}" for side in sides)}
+        return change(parameters, variants=tuple(sorted(added)))
+    if word in KEROS_MM:
+        return change(parameters, keros_mm=KEROS_MM[word])
+    if word == "septal-deviation":
+        sign = -1.0 if sides == ("left",) else 1.0
+        return change(parameters, septal_deviation_mm=sign * DEVIATION_MM)
+    if word == "frontal-aplasia":
+        return _scaled(parameters, "frontal", 0.0, sides)
+    sinus = word.removeprefix("hypoplastic-")
+    return _scaled(parameters, sinus, HYPOPLASTIC_SCALE[sinus], sides)
+
+
+def _scaled(
+    parameters: PhantomParameters, sinus: str, scale: float, sides: tuple[str, ...]
+) -> PhantomParameters:
+    """Set one sinus's factor on the given sides and keep it on the other."""
+    field = f"{sinus}_scale"
+    right = getattr(parameters, field)
+    left = right * getattr(parameters.left, sinus)
+    right = scale if "right" in sides else right
+    left = scale if "left" in sides else left
+    if right == 0 and left > 0:
+        raise UserError(
+            f"a head without a right {sinus} sinus alone cannot be asked for; "
+            f"leave out the side or take the left"
+        )
+    ratio = left / right if right > 0 else 1.0
+    ratios: LeftRatios = msgspec.structs.replace(parameters.left, **{sinus: ratio})
+    return msgspec.structs.replace(parameters, left=ratios, **{field: right})
+
+
+def draw_variants(rng: np.random.Generator) -> tuple[str, ...]:
+    """Draw the sided variants with their prevalences; sides are correlated."""
+    found = []
+    for name, share in sorted(PREVALENCE.items()):
+        shared, right, left = rng.standard_normal(3)
+        limit = NormalDist().inv_cdf(share)
+        weight, rest = np.sqrt(SIDE_CORRELATION), np.sqrt(1 - SIDE_CORRELATION)
+        for side, own in (("left", left), ("right", right)):
+            if weight * shared + rest * own < limit:
+                found.append(f"{name}:{side}")
+    return tuple(sorted(found))

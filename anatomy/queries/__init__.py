@@ -1,0 +1,1 @@
+"""Questions to a head: hazards, landmarks, scores, tissue at a place."""

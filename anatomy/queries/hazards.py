@@ -1,0 +1,141 @@
+"""Signed distances to the structures that must not be hurt."""
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from anatomy.frame import lps_from_ras
+from anatomy.kernels import evaluate_blocks as kernels
+from anatomy.phantom.air import distance_at_points
+from anatomy.phantom.face import outside
+from anatomy.phantom.model import Model, build_model
+from anatomy.phantom.nose import septum_face
+from anatomy.phantom.orbit import orbit
+from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.program import Encoder
+from anatomy.phantom.shapes import Field, u, z
+from anatomy.phantom.skull_base import skull_base
+from anatomy.phantom.vessels import (
+    ethmoidal_arteries,
+    internal_carotid,
+    nasolacrimal_duct,
+    optic_nerve,
+    sphenopalatine_artery,
+)
+from anatomy.tissue import Side
+from disk import UserError
+
+_STEP_MM = 0.25
+_CHUNK = 4096
+
+# Tubes are exact distances; of the rest the value is divided by the gradient's norm.
+_EXACT = frozenset(
+    (
+        "optic nerve",
+        "internal carotid",
+        "ethmoidal arteries",
+        "nasolacrimal duct",
+        "sphenopalatine artery",
+    )
+)
+
+
+def hazard_fields(parameters: PhantomParameters, side: Side) -> dict[str, Field]:
+    """List the structures of one side as fields, negative inside."""
+    return {
+        "orbit": orbit(parameters, side, outside()),
+        "skull base": skull_base(parameters) - z,
+        "optic nerve": optic_nerve(),
+        "internal carotid": internal_carotid(),
+        "ethmoidal arteries": ethmoidal_arteries(parameters, side),
+        "nasolacrimal duct": nasolacrimal_duct(),
+        "sphenopalatine artery": sphenopalatine_artery(),
+        "septum": abs(u) - septum_face(parameters, side),
+    }
+
+
+def hazard_distances(
+    parameters: PhantomParameters, points_mm: NDArray[np.floating]
+) -> dict[str, NDArray[np.float64]]:
+    """Measure ``(..., 3)`` LPS points: signed distance in mm to each structure.
+
+    Keys are a structure and its side, such as ``"optic nerve, left"``; values have the
+    shape of the points without the last axis, negative inside. Vessels, nerve and duct
+    are exact round tubes; orbit, skull base and septum are first order near their
+    surfaces. Unevenness of the mucosa does not move them. Air is in none of them: there
+    the distance is at least that to the air's boundary.
+    """
+    points = np.asarray(points_mm, dtype=np.float64)
+    if points.shape[-1:] != (3,):
+        raise UserError(f"points must have shape (..., 3), got {points.shape}")
+    ras = lps_from_ras(points.reshape(-1, 3)) / parameters.head_scale
+    # Where a structure and a sinus claim one place, the air has it, as in the volumes.
+    depth = -distance_at_points(build_model(parameters), points)
+    found = {}
+    for side in (Side.RIGHT, Side.LEFT):
+        for name in hazard_fields(parameters, side):
+            value = _evaluate(parameters, side, name, ras)
+            if name not in _EXACT:
+                square = np.zeros_like(value)
+                for axis in range(3):
+                    step = np.zeros(3)
+                    step[axis] = _STEP_MM
+                    ahead, behind = (
+                        _evaluate(parameters, side, name, ras + s * step)
+                        for s in (1.0, -1.0)
+                    )
+                    square += ((ahead - behind) / (2 * _STEP_MM)) ** 2
+                value = value / np.sqrt(np.maximum(square, 0.05))
+            distance = (parameters.head_scale * value).reshape(points.shape[:-1])
+            distance = np.where(depth > 0, np.maximum(distance, depth), distance)
+            found[f"{name}, {side.name.lower()}"] = distance
+    return found
+
+
+@lru_cache(maxsize=4)
+def _compiled(
+    parameters: PhantomParameters, side: Side
+) -> tuple[Model, dict[str, tuple[int, int]]]:
+    """Put a side's structures in place of a head's programs."""
+    model = build_model(parameters)
+    encoder = Encoder()
+    fields = hazard_fields(parameters, side)
+    for field in fields.values():
+        field.encode(encoder)
+        encoder.finish_field()
+    program = encoder.program()
+    tables = model.tables._replace(code=program.code, constants=program.constants)
+    spans = {
+        name: (int(a), int(b))
+        for name, (a, b) in zip(fields, program.spans, strict=True)
+    }
+    made = Model(
+        parameters,
+        model.parts,
+        model.surroundings,
+        model.plates,
+        tables,
+        program.depth,
+        model.mark_rows,
+    )
+    return made, spans
+
+
+def _evaluate(
+    parameters: PhantomParameters, side: Side, name: str, ras: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    model, spans = _compiled(parameters, side)
+    begin, end = spans[name]
+    sign = np.float32(1.0 if side == Side.RIGHT else -1.0)
+    flat = ras.T.astype(np.float32)
+    result = np.empty(flat.shape[1], dtype=np.float32)
+    for start in range(0, flat.shape[1], _CHUNK):
+        block = np.ascontiguousarray(flat[:, start : start + _CHUNK])
+        n = block.shape[1]
+        rows = kernels.POINT_ROWS + model.stack_depth
+        work = np.zeros((rows, n), dtype=np.float32)
+        marks = np.full((model.mark_rows, n), np.inf, dtype=np.float32)
+        out = result[start : start + n]
+        kernels.evaluate_span(block, model.tables, sign, begin, end, work, marks, out)
+    return result.astype(np.float64)

@@ -1,0 +1,1 @@
+"""A patient's own scan: read, understood, made into a case."""

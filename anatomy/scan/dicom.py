@@ -1,0 +1,249 @@
+"""DICOM folders: which series there are, and one of them as a volume.
+
+Nothing is guessed: a series that lacks a position, a size or a piece of a file is
+refused with the file's name.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from anatomy.scan.dicom_folder import examination_files, is_dicom, read_dicom
+from anatomy.scan.dicom_frames import (
+    MANY_FRAMES,
+    Frame,
+    check_whole,
+    frame_values,
+    frames_of,
+    has_many_frames,
+)
+from anatomy.scan.slice_stack import Layout, SliceStack, straighten
+from disk import UserError, foreign_file
+from renderers.scene.memory_limit import memory_limit
+from renderers.scene.volume import AIR_HU, Volume
+
+WORKING_BYTES = 12
+"""For each pixel: it is held as a float, put into order, and resampled."""
+
+FEWEST_SLICES = 5
+"""A series of fewer is a scout image, not a volume."""
+
+SAME_WAY = 1e-3
+"""Largest difference of two orientations, by their cosines, that is rounding."""
+
+SAME_SPACING_MM = 1e-4
+"""Largest difference of two pixel spacings that is rounding."""
+
+SPARSE = 1.5
+"""Steps of more thicknesses than this leave tissue out."""
+
+LISTED_GAPS = 6
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(slots=True)
+class DicomSeries:
+    """Hold the slices of one series that share one geometry.
+
+    axes: ``(6,)`` unit vectors along a row and along a column, LPS. spacing_mm: between
+    rows, between columns. files, numbers: of each slice, its file and which of the
+    file's frames it is, from 0.
+    """
+
+    uid: str
+    modality: str
+    description: str
+    rows: int
+    columns: int
+    axes: NDArray[np.float64]
+    spacing_mm: NDArray[np.float64]
+    files: list[Path] = field(default_factory=list)
+    numbers: list[int] = field(default_factory=list)
+
+    def lies_as(
+        self, axes: NDArray[np.float64], spacing_mm: NDArray[np.float64]
+    ) -> bool:
+        """Tell whether a slice lies as those of the series do, but for rounding."""
+        return bool(
+            np.abs(self.axes - axes).max() < SAME_WAY
+            and np.abs(self.spacing_mm - spacing_mm).max() < SAME_SPACING_MM
+        )
+
+    def __str__(self) -> str:
+        """Describe the series for a list to choose from."""
+        name = f" {self.description!r}" if self.description else ""
+        return (
+            f"{self.modality}{name}, {len(self.files)} slices of "
+            f"{self.columns} x {self.rows}"
+        )
+
+
+def find_series(folder: Path, progress: Progress | None = None) -> list[DicomSeries]:
+    """List the series below a folder, those with most slices first.
+
+    Images of one series that differ in size, orientation or pixel spacing, and the
+    stacks and phases of an enhanced one, are listed apart. Files that are not DICOM are
+    passed over. Raises ValueError when nothing is left, for a damaged DICOM file, for
+    more than 20,000 files, and for links that lead out of the folder.
+    """
+    files = examination_files(folder)
+    found: dict[tuple[object, ...], list[DicomSeries]] = {}
+    unplaced = None
+    for n, file in enumerate(files):
+        if progress is not None:
+            progress("Reading headers", n / len(files))
+        if not is_dicom(file):
+            continue
+        with foreign_file(file, "a DICOM file"):
+            image = read_dicom(file, pixels=False)
+            check_whole(image, file)
+            frames = frames_of(image, file)
+            if not frames and has_many_frames(image):
+                unplaced = file
+            for frame in frames:
+                _sort_in(frame, found)
+    if not found and unplaced is not None:
+        raise UserError(f"{unplaced} {MANY_FRAMES}")
+    if not found:
+        raise UserError(
+            f"{folder} holds {len(files)} files, none of which is a DICOM image with "
+            "a place in the patient"
+        )
+    series = [one for alike in found.values() for one in alike]
+    return sorted(series, key=lambda s: -len(s.files))
+
+
+def _sort_in(frame: Frame, found: dict[tuple[object, ...], list[DicomSeries]]) -> None:
+    """Add a slice to the series it belongs to, or begin one."""
+    header = frame.image
+    axes = frame.numbers("ImageOrientationPatient", 6)
+    spacing = frame.numbers("PixelSpacing", 2)
+    uid = str(header.get("SeriesInstanceUID", ""))
+    rows, columns = int(header.Rows), int(header.Columns)
+    alike = found.setdefault((uid, rows, columns, *frame.stack), [])
+    for series in alike:
+        if series.lies_as(axes, spacing):
+            break
+    else:
+        series = DicomSeries(
+            uid,
+            str(header.get("Modality", "")) or "unknown",
+            str(header.get("SeriesDescription", "")).strip(),
+            rows,
+            columns,
+            axes,
+            spacing,
+        )
+        alike.append(series)
+    series.files.append(frame.file)
+    series.numbers.append(frame.number)
+
+
+def choose_series(series: list[DicomSeries], which: int | None) -> DicomSeries:
+    """Take one series of a list, counted from 1.
+
+    None takes the only one that is a volume. Raises ValueError with the list when
+    there is a choice.
+    """
+    listing = "; ".join(f"{i + 1}: {s}" for i, s in enumerate(series))
+    if which is not None:
+        if not 1 <= which <= len(series):
+            raise UserError(f"there is no series {which}; there are {listing}")
+        return series[which - 1]
+    volumes = [s for s in series if len(s.files) >= FEWEST_SLICES]
+    if len(volumes) == 1:
+        return volumes[0]
+    if not volumes:
+        raise UserError(
+            f"no series has the {FEWEST_SLICES} slices of a volume: {listing}"
+        )
+    raise UserError(f"the folder holds several series, choose one: {listing}")
+
+
+def read_series(
+    series: DicomSeries, *, allow_gaps: bool = False, progress: Progress | None = None
+) -> tuple[Volume, list[str]]:
+    """Read a series as a volume in LPS and HU (MR: stored values), float32 or int16.
+
+    Gives it with notes on what was done to it. allow_gaps: bridge missing slices by
+    interpolation instead of refusing the series. Raises ValueError naming the file
+    that is damaged or does not fit.
+    """
+    need = series.rows * series.columns * len(series.files) * WORKING_BYTES
+    limit = memory_limit()
+    if need > limit:
+        raise UserError(
+            f"the series {series} needs {need:,} bytes; at most {limit:,} can be read "
+            "on this machine"
+        )
+    pixels, positions, thickness = [], [], []
+    wanted: dict[Path, list[int]] = {}
+    for file, number in zip(series.files, series.numbers, strict=True):
+        wanted.setdefault(file, []).append(number)
+    for n, (file, numbers) in enumerate(wanted.items()):
+        if progress is not None:
+            progress("Reading slices", n / len(wanted))
+        with foreign_file(file, "a DICOM file"):
+            held = frames_of(read_dicom(file), file)
+            frames = [held[number] for number in numbers]
+            pixels += frame_values(frames)
+            positions += [f.numbers("ImagePositionPatient", 3) for f in frames]
+            thickness += [f.thickness_mm for f in frames]
+    if len(pixels) < 2:
+        raise UserError(f"the series {series} is no volume")
+    stack = SliceStack(
+        np.stack(pixels),
+        np.stack(positions),
+        series.axes[:3],
+        series.axes[3:],
+        # the standard names the distance between rows first
+        (float(series.spacing_mm[1]), float(series.spacing_mm[0])),
+        np.array(thickness),
+    ).ordered()
+    layout = Layout.of(stack)
+    missing = layout.missing()
+    if missing and not allow_gaps:
+        raise UserError(
+            f"the series {series} lacks {sum(m for _, m in missing)} slices: "
+            f"{_places(stack, missing)}; copy them again, or allow gaps to bridge them"
+        )
+    volume = straighten(stack, AIR_HU if series.modality == "CT" else 0.0)
+    low, high = volume.value_range
+    whole = not (np.asarray(volume.values) % 1).any()
+    if whole and low >= -32768 and high <= 32767:
+        volume = volume.with_values(volume.values.astype(np.int16), volume.background)
+    return volume, _notes(layout, missing, volume)
+
+
+def _notes(layout: Layout, missing: list[tuple[int, int]], volume: Volume) -> list[str]:
+    notes = []
+    if not layout.is_regular:
+        low, high = layout.steps_mm.min(), layout.steps_mm.max()
+        notes.append(
+            f"slices {low:.2f} to {high:.2f} mm apart, gantry tilted by "
+            f"{layout.tilt_deg:.1f} degrees: interpolated on even steps of "
+            f"{volume.spacing_mm[2]:.2f} mm"
+        )
+    if missing:
+        lost = sum(m for _, m in missing)
+        notes.append(f"{lost} missing slices bridged by interpolation")
+    thickness = layout.thickness_mm
+    usual = float(np.median(layout.steps_mm))
+    if thickness is not None and usual > SPARSE * np.median(thickness):
+        notes.append(
+            f"slices of {np.median(thickness):.2f} mm lie {usual:.2f} mm apart: what "
+            "is between them was not scanned, or every other slice is lost"
+        )
+    return notes
+
+
+def _places(stack: SliceStack, missing: list[tuple[int, int]]) -> str:
+    """Say after which slices how many are lost."""
+    depth = stack.positions_mm @ stack.normal
+    listed = [f"{lost} after the one at {depth[i]:.1f} mm" for i, lost in missing]
+    more = len(listed) - LISTED_GAPS
+    return ", ".join(listed[:LISTED_GAPS]) + (f" and {more} gaps more" * (more > 0))

@@ -1,0 +1,73 @@
+"""Commands about a real arm: home it, register it.
+
+As in app/cli/commands.py, nothing heavy is imported before a command runs.
+"""
+
+from pathlib import Path
+
+from app.cli.root import Flag, Json, ScenarioName, Seed, app
+
+
+@app.command
+def home(*, device: str, yes: Flag = False, json: Json = False) -> int:
+    """Tell an arm that stands in its rest to measure from there.
+
+    Asks before it does: an arm that is homed elsewhere measures wrongly without a
+    word.
+
+    Parameters
+    ----------
+    device
+        Serial port of a MicroScribe, such as /dev/ttyUSB0.
+    yes
+        The arm is in its rest; do not ask.
+    """
+    from app.cli.home_command import run_home
+
+    return run_home(device, yes=yes, as_json=json)
+
+
+@app.command
+def register(
+    *,
+    scenario: ScenarioName = "first_flight",
+    device: str | None = None,
+    emulated: Flag = False,
+    out: Path = Path("registration.json"),
+    pivot: bool = True,
+    trace: bool = True,
+    target: tuple[str, ...] = (),
+    seed: Seed = 1,
+    yes: Flag = False,
+    input: str | None = None,
+    json: Json = False,
+) -> int:
+    """Register an arm: turn the tip, touch the landmarks, trace the skin.
+
+    Parameters
+    ----------
+    device
+        Serial port of a MicroScribe, such as /dev/ttyUSB0, or socket://host:port.
+    emulated
+        Let an emulated arm go all the way by itself; its true errors are shown.
+    out
+        The .json file to write; a .tfm for ITK and 3D Slicer lands beside it.
+    pivot
+        Calibrate the tip first; --no-pivot takes the tip that the arm states.
+    trace
+        Refine on a traced patch of skin; --no-trace leaves the landmarks alone.
+    target
+        Landmark at which the error is shown; the sinuses when left out.
+    seed
+        Where the emulated arm stands and how its hand shakes.
+    yes
+        Write the file without asking.
+    input
+        Another tracker instead of an arm: igtl:HOST:PORT[:TOOL].
+    """
+    from app.cli.register_command import RegisterOptions, run_register
+
+    options = RegisterOptions(
+        scenario, device, emulated, out, pivot, trace, target, yes, seed, input
+    )
+    return run_register(options, as_json=json)

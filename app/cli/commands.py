@@ -1,0 +1,308 @@
+"""The command line: names, options, help. The work is done elsewhere.
+
+Nothing heavy is imported here: every command fetches its own modules when it runs.
+"""
+
+from pathlib import Path
+from typing import Literal
+
+from app.cli import arm_commands, case_commands, picture_commands
+from app.cli.emulator_options import NOTHING_TYPED, EmulatorWords
+from app.cli.root import (
+    Flag,
+    Json,
+    Oversubscribe,
+    Ranks,
+    ScenarioName,
+    Size,
+    Threads,
+    app,
+    rank_count,
+    thread_count,
+)
+from disk import UserError
+
+__all__ = ["app", "arm_commands", "case_commands", "picture_commands"]
+
+
+@app.command
+def demo(
+    *,
+    out: Path = Path("out/demo"),
+    scenario: ScenarioName = "first_flight",
+    device: str | None = None,
+    size: Size = 512,
+    ranks: Ranks = 2,
+    oversubscribe: Oversubscribe = False,
+    threads: Threads = 0,
+    fault: tuple[str, ...] = (),
+    json: Json = False,
+) -> int:
+    """Fly a recorded probe path end to end, without a screen.
+
+    An emulated MicroScribe arm touches four fiducials and follows the path through
+    the sinus phantom; the pictures, the recording, three high-quality snapshots and
+    a summary land in one folder.
+
+    Parameters
+    ----------
+    out
+        Folder for everything the demo leaves.
+    device
+        Serial port of a real arm instead of the emulated one.
+    fault
+        Let the emulated arm misbehave, as NAME@SECONDS: garbage, mute or unplug.
+    """
+    from app.cli.demo import DemoOptions, run_demo
+
+    options = DemoOptions(
+        out=out,
+        scenario=scenario,
+        device=device,
+        size=size,
+        ranks=rank_count(ranks, oversubscribe=oversubscribe),
+        threads=thread_count(threads),
+        faults=fault,
+    )
+    return run_demo(options, as_json=json)
+
+
+@app.command
+def replay(
+    session: Path,
+    *,
+    check: bool = False,
+    video: Path | None = None,
+    view_at: float | None = None,
+    out: Path | None = None,
+    case: Path | None = None,
+    threads: Threads = 0,
+    json: Json = False,
+) -> int:
+    """Run a recorded session again, without the device.
+
+    Parameters
+    ----------
+    session
+        A folder NAME.paravol.
+    check
+        End with status 1 unless every frame and every figure comes out the same.
+    video
+        Write the frames as an MP4 film.
+    view_at
+        Write what was seen at this second as a view file, for `paravol snapshot
+        --view`; without --check or --video nothing else is done.
+    out
+        The view file, such as a.view.json.
+    case
+        With --view-at: where the case that was flown through lies now.
+    """
+    from app.cli.replay_command import run_replay, run_view_at
+
+    if (view_at is None) != (out is None):
+        raise UserError("--view-at and --out go together.")
+    if case is not None and out is None:
+        raise UserError("--case goes with --view-at.")
+    if view_at is not None and out is not None:
+        run_view_at(session, view_at, out, case=case, quietly=json)
+        if not check and video is None:
+            return 0
+
+    return run_replay(
+        session, check=check, video=video, threads=thread_count(threads), as_json=json
+    )
+
+
+@app.command
+def train(
+    *,
+    scenario: ScenarioName = "first_flight",
+    case: Path | None = None,
+    device: str | None = None,
+    input: str | None = None,
+    stream_igtl: str | None = None,
+    registration: Path | None = None,
+    roll: str | None = None,
+    size: Size = 512,
+    threads: Threads = 0,
+    record: Path | None = None,
+    seconds: float | None = None,
+    screenshot: Path | None = None,
+) -> int:
+    """Open the trainee's window: endoscope, overview, frame rate.
+
+    Parameters
+    ----------
+    case
+        Fly through a case folder, as import and phantom write, not a scenario.
+    device
+        Serial port of a MicroScribe, such as /dev/ttyUSB0.
+    input
+        Without an arm, fly with mouse (and keyboard, the default), gamepad,
+        recording:FILE, igtl:HOST:PORT or emulator, which flies the scenario's path.
+    stream_igtl
+        Stream tool poses by OpenIGTLink at this [HOST:]PORT.
+    registration
+        File of `paravol register`, made since the arm was switched on, or of a tracker.
+    roll
+        Who knows the roll of the scope in the arm at --device: horizon (level, the
+        arrow keys turn it), encoder (a sixth joint) or igtl:HOST:PORT[:TOOL].
+    record
+        Record the session into this folder, NAME.paravol, for good. Without it the
+        newest sessions are kept below the user's data directory, 1 GB of them.
+    seconds
+        Close the window by itself after this time.
+    screenshot
+        Save a picture of the window when it closes.
+    """
+    from app.cli.train import run_train
+
+    return run_train(
+        scenario=scenario,
+        case=case,
+        device=device,
+        input=input,
+        stream_igtl=stream_igtl,
+        registration=registration,
+        roll=roll,
+        size=size,
+        threads=thread_count(threads),
+        record=record,
+        seconds=seconds,
+        screenshot=screenshot,
+    )
+
+
+@app.command
+def worker(
+    *,
+    spool: Path,
+    create: Flag = False,
+    ranks: Ranks = 1,
+    oversubscribe: Oversubscribe = False,
+    threads: int | None = None,
+    dataflow: Literal["migrating", "static", "replicated", "rays"] | None = None,
+    from_file: Flag = False,
+    cache_cells: int | None = None,
+    lease: float | None = None,
+    keep_days: float | None = None,
+    once: Flag = False,
+) -> int:
+    """Serve snapshot requests from a spool folder.
+
+    Several workers may serve one folder, on several machines if they share its disk.
+    One that dies loses no request: another takes its job over.
+
+    Parameters
+    ----------
+    spool
+        Folder shared with the program that asks for snapshots.
+    create
+        Make the folder if it is missing.
+    threads
+        Threads that trace (without MPI), shade and expose; 2 by default.
+    dataflow
+        How ranks share the volume's cells: migrating as in the 1995 paper (the
+        default), static, the whole volume on every rank, or rays that travel.
+    from_file
+        No rank has to keep cells, which are read from the volume's file: for volumes
+        larger than all memory.
+    cache_cells
+        Cells that a rank keeps at most; all by default.
+    lease
+        Seconds of silence until a worker counts as dead, 15 by default; 60 on a
+        network disk.
+    keep_days
+        Days that finished jobs stay in the folder, 7 by default.
+    once
+        Stop when nothing is left that no living worker does.
+    """
+    from paravol.snapshots.rendering_service import WorkerOptions, run_worker_command
+    from paravol.snapshots.spool_folder import demand_spool
+
+    demand_spool(spool, create=create)
+    ranks = rank_count(ranks, oversubscribe=oversubscribe)
+    options = WorkerOptions(
+        ranks, once, threads, dataflow, from_file, cache_cells, lease, keep_days
+    )
+    return run_worker_command(spool, options)
+
+
+@app.command
+def emulator(*, words: EmulatorWords = NOTHING_TYPED) -> int:
+    """Emulate a MicroScribe behind a pseudo-terminal and print the port's name.
+
+    Any program that talks to the arm over a serial port can open it:
+
+        paravol emulator
+        paravol emulator --profile dx --path hand.path.json
+        paravol emulator --motion orbit --listen 4455
+        paravol emulator --fault f8_dropped_byte@12.5 --fault f30
+        paravol emulator --fault flipped_bit@p:0.01 --seed 7
+        paravol emulator --fault unplug@packet:200 --transcript line.txt
+        paravol emulator --link arm --do unplug@5+2 --do right_pedal@3+.5
+
+    A fault is NAME[=VARIANT][@WHEN]: SECONDS since the first packet (0, or nothing,
+    means from power-on), SECONDS+DURATION, packet:N or p:PROBABILITY for each packet.
+    """
+    from app.cli.emulator_command import run_emulator
+
+    return run_emulator(words)
+
+
+@app.command
+def bench(
+    *,
+    suite: tuple[str, ...] = (),
+    only: str = "",
+    quick: Flag = False,
+    out: Path = Path("out/bench"),
+    fresh: Flag = False,
+    json: Json = False,
+) -> int:
+    """Measure run time against error, peers in the same run.
+
+    Parameters
+    ----------
+    suite
+        Suites to run; all of them when left out.
+    only
+        Measure the rows whose case/mode holds this text, and their baselines.
+    quick
+        Small sizes, for a first look.
+    out
+        Folder for results.json and the pictures; an interrupted run goes on there.
+    fresh
+        Start over instead of going on.
+    """
+    from benchmarks.runner import run_bench
+
+    return run_bench(
+        suites=suite, quick=quick, out=out, fresh=fresh, as_json=json, only=only
+    )
+
+
+@app.command
+def doctor(
+    *, device: str | None = None, accept_constants: bool = False, json: Json = False
+) -> int:
+    """Say what this machine can do and what is missing, or whether an arm is well.
+
+    Parameters
+    ----------
+    device
+        Look at the MicroScribe on this serial port instead, such as /dev/ttyUSB0 or
+        a name under /dev/serial/by-id, while its joints are moved: constants, rate,
+        encoders, line, clock, pedals.
+    accept_constants
+        Keep the arm's constants though they changed or are unusual.
+    """
+    if device is not None:
+        from app.cli.arm_check import run_arm_check
+
+        return run_arm_check(device, as_json=json, accept_constants=accept_constants)
+    if accept_constants:
+        raise UserError("--accept-constants needs --device with the arm's port.")
+    from app.cli.doctor import run_doctor
+
+    return run_doctor(as_json=json)

@@ -1,0 +1,151 @@
+"""`paravol emulator`: a MicroScribe for other people's software."""
+
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from app.cli.emulator_options import EmulatorWords
+from app.cli.terminal import print_json
+from devices import ProbePath, load_probe_path
+from devices.microscribe.emulator.actions import list_actions
+from devices.microscribe.emulator.faults import list_faults
+from devices.microscribe.emulator.process import stop_on_signals
+from devices.microscribe.emulator.setup import (
+    MOTIONS,
+    EmulatorOptions,
+    OpenEmulator,
+    open_emulator,
+)
+from disk import UserError
+from scenarios import load_scenario
+from scenarios.bundle import SampleRecord, read_session
+
+BUNDLED = "first_flight"
+
+# The emulated arm presses it by itself while it follows a path.
+_PATH_PEDAL = 2
+
+
+def run_emulator(words: EmulatorWords) -> int:
+    """Emulate until Ctrl-C or until a fault unplugs the arm for good.
+
+    The name of the port goes to standard output, alone on its line, and again when
+    the arm is plugged in elsewhere. Everything else goes to standard error. For
+    machines every line is a JSON object, and a last one tells what happened.
+    """
+    if words.list_faults or words.list_actions:
+        _print_lists(words)
+        return 0
+    options = _options(words)
+
+    def announce(port: str) -> None:
+        about = {"profile": options.profile, "faults": words.fault, "actions": words.do}
+        print(json.dumps({"port": port, **about}) if words.json else port, flush=True)
+
+    with open_emulator(options, announce) as emulator, stop_on_signals(emulator):
+        if not words.json:
+            print("Ctrl-C ends the emulated arm.", file=sys.stderr)
+        emulator.server.run()
+    if words.json:
+        print(json.dumps(_happened(emulator)))
+    else:
+        _report(emulator)
+    return 0
+
+
+def _print_lists(words: EmulatorWords) -> None:
+    lists = {"faults": list_faults()} if words.list_faults else {}
+    lists |= {"actions": list_actions()} if words.list_actions else {}
+    if words.json:
+        print_json(lists)
+        return
+    for lines in lists.values():
+        for name, line in lines.items():
+            print(f"{name:<20} {line}")
+
+
+def _happened(emulator: OpenEmulator) -> dict[str, Any]:
+    """Tell how often each fault happened and who tried to rewrite the memory."""
+    return {
+        "fired": dict(emulator.server.arm.fired),
+        "memory_writes": emulator.server.arm.far_end.memory_writes,
+        "memory_writes_granted": emulator.accepts_memory_writes,
+    }
+
+
+def _options(words: EmulatorWords) -> EmulatorOptions:
+    if words.path is not None and words.motion is not None:
+        raise UserError("give --path or --motion, not both")
+    options = EmulatorOptions(
+        profile=words.profile,
+        motion=words.motion or MOTIONS[0],
+        seed=words.seed,
+        faults=words.fault,
+        actions=words.do,
+        listen=words.listen,
+        link=words.link,
+        transcript=words.transcript,
+        fast=words.fast,
+        sync_repeats=words.sync_repeats,
+        accepts_memory_writes=words.accept_memory_writes,
+    )
+    if words.path is not None:
+        return replace(options, path=load_motion(words.path))
+    if words.motion is not None:
+        return options
+    # As in a training session: fiducials first.
+    scenario, folder = load_scenario(BUNDLED)
+    return replace(
+        options,
+        path=load_probe_path(folder / scenario.path),
+        fiducials_mm=np.array([f.position_mm for f in scenario.fiducials]),
+    )
+
+
+def load_motion(file: Path) -> ProbePath:
+    """Read a path file, or the way of the scope in a recorded session."""
+    if not file.is_dir():
+        return load_probe_path(file)
+    info, records, _ = read_session(file)
+    samples = [
+        record.sample() for record in records if isinstance(record, SampleRecord)
+    ]
+    # Samples before the flight carry the time -1.
+    flown = [sample for sample in samples if sample.time_s >= 0.0]
+    kept = [
+        sample
+        for i, sample in enumerate(flown)
+        if i == 0 or sample.time_s > flown[i - 1].time_s
+    ]
+    if len(kept) < 2:
+        raise UserError(f"{file} holds no flight that an arm could follow.")
+    world_from_device = np.array(info.world_from_device).reshape(4, 4)
+    poses = world_from_device @ np.array([sample.device_from_tip for sample in kept])
+    return ProbePath(
+        name=file.stem,
+        source=f"recorded session {file.name}",
+        t_s=np.array([sample.time_s - kept[0].time_s for sample in kept]),
+        tip_mm=poses[:, :3, 3],
+        axis=-poses[:, :3, 2],
+        roll_deg=np.array([sample.roll_deg for sample in kept]),
+        instrument_tip_mm=np.array([sample.instrument_tip_mm for sample in kept]),
+        instrument_axis=np.array([sample.instrument_pointing for sample in kept]),
+        buttons=np.array([sample.buttons & ~_PATH_PEDAL for sample in kept]),
+    )
+
+
+def _report(emulator: OpenEmulator) -> None:
+    happened = _happened(emulator)
+    for name, times in happened["fired"].items():
+        print(f"{name} happened {times} times.", file=sys.stderr)
+    writes = happened["memory_writes"]
+    if writes:
+        fate = "let through" if happened["memory_writes_granted"] else "refused"
+        print(
+            f"{writes} attempts to rewrite the calibration memory were {fate}.",
+            file=sys.stderr,
+        )

@@ -1,0 +1,99 @@
+"""`paravol phantom`: a virtual patient as a case folder."""
+
+from pathlib import Path
+
+import msgspec
+
+from anatomy import (
+    Opacity,
+    PhantomParameters,
+    draw_parameters,
+    sinus_phantom,
+    with_variants,
+)
+from anatomy.case import write_case
+from anatomy.phantom.variants import variant_names, without_variants
+from app.cli.terminal import Stages, print_json
+from disk import UserError
+from paravol.output_folder import claimed_case, remove_exercise
+
+
+def run_phantom(
+    *,
+    out: Path,
+    seed: int,
+    spacing_mm: float,
+    as_json: bool,
+    average: bool = False,
+    variants: tuple[str, ...] = (),
+    without: tuple[str, ...] = (),
+    lund_mackay: tuple[str, ...] = (),
+    noise_hu: float = 12.0,
+    resonance: bool = False,
+    force: bool = False,
+) -> int:
+    """Build the phantom of `seed` and write it.
+
+    average: the average adult with that seed's cells, in place of a drawn patient.
+    lund_mackay: scores such as ``"maxillary:left=2"``, see `parse_scores`.
+    force: write over the case that `out` holds. Raise ValueError for a name, side or
+    score that there is not.
+    """
+    patient = PhantomParameters(seed=seed) if average else draw_parameters(seed)
+    patient = without_variants(with_variants(patient, variants), without)
+    patient = msgspec.structs.replace(
+        patient, opacity=parse_scores(lund_mackay), ct_noise_hu=noise_hu
+    )
+    with Stages() as stages, claimed_case(out, force=force):
+        phantom = sinus_phantom(
+            patient,
+            spacing_mm=spacing_mm,
+            progress=lambda stage, share: stages(f"Head: {stage}", share),
+        )
+        stages("Writing the case", 0.0)
+        remove_exercise(out)
+        write_case(phantom, out, resonance=resonance)
+        stages("Writing the case", 1.0)
+    nz, ny, nx = phantom.ct.shape
+    files = sorted(file.name for file in out.iterdir() if file.is_file())
+    if as_json:
+        print_json(
+            {
+                "folder": str(out),
+                "files": files,
+                "shape": [nz, ny, nx],
+                "variants": list(variant_names(patient)),
+            }
+        )
+    else:
+        print(f"{out}: {nx} x {ny} x {nz} voxels of {spacing_mm:g} mm")
+        print("  " + ", ".join(files))
+        print("  " + ", ".join(variant_names(patient)))
+    return 0
+
+
+def parse_scores(texts: tuple[str, ...]) -> tuple[Opacity, Opacity]:
+    """Read scores of the right and the left side.
+
+    Each text is ``NAME=SCORE`` or ``NAME:SIDE=SCORE``, or several with commas between;
+    names are those of `anatomy.Opacity`, and without a side both sides are meant.
+    """
+    right: dict[str, int] = {}
+    left: dict[str, int] = {}
+    for word in (part for text in texts for part in text.split(",") if part):
+        target, equals, score = word.strip().partition("=")
+        name, colon, side = target.replace("-", "_").partition(":")
+        if name not in Opacity.__struct_fields__ or not equals:
+            raise UserError(
+                f"a Lund-Mackay score reads NAME:SIDE=SCORE, such as maxillary:left=2,"
+                f" with a name out of {', '.join(Opacity.__struct_fields__)}; got "
+                f"{word!r}"
+            )
+        if not score.isdecimal():
+            raise UserError(f"the score in {word!r} must be a whole number")
+        if colon and side not in ("left", "right"):
+            raise UserError(f"the side in {word!r} must be left or right")
+        for held, held_name in ((right, "right"), (left, "left")):
+            if not colon or side == held_name:
+                held[name] = int(score)
+    return Opacity(**right), Opacity(**left)

@@ -1,0 +1,90 @@
+"""`paravol replay`: run, check, tell."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app.cli.terminal import Stages, print_json, print_table
+from disk import UserError
+from paravol.told_score import score_rows
+
+if TYPE_CHECKING:
+    from paravol.replay import ReplayReport
+
+
+def run_replay(
+    folder: Path, *, check: bool, video: Path | None, threads: int, as_json: bool
+) -> int:
+    """Replay a session; with `check`, 1 unless everything came out the same."""
+    from paravol.replay import replay_session
+
+    with Stages() as stages:
+        report = replay_session(folder, threads=threads, progress=stages, video=video)
+    if as_json:
+        print_json(
+            {
+                **asdict(report),
+                "good_s": report.good_s,
+                "is_exact": report.is_exact,
+            }
+        )
+    else:
+        unknown = "not compared: a part is lost" if report.damages else "not recorded"
+        same = {True: "the same", False: "DIFFERENT", None: unknown}
+        print_table(
+            f"Replay of {folder}",
+            [
+                *[("recording", line) for line in _state(report)],
+                ("samples", str(report.samples)),
+                ("frames", str(report.frames)),
+                ("frames that differ", _differing(report)),
+                ("score", same[report.same_score]),
+                *score_rows(report.score),
+                *([("film", str(video))] if video else []),
+            ],
+        )
+    return 1 if check and not report.is_exact else 0
+
+
+def run_view_at(
+    folder: Path, time_s: float, out: Path, *, case: Path | None, quietly: bool
+) -> None:
+    """Write what a session saw at a time, at the size it was shown, as a view file."""
+    import numpy as np
+
+    from paravol.snapshots.view_file import save_view
+    from paravol.snapshots.view_sources import session_views
+    from scenarios.bundle import read_session
+
+    if not time_s >= 0:
+        raise UserError(f"--view-at takes seconds from 0 on, got {time_s:g}.")
+    with Stages() as stages:
+        width, height = read_session(folder)[0].picture_size
+        size = max(width, height)
+        _, views = session_views(folder, np.array([time_s]), size, case, stages)
+        save_view(out, views[0])
+    if not quietly:
+        print(f"{out}: the view at {time_s:g} s, for paravol snapshot --view {out}")
+
+
+def _state(report: "ReplayReport") -> list[str]:
+    """Say whether the recording is whole; a line for each damaged part."""
+    lines = []
+    for lost in report.damages:
+        where = f"damaged, bytes {lost.first_byte:,} to {lost.end_byte:,}"
+        if lost.to_s <= lost.from_s:
+            lines.append(f"{where}: no flight is lost")
+            continue
+        count = "" if lost.samples is None else f", {lost.samples} samples"
+        lines.append(f"{where}: {lost.from_s:.2f} to {lost.to_s:.2f} s lost{count}")
+    if report.damages:
+        lines.append(f"{report.good_s:.1f} of {report.seconds:.1f} s are good")
+    if not report.complete:
+        lines.append(f"ends in the middle, after {report.seconds:.1f} s")
+    return lines or ["complete"]
+
+
+def _differing(report: "ReplayReport") -> str:
+    if report.same_look:
+        return str(len(report.differing_frames))
+    return "not compared: recorded with another look than this version draws"

@@ -1,0 +1,184 @@
+"""`paravol train`: the trainee's window, from the check of the display to its end."""
+
+import math
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType, TracebackType
+from typing import TYPE_CHECKING
+
+from app.opengl import probe_window
+from disk import UserError
+
+if TYPE_CHECKING:
+    from paravol.flight_end import FlightEnd
+
+SIZES = (64, 2048)
+"""Smallest and largest picture, pixels."""
+
+EDGE_SAMPLES = 8
+"""For smooth edges, where a graphics card draws them."""
+
+CLOSE_PATIENCE_S = 5.0
+"""The flight looks ten times a second whether the window is closed."""
+
+
+def run_train(
+    *,
+    scenario: str,
+    case: Path | None = None,
+    device: str | None,
+    input: str | None,
+    stream_igtl: str | None,
+    registration: Path | None,
+    roll: str | None,
+    size: int,
+    threads: int,
+    record: Path | None,
+    seconds: float | None,
+    screenshot: Path | None,
+) -> int:
+    """Open the window and fly until it is closed.
+
+    input: the words of `app.inputs.choose_input`, None for the arm at `device` or the
+    mouse; stream_igtl: ``[HOST:]PORT``.
+    registration: a file of `paravol register`; without it fiducials are touched.
+    roll: the words of `paravol.inputs.arm_roll`.
+    record: folder of the recording; None keeps it below the user's data directory for
+    as long as there is room. The result is told on standard output.
+    seconds: close by itself that long after the first picture.
+    Raises ValueError for bad input, UserError where no window can open, the device's
+    error when the arm fails, KeyboardInterrupt after Ctrl-C.
+    """
+    from devices import load_probe_path
+    from paravol.inputs import choose_input
+    from paravol.inputs.open_arm import demand_port
+    from paravol.pose_stream import listening_address
+    from scenarios import load_scenario
+
+    _check(size, record, seconds, screenshot)
+    if case is not None:
+        from paravol.case_exercise import exercise_of
+
+        scenario = str(exercise_of(case))
+    exercise, folder = load_scenario(scenario)
+    path_file = folder / exercise.path
+    path = load_probe_path(path_file)
+    stream = None if stream_igtl is None else listening_address(stream_igtl)
+    flown = choose_input(input, device, exercise, path, path_file, registration, roll)
+    demand_port(device)
+    graphics = probe_window()
+    if not graphics.works:
+        raise UserError(graphics.problem)
+
+    # Only here: where libraries are missing, loading Qt fails.
+    from PySide6.QtWidgets import QApplication
+
+    from app.window.flight_thread import WindowFlight
+    from app.window.main_window import TraineeWindow
+    from paravol.flight_order import FlightOrder
+    from paravol.kept_sessions import KeptSessions
+    from scenarios.instruments import suction_tube
+
+    application = QApplication(["paravol"])
+    kept = KeptSessions.of_the_user()
+    order = FlightOrder(exercise, path, flown, size, threads, record, stream, kept)
+    flight = WindowFlight(order)
+    instrument = suction_tube() if flown.has_instrument else None
+    window = TraineeWindow(
+        flight,
+        instrument,
+        edge_samples=0 if graphics.is_software else EDGE_SAMPLES,
+        seconds=seconds,
+        screenshot=screenshot,
+    )
+    interrupted = False
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        nonlocal interrupted
+        interrupted = True
+        window.shut()
+
+    with _errors_of_slots(window.shut) as errors, _on_interrupt(interrupt):
+        window.show()
+        flight.start()
+        application.exec()
+    flight.stop(CLOSE_PATIENCE_S)
+    window.release()
+    if flight.end is not None:
+        _tell(exercise.title, flight.end)
+    errors += [flight.error] if flight.error is not None else []
+    if errors:
+        raise errors[0]
+    if interrupted:
+        raise KeyboardInterrupt
+    return 0
+
+
+def _tell(title: str, end: "FlightEnd") -> None:
+    """Print a flight's result: a window takes it along when it closes."""
+    from app.cli.terminal import print_table
+
+    print_table(title, end.rows())
+    print("\n".join(end.lines()))
+
+
+def _check(
+    size: int, record: Path | None, seconds: float | None, screenshot: Path | None
+) -> None:
+    """Refuse bad options before anything slow begins."""
+    low, high = SIZES
+    if not low <= size <= high:
+        raise UserError(f"--size must lie between {low} and {high}, got {size}.")
+    if seconds is not None and not (math.isfinite(seconds) and seconds > 0):
+        raise UserError(f"--seconds must be a positive time, got {seconds:g}.")
+    if screenshot is not None:
+        if screenshot.suffix.lower() != ".png":
+            raise UserError(f"--screenshot must name a .png file, got {screenshot}.")
+        if not screenshot.absolute().parent.is_dir():
+            raise UserError(f"There is no folder {screenshot.absolute().parent}.")
+    # Asked now: nobody wants to hear it after having registered the arm.
+    if (
+        record is not None
+        and record.exists()
+        and (not record.is_dir() or any(record.iterdir()))
+    ):
+        raise UserError(
+            f"{record} is there already; choose another name for --record or remove it."
+        )
+
+
+@contextmanager
+def _errors_of_slots(close: Callable[[], object]) -> Iterator[list[BaseException]]:
+    """Gather what is raised below Qt, which would only print it and go on."""
+    errors: list[BaseException] = []
+
+    def hook(
+        kind: type[BaseException], error: BaseException, trace: TracebackType | None
+    ) -> None:
+        errors.append(error)
+        close()
+
+    before, sys.excepthook = sys.excepthook, hook
+    try:
+        yield errors
+    finally:
+        sys.excepthook = before
+
+
+@contextmanager
+def _on_interrupt(
+    handler: Callable[[int, FrameType | None], None],
+) -> Iterator[None]:
+    """Call `handler` on Ctrl-C.
+
+    Python gets to it as soon as Qt calls Python next: the window's timer does, ten
+    times a second.
+    """
+    before = signal.signal(signal.SIGINT, handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -1,1 +1,0 @@
-"""Pictures at rest: what is looked at, how it is drawn, what is written."""

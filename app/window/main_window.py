@@ -1,0 +1,351 @@
+"""The trainee's window: the endoscope's picture large, the overview at its side."""
+
+import os
+import time
+from pathlib import Path
+
+from PySide6.QtCore import Qt, QTimer, Slot
+from PySide6.QtGui import QCloseEvent, QKeyEvent, QResizeEvent
+from PySide6.QtWidgets import (
+    QApplication,
+    QHBoxLayout,
+    QMainWindow,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.vtk.head_model import HeadModel
+from app.window.endoscope_panel import PictureView
+from app.window.flight_thread import WindowFlight
+from app.window.gauges import Gauges
+from app.window.keys import HandEvents
+from app.window.notices import Notices
+from app.window.readings import Readings
+from app.window.screen import FullScreen
+from app.window.side_panel import SideColumn
+from app.window.style import style_sheet
+from app.window.window_scale import first_size, scale_for
+from disk import UserError
+from paravol.flight_end import FlightEnd
+from paravol.flight_order import Instant
+from paravol.slice_views import SliceViews
+from renderers.scene import Mesh
+
+OVERVIEW_MS = 100
+"""Shortest time between two pictures of the overview."""
+
+OVERVIEW_SHARE = 0.15
+"""Largest part of the window's time for the overview, where OpenGL is software."""
+
+ROLL_STEP_DEG = 5.0
+ASKED = "End this flight?"
+
+
+class TraineeWindow(QMainWindow):
+    """Show a flight. Lives in the thread that made it, as all of Qt's widgets do."""
+
+    def __init__(
+        self,
+        flight: WindowFlight,
+        instrument: Mesh | None,
+        *,
+        edge_samples: int,
+        seconds: float | None = None,
+        screenshot: Path | None = None,
+    ) -> None:
+        """Lay out the window and listen to the flight.
+
+        instrument: the tool beside the scope, for the overview.
+        edge_samples: samples a pixel for smooth edges in the overview.
+        seconds: close by itself that long after the first picture.
+        screenshot: PNG file for a picture of the window when it closes.
+        """
+        super().__init__()
+        self._order = order = flight.order
+        self._flight = flight
+        self._instant: Instant | None = None
+        self._registration_mm: float | None = None
+        self._is_away = False
+        self._is_under_way = False
+        self._may_close = False
+        self._scale = 0.0
+        self._full_screen = FullScreen(self)
+        self._seconds = seconds
+        self._screenshot = screenshot
+        self.setWindowTitle(f"PARAVOL: {order.scenario.title}")
+        self.picture = PictureView()
+        self._notices = Notices(self.picture)
+        self._gauges = Gauges()
+        self._side = SideColumn(order, instrument, edge_samples)
+        self._overview = self._side.overview
+        self._overview.changed.connect(self._on_overview_changed)
+        self._slices = self._side.slices
+        self._moments = self._side.moments
+        self._lay_out()
+        if order.input.controls is not None:
+            self._hand = HandEvents(order.input.controls, self, self.picture)
+        self._overview_due_s = 0.0
+        self._is_overview_stale = True
+        self._timer = QTimer(self)
+        self._timer.timeout.connect(self._refresh)
+        self._timer.start(OVERVIEW_MS)
+        flight.staged.connect(self._on_stage)
+        flight.head_ready.connect(self._on_head)
+        flight.slices_ready.connect(self._on_slices)
+        flight.touching.connect(self._on_touching)
+        flight.registered.connect(self._on_registered)
+        flight.arrived.connect(self._on_frame)
+        flight.moment_kept.connect(self._on_moment)
+        flight.view_kept.connect(self._on_view_kept)
+        flight.pictured.connect(self._moments.show_moment)
+        flight.away.connect(self._on_away)
+        flight.back.connect(self._on_back)
+        flight.landed.connect(self._on_landed)
+        flight.finished.connect(self._on_finished)
+        self._on_stage("Starting", 0.0)
+
+    def _lay_out(self) -> None:
+        middle = QWidget()
+        row = QHBoxLayout(middle)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(0)
+        row.addWidget(self.picture, 5)
+        row.addWidget(self._side, 3)
+        whole = QWidget()
+        rows = QVBoxLayout(whole)
+        rows.setContentsMargins(0, 0, 0, 0)
+        rows.setSpacing(0)
+        rows.addWidget(middle, 1)
+        rows.addWidget(self._gauges)
+        self.setCentralWidget(whole)
+        size = first_size(self.screen().availableGeometry().size())
+        self._set_scale(scale_for(size))
+        self.resize(size)
+
+    def _set_scale(self, scale: float) -> None:
+        if scale != self._scale:
+            self._scale = scale
+            self.setStyleSheet(style_sheet(scale))
+            for part in (self.picture, self._side, self._gauges):
+                part.set_scale(scale)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Draw everything as large as the window has room for."""
+        super().resizeEvent(event)
+        self._set_scale(scale_for(event.size()))
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Obey a key."""
+        match event.key():
+            case Qt.Key.Key_Return | Qt.Key.Key_Enter if self._notices.is_asking:
+                self._end_flight()
+            case Qt.Key.Key_Escape if self._notices.is_asking:
+                self._notices.answered()
+            case Qt.Key.Key_Escape if self.isFullScreen():
+                self._full_screen.switch()
+            case Qt.Key.Key_Q | Qt.Key.Key_Escape:
+                self.close()
+            case Qt.Key.Key_F:
+                self._full_screen.switch()
+            case Qt.Key.Key_Left | Qt.Key.Key_Down:
+                self._flight.roll.turn_deg -= ROLL_STEP_DEG
+            case Qt.Key.Key_Right | Qt.Key.Key_Up:
+                self._flight.roll.turn_deg += ROLL_STEP_DEG
+            case Qt.Key.Key_M:
+                self._notices.notify(self._slices.switch(), "Slices at the tip")
+            case Qt.Key.Key_C:
+                self._notices.notify(
+                    self._overview.switch(), "The side wall of the nose"
+                )
+            case Qt.Key.Key_Space:
+                self._keep_moment()
+            case Qt.Key.Key_V if self._instant is not None:
+                self._flight.keep_view()
+            case _:
+                super().keyPressEvent(event)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Ask while a flight is under way; else end the program's event loop.
+
+        Closing a second time is an answer, too: a mouse has no other.
+        """
+        if self._is_under_way and not self._may_close and not self._notices.is_asking:
+            event.ignore()
+            self._notices.ask(ASKED, "Enter ends it · Esc flies on")
+            return
+        self._timer.stop()
+        screenshot, self._screenshot = self._screenshot, None
+        if screenshot is not None:
+            self._save(screenshot)
+        super().closeEvent(event)
+        QApplication.quit()
+
+    def shut(self) -> None:
+        """Close without asking."""
+        self._may_close = True
+        self.close()
+
+    def _end_flight(self) -> None:
+        """End the flight and show its result, or close where none has begun."""
+        self._notices.answered()
+        if self._instant is None:
+            self.shut()
+        self._flight.end_flight()
+
+    def release(self) -> None:
+        """Free the overview's graphics memory."""
+        self._overview.release()
+
+    def _save(self, path: Path) -> None:
+        partial = path.with_name(f".{path.stem}.{os.getpid()}.partial.png")
+        if not self.grab().save(str(partial)):
+            raise UserError(f"The screenshot {path} cannot be written.")
+        os.replace(partial, path)
+
+    def _keep_moment(self) -> None:
+        if self._flight.end is not None or self._instant is None:
+            return
+        if self._flight.recording.folder is None:
+            self._notices.notify(
+                "This flight is not recorded", "So no moment can be kept."
+            )
+        else:
+            self._flight.keep_moment()
+
+    @Slot()
+    def _on_overview_changed(self) -> None:
+        self._is_overview_stale = True
+
+    @Slot(str, float)
+    def _on_stage(self, stage: str, share: float) -> None:
+        self._notices.say(stage, "This is quick once it was done before.", share)
+
+    @Slot(object)
+    def _on_head(self, head: HeadModel) -> None:
+        self._overview.show_head(head)
+
+    @Slot(object)
+    def _on_slices(self, views: SliceViews) -> None:
+        self._slices.show_head(views)
+
+    @Slot(int)
+    def _on_touching(self, touched: int) -> None:
+        self._is_under_way = True
+        fiducials = self._order.scenario.fiducials
+        positions = self._order.scenario.fiducial_positions()
+        if touched < len(fiducials):
+            how = self._order.input.touch_hint
+            name = fiducials[touched].name
+            self._notices.say(
+                f"Touch the {name} ({touched + 1} of {len(fiducials)})",
+                how,
+                touched / len(fiducials),
+            )
+        self._overview.scene.show_fiducials(positions, touched)
+        self._is_overview_stale = True
+
+    @Slot(object)
+    def _on_registered(self, residual_mm: float | None) -> None:
+        self._registration_mm = residual_mm
+        self._is_under_way = True
+        if residual_mm is None:
+            self._notices.notify("Ready", f"Fly with {self._order.input.name}.")
+        else:
+            fiducials = self._order.scenario.fiducial_positions()
+            self._overview.scene.hide_fiducials(fiducials)
+            self._is_overview_stale = True
+            self._notices.notify(
+                "Registered", f"The touched points fit to {residual_mm:.2f} mm rms."
+            )
+        self.picture.mark_recording(self._flight.recording.folder is not None)
+
+    @Slot()
+    def _on_frame(self) -> None:
+        instant = self._flight.take()
+        if instant is None:
+            return
+        if self._instant is None and self._seconds is not None:
+            QTimer.singleShot(round(self._seconds * 1e3), self.shut)
+        self._instant = instant
+        self._is_overview_stale = True
+        self._warn()
+        self.picture.show_picture(instant.pixels)
+
+    @Slot(float)
+    def _on_moment(self, time_s: float) -> None:
+        self._notices.notify(
+            f"Kept the moment at {time_s:.1f} s",
+            "It is being drawn at high quality, beside the flight.",
+        )
+
+    @Slot(str, str)
+    def _on_view_kept(self, said: str, where: str) -> None:
+        self._notices.notify(said, where)
+
+    @Slot()
+    def _on_away(self) -> None:
+        """Leave the picture as it is and say that it is not live."""
+        self._is_away = True
+        self._warn()
+        self._notices.say(
+            "The arm is away",
+            "Check its plugs and its power; the session goes on by itself.",
+        )
+
+    @Slot(float)
+    def _on_back(self, away_s: float) -> None:
+        self._is_away = False
+        self._warn()
+        self._notices.notify("The arm is back", f"It was away for {away_s:.1f} s.")
+
+    @Slot(object)
+    def _on_landed(self, end: FlightEnd) -> None:
+        self._is_under_way = False
+        self._notices.answered()
+        self.picture.mark_recording(False)
+        self.picture.warn("")
+        self.picture.show_result(end)
+
+    @Slot()
+    def _on_finished(self) -> None:
+        self._is_under_way = False
+        if self._flight.error is not None:
+            self.shut()
+
+    def _warn(self) -> None:
+        """Ring the picture when the scope presses on tissue, or nobody can know."""
+        instant, pressed = self._instant, ""
+        if instant is not None and self._readings().is_pressing:
+            pressed = f"pressing: {instant.view.touched}"
+        self.picture.warn("not live" if self._is_away else pressed)
+
+    def _readings(self) -> Readings:
+        instant = self._instant
+        if instant is None:
+            return Readings(registration_mm=self._registration_mm)
+        return Readings(
+            None if self._is_away else instant.fps,
+            None if self._is_away else instant.pose_age_ms,
+            instant.view.clearance_mm,
+            instant.time_s,
+            self._registration_mm,
+        )
+
+    @Slot()
+    def _refresh(self) -> None:
+        """Bring up to date what need not change with every frame."""
+        self._gauges.show_readings(self._readings())
+        self._notices.refresh()
+        if self._is_overview_stale and time.monotonic() >= self._overview_due_s:
+            self._draw_overview()
+
+    def _draw_overview(self) -> None:
+        """Draw, and not again before the budget allows."""
+        self._is_overview_stale = False
+        begun = time.monotonic()
+        if self._instant is not None:
+            self._overview.scene.follow(self._instant.view)
+            self._slices.follow(self._instant.view.world_from_tip[:3, 3])
+        self._overview.draw()
+        ended = time.monotonic()
+        self._overview_due_s = ended + (ended - begun) / OVERVIEW_SHARE

@@ -1,0 +1,47 @@
+"""The column beside the endoscope's picture: where it is, and which keys there are."""
+
+from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
+
+from app.window.keys import KeyHelp
+from app.window.moments import MomentView
+from app.window.overview_panel import OverviewView
+from app.window.slices_panel import SlicesView
+from paravol.flight_order import FlightOrder
+from renderers.scene import Mesh
+
+
+class SideColumn(QWidget):
+    """Show overview, slices, kept moments and keys, one below the other."""
+
+    def __init__(
+        self, order: FlightOrder, instrument: Mesh | None, edge_samples: int
+    ) -> None:
+        """Lay out the column; instrument and edge_samples: for the overview."""
+        super().__init__()
+        self.setObjectName("side")
+        scope = order.scenario.scope
+        self.overview = OverviewView(scope.endoscope(), instrument, edge_samples)
+        self.slices = SlicesView()
+        self.moments = MomentView()
+        self._keys = KeyHelp(order.input.keys)
+        title = QLabel(order.scenario.title)
+        title.setObjectName("title")
+        title.setWordWrap(True)
+        about = QLabel(
+            f"{scope.angle_deg:g}° scope, {scope.diameter_mm:g} mm · {order.input.name}"
+        )
+        about.setWordWrap(True)
+        self._column = QVBoxLayout(self)
+        self._column.addWidget(title)
+        self._column.addWidget(about)
+        self._column.addWidget(self.overview, 1)
+        self._column.addWidget(self.slices)
+        self._column.addWidget(self.moments)
+        self._column.addWidget(self._keys)
+
+    def set_scale(self, scale: float) -> None:
+        """Draw so many times as large."""
+        self._column.setContentsMargins(*(round(n * scale) for n in (18, 10, 18, 8)))
+        self._column.setSpacing(round(5 * scale))
+        for part in (self.overview, self.slices, self.moments, self._keys):
+            part.set_scale(scale)

@@ -1,0 +1,315 @@
+"""Motion of a rigid scope through the nostril.
+
+The nostril holds the shaft: whatever the hand does, the shaft's line passes through
+one point, the fulcrum. Four freedoms are left: how deep the tip is, how the shaft tilts
+to the side and upwards, how it turns about itself.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.controls.sliding import slid, slope_of
+from disk import UserError
+
+SUPERIOR = (0.0, 0.0, 1.0)
+
+LAG_S = 0.15
+"""A hand that asks for more than the rate limit is followed for this long after it
+stops; what would come later than that is not what it meant."""
+
+PRESS_SHARE = 0.04
+"""Of the way that a wall refuses, the dent deepens by this share. A push at 25 mm/s
+straight into it reaches a depth of half a millimetre in half a second."""
+
+EASE_S = 0.5
+"""A dent is given back with this time constant."""
+
+RECOIL_MM_S = 1.0
+"""As fast as tissue pushes a scope out."""
+
+
+class Demand(NamedTuple):
+    """What the hand asks for over one step; positive is in, right, up, clockwise.
+
+    Rates are shares of the limit, -1 to 1. Nudges are way to go: mm for insert, degrees
+    for the rest. Clockwise is as seen along the scope, from the eye.
+    """
+
+    insert: float = 0.0
+    yaw: float = 0.0
+    pitch: float = 0.0
+    roll: float = 0.0
+    insert_nudge_mm: float = 0.0
+    yaw_nudge_deg: float = 0.0
+    pitch_nudge_deg: float = 0.0
+    roll_nudge_deg: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class FulcrumLimits:
+    """How far the anatomy lets the scope move, and how fast a hand may move it.
+
+    depth_mm: least and greatest way of the tip beyond the fulcrum.
+    cone_deg: greatest tilt away from the fulcrum's axis.
+    """
+
+    depth_mm: tuple[float, float] = (0.0, 110.0)
+    cone_deg: float = 35.0
+    insert_mm_s: float = 25.0
+    turn_deg_s: float = 25.0
+    roll_deg_s: float = 90.0
+
+    def __post_init__(self) -> None:
+        low, high = self.depth_mm
+        if not (math.isfinite(low) and math.isfinite(high) and 0.0 <= low < high):
+            raise UserError(
+                f"depth_mm must rise from 0 or more, got {low:g} to {high:g}"
+            )
+        if not 0.0 < self.cone_deg < 90.0:
+            raise UserError(
+                f"cone_deg must lie between 0 and 90, got {self.cone_deg:g}"
+            )
+        for name in ("insert_mm_s", "turn_deg_s", "roll_deg_s"):
+            rate = getattr(self, name)
+            if not (math.isfinite(rate) and rate > 0.0):
+                raise UserError(f"{name} must be finite and positive, got {rate:g}")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fulcrum:
+    """The point that holds the shaft, and the middle of the ways through it.
+
+    up: the direction that is up in the picture at roll zero.
+    """
+
+    pivot_mm: NDArray[np.float64]
+    """(3,) mm."""
+    axis: NDArray[np.float64]
+    """(3,) unit vector into the body."""
+    up: NDArray[np.float64] = field(default_factory=lambda: np.array(SUPERIOR))
+
+    def __post_init__(self) -> None:
+        for name in ("pivot_mm", "axis", "up"):
+            vector = np.array(getattr(self, name), dtype=np.float64)
+            if vector.shape != (3,) or not np.isfinite(vector).all():
+                raise UserError(f"{name} must be three finite numbers, got {vector}")
+            if name != "pivot_mm":
+                length = float(np.linalg.norm(vector))
+                if length == 0.0:
+                    raise UserError(f"{name} must have a direction, got {vector}")
+                vector /= length
+            vector.flags.writeable = False
+            object.__setattr__(self, name, vector)
+
+
+@dataclass(frozen=True, slots=True)
+class Walls:
+    """What a scope must not be pushed through.
+
+    gap_mm: free room of a scope with that tip frame, negative inside. give_mm: how
+    deep a wall may be dented. touch_mm: how deep a mere touch dents it; the rest of the
+    give takes a hand that goes on pushing, and is given back when it no longer does.
+    None for a wall that gives all at once.
+    """
+
+    gap_mm: Callable[[NDArray[np.float64]], float]
+    give_mm: float = 0.0
+    touch_mm: float | None = None
+
+
+class FulcrumControl:
+    """Move a scope about a fulcrum; lengths in mm, in the frame of the fulcrum.
+
+    For every sequence of demands the shaft's line passes through the pivot, depth and
+    tilt stay within the limits and no step is faster than the limits. A demand that is
+    not finite is refused and changes nothing. Where walls are known the scope slides
+    along them and never goes deeper into one than its give, or than it was at first.
+    """
+
+    def __init__(
+        self,
+        fulcrum: Fulcrum,
+        limits: FulcrumLimits | None = None,
+        depth_mm: float | None = None,
+        walls: Walls | None = None,
+    ) -> None:
+        """Start in the middle of the cone, at the least depth or the one given.
+
+        Raises ValueError when the depth is out of the limits, or when the cone reaches
+        the "up" direction, where there is no upright picture.
+        """
+        self.fulcrum = fulcrum
+        self.walls = walls
+        self._known_gap = (b"", 0.0)
+        self._pressed_mm = 0.0
+        self.limits = FulcrumLimits() if limits is None else limits
+        low, high = self.limits.depth_mm
+        self._depth_mm = low if depth_mm is None else depth_mm
+        if not low <= self._depth_mm <= high:
+            raise UserError(
+                f"depth_mm must lie between {low:g} and {high:g}, got {depth_mm}"
+            )
+        right = np.cross(fulcrum.axis, fulcrum.up)
+        aside = math.degrees(math.asin(min(float(np.linalg.norm(right)), 1.0)))
+        if aside < self.limits.cone_deg + 5.0:
+            raise UserError(
+                f"a cone of {self.limits.cone_deg:g} degrees about an axis "
+                f"{aside:.1f} degrees from the vertical reaches it; narrow the cone"
+            )
+        self._right = right / np.linalg.norm(right)
+        self._up = np.cross(self._right, fulcrum.axis)
+        # Degrees to the right and up, along great circles from the axis.
+        self._tilt_deg = np.zeros(2)
+        self._roll_deg = 0.0
+        self._owed = np.zeros(4)
+
+    @property
+    def depth_mm(self) -> float:
+        """Get how far the tip is beyond the fulcrum."""
+        return self._depth_mm
+
+    @property
+    def tilt_deg(self) -> float:
+        """Get the angle between shaft and axis."""
+        return math.hypot(*self._tilt_deg)
+
+    @property
+    def roll_deg(self) -> float:
+        """Get the turn about the shaft, right-handed about its pointing direction."""
+        return self._roll_deg
+
+    @property
+    def pointing(self) -> NDArray[np.float64]:
+        """Get the unit direction from the hand to the tip, (3,)."""
+        return self._pointing(self._tilt_deg)
+
+    def _pointing(self, tilt_deg: NDArray[np.float64]) -> NDArray[np.float64]:
+        angle = math.hypot(*tilt_deg)
+        if angle == 0.0:
+            return self.fulcrum.axis.copy()
+        aside = tilt_deg[0] * self._right + tilt_deg[1] * self._up
+        turn = math.radians(angle)
+        mixed = math.cos(turn) * self.fulcrum.axis + (math.sin(turn) / angle) * aside
+        unit: NDArray[np.float64] = mixed / np.linalg.norm(mixed)
+        return unit
+
+    def frame(self) -> NDArray[np.float64]:
+        """Return the tip frame, (4, 4) float64: x right, y up, z back up the shaft."""
+        return self._frame(self._depth_mm, self._tilt_deg)
+
+    def _frame(
+        self, depth_mm: float, tilt_deg: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        pointing = self._pointing(tilt_deg)
+        right = np.cross(pointing, self.fulcrum.up)
+        right /= np.linalg.norm(right)
+        up = np.cross(right, pointing)
+        turn = math.radians(self._roll_deg)
+        cosine, sine = math.cos(turn), math.sin(turn)
+        frame = np.eye(4)
+        frame[:3, 0] = cosine * right - sine * up
+        frame[:3, 1] = cosine * up + sine * right
+        frame[:3, 2] = -pointing
+        frame[:3, 3] = self.fulcrum.pivot_mm + depth_mm * pointing
+        return frame
+
+    def advance(self, step_s: float, demand: Demand) -> None:
+        """Follow the demand for ``step_s`` seconds.
+
+        Raises ValueError, and stays where it is, for a step that is negative or a
+        demand that is not finite.
+        """
+        if not (math.isfinite(step_s) and step_s >= 0.0):
+            raise UserError(f"step_s must not be negative, got {step_s}")
+        if not all(map(math.isfinite, demand)):
+            raise UserError(f"a demand must be finite, got {demand}")
+        limits = self.limits
+        fastest = np.array(
+            (
+                limits.insert_mm_s,
+                limits.turn_deg_s,
+                limits.turn_deg_s,
+                limits.roll_deg_s,
+            )
+        )
+        # Only strokes are owed: a key that is let go asks for nothing any more.
+        held = _limited(np.array(demand[:4]) * fastest * step_s, fastest * step_s)
+        wanted = held + self._owed + np.clip(demand[4:], -1e6, 1e6)
+        step = _limited(wanted, fastest * step_s)
+        self._owed = _limited(wanted - step, fastest * LAG_S)
+        start = np.array((self._depth_mm, *self._tilt_deg))
+
+        def within(place: NDArray[np.float64]) -> NDArray[np.float64]:
+            reach = _limited(np.append(place - start, 0.0), fastest * step_s)
+            return self._bounded(start + reach[:3])
+
+        place = self._bounded(start + step[:3])
+        if self.walls is not None:
+            place = self._held(self.walls, start, place, within, step_s)
+        self._depth_mm, self._tilt_deg = float(place[0]), place[1:]
+        self._roll_deg = math.remainder(self._roll_deg + float(step[3]), 360.0)
+
+    def _held(
+        self,
+        walls: Walls,
+        start: NDArray[np.float64],
+        wanted: NDArray[np.float64],
+        within: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+        step_s: float,
+    ) -> NDArray[np.float64]:
+        """Slide along walls; dent them by as much as the hand presses."""
+        if walls.touch_mm is None:
+            return slid(start, wanted, within, self._gap_mm, -walls.give_mm)
+        held_mm = min(walls.touch_mm + self._pressed_mm, walls.give_mm)
+        excess_mm = -self._gap_mm(start) - held_mm
+        end = wanted
+        if excess_mm > 0.0:
+            # Tissue that is pressed less than it is dented pushes the scope out.
+            slope = slope_of(self._gap_mm, start)
+            steepness = float(slope @ slope)
+            if steepness > 0.0:
+                out_mm = min(excess_mm, RECOIL_MM_S * step_s)
+                end = within(wanted + out_mm / steepness * slope)
+        place = slid(start, end, within, self._gap_mm, -held_mm)
+        refused = float(np.linalg.norm(end - place))
+        eased_mm = self._pressed_mm * math.exp(-step_s / EASE_S)
+        self._pressed_mm = min(eased_mm + PRESS_SHARE * refused, walls.give_mm)
+        return place
+
+    def _bounded(self, place: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Cut depth and tilts, (3,), down to the limits."""
+        low, high = self.limits.depth_mm
+        depth_mm = min(max(float(place[0]), low), high)
+        return np.array((depth_mm, *_shortened(place[1:], self.limits.cone_deg)))
+
+    def _gap_mm(self, place: NDArray[np.float64]) -> float:
+        assert self.walls is not None
+        # Where a step ends the next one begins.
+        key = place.tobytes()
+        if key != self._known_gap[0]:
+            frame = self._frame(float(place[0]), place[1:])
+            self._known_gap = (key, self.walls.gap_mm(frame))
+        return self._known_gap[1]
+
+
+def _limited(
+    way: NDArray[np.float64], most: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Cut ways of insertion, tilt (both together) and roll down to ``most``."""
+    cut = np.clip(way, -most, most)
+    cut[1:3] = _shortened(way[1:3], float(most[1]))
+    return cut
+
+
+def _shortened(vector: NDArray[np.float64], most: float) -> NDArray[np.float64]:
+    length = math.hypot(*vector)
+    if length <= most:
+        return vector.copy()
+    # Rounding must not leave it a hair too long: a limit is a limit.
+    short: NDArray[np.float64] = vector * (most / length * (1.0 - 1e-15))
+    return short

@@ -1,0 +1,200 @@
+"""A gamepad or a 3D mouse as controls of a scope."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from devices.controls.linux_input import (
+    EV_ABS,
+    EV_KEY,
+    EV_REL,
+    AxisRange,
+    InputDescription,
+    InputDevice,
+    InputEvent,
+    input_devices,
+)
+from devices.controls.steering import Freedom, Steering
+from devices.port import Clock, DeviceError, DeviceReason, HostClock
+
+X, Y, Z, RX, RY, RZ = range(6)
+"""The kernel's codes of axes, the same for absolute and relative ones."""
+
+FIRST_BUTTON, SECOND_BUTTON = 0x130, 0x131
+"""A pad's lower and right button, by the kernel's gamepad layout."""
+
+MOUSE_BUTTONS = (0x100, 0x101)
+
+PAD_AXES = {
+    X: (Freedom.YAW, 1),
+    Y: (Freedom.PITCH, -1),
+    RX: (Freedom.ROLL, 1),
+    RY: (Freedom.INSERT, -1),
+}
+"""Sticks: the kernel counts right and towards the hand as positive."""
+
+MOUSE_AXES = {
+    Y: (Freedom.INSERT, -1),
+    RX: (Freedom.PITCH, 1),
+    RY: (Freedom.ROLL, -1),
+    RZ: (Freedom.YAW, 1),
+}
+"""A 3D mouse's cap: push it forwards, tip it, lean it, twist it."""
+
+HELP = {
+    "Left stick": "tilt about the nostril",
+    "Right stick ↑ ↓": "move in, move out",
+    "Right stick ← →": "turn the light post",
+    "A B": "right pedal, left pedal",
+}
+
+MOUSE_HELP = {
+    "Push, pull": "move in, move out",
+    "Tip, twist": "tilt about the nostril",
+    "Lean": "turn the light post",
+    "Buttons": "right pedal, left pedal",
+}
+
+DEAD_SHARE = 0.08
+"""Worn sticks rest this far off their middle."""
+
+RELATIVE_RANGE = AxisRange(-350, 350)
+"""Deflection of a 3D mouse that is counted as relative by some kernels."""
+
+RELATIVE_S = 0.1
+"""Such a mouse falls silent instead of saying zero; it repeats itself every 16 ms."""
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Which control does what."""
+
+    axes: dict[int, tuple[Freedom, int]]
+    buttons: dict[int, int]
+    help: dict[str, str]
+
+
+PAD = Layout(PAD_AXES, {FIRST_BUTTON: 1, SECOND_BUTTON: 2}, HELP)
+MOUSE = Layout(MOUSE_AXES, dict(zip(MOUSE_BUTTONS, (1, 2), strict=True)), MOUSE_HELP)
+
+
+class EventSource(Protocol):
+    """What a gamepad needs of a device."""
+
+    @property
+    def description(self) -> InputDescription:
+        """Get which controls there are."""
+        ...
+
+    def read(self) -> Sequence[InputEvent]:
+        """Return what happened since the last time; never waits."""
+        ...
+
+    def close(self) -> None:
+        """Let go of the device; harmless when repeated."""
+        ...
+
+
+class Gamepad:
+    """Pass on what happens to a gamepad or 3D mouse; a `Handset`."""
+
+    def __init__(self, device: EventSource, clock: Clock | None = None) -> None:
+        """Take over an opened device; DeviceError when it is neither of the two."""
+        layout = layout_of(device.description)
+        if layout is None:
+            raise DeviceError(
+                DeviceReason.WRONG_DEVICE,
+                f"{device.description.name} has neither the sticks of a gamepad nor "
+                "the axes of a 3D mouse.",
+            )
+        self.layout = layout
+        self._device = device
+        self._clock: Clock = HostClock() if clock is None else clock
+        self._moved_s: dict[int, float] = {}
+
+    @property
+    def name(self) -> str:
+        """Get what the device calls itself."""
+        return self._device.description.name
+
+    def poll(self, steering: Steering) -> None:
+        """Pass on what happened since the last time; DeviceError if it went away."""
+        for event in self._device.read():
+            if event.kind == EV_KEY and event.code in self.layout.buttons:
+                button = self.layout.buttons[event.code]
+                steering.press(button, event.value != 0, event.time_s)
+            elif event.kind in (EV_ABS, EV_REL) and event.code in self.layout.axes:
+                self._deflect(steering, event)
+        now = self._clock.now()
+        for code, moved_s in list(self._moved_s.items()):
+            if now - moved_s > RELATIVE_S:
+                del self._moved_s[code]
+                steering.hold(self.layout.axes[code][0], 0.0, moved_s + RELATIVE_S)
+
+    def close(self) -> None:
+        """Let go of the device; harmless when repeated."""
+        self._device.close()
+
+    def _deflect(self, steering: Steering, event: InputEvent) -> None:
+        if event.kind == EV_REL:
+            self._moved_s[event.code] = event.time_s
+            extent = RELATIVE_RANGE
+        else:
+            extent = self._device.description.absolute.get(event.code, AxisRange(-1, 1))
+        freedom, sign = self.layout.axes[event.code]
+        steering.hold(freedom, sign * deflection(event.value, extent), event.time_s)
+
+
+def layout_of(description: InputDescription) -> Layout | None:
+    """Tell a gamepad, a 3D mouse, and None for anything else."""
+    if FIRST_BUTTON in description.keys and {X, Y} <= description.absolute.keys():
+        return PAD
+    six = {X, Y, Z, RX, RY, RZ}
+    if six <= description.relative or (
+        six <= description.absolute.keys() and MOUSE_BUTTONS[0] in description.keys
+    ):
+        return MOUSE
+    return None
+
+
+def deflection(value: int, extent: AxisRange) -> float:
+    """Return the share of full deflection, -1 to 1; gentle near the middle.
+
+    Within the dead zone it is zero; beyond it rises with the square, so that a hand
+    steers finely and still reaches the full speed.
+    """
+    half = (extent.high - extent.low) / 2
+    if half <= 0:
+        return 0.0
+    share = (value - (extent.high + extent.low) / 2) / half
+    dead = min(max(DEAD_SHARE, extent.flat / half), 0.5)
+    beyond = (min(abs(share), 1.0) - dead) / (1.0 - dead)
+    if beyond <= 0.0:
+        return 0.0
+    return beyond * beyond if share > 0.0 else -beyond * beyond
+
+
+def open_gamepad(path: Path | None = None) -> Gamepad:
+    """Open the first gamepad or 3D mouse there is, or the one at ``path``.
+
+    Raises DeviceError, in one sentence, when there is none.
+    """
+    if path is not None:
+        return Gamepad(InputDevice(path))
+    refused: DeviceError | None = None
+    for candidate in input_devices():
+        try:
+            device = InputDevice(candidate)
+        except DeviceError as error:
+            refused = error
+            continue
+        if layout_of(device.description) is not None:
+            return Gamepad(device)
+        device.close()
+    if refused is not None:
+        raise refused
+    raise DeviceError(
+        DeviceReason.NO_DEVICE,
+        "There is no gamepad or 3D mouse; plug one in, or fly with --input mouse.",
+    )

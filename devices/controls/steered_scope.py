@@ -1,0 +1,89 @@
+"""A scope that a hand steers without an arm: keys, mouse, gamepad, 3D mouse."""
+
+import math
+from typing import Protocol
+
+from devices.controls.fulcrum import FulcrumControl
+from devices.controls.steering import Steering
+from devices.port import Clock, DeviceError
+from devices.pose import Pose
+from devices.source import PulledSource
+from disk import UserError
+
+RATE_HZ = 100.0
+"""As often as an arm is asked."""
+
+
+class Handset(Protocol):
+    """A device in somebody's hand that must be asked what happened to it."""
+
+    def poll(self, steering: Steering) -> None:
+        """Pass on what happened since the last time; DeviceError if it went away."""
+        ...
+
+    def close(self) -> None:
+        """Let go of the device; harmless when repeated."""
+        ...
+
+
+class SteeredArm(PulledSource):
+    """Poses of a scope that pivots about the nostril; see ``LiveSource``.
+
+    The frame of the poses is that of the fulcrum. x and y of the tip frame carry the
+    roll: y is where the light post is.
+    """
+
+    def __init__(
+        self,
+        control: FulcrumControl,
+        steering: Steering,
+        handset: Handset | None = None,
+        *,
+        rate_hz: float = RATE_HZ,
+        clock: Clock | None = None,
+    ) -> None:
+        super().__init__("the steered scope", clock)
+        if not rate_hz > 0.0:
+            raise UserError(f"rate_hz must be positive, got {rate_hz}")
+        self._control = control
+        self._steering = steering
+        self._handset = handset
+        self._rate_hz = rate_hz
+        self._start_s = self._clock.now()
+        self._ticks = 0
+
+    def close(self) -> None:
+        """End the source and let go of the handset; harmless when repeated."""
+        super().close()
+        if self._handset is not None:
+            self._handset.close()
+
+    def _advance(self, now_s: float) -> float:
+        with self._lock:
+            if self._handset is not None and not self._is_closed:
+                try:
+                    self._handset.poll(self._steering)
+                except DeviceError as error:
+                    # What was measured before is read before this is told.
+                    self._queue.fail(error)
+                    return math.inf
+            return super()._advance(now_s)
+
+    def _due_s(self) -> float:
+        return self._tick_s(self._ticks + 1)
+
+    def _make(self, due_s: float) -> Pose:
+        before = self._tick_s(self._ticks)
+        self._ticks += 1
+        demand, buttons = self._steering.step(before, due_s)
+        self._control.advance(1.0 / self._rate_hz, demand)
+        return Pose(
+            time_s=self._ticks / self._rate_hz,
+            host_time_s=due_s,
+            device_from_tip=self._control.frame(),
+            buttons=buttons,
+        )
+
+    def _tick_s(self, number: int) -> float:
+        # Multiplied, not added up: after hours the ticks still come at even times.
+        return self._start_s + number / self._rate_hz

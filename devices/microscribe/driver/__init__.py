@@ -1,0 +1,1 @@
+"""A live arm: its thread, its poses, its plug."""

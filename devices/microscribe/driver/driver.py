@@ -1,0 +1,328 @@
+"""A MicroScribe arm on a serial port, as a source of poses.
+
+One background thread owns the port. It polls at a fixed rate, or lets the arm report
+its motion by itself, and gives every pose the host's time of its tick.
+"""
+
+import atexit
+import errno
+import os
+import sys
+import time
+from collections.abc import Iterator, Sequence
+
+import serial
+from serial.tools import list_ports
+
+from devices.closing import Closing
+from devices.microscribe.driver.arm_thread import ArmThread
+from devices.microscribe.driver.sampler import HomeState, MotionReports
+from devices.microscribe.driver.supervisor import (
+    POLL_HZ,
+    ArmKeeper,
+    ArmSettings,
+    PortFinder,
+    Presence,
+)
+from devices.microscribe.wire.link import ArmDescription
+from devices.microscribe.wire.sign_on import RATES
+from devices.microscribe.wire.terminal_file import TerminalFile
+from devices.microscribe.wire.timing import LinkTiming
+from devices.microscribe.wire.transcript import Transcript
+from devices.port import BytePort, DeviceError, DeviceReason
+from devices.pose import Pose
+from devices.serial_adapters import absence_remedy, permission_remedy
+from disk import UserError
+
+# pyserial lets errors of the terminal itself pass through untranslated.
+_PORT_ERRORS: tuple[type[Exception], ...] = (OSError,)
+if sys.platform != "win32":
+    import termios
+
+    _PORT_ERRORS = (OSError, termios.error)
+
+# A name with a NUL in it is a ValueError.
+_OPEN_ERRORS = (*_PORT_ERRORS, ValueError)
+
+# Longer than the search for a lost line takes, which then says so itself.
+SILENCE_S = 15.0
+
+# The tip may be elsewhere by then: a calm hand moves millimetres.
+STALE_S = 0.1
+
+
+class SerialPort:
+    """A serial port by pyserial: 8 data bits, no parity, 1 stop bit, exclusive.
+
+    A name with a scheme is what pyserial makes of it: ``socket://host:port`` is an arm
+    at the far end of a network.
+    """
+
+    def __init__(self, name: str) -> None:
+        try:
+            if "://" in name:
+                self._serial = serial.serial_for_url(name, RATES[0], timeout=0.0)
+            else:
+                self._serial = serial.Serial(
+                    name, RATES[0], exclusive=True, timeout=0.0
+                )
+        except _OPEN_ERRORS as error:
+            raise DeviceError(
+                DeviceReason.NO_PORT,
+                f"The serial port {name} cannot be opened ({_cause(error)}); "
+                f"{_port_remedy(name, error)}.",
+            ) from error
+        self._name = name
+        posix = sys.platform != "win32"
+        # a socket's file answers the same calls
+        self._file = TerminalFile(self._serial.fileno()) if posix else None
+        self.set_rate(RATES[0])
+
+    @property
+    def name(self) -> str:
+        """Get the name of the port in the operating system."""
+        return self._name
+
+    @property
+    def waiting(self) -> int:
+        """Get how many bytes have arrived unread."""
+        try:
+            if self._file is not None:
+                return self._file.waiting
+            return int(self._serial.in_waiting)
+        except _PORT_ERRORS as error:
+            raise self._gone() from error
+
+    def read(self, count: int, timeout_s: float) -> bytes:
+        """Return up to ``count`` bytes, fewer when the timeout ends first."""
+        return self.read_burst(count, timeout_s, timeout_s)
+
+    def read_burst(self, count: int, timeout_s: float, quiet_s: float) -> bytes:
+        """Read as ``read`` does, but end when the line falls quiet after a byte."""
+        try:
+            if self._file is not None:
+                return self._file.read(count, timeout_s, quiet_s)
+            self._serial.inter_byte_timeout = quiet_s
+            self._serial.timeout = max(timeout_s, 0.0)
+            return bytes(self._serial.read(count))
+        except _PORT_ERRORS as error:
+            raise self._gone() from error
+
+    def read_some(self, least: int, timeout_s: float) -> bytes:
+        """Return all there is once ``least`` bytes are; fewer after the timeout."""
+        try:
+            if self._file is not None:
+                return self._file.read_some(least, timeout_s)
+            count = max(least, int(self._serial.in_waiting))
+            return self.read(count, timeout_s)
+        except _PORT_ERRORS as error:
+            raise self._gone() from error
+
+    def write(self, data: bytes) -> None:
+        """Hand all of ``data`` to the line."""
+        try:
+            sent = 0 if self._file is None else self._file.write(data)
+            if sent < len(data):
+                self._serial.write(data[sent:])
+        except _PORT_ERRORS as error:
+            raise self._gone() from error
+
+    def reset_input(self) -> int:
+        """Drop what has arrived unread; return how many bytes that was."""
+        return len(self.read(self.waiting, 0.0))
+
+    def set_rate(self, baud: int) -> None:
+        """Change the bit rate of both directions."""
+        try:
+            self._serial.baudrate = baud
+        except _PORT_ERRORS as error:
+            raise self._gone() from error
+        if self._file is not None:
+            self._file.byte_s = 10.0 / baud
+
+    def close(self) -> None:
+        """Release the port; harmless when repeated."""
+        if self._file is not None:
+            self._file.forget()
+        self._serial.close()
+
+    def _gone(self) -> DeviceError:
+        return DeviceError(
+            DeviceReason.DISCONNECTED,
+            f"The device on {self._name} went away; plug it in again.",
+        )
+
+
+class SerialPorts:
+    """The serial ports of this machine."""
+
+    def names(self) -> Sequence[str]:
+        """Return the ports that are plugged in."""
+        return [str(port.device) for port in list_ports.comports()]
+
+    def open(self, name: str) -> SerialPort:
+        """Open a port; raise DeviceError if that cannot be."""
+        return SerialPort(name)
+
+
+class MicroScribe(Closing):
+    """A MicroScribe arm that yields poses in its own frame, mm.
+
+    ``read`` and iteration give every pose once and in order; ``latest`` gives the
+    newest for a live picture. The two do not disturb one another. Poses come from
+    whole packets only; a packet has no checksum, so a bit flipped on the line that
+    moves the arm by less than a hand could is not noticed.
+
+    ``port`` is a port's name or an opened port. With ``baud`` only that rate is
+    tried. ``assume_home`` states that the arm stood in its rest when it was switched
+    on; without it poses are refused until ``home`` was called. ``reports`` lets the
+    arm send by itself instead of being polled ``poll_hz`` times a second.
+    ``transcript`` notes every byte.
+
+    With ``replug``, usually ``SerialPorts()``, a lost arm is looked for until it is
+    there again. ``read`` then raises the loss once and goes on waiting, ``latest``
+    keeps its last pose, whose age grows.
+    """
+
+    def __init__(
+        self,
+        port: str | BytePort,
+        *,
+        baud: int | None = None,
+        poll_hz: float = POLL_HZ,
+        reports: MotionReports | None = None,
+        assume_home: bool = True,
+        timing: LinkTiming | None = None,
+        replug: PortFinder | None = None,
+        transcript: Transcript | None = None,
+    ) -> None:
+        if not poll_hz > 0.0:
+            raise UserError(f"poll_hz must be positive, got {poll_hz}")
+        settings = ArmSettings(
+            rates=RATES if baud is None else (baud,),
+            poll_hz=poll_hz,
+            reports=reports,
+            assume_home=assume_home,
+            timing=timing,
+            transcript=transcript,
+        )
+        opened = SerialPort(port) if isinstance(port, str) else port
+        self._keeper = ArmKeeper(opened, settings, replug)
+        self._thread = ArmThread(self._keeper)
+        atexit.register(self.close)
+
+    @property
+    def description(self) -> ArmDescription:
+        """Get what the arm told about itself."""
+        return self._keeper.sampler.description
+
+    @property
+    def home_state(self) -> HomeState:
+        """Get whether the arm's angle registers can be trusted."""
+        return self._keeper.sampler.home_state
+
+    @property
+    def presence(self) -> Presence:
+        """Get whether the arm can be spoken to."""
+        return self._keeper.presence
+
+    @property
+    def trouble(self) -> DeviceError | None:
+        """Get why the arm is lost, None while it is there."""
+        return self._keeper.trouble
+
+    @property
+    def frozen_joints(self) -> tuple[int, ...]:
+        """Get the joints, from 0, whose encoders stood still while others moved."""
+        return self._keeper.sampler.tracker.watch.frozen
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Get the newest counts of the six joints, continued over their wraps."""
+        return self._keeper.sampler.tracker.counts
+
+    @property
+    def baud(self) -> int:
+        """Get the rate at which the arm was found, bits per second."""
+        return self._keeper.link.baud
+
+    @property
+    def round_trip_s(self) -> float:
+        """Get the median time from a poll to its whole answer, nan before the first.
+
+        Of the newest polls; a stream has none.
+        """
+        return self._keeper.link.round_trip_s
+
+    @property
+    def clock_drift(self) -> float:
+        """Get how much faster the host's clock runs than the arm's, s per s."""
+        return self._keeper.sampler.tracker.alignment.drift
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Get what went wrong on the line so far, by name."""
+        return self._keeper.counters
+
+    def read(self, timeout_s: float) -> Pose:
+        """Return the next pose, none lost.
+
+        Raise TimeoutError when none came in time, EOFError after ``close``,
+        DeviceError when the device failed and DeviceError(OVERRUN) when more than
+        16384 poses were left unread. Poses measured before a failure come first.
+        """
+        return self._thread.queue.read(timeout_s)
+
+    def drain(self) -> list[Pose]:
+        """Return every pose that is waiting, oldest first; raise as ``read`` does."""
+        return self._thread.queue.drain()
+
+    def latest(self) -> Pose | None:
+        """Return the newest pose, None before the first; raise if the device failed."""
+        return self._thread.queue.latest()
+
+    def pose_age_s(self) -> float:
+        """Return seconds since the newest pose's header arrived, inf before it."""
+        newest = self._thread.queue.newest
+        if newest is None:
+            return float("inf")
+        return time.monotonic() - newest.host_time_s
+
+    @property
+    def stale(self) -> bool:
+        """Get whether the newest pose is older than a tenth of a second."""
+        return self.pose_age_s() > STALE_S
+
+    def home(self) -> None:
+        """Load the rest counts; the arm must stand in its rest now."""
+        self._thread.home()
+
+    def close(self) -> None:
+        """End the session and release the port; harmless when repeated."""
+        self._thread.stop()
+        atexit.unregister(self.close)
+
+    def __iter__(self) -> Iterator[Pose]:
+        """Iterate over poses until the arm is closed; raise if it fails."""
+        try:
+            while True:
+                yield self.read(SILENCE_S)
+        except EOFError:
+            return
+
+
+def _port_remedy(name: str, error: Exception) -> str:
+    """Return what to do where a port cannot be opened."""
+    number = getattr(error, "errno", None)
+    if number in (errno.EACCES, errno.EPERM):
+        return permission_remedy(name)
+    if number in (errno.ENOENT, errno.ENODEV, errno.ENXIO) and "://" not in name:
+        return absence_remedy(SerialPorts().names())
+    if number in (errno.EBUSY, errno.EAGAIN):
+        return "another program uses it; end that one first"
+    return "check its name, its permissions and that no other program uses it"
+
+
+def _cause(error: Exception) -> str:
+    number = getattr(error, "errno", None)
+    return os.strerror(number) if number else str(error)

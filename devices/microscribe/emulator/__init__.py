@@ -1,0 +1,1 @@
+"""An emulated arm, to the byte."""

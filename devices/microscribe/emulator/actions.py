@@ -1,0 +1,116 @@
+"""What a person does to an emulated arm, by name and moment.
+
+``NAME@SECONDS`` or ``NAME@SECONDS+DURATION``, seconds since the first packet; 0 means
+from power-on. Without a moment it happens at once.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+from devices.microscribe.emulator.emulated_arm import EmulatedArm
+from devices.microscribe.emulator.faults import parse_schedule
+from disk import UserError
+
+_Doing = Callable[[EmulatedArm, float], None]
+
+
+def _hold(bit: int) -> _Doing:
+    return lambda arm, now_s: arm.hold_pedal(bit)
+
+
+def _release(bit: int) -> _Doing:
+    return lambda arm, now_s: arm.hold_pedal(bit, float("-inf"))
+
+
+@dataclass(frozen=True, slots=True)
+class _Deed:
+    """What is done, what ends it, and how a person reads of it."""
+
+    do: _Doing
+    undo: _Doing | None
+    line: str
+
+
+_DEEDS = {
+    "power_off": _Deed(EmulatedArm.power_off, EmulatedArm.power_on, "cut the power"),
+    "power_on": _Deed(EmulatedArm.power_on, None, "give power again"),
+    "power_cycle": _Deed(EmulatedArm.power_cycle, None, "off and on at once"),
+    "unplug": _Deed(EmulatedArm.unplug, EmulatedArm.replug, "pull the data plug"),
+    "replug": _Deed(
+        EmulatedArm.replug, None, "put it in again: a port with a new name"
+    ),
+    "home_button": _Deed(EmulatedArm.press_home_button, None, "press the Home button"),
+    "right_pedal": _Deed(_hold(0), _release(0), "press the right pedal"),
+    "left_pedal": _Deed(_hold(1), _release(1), "press the left pedal"),
+    "release_right": _Deed(_release(0), None, "let the right pedal go"),
+    "release_left": _Deed(_release(1), None, "let the left pedal go"),
+}
+
+ACTIONS = tuple(_DEEDS)
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """One thing that is done to the arm at a moment."""
+
+    name: str
+    start_s: float = 0.0
+    duration_s: float | None = None
+
+    def start(self, arm: EmulatedArm, now_s: float) -> None:
+        """Do it."""
+        _DEEDS[self.name].do(arm, now_s)
+
+    def end(self, arm: EmulatedArm, now_s: float) -> None:
+        """Undo it."""
+        undo = _DEEDS[self.name].undo
+        if undo is not None:
+            undo(arm, now_s)
+
+
+def parse_action(text: str) -> Action:
+    """Read ``NAME[@SECONDS[+DURATION]]``; raise ValueError that tells what is known."""
+    name, at, moment = text.strip().partition("@")
+    if name not in _DEEDS:
+        near = get_close_matches(name, ACTIONS, 1, 0.3)
+        hint = f"; the nearest is {near[0]!r}" if near else ""
+        raise UserError(
+            f"action must be one of {', '.join(ACTIONS)}, got {name!r}{hint}"
+        )
+    schedule = parse_schedule(moment if at else "0")
+    if schedule.packet is not None or schedule.chance is not None:
+        raise UserError(f"the moment of an action is in seconds, got {text!r}")
+    if schedule.duration_s is not None and _DEEDS[name].undo is None:
+        raise UserError(f"{name} has no duration, got {text!r}")
+    return Action(name, schedule.start_s, schedule.duration_s)
+
+
+def list_actions() -> dict[str, str]:
+    """Return a line for every action."""
+    return {name: deed.line for name, deed in _DEEDS.items()}
+
+
+class ActionSchedule:
+    """Actions that wait for their moment."""
+
+    def __init__(self, actions: tuple[Action, ...]) -> None:
+        begins = [(a.start_s, a.start) for a in actions]
+        ends = [
+            (a.start_s + a.duration_s, a.end)
+            for a in actions
+            if a.duration_s is not None
+        ]
+        self._waiting = sorted(begins + ends, key=lambda entry: entry[0])
+
+    def perform(self, arm: EmulatedArm, now_s: float) -> None:
+        """Do what is due."""
+        while self._waiting and self._waiting[0][0] <= arm.script_s(now_s):
+            _, do = self._waiting.pop(0)
+            do(arm, now_s)
+
+    def wait_s(self, arm: EmulatedArm, now_s: float) -> float:
+        """Return seconds until the next action, infinite without one."""
+        if not self._waiting:
+            return float("inf")
+        return max(0.0, self._waiting[0][0] - arm.script_s(now_s))

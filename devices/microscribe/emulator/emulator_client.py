@@ -1,0 +1,151 @@
+"""An emulated MicroScribe in a process of its own, held by this one."""
+
+import json
+import select
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, NoReturn, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.microscribe.driver.driver import SerialPort
+from devices.microscribe.emulator.actions import parse_action
+from devices.port import BytePort, DeviceError, DeviceReason
+
+READY_S = 30.0
+STOP_S = 5.0
+
+
+class MicroScribeEmulator:
+    """Start an emulated arm; ``port_name`` is where a driver finds it.
+
+    The child ends when this object stops it, when this process ends however it ends,
+    or when a fault unplugs the arm. ``fiducials_mm`` is (n, 3), patient LPS; the arm
+    touches them in order before it follows the path. ``link`` is a symbolic link to the
+    port, kept right when the arm is plugged in elsewhere.
+    """
+
+    def __init__(
+        self,
+        path: Path | str,
+        *,
+        fiducials_mm: NDArray[np.float64] | None = None,
+        profile: str = "dx40937",
+        seed: int = 0,
+        faults: Sequence[str] = (),
+        actions: Sequence[str] = (),
+        link: Path | str | None = None,
+        fast: bool = False,
+    ) -> None:
+        if sys.platform == "win32":
+            raise DeviceError(
+                DeviceReason.NO_PORT,
+                "The emulated arm needs pseudo-terminals, which Windows lacks; attach "
+                "a real one.",
+            )
+        command = [sys.executable, "-m", "devices.microscribe.emulator.process"]
+        command += ["--watch-stdin", f"--path={path}", f"--profile={profile}"]
+        command += [f"--seed={seed}", *(f"--fault={fault}" for fault in faults)]
+        command += [f"--do={action}" for action in actions]
+        command += [] if link is None else [f"--link={link}"]
+        command += ["--fast"] if fast else []
+        if fiducials_mm is not None and len(fiducials_mm):
+            points = np.asarray(fiducials_mm, dtype=np.float64).tolist()
+            command += [f"--fiducial={','.join(map(repr, p))}" for p in points]
+        self._child = subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            # Ctrl-C belongs to the program that holds the emulator, which stops it.
+            start_new_session=True,
+        )
+        try:
+            ready = self._announcement(READY_S) or self._complain()
+        except BaseException:
+            self.stop()
+            raise
+        self.port_name: str = ready["port"]
+        self.device_from_world: NDArray[np.float64] = np.array(
+            ready["device_from_world"]
+        )
+        """The truth a registration should find, (4, 4); a real arm does not know it."""
+
+    @property
+    def running(self) -> bool:
+        """Get whether the child lives."""
+        return self._child.poll() is None
+
+    def do(self, action: str) -> None:
+        """Have something done to the arm now, such as ``unplug`` or ``left_pedal``.
+
+        Raises ValueError for an unknown action.
+        """
+        parse_action(action)
+        assert self._child.stdin is not None
+        self._child.stdin.write(f"{action}\n".encode())
+        self._child.stdin.flush()
+
+    def names(self) -> list[str]:
+        """Return the port's newest name, for a driver that looks for its arm.
+
+        Raises DeviceError when the arm was unplugged for good.
+        """
+        while (ready := self._announcement(0.0)) is not None:
+            self.port_name = ready["port"]
+        if not self.running:
+            raise DeviceError(
+                DeviceReason.DISCONNECTED, "The emulated arm was unplugged for good."
+            )
+        return [self.port_name]
+
+    def open(self, name: str) -> BytePort:
+        """Open the port of that name; raise DeviceError if that cannot be."""
+        return SerialPort(name)
+
+    def stop(self) -> None:
+        """End the child and wait for it; harmless when repeated."""
+        for pipe in (self._child.stdin, self._child.stdout, self._child.stderr):
+            if pipe is not None:
+                pipe.close()
+        self._child.terminate()
+        try:
+            self._child.wait(STOP_S)
+        except subprocess.TimeoutExpired:
+            self._child.kill()
+            self._child.wait()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.stop()
+
+    def _announcement(self, timeout_s: float) -> dict[str, Any] | None:
+        stdout = self._child.stdout
+        assert stdout is not None
+        readable, _, _ = select.select([stdout], [], [], timeout_s)
+        line = stdout.readline() if readable else b""
+        if not line:
+            return None
+        ready: dict[str, Any] = json.loads(line)
+        return ready
+
+    def _complain(self) -> NoReturn:
+        stderr = self._child.stderr
+        assert stderr is not None
+        self._child.kill()
+        said = stderr.read().decode(errors="replace").strip().splitlines()
+        raise DeviceError(
+            DeviceReason.NO_DEVICE,
+            f"The emulated arm did not start: {said[-1] if said else 'no reason'}",
+        )

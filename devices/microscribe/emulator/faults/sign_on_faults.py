@@ -1,0 +1,139 @@
+"""Faults F1 to F7: before a session is open."""
+
+import random
+from dataclasses import replace
+
+from devices.microscribe.emulator.answer import Answer, AnswerKind
+from devices.microscribe.emulator.faults.fault import (
+    EVERY_KIND,
+    EventFault,
+    Fault,
+    FaultyArm,
+)
+from devices.microscribe.emulator.faults.schedule import Schedule
+from devices.microscribe.emulator.firmware import FarState
+from disk import UserError
+
+_SURPLUS = 5
+_MOST_SURPLUS = 20
+_ONE_RATE = 19200
+
+_LEFT_IN = {
+    "RUN": FarState.IDLE,
+    "MOTION": FarState.MOTION,
+    "ARGS": FarState.ARGUMENTS,
+    "PASSWORD": FarState.PASSWORD,
+}
+
+
+class NeverAnswers(Fault):
+    """F1."""
+
+    id, word = "f1", "never_answers"
+    line = "the arm's answers do not arrive"
+    lasts = True
+    kinds = EVERY_KIND
+
+    def spoil(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
+        """Say nothing."""
+        return []
+
+
+class OneRate(Fault):
+    """F2."""
+
+    id, word = "f2", "one_rate"
+    line = "signs on at one rate of seven only (=BAUD, else 19200)"
+    lasts = True
+    takes_number = True
+
+    def listening_rate(
+        self, client_rate: int, arm: FaultyArm, now_s: float
+    ) -> int | None:
+        """Return that rate."""
+        rate = int(self.number(_ONE_RATE))
+        return self.insist_on(rate, client_rate, arm, now_s)
+
+
+class SurplusEchoes(Fault):
+    """F3."""
+
+    id, word = "f3", "surplus_echoes"
+    line = "up to 20 more IMMC echoes, half of them after BEGIN was sent (=N, else 5)"
+    takes_number = True
+    kinds = frozenset((AnswerKind.ATTENTION, AnswerKind.PRODUCT_ID))
+
+    def __init__(self, schedule: Schedule, variant: str, noise: random.Random) -> None:
+        super().__init__(schedule, variant, noise)
+        self._count = int(self.number(_SURPLUS))
+        if not 1 <= self._count <= _MOST_SURPLUS:
+            raise UserError(f"f3 sends 1 to 20 surplus echoes, got {variant}")
+        self._owed = 0
+
+    def answer(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
+        """Hold the echoes back that belong in front of the product id."""
+        if answer.kind is AnswerKind.PRODUCT_ID and self._owed:
+            echo = Answer(AnswerKind.ATTENTION, b"IMMC")
+            owed, self._owed = self._owed, 0
+            return [*[echo] * owed, answer]
+        if answer.kind is not AnswerKind.ATTENTION:
+            return [answer]
+        return super().answer(answer, arm, now_s)
+
+    def spoil(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
+        """Repeat the echo at once, and owe the rest."""
+        self._owed = self._count // 2
+        return [answer] * (1 + self._count - self._owed)
+
+
+class EndEcho(Fault):
+    """F4."""
+
+    id, word = "f4", "end_echo"
+    line = "C5 in front of the first IMMC echo, as of a session left open"
+    kinds = frozenset((AnswerKind.ATTENTION,))
+
+    def spoil(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
+        """Put the echo of END in front."""
+        return [Answer(AnswerKind.ECHO, b"\xc5"), answer]
+
+
+class NoBegin(Fault):
+    """F5."""
+
+    id, word = "f5", "no_begin"
+    line = "IMMC is echoed but BEGIN never answered"
+    lasts = True
+    kinds = frozenset((AnswerKind.PRODUCT_ID,))
+
+    def spoil(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
+        """Be as if BEGIN had not been understood."""
+        arm.far_end.ignore_begin(now_s)
+        return []
+
+
+class WrongId(Fault):
+    """F6."""
+
+    id, word = "f6", "wrong_id"
+    line = "another product id after BEGIN (=IBOX, XXXX or EMPTY)"
+    variants = ("IBOX", "XXXX", "EMPTY")
+    lasts = True
+    kinds = frozenset((AnswerKind.PRODUCT_ID,))
+
+    def spoil(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
+        """Be somebody else."""
+        word = b"" if self.variant == "EMPTY" else self.variant.encode()
+        return [replace(answer, data=word + b"\0")]
+
+
+class LeftOpen(EventFault):
+    """F7."""
+
+    id, word = "f7", "left_open"
+    line = "a dead host left its session in =RUN, MOTION, ARGS or PASSWORD"
+    variants = ("RUN", "MOTION", "ARGS", "PASSWORD")
+
+    def happen(self, arm: FaultyArm, now_s: float) -> None:
+        """Be in the middle of somebody's session."""
+        arm.far_end.leave_session(_LEFT_IN[self.variant], now_s)

@@ -1,0 +1,127 @@
+"""What an emulated arm does when no path is given: stand, or follow a function."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.microscribe.emulator.registers import INDEX_BIT, AngleRegisters
+from devices.microscribe.kinematics.arm import JOINTS
+from devices.microscribe.kinematics.inverse import InverseKinematics
+from devices.microscribe.kinematics.profiles import ArmProfile
+from disk import UserError
+
+AnglesAt = Callable[[float], Sequence[float] | NDArray[np.float64]]
+"""Seconds since the first packet -> five or six joint angles, radians."""
+
+TipAt = Callable[[float], tuple[NDArray[np.float64], NDArray[np.float64]]]
+"""Seconds since the first packet -> tip (3,) mm and unit pointing direction (3,)."""
+
+ORBIT_CENTRE_MM = (250.0, 0.0, 110.0)
+ORBIT_RADIUS_MM = 40.0
+ORBIT_PERIOD_S = 8.0
+
+
+class StillMotion:
+    """An arm that stands where it is put; pedals included."""
+
+    def __init__(
+        self, profile: ArmProfile, counts: tuple[int, ...] | None = None
+    ) -> None:
+        self._home = profile.home_counts
+        self._index_turn = profile.encoders.turn[-1] if profile.has_roll_index else 0
+        self.counts = profile.home_counts if counts is None else counts
+        """Six of 14 bits; write new ones to move the arm."""
+        self.buttons = 0
+        self.homed = 0
+        """How often home counts were loaded."""
+
+    def begin(self, now_s: float) -> None:
+        """Do nothing: it has no clock."""
+
+    def latch(self, now_s: float) -> tuple[tuple[int, ...], int]:
+        """Return six counts of 14 bits, then pedals and index bit of a roll encoder."""
+        on_mark = self._index_turn and self.counts[-1] % self._index_turn == 0
+        return self.counts, self.buttons | (INDEX_BIT if on_mark else 0)
+
+    def home(self) -> None:
+        """Load the rest pose's counts, wherever the arm stands."""
+        self.counts = self._home
+        self.homed += 1
+
+
+class AnglesMotion:
+    """An arm whose joints follow a function, from its zero at the first packet on."""
+
+    def __init__(self, profile: ArmProfile, angles_at: AnglesAt) -> None:
+        self._registers = AngleRegisters(profile)
+        self._angles_at = angles_at
+        self._began_s: float | None = None
+        self._angles = self._checked(angles_at(0.0))
+
+    def begin(self, now_s: float) -> None:
+        """Start the motion's own clock; harmless when repeated."""
+        if self._began_s is None:
+            self._began_s = now_s
+
+    def latch(self, now_s: float) -> tuple[tuple[int, ...], int]:
+        """Return six counts of 14 bits, then the index bit of a roll encoder."""
+        if self._began_s is not None:
+            self._angles = self._checked(self._angles_at(now_s - self._began_s))
+        return self._registers.read(self._angles)
+
+    def home(self) -> None:
+        """Load the rest pose's counts, wherever the arm stands."""
+        self._registers.home(self._angles)
+
+    def _checked(self, angles: Sequence[float] | NDArray[np.float64]) -> list[float]:
+        plain = [float(angle) for angle in angles]
+        if len(plain) == JOINTS - 1:
+            plain.append(self._registers.home_angles[-1])
+        if len(plain) != JOINTS or not all(map(math.isfinite, plain)):
+            raise UserError(f"five or six finite angles are needed, got {plain}")
+        return plain
+
+
+def follow_tip(profile: ArmProfile, tip_at: TipAt) -> AnglesMotion:
+    """Return a motion that holds the tip where ``tip_at`` says, in the arm's frame.
+
+    Angles run on without a jump of a whole turn. UnreachableError while it is running
+    means that the function has left the reach of the arm.
+    """
+    inverse = InverseKinematics(profile.geometry)
+    home = np.array(AngleRegisters(profile).home_angles)
+
+    @dataclass
+    class _Follower:
+        angles: NDArray[np.float64]
+
+        def __call__(self, t_s: float) -> NDArray[np.float64]:
+            tip_mm, pointing = tip_at(t_s)
+            solved = inverse.solve_afresh(
+                np.asarray(tip_mm, dtype=np.float64),
+                np.asarray(pointing, dtype=np.float64),
+                self.angles,
+            )
+            turned = np.remainder(solved - self.angles + np.pi, 2.0 * np.pi) - np.pi
+            self.angles = self.angles + turned
+            return self.angles
+
+    return AnglesMotion(profile, _Follower(home))
+
+
+def orbit(profile: ArmProfile) -> AnglesMotion:
+    """Return a motion for people: the tip circles beside the base, nodding slowly."""
+
+    def tip_at(t_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        phase = 2.0 * math.pi * t_s / ORBIT_PERIOD_S
+        round_mm = np.array([math.cos(phase), math.sin(phase), 0.3 * math.sin(phase)])
+        lean = np.array([0.3 * math.cos(phase / 2.0), 0.3 * math.sin(phase), -1.0])
+        return (
+            np.array(ORBIT_CENTRE_MM) + ORBIT_RADIUS_MM * round_mm,
+            lean / np.linalg.norm(lean),
+        )
+
+    return follow_tip(profile, tip_at)

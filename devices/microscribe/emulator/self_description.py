@@ -1,0 +1,46 @@
+"""What an emulated arm answers when it is asked about itself."""
+
+from devices.microscribe.emulator.answer import Answer, AnswerKind
+from devices.microscribe.kinematics.profiles import ArmProfile
+from devices.microscribe.wire.identity import encode_words
+
+PARAMETERS, HOME_REFERENCE, MAXIMA, EXTENDED = 0xC0, 0xC1, 0xC6, 0xD3
+FIRST_STRING = 0xC8
+
+_HOME_REFERENCE_BYTES = 12
+
+
+def describe(profile: ArmProfile) -> dict[int, Answer]:
+    """Return the answers to all questions without arguments, by the echoed byte.
+
+    A question that is missing here is not answered at all, BETA among them when the
+    arm's comment does not announce it.
+    """
+    about = profile.identity
+    texts = (
+        about.product_name,
+        about.product_id,
+        about.model,
+        about.serial,
+        about.comment,
+        about.parameter_format,
+        about.firmware,
+    )
+    block = encode_words(profile.dh_words)
+    bodies = {
+        PARAMETERS: (AnswerKind.PARAMETERS, bytes((len(block),)) + block),
+        # Of no meaning to this arm.
+        HOME_REFERENCE: (AnswerKind.HOME_REFERENCE, bytes(_HOME_REFERENCE_BYTES)),
+        MAXIMA: (AnswerKind.MAXIMA, profile.maxima.encode()),
+        **{
+            FIRST_STRING + i: (AnswerKind.STRING, text.encode() + b"\0")
+            for i, text in enumerate(texts)
+        },
+    }
+    if about.has_beta:
+        beta = encode_words((profile.beta_word,))
+        bodies[EXTENDED] = (AnswerKind.EXTENDED, bytes((len(beta),)) + beta)
+    return {
+        code: Answer(kind, bytes((code,)) + body)
+        for code, (kind, body) in bodies.items()
+    }

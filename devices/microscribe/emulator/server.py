@@ -1,0 +1,198 @@
+"""The loop that joins an emulated arm to a port."""
+
+import os
+import select
+import sys
+import threading
+import time
+from collections.abc import Callable
+from types import TracebackType
+from typing import Protocol, Self
+
+from devices.microscribe.emulator.actions import ActionSchedule, parse_action
+from devices.microscribe.emulator.emulated_arm import EmulatedArm
+
+# How often an idle emulator looks whether its parent still lives.
+IDLE_S = 0.5
+
+_CONTROL_BYTES = 4096
+
+
+class ServerPort(Protocol):
+    """The device's side of a port."""
+
+    @property
+    def name(self) -> str:
+        """Get what a client opens."""
+        ...
+
+    def plug(self) -> None:
+        """Make the port appear."""
+        ...
+
+    def pull(self) -> None:
+        """Make the port disappear."""
+        ...
+
+    def sources(self) -> list[int]:
+        """Return the descriptors to wait for."""
+        ...
+
+    def read(self) -> bytes:
+        """Return what the client has written."""
+        ...
+
+    def write(self, data: bytes) -> None:
+        """Hand ``data`` to the client."""
+        ...
+
+    def client_rate(self) -> int | None:
+        """Return the client's rate, None where nobody can tell."""
+        ...
+
+    def close(self) -> None:
+        """Take the port away for good."""
+        ...
+
+
+class EmulatorServer:
+    """Serve one arm at one port, here (``run``) or in a thread (``with``).
+
+    ``announce`` is called with the port's name whenever it appears. ::
+
+        arm = EmulatedArm(DX40937, orbit(DX40937), now_s=time.monotonic())
+        with EmulatorServer(arm, TerminalPort()) as server:
+            client = serial.Serial(server.port_name, 115200)
+    """
+
+    def __init__(
+        self,
+        arm: EmulatedArm,
+        port: ServerPort,
+        *,
+        actions: ActionSchedule | None = None,
+        announce: Callable[[str], None] | None = None,
+        idle: Callable[[], None] | None = None,
+    ) -> None:
+        self.arm = arm
+        self.failure: Exception | None = None
+        """What ended the thread, if something did."""
+        self._port = port
+        self._actions = actions or ActionSchedule(())
+        self._announce = announce
+        self._idle = idle
+        self._plugged = True
+        self._generation = arm.generation
+        self._stopped = False
+        self._wake_read, self._wake_write = os.pipe()
+        self._thread = threading.Thread(target=self._run_in_thread, name="emulator")
+
+    @property
+    def port_name(self) -> str:
+        """Get what a client opens."""
+        return self._port.name
+
+    def stop(self) -> None:
+        """End ``run``, from any thread or signal handler."""
+        self._stopped = True
+        os.write(self._wake_write, b"x")
+
+    def run(
+        self, commands: int | None = None, *, dies_with_parent: bool = False
+    ) -> None:
+        """Serve until stopped or until a fault unplugs the arm for good.
+
+        ``commands`` is a descriptor with an action's name on every line; its end, or
+        the parent's if so wished, ends the service, too.
+        """
+        # Before the port is told: the parent may die of what it hears.
+        parent = os.getppid() if dies_with_parent else None
+        if self._announce is not None:
+            self._announce(self._port.name)
+        while not self._stopped and not self.arm.lost_for_good:
+            watched = [self._wake_read, *self._port.sources()]
+            watched += [] if commands is None else [commands]
+            wait_s = self._wait_s(time.monotonic())
+            if wait_s >= IDLE_S and self._idle is not None:
+                self._idle()
+            ready, _, _ = select.select(watched, [], [], min(wait_s, IDLE_S))
+            if parent is not None and os.getppid() != parent:
+                break
+            if commands in ready and not self._obey(commands or 0):
+                break
+            self._serve(any(source in ready for source in self._port.sources()))
+
+    def close(self) -> None:
+        """Take the port away; harmless when repeated."""
+        self._port.close()
+        if self._wake_read >= 0:
+            os.close(self._wake_read)
+            os.close(self._wake_write)
+            self._wake_read = self._wake_write = -1
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.stop()
+        self._thread.join()
+        self.close()
+
+    def _run_in_thread(self) -> None:
+        try:
+            self.run()
+        except Exception as error:
+            self.failure = error
+            self._port.pull()
+
+    def _wait_s(self, now_s: float) -> float:
+        due = self.arm.next_s()
+        until_due = float("inf") if due is None else max(0.0, due - now_s)
+        return min(until_due, self._actions.wait_s(self.arm, now_s))
+
+    def _serve(self, readable: bool) -> None:
+        arm, port = self.arm, self._port
+        now = time.monotonic()
+        rate = port.client_rate() if self._plugged else None
+        if readable:
+            arm.hear(port.read(), now, rate)
+        self._actions.perform(arm, now)
+        said = arm.speak(now, rate)
+        if said and self._plugged:
+            port.write(said)
+        self._follow_plug()
+
+    def _follow_plug(self) -> None:
+        arm = self.arm
+        if arm.plugged and self._plugged and arm.generation != self._generation:
+            # out and in again between two looks
+            self._move_plug(False)
+        if arm.plugged != self._plugged:
+            self._move_plug(arm.plugged)
+        self._generation = arm.generation
+
+    def _move_plug(self, plugged: bool) -> None:
+        self._plugged = plugged
+        if not plugged:
+            self._port.pull()
+            return
+        self._port.plug()
+        if self._announce is not None:
+            self._announce(self._port.name)
+
+    def _obey(self, commands: int) -> bool:
+        """Perform the actions that were written; return whether more may come."""
+        written = os.read(commands, _CONTROL_BYTES)
+        for line in written.decode(errors="replace").split("\n"):
+            if line.strip():
+                try:
+                    parse_action(line).start(self.arm, time.monotonic())
+                except ValueError as error:
+                    print(error, file=sys.stderr, flush=True)
+        return bool(written)

@@ -1,0 +1,136 @@
+"""From what was asked for to an emulated arm that is ready to serve."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.microscribe.emulator.actions import ActionSchedule, parse_action
+from devices.microscribe.emulator.emulated_arm import (
+    DEFAULT_RATE,
+    EmulatedArm,
+    LiveMotion,
+)
+from devices.microscribe.emulator.emulator_transcript import EmulatorTranscript
+from devices.microscribe.emulator.faults import parse_fault
+from devices.microscribe.emulator.motion import StillMotion, orbit
+from devices.microscribe.emulator.placement import place_arm
+from devices.microscribe.emulator.script import ArmScript
+from devices.microscribe.emulator.server import EmulatorServer, ServerPort
+from devices.microscribe.emulator.socket_port import SocketPort, parse_address
+from devices.microscribe.emulator.terminal_port import TerminalPort
+from devices.microscribe.kinematics.profiles import ArmProfile, profile_named
+from devices.recording.probe_path import ProbePath
+from disk import UserError
+
+MOTIONS = ("orbit", "rest")
+
+
+@dataclass(frozen=True, slots=True)
+class EmulatorOptions:
+    """What an emulated arm is to be; see `paravol emulator --help`."""
+
+    profile: str = "dx40937"
+    path: ProbePath | None = None
+    fiducials_mm: NDArray[np.float64] | None = None
+    """(n, 3), patient LPS; touched in order before the path."""
+    motion: str = "orbit"
+    """What the arm does without a path."""
+    seed: int = 0
+    faults: tuple[str, ...] = ()
+    actions: tuple[str, ...] = ()
+    listen: str | None = None
+    """PORT or HOST:PORT; a pseudo-terminal without it."""
+    link: Path | None = None
+    transcript: Path | None = None
+    fast: bool = False
+    rate: int = DEFAULT_RATE
+    sync_repeats: int = 1
+    keep_framing_errors: bool = False
+    accepts_memory_writes: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class OpenEmulator:
+    """An arm at its port."""
+
+    server: EmulatorServer
+    device_from_world: NDArray[np.float64] | None
+    """Where the arm stands, (4, 4); None when it follows no path."""
+    accepts_memory_writes: bool
+
+
+@contextmanager
+def open_emulator(
+    options: EmulatorOptions, announce: Callable[[str], None]
+) -> Iterator[OpenEmulator]:
+    """Make what was asked for; ValueError in one sentence for what cannot be.
+
+    ``announce`` is told the port's name whenever it appears.
+    """
+    profile = profile_named(options.profile)
+    faults = tuple(parse_fault(text) for text in options.faults)
+    actions = tuple(parse_action(text) for text in options.actions)
+    motion, place = _motion(profile, options)
+    with ExitStack() as stack:
+        log: TextIO | None = None
+        if options.transcript is not None:
+            log = stack.enter_context(options.transcript.open("w", encoding="utf-8"))
+        arm = EmulatedArm(
+            profile,
+            motion,
+            faults=faults,
+            seed=options.seed,
+            now_s=time.monotonic(),
+            fast=options.fast,
+            rate=options.rate,
+            sync_repeats=options.sync_repeats,
+            keep_framing_errors=options.keep_framing_errors,
+            accepts_memory_writes=options.accepts_memory_writes,
+            transcript=None if log is None else EmulatorTranscript(log),
+        )
+        server = EmulatorServer(
+            arm,
+            _open_port(options),
+            actions=ActionSchedule(actions),
+            announce=announce,
+            idle=None if log is None else log.flush,
+        )
+        stack.callback(server.close)
+        yield OpenEmulator(server, place, options.accepts_memory_writes)
+
+
+def _open_port(options: EmulatorOptions) -> ServerPort:
+    if options.listen is not None:
+        if options.link is not None:
+            raise UserError("a link can point at a terminal only; leave out --listen")
+        return SocketPort(parse_address(options.listen))
+    if sys.platform == "win32":
+        raise UserError(
+            "Windows has no pseudo-terminals; let the emulated arm --listen at a "
+            "TCP port instead."
+        )
+    return TerminalPort(options.link)
+
+
+def _motion(
+    profile: ArmProfile, options: EmulatorOptions
+) -> tuple[LiveMotion, NDArray[np.float64] | None]:
+    if options.path is not None:
+        given = options.fiducials_mm
+        fiducials = np.zeros((0, 3)) if given is None else given.reshape(-1, 3)
+        place = place_arm(profile, options.path, fiducials, options.seed)
+        script = ArmScript(profile, options.path, place, fiducials, options.seed)
+        return script, place
+    if options.motion not in MOTIONS:
+        raise UserError(
+            f"motion must be one of {', '.join(MOTIONS)}, got {options.motion!r}"
+        )
+    still = options.motion == "rest"
+    return StillMotion(profile) if still else orbit(profile), None

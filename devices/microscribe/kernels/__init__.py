@@ -1,0 +1,1 @@
+"""Compiled code of the arm: from counts to a frame."""

@@ -1,0 +1,1 @@
+"""An arm's joints, constants and errors."""

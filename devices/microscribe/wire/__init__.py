@@ -1,0 +1,1 @@
+"""The line to an arm: bytes, packets, commands, sign-on."""

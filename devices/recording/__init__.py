@@ -1,0 +1,1 @@
+"""Probe paths: recorded, kept in files, played."""

@@ -1,0 +1,1 @@
+"""Where a device stands beside the patient, and how wrong that may be."""

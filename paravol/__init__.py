@@ -1,0 +1,1 @@
+"""PARAVOL without a screen: patients, flights, replays, snapshots."""

@@ -1,0 +1,77 @@
+"""A MicroScribe arm as input: a real one, or the emulated one on its path."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from devices import ProbePath, Registration
+from devices.registration.registration_file import load_registration
+from paravol.flight import OrderedPoses
+from paravol.inputs.arm_roll import ClampedRoll, check_roll, opened_roll
+from paravol.inputs.flight_input import FlightInput
+from paravol.inputs.open_arm import open_arm
+from paravol.inputs.pose_completer import HandChannel, PathChannel
+from paravol.patient import OperatingRoom
+from paravol.registration.at_start import registered_by_file
+from scenarios import Scenario
+
+KEYS = {"← →": "turn the light post"}
+
+
+class ArmInput(FlightInput):
+    """Open the arm at a serial port, or the emulated one when there is none.
+
+    registration_file: made by `paravol register` since the arm was switched on; without
+    it the fiducials have to be touched. roll: words of `paravol.inputs.arm_roll`, for
+    an arm at a port; the emulated one's path has its own.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        path: ProbePath,
+        path_file: Path,
+        device: str | None,
+        registration_file: Path | None = None,
+        roll: str = "horizon",
+    ) -> None:
+        check_roll(roll)
+        if registration_file is not None:
+            load_registration(registration_file)
+        self._registration_file = registration_file
+        self._scenario = scenario
+        self._path_file = path_file
+        self._device = device
+        self._roll = roll
+        self._hand = HandChannel()
+        self.keys = KEYS
+        self.touch_hint = "Hold the stylus on it and press the right pedal."
+        if device is not None:
+            self.name = device
+            self.aim = self._hand
+            return
+        self.name = "emulated arm"
+        self.aim = PathChannel(path)
+        self.has_instrument = True
+        self.until_s = path.duration_s
+        self.touch_hint = "The emulated arm does it by itself."
+
+    @contextmanager
+    def open(self, room: OperatingRoom) -> Iterator[OrderedPoses]:
+        """Open the port, or start the emulated arm and open its port."""
+        with (
+            open_arm(self._scenario, self._path_file, device=self._device) as arm,
+            opened_roll(self._roll, arm.description) as self._hand.roll,
+        ):
+            if self._registration_file is None:
+                yield arm
+                return
+            poses, self.registration = registered_by_file(
+                arm, self._registration_file, arm.description, self._scenario
+            )
+            yield poses
+
+    def placed(self, registration: Registration) -> None:
+        """Tell a sixth encoder which way is up."""
+        if isinstance(self._hand.roll, ClampedRoll):
+            self._hand.roll.place(registration.world_from_device)

@@ -1,0 +1,60 @@
+"""One input of a flight: how it is opened and how its poses become samples."""
+
+import math
+from abc import ABC, abstractmethod
+from contextlib import AbstractContextManager
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices import Registration
+from devices.controls.keyboard import MouseKeys
+from devices.controls.roll import EncoderRoll
+from paravol.flight import Aim, OrderedPoses
+from paravol.inputs.pose_completer import HandChannel
+from paravol.patient import OperatingRoom
+
+POST_IS_Y_DEG = -90.0
+"""Roll is counted from x of a tip frame; with the light post along y it is this."""
+
+
+class FlightInput(ABC):
+    """Say what an input needs and gives, before it is opened.
+
+    name: for the window. keys: its controls, to be shown. aim: completes its poses.
+    until_s: when the flight is over. registration: where its frame lies in the
+    patient; None when fiducials must be touched, ``touch_hint`` says how.
+    controls: takes keys and mouse, where those steer.
+    """
+
+    name: str
+    aim: Aim
+    keys: dict[str, str]
+    has_instrument: bool = False
+    until_s: float = math.inf
+    registration: Registration | None = None
+    touch_hint: str = ""
+    controls: MouseKeys | None = None
+
+    @abstractmethod
+    def open(self, room: OperatingRoom) -> AbstractContextManager[OrderedPoses]:
+        """Open it in this room; DeviceError or ValueError when that cannot be done."""
+
+    def placed(self, registration: Registration) -> None:
+        """Hear where the poses lie in the patient, before any becomes a sample."""
+        # Most inputs have no use for it.
+        del registration
+
+
+def in_the_patient() -> Registration:
+    """Give the registration of poses that are in the patient's frame already."""
+    return Registration(np.eye(4), 0.0, np.zeros(0))
+
+
+def framed_hand(world_from_device: NDArray[np.float64] | None = None) -> HandChannel:
+    """Take the roll from the tip frame, whose y axis points to the light post.
+
+    world_from_device: where the poses' frame lies, 4x4; None for the patient's own.
+    """
+    place = np.eye(4) if world_from_device is None else world_from_device
+    return HandChannel(EncoderRoll(place, POST_IS_Y_DEG))

@@ -1,0 +1,109 @@
+"""A hand without an arm: mouse and keyboard, a gamepad, a 3D mouse.
+
+The scope pivots about the nostril's midpoint. The cone's axis runs to the
+sphenoethmoidal recess, which lies in the middle of where a scope goes: from the
+nasopharynx, 20 degrees below, to the frontal ostium, 38 degrees above.
+
+Nothing pushes back on such a hand, so walls hold the scope where tissue would: it
+slides along them.
+"""
+
+import math
+from contextlib import AbstractContextManager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices import ProbePath
+from devices.controls.fulcrum import Fulcrum, FulcrumControl, FulcrumLimits, Walls
+from devices.controls.gamepad import open_gamepad
+from devices.controls.keyboard import HELP, MouseKeys
+from devices.controls.steered_scope import Handset, SteeredArm
+from devices.controls.steering import Steering
+from paravol.inputs.flight_input import FlightInput, framed_hand, in_the_patient
+from paravol.patient import OperatingRoom
+from scenarios import Scenario, shaft_clearance
+from scenarios.session import SHAFT_CHECKED_MM
+
+LIMITS = FulcrumLimits(depth_mm=(0.0, 100.0), cone_deg=40.0)
+"""The nasopharynx lies 81 mm behind the nostril; beyond 100 mm is the spine."""
+
+UPRIGHT_DEG = 6.0
+"""Between the cone and the vertical, where a picture has no up."""
+
+
+GIVE_MM = 0.5
+"""How deep a wall is dented before it holds, by a hand that goes on pushing."""
+
+TOUCH_MM = 0.15
+"""How deep a touch dents it: mucosa yields, and a touch is to be seen and counted, but
+it is no pressure (`scenarios.scoring.PRESSURE_MM`)."""
+
+
+def nostril_fulcrum(room: OperatingRoom, path: ProbePath) -> Fulcrum:
+    """Give the fulcrum of the nostril that the exercise's path enters.
+
+    In a patient's own head, whose anatomy has no names, it is where the case says.
+    """
+    if room.way_in is not None:
+        return Fulcrum(room.way_in.pivot_mm, room.way_in.axis)
+    side = "right" if path.tip_mm[0, 0] < 0.0 else "left"
+    nostril, recess = f"nostril, {side}", f"sphenoethmoidal recess, {side}"
+    place = room.positions((nostril, recess))
+    return Fulcrum(place[nostril], place[recess] - place[nostril])
+
+
+class _HandInput(FlightInput):
+    """Steer a scope in the nostril."""
+
+    def __init__(
+        self, scenario: Scenario, path: ProbePath, handset: Handset | None
+    ) -> None:
+        self._radius_mm = scenario.scope.endoscope().diameter_mm / 2
+        self._path = path
+        self._handset = handset
+        self._steering = Steering()
+        self.aim = framed_hand()
+        self.registration = in_the_patient()
+
+    def open(self, room: OperatingRoom) -> AbstractContextManager[SteeredArm]:
+        """Put the scope's tip into the nostril."""
+        fulcrum = nostril_fulcrum(room, self._path)
+        # a steep way in leaves less room for a cone that must not reach the vertical
+        aside_deg = math.degrees(math.acos(min(abs(float(fulcrum.axis[2])), 1.0)))
+        cone_deg = min(LIMITS.cone_deg, aside_deg - UPRIGHT_DEG)
+        distance = room.surface.distance
+
+        def gap_mm(frame: NDArray[np.float64]) -> float:
+            return shaft_clearance(
+                distance, frame, self._radius_mm, SHAFT_CHECKED_MM
+            ).gap_mm
+
+        control = FulcrumControl(
+            fulcrum,
+            replace(LIMITS, cone_deg=cone_deg),
+            walls=Walls(gap_mm, GIVE_MM, TOUCH_MM),
+        )
+        return SteeredArm(control, self._steering, self._handset)
+
+
+class MouseInput(_HandInput):
+    """Steer with keys and mouse; the window passes them on to ``controls``."""
+
+    def __init__(self, scenario: Scenario, path: ProbePath) -> None:
+        super().__init__(scenario, path, None)
+        self.name = "mouse and keyboard"
+        self.keys = HELP
+        self.controls = MouseKeys(self._steering)
+
+
+class GamepadInput(_HandInput):
+    """Steer with the first gamepad or 3D mouse, or with the one at ``file``."""
+
+    def __init__(self, scenario: Scenario, path: ProbePath, file: Path | None) -> None:
+        pad = open_gamepad(file)
+        super().__init__(scenario, path, pad)
+        self.name = pad.name
+        self.keys = pad.layout.help

@@ -1,0 +1,55 @@
+"""Another program as input: tool poses by OpenIGTLink."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from devices.registration.registration_file import RegistrationRecord
+from paravol.flight import OrderedPoses
+from paravol.inputs.flight_input import FlightInput, framed_hand, in_the_patient
+from paravol.patient import OperatingRoom
+from paravol.registration.at_start import TippedPoses, tracker_record
+from scenarios import Scenario
+
+
+class LinkInput(FlightInput):
+    """Follow a peer's tool.
+
+    The tool's frame is that of a scope's tip: +z runs back up the shaft and y points
+    to the light post. Its world is the patient's RAS frame, unless a file of `paravol
+    register --input` says where it lies.
+    """
+
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        tool: str | None,
+        scenario: Scenario,
+        registration_file: Path | None = None,
+    ) -> None:
+        self._record: RegistrationRecord | None = None
+        self.registration = in_the_patient()
+        if registration_file is not None:
+            self._record = tracker_record(registration_file, tool, scenario)
+            self.registration = self._record.registration()
+            tool = self._record.arm_serial or None
+        self._address = (host, port)
+        self._tool = tool
+        self.name = f"OpenIGTLink {host}:{port}"
+        self.keys = {"← →": "turn the light post"}
+        self.aim = framed_hand(self.registration.world_from_device)
+
+    @contextmanager
+    def open(self, room: OperatingRoom) -> Iterator[OrderedPoses]:
+        """Connect to the peer."""
+        # Its library is loaded only by whoever flies with it.
+        from devices.openigtlink import OpenIGTLinkSource
+
+        with OpenIGTLinkSource(*self._address, self._tool) as source:
+            if self._record is None:
+                yield source
+            else:
+                yield TippedPoses(source, np.array(self._record.tip_mm))

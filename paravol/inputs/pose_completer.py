@@ -1,0 +1,72 @@
+"""The channel beside the arm: it completes a pose with roll and the second tool."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from devices import Pose, ProbePath
+from devices.controls.roll import HorizonRoll, RollSource
+from scenarios import Sample
+
+PATH_PEDAL = 2
+"""Button bit that is down while a recorded path is being flown."""
+
+AWAY_MM = np.array([0.0, -400.0, -400.0])
+"""Where a second tool waits that nobody holds: far in front of the face."""
+
+
+@dataclass(slots=True)
+class PathChannel:
+    """Follow a recorded path's second channel, from the moment the path begins."""
+
+    path: ProbePath
+    _began_s: float | None = None
+
+    def complete(self, pose: Pose) -> Sample:
+        """Join a pose with the channel; before the path begins its time is -1."""
+        if self._began_s is None:
+            if not pose.buttons & PATH_PEDAL:
+                return _sample(pose, -1.0, self.path, 0.0)
+            self._began_s = pose.time_s
+        time_s = pose.time_s - self._began_s
+        return _sample(pose, time_s, self.path, time_s)
+
+
+@dataclass(slots=True)
+class HandChannel:
+    """Serve a free hand: roll from whoever knows it, no second tool.
+
+    Where nobody knows the roll for the moment, the last one is held, at first 0.
+    """
+
+    roll: RollSource = field(default_factory=HorizonRoll)
+    _began_s: float | None = None
+    _roll_deg: float = 0.0
+
+    def complete(self, pose: Pose) -> Sample:
+        """Join a pose with the present roll; time counts from the first pose."""
+        if self._began_s is None:
+            self._began_s = pose.time_s
+        known = self.roll.roll_deg(pose)
+        if known is not None:
+            self._roll_deg = known
+        return Sample(
+            pose.time_s - self._began_s,
+            pose.device_from_tip,
+            self._roll_deg,
+            AWAY_MM,
+            np.array([0.0, 1.0, 0.0]),
+            pose.buttons,
+        )
+
+
+def _sample(pose: Pose, time_s: float, path: ProbePath, at_s: float) -> Sample:
+    state = path.sample(at_s)
+    return Sample(
+        time_s,
+        pose.device_from_tip,
+        state.roll_deg,
+        state.instrument_tip_mm,
+        state.instrument_axis,
+        pose.buttons,
+    )

@@ -1,0 +1,1 @@
+"""Registration of an arm to a patient, step by step."""

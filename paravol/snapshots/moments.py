@@ -1,0 +1,136 @@
+"""High-quality pictures of chosen moments, and how far the live ones were off."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from paravol.patient import Progress
+from paravol.snapshots.comparison import difference, save_comparison
+from paravol.snapshots.rendering_service import running_worker
+from paravol.view import Frame
+from renderers.scene import AirSurface, Mesh, save_png
+from renderers.snapshots.client import SnapshotClient
+from renderers.snapshots.request import SnapshotRequest
+from scenarios import Moment, View
+
+
+@dataclass(slots=True)
+class Keepsake:
+    """Keep the frame that is nearest to a moment of the flight."""
+
+    moment: Moment
+    view: View | None = None
+    frame: Frame | None = None
+    number: int = 0
+    _off_s: float = float("inf")
+
+    def offer(self, number: int, view: View, frame: Frame, time_s: float) -> None:
+        """Take the frame if it is nearer than the one that is kept."""
+        off = abs(time_s - self.moment.time_s)
+        if off < self._off_s:
+            self.view, self.frame = view, frame
+            self.number, self._off_s = number, off
+
+
+@dataclass(frozen=True, slots=True)
+class TakenSnapshot:
+    """Report one snapshot and the live picture's distance from it.
+
+    seconds: of the worker, from claim to result. rmse, p99: 8-bit codes.
+    """
+
+    name: str
+    file: str
+    seconds: float
+    ranks: int
+    rmse: float
+    ssim: float
+    p99: float
+
+
+@dataclass(frozen=True, slots=True)
+class ViewAsker:
+    """Make requests for what the endoscope sees of one head in one session."""
+
+    surface: AirSurface
+    ring_radius_mm: float
+    seed: int
+    instrument: Mesh | None
+
+    def request(
+        self,
+        client: SnapshotClient,
+        view: View,
+        *,
+        gain: float,
+        number: int,
+        progressive: bool = False,
+    ) -> SnapshotRequest:
+        """Ask for a view, exposed and grained as the live frame of that number."""
+        tool = self.instrument
+        return client.request_scope(
+            self.surface,
+            view.camera,
+            ring_radius_mm=self.ring_radius_mm,
+            seed=self.seed,
+            gain=gain,
+            frame_number=number,
+            instruments=() if tool is None else ((tool, view.world_from_instrument),),
+            progressive=progressive,
+        )
+
+
+def take_snapshots(
+    kept: list[Keepsake],
+    asker: ViewAsker,
+    *,
+    folder: Path,
+    ranks: int,
+    progress: Progress,
+) -> list[TakenSnapshot]:
+    """Have every kept view drawn by the ray tracer, with the live frame's gain.
+
+    Writes ``NAME.png`` (the snapshot), ``NAME-live.png`` and ``NAME-error.png`` (both
+    and their difference). The spool lies beside them, in ``spool``, and keeps the
+    requests and the float results.
+    """
+    stage = "Snapshots"
+    progress(stage, 0.0)
+    spool = folder / "spool"
+    client = SnapshotClient(spool, name="paravol demo")
+    wanted = [(k, k.view, k.frame) for k in kept if k.view and k.frame]
+    jobs = []
+    for keepsake, view, frame in wanted:
+        number = keepsake.number
+        request = asker.request(client, view, gain=frame.gain, number=number)
+        jobs.append((client.submit(request), keepsake, frame))
+    taken = []
+    with running_worker(spool, ranks=ranks) as worker:
+        for index, (job, keepsake, frame) in enumerate(jobs):
+
+            def show(share: float, done: int = index) -> None:
+                progress(stage, (done + share) / len(jobs))
+
+            snapshot = client.wait(job, show, watch=worker.ensure_alive)
+            pixels = snapshot.pixels()
+            found = difference(frame.pixels, pixels)
+            name = keepsake.moment.name
+            file = folder / f"{name.replace(' ', '-')}.png"
+            text = {"Title": name, "Software": "PARAVOL", "Job": job}
+            save_png(file, pixels, text)
+            save_png(file.with_stem(f"{file.stem}-live"), frame.pixels, text)
+            error = file.with_stem(f"{file.stem}-error")
+            save_comparison(error, frame.pixels, pixels, found, title=name, text=text)
+            result = snapshot.result
+            taken.append(
+                TakenSnapshot(
+                    name,
+                    file.name,
+                    result.seconds["total"],
+                    result.ranks,
+                    found.rmse,
+                    found.ssim,
+                    found.p99,
+                )
+            )
+    progress(stage, 1.0)
+    return taken

@@ -1,0 +1,49 @@
+"""Light by paths that goes on in another run: what has come together, in a file."""
+
+import hashlib
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from disk import ForeignFileError, UserError, foreign_file, whole_file
+from paravol.snapshots.studio import Fineness, Studio
+from paravol.snapshots.view_file import ViewFile
+
+
+def key_of(studio: Studio, view: ViewFile, fineness: Fineness) -> str:
+    """Hash what the paths of a view depend on."""
+    what = (view, studio.surface_sha256, fineness.quality, fineness.samples)
+    return hashlib.sha256(msgspec.json.encode(what)).hexdigest()
+
+
+def save_state(file: Path, state: NDArray[np.float64], key: str) -> None:
+    """Write a state, atomically."""
+    with whole_file(file) as beside, beside.open("wb") as sink:
+        np.savez_compressed(sink, state=state, key=np.array(key))
+
+
+def load_state(file: Path, key: str) -> NDArray[np.float64] | None:
+    """Read a state; None where there is no file yet.
+
+    ValueError for a file that is none, or holds another view's paths.
+    """
+    if not file.exists():
+        return None
+    try:
+        # opened here: numpy leaves a file that it cannot read open
+        with (
+            foreign_file(file, "paths of light"),
+            file.open("rb") as source,
+            np.load(source, allow_pickle=False) as parts,
+        ):
+            state, found = parts["state"], str(parts["key"])
+    except (ForeignFileError, OSError) as error:
+        raise UserError(f"{error} To begin anew, remove the file.") from error
+    if found != key:
+        raise UserError(
+            f"The paths in {file} are of another view, head or fineness; name another "
+            "file, or remove it to begin anew."
+        )
+    return np.asarray(state)

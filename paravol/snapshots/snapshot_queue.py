@@ -1,0 +1,168 @@
+"""Moments that a trainee keeps are drawn at high quality while the flight goes on."""
+
+import os
+import queue
+import threading
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.closing import Closing
+from paravol.snapshots.moments import ViewAsker
+from paravol.snapshots.rendering_service import Worker, running_worker
+from paravol.snapshots.spool_folder import own_spool
+from renderers.scene import save_png
+from renderers.snapshots.client import SnapshotClient
+from renderers.snapshots.growing import GrowingPicture
+from scenarios import View
+
+PATIENCE_S = 10.0
+"""A worker that is told to end has so long before it is ended."""
+
+
+@dataclass(frozen=True, slots=True)
+class KeptMoment:
+    """Name a frame of the flight that is wanted at high quality."""
+
+    time_s: float
+    view: View
+    gain: float
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class MomentPicture:
+    """Show a moment's picture as it is now; pixels ``(h, w, 3)`` uint8 sRGB.
+
+    done: the share that is finished; None where nothing more will come, and `told` says
+    where the picture is, or why there is none.
+    """
+
+    time_s: float
+    pixels: NDArray[np.uint8] | None
+    done: float | None
+    told: str = ""
+
+
+class _ClosedError(Exception):
+    """The desk was closed: nobody waits for the picture."""
+
+
+@dataclass(slots=True)
+class _Showing:
+    """Pass a job's growing picture on, whenever it has grown or come further."""
+
+    moment: KeptMoment
+    growing: GrowingPicture
+    show: Callable[[MomentPicture], None]
+    done: float = 0.0
+    is_empty: bool = True
+
+    def look(self) -> None:
+        if self.growing.update():
+            self.is_empty = False
+            self.tell(self.done)
+
+    def tell(self, done: float) -> None:
+        self.done = done
+        pixels = None if self.is_empty else self.growing.pixels.copy()
+        self.show(MomentPicture(self.moment.time_s, pixels, done))
+
+
+Serving = Callable[[Path], AbstractContextManager[Worker]]
+"""Serve a spool folder while the context lasts."""
+
+NICE_WORKER = partial(running_worker, ranks=1, niceness=19)
+
+
+class SnapshotDesk(Closing):
+    """Have moments drawn, one after the other, by a worker of low priority.
+
+    The worker starts with the first moment. The live picture comes first: the worker
+    only gets what is left of the processor.
+    """
+
+    def __init__(
+        self,
+        asker: ViewAsker,
+        folder: Path,
+        show: Callable[[MomentPicture], None],
+        serving: Serving = NICE_WORKER,
+    ) -> None:
+        """Take orders.
+
+        folder: for the finished pictures. show: told of every change, from the desk's
+        own thread.
+        """
+        self._asker = asker
+        self._folder = folder
+        self._show = show
+        self._serving = serving
+        self._orders: queue.SimpleQueue[KeptMoment | None] = queue.SimpleQueue()
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="desk", daemon=True)
+        self._thread.start()
+
+    def draw(self, moment: KeptMoment) -> None:
+        """Have a moment drawn after those before it."""
+        self._orders.put(moment)
+
+    def close(self) -> None:
+        """Give up what is not finished, and end the worker."""
+        self._closed.set()
+        self._orders.put(None)
+        self._thread.join(PATIENCE_S)
+
+    def _run(self) -> None:
+        moment = self._orders.get()
+        if moment is None:
+            return
+        try:
+            with own_spool() as spool:
+                client = SnapshotClient(spool, name="paravol train")
+                with self._serving(spool) as worker:
+                    while moment is not None and not self._closed.is_set():
+                        self._draw(client, worker, moment)
+                        moment = self._orders.get()
+        except OSError as error:
+            if moment is not None:
+                self._show(MomentPicture(moment.time_s, None, None, str(error)))
+
+    def _draw(self, client: SnapshotClient, worker: Worker, moment: KeptMoment) -> None:
+        request = self._asker.request(
+            client,
+            moment.view,
+            gain=moment.gain,
+            number=moment.number,
+            progressive=True,
+        )
+        size = request.image.width, request.image.height
+        growing = GrowingPicture(client.spool, request.id, *size)
+        showing = _Showing(moment, growing, self._show)
+        job = client.submit(request)
+
+        def watch() -> None:
+            worker.ensure_alive()
+            showing.look()
+            if self._closed.is_set():
+                client.cancel(job)
+                raise _ClosedError
+
+        try:
+            snapshot = client.wait(job, showing.tell, watch=watch)
+            pixels = snapshot.pixels()
+            file = self._folder / f"moment-{moment.time_s:.2f}.png"
+            text = {"Title": f"{moment.time_s:.2f} s", "Software": "PARAVOL"}
+            save_png(file, pixels, text)
+            told = os.fspath(file)
+            self._show(MomentPicture(moment.time_s, pixels, None, told))
+        except _ClosedError:
+            return
+        except (OSError, RuntimeError) as error:
+            # The flight is worth more than a picture of it.
+            self._show(MomentPicture(moment.time_s, None, None, str(error)))

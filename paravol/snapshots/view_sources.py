@@ -1,0 +1,192 @@
+"""Where views come from: a moment of a session or an exercise, or a place given."""
+
+import math
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from devices import load_probe_path
+from disk import UserError
+from paravol.case_exercise import exercise_of
+from paravol.patient import OperatingRoom, Progress, prepare_room
+from paravol.session_info import SEED
+from paravol.session_setup import build_session, path_view
+from paravol.snapshots.studio import Studio
+from paravol.snapshots.view_file import (
+    CaseHead,
+    ClassicLook,
+    Head,
+    PhantomHead,
+    PlacedInstrument,
+    ScopeLook,
+    ViewCamera,
+    ViewFile,
+)
+from renderers.snapshots.request import Row
+from scenarios import Sample, Scenario, View, load_scenario
+from scenarios.bundle import FrameRecord, SampleRecord, read_session
+
+FIELD_DEG = 70.0
+"""Of a view that is placed by hand."""
+
+GRACE_S = 1.0
+"""So long after its end a session or exercise still shows its last view."""
+
+Place = tuple[float, float, float]
+Lens = Literal["equidistant", "perspective", "orthographic"]
+
+
+def session_views(
+    folder: Path,
+    times_s: NDArray[np.float64],
+    size: int,
+    case: Path | None,
+    progress: Progress,
+) -> tuple[Studio, list[ViewFile]]:
+    """Give what a session saw at each time, with the camera's gain of then.
+
+    The newest sample at or before a time counts, before the first one the first. case:
+    where the case that was flown through lies now. Raises ValueError for a session that
+    cannot be read or was flown through another head, or for a time after its end.
+    """
+    info, records, _ = read_session(folder)
+    scenario = msgspec.json.decode(info.scenario, type=Scenario)
+    if case is not None:
+        head = msgspec.structs.replace(scenario.head, case=str(case))
+        scenario = msgspec.structs.replace(scenario, head=head)
+    samples: list[tuple[Sample, float | None, int]] = []
+    gain, number = None, 0
+    for record in records:
+        if isinstance(record, SampleRecord):
+            samples.append((record.sample(), gain, number))
+        elif isinstance(record, FrameRecord):
+            gain, number = record.gain, record.number
+            if samples:
+                samples[-1] = samples[-1][0], gain, number
+    if not samples:
+        raise UserError(f"{folder} holds no sample; nothing was recorded.")
+    if scenario.head.case and not Path(scenario.head.case).is_dir():
+        raise UserError(
+            f"{folder} was flown through the case {scenario.head.case}, which is not "
+            "there; say with --case where it lies now."
+        )
+    room = prepare_room(scenario, progress)
+    if room.surface_sha256 != info.surface_sha256:
+        raise UserError(
+            f"{folder} was flown through another head (surface "
+            f"{info.surface_sha256[:12]}, now {room.surface_sha256[:12]}); name the "
+            "case it was flown through with --case."
+        )
+    matrix = np.array(info.world_from_device).reshape(4, 4)
+    session = build_session(scenario, room, matrix, (size, size))
+    begins = np.array([sample.time_s for sample, _, _ in samples])
+    _demand_within(times_s, float(begins[-1]), folder)
+    chosen = np.maximum(np.searchsorted(begins, times_s, side="right") - 1, 0)
+    views = []
+    for sample, gain, number in (samples[i] for i in chosen):
+        seen = view_of(
+            session.view(sample),
+            scenario,
+            room,
+            gain=gain,
+            number=number,
+            seed=info.seed,
+            has_instrument=info.has_instrument,
+        )
+        views.append(seen)
+    return Studio(room.scene, room.surface_sha256), views
+
+
+def case_views(
+    folder: Path, times_s: NDArray[np.float64], size: int, progress: Progress
+) -> tuple[Studio, list[ViewFile]]:
+    """Give what a scope sees along a case's exercise; ValueError after its end."""
+    scenario, place = load_scenario(str(exercise_of(folder)))
+    room = prepare_room(scenario, progress)
+    path = load_probe_path(place / scenario.path)
+    _demand_within(times_s, path.duration_s, folder)
+    views = [
+        view_of(path_view(scenario, room, path, float(t), (size, size)), scenario, room)
+        for t in times_s
+    ]
+    return Studio(room.scene, room.surface_sha256), views
+
+
+def _demand_within(times_s: NDArray[np.float64], end_s: float, folder: Path) -> None:
+    """Raise ValueError for a moment after the last one."""
+    late = float(times_s.max())
+    if late > end_s + GRACE_S:
+        raise UserError(
+            f"{folder} ends after {end_s:.1f} s and has nothing at {late:g} s; name an "
+            "earlier time."
+        )
+
+
+def placed_view(
+    head: Head,
+    eye: Place,
+    target: Place,
+    *,
+    up: Place,
+    size: int,
+    lens: Lens,
+    half_side_mm: float,
+    distortion: tuple[float, float] = (0.0, 0.0),
+    classic: bool,
+) -> ViewFile:
+    """Give the view from a place to a place; ValueError where one cannot look so."""
+    extent = math.radians(FIELD_DEG / 2)
+    if lens == "orthographic":
+        extent = half_side_mm
+    view = ViewFile(
+        schema="paravol.view/1",
+        head=head,
+        camera=ViewCamera(
+            eye,
+            extent,
+            target_mm=target,
+            up=up,
+            projection=lens,
+            distortion=distortion,
+        ),
+        size_px=(size, size),
+        look=ClassicLook() if classic else ScopeLook(1.45, seed=SEED),
+    )
+    camera = ViewCamera.of(view.to_camera())
+    return msgspec.structs.replace(view, camera=camera)
+
+
+def view_of(
+    view: View,
+    scenario: Scenario,
+    room: OperatingRoom,
+    *,
+    gain: float | None = None,
+    number: int = 0,
+    seed: int = SEED,
+    has_instrument: bool = False,
+) -> ViewFile:
+    """Describe a view of a session, so that it can be saved and drawn later."""
+    head: Head = PhantomHead(scenario.head.seed, scenario.head.spacing_mm)
+    if scenario.head.case:
+        head = CaseHead(str(Path(scenario.head.case).resolve()))
+    tools: tuple[PlacedInstrument, ...] = ()
+    if has_instrument:
+        rows = msgspec.convert(
+            view.world_from_instrument[:3].tolist(), tuple[Row, Row, Row]
+        )
+        tools = (PlacedInstrument("suction tube", rows),)
+    return ViewFile(
+        schema="paravol.view/1",
+        head=head,
+        camera=ViewCamera.of(view.camera),
+        size_px=(view.camera.width, view.camera.height),
+        look=ScopeLook(
+            scenario.scope.ring_radius_mm, seed=seed, gain=gain, frame_number=number
+        ),
+        instruments=tools,
+        surface_sha256=room.surface_sha256,
+    )

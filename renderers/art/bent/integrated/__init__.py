@@ -1,1 +1,0 @@
-"""Bent rays whose samples are the ends of segments."""

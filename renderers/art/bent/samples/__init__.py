@@ -1,1 +1,0 @@
-"""Classification, light and gaps, sample by sample."""

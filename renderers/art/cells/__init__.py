@@ -1,0 +1,1 @@
+"""The volume in cells, and the bricks that rays read."""

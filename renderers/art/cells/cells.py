@@ -1,0 +1,305 @@
+"""The volume cut into cells, each with the ghost layers its samples need.
+
+A cell owns ``side**3`` cubes between voxel centres, hence ``(side + 1)**3`` voxels;
+one more voxel on either side makes its gradients, so ``(side + 3)**3`` values travel.
+A point on a face shared by two cells belongs to the cell with the larger index.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from disk import UserError
+from renderers.art.kernels.build_bricks import (
+    chebyshev,
+    find_clear,
+    find_clear_cubes,
+    sum_blocks,
+)
+
+SIDES = (8, 16, 32)
+"""Cell sides, in cubes. Powers of two, so that a voxel's cell is a shift away."""
+
+_LAYERS = 32
+
+
+@dataclass(frozen=True, slots=True)
+class CellGrid:
+    """Say which voxels belong to which cell.
+
+    shape: voxels ``(nz, ny, nx)``. side: cubes along a cell's edge.
+    Cells are numbered with x fastest, then y, then z.
+    """
+
+    shape: tuple[int, int, int]
+    side: int = 8
+
+    def __post_init__(self) -> None:
+        if self.side not in SIDES:
+            raise UserError(f"cell side must be one of {SIDES}, got {self.side!r}")
+        if len(self.shape) != 3 or min(self.shape) < 2:
+            raise UserError(f"a grid needs at least 2 voxels an axis: {self.shape}")
+
+    @property
+    def shift(self) -> int:
+        """Get the binary logarithm of `side`."""
+        return self.side.bit_length() - 1
+
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        """Get the number of cells along z, y, x."""
+        nz, ny, nx = self.shape
+        s = self.side
+        return -(-(nz - 1) // s), -(-(ny - 1) // s), -(-(nx - 1) // s)
+
+    @property
+    def cells(self) -> int:
+        """Get the number of cells."""
+        cz, cy, cx = self.counts
+        return cz * cy * cx
+
+    def start(self, cell: int) -> tuple[int, int, int]:
+        """Get the first voxel ``(z, y, x)`` of a cell."""
+        _, cy, cx = self.counts
+        if not 0 <= cell < self.cells:
+            raise UserError(f"there is no cell {cell}; the volume has {self.cells}")
+        s = self.side
+        return cell // (cy * cx) * s, cell // cx % cy * s, cell % cx * s
+
+    def block(self, values: NDArray[Any], cell: int) -> NDArray[Any]:
+        """Copy a cell's values with its ghosts, ``(side + 3,) * 3``.
+
+        Beyond the volume's faces the outermost voxel is repeated.
+        """
+        width = self.side + 3
+        where = [
+            np.clip(np.arange(first - 1, first - 1 + width), 0, size - 1)
+            for first, size in zip(self.start(cell), self.shape, strict=True)
+        ]
+        if all(w[-1] - w[0] == width - 1 for w in where):
+            inner = tuple(slice(int(w[0]), int(w[0]) + width) for w in where)
+            return np.ascontiguousarray(values[inner])
+        return values[np.ix_(*where)]
+
+    def touched(self, changed: NDArray[np.bool_]) -> list[int]:
+        """List the cells whose blocks, ghosts included, hold a changed voxel.
+
+        changed: of the volume's shape.
+        """
+        found = np.zeros(self.counts, np.bool_)
+        voxels = np.nonzero(changed)
+        ends = []
+        for voxel, count in zip(voxels, self.counts, strict=True):
+            # Cell c has the voxels c * side - 1 to c * side + side + 1.
+            low = np.maximum(-((self.side + 1 - voxel) // self.side), 0)
+            high = np.minimum((voxel + 1) // self.side, count - 1)
+            ends.append((np.minimum(low, high), high))
+        for z in ends[0]:
+            for y in ends[1]:
+                for x in ends[2]:
+                    found[z, y, x] = True
+        return [int(cell) for cell in np.flatnonzero(found)]
+
+    def value_ranges(self, values: NDArray[Any]) -> NDArray[np.float32]:
+        """Get the smallest and largest value of each cell, ``(cells, 2)``.
+
+        Layer by layer: of a mapped file no more is in memory than one layer of cells.
+        """
+        found = np.empty((2, *self.counts), np.float32)
+        for layer in range(self.counts[0]):
+            # A cell shares its last voxel with the next cell.
+            slab = values[layer * self.side : (layer + 1) * self.side + 1]
+            for k, pick in enumerate((np.minimum, np.maximum)):
+                best = pick.reduce(slab, axis=0)
+                for axis in range(2):
+                    size = self.shape[axis + 1]
+                    starts = np.arange(0, size - 1, self.side)
+                    after = np.minimum(starts + self.side, size - 1)
+                    best = pick(
+                        pick.reduceat(best, starts, axis=axis),
+                        np.take(best, after, axis=axis),
+                    )
+                found[k, layer] = best
+        return np.stack([found[0].ravel(), found[1].ravel()], axis=-1)
+
+    def occupied(
+        self, ranges: NDArray[np.float32], clear: NDArray[np.float32]
+    ) -> NDArray[np.bool_]:
+        """Tell which cells may hold something to be seen, ``(cells,)``.
+
+        clear: ``(k, 2)`` intervals of values that cannot be seen.
+        """
+        empty = np.zeros(self.cells, np.uint8)
+        find_clear(ranges, clear, empty)
+        full: NDArray[np.bool_] = empty == 0
+        return full
+
+    def clearest(
+        self, ranges: NDArray[np.float32], clear: NDArray[np.float32]
+    ) -> NDArray[np.float32]:
+        """Choose the one of some intervals that empties the most cells, ``(1, 2)``."""
+        cells = [
+            int(np.count_nonzero(self.occupied(ranges, clear[k : k + 1])))
+            for k in range(len(clear))
+        ]
+        return clear[[int(np.argmin(cells))]] if cells else clear
+
+    def beside(self, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Tell which cells are chosen ones or touch one, ``(cells,)``."""
+        found = chosen.reshape(self.counts).copy()
+        for axis in range(3):
+            line = np.moveaxis(found, axis, 0)
+            before = line.copy()
+            line[1:] |= before[:-1]
+            line[:-1] |= before[1:]
+        return found.ravel()
+
+    def with_cubes(self, cubes: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Tell which cells have any of some cubes, ``(cells,)``.
+
+        cubes: of the volume's shape, less one along each axis.
+        """
+        found = cubes
+        for axis, size in enumerate(cubes.shape):
+            starts = np.arange(0, size, self.side)
+            found = np.logical_or.reduceat(found, starts, axis=axis)
+        return found.ravel()
+
+
+def cube_distances(
+    values: NDArray[Any], clear: NDArray[np.float32]
+) -> NDArray[np.uint8]:
+    """Get each cube's Chebyshev distance, in cubes, to the next one to be seen.
+
+    Flat, x fastest, with three bytes to spare. Zero marks cubes that may hold
+    something; distances saturate at 255. Whatever is clear in `CellGrid.occupied` is
+    here.
+    """
+    shape = tuple(n - 1 for n in values.shape)
+    flat = np.zeros(math.prod(shape) + 3, np.uint8)
+    if len(clear):
+        distance = flat[:-3].reshape(shape)
+        for z in range(0, shape[0], _LAYERS):
+            # of a mapped file no more than this is in memory
+            slab = np.array(values[z : z + _LAYERS + 1], np.float32, order="C")
+            find_clear_cubes(slab, clear, distance[z : z + _LAYERS])
+        chebyshev(distance)
+    return flat
+
+
+def _may_change(values: NDArray[Any]) -> bool:
+    """Tell whether an array, or one that it is a view of, can be written to."""
+    owner: object = values
+    while isinstance(owner, np.ndarray):
+        if owner.flags.writeable:
+            return True
+        owner = owner.base
+    return False
+
+
+def _sums_of(
+    values: NDArray[Any], starts: list[tuple[int, int, int]], width: int
+) -> NDArray[np.uint64]:
+    """Sum the bits of blocks that begin a voxel before `starts` (z, y, x)."""
+    found = np.empty(len(starts), np.uint64)
+    bits = values.view(np.dtype(f"u{values.itemsize}"))
+    sum_blocks(bits, np.array(starts, np.int64).reshape(-1, 3), width, found)
+    return found
+
+
+class CellShare:
+    """The raw cells that one rank keeps for others.
+
+    A rank on its own keeps the volume itself and cuts blocks when asked; one of many
+    copies its own cells, and the rest of the volume need not be in its memory. Where
+    the volume's array can be written to, by whoever made it, blocks are cut later only
+    if they are still what they were: a picture is never made of two volumes.
+    """
+
+    def __init__(
+        self,
+        grid: CellGrid,
+        values: NDArray[Any],
+        cells: NDArray[np.int64] | None,
+        *,
+        wanted: NDArray[np.bool_] | None = None,
+    ) -> None:
+        """Keep `cells` of a volume, or the whole volume when `cells` is None.
+
+        wanted: the cells that may be asked for, ``(cells,)``; None for all.
+        """
+        self.grid = grid
+        self._wanted = np.ones(grid.cells, np.bool_) if wanted is None else wanted
+        self.dtype = values.dtype
+        self._whole = cells is None
+        self._blocks: dict[int, NDArray[Any]] = {}
+        self.replace(values)
+        if cells is not None:
+            self._blocks = {int(c): grid.block(values, int(c)) for c in cells}
+
+    def __len__(self) -> int:
+        """Count the blocks that lie apart from the volume."""
+        return len(self._blocks)
+
+    def replace(self, values: NDArray[Any]) -> None:
+        """Cut later blocks from other values: the volume after an edit."""
+        if values.shape != self.grid.shape or values.dtype != self.dtype:
+            raise UserError(
+                f"values {values.shape} of {values.dtype} do not fit the grid "
+                f"{self.grid.shape} of {self.dtype}"
+            )
+        # For many ranks this is a mapped file: what is not read takes no memory.
+        self._values = values
+        self._sums: NDArray[np.uint64] | None = None
+        if self._whole and _may_change(values):
+            self._sums = np.zeros(self.grid.cells, np.uint64)
+            chosen = np.flatnonzero(self._wanted)
+            starts = [self.grid.start(int(cell)) for cell in chosen]
+            self._sums[chosen] = _sums_of(values, starts, self.grid.side + 3)
+
+    @property
+    def values(self) -> NDArray[Any]:
+        """Get the volume that blocks are cut from."""
+        return self._values
+
+    def block(self, cell: int) -> NDArray[Any]:
+        """Get a cell's block; raise KeyError when another rank keeps it.
+
+        Raise ValueError where the volume's array was edited since it was taken.
+        """
+        if not self._whole:
+            return self._blocks[cell]
+        block = self.read(cell)
+        if self._sums is not None and self._wanted[cell]:
+            found = _sums_of(block, [(1, 1, 1)], self.grid.side + 3)
+            if found[0] != self._sums[cell]:
+                raise UserError(
+                    f"the volume's array was edited while it was drawn (cell {cell} is "
+                    "another now); edit a copy and make a scene of it"
+                )
+        return block
+
+    def read(self, cell: int) -> NDArray[Any]:
+        """Cut a cell's block from the volume, whoever keeps it."""
+        return self.grid.block(self._values, cell)
+
+    def put(self, cell: int, block: NDArray[Any]) -> None:
+        """Keep a block that came from another rank."""
+        self._blocks[cell] = block
+
+    def drop(self, cell: int) -> None:
+        """Keep a block no longer."""
+        self._blocks.pop(cell, None)
+
+    def renew(self, cell: int) -> None:
+        """Cut a block anew if this rank keeps it."""
+        if cell in self._blocks:
+            self._blocks[cell] = self.read(cell)
+
+    def decode(self, payload: bytes) -> NDArray[Any]:
+        """Read a block back from the bytes of a Data message."""
+        width = self.grid.side + 3
+        return np.frombuffer(payload, self.dtype).reshape(width, width, width)

@@ -1,1 +1,0 @@
-"""Packets of rays that integrate between samples."""

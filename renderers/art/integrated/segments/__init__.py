@@ -1,1 +1,0 @@
-"""What lies between two samples, one ray at a time."""

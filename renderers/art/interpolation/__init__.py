@@ -1,1 +1,0 @@
-"""Values and gradients between voxels."""

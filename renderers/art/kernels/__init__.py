@@ -1,0 +1,1 @@
+"""Compiled code of the Active Ray Tracer."""

@@ -1,0 +1,87 @@
+"""Shade samples lane by lane: the steps of `renderers.art.lighting`."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from renderers.art.kernels.opacity import power
+from renderers.art.kernels.opacity_scalar import ONE, ZERO
+from renderers.art.kernels.shade_scalar import TINY
+from renderers.lanes import maximum, select, sqrt
+
+Lanes = Any
+"""A vector of `renderers.simd`."""
+
+F32 = NDArray[np.float32]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def unit(x: Lanes, y: Lanes, z: Lanes) -> tuple[Lanes, Lanes, Lanes]:
+    """Give vectors of length one."""
+    scale = ONE / maximum(sqrt(x * x + y * y + z * z), TINY)
+    return x * scale, y * scale, z * scale
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def are_grey(lights: F32) -> bool:
+    """Tell whether no light, on this material, has a colour: one channel is all."""
+    found = True
+    for light in lights:
+        found &= light[3] == light[4] and light[3] == light[5]
+        found &= light[6] == light[7] and light[6] == light[8]
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def any_local(lights: F32) -> bool:
+    """Tell whether it matters to some light where a sample lies."""
+    found = False
+    for light in lights:
+        found |= light[9] > ZERO
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def light_up(
+    lights: F32, grey: bool, material: F32, least_gradient: np.float32, one: Lanes,
+    r: Lanes, g: Lanes, b: Lanes, gx: Lanes, gy: Lanes, gz: Lanes,
+    x: Lanes, y: Lanes, z: Lanes,
+    vx: Lanes, vy: Lanes, vz: Lanes,
+) -> tuple[Lanes, Lanes, Lanes]:  # fmt: skip
+    """Give colours under lights, but where a gradient is too small for a normal.
+
+    lights, material: as the scalar march has them. grey: of `are_grey`. one: ones,
+    which make vectors of numbers at no cost. x, y, z: the samples' places, mm along
+    the array's axes; needed if `any_local`. vx, vy, vz: directions of the rays.
+    """
+    steep = sqrt(gx * gx + gy * gy + gz * gz)
+    inverse = -ONE / steep
+    nx, ny, nz = gx * inverse, gy * inverse, gz * inverse
+    dr, er = one * material[0], one * ZERO
+    dg, db, eg, eb = dr, dr, er, er
+    for m in range(len(lights)):
+        qx, qy, qz = one * lights[m, 0], one * lights[m, 1], one * lights[m, 2]
+        if lights[m, 9] > ZERO:
+            qx, qy, qz = unit(qx - x, qy - y, qz - z)
+        c = maximum(nx * qx + ny * qy + nz * qz, ZERO)
+        dr += c * lights[m, 3]
+        if not grey:
+            dg += c * lights[m, 4]
+            db += c * lights[m, 5]
+        if material[1] > ZERO:
+            hx, hy, hz = qx - vx, qy - vy, qz - vz
+            q = maximum(sqrt(hx * hx + hy * hy + hz * hz), TINY)
+            c = maximum((nx * hx + ny * hy + nz * hz) / q, ZERO)
+            c = power(c, material[2])
+            er += c * lights[m, 6]
+            if not grey:
+                eg += c * lights[m, 7]
+                eb += c * lights[m, 8]
+    if grey:
+        dg, db, eg, eb = dr, dr, er, er
+    lit = steep > least_gradient
+    r = select(lit, r * dr + er, r)
+    g = select(lit, g * dg + eg, g)
+    return r, g, select(lit, b * db + eb, b)

@@ -1,1 +1,0 @@
-"""What lights make of a sample."""

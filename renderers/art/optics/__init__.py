@@ -1,1 +1,0 @@
-"""Functions of light that scalar and vector marches share bit for bit."""

@@ -1,0 +1,1 @@
+"""Ranks: nodes that share cells or rays, and what carries their messages."""

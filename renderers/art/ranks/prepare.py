@@ -1,0 +1,278 @@
+"""A scene made ready for one rank: its march, its cells, its node."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.art.bent_march import BentMarch
+from renderers.art.cells.bricks import MOST_VOXELS, Bricks
+from renderers.art.cells.cache import CellCache
+from renderers.art.cells.cell_size import QUICK_SIDE, side_for
+from renderers.art.cells.cells import CellGrid, CellShare, cube_distances
+from renderers.art.cells.memory_budget import Room, demand_distances, room_for
+from renderers.art.integrated_march import IntegratedMarch
+from renderers.art.kernels.interpolate_scalar import SHORT
+from renderers.art.march import ClassicMarch, March, ScopeMarch
+from renderers.art.quality import Quality
+from renderers.art.ranks.directory import (
+    EMPTY,
+    ON_DISK,
+    Directory,
+    Distances,
+    deal_owners,
+    homes,
+    ring_distances,
+)
+from renderers.art.ranks.node import Node
+from renderers.art.ranks.policy import Dataflow
+from renderers.art.ranks.rays import RayPacket
+from renderers.art.ranks.work import MarchWork
+from renderers.art.ray_kernel_set import KernelSet, best_kernels
+from renderers.art.step_estimation import settled
+from renderers.scene import Scene
+from renderers.scene.deflection import Deflection
+from renderers.scene.memory_limit import memory_limit
+
+MarchNode = Node[RayPacket]
+
+LARGEST_LEAP = 1 << 28
+"""Voxels of the largest volume for which each cube's distance is kept, one byte each.
+Beyond it rays step through empty cells, all of which are the same brick."""
+
+MOST_WORKING = 64
+"""Slots of a cache that owned cells leave free, at most: twice the requests in flight.
+Of less room than that, half is left free and half is for cells whose owner gives up."""
+
+
+def slots_of(cells: int, ranks: int, wanted: int | None) -> tuple[int, int]:
+    """Get a rank's slots and how many of them may be owned cells, where cells migrate.
+
+    wanted: slots; None for as many as there are cells. Raise ValueError when all ranks
+    together could not hold every cell and still work.
+    """
+    share = -(-cells // ranks)
+    slots = max(cells, share + 1) if wanted is None else wanted
+    if slots < share + 1:
+        raise ValueError(
+            f"{cells} cells over {ranks} ranks need caches of at least {share + 1} "
+            f"cells each, got {slots}; take more ranks or larger caches"
+        )
+    return slots, slots - min(MOST_WORKING, (slots - share + 1) // 2)
+
+
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """Hold what a volume's values say: the march and which cells it meets.
+
+    span: as `Bricks` takes it. empty_value: one that cannot be seen, if any cell is
+    empty.
+    """
+
+    march: March
+    grid: CellGrid
+    seen: NDArray[np.bool_]
+    leap: NDArray[np.uint8]
+    span: float | None
+    empty_value: float
+
+    @classmethod
+    def at(
+        cls,
+        scene: Scene,
+        mode: str,
+        quality: Quality,
+        cell_side: int,
+        kernels: KernelSet | None,
+        deflection: Deflection | None = None,
+    ) -> "_Look":
+        surface = scene.surface
+        if mode == "scope" and surface is None:
+            raise ValueError("the scene has no air surface; mode scope needs one")
+        volume = (
+            scene.volume if surface is None or mode == "classic" else surface.distance
+        )
+        grid = CellGrid(volume.shape, cell_side)
+        ranges = grid.value_ranges(volume.values)
+        low, high = float(ranges[:, 0].min()), float(ranges[:, 1].max())
+        whole = volume.values.dtype.kind in "iu" and max(-low, high) <= SHORT
+        straight: ClassicMarch | ScopeMarch
+        if mode not in ("classic", "scope"):
+            raise ValueError(f"mode must be classic or scope, got {mode!r}")
+        if mode == "classic":
+            kind = ClassicMarch
+            if quality.classification == "integrated":
+                kind = IntegratedMarch
+            straight = kind(scene, quality, (low, high), kernels or best_kernels())
+        else:
+            straight = ScopeMarch(scene, quality, kernels or best_kernels())
+        march: March = straight
+        if deflection is not None and deflection.deflectors:
+            march = BentMarch(straight, deflection)
+        clear = march.clear if quality.skip_empty else np.zeros((0, 2), np.float32)
+        is_large = volume.values.size > LARGEST_LEAP
+        # see `IntegratedMarch`; and all empty cells of a large volume are one brick
+        if march.margin > 1 or (march.margin and is_large):
+            clear = grid.clearest(ranges, clear)
+        seen = grid.occupied(ranges, clear)
+        distances = clear[:0] if is_large else clear
+        leap = cube_distances(volume.values, distances)
+        if march.margin and len(distances):
+            cubes = leap[:-3].reshape([n - 1 for n in volume.shape])
+            seen = grid.with_cubes(cubes <= march.margin)
+        elif march.margin:
+            seen = grid.beside(seen)
+        span = high - low if whole and quality.compact else None
+        empty = ranges[~seen, 0]
+        return cls(march, grid, seen, leap, span, float(empty[0]) if len(empty) else 0)
+
+    def room(self, limit: int) -> Room:
+        """Fit what one rank draws with into so many bytes; ValueError if it cannot."""
+        march, voxels = self.march, math.prod(self.grid.shape)
+        number = 4 if self.span is None else 2
+        channels = 4 if march.needs_gradients else 1
+        wanted = march.seeks_values and voxels < MOST_VOXELS
+        return room_for(
+            self.grid.shape,
+            int(np.count_nonzero(self.seen)),
+            (self.grid.side + 1) ** 3 * channels * number,
+            voxels * number if wanted else 0,
+            limit,
+            bricks=march.needs_gradients,
+        )
+
+
+def make_node(
+    scene: Scene,
+    mode: str,
+    quality: Quality,
+    *,
+    rank: int = 0,
+    ranks: int = 1,
+    dataflow: Dataflow = Dataflow.STATIC,
+    distances: Distances | None = None,
+    cell_side: int | None = 8,
+    cache_cells: int | None = None,
+    from_file: bool = False,
+    validate: bool = False,
+    kernels: KernelSet | None = None,
+    deflection: Deflection | None = None,
+    memory_bytes: int | None = None,
+) -> tuple[March, MarchNode, MarchWork]:
+    """Prepare one rank for a scene in mode `classic` or `scope`.
+
+    distances: what separates ranks; None where it makes no difference. cell_side: None
+    for the quickest that keep a lit copy small. cache_cells: cells a rank has ready;
+    None for all that can be seen and there is room for. from_file: as `CellPolicy`
+    says. kernels: the compiled functions; None for the fastest this machine has.
+    deflection: bends the rays. memory_bytes: that one rank alone may take beside the
+    volume; None for half of the machine's. Raise ValueError where that is too little.
+    """
+    if not 0 <= rank < ranks:
+        raise ValueError(f"rank must be 0 to {ranks - 1}, got {rank}")
+    if mode == "classic":
+        quality = settled(scene, quality)
+    limit = memory_limit() if memory_bytes is None else memory_bytes
+    if ranks == 1:
+        demand_distances(scene.volume.shape, limit)
+    looked = _Look.at(
+        scene,
+        mode,
+        quality,
+        QUICK_SIDE if cell_side is None else cell_side,
+        kernels,
+        deflection,
+    )
+    if cell_side is None and looked.march.needs_gradients:
+        side = side_for(looked.grid.shape, int(np.count_nonzero(looked.seen)))
+        if side != looked.grid.side:
+            looked = _Look.at(scene, mode, quality, side, kernels, deflection)
+    grid, seen, march = looked.grid, looked.seen, looked.march
+    full = int(np.count_nonzero(seen))
+    roomy = True
+    if ranks == 1 and cache_cells is None and not from_file:
+        room = looked.room(limit)
+        cache_cells, roomy = room.cells, room.whole
+    migrates = dataflow is Dataflow.MIGRATING and ranks > 1
+    home = homes(grid.cells, ranks)
+    owner = deal_owners(seen, ranks) if migrates else home
+    if migrates and from_file:
+        owner = np.where(seen, ON_DISK, EMPTY)
+    if dataflow is Dataflow.RAYS:
+        # Neighbouring cells belong together: a ray then stays longer where it is.
+        home = deal_owners(seen, ranks)
+    mine: NDArray[np.int64] | None
+    if migrates and not from_file:
+        cache = CellCache(*slots_of(full, ranks, cache_cells))
+        mine = np.flatnonzero(owner == rank)
+        for cell in mine.tolist():
+            cache.own(cell)
+    else:
+        if cache_cells is not None and cache_cells < 1:
+            raise ValueError(f"a cache needs at least 1 cell, got {cache_cells}")
+        cache = CellCache(max(min(cache_cells or full, full), 1))
+        mine = np.flatnonzero(seen & (home == rank))
+        if dataflow is Dataflow.REPLICATED or ranks == 1:
+            home, mine = np.full(grid.cells, rank), None
+        if from_file:
+            mine = np.zeros(0, np.int64) if migrates else None
+    values = march.volume.values
+    lone = mine is None and not from_file and cache.capacity >= full
+    bricks = Bricks(
+        grid,
+        march.volume.spacing_mm,
+        looked.leap,
+        cache.stamp,
+        looked.span,
+        gradients=march.needs_gradients,
+        whole=values if lone and roomy and march.seeks_values else None,
+    )
+    if not looked.leap.any() and not seen.all():
+        bricks.show_empty(np.flatnonzero(~seen), looked.empty_value)
+    work = MarchWork(
+        march,
+        bricks,
+        CellShare(grid, values, mine, wanted=seen),
+        keeps_raw=migrates,
+        seen=seen,
+    )
+    node = Node(
+        work,
+        Directory(rank, home, owner, distances or ring_distances(ranks)),
+        cache,
+        migrates=migrates,
+        stamps=cache.capacity < full,
+        validate=validate,
+    )
+    return march, node, work
+
+
+def edit_node(
+    node: MarchNode,
+    work: MarchWork,
+    scene: Scene,
+    mode: str,
+    quality: Quality,
+    deflection: Deflection | None = None,
+) -> March | None:
+    """Go on with an edited volume of the same grid, on every rank alike.
+
+    Only cells that changed are read and fetched anew. None, and nothing is done, when
+    a cell can be seen now that was empty before, and so has no owner, or the range of
+    values, which compact bricks go by, is another: make a new node. Tissue that is
+    removed does neither, unless it was the densest.
+    """
+    grid, before = work.bricks.grid, work.share.values
+    if mode == "classic":
+        quality = settled(scene, quality)
+    looked = _Look.at(scene, mode, quality, grid.side, None, deflection)
+    values = looked.march.volume.values
+    if looked.grid != grid or values.dtype != before.dtype:
+        return None
+    if looked.span != work.bricks.span or bool(np.any(looked.seen & ~work.seen)):
+        return None
+    changed = grid.touched(before != values)
+    work.replace(looked.march, looked.leap, values)
+    node.edit(node.generation + 1, changed)
+    return looked.march

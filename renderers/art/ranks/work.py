@@ -1,0 +1,207 @@
+"""What a node has to do: rays to move, and the values of cells to hand on."""
+
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.art.blocks import Blocks, Strip
+from renderers.art.cells.bricks import Bricks
+from renderers.art.cells.cells import CellShare
+from renderers.art.march import COUNTERS, Drawer, FrameRays, March
+from renderers.art.ranks.messages import ProtocolError
+from renderers.art.ranks.rays import P, RayPacket
+from renderers.art.regions import Gather, Region, region_payload
+
+Run = Callable[[Callable[[Any], Any], Sequence[Any]], Iterable[Any]]
+"""Something like `map`, which may use threads."""
+
+
+class Work(Protocol[P]):
+    """Promise what a node needs, whatever a packet is.
+
+    The ray tracer, the simulation and the exhaustive tests of the protocol each have
+    one; the node is the same.
+    """
+
+    def run(self, packets: list[P], clock: int) -> Sequence[list[int] | None]:
+        """Move packets; tell the cells each stopped at, none when it is finished.
+
+        None stands for a packet that was only interrupted, and goes on next.
+        clock: stamped on the slots of cells that are used, unless it is 0.
+        """
+        ...
+
+    def tally(self) -> dict[str, int]:
+        """Get what moving rays has cost so far, by name."""
+        ...
+
+    def result(self, packet: P) -> bytes:
+        """Write what a finished packet found."""
+        ...
+
+    def payload(self, cell: int) -> bytes:
+        """Write a held cell's raw values."""
+        ...
+
+    def read(self, cell: int) -> bytes:
+        """Write the raw values of a cell that is only in the volume's file."""
+        ...
+
+    def fill(self, cell: int, slot: int, payload: bytes) -> None:
+        """Take a cell that came; show it."""
+        ...
+
+    def show(self, cell: int, slot: int) -> None:
+        """Let rays use a held cell."""
+        ...
+
+    def hide(self, cell: int) -> None:
+        """Forget a cell, for rays and as raw values."""
+        ...
+
+    def renew(self, cell: int) -> None:
+        """Read a cell anew after an edit, if its values are kept here."""
+        ...
+
+
+class MarchWork:
+    """March packets of rays through bricks.
+
+    keeps_raw: raw values of cells that came are kept, to be handed on; without, only
+    this rank's share is. seen: the cells that may hold something
+    to be seen, ``(cells,)``; after an edit perhaps fewer do.
+    """
+
+    def __init__(
+        self,
+        march: March,
+        bricks: Bricks,
+        share: CellShare,
+        *,
+        keeps_raw: bool,
+        seen: NDArray[np.bool_],
+    ) -> None:
+        self.bricks = bricks
+        self.share = share
+        self.seen = seen
+        self.counters = np.zeros(len(COUNTERS), np.int64)
+        self.ended_early = 0
+        self._march = march
+        self._keeps_raw = keeps_raw
+        self._map: Run = map
+        self._gather: Gather | None = None
+
+    def replace(
+        self,
+        march: March,
+        leap: NDArray[np.uint8],
+        values: NDArray[Any],
+    ) -> None:
+        """Go on with an edited volume; `renew` is called for each changed cell."""
+        self._march = march
+        self.bricks.replace(leap, values)
+        self.share.replace(values)
+
+    def use(self, run: Run) -> None:
+        """Run packets with `map` or with a team's, which may use threads."""
+        self._map = run
+
+    def deliver(self, gather: Gather | None) -> None:
+        """Put what finished packets found where it belongs, instead of into a message.
+
+        None goes back to messages.
+        """
+        self._gather = gather
+
+    @property
+    def occupied(self) -> int:
+        """Count the cells that may hold something to be seen."""
+        return int(np.count_nonzero(self.seen))
+
+    def tally(self) -> dict[str, int]:
+        """Get the kernels' counters."""
+        moved = {name: int(n) for name, n in zip(COUNTERS, self.counters, strict=True)}
+        return moved | {"ended_early": self.ended_early}
+
+    def start(self, regions: list[Region], rays: FrameRays) -> list[RayPacket]:
+        """Put the rays of regions at their first samples."""
+        return list(self._map(partial(self._march.start, rays=rays), regions))
+
+    def draw(
+        self, drawer: Drawer, blocks: Blocks, rays: FrameRays, threads: int
+    ) -> list[RayPacket]:
+        """Draw blocks at once, where `deliver` says; get what has to go on.
+
+        Only where nobody needs to know which cells are used.
+        """
+        view, shift = self.bricks.view, self.bricks.grid.shift
+        gather = self._gather
+        assert gather is not None
+
+        def draw(who: int) -> Strip:
+            return drawer(blocks, who, rays, gather, view, shift)
+
+        packets = []
+        for strip in self._map(draw, range(threads)):
+            self.counters += strip.counters
+            self.ended_early += strip.early
+            packets += strip.packets
+            gather.missing -= strip.fresh
+        return packets
+
+    def run(self, packets: list[RayPacket], clock: int) -> list[list[int]]:
+        """March each packet until its rays end or miss a cell."""
+        view, shift = self.bricks.view, self.bricks.grid.shift
+
+        def march(packet: RayPacket) -> NDArray[np.int64]:
+            return self._march.run(packet, view, shift, clock)
+
+        for counters in self._map(march, packets):
+            self.counters += counters
+        return [packet.missing_cells() for packet in packets]
+
+    def result(self, packet: RayPacket) -> bytes:
+        """Write a region with its values and depths; nothing where it is delivered."""
+        self.ended_early += self._march.ended_early(packet)
+        if self._gather is not None:
+            self._gather.add(
+                packet.region, packet.value[:-1], packet.depth, packet.carry[:-1]
+            )
+            return b""
+        return region_payload(packet.region, packet.result, packet.depth)
+
+    def payload(self, cell: int) -> bytes:
+        """Write a block with its ghosts."""
+        return self.share.block(cell).tobytes()
+
+    def read(self, cell: int) -> bytes:
+        """Cut a block with its ghosts from the volume."""
+        return self.share.read(cell).tobytes()
+
+    def fill(self, cell: int, slot: int, payload: bytes) -> None:
+        """Make a brick of a block that came; raise ProtocolError at a wrong size."""
+        try:
+            block = self.share.decode(payload)
+        except ValueError as error:
+            raise ProtocolError(f"cell {cell} came damaged: {error}") from error
+        if self._keeps_raw:
+            self.share.put(cell, block)
+        self.bricks.show(cell, slot, block)
+
+    def show(self, cell: int, slot: int) -> None:
+        """Make a brick of a block of this rank's own."""
+        self.bricks.show(cell, slot, self.share.block(cell))
+
+    def hide(self, cell: int) -> None:
+        """Take a brick away, and the block unless it is this rank's to keep."""
+        self.bricks.hide(cell)
+        if self._keeps_raw:
+            self.share.drop(cell)
+
+    def renew(self, cell: int) -> None:
+        """Cut a block anew from the share's source."""
+        self.bricks.hide(cell)
+        self.share.renew(cell)

@@ -1,1 +1,0 @@
-"""The marches of `renderers.art.kernels` on vectors: packets of rays."""

@@ -1,1 +1,0 @@
-"""Where packets of rays stand, and how far they leap over what is empty."""

@@ -1,1 +1,0 @@
-"""Transfer functions, looked up by packets of samples."""

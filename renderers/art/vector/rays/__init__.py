@@ -1,1 +1,0 @@
-"""First samples of rays, computed on vectors."""

@@ -1,1 +1,0 @@
-"""Light on packets of samples."""

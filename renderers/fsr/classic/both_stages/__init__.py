@@ -1,1 +1,0 @@
-"""Both stages of a strip, culling and drawing, in one call."""

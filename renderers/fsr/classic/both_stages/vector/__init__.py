@@ -1,1 +1,0 @@
-"""Both stages of a strip with vectors."""

@@ -1,1 +1,0 @@
-"""Splats of a tile dealt out to its squares."""

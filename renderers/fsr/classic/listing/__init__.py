@@ -1,1 +1,0 @@
-"""All that culling finds for a strip, in one call."""

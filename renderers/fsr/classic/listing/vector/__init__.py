@@ -1,1 +1,0 @@
-"""Strips listed with vectors."""

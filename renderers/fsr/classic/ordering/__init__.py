@@ -1,1 +1,0 @@
-"""The order of projected splats, and the tiles that they touch."""

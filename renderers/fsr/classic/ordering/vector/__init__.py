@@ -1,1 +1,0 @@
-"""Tile lists made sixteen splats at a time."""

@@ -1,1 +1,0 @@
-"""Pieces of lists: their splats taken, projected and put in order."""

@@ -1,1 +1,0 @@
-"""Pieces projected sixteen splats at a time."""

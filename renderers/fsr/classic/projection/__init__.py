@@ -1,1 +1,0 @@
-"""Splats of mode `classic` projected: scalar kernels, and vectors of sixteen."""

@@ -1,1 +1,0 @@
-"""Splats projected sixteen at a time."""

@@ -1,1 +1,0 @@
-"""Elements of a set between two distances from the eye."""

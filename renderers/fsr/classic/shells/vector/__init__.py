@@ -1,1 +1,0 @@
-"""Shells of elements taken sixteen at a time."""

@@ -1,1 +1,0 @@
-"""Splats near an eye, cut into smaller ones."""

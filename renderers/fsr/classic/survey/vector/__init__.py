@@ -1,1 +1,0 @@
-"""Rows clipped and surveyed sixteen at a time."""

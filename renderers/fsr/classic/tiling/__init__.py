@@ -1,1 +1,0 @@
-"""Tiles of a picture of mode `classic`, before and after splats are blended."""

@@ -1,1 +1,0 @@
-"""Splats composited sixteen pixels at a time."""

@@ -1,1 +1,0 @@
-"""Splats of mode `classic` summed in sheets of depth."""

@@ -1,1 +1,0 @@
-"""A camera in terms of a grid."""

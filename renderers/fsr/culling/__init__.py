@@ -1,1 +1,0 @@
-"""Compiled clipping of sparse rows and their order from the eye."""

@@ -1,1 +1,0 @@
-"""Compiled sweeps over a volume that pick the voxels worth drawing."""

@@ -1,1 +1,0 @@
-"""Fuzzy sets taken from a volume, row by row."""

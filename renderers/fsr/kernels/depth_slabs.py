@@ -1,0 +1,148 @@
+"""Shells of elements taken sixteen at a time; the method is told in the scalar twin.
+
+Here, elements that could only show in finished blocks of pixels are left out.
+"""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from renderers.fsr.kernels.depth_slabs_scalar import SPAN
+from renderers.fsr.kernels.depth_sort_scalar import KEYS
+from renderers.fsr.kernels.project_splats import polar_angle
+from renderers.fsr.kernels.project_splats_scalar import ANTIALIAS, CUT
+from renderers.fsr.splats.splat_tiles import BLOCKS, TILE_SIDE
+from renderers.lanes import (
+    any_,
+    bits,
+    count,
+    f32,
+    full,
+    gather,
+    i32,
+    lanes,
+    load,
+    maximum,
+    minimum,
+    select,
+    sqrt,
+    store_packed,
+)
+from renderers.lanes import lowest as lowest_bit
+
+F32 = NDArray[np.float32]
+I32 = NDArray[np.int32]
+U16 = NDArray[np.uint16]
+Real = float | np.float32
+
+_W = 16
+_ONE = np.float32(1)
+_ZERO = np.float32(0)
+
+_TILE = BLOCKS.bit_length() - 1
+_BEFORE = BLOCKS - 1
+"""Blocks that make the one beyond the picture a tile of its own."""
+
+_LEAST_REACH = np.float32(CUT**2 * ANTIALIAS)
+"""Squared pixels that a footprint without size reaches."""
+
+_ROUNDED_PX = np.float32(0.05)
+"""Pixels by which places found here may differ from those of projection."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def take_shell(
+    spans: I32, lowest: U16, highest: U16, ny: int, columns: U16, base: F32,
+    matrix: F32, projection: int, low: Real, scale: Real, near_mm: Real, first_key: int,
+    end_key: int, lens: Real, reach_mm: Real, width: int, height: int, waiting: I32,
+    index: I32, keys: I32,
+) -> int:  # fmt: skip
+    """Do as the scalar twin."""
+    n = 0
+    m = matrix
+    flat = projection == 2
+    blocks_across = (width + TILE_SIDE - 1) // TILE_SIDE * BLOCKS
+    blocks_down = (height + TILE_SIDE - 1) // TILE_SIDE * BLOCKS
+    stride = np.int32(blocks_across + 2)
+    tile_stride = np.int32(blocks_across // BLOCKS + 2)
+    tiles = np.int32((blocks_across + 2) * (blocks_down + 2))
+    across = np.float32(blocks_across + 1)
+    down = np.float32(blocks_down + 1)
+    block = np.float32(BLOCKS / TILE_SIDE)
+    middle_u = np.float32(0.5 * width)
+    middle_v = np.float32(0.5 * height)
+    many = spans.shape[0]
+    for beginning in range(0, many, _W):
+        in_shell = lanes(_W) < many - beginning
+        in_shell &= load(highest, beginning, _W) >= np.int32(first_key)
+        in_shell &= load(lowest, beginning, _W) < np.int32(end_key)
+        rest = bits(in_shell)
+        while rest != 0:
+            span = beginning + lowest_bit(rest)
+            rest &= rest - np.int64(1)
+            row, first, end = spans[span, 0], spans[span, 1], spans[span, 2]
+            k = np.uint32(row) // np.uint32(ny)
+            dy = np.float32(np.uint32(row) - k * np.uint32(ny)) - base[1]
+            dz = np.float32(k) - base[2]
+            for s in range(first, end, _W):
+                met = lanes(_W) < end - s
+                dx = f32(load(columns, s, _W)) - base[0]
+                z = dx * m[2, 0] + dy * m[2, 1] + dz * m[2, 2] + m[2, 3]
+                x = dx * m[0, 0] + dy * m[0, 1] + dz * m[0, 2] + m[0, 3]
+                y = dx * m[1, 0] + dy * m[1, 1] + dz * m[1, 2] + m[1, 3]
+                rho2 = x * x + y * y
+                distance = sqrt(rho2 + z * z)
+                depth = z if flat else distance
+                step = minimum(
+                    maximum((depth - low) * scale, _ZERO), np.float32(KEYS - 1)
+                )
+                key = i32(step)
+                met &= (key >= np.int32(first_key)) & (key < np.int32(end_key))
+                met &= ~(depth < near_mm)
+                if not any_(met):
+                    continue
+                if waiting.size > 0:
+                    if projection == 0:
+                        rho = sqrt(rho2)
+                        turn = (
+                            polar_angle(rho, z) * lens / maximum(rho, np.float32(1e-6))
+                        )
+                        stretch = maximum(turn, lens / distance)
+                    elif projection == 1:
+                        met &= z > distance * np.float32(1e-3)
+                        inverse = _ONE / z
+                        turn = inverse * lens
+                        stretch = turn * distance * inverse
+                    else:
+                        turn = full(lens, _W)
+                        stretch = turn
+                    u = x * turn + middle_u
+                    v = middle_v - y * turn
+                    reach = stretch * reach_mm
+                    reach = sqrt(reach * reach + _LEAST_REACH) + _ROUNDED_PX
+                    # counted from the block beyond the picture: it stands for all there
+                    u = u * block + _ONE
+                    v = v * block + _ONE
+                    reach = reach * block
+                    a0 = i32(minimum(maximum(u - reach, _ZERO), across))
+                    a1 = i32(minimum(maximum(u + reach, _ZERO), across))
+                    b0 = i32(minimum(maximum(v - reach, _ZERO), down))
+                    b1 = i32(minimum(maximum(v + reach, _ZERO), down))
+                    wide, high = a1 - a0, b1 - b0
+                    place = b0 * stride + a0
+                    small = (wide | high) < SPAN
+                    if any_(met & ~small):
+                        # in tiles what is too large in blocks
+                        c0, d0 = (a0 + _BEFORE) >> _TILE, (b0 + _BEFORE) >> _TILE
+                        c1, d1 = (a1 + _BEFORE) >> _TILE, (b1 + _BEFORE) >> _TILE
+                        place = select(small, place, d0 * tile_stride + c0 + tiles)
+                        wide = select(small, wide, c1 - c0)
+                        high = select(small, high, d1 - d0)
+                        small = (wide | high) < SPAN
+                    set_ = wide + high * SPAN
+                    some = (gather(waiting, place, met) >> set_) & 1
+                    met &= (some != np.int32(0)) | ~small
+                store_packed(index, n, lanes(_W) + np.int32(s), met)
+                store_packed(keys, n, key, met)
+                n += count(met)
+    return n

@@ -1,0 +1,289 @@
+"""Surfels projected sixteen at a time; the method is told in the scalar twin.
+
+Positions and planes have the twin's bits. Ellipses are made in float32 throughout and
+differ in rounding: they bound discs with half a pixel to spare and change none.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from renderers.fsr.kernels.project_surfels_scalar import (
+    NEAR_ANGLE,
+    NEAR_VARIANCE,
+    NO_TILE,
+    SOFTEN,
+    rim_box,
+    tile_range,
+)
+from renderers.lanes import (
+    absolute,
+    bits,
+    count,
+    floor,
+    i32,
+    lanes,
+    load,
+    load_triples,
+    maximum,
+    minimum,
+    put_rows4,
+    rank,
+    select,
+    sqrt,
+    store,
+    store_packed,
+)
+
+Real = float | np.float32
+F32 = NDArray[np.float32]
+I32 = NDArray[np.int32]
+I64 = NDArray[np.int64]
+
+_W = 16
+_ZERO = np.float32(0)
+_ONE = np.float32(1)
+_HALF = np.float32(0.5)
+
+# arctan(x) / x on 0..1 by powers of x^2: a minimax fit, off by 1.2e-5 at most. That is
+# a hundredth of a pixel where a radian has a thousand, and ellipses have half a pixel
+# to spare.
+_ATAN = (
+    np.float32(0.99986631), np.float32(-0.33030456), np.float32(0.18015845),
+    np.float32(-0.085155207), np.float32(0.020844598),
+)  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _polar_angle(rho: Any, z: Any) -> Any:
+    """Give atan2(rho, z) in 0..pi for rho >= 0."""
+    size = absolute(z)
+    x = minimum(rho, size) / maximum(maximum(rho, size), np.float32(1e-30))
+    s = x * x
+    p = s * _ATAN[4] + _ATAN[3]
+    p = p * s + _ATAN[2]
+    p = p * s + _ATAN[1]
+    a = (p * s + _ATAN[0]) * x
+    a = select(rho > size, np.float32(0.5 * math.pi) - a, a)
+    return select(z < _ZERO, np.float32(math.pi) - a, a)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _transposed(frame: F32, row: int, x: Any, y: Any, z: Any) -> Any:
+    return x * frame[row, 0] + y * frame[row, 1] + z * frame[row, 2]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _replace_near(
+    near: int, centres: F32, radius: Real, projection: int, scale: Real, width: int,
+    height: int, ellipses: F32,
+) -> None:  # fmt: skip
+    """Put boxes around the rims in the place of the lanes whose bits are set.
+
+    centres: x, y, z and normal of the lanes. ellipses: their u, v, half width, half
+    height, one over the row variance, slope and rest.
+    """
+    for lane in range(_W):
+        if (near >> lane) & 1 == 0:
+            continue
+        u, v, wide, high = rim_box(
+            centres[lane],
+            centres[_W + lane],
+            centres[2 * _W + lane],
+            centres[3 * _W + lane],
+            centres[4 * _W + lane],
+            centres[5 * _W + lane],
+            radius,
+            projection,
+            scale,
+            width,
+            height,
+        )
+        ellipses[lane] = u
+        ellipses[_W + lane] = v
+        ellipses[2 * _W + lane] = wide
+        ellipses[3 * _W + lane] = high
+        ellipses[4 * _W + lane] = min(1e-4 / (high * high), 0.5 * float(NEAR_VARIANCE))
+        ellipses[5 * _W + lane] = 0.0
+        ellipses[6 * _W + lane] = wide * wide
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def list_facing(
+    runs: I64, first: int, end: int, position: F32, normal: F32, frame: F32,
+    projection: int, nearest: Real, farthest: Real, facing: Real, found: F32,
+) -> int:  # fmt: skip
+    """List from the eye, and the normals, of the surfels that face it; give the number.
+
+    found: ``(6, n)``, a surfel a column, with sixteen to spare.
+    Runs are short and many surfels look away: what follows has no lane to spare.
+    """
+    ex, ey, ez = frame[0, 0], frame[0, 1], frame[0, 2]
+    size = found.shape[1]
+    n = 0
+    for run in range(first, end):
+        for s in range(runs[run, 0], runs[run, 1], _W):
+            wx, wy, wz = load_triples(position, 3 * s, _W)
+            wx -= ex
+            wy -= ey
+            wz -= ez
+            d2 = wx * wx + wy * wy + wz * wz
+            ax, ay, az = load_triples(normal, 3 * s, _W)
+            plane = ax * wx + ay * wy + az * wz
+            distance = sqrt(d2)
+            met = (d2 >= nearest * nearest) & (d2 < farthest * farthest)
+            met &= lanes(_W) < np.int32(runs[run, 1] - s)
+            met &= -plane > distance * facing
+            if projection != 0:
+                z = _transposed(frame, 3, wx, wy, wz)
+                met &= z >= distance * np.float32(1e-3)
+            store_packed(found, n, wx, met)
+            store_packed(found, size + n, wy, met)
+            store_packed(found, 2 * size + n, wz, met)
+            store_packed(found, 3 * size + n, ax, met)
+            store_packed(found, 4 * size + n, ay, met)
+            store_packed(found, 5 * size + n, az, met)
+            n += count(met)
+    return n
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def project_runs(
+    runs: I64, first: int, end: int, position: F32, normal: F32, frame: F32,
+    projection: int, extent: Real, width: int, height: int, nearest: Real,
+    farthest: Real, radius: Real, facing: Real, shift_x: int, shift_y: int,
+    records: F32, boxes: I32, ranges: I32, n: int,
+) -> int:  # fmt: skip
+    """Do as the scalar twin; positions and normals have sixteen rows to spare.
+
+    The last row of records and of boxes takes what is not wanted.
+    """
+    half = np.float32(0.5 * min(width, height))
+    scale = half / (extent if projection == 0 else np.float32(math.tan(extent)))
+    centres = np.empty(6 * _W, np.float32)
+    ellipses = np.empty(7 * _W, np.float32)
+    spare = np.int32(boxes.shape[0] - 1)
+    begin = n
+    room = n
+    for run in range(first, end):
+        room += runs[run, 1] - runs[run, 0]
+    size = room - n + _W
+    facing_eye = np.empty((6, size), np.float32)
+    seen = list_facing(
+        runs, first, end, position, normal, frame, projection, nearest, farthest,
+        facing, facing_eye,
+    )  # fmt: skip
+    inverse = _ONE / (radius * radius)
+    double = np.float32(2) * inverse
+    for s in range(0, seen, _W):
+        wx = load(facing_eye, s, _W)
+        wy = load(facing_eye, size + s, _W)
+        wz = load(facing_eye, 2 * size + s, _W)
+        ax = load(facing_eye, 3 * size + s, _W)
+        ay = load(facing_eye, 4 * size + s, _W)
+        az = load(facing_eye, 5 * size + s, _W)
+        met = lanes(_W) < np.int32(seen - s)
+        d2 = wx * wx + wy * wy + wz * wz
+        plane = ax * wx + ay * wy + az * wz
+        distance = sqrt(d2)
+        z = _transposed(frame, 3, wx, wy, wz)
+        x = _transposed(frame, 1, wx, wy, wz)
+        y = _transposed(frame, 2, wx, wy, wz)
+        nx = _transposed(frame, 1, ax, ay, az)
+        ny = _transposed(frame, 2, ax, ay, az)
+        nz = _transposed(frame, 3, ax, ay, az)
+        rho = sqrt(x * x + y * y)
+        off_axis = rho > np.float32(1e-6)
+        inward = _ONE / rho
+        cx = select(off_axis, x * inward, _ONE)
+        cy = select(off_axis, y * inward, _ZERO)
+        nearness = _ONE / distance
+        angle = radius * nearness
+        # radial and tangential pixels per mm at the centre
+        if projection == 0:
+            r = _polar_angle(rho, z) * scale
+            tt = scale * nearness
+            rr = z * nearness * tt
+            rz = -rho * nearness * tt
+            tt = select(off_axis, r * inward, tt)
+        else:
+            ahead = _ONE / z
+            rr = scale * ahead
+            r = rho * rr
+            rz = -r * ahead
+            tt = rr
+        u = r * cx + np.float32(0.5 * width)
+        v = np.float32(0.5 * height) - r * cy
+        # covariance of a tangent disc: R^2 (J J^T - (J n)(J n)^T)
+        nr = nx * cx + ny * cy
+        nt = ny * cx - nx * cy
+        jr = rr * nr + rz * nz
+        jt = tt * nt
+        srr = rr * rr + rz * rz - jr * jr
+        srt = -jr * jt
+        stt = tt * tt - jt * jt
+        grow = (angle * np.float32(0.8) + _ONE) * radius
+        grow *= grow
+        cross = cx * cy
+        twice = cross * srt * np.float32(2)
+        vx = grow * (cx * cx * srr - twice + cy * cy * stt) + np.float32(SOFTEN)
+        vy = grow * (cy * cy * srr + twice + cx * cx * stt) + np.float32(SOFTEN)
+        vxy = -grow * (cross * (srr - stt) + (cx * cx - cy * cy) * srt)
+        flat = _ONE / vy
+        slope = vxy * flat
+        rest = maximum(vx - vxy * slope, np.float32(0.5 * SOFTEN))
+        wide = sqrt(rest + slope * slope * vy)
+        high = sqrt(vy)
+        near = bits(met & (angle > np.float32(NEAR_ANGLE)))
+        if near != 0:
+            # too near to be linear
+            store(centres, 0, x)
+            store(centres, _W, y)
+            store(centres, 2 * _W, z)
+            store(centres, 3 * _W, nx)
+            store(centres, 4 * _W, ny)
+            store(centres, 5 * _W, nz)
+            store(ellipses, 0, u)
+            store(ellipses, _W, v)
+            store(ellipses, 2 * _W, wide)
+            store(ellipses, 3 * _W, high)
+            store(ellipses, 4 * _W, flat)
+            store(ellipses, 5 * _W, slope)
+            store(ellipses, 6 * _W, rest)
+            _replace_near(
+                near, centres, radius, projection, scale, width, height, ellipses
+            )
+            u = load(ellipses, 0, _W)
+            v = load(ellipses, _W, _W)
+            wide = load(ellipses, 2 * _W, _W)
+            high = load(ellipses, 3 * _W, _W)
+            flat = load(ellipses, 4 * _W, _W)
+            slope = load(ellipses, 5 * _W, _W)
+            rest = load(ellipses, 6 * _W, _W)
+        # bounded before they become integers; ceil(a) is -floor(-a)
+        right = np.float32(width)
+        low = np.float32(height)
+        x0 = minimum(maximum(-floor(wide - u + _HALF), _ZERO), right)
+        x1 = maximum(minimum(floor(u + wide - _HALF), right - _ONE), -_ONE)
+        y0 = minimum(maximum(-floor(high - v + _HALF), _ZERO), low)
+        y1 = maximum(minimum(floor(v + high - _HALF), low - _ONE), -_ONE)
+        met &= (x0 <= x1) & (y0 <= y1)
+        side = maximum(sqrt(maximum(d2 - plane * plane, _ZERO)) - radius, _ZERO)
+        least_depth = sqrt(side * side + plane * plane) * np.float32(0.999)
+        row = select(met, rank(met) + np.int32(n), spare)
+        at = row << 2
+        steep = _ONE / plane
+        put_rows4(records, at, x * double, y * double, z * double, nx * steep)
+        put_rows4(records, at + 1, ny * steep, nz * steep, ax, ay)
+        put_rows4(records, at + 2, az, u, v, flat)
+        put_rows4(records, at + 3, slope, rest, least_depth, d2 * inverse - _ONE)
+        b0, b1, b2, b3 = i32(x0), i32(x1), i32(y0), i32(y1)
+        put_rows4(boxes, row, b0, b1, b2, b3)
+        tiles = tile_range(b0 >> shift_x, b1 >> shift_x, b2 >> shift_y, b3 >> shift_y)
+        store_packed(ranges, n, tiles, met)
+        n += count(met)
+    ranges[n:room] = NO_TILE
+    return n - begin

@@ -1,1 +1,0 @@
-"""Cones around squares of pixels, and where walls end them."""

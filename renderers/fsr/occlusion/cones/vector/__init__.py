@@ -1,1 +1,0 @@
-"""Cones sixteen at a time."""

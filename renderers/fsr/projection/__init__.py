@@ -1,1 +1,0 @@
-"""Compiled projection of surface elements into the picture."""

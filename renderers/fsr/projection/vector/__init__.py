@@ -1,1 +1,0 @@
-"""Surfels projected sixteen at a time."""

@@ -1,5 +1,0 @@
-"""Tangent discs drawn into a G-buffer: the splats of mode `scope`."""
-
-from renderers.fsr.scope.rasterizer import SurfelRasterizer
-
-__all__ = ["SurfelRasterizer"]

@@ -1,1 +1,0 @@
-"""Pixels that no disc covers although their neighbours are covered."""

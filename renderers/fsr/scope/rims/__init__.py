@@ -1,1 +1,0 @@
-"""Rims as sharp as the surface itself: discs stand over free edges."""

@@ -1,1 +1,0 @@
-"""Rims asked sixteen rays at a time."""

@@ -1,1 +1,0 @@
-"""Rims and faces of cuts as sharp as a ray sees them."""

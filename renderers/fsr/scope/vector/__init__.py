@@ -1,1 +1,0 @@
-"""Surfels drawn and projected sixteen lanes at a time."""

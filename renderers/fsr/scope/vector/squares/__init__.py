@@ -1,1 +1,0 @@
-"""The squares of a tile that surfels meet."""

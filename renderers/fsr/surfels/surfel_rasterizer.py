@@ -1,0 +1,332 @@
+"""A G-buffer from two sets of surfels: fine ones near the lens, coarse ones beyond."""
+
+import math
+import threading
+from collections.abc import Callable
+from functools import partial
+from operator import call
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.fsr.deformation import displace_surfels
+from renderers.fsr.kernels.project_surfels_scalar import RECORD
+from renderers.fsr.surfels.blocked_surfels import BlockedSurfels, sort_surfels
+from renderers.fsr.surfels.cut_rim_settling import Seams
+from renderers.fsr.surfels.disc_bounds import disc_bounds
+from renderers.fsr.surfels.hole_filling import fill_holes
+from renderers.fsr.surfels.occlusion_blocks import BLOCK_SHIFT, FAR, NEAR, Blocks, Runs
+from renderers.fsr.surfels.rim_sharpening import RimSharpener
+from renderers.fsr.surfels.surfel_buffers import TileScratch, lined_up
+from renderers.fsr.surfels.surfel_kernel_set import KernelSet, best_kernels
+from renderers.fsr.surfels.surfel_set import extract_surfels
+from renderers.fsr.surfels.surfel_tiles import (
+    MOST_TILES,
+    RAY,
+    SQUARE,
+    SQUARES,
+    TILE_HEIGHT,
+    TILE_SHIFT_X,
+    TILE_SHIFT_Y,
+    TILE_WIDTH,
+    tile_by_tile,
+)
+from renderers.fsr.tile_grid import tile_grid
+from renderers.fsr.visibility import BlockBounds, Standpoint, VisibleSets
+from renderers.scene import Camera, GBuffer, Projection, Volume
+from renderers.scene.deflection import Deflection, deflected_distance
+from renderers.scene.thread_team import ThreadTeam
+
+SIGMA_PER_SPACING = 0.6
+"""Wider discs cost detail (SSIM .005 less at .72), narrower ones leave holes."""
+
+RADIUS_SIGMAS = math.sqrt(4.5)
+"""The weight (1 - r^2 / 4.5 sigma^2)^2 is close to the Gaussian and ends smoothly. The
+longer tail (1 - r^2 / 6 sigma^2)^3 changes no error and costs 15 % more (measured)."""
+
+CORE_SIGMAS2 = 2.9
+"""Squared core radius in sigmas; with 1.7 the far wall shows through pinholes."""
+
+BEHIND_MM = 0.6
+"""Depth behind the nearest core that belongs to the same surface."""
+
+NEAR_SPACINGS = 24.0
+"""Fine surfels nearer than this many coarse spacings (12 mm at 0.5 mm): there a coarse
+disc is 20 pixels wide and more, silhouettes grow and small openings close. With 8 mm
+an ethmoid cell of 1 mm seen from 10 mm was closed; the surfels are 5 % fewer."""
+
+FACING = 0.004
+"""Least cosine to the eye. A wall seen more flatly is less than a pixel high."""
+
+REFRESH = 128
+"""Surfels of a tile between two looks at its farthest depths."""
+
+PART = 4096
+"""Surfels projected at a time by one thread."""
+
+NEAREST_MM = 1e-3
+
+
+class SurfelRasterizer:
+    """Draw the zero surface of a signed distance field (mm, negative in air).
+
+    Keeps its scratch memory between pictures. hide: leave out what walls hide before
+    it is projected. Without, the picture is slower and the same but for pinholes
+    between discs, where something hidden may show. sharp: take discs away where they
+    stand over a free edge. kernels: by default the fastest
+    that this machine compiles. deflection: moves the surface.
+    """
+
+    def __init__(
+        self,
+        distance: Volume,
+        *,
+        hide: bool = True,
+        sharp: bool = True,
+        kernels: KernelSet | None = None,
+        deflection: Deflection | None = None,
+    ) -> None:
+        self._kernels = kernels or best_kernels()
+        coarse, fine = extract_surfels(distance), extract_surfels(distance, refine=2)
+        self._seams = None
+        if deflection is not None:
+            self._seams = Seams(distance, deflection)
+            coarse = displace_surfels(coarse, distance, deflection)
+            fine = displace_surfels(fine, distance, deflection)
+            distance = deflected_distance(distance, deflection)
+        self._distance = distance
+        self._standpoint: Standpoint | None = None
+        self._blocks = Blocks(
+            distance, coarse.rows, fine.rows, self._kernels.trace_cones
+        )
+        self._coarse = sort_surfels(coarse, self._blocks, BLOCK_SHIFT)
+        self._fine = sort_surfels(fine, self._blocks, BLOCK_SHIFT + 1)
+        rows = self._coarse.order.rows.sum() + self._fine.order.rows.sum()
+        self._rows = int(rows)
+        self._hide = hide
+        self._sharp = sharp
+        self._rims = RimSharpener(distance, self._kernels.sharpen)
+        self._records = np.empty((0, RECORD), np.float32)
+        self._boxes = np.empty((0, 4), np.int32)
+        self._ranges = np.empty(0, np.int32)
+        self._split = 0
+        radius = np.float32(SIGMA_PER_SPACING * RADIUS_SIGMAS) * np.array(
+            [self._fine.spacing_mm, self._coarse.spacing_mm], np.float32
+        )
+        self._inverses = np.float32(1) / (radius * radius)
+        self._table = np.empty((0, 0, 3), np.float32)
+        self._rays = np.empty((0, 0), np.float32)
+        self._local = threading.local()
+        self.counters: dict[str, int] = {}
+
+    @property
+    def splat_count(self) -> int:
+        """Get the number of surfels in both sets."""
+        return len(self._coarse) + len(self._fine)
+
+    def bounds(self) -> BlockBounds:
+        """Say where the discs of each block are, for sets of visible blocks."""
+        reach = SIGMA_PER_SPACING * RADIUS_SIGMAS
+        near_mm = BEHIND_MM + 0.5 * self._coarse.spacing_mm
+        return disc_bounds(
+            (self._coarse, self._fine), self._blocks, self._distance, reach, near_mm
+        )
+
+    def look_from(self, sets: VisibleSets | None) -> None:
+        """Use the sets of visible blocks in place of cones, or cones again.
+
+        The pictures are the same. Raises ValueError for sets of other blocks.
+        """
+        self._standpoint = None
+        if sets is not None:
+            self._standpoint = Standpoint(sets, self._distance, self._blocks.numbers)
+
+    def draw(self, camera: Camera, team: ThreadTeam) -> GBuffer:
+        """Find the air surface; the bits do not depend on the team's size.
+
+        Raises ValueError for an orthographic camera, whose rays do not meet.
+        """
+        if camera.projection is Projection.ORTHOGRAPHIC:
+            raise ValueError(
+                "a G-buffer of surfels needs an eye point; take an equidistant or "
+                "perspective camera"
+            )
+        height, width = camera.height, camera.width
+        # what is alone on its thread goes first: others may still end a picture
+        self._rims.make_room(team, height * width)
+        listed = self._project(camera, team)
+        # every pixel of these is written by the one tile that holds it
+        result = GBuffer(
+            np.empty((height, width), np.float32),
+            np.empty((height, width, 3), np.float32),
+            np.empty((height, width), np.float32),
+            np.zeros((height, width), np.uint8),
+        )
+        table = camera.lens_table()
+        rays = self._tile_rays(table)
+        down, across = tile_grid(height, width, (TILE_HEIGHT, TILE_WIDTH), MOST_TILES)
+        records = self._records.reshape(-1)
+        found = np.empty((down * across, 3), np.int64)
+        turns = np.zeros(1, np.int64)
+
+        def draw(_: int) -> None:
+            scratch = self._scratch(listed)
+            self._kernels.draw_tiles(
+                turns,
+                across,
+                records,
+                self._boxes,
+                self._ranges,
+                listed,
+                rays,
+                self._split,
+                self._inverses,
+                np.float32(CORE_SIGMAS2 / RADIUS_SIGMAS**2),
+                np.float32(BEHIND_MM),
+                REFRESH,
+                scratch.items,
+                scratch.nearest,
+                scratch.sums,
+                scratch.far,
+                scratch.starts,
+                scratch.ends,
+                scratch.squares,
+                scratch.until,
+                result.depth_mm,
+                result.normal,
+                result.coverage,
+                found,
+            )
+
+        team.map(draw, range(team.threads))
+        fragments, hidden, _ = found.sum(axis=0).tolist()
+        self.counters["fragments"], self.counters["hidden"] = fragments, hidden
+        self.counters["holes filled"] = 0
+        if torn := [divmod(int(n), across) for n in np.flatnonzero(found[:, 2])]:
+            self.counters["holes filled"] = fill_holes(table, result, torn, team)
+        if self._seams is not None:
+            # before rims: the grid that those are looked for in is too coarse for what
+            # a cut leaves standing
+            settled = self._rims.asked
+            followed, moved = self._seams.settle(camera, team, result, settled)
+            self.counters["seam rays followed"] = followed
+            self.counters["seam pixels settled"] = moved
+        if self._sharp:
+            asked, moved = self._rims.sharpen(camera, team, result)
+            self.counters["rim pixels asked"] = asked
+            self.counters["rim pixels moved"] = moved
+        return result
+
+    def _project(self, camera: Camera, team: ThreadTeam) -> int:
+        near = NEAR_SPACINGS * self._coarse.spacing_mm
+        reach = SIGMA_PER_SPACING * RADIUS_SIGMAS
+        # coarse discs begin where they still reach under the last fine ones
+        coarse_from = near - math.sqrt(CORE_SIGMAS2 / RADIUS_SIGMAS**2) * (
+            reach * self._coarse.spacing_mm
+        )
+        room = len(self._coarse) + len(self._fine)
+        if len(self._boxes) <= room:
+            # one more for lanes that are not wanted
+            self._records = np.empty((room + 1, RECORD), np.float32)
+            self._boxes = np.empty((room + 1, 4), np.int32)
+            self._ranges = np.empty(room + SQUARE, np.int32)
+        # a grid point is up to half a spacing's diagonal from its surfel
+        slack = self._coarse.spacing_mm
+        allowed = None
+        if self._standpoint is not None:
+            allowed = self._standpoint.seen_from(camera.eye_mm)
+        blocks = self._blocks.visible(
+            camera,
+            team,
+            radius_mm=reach * self._coarse.spacing_mm + slack,
+            near_reach_mm=near,
+            far_from_mm=coarse_from,
+            hide=self._hide and allowed is None,
+            allowed=allowed,
+        )
+        listed = kept = self._split = 0
+        parts: list[Callable[[], int]] = []
+        for surfels, mark, low, high in (
+            (self._fine, NEAR, NEAREST_MM, near),
+            (self._coarse, FAR, coarse_from, math.inf),
+        ):
+            self._split = listed
+            limits = low, high, reach * surfels.spacing_mm
+            runs = self._blocks.runs(blocks, mark, surfels.order, PART)
+            project = self._projection(camera, surfels, runs, limits, listed)
+            parts += [partial(project, part) for part in range(len(runs.cuts) - 1)]
+            listed += len(runs)
+            kept += runs.rows
+        # both sets in one: threads are slow to wake
+        visible = sum(team.map(call, parts))
+        self.counters = {
+            "listed": listed,
+            "visible": visible,
+            "rows": self._rows,
+            "culled rows": self._rows - kept,
+            "blocks in view": blocks.in_view,
+            "hidden blocks": blocks.hidden,
+            "looked up": int(allowed is not None),
+        }
+        return listed
+
+    def _projection(
+        self,
+        camera: Camera,
+        surfels: BlockedSurfels,
+        runs: Runs,
+        limits: tuple[float, float, float],
+        base: int,
+    ) -> Callable[[int], int]:
+        """Give what projects a part of a set's runs; `base` records come before."""
+        frame = camera.frame.copy()
+        frame[0] -= surfels.first_mm
+        frame32 = frame.astype(np.float32)
+        nearest, farthest, radius = limits
+
+        def project(part: int) -> int:
+            return int(
+                self._kernels.project_runs(
+                    runs.runs,
+                    runs.cuts[part, 0],
+                    runs.cuts[part + 1, 0],
+                    surfels.position,
+                    surfels.normal,
+                    frame32,
+                    int(camera.projection),
+                    np.float32(camera.extent),
+                    camera.width,
+                    camera.height,
+                    np.float32(nearest),
+                    np.float32(farthest),
+                    np.float32(radius),
+                    np.float32(FACING),
+                    TILE_SHIFT_X,
+                    TILE_SHIFT_Y,
+                    self._records,
+                    self._boxes,
+                    self._ranges,
+                    base + runs.cuts[part, 1],
+                )
+            )
+
+        return project
+
+    def _tile_rays(self, table: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Lay rays out as `tile_by_tile` does, once a lens."""
+        if table is not self._table:
+            height, width = table.shape[:2]
+            down, across = tile_grid(
+                height, width, (TILE_HEIGHT, TILE_WIDTH), MOST_TILES
+            )
+            size = down * across * SQUARES * RAY
+            self._rays = lined_up(size).reshape(down * across, SQUARES * RAY)
+            self._rays[:] = tile_by_tile(table, down, across)
+            self._table = table
+        return self._rays
+
+    def _scratch(self, listed: int) -> TileScratch:
+        scratch: TileScratch | None = getattr(self._local, "scratch", None)
+        if scratch is None or len(scratch.items) < listed + SQUARE:
+            scratch = self._local.scratch = TileScratch(len(self._ranges))
+        return scratch

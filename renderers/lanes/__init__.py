@@ -1,0 +1,121 @@
+"""Vectors for compiled kernels: packets of pixels, rays or splats as plain Python.
+
+A vector has a fixed number of lanes of ``f32 f64 i32 i64`` or of a mask; operators
+and the functions here work lane by lane, numbers are spread over the lanes. Nothing is
+reordered, and nothing fused but by `muladd`: the same bits for any width and, but for
+`muladd`, on any processor. Import this in files of kernels only, and use those through
+`renderers.simd_guard`.
+"""
+
+from renderers.lanes.cell_reads import cell1, cell4
+from renderers.lanes.functions import (
+    absolute,
+    all_,
+    any_,
+    as_f32,
+    as_i32,
+    bits,
+    count,
+    f32,
+    f64,
+    floor,
+    full,
+    greatest,
+    i32,
+    i64,
+    lanes,
+    least,
+    lowest,
+    maximum,
+    minimum,
+    muladd,
+    rank,
+    select,
+    sqrt,
+)
+from renderers.lanes.interleaved import (
+    copy_rows4,
+    gather_pairs,
+    rows_alike,
+    swapped,
+    unzip3,
+    zip3,
+)
+from renderers.lanes.load_store import (
+    gather,
+    gather_u8,
+    load,
+    load_where,
+    prefetch,
+    spread,
+    store,
+    store_where,
+)
+from renderers.lanes.packing import store_packed
+from renderers.lanes.records import (
+    in_row,
+    load_triples,
+    put_rows4,
+    row,
+    rows4,
+    rows8,
+    store_groups,
+    store_quads,
+    store_spread,
+    store_triples,
+)
+from renderers.lanes.vector import Vector
+
+__all__ = [
+    "Vector",
+    "absolute",
+    "all_",
+    "any_",
+    "as_f32",
+    "as_i32",
+    "bits",
+    "cell1",
+    "cell4",
+    "copy_rows4",
+    "count",
+    "f32",
+    "f64",
+    "floor",
+    "full",
+    "gather",
+    "gather_pairs",
+    "gather_u8",
+    "greatest",
+    "i32",
+    "i64",
+    "in_row",
+    "lanes",
+    "least",
+    "load",
+    "load_triples",
+    "load_where",
+    "lowest",
+    "maximum",
+    "minimum",
+    "muladd",
+    "prefetch",
+    "put_rows4",
+    "rank",
+    "row",
+    "rows4",
+    "rows8",
+    "rows_alike",
+    "select",
+    "spread",
+    "sqrt",
+    "store",
+    "store_groups",
+    "store_packed",
+    "store_quads",
+    "store_spread",
+    "store_triples",
+    "store_where",
+    "swapped",
+    "unzip3",
+    "zip3",
+]

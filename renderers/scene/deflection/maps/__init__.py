@@ -1,1 +1,0 @@
-"""The maps of `renderers.scene.deflection`, compiled."""

@@ -1,1 +1,0 @@
-"""Triangles drawn through a lens."""

@@ -1,1 +1,0 @@
-"""Where in a picture a triangle can be."""

@@ -1,1 +1,0 @@
-"""What a triangle looks like where it is seen."""

@@ -1,1 +1,0 @@
-"""Triangles met by eight rays at a time."""

@@ -1,0 +1,181 @@
+"""A mesh's triangles drawn into a G-buffer."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.scene.camera import Camera, Projection
+from renderers.scene.facets import Facets
+from renderers.scene.gbuffer import GBuffer
+from renderers.scene.kernels.triangle_normals import resolve_facets
+from renderers.scene.kernels.triangles import (
+    bound_groups,
+    fill_facets,
+    is_outside,
+    list_facets,
+)
+from renderers.scene.mesh import RowRunner
+from renderers.simd_guard import vector_problem
+
+ROOM = 4096
+"""Triangles that are listed at a time."""
+
+PLACE, BOX = 20, 5
+"""Numbers that are listed of each."""
+
+
+@cache
+def best_fill() -> Callable[..., tuple[int, int]]:
+    """Give the vector kernel where it can be trusted, else its scalar twin."""
+    if vector_problem():
+        return fill_facets
+    from renderers.scene.kernels import fill_triangles as kernels
+
+    return kernels.fill_facets
+
+
+@dataclass(frozen=True, slots=True)
+class ListedFacets:
+    """Hold what of a mesh a view may show.
+
+    turn, shift: camera from mesh. rows: of the picture, first and past the last. lists:
+    places and boxes of triangles, and how many, as `list_facets` gives them; none
+    where the mesh is out of view.
+    """
+
+    facets: Facets
+    material: int
+    camera: Camera
+    turn: NDArray[np.float64]
+    shift: NDArray[np.float64]
+    rows: tuple[int, int]
+    lists: list[tuple[NDArray[np.float64], NDArray[np.int32], int]]
+
+    def draw(
+        self,
+        buffer: GBuffer,
+        run: RowRunner,
+        fill: Callable[..., tuple[int, int]] | None = None,
+    ) -> None:
+        """Draw triangles where they are nearer; see `Mesh.draw`.
+
+        fill: one of the twins named `fill_facets`; by default the best.
+        """
+        if not self.lists:
+            return
+        fill = fill or best_fill()
+        facets, camera = self.facets, self.camera
+        axes = np.ascontiguousarray(camera.frame[1:])
+        owner = np.empty(buffer.size, np.int32)
+        lens = camera.lens_table()
+        flat = camera.projection is Projection.ORTHOGRAPHIC
+        top, bottom = self.rows
+
+        def rows(first: int, last: int) -> None:
+            first, last = first + top, last + top
+            owner[first:last] = -1
+            left, right = camera.width, 0
+            for places, boxes, count in self.lists:
+                least, most = fill(
+                    places,
+                    boxes,
+                    count,
+                    flat,
+                    lens,
+                    buffer.depth_mm,
+                    owner,
+                    first,
+                    last,
+                )
+                left, right = min(left, least), max(right, most)
+            resolve_facets(
+                facets.corners,
+                facets.normals,
+                self.turn,
+                self.shift,
+                int(camera.projection),
+                axes,
+                lens,
+                owner,
+                self.material,
+                buffer.normal,
+                buffer.coverage,
+                buffer.material,
+                (first, last),
+                (left, right),
+            )
+
+        run(bottom - top, rows)
+
+
+def list_facets_in_view(
+    facets: Facets,
+    material: int,
+    camera: Camera,
+    world_from_mesh: NDArray[np.float64],
+) -> ListedFacets:
+    """List the triangles that a view may show.
+
+    Asks the camera alone, so that it may be done before anything else is drawn.
+    """
+    axes = np.ascontiguousarray(camera.frame[1:])
+    turn = axes @ world_from_mesh[:3, :3]
+    shift = axes @ (world_from_mesh[:3, 3] - camera.frame[0])
+    pinhole = camera.projection is Projection.PERSPECTIVE
+    # the corners of a pinhole's picture are further out than its sides
+    widest = math.pi / 2 if pinhole else camera.widest
+    projection = int(camera.projection)
+    groups = np.empty((len(facets.spheres), 2), np.int32)
+    bound_groups(
+        facets.spheres,
+        turn,
+        shift,
+        projection,
+        widest,
+        camera.pixels_per_unit,
+        camera.height,
+        groups,
+    )
+    if not camera.distortion.is_none:
+        # where groups appear is bounded for undistorted lenses only
+        groups[:] = 0, camera.height
+    seen = groups[groups[:, 1] > groups[:, 0]]
+    if not len(seen):
+        return ListedFacets(facets, material, camera, turn, shift, (0, 0), [])
+    top, bottom = int(seen[:, 0].min()), int(seen[:, 1].max())
+    flat = camera.projection is Projection.ORTHOGRAPHIC
+    front = 0.0
+    if facets.is_closed and not flat and is_outside(facets.corners, -shift @ turn):
+        front = -float(np.linalg.det(turn))
+    stretches = camera.distortion.stretches(camera.widest)
+    # all at once, not row by row: to look through what is in view takes long
+    lists = []
+    piece = 0
+    while piece < len(facets.pieces):
+        places = np.empty((ROOM, PLACE), np.float64)
+        boxes = np.empty((ROOM, BOX), np.int32)
+        piece, count = list_facets(
+            facets.corners,
+            facets.pieces,
+            facets.parent,
+            facets.first,
+            groups,
+            turn,
+            shift,
+            projection,
+            widest,
+            camera.pixels_per_unit,
+            stretches,
+            camera.width,
+            camera.height,
+            front,
+            piece,
+            places,
+            boxes,
+        )
+        lists.append((places, boxes, count))
+    return ListedFacets(facets, material, camera, turn, shift, (top, bottom), lists)

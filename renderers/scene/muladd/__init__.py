@@ -1,1 +1,0 @@
-"""A product added to a number, for compiled code."""

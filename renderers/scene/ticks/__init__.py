@@ -1,1 +1,0 @@
-"""A clock that compiled code can read."""

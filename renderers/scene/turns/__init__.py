@@ -1,1 +1,0 @@
-"""Turns that threads inside compiled code take without asking Python."""

@@ -1,1 +1,0 @@
-"""Light that reaches a pixel after one bounce off another wall."""

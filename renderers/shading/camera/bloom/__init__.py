@@ -1,1 +1,0 @@
-"""Light around what exceeds white."""

@@ -1,1 +1,0 @@
-"""Gaussian blurs of rows of colour planes."""

@@ -1,0 +1,139 @@
+"""The camera both renderers' pictures go through: optics, gain, tone, grain, stop."""
+
+import math
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.scene import Camera, GBuffer, Projection
+from renderers.scene.thread_team import Errand, ThreadTeam
+from renderers.shading.bands import RowBands
+from renderers.shading.camera.camera_settings import CameraSettings
+from renderers.shading.camera.exposed_picture import ExposedPicture, Result
+from renderers.shading.camera.exposure import meter
+from renderers.shading.camera.optics import Optics, make_optics
+from renderers.simd_guard import vector_problem
+
+
+class _Developer(Protocol):
+    """Make pictures of one size from radiance."""
+
+    optics: Optics
+
+    def expose(
+        self,
+        radiance: NDArray[np.float32],
+        depth_mm: NDArray[np.float32],
+        gain: float,
+        frame_number: int,
+    ) -> ExposedPicture: ...
+
+
+class CameraPass:
+    """Turn radiance into the picture on the monitor.
+
+    seed: of the grain. The same radiance, gain and frame number give the same bytes
+    for any `threads`.
+    """
+
+    def __init__(
+        self,
+        settings: CameraSettings | None = None,
+        threads: int | ThreadTeam = 2,
+        seed: int = 1,
+    ) -> None:
+        self.settings = settings or CameraSettings()
+        self._bands = RowBands(threads)
+        self._seed = seed
+        self._developer: _Developer | None = None
+
+    def finish(
+        self,
+        radiance: NDArray[np.float32],
+        gbuffer: GBuffer,
+        camera: Camera,
+        *,
+        gain: float | None = None,
+        frame_number: int = 0,
+    ) -> tuple[NDArray[np.uint8], float]:
+        """Give the sRGB picture ``(h, w, 3)`` uint8, and the gain it was exposed with.
+
+        gain: linear factor; None meters this picture (see `exposure.meter`).
+        frame_number: picks the grain; pictures of different numbers differ in grain
+        only. Not safe to call from two threads at once.
+        """
+        developer = self._developer_for(radiance, gbuffer, camera)
+        if gain is None:
+            gain = meter(radiance)
+        _demand_gain(gain)
+        exposed = developer.expose(radiance, gbuffer.depth_mm, gain, frame_number)
+        return exposed.finish(self._bands), gain
+
+    def begin(
+        self,
+        radiance: NDArray[np.float32],
+        gbuffer: GBuffer,
+        camera: Camera,
+        *,
+        gain: float,
+        frame_number: int,
+        then: Callable[[NDArray[np.uint8]], Result],
+    ) -> Errand[Result]:
+        """Begin the picture that `finish` gives, and leave the rest to a thread.
+
+        then: called there with the picture; its result is the errand's. Before that is
+        done no other picture may be asked for. The caller is back when all threads
+        would have to wait for it.
+        """
+        developer = self._developer_for(radiance, gbuffer, camera)
+        _demand_gain(gain)
+        exposed = developer.expose(radiance, gbuffer.depth_mm, gain, frame_number)
+        return exposed.begin(self._bands, then)
+
+    def close(self) -> None:
+        """End the threads."""
+        self._bands.close()
+
+    def _developer_for(
+        self, radiance: NDArray[np.float32], gbuffer: GBuffer, camera: Camera
+    ) -> _Developer:
+        """Keep tables and memory from picture to picture of one size."""
+        height, width = camera.height, camera.width
+        if radiance.shape != (height, width, 3) or radiance.dtype != np.float32:
+            raise ValueError(
+                f"radiance must be float32 {(height, width, 3)} for this camera, got "
+                f"{radiance.dtype} {radiance.shape}"
+            )
+        if gbuffer.size != (height, width):
+            raise ValueError(
+                f"G-buffer of {gbuffer.size} does not fit a camera of {height, width}"
+            )
+        if camera.projection is not Projection.EQUIDISTANT:
+            raise ValueError(
+                f"the scope's camera needs an equidistant lens, got "
+                f"{camera.projection.name.lower()}"
+            )
+        if min(height, width) < 8:
+            raise ValueError(f"a picture needs at least 8 pixels: {height, width}")
+        optics = make_optics(self.settings, camera.extent, camera.width, camera.height)
+        if self._developer is None or self._developer.optics is not optics:
+            self._developer = _make_developer(optics, self._bands, self._seed)
+        return self._developer
+
+
+def _demand_gain(gain: float) -> None:
+    if not (math.isfinite(gain) and gain > 0):
+        raise ValueError(f"a gain is positive and finite, got {gain}")
+
+
+def _make_developer(optics: Optics, bands: RowBands, seed: int) -> _Developer:
+    # Imported here: a numba that vectors do not know may refuse their kernels.
+    if vector_problem():
+        from renderers.shading.camera.scalar_pass import StagedCamera
+
+        return StagedCamera(optics, bands, seed)
+    from renderers.shading.camera.vector_pass import SweptCamera
+
+    return SweptCamera(optics, bands, seed)

@@ -1,1 +1,0 @@
-"""Gain, lateral colour and what exceeds white."""

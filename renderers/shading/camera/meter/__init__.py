@@ -1,1 +1,0 @@
-"""How much light a picture has."""

@@ -1,1 +1,0 @@
-"""All that follows exposure, in one sweep over the rows."""

@@ -1,1 +1,0 @@
-"""Tone curve and sRGB code of packets of pixels."""

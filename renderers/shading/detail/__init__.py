@@ -1,1 +1,0 @@
-"""Noise octaves and vessels on the surface."""

@@ -1,1 +1,0 @@
-"""The distance field at many places at once."""

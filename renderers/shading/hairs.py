@@ -1,0 +1,135 @@
+"""Hairs drawn over a shaded picture: lit by the scope, hidden by what is nearer."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.scene import AirSurface, Camera, GBuffer, Projection
+from renderers.shading.bands import RowBands
+from renderers.shading.illumination import ScopeLight
+from renderers.shading.kernels.draw_hairs import (
+    draw_strands,
+    light_strands,
+    project_strands,
+)
+from renderers.shading.strands import Strands
+
+ALBEDO = (0.032, 0.020, 0.014)
+"""Dark brown."""
+GLOSS = 0.006
+
+
+@dataclass(frozen=True, slots=True)
+class PlacedStrands:
+    """Hold the strands of a view, lit.
+
+    placed: ``(n, p, 4)``, see `project_strands`. colour: ``(n, p, 3)`` radiance. order:
+    ``(n,)``, the farthest first.
+    """
+
+    placed: NDArray[np.float32]
+    colour: NDArray[np.float32]
+    order: NDArray[np.int64]
+
+
+class HairLayer:
+    """Draw the hairs of one head.
+
+    They are a layer of the picture and no part of the G-buffer: like all detail they
+    move no depth, and they may be thinner than a pixel.
+    """
+
+    def __init__(self, surface: AirSurface, seed: int) -> None:
+        self.strands = Strands.grow(surface, seed)
+        self._albedo = np.array(ALBEDO, np.float32)
+        points = self.strands.points_mm.reshape(-1, 3)
+        # a ball around them all
+        self._middle = points.mean(axis=0) if len(points) else np.zeros(3)
+        reach = np.linalg.norm(points - self._middle, axis=1)
+        self._radius = float(reach.max(initial=0.0))
+
+    def place(
+        self, camera: Camera, light: ScopeLight, sources: NDArray[np.float32]
+    ) -> PlacedStrands | None:
+        """Find where a view shows strands, and light them; None with none in view."""
+        strands = self.strands
+        if not len(strands.points_mm):
+            return None
+        pinhole = camera.projection is Projection.PERSPECTIVE
+        # a hair's ends may be outside while it crosses the rim
+        widest = 1.5 if pinhole else min(camera.extent + 0.3, 3.0)
+        fold = camera.distortion.fold
+        widest = min(widest, math.atan(fold) if pinhole else fold)
+        if self._is_beyond(camera, widest):
+            return None
+        points = strands.points_mm - camera.eye_mm
+        placed = np.zeros((*points.shape[:2], 4), np.float32)
+        seen = project_strands(
+            points,
+            strands.radius_mm,
+            np.ascontiguousarray(camera.frame[1:]),
+            int(camera.projection),
+            widest,
+            camera.pixels_per_unit,
+            (camera.distortion.k1, camera.distortion.k2),
+            camera.width,
+            camera.height,
+            placed,
+        )
+        if not seen:
+            return None
+        colour = np.zeros(points.shape, np.float32)
+        light_strands(
+            points,
+            sources,
+            camera.frame[3],
+            light.spread,
+            light.power / len(sources),
+            self._albedo,
+            GLOSS,
+            placed,
+            colour,
+        )
+        # the farthest first
+        order = np.argsort(-np.linalg.norm(points.mean(axis=1), axis=1), kind="stable")
+        return PlacedStrands(placed, colour, order)
+
+    def _is_beyond(self, camera: Camera, widest: float) -> bool:
+        """Say whether all hairs are more than `widest` radians off the view axis."""
+        # in plain numbers: this is all that most frames ask of hairs
+        toward = (self._middle - camera.eye_mm).tolist()
+        distance = math.hypot(*toward)
+        if distance <= self._radius:
+            return False
+        along = camera.frame[3].tolist()
+        cosine = sum(a * b for a, b in zip(toward, along, strict=True)) / distance
+        off = math.acos(min(max(cosine, -1.0), 1.0))
+        return off - math.asin(self._radius / distance) > widest
+
+
+def draw_hairs(
+    strands: PlacedStrands,
+    radiance: NDArray[np.float32],
+    gbuffer: GBuffer,
+    camera: Camera,
+    bands: RowBands,
+) -> None:
+    """Change `radiance` ``(h, w, 3)`` in place where hairs are nearest."""
+    lens = camera.lens_table()
+
+    def rows(first: int, last: int) -> None:
+        draw_strands(
+            strands.placed,
+            strands.colour,
+            strands.order,
+            gbuffer.depth_mm,
+            lens,
+            camera.pixels_per_unit,
+            radiance,
+            first,
+            last,
+        )
+
+    bands.run(gbuffer.size[0], rows)

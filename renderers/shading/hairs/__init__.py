@@ -1,1 +1,0 @@
-"""Hairs of the vestibule: where they grow, and how they are drawn."""

@@ -1,0 +1,1 @@
+"""Compiled code of the one shading and of its camera."""

@@ -1,0 +1,336 @@
+"""Compiled: random paths of light from wall to wall through the distance field.
+
+All positions are millimetres from the eye along world axes, all walls diffuse. A path
+is made of its pixel's and its own number only, so that the light has the same bits in
+any order and on any number of threads.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from renderers.lanes import any_, bits, full, lanes, maximum, select, sqrt
+from renderers.shading.kernels.field_reads import is_outside, taps
+from renderers.shading.kernels.virtual_lights import tap
+
+f32 = np.float32
+i32 = np.int32
+u64 = np.uint64
+Floats = NDArray[np.float32]
+Three = tuple[np.float32, np.float32, np.float32]
+
+ARRIVED_MM = 0.02
+"""A ray has met a wall that is nearer than this."""
+LIFTED_MM = 0.08
+"""A path leaves its wall from so far above it that it does not meet it at once."""
+SHORTEST_STEP_MM = 0.01
+STEP_LIMIT = 256
+ABREAST = 8
+"""Sources that are looked for together."""
+ROULETTE_FROM = 3
+"""Bounces before a path may be ended by chance."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mixed(x: np.uint64) -> np.uint64:
+    """Scatter all bits over all bits (the finaliser of splitmix64)."""
+    x ^= x >> u64(30)
+    x *= u64(0xBF58476D1CE4E5B9)
+    x ^= x >> u64(27)
+    x *= u64(0x94D049BB133111EB)
+    return x ^ (x >> u64(31))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def uniform(state: np.uint64) -> np.float32:
+    """Give a number in [0, 1) for a state; states a Weyl step apart are a sequence."""
+    return f32(mixed(state) >> u64(40)) * f32(2.0**-24)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def cosine_direction(
+    nx: np.float32, ny: np.float32, nz: np.float32, u: np.float32, v: np.float32
+) -> Three:
+    """Give a direction about a normal, its density proportional to the cosine.
+
+    u, v: in [0, 1), a point of the unit square.
+    """
+    radius = math.sqrt(u)
+    turn = f32(2 * math.pi) * v
+    a = f32(radius * math.cos(turn))
+    b = f32(radius * math.sin(turn))
+    c = f32(math.sqrt(max(f32(1) - u, f32(0))))
+    # two directions across the normal, without a pole (Duff et al., JCGT 6, 2017)
+    sign = f32(math.copysign(1.0, nz))
+    p = f32(-1) / (sign + nz)
+    q = nx * ny * p
+    return (
+        a * (f32(1) + sign * nx * nx * p) + b * q + c * nx,
+        a * (sign * q) + b * (sign + ny * ny * p) + c * ny,
+        a * (-sign * nx) + b * (-ny) + c * nz,
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def lifted(at: Three, normal: Three) -> Three:
+    """Give the place from which a ray leaves a wall."""
+    h = f32(LIFTED_MM)
+    return at[0] + h * normal[0], at[1] + h * normal[1], at[2] + h * normal[2]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def way_to_wall(
+    distance: Floats,
+    m: Floats,
+    eye: Floats,
+    from_: Three,
+    along: Three,
+    longest: np.float32,
+) -> np.float32:
+    """Give how far the wall is along a ray, -1 where none comes within `longest` mm."""
+    nz, ny, nx = distance.shape
+    px, py, pz = from_
+    dx, dy, dz = along
+    x0 = eye[0] + m[0, 0] * px + m[0, 1] * py + m[0, 2] * pz
+    y0 = eye[1] + m[1, 0] * px + m[1, 1] * py + m[1, 2] * pz
+    z0 = eye[2] + m[2, 0] * px + m[2, 1] * py + m[2, 2] * pz
+    vx = m[0, 0] * dx + m[0, 1] * dy + m[0, 2] * dz
+    vy = m[1, 0] * dx + m[1, 1] * dy + m[1, 2] * dz
+    vz = m[2, 0] * dx + m[2, 1] * dy + m[2, 2] * dz
+    t = f32(0)
+    for _ in range(STEP_LIMIT):
+        x = x0 + t * vx
+        y = y0 + t * vy
+        z = z0 + t * vz
+        if not (
+            f32(0) <= x <= f32(nx - 1)
+            and f32(0) <= y <= f32(ny - 1)
+            and f32(0) <= z <= f32(nz - 1)
+        ):
+            return f32(-1)
+        d = tap(distance, x, y, z)
+        if d > f32(-ARRIVED_MM):
+            # at most the rest of the way
+            return t - min(d, f32(0))
+        # the field is interpolated: slightly less than its promise is safe
+        t += max(f32(-0.95) * d, f32(SHORTEST_STEP_MM))
+        if t >= longest:
+            return f32(-1)
+    return f32(-1)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def wall_normal(
+    distance: Floats, m: Floats, x: np.float32, y: np.float32, z: np.float32
+) -> Three:
+    """Give the unit normal towards air at voxel coordinates, along world axes."""
+    h = f32(0.6)
+    gx = tap(distance, x + h, y, z) - tap(distance, x - h, y, z)
+    gy = tap(distance, x, y + h, z) - tap(distance, x, y - h, z)
+    gz = tap(distance, x, y, z + h) - tap(distance, x, y, z - h)
+    wx = m[0, 0] * gx + m[1, 0] * gy + m[2, 0] * gz
+    wy = m[0, 1] * gx + m[1, 1] * gy + m[2, 1] * gz
+    wz = m[0, 2] * gx + m[1, 2] * gy + m[2, 2] * gz
+    # distance grows into tissue: the normal towards air is against the gradient
+    scale = f32(-1) / f32(math.sqrt(wx * wx + wy * wy + wz * wz + f32(1e-12)))
+    return wx * scale, wy * scale, wz * scale
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def albedo_at(
+    albedo: Floats, code: NDArray[np.uint8], skin: NDArray[np.uint8],
+    skin_albedo: Floats, bias_root: np.float32,
+    x: np.float32, y: np.float32, z: np.float32,
+) -> Three:  # fmt: skip
+    """Give a wall's albedo red, green, blue at the nearest voxel."""
+    nz, ny, nx = code.shape
+    i = min(max(int(x + f32(0.5)), 0), nx - 1)
+    j = min(max(int(y + f32(0.5)), 0), ny - 1)
+    k = min(max(int(z + f32(0.5)), 0), nz - 1)
+    row = min(int(f32(code[k, j, i]) * bias_root + f32(0.5)), albedo.shape[0] - 1)
+    s = f32(skin[k, j, i]) * f32(1 / 255)
+    return (
+        albedo[row, 0] + s * (skin_albedo[0] - albedo[row, 0]),
+        albedo[row, 1] + s * (skin_albedo[1] - albedo[row, 1]),
+        albedo[row, 2] + s * (skin_albedo[2] - albedo[row, 2]),
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def ways_open(
+    distance: Floats, m: Floats, eye: Floats, from_: Three, at: Three, normal: Three,
+    sources: Floats, first: int,
+) -> int:  # fmt: skip
+    """Tell which sources from `first` on a wall faces and sees: `ABREAST` bits.
+
+    from_: above the wall at `at`. As `way_to_wall` finds it, to the bit; sources lie
+    side by side, so that their ways are about as long.
+    """
+    lane = lanes(ABREAST)
+    here = lane < i32(sources.shape[0] - first)
+    lx, ly, lz = full(f32(0), ABREAST), full(f32(0), ABREAST), full(f32(0), ABREAST)
+    for s in range(first, min(first + ABREAST, sources.shape[0])):
+        this = lane == i32(s - first)
+        lx = select(this, sources[s, 0] - at[0], lx)
+        ly = select(this, sources[s, 1] - at[1], ly)
+        lz = select(this, sources[s, 2] - at[2], lz)
+    longest = sqrt(lx * lx + ly * ly + lz * lz + f32(1e-6))
+    lx /= longest
+    ly /= longest
+    lz /= longest
+    live = here & (normal[0] * lx + normal[1] * ly + normal[2] * lz > f32(0))
+    px, py, pz = from_
+    x0 = eye[0] + m[0, 0] * px + m[0, 1] * py + m[0, 2] * pz
+    y0 = eye[1] + m[1, 0] * px + m[1, 1] * py + m[1, 2] * pz
+    z0 = eye[2] + m[2, 0] * px + m[2, 1] * py + m[2, 2] * pz
+    vx = m[0, 0] * lx + m[0, 1] * ly + m[0, 2] * lz
+    vy = m[1, 0] * lx + m[1, 1] * ly + m[1, 2] * lz
+    vz = m[2, 0] * lx + m[2, 1] * ly + m[2, 2] * lz
+    t = full(f32(0), ABREAST)
+    free = live
+    for _ in range(STEP_LIMIT):
+        if not any_(live):
+            break
+        x, y, z = x0 + t * vx, y0 + t * vy, z0 + t * vz
+        live &= ~is_outside(distance, x, y, z)
+        d = taps(distance, x, y, z)
+        met = live & (d > f32(-ARRIVED_MM))
+        free &= ~met
+        live &= ~met
+        t += select(live, maximum(f32(-0.95) * d, f32(SHORTEST_STEP_MM)), f32(0))
+        live &= t < longest
+    return int(bits(free))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def direct(
+    distance: Floats, m: Floats, eye: Floats, at: Three, normal: Three,
+    sources: Floats, forward: Floats, spread: np.float32, each: np.float32,
+) -> np.float32:  # fmt: skip
+    """Give what the scope's sources lay on a wall, shadows included."""
+    total = f32(0)
+    px, py, pz = at
+    above = lifted(at, normal)
+    open_ = 0
+    for s in range(sources.shape[0]):
+        if s % ABREAST == 0:
+            open_ = ways_open(distance, m, eye, above, at, normal, sources, s)
+        if not (open_ >> (s % ABREAST)) & 1:
+            continue
+        lx = sources[s, 0] - px
+        ly = sources[s, 1] - py
+        lz = sources[s, 2] - pz
+        d2 = lx * lx + ly * ly + lz * lz + f32(1e-6)
+        d = f32(math.sqrt(d2))
+        lx /= d
+        ly /= d
+        lz /= d
+        facing = normal[0] * lx + normal[1] * ly + normal[2] * lz
+        away = f32(1) + (lx * forward[0] + ly * forward[1] + lz * forward[2])
+        intensity = each * f32(math.exp(-spread * max(away, f32(0))))
+        total += intensity * facing * min(f32(1) / d2, f32(1 / 0.6))
+    return total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def walk(
+    at: Three, normal: Three, u: np.float32, v: np.float32, state: np.uint64,
+    bounces: int, longest: np.float32,
+    distance: Floats, m: Floats, eye: Floats,
+    sources: Floats, forward: Floats, spread: np.float32, each: np.float32,
+    albedo: Floats, code: NDArray[np.uint8], skin: NDArray[np.uint8],
+    skin_albedo: Floats, bias_root: np.float32,
+) -> Three:  # fmt: skip
+    """Give the irradiance red, green, blue that one path brings to a wall.
+
+    u, v: of the first direction. state: where the path's random numbers begin.
+    """
+    step = u64(0x9E3779B97F4A7C15)
+    red = green = blue = f32(0)
+    r = g = b = f32(1)
+    for k in range(bounces):
+        from_ = lifted(at, normal)
+        along = cosine_direction(normal[0], normal[1], normal[2], u, v)
+        t = way_to_wall(distance, m, eye, from_, along, longest)
+        if t < f32(0):
+            break
+        at = from_[0] + t * along[0], from_[1] + t * along[1], from_[2] + t * along[2]
+        vx = eye[0] + m[0, 0] * at[0] + m[0, 1] * at[1] + m[0, 2] * at[2]
+        vy = eye[1] + m[1, 0] * at[0] + m[1, 1] * at[1] + m[1, 2] * at[2]
+        vz = eye[2] + m[2, 0] * at[0] + m[2, 1] * at[1] + m[2, 2] * at[2]
+        normal = wall_normal(distance, m, vx, vy, vz)
+        rho = albedo_at(albedo, code, skin, skin_albedo, bias_root, vx, vy, vz)
+        r *= rho[0]
+        g *= rho[1]
+        b *= rho[2]
+        lit = direct(distance, m, eye, at, normal, sources, forward, spread, each)
+        red += r * lit
+        green += g * lit
+        blue += b * lit
+        if k + 1 >= ROULETTE_FROM:
+            go_on = min(max(r, g, b) * f32(4), f32(1))
+            state += step
+            if uniform(state) >= go_on:
+                break
+            r /= go_on
+            g /= go_on
+            b /= go_on
+        state += step
+        u = uniform(state)
+        state += step
+        v = uniform(state)
+    return red, green, blue
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def walk_rows(
+    points: Floats, normals: Floats, shown: NDArray[np.bool_],
+    seed: np.uint64, batch: int, paths: int, bounces: int, longest: np.float32,
+    distance: Floats, m: Floats, eye: Floats,
+    sources: Floats, forward: Floats, spread: np.float32, each: np.float32,
+    albedo: Floats, code: NDArray[np.uint8], skin: NDArray[np.uint8],
+    skin_albedo: Floats, bias_root: np.float32,
+    total: NDArray[np.float64], squares: NDArray[np.float64],
+    left: int, right: int, first: int, last: int,
+) -> None:  # fmt: skip
+    """Add the mean of a batch of paths, and its square, to every shown pixel.
+
+    Of rows `first` to `last`, columns `left` to `right`, the ends left out.
+
+    points, normals: ``(h, w, 3)``. total, squares: ``(h, w, 3)``, irradiance red,
+    green, blue of all light but that which comes straight from the sources. A batch's
+    first directions are a lattice, turned at random for each pixel and batch: batches
+    are independent of one another, the paths of one are not.
+    """
+    step = u64(0x9E3779B97F4A7C15)
+    width = points.shape[1]
+    batch_sum = np.zeros(3)
+    for y in range(first, last):
+        for x in range(left, right):
+            if not shown[y, x]:
+                continue
+            at = points[y, x, 0], points[y, x, 1], points[y, x, 2]
+            normal = normals[y, x, 0], normals[y, x, 1], normals[y, x, 2]
+            pixel = mixed(u64(y * width + x) * step + seed)
+            pixel = mixed(pixel + u64(batch) * step)
+            turn_u = uniform(pixel)
+            turn_v = uniform(pixel + step)
+            batch_sum[:] = 0.0
+            for p in range(paths):
+                # Roberts' lattice: even at any number of paths
+                u = f32((turn_u + 0.7548776662466927 * p) % 1.0)
+                v = f32((turn_v + 0.5698402909980532 * p) % 1.0)
+                found = walk(
+                    at, normal, u, v, mixed(pixel + u64(p + 2) * step),
+                    bounces, longest, distance, m, eye,
+                    sources, forward, spread, each,
+                    albedo, code, skin, skin_albedo, bias_root,
+                )  # fmt: skip
+                for c in range(3):
+                    batch_sum[c] += found[c]
+            for c in range(3):
+                mean = batch_sum[c] / paths
+                total[y, x, c] += mean
+                squares[y, x, c] += mean * mean

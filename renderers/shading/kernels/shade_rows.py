@@ -1,0 +1,318 @@
+"""Compiled: shade rows of a G-buffer.
+
+Pixels are worked on in blocks of 64, stage by stage, 16 at a time. Each quantity of a
+block lies in its own stretch of one scratch array. What a pixel gets does not depend
+on the block it is in, so that the bits do not depend on how rows are dealt out.
+Positions are millimetres from the eye along world axes.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from renderers.lanes import (
+    any_,
+    lanes,
+    load,
+    load_where,
+    maximum,
+    minimum,
+    select,
+    store,
+    store_where,
+    unzip3,
+    zip3,
+)
+from renderers.lanes.atomics import take_turn
+from renderers.shading.kernels.direct_light import light
+from renderers.shading.kernels.shadow import darken
+from renderers.shading.kernels.tissue import paint, set_materials, set_tissue
+from renderers.shading.kernels.virtual_lights import PLANES, lift, spread_grid
+from renderers.shading.pixel_block import (
+    BLUE,
+    BOUNCE,
+    CELL,
+    COVER,
+    DX,
+    DY,
+    DZ,
+    E_GREEN,
+    E_RED,
+    F0,
+    FOOT,
+    GREEN,
+    LG,
+    LR,
+    NX,
+    NY,
+    NZ,
+    PX,
+    PY,
+    PZ,
+    RED,
+    ROWS,
+    SKIN,
+    SLOTS,
+    SPARK,
+    UX,
+    UY,
+    UZ,
+    N,
+    T,
+    W,
+)
+
+TURN_ROWS = 2 * CELL
+"""Rows of the picture that a thread shades at a time."""
+
+f32 = np.float32
+i32 = np.int32
+Floats = NDArray[np.float32]
+Shorts = NDArray[np.int16]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def shown_span(
+    depth: Floats, coverage: Floats, first: int, last: int
+) -> tuple[int, int]:
+    """Give the columns between which rows ``first..last`` show anything, by W."""
+    width = depth.shape[1]
+    start = width
+    end = 0
+    for y in range(first, last):
+        for x in range(0, width, W):
+            inside = lanes(W) < i32(width - x)
+            t = load_where(depth, y * width + x, inside)
+            cover = load_where(coverage, y * width + x, inside)
+            if any_((cover > f32(0)) & (t < f32(1e6))):
+                start = min(start, x)
+                end = max(end, x + W)
+    return start, end
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def fetch(
+    w: Floats,
+    depth: Floats,
+    normal: Floats,
+    coverage: Floats,
+    lens: Floats,
+    axes: Floats,
+    to_voxel: Floats,
+    eye: Floats,
+    pixel: np.float32,
+    y0: int,
+    x0: int,
+    first: int,
+    last: int,
+) -> None:
+    """Place a block: rays, points, voxels, footprints.
+
+    What shows nothing, or lies outside the rows ``first..last``, gets coverage 0.
+    """
+    width = depth.shape[1]
+    rx, ry, rz = axes[0, 0], axes[0, 1], axes[0, 2]
+    ux, uy, uz = axes[1, 0], axes[1, 1], axes[1, 2]
+    fx, fy, fz = axes[2, 0], axes[2, 1], axes[2, 2]
+    ex, ey, ez = eye[0], eye[1], eye[2]
+    m00, m01, m02 = to_voxel[0, 0], to_voxel[0, 1], to_voxel[0, 2]
+    m10, m11, m12 = to_voxel[1, 0], to_voxel[1, 1], to_voxel[1, 2]
+    m20, m21, m22 = to_voxel[2, 0], to_voxel[2, 1], to_voxel[2, 2]
+    here = lanes(W)
+    for i in range(0, N, W):
+        y = y0 + i // W
+        at = y * width + x0
+        left = width - x0 if first <= y < last else 0
+        inside = here < i32(left)
+        cover = load_where(coverage, at, inside)
+        t = load_where(depth, at, inside)
+        shown = (cover > f32(0)) & (t < f32(1e6))
+        t = select(shown, maximum(t, f32(1e-3)), f32(1))
+        store(w, COVER + i, select(shown, cover, f32(0)))
+        store(w, T + i, t)
+        # the three parts of a run of triples, none beyond the end of the row
+        second = here < i32(3 * left - W)
+        third = here < i32(3 * left - 2 * W)
+        a, b, c = unzip3(
+            load_where(lens, 3 * at, here < i32(3 * left)),
+            load_where(lens, 3 * at + W, second),
+            load_where(lens, 3 * at + 2 * W, third),
+        )
+        dx = a * rx + b * ux + c * fx
+        dy = a * ry + b * uy + c * fy
+        dz = a * rz + b * uz + c * fz
+        nx, ny, nz = unzip3(
+            load_where(normal, 3 * at, here < i32(3 * left)),
+            load_where(normal, 3 * at + W, second),
+            load_where(normal, 3 * at + 2 * W, third),
+        )
+        facing = -(nx * dx + ny * dy + nz * dz)
+        store(w, FOOT + i, t * pixel / maximum(facing, f32(0.12)))
+        store(w, DX + i, dx)
+        store(w, DY + i, dy)
+        store(w, DZ + i, dz)
+        store(w, NX + i, nx)
+        store(w, NY + i, ny)
+        store(w, NZ + i, nz)
+        dx *= t
+        dy *= t
+        dz *= t
+        store(w, PX + i, dx)
+        store(w, PY + i, dy)
+        store(w, PZ + i, dz)
+        store(w, UX + i, ex + (m00 * dx + m01 * dy + m02 * dz))
+        store(w, UY + i, ey + (m10 * dx + m11 * dy + m12 * dz))
+        store(w, UZ + i, ez + (m20 * dx + m21 * dy + m22 * dz))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def shade_rows(
+    depth: Floats,
+    normal: Floats,
+    coverage: Floats,
+    material: NDArray[np.uint8],
+    lens: Floats,
+    axes: Floats,
+    to_voxel: Floats,
+    eye_voxel: Floats,
+    eye_mm: Floats,
+    pixel: np.float32,
+    sources: Floats,
+    arcs: Floats,
+    rods: Floats,
+    spread: np.float32,
+    power: np.float32,
+    grid: Floats,
+    bounce: np.float32,
+    tint: NDArray[np.uint16],
+    shape: tuple[int, int, int],
+    blood_bias: np.float32,
+    colours: Floats,
+    skin_colour: Floats,
+    materials: Floats,
+    full_detail: bool,
+    tile: Shorts,
+    unit: np.float32,
+    vessel_tile: Shorts,
+    vessel_unit: np.float32,
+    to_tile: Floats,
+    offsets: Floats,
+    lit: bool,
+    radiance: Floats,
+    turns: NDArray[np.int64],
+) -> None:
+    """Write linear radiance ``(h, w, 3)`` of the rows whose turns this thread gets.
+
+    turns: one number that all threads share, of runs of `TURN_ROWS` rows. lit: else
+    write what a surface sends back of diffuse light, its albedo less what its film
+    mirrors, times coverage. lens: camera-frame rays. axes: ``(3, 3)`` rows right, up,
+    forward. to_voxel, eye_voxel: voxel = to_voxel @ (point - eye) +
+    eye_voxel. eye_mm: the eye seen from the volume's centre. sources: ``(n, 3)`` mm
+    from the eye; arcs, rods: see `light`. tint: blood code + 256 * skin code, flat, of
+    `shape` (nz, ny, nx).
+    """
+    width = depth.shape[1]
+    scratch = np.zeros(SLOTS + W, np.float32)
+    # a vector that straddles two lines of the cache costs twice
+    w = scratch[-(scratch.ctypes.data // 4) % W :]
+    each = power / f32(sources.shape[0])
+    mixed = False
+    set_tissue(w, materials)
+    bounced = np.zeros((2, PLANES, width + W + CELL), np.float32)
+    height = depth.shape[0]
+    while True:
+        first = take_turn(turns) * TURN_ROWS
+        if first >= height:
+            return
+        last = min(first + TURN_ROWS, height)
+        for y0 in range(first, last, ROWS):
+            if y0 % CELL == 0:
+                spread_grid(grid, y0 // CELL, bounced)
+            high = min(y0 + ROWS, last)
+            radiance[y0:high] = f32(0)
+            start, end = shown_span(depth, coverage, y0, high)
+            for x0 in range(start, end, W):
+                fetch(
+                    w, depth, normal, coverage, lens, axes, to_voxel, eye_voxel, pixel,
+                    y0, x0, first, last,
+                )  # fmt: skip
+                if not any_(load(w, COVER, N) > f32(0)):
+                    continue
+                mixed = set_materials(
+                    w, material, y0, x0, first, last, materials, mixed
+                )
+                if lit:
+                    # its grid is at hand while paint's memory is not
+                    lift(w, bounced, y0, x0)
+                paint(
+                    w, mixed, tint, shape, blood_bias, colours, skin_colour,
+                    full_detail, tile, unit, vessel_tile, vessel_unit, to_tile, offsets,
+                    eye_mm,
+                )  # fmt: skip
+                if lit:
+                    light(w, sources, arcs, rods, axes[2], spread, each)
+                    if rods.shape[0]:
+                        darken(w, rods)
+                    finish(w, bounce)
+                else:
+                    bare(w)
+                put(w, radiance, y0, x0, first, last)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def finish(w: Floats, bounce: np.float32) -> None:
+    """Join direct, bounced and mirrored light; leave rgb in three slots."""
+    # what wraps round an edge is missing elsewhere; one division for two wraps
+    red = f32(1) + minimum(f32(0.25) * load(w, LR, N), f32(0.35))
+    green = f32(1) + minimum(f32(0.25) * load(w, LG, N), f32(0.2))
+    k = f32(1) / (red * green)
+    direct = green * k
+    direct_red = load(w, E_RED, N) * (direct * direct)
+    direct = red * k
+    direct = load(w, E_GREEN, N) * (direct * direct)
+    # the reflected light's own albedo, and further bounces as a series;
+    # one division for the three channels
+    red = load(w, RED, N)
+    green = load(w, GREEN, N)
+    blue = load(w, BLUE, N)
+    r = f32(1) - f32(0.6) * red
+    g = f32(1) - f32(0.6) * green
+    b = f32(1) - f32(0.6) * blue
+    gb = g * b
+    e = bounce * load(w, BOUNCE, N) / (r * gb)
+    r, g, b = e * gb, e * (r * b), e * (r * g)
+    wet = f32(1) - f32(0.7) * load(w, SKIN, N)
+    spark = load(w, SPARK, N) * wet * f32(0.5 / math.pi)
+    cover = load(w, COVER, N)
+    k = (f32(1) - load(w, F0, N)) * f32(1 / math.pi)
+    store(w, E_RED, cover * (k * (red * (direct_red + red * r)) + spark))
+    store(w, E_GREEN, cover * (k * (green * (direct + green * g)) + spark))
+    store(w, BOUNCE, cover * (k * (blue * (direct + blue * b)) + spark))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bare(w: Floats) -> None:
+    """Leave the diffuse share of a block's reflection in the three slots of rgb."""
+    k = load(w, COVER, N) * (f32(1) - load(w, F0, N))
+    store(w, E_RED, k * load(w, RED, N))
+    store(w, E_GREEN, k * load(w, GREEN, N))
+    store(w, BOUNCE, k * load(w, BLUE, N))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def put(w: Floats, radiance: Floats, y0: int, x0: int, first: int, last: int) -> None:
+    """Write a finished block into rows ``first..last`` of the picture."""
+    width = radiance.shape[1]
+    left = 3 * (width - x0)
+    here = lanes(W)
+    for y in range(max(y0, first), min(y0 + ROWS, last)):
+        i = (y - y0) * W
+        at = 3 * (y * width + x0)
+        a, b, c = zip3(
+            load(w, E_RED + i, W), load(w, E_GREEN + i, W), load(w, BOUNCE + i, W)
+        )
+        store_where(radiance, at, a, here < i32(left))
+        store_where(radiance, at + W, b, here < i32(left - W))
+        store_where(radiance, at + 2 * W, c, here < i32(left - 2 * W))

@@ -1,0 +1,280 @@
+"""Compiled: albedo, scattering, film and bumped normals of a block of pixels.
+
+Positions are millimetres, voxel coordinates count along the array's x, y, z.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from renderers.lanes import (
+    any_,
+    full,
+    gather_pairs,
+    load,
+    maximum,
+    minimum,
+    rows4,
+    store,
+)
+from renderers.lanes import f32 as to_real
+from renderers.lanes import i32 as to_whole
+from renderers.shading.kernels.bump_normals import bump
+from renderers.shading.kernels.elementary import Lanes
+from renderers.shading.kernels.surface_noise import (
+    locate,
+    mottle,
+    tap,
+    tap_octave,
+    turn,
+)
+from renderers.shading.pixel_block import (
+    ADD_BLUE,
+    ADD_GREEN,
+    ADD_LG,
+    ADD_LR,
+    ADD_RED,
+    BLUE,
+    CODE,
+    F0,
+    GREEN,
+    LARGE,
+    LG,
+    LONG,
+    LR,
+    MIDDLE,
+    RED,
+    RELIEF,
+    ROUGH,
+    ROWS,
+    SHARE,
+    SHORT,
+    SKIN,
+    SMALL,
+    UX,
+    UY,
+    UZ,
+    N,
+    W,
+)
+
+f32 = np.float32
+i32 = np.int32
+Floats = NDArray[np.float32]
+Shorts = NDArray[np.int16]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def between(a: Lanes, b: Lanes, t: Lanes) -> Lanes:
+    """Interpolate from `a` to `b`."""
+    return a + t * (b - a)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def blend(
+    c0: Lanes, c1: Lanes, c2: Lanes, c3: Lanes, low: int, x: Lanes, y: Lanes, z: Lanes
+) -> Lanes:
+    """Interpolate the bytes at bit `low` of four rows, and those 16 bits above."""
+    left0 = to_real((c0 >> low) & 255)
+    left1 = to_real((c1 >> low) & 255)
+    left2 = to_real((c2 >> low) & 255)
+    left3 = to_real((c3 >> low) & 255)
+    left = between(between(left0, left1, y), between(left2, left3, y), z)
+    left0 = to_real((c0 >> (low + 16)) & 255)
+    left1 = to_real((c1 >> (low + 16)) & 255)
+    left2 = to_real((c2 >> (low + 16)) & 255)
+    left3 = to_real((c3 >> (low + 16)) & 255)
+    right = between(between(left0, left1, y), between(left2, left3, y), z)
+    return between(left, right, x)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def tint_at(w: Floats, tint: NDArray[np.uint16], shape: tuple[int, int, int]) -> bool:
+    """Interpolate a block's blood and skin codes, 0..255; say if there is skin."""
+    nz, ny, nx = shape
+    row = i32(nx)
+    layer = i32(nx * ny)
+    most_x = f32(nx) - f32(1.001)
+    most_y = f32(ny) - f32(1.001)
+    most_z = f32(nz) - f32(1.001)
+    any_skin = False
+    for i in range(0, N, W):
+        x = minimum(maximum(load(w, UX + i, W), f32(0)), most_x)
+        y = minimum(maximum(load(w, UY + i, W), f32(0)), most_y)
+        z = minimum(maximum(load(w, UZ + i, W), f32(0)), most_z)
+        a = to_whole(x)
+        b = to_whole(y)
+        c = to_whole(z)
+        x -= to_real(a)
+        y -= to_real(b)
+        z -= to_real(c)
+        at = a + b * row + c * layer
+        c0 = gather_pairs(tint, at)
+        c1 = gather_pairs(tint, at + row)
+        c2 = gather_pairs(tint, at + layer)
+        c3 = gather_pairs(tint, at + (row + layer))
+        store(w, CODE + i, blend(c0, c1, c2, c3, 0, x, y, z))
+        # low byte blood, high byte skin, of two voxels; most tissue has no skin
+        if any_(((c0 | c1 | c2 | c3) & i32(-16711936)) != 0):
+            any_skin = True
+            store(w, SKIN + i, blend(c0, c1, c2, c3, 8, x, y, z))
+        else:
+            store(w, SKIN + i, full(f32(0), W))
+    return any_skin
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def set_tissue(w: Floats, materials: Floats) -> None:
+    """Make a block all tissue."""
+    a2 = materials[0, 5] * materials[0, 5]
+    for i in range(N):
+        w[SHARE + i] = f32(1)
+        w[RELIEF + i] = f32(1)
+        w[F0 + i] = materials[0, 4]
+        w[ROUGH + i] = a2
+        w[ADD_RED + i] = f32(0)
+        w[ADD_GREEN + i] = f32(0)
+        w[ADD_BLUE + i] = f32(0)
+        w[ADD_LR + i] = f32(0)
+        w[ADD_LG + i] = f32(0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def set_materials(
+    w: Floats,
+    material: NDArray[np.uint8],
+    y0: int,
+    x0: int,
+    first: int,
+    last: int,
+    materials: Floats,
+    mixed: bool,
+) -> bool:
+    """Spread the material table over a block; say whether it holds more than tissue.
+
+    Rows outside ``first..last`` are tissue. mixed: what the block was before; all
+    tissue upon all tissue needs no work.
+    """
+    width = material.shape[1]
+    count = min(W, width - x0)
+    kinds = 0
+    for y in range(max(y0, first), min(y0 + ROWS, last)):
+        if count == W:
+            if any_(load(material, y * width + x0, W) != 0):
+                kinds = 1
+        else:
+            for x in range(x0, width):
+                kinds |= material[y, x]
+    if mixed:
+        set_tissue(w, materials)
+    if kinds == 0:
+        return False
+    for y in range(max(y0, first), min(y0 + ROWS, last)):
+        for x in range(x0, x0 + count):
+            i = (y - y0) * W + x - x0
+            m = np.int64(material[y, x])
+            w[SHARE + i] = materials[m, 0]
+            w[ADD_RED + i] = materials[m, 1]
+            w[ADD_GREEN + i] = materials[m, 2]
+            w[ADD_BLUE + i] = materials[m, 3]
+            w[F0 + i] = materials[m, 4]
+            w[ROUGH + i] = materials[m, 5] * materials[m, 5]
+            w[RELIEF + i] = materials[m, 6]
+            w[ADD_LR + i] = materials[m, 7]
+            w[ADD_LG + i] = materials[m, 8]
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def colour(w: Floats, colours: Floats) -> None:
+    """Look a block's blood codes up in the table: albedo and diffusion lengths.
+
+    colours: flat, 256 rows of eight floats: red, green, blue, length of red light,
+    of green light, and that of the next row.
+    """
+    here = colours[0:]
+    lengths = colours[4:]
+    after = colours[8:]
+    for i in range(0, N, W):
+        u = minimum(load(w, CODE + i, W), f32(254.999))
+        n = to_whole(u)
+        u -= to_real(n)
+        # rows of four floats, two to a code
+        n += n
+        r0, g0, b0, l0 = rows4(here, n)
+        r1, g1, b1, l1 = rows4(after, n)
+        m0, m1, _, _ = rows4(lengths, n)
+        store(w, RED + i, between(r0, r1, u))
+        store(w, GREEN + i, between(g0, g1, u))
+        store(w, BLUE + i, between(b0, b1, u))
+        store(w, LR + i, between(l0, l1, u))
+        store(w, LG + i, between(m0, m1, u))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mix(w: Floats, skin_colour: Floats) -> None:
+    """Mix skin and other materials into a block's tissue."""
+    skin_red, skin_green, skin_blue = skin_colour[0], skin_colour[1], skin_colour[2]
+    skin = load(w, SKIN, N)
+    share = load(w, SHARE, N)
+    red = load(w, RED, N)
+    green = load(w, GREEN, N)
+    blue = load(w, BLUE, N)
+    red = share * (red + skin * (skin_red - red))
+    green = share * (green + skin * (skin_green - green))
+    blue = share * (blue + skin * (skin_blue - blue))
+    store(w, RED, red + load(w, ADD_RED, N))
+    store(w, GREEN, green + load(w, ADD_GREEN, N))
+    store(w, BLUE, blue + load(w, ADD_BLUE, N))
+    store(w, LR, share * load(w, LR, N) + load(w, ADD_LR, N))
+    store(w, LG, share * load(w, LG, N) + load(w, ADD_LG, N))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def paint(
+    w: Floats,
+    mixed: bool,
+    tint: NDArray[np.uint16],
+    shape: tuple[int, int, int],
+    blood_bias: np.float32,
+    colours: Floats,
+    skin_colour: Floats,
+    full_detail: bool,
+    tile: Shorts,
+    unit: np.float32,
+    vessel_tile: Shorts,
+    vessel_unit: np.float32,
+    to_tile: Floats,
+    offsets: Floats,
+    eye_mm: Floats,
+) -> None:
+    """Find albedo, scattering, film and the two bumped normals of a block.
+
+    mixed: whether there is more than tissue in it.
+    """
+    bias_root = f32(math.sqrt(blood_bias))
+    x, y, z = eye_mm[0], eye_mm[1], eye_mm[2]
+    at = (x, y, z)
+    locate(w, to_tile, 0, at, False, LONG)
+    locate(w, to_tile, 1, at, False, MIDDLE)
+    skin = tint_at(w, tint, shape)
+    store(w, CODE, load(w, CODE, N) * bias_root)
+    store(w, SKIN, load(w, SKIN, N) * load(w, SHARE, N) * f32(1 / 255))
+    tap(w, tile, LONG)
+    tap(w, tile, MIDDLE)
+    turn(w, unit, to_tile, 0, LONG)
+    turn(w, unit, to_tile, 1, MIDDLE)
+    at = (x + offsets[0, 0], y + offsets[0, 1], z + offsets[0, 2])
+    tap_octave(w, vessel_tile, vessel_unit, to_tile, 3, at, True, LARGE)
+    if full_detail:
+        at = (x, y, z)
+        tap_octave(w, tile, unit, to_tile, 2, at, False, SHORT)
+        at = (x + offsets[1, 0], y + offsets[1, 1], z + offsets[1, 2])
+        tap_octave(w, vessel_tile, vessel_unit, to_tile, 4, at, True, SMALL)
+    mottle(w, full_detail)
+    bump(w, full_detail)
+    colour(w, colours)
+    if skin or mixed:
+        mix(w, skin_colour)

@@ -1,1 +1,0 @@
-"""Taps whose four channels are worked on at once."""

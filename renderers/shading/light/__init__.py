@@ -1,1 +1,0 @@
-"""Light of the scope's own sources on a block of pixels."""

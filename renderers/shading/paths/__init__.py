@@ -1,1 +1,0 @@
-"""Light between walls by random paths: slow, and right up to a noise that is told."""

@@ -1,1 +1,0 @@
-"""How bumps and ripples bend the normals."""

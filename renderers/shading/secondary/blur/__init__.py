@@ -1,1 +1,0 @@
-"""What ground metal mirrors, run together."""

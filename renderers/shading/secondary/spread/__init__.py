@@ -1,1 +1,0 @@
-"""What was found at lattice points, brought to all pixels."""

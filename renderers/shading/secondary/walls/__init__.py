@@ -1,1 +1,0 @@
-"""What thin walls do with light."""

@@ -1,1 +1,0 @@
-"""Ways of many rays to the walls that they meet."""

@@ -1,1 +1,0 @@
-"""Direct light on what the G-buffer shows."""

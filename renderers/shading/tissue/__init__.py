@@ -1,1 +1,0 @@
-"""What the surface is made of at each pixel."""

@@ -1,0 +1,1 @@
+"""The snapshot service: requests in a folder, workers, pictures."""

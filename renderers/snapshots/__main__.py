@@ -1,0 +1,181 @@
+"""A snapshot worker as a process: on its own, or as one of the ranks of mpiexec.
+
+python -m renderers.snapshots --spool DIR
+mpiexec -n 2 python -m mpi4py -m renderers.snapshots --spool DIR
+"""
+
+import argparse
+import os
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+
+from renderers.art.ranks.policy import CellPolicy, Dataflow
+from renderers.art.ranks.transport import TransportError
+from renderers.snapshots.launcher import expect_company, told_ranks
+from renderers.snapshots.lease import LEASE_S, SAVE_EVERY_S
+from renderers.snapshots.pruning import KEEP_S
+from renderers.snapshots.spool import SpoolError
+
+DAY_S = 86_400.0
+
+
+class _Ending:
+    """Know when to end: on a signal, or when the parent is gone."""
+
+    def __init__(self, parent: int | None) -> None:
+        self._parent = parent
+        self._asked = False
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, self._on_signal)
+
+    def __call__(self) -> bool:
+        return self._asked or not self._parent_lives()
+
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        if self._asked:
+            # Asked twice: leave at once. The job is taken over by the next worker.
+            os._exit(128 + number)
+        self._asked = True
+
+    def _parent_lives(self) -> bool:
+        if self._parent is None:
+            return True
+        try:
+            os.kill(self._parent, 0)
+        except ProcessLookupError:
+            return False
+        except PermissionError:
+            return True
+        return True
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the worker; return the exit status."""
+    parser = argparse.ArgumentParser(
+        prog="python -m renderers.snapshots",
+        description="Serve snapshot requests from a spool folder.",
+    )
+    parser.add_argument("--spool", type=Path, required=True, help="the spool folder")
+    parser.add_argument(
+        "--once",
+        action="store_true",
+        help="stop when nothing is left that no living worker does",
+    )
+    parser.add_argument(
+        "--backend",
+        choices=("auto", "serial", "mpi"),
+        default="auto",
+        help="auto takes MPI when started by mpiexec with several ranks",
+    )
+    parser.add_argument(
+        "--threads", type=int, default=2, help="threads of a serial worker"
+    )
+    parser.add_argument(
+        "--cache-cells", type=int, help="cells a rank keeps; all by default"
+    )
+    parser.add_argument(
+        "--dataflow",
+        choices=[way.value for way in Dataflow],
+        default=Dataflow.MIGRATING.value,
+        help="how ranks share cells",
+    )
+    parser.add_argument(
+        "--from-file",
+        action="store_true",
+        help="no rank has to keep cells: homes read them from the volume's file",
+    )
+    parser.add_argument(
+        "--lease",
+        type=float,
+        default=LEASE_S,
+        help="seconds until a worker counts as dead; 60 on a network disk",
+    )
+    parser.add_argument(
+        "--keep-days",
+        type=float,
+        default=KEEP_S / DAY_S,
+        help="days that finished jobs stay in the spool folder",
+    )
+    parser.add_argument(
+        "--save-every",
+        type=float,
+        default=SAVE_EVERY_S,
+        help="seconds after which finished rays are saved for who takes the job over",
+    )
+    parser.add_argument(
+        "--parent", type=int, help="process id; end when that process is gone"
+    )
+    options = parser.parse_args(arguments)
+    ending = _Ending(options.parent)
+    try:
+        if options.backend == "mpi" or (options.backend == "auto" and told_ranks() > 1):
+            return _run_ranks(options, ending)
+        from renderers.snapshots.worker import run_worker
+
+        run_worker(
+            options.spool,
+            once=options.once,
+            threads=options.threads,
+            lease_s=options.lease,
+            keep_s=options.keep_days * DAY_S,
+            save_every_s=options.save_every,
+            stopped=ending,
+        )
+    except (SpoolError, TransportError, ValueError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+def _run_ranks(options: argparse.Namespace, ending: Callable[[], bool]) -> int:
+    try:
+        from renderers.art.ranks.mpi import MpiTransport
+    except ImportError as error:
+        raise TransportError(
+            f"MPI cannot be used: {error}; install the extra `mpi`."
+        ) from error
+    from renderers.art.ranks.rank import Rank
+    from renderers.snapshots.data_store import DataStore
+    from renderers.snapshots.team import RankTeam, follow
+    from renderers.snapshots.worker import run_worker
+
+    transport = MpiTransport(folder=options.spool)
+    expect_company(transport.ranks)
+    rank = Rank(transport)
+    policy = CellPolicy(
+        options.cache_cells, Dataflow(options.dataflow), options.from_file
+    )
+    status = 0
+    try:
+        if transport.rank > 0:
+            follow(rank, DataStore(options.spool / "data"), policy)
+        else:
+            team = RankTeam(rank, policy)
+            try:
+                run_worker(
+                    options.spool,
+                    once=options.once,
+                    team=team,
+                    threads=options.threads,
+                    lease_s=options.lease,
+                    keep_s=options.keep_days * DAY_S,
+                    save_every_s=options.save_every,
+                    stopped=ending,
+                )
+            except SpoolError as error:
+                print(error, file=sys.stderr, flush=True)
+                team.dismiss()
+                status = 1
+    except TransportError as error:
+        # The ranks no longer understand each other: none may be left waiting.
+        print(error, file=sys.stderr, flush=True)
+        transport.abort()
+    transport.close()
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,349 @@
+"""How a program asks for snapshots and gets them."""
+
+import time
+import uuid
+import weakref
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from disk import UserError, foreign_file
+from renderers.scene import AirSurface, Camera, Material, Scene, Volume
+from renderers.scene.mesh import PlacedMesh
+from renderers.snapshots.data_store import DataStore
+from renderers.snapshots.lease import LEASE_S
+from renderers.snapshots.request import (
+    REQUEST_SCHEMA,
+    CameraSpec,
+    ClassicWork,
+    GridSpec,
+    ImageSpec,
+    InstrumentSpec,
+    LightSpec,
+    NodeSpec,
+    ScopeWork,
+    SnapshotRequest,
+    SnapshotResult,
+    TruthSpec,
+)
+from renderers.snapshots.spool import JobState, Spool
+
+POLL_S = 0.05
+
+QualityName = Literal["preview", "snapshot", "final", "reference"]
+Samples = Literal[1, 4]
+
+
+class SnapshotError(RuntimeError):
+    """A snapshot did not come; the message says why."""
+
+
+class SnapshotCancelledError(SnapshotError):
+    """The snapshot was cancelled by its client."""
+
+
+class WorkerLostError(SnapshotError):
+    """The worker that drew the snapshot fell silent."""
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """Find a finished picture: `folder` holds picture.png and the arrays.
+
+    What the arrays are says `renderers.snapshots.delivery.Picture`.
+    """
+
+    folder: Path
+    result: SnapshotResult
+
+    @property
+    def picture(self) -> Path:
+        """Get the PNG file."""
+        return self.folder / "picture.png"
+
+    def pixels(self) -> NDArray[np.uint8]:
+        """Read the picture, ``(h, w, 3)`` sRGB."""
+        from PIL import Image as PngImage
+
+        path = self.picture
+        with foreign_file(path, "a picture"), PngImage.open(path) as image:
+            return np.asarray(image.convert("RGB"))
+
+    def radiance(self) -> NDArray[np.float32]:
+        """Read linear radiance."""
+        return _load(self.folder / "radiance.npy")
+
+    def coverage(self) -> NDArray[np.float32]:
+        """Read alpha, ``(h, w)``."""
+        return _load(self.folder / "coverage.npy")
+
+    def samples(self) -> NDArray[np.uint32]:
+        """Read how many rays, or paths, each pixel had, ``(h, w)``."""
+        return _load(self.folder / "samples.npy")
+
+    def state(self) -> NDArray[np.float64]:
+        """Read what light by paths can go on from."""
+        return _load(self.folder / "paths.npy")
+
+    def depth_mm(self) -> NDArray[np.float32]:
+        """Read distances along the rays, ``(h, w)``, +inf where nothing is."""
+        return _load(self.folder / "depth.npy")
+
+
+class _Limits(NamedTuple):
+    priority: int
+    max_seconds: float
+    deadline_s: float | None
+    progressive: bool
+    deliver_after_s: float | None
+
+
+class SnapshotClient:
+    """Put requests into a spool folder and wait for what comes out.
+
+    lease_s: silence after which a worker counts as dead.
+    """
+
+    def __init__(
+        self, folder: Path, *, name: str = "", lease_s: float = LEASE_S
+    ) -> None:
+        """Raise SpoolError when the folder cannot be used."""
+        self.spool = Spool(folder)
+        self._name = name
+        self._lease_s = lease_s
+        self._digests: dict[int, tuple[weakref.ref[NDArray[Any]], str]] = {}
+
+    @property
+    def data(self) -> DataStore:
+        """Get where the arrays that requests name are kept."""
+        return self.spool.data
+
+    def request_scope(
+        self,
+        surface: AirSurface,
+        camera: Camera,
+        *,
+        quality: QualityName = "snapshot",
+        samples: Samples = 4,
+        ring_radius_mm: float = 1.45,
+        light_power: float = 1.0,
+        seed: int = 7,
+        blood_bias: float = 1.0,
+        gain: float | None = None,
+        frame_number: int = 0,
+        instruments: Iterable[PlacedMesh] = (),
+        truth: TruthSpec | None = None,
+        priority: int = 5,
+        max_seconds: float = 600.0,
+        deadline_s: float | None = None,
+        progressive: bool = False,
+        deliver_after_s: float | None = None,
+    ) -> SnapshotRequest:
+        """Make a request for what the endoscope sees; stores its volumes.
+
+        instruments: meshes with their rigid world-from-mesh transforms. The last five
+        are as in `SnapshotRequest`.
+        """
+        work = ScopeWork(
+            distance=self.put(surface.distance.values),
+            blood=self.put(surface.blood.values),
+            skin=self.put(surface.skin.values),
+            grid=_grid(surface.distance),
+            ring_radius_mm=ring_radius_mm,
+            light_power=light_power,
+            seed=seed,
+            blood_bias=blood_bias,
+            gain=gain,
+            frame_number=frame_number,
+            instruments=self._placed(instruments),
+            truth=truth,
+        )
+        limits = _Limits(
+            priority, max_seconds, deadline_s, progressive, deliver_after_s
+        )
+        return self._request(work, camera, quality, samples, limits)
+
+    def request_classic(
+        self,
+        scene: Scene,
+        camera: Camera,
+        *,
+        quality: QualityName = "snapshot",
+        samples: Samples = 1,
+        background: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        instruments: Iterable[PlacedMesh] = (),
+        priority: int = 5,
+        max_seconds: float = 600.0,
+        deadline_s: float | None = None,
+        progressive: bool = False,
+        deliver_after_s: float | None = None,
+    ) -> SnapshotRequest:
+        """Make a request for mode classic; stores its volume.
+
+        instruments: as in `request_scope`.
+        """
+        transfer, material = scene.transfer_function, scene.material
+        work = ClassicWork(
+            volume=self.put(scene.volume.values),
+            grid=_grid(scene.volume),
+            nodes=tuple(
+                NodeSpec(float(d), _three(c), float(k))
+                for d, c, k in zip(
+                    transfer.nodes, transfer.color, transfer.kappa_per_mm, strict=True
+                )
+            ),
+            lights=tuple(
+                LightSpec(_three(light.vector), _three(light.color), light.is_local)
+                for light in scene.lights
+            ),
+            ambient=material.ambient,
+            diffuse=material.diffuse,
+            specular=material.specular,
+            shininess=material.shininess,
+            background=background,
+            instruments=self._placed(instruments),
+        )
+        limits = _Limits(
+            priority, max_seconds, deadline_s, progressive, deliver_after_s
+        )
+        return self._request(work, camera, quality, samples, limits)
+
+    def put(self, array: NDArray[Any]) -> str:
+        """Store an array for requests to name; return its digest.
+
+        An array is hashed once as long as it lives: do not change it.
+        """
+        known = self._digests.get(id(array))
+        if known is None or known[0]() is not array or not self.data.touch(known[1]):
+            digest = self.data.put(array)
+            # Its identity is given to another array when it is gone.
+            self._digests = {
+                k: d for k, d in self._digests.items() if d[0]() is not None
+            }
+            known = self._digests[id(array)] = weakref.ref(array), digest
+        return known[1]
+
+    def submit(self, request: SnapshotRequest) -> str:
+        """Queue a request; return its id. Submitting it again changes nothing."""
+        self.spool.publish(request)
+        return request.id
+
+    def cancel(self, job_id: str) -> None:
+        """Wish that a job ends."""
+        self.spool.ask_cancel(job_id)
+
+    def finish(self, job_id: str) -> None:
+        """Wish for the best picture so far."""
+        self.spool.ask_finish(job_id)
+
+    def wait(
+        self,
+        job_id: str,
+        progress: Callable[[float], None] | None = None,
+        timeout_s: float | None = None,
+        watch: Callable[[], None] | None = None,
+    ) -> Snapshot:
+        """Wait until a job has ended; return its picture.
+
+        progress: told the share done. watch: called at every look; whoever started
+        the worker raises here when it has died, and whoever shows a `GrowingPicture`
+        updates it. Raise SnapshotError (or its kinds) when no picture comes,
+        WorkerLostError when the worker fell silent; another worker may still take the
+        job over, and `wait` may be called again.
+        """
+        began = time.monotonic()
+        shown = -1.0
+        while True:
+            status = self.spool.status(job_id)
+            if progress and status.done != shown:
+                shown = status.done
+                progress(shown)
+            if status.state is JobState.DONE:
+                folder = self.spool.attempt_folder(job_id)
+                return Snapshot(folder, self.spool.result(job_id))
+            if status.state is JobState.CANCELLED:
+                raise SnapshotCancelledError(f"Snapshot {job_id} was cancelled.")
+            if status.state.is_final:
+                raise SnapshotError(
+                    f"Snapshot {job_id} was {status.state.value}: {status.message}."
+                )
+            if status.state is JobState.RUNNING and self.spool.is_stale(
+                job_id, status, self._lease_s
+            ):
+                raise WorkerLostError(
+                    f"The worker drawing snapshot {job_id} has given no sign of life "
+                    f"for {self._lease_s:g} s; start another worker to take it over."
+                )
+            if watch:
+                watch()
+            if timeout_s is not None and time.monotonic() - began > timeout_s:
+                raise SnapshotError(
+                    f"Snapshot {job_id} is still {status.state.value} after "
+                    f"{timeout_s:g} s; is a worker serving {self.spool.folder}?"
+                )
+            time.sleep(POLL_S)
+
+    def _placed(self, instruments: Iterable[PlacedMesh]) -> tuple[InstrumentSpec, ...]:
+        specs = []
+        for mesh, pose in instruments:
+            if mesh.material is Material.TISSUE:
+                raise UserError("an instrument cannot be made of TISSUE")
+            shape = self.put(mesh.vertices), self.put(mesh.faces)
+            material: Any = mesh.material.name
+            specs.append(InstrumentSpec(*shape, material, _rows(pose[:3])))
+        return tuple(specs)
+
+    def _request(
+        self,
+        work: ScopeWork | ClassicWork,
+        camera: Camera,
+        quality: QualityName,
+        samples: Samples,
+        limits: "_Limits",
+    ) -> SnapshotRequest:
+        projection: Any = camera.projection.name.lower()
+        return SnapshotRequest(
+            schema=REQUEST_SCHEMA,
+            id=uuid.uuid4().hex,
+            camera=CameraSpec(
+                _three(camera.eye_mm),
+                (
+                    _three(camera.frame[1]),
+                    _three(camera.frame[2]),
+                    _three(camera.frame[3]),
+                ),
+                camera.extent,
+                projection,
+                (camera.distortion.k1, camera.distortion.k2),
+            ),
+            image=ImageSpec(camera.width, camera.height, samples),
+            work=work,
+            quality=quality,
+            client=self._name,
+            **limits._asdict(),
+        )
+
+
+def _three(vector: NDArray[np.float64]) -> tuple[float, float, float]:
+    x, y, z = (float(v) for v in vector)
+    return x, y, z
+
+
+def _rows(matrix: NDArray[np.float64]) -> Any:
+    return tuple(tuple(float(v) for v in row) for row in matrix)
+
+
+def _grid(volume: Volume) -> GridSpec:
+    return GridSpec(
+        _three(volume.spacing_mm), _three(volume.origin_mm), _rows(volume.direction)
+    )
+
+
+def _load(path: Path) -> NDArray[Any]:
+    with foreign_file(path, "an array of a snapshot"):
+        array: NDArray[Any] = np.load(path, allow_pickle=False)
+    return array

@@ -1,0 +1,107 @@
+"""Arrays kept by the digest of their bytes: written once, never changed.
+
+A file is a ``.npy`` record whose name is its SHA-256. Names are checked digests, so
+that nothing a request says can point outside the folder.
+"""
+
+import hashlib
+import io
+import math
+import os
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
+
+from disk import UserError, foreign_file
+from renderers.art.job_steps import Step, reached
+from renderers.snapshots.shared_files import write_whole
+
+_DIGEST = re.compile(r"[0-9a-f]{64}\Z")
+_LARGEST_HEADER = 4096
+
+
+class DataStore:
+    """Keep arrays in one folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._verified: set[str] = set()
+
+    def put(self, array: NDArray[Any]) -> str:
+        """Write an array unless it is there; return its digest."""
+        if array.dtype.hasobject:
+            raise UserError(f"an array of {array.dtype} cannot be stored")
+        buffer = io.BytesIO()
+        npy.write_array(buffer, np.ascontiguousarray(array), allow_pickle=False)
+        record = buffer.getbuffer()
+        digest = hashlib.sha256(record).hexdigest()
+        path = self._folder / digest
+        if not self.touch(digest):
+            write_whole(path, record)
+        reached(Step.DATA_STORED)
+        return digest
+
+    def touch(self, digest: str) -> bool:
+        """Say that an array is wanted, so that pruning leaves it; False: it is gone."""
+        try:
+            os.utime(self._folder / digest)
+        except FileNotFoundError:
+            return False
+        return True
+
+    def get(
+        self, digest: str, dtypes: tuple[str, ...], largest_bytes: int
+    ) -> NDArray[Any]:
+        """Map an array into memory, read-only.
+
+        dtypes: names of those accepted. Raise ValueError when there is no such array,
+        its type or size is not what it should be, or its bytes are not those the
+        digest promises.
+        """
+        if not _DIGEST.match(digest):
+            raise UserError(f"{digest!r} is no digest")
+        path = self._folder / digest
+        try:
+            with foreign_file(path, "an array"), path.open("rb") as file:
+                dtype, shape, offset = _read_header(file)
+                size = os.fstat(file.fileno()).st_size
+        except FileNotFoundError as error:
+            raise UserError(f"there is no data {digest}") from error
+        expected = offset + math.prod(shape) * dtype.itemsize
+        if dtype.hasobject or dtype.name not in dtypes:
+            raise UserError(
+                f"data {digest} holds {dtype}, expected {' or '.join(dtypes)}"
+            )
+        if size != expected or size > largest_bytes:
+            raise UserError(
+                f"data {digest} has {size} bytes; its header says {expected} and at "
+                f"most {largest_bytes} are accepted"
+            )
+        if digest not in self._verified:
+            with path.open("rb") as file:
+                found = hashlib.file_digest(file, "sha256").hexdigest()
+            if found != digest:
+                raise UserError(f"data {digest} was changed; its digest is {found}")
+            self._verified.add(digest)
+        with foreign_file(path, "an array"):
+            array: NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
+        return array
+
+
+def _read_header(file: Any) -> tuple[np.dtype[Any], tuple[int, ...], int]:
+    readers: dict[tuple[int, int], Callable[..., Any]] = {
+        (1, 0): npy.read_array_header_1_0,
+        (2, 0): npy.read_array_header_2_0,
+    }
+    version = npy.read_magic(file)
+    if version not in readers:
+        raise UserError(f"an array record of version {version} cannot be read")
+    shape, fortran, dtype = readers[version](file, max_header_size=_LARGEST_HEADER)
+    if fortran and len(shape) > 1:
+        raise UserError("an array record must be in C order")
+    return dtype, shape, file.tell()

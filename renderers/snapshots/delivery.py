@@ -1,0 +1,342 @@
+"""From what was traced to the files of a finished job."""
+
+import hashlib
+import io
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
+
+from renderers.scene import Camera, GBuffer, Image, Scene, save_png
+from renderers.scene.mesh import PlacedMesh
+from renderers.shading import (
+    CameraPass,
+    Caster,
+    ScopeLight,
+    ScopeShader,
+    Tier,
+    downsample_gbuffer,
+    downsample_radiance,
+)
+from renderers.shading.path_light import BATCH_PATHS, SeenWalls
+from renderers.snapshots.data_store import DataStore
+from renderers.snapshots.path_traced import follow_light, truth_of
+from renderers.snapshots.request import ClassicWork, ScopeWork, SnapshotRequest
+from renderers.snapshots.saved_work import SavedWork
+from renderers.snapshots.scene_loader import instrument_meshes, seen_surface
+from renderers.snapshots.shared_files import make_last, write_whole
+from renderers.snapshots.stopped_error import stopped_error
+from renderers.snapshots.team import Progress
+from renderers.snapshots.traced import Traced, traced_camera
+
+
+def _go_on(_: float) -> bool:
+    return True
+
+
+def _never() -> bool:
+    return False
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """Hold a finished picture.
+
+    pixels: ``(h, w, 3)`` uint8 sRGB. radiance: float32 linear, ``(h, w, 3)`` before
+    the camera in mode scope, premultiplied ``(h, w, 4)`` in mode classic. depth_mm:
+    ``(h, w)`` float32 along the rays. coverage: ``(h, w)`` float32, alpha. samples:
+    ``(h, w)`` uint32 rays of each pixel; with light by random paths, paths. gain: of
+    the camera, None in mode classic. complete, noise: as in `SnapshotResult`. state: of
+    the paths, to go on from. error: as in `SnapshotResult`.
+    """
+
+    pixels: NDArray[np.uint8]
+    radiance: NDArray[np.float32]
+    depth_mm: NDArray[np.float32]
+    coverage: NDArray[np.float32]
+    samples: NDArray[np.uint32]
+    gain: float | None
+    complete: bool = True
+    noise: float | None = None
+    state: NDArray[np.float64] | None = None
+    error: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """Hold what lights a view: the camera of its rays, the light, tools in it."""
+
+    camera: Camera
+    light: ScopeLight
+    shader: ScopeShader
+    tools: list[PlacedMesh]
+
+    @property
+    def casters(self) -> list[Caster]:
+        """Get what casts shadows."""
+        return [Caster.of(mesh, pose) for mesh, pose in self.tools]
+
+    def with_tools(self, found: GBuffer) -> GBuffer:
+        """Put the tools before or behind what rays found."""
+        for mesh, pose in self.tools:
+            found = found.nearest(mesh.gbuffer(self.camera, pose))
+        return found
+
+
+class Finisher:
+    """Shade what was traced; keep what the next picture of the same case can use."""
+
+    def __init__(self, data: DataStore, threads: int = 2) -> None:
+        self._data = data
+        self._threads = threads
+        self._kept: tuple[bytes, ScopeShader] | None = None
+        self._camera = CameraPass(threads=threads)
+
+    def finish(
+        self,
+        request: SnapshotRequest,
+        scene: Scene,
+        traced: Traced,
+        go_on: Progress = _go_on,
+        enough: Callable[[], bool] = _never,
+        saved: SavedWork | None = None,
+    ) -> Picture:
+        """Light and expose mode scope; put mode classic before its background.
+
+        go_on, enough: asked while light is followed by paths. saved: of an earlier
+        attempt, for those paths to go on from.
+        """
+        found, work = traced.found, request.work
+        if isinstance(work, ClassicWork):
+            assert isinstance(found, Image)
+            picture = self._classic(request, work, found)
+        else:
+            assert isinstance(found, GBuffer)
+            picture = self._scope(request, work, scene, found, go_on, enough, saved)
+        if traced.drawn is None:
+            return picture
+        rays = _added(request, traced.drawn)
+        samples = np.where(rays > 0, picture.samples, 0)
+        if truth_of(request) is None:
+            samples = rays
+        counted = np.ones(rays.shape, np.bool_)
+        if picture.gain is not None:
+            counted = in_field(picture.coverage)
+        error = stopped_error(
+            eye_codes(picture.radiance[..., :3], picture.gain or 1.0),
+            rays == request.image.samples,
+            max(traced.coarse // (2 if request.image.samples == 4 else 1), 1),
+            counted,
+        )
+        # of light upon coarse walls neither the noise nor the paths are worth keeping
+        return replace(
+            picture,
+            complete=False,
+            samples=samples.astype(np.uint32),
+            noise=None,
+            state=None,
+            error=error,
+        )
+
+    def close(self) -> None:
+        """End the threads."""
+        self._camera.close()
+        if self._kept is not None:
+            self._kept[1].close()
+            self._kept = None
+
+    def _classic(
+        self, request: SnapshotRequest, work: ClassicWork, image: Image
+    ) -> Picture:
+        assert image.depth_mm is not None
+        rgba, depth = image.rgba, image.depth_mm
+        if request.image.samples == 4:
+            rgba = downsample_radiance(rgba)
+            depth = np.minimum.reduce(
+                [depth[r::2, c::2] for r in (0, 1) for c in (0, 1)]
+            )
+        pixels = Image(rgba).to_srgb8(work.background)
+        return Picture(
+            pixels,
+            rgba,
+            np.ascontiguousarray(depth),
+            np.ascontiguousarray(rgba[..., 3]),
+            np.full(depth.shape, request.image.samples, np.uint32),
+            None,
+        )
+
+    def _scope(
+        self,
+        request: SnapshotRequest,
+        work: ScopeWork,
+        scene: Scene,
+        found: GBuffer,
+        go_on: Progress,
+        enough: Callable[[], bool],
+        saved: SavedWork | None,
+    ) -> Picture:
+        sight = self.sight(request, work, scene)
+        fine, light, shader = sight.camera, sight.light, sight.shader
+        gbuffer = sight.with_tools(found)
+        casters = sight.casters
+        radiance = shader.shade(gbuffer, fine, light, casters=casters)
+        truth = error = None
+        samples = np.full(
+            (request.image.height, request.image.width),
+            request.image.samples,
+            np.uint32,
+        )
+        if work.truth is not None:
+            truth = follow_light(
+                self._data,
+                work,
+                seen_surface(request, scene),
+                SeenWalls.of(
+                    gbuffer, fine, light, shader.reflectance(gbuffer, fine, light)
+                ),
+                self._threads,
+                go_on,
+                enough,
+                saved,
+            )
+            known = truth.batches > 0
+            by_paths = shader.shade(gbuffer, fine, light, truth.light, casters)
+            told = known & in_field(gbuffer.coverage)
+            pair = radiance[told], by_paths[told]
+            radiance = np.where(known[..., None], by_paths, radiance)
+            samples = _added(request, truth.batches) * np.uint32(BATCH_PATHS)
+        if request.image.samples == 4:
+            radiance = downsample_radiance(radiance)
+            gbuffer = downsample_gbuffer(gbuffer)
+        pixels, gain = self.expose(request, work, radiance, gbuffer)
+        if truth is not None and truth.noise is None and len(pair[0]):
+            # where paths were walked they tell what the quick light, which stands in
+            # for them elsewhere, is off by; their own noise is in it
+            quick, by_paths = (eye_codes(part, gain) for part in pair)
+            error = float(np.sqrt(np.mean((quick - by_paths) ** 2)))
+        return Picture(
+            pixels,
+            radiance,
+            gbuffer.depth_mm,
+            gbuffer.coverage,
+            samples,
+            gain,
+            truth is None or truth.complete,
+            None if truth is None else truth.noise,
+            None if truth is None else truth.state,
+            error,
+        )
+
+    def sight(self, request: SnapshotRequest, work: ScopeWork, scene: Scene) -> "Sight":
+        """Set up what lights the rays of a request."""
+        return Sight(
+            traced_camera(request),
+            ScopeLight(work.ring_radius_mm, power=work.light_power),
+            self._shader(request, work, scene),
+            instrument_meshes(self._data, work.instruments),
+        )
+
+    def expose(
+        self,
+        request: SnapshotRequest,
+        work: ScopeWork,
+        radiance: NDArray[np.float32],
+        gbuffer: GBuffer,
+    ) -> tuple[NDArray[np.uint8], float]:
+        """Take the picture of one radiance a pixel; give it and the gain."""
+        return self._camera.finish(
+            radiance,
+            gbuffer,
+            request.to_camera(),
+            gain=work.gain,
+            frame_number=work.frame_number,
+        )
+
+    def _shader(
+        self, request: SnapshotRequest, work: ScopeWork, scene: Scene
+    ) -> ScopeShader:
+        tier = Tier.SNAPSHOT if request.image.samples == 4 else Tier.FULL
+        key = msgspec.json.encode(
+            (
+                work.distance,
+                work.blood,
+                work.skin,
+                work.grid,
+                work.seed,
+                work.blood_bias,
+                request.deflectors,
+            )
+        )
+        if self._kept is None or self._kept[0] != key:
+            if self._kept is not None:
+                self._kept[1].close()
+                self._kept = None
+            surface = seen_surface(request, scene)
+            shader = ScopeShader(
+                surface, tier, work.seed, work.blood_bias, self._threads
+            )
+            self._kept = key, shader
+        self._kept[1].tier = tier
+        return self._kept[1]
+
+
+def write_picture(
+    folder: Path, request: SnapshotRequest, picture: Picture
+) -> dict[str, str]:
+    """Write a picture's files; return their SHA-256 by name.
+
+    Their bytes are on the disk then; their names are when the folder's last one is.
+    """
+    text = {"Title": f"PARAVOL snapshot {request.id}", "Software": "PARAVOL"}
+    save_png(folder / "picture.png", picture.pixels, text)
+    arrays: dict[str, NDArray[Any]] = {
+        "radiance.npy": picture.radiance,
+        "depth.npy": picture.depth_mm,
+        "coverage.npy": picture.coverage,
+        "samples.npy": picture.samples,
+    }
+    if picture.state is not None:
+        arrays["paths.npy"] = picture.state
+    for name, array in arrays.items():
+        write_whole(folder / name, _npy(array), lasting=False)
+    files = [folder / name for name in ("picture.png", *arrays)]
+    make_last(*files)
+    return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
+
+
+def eye_codes(radiance: NDArray[np.float32], gain: float) -> NDArray[np.float32]:
+    """Encode light as the eye weighs it, in codes of 255."""
+    light = np.clip(radiance * np.float32(gain), 0, 1)
+    return np.asarray(255 * light ** np.float32(1 / 2.2))
+
+
+def in_field(coverage: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Mark the pixels ``(h, w)`` of an endoscope's picture that show something.
+
+    Beyond the field's stop nothing is shown.
+    """
+    half = min(coverage.shape) / 2
+    rows, columns = ((np.arange(n) + 0.5 - n / 2) / half for n in coverage.shape)
+    inside = np.hypot(rows[:, None], columns[None]) <= 1
+    return np.asarray((coverage > 0) & inside)
+
+
+def _added(request: SnapshotRequest, plane: NDArray[Any]) -> NDArray[np.uint32]:
+    """Add up what the rays of each pixel have."""
+    counts = plane.astype(np.uint32)
+    if request.image.samples == 1:
+        return counts
+    rows = counts[0::2] + counts[1::2]
+    total: NDArray[np.uint32] = rows[:, 0::2] + rows[:, 1::2]
+    return total
+
+
+def _npy(array: NDArray[Any]) -> bytes:
+    buffer = io.BytesIO()
+    npy.write_array(buffer, np.ascontiguousarray(array), allow_pickle=False)
+    return buffer.getvalue()

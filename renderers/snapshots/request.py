@@ -1,0 +1,302 @@
+"""What a snapshot request may say, and what its result says.
+
+Strict: an unknown key, a number that is not finite or out of range, or a wrong type is
+refused with the field's name. A request names data by digest only, never by path.
+"""
+
+from typing import Annotated, Literal, TypeAlias
+
+import msgspec
+import numpy as np
+from msgspec import Meta, Struct
+
+from disk import UserError
+from disk.schema_words import loose_json, schema_words
+from renderers.art.quality import ClassificationName, Quality
+from renderers.scene import (
+    Camera,
+    Distortion,
+    Light,
+    PhongMaterial,
+    Projection,
+    TransferFunction,
+)
+from renderers.snapshots.deflector_request import DeflectorSpec, to_deflection
+
+LARGEST_REQUEST = 256 * 1024
+"""Bytes of a request, at most; arrays travel beside it."""
+
+REQUEST_SCHEMA: Literal["paravol.snapshot.request/2"] = "paravol.snapshot.request/2"
+RESULT_SCHEMA: Literal["paravol.snapshot.result/2"] = "paravol.snapshot.result/2"
+
+# Patterns are searched, not matched, and `$` accepts a final newline: hence the length.
+Digest: TypeAlias = Annotated[
+    str, Meta(pattern="^[0-9a-f]{64}$", min_length=64, max_length=64)
+]
+JobId: TypeAlias = Annotated[
+    str, Meta(pattern="^[0-9a-f]{32}$", min_length=32, max_length=32)
+]
+Coordinate: TypeAlias = Annotated[float, Meta(ge=-1e7, le=1e7)]
+Cosine: TypeAlias = Annotated[float, Meta(ge=-1.001, le=1.001)]
+Positive: TypeAlias = Annotated[float, Meta(gt=0, le=1e6)]
+Share: TypeAlias = Annotated[float, Meta(ge=0, le=1)]
+Amount: TypeAlias = Annotated[float, Meta(ge=0, le=1e6)]
+Pixels: TypeAlias = Annotated[int, Meta(ge=8, le=8192)]
+Point: TypeAlias = tuple[Coordinate, Coordinate, Coordinate]
+Axis: TypeAlias = tuple[Cosine, Cosine, Cosine]
+Row: TypeAlias = tuple[Cosine, Cosine, Cosine, Coordinate]
+
+
+class _Strict(Struct, forbid_unknown_fields=True, frozen=True):
+    pass
+
+
+class GridSpec(_Strict, frozen=True):
+    """Place an array in the patient's frame; see `renderers.scene.Volume`."""
+
+    spacing_mm: tuple[Positive, Positive, Positive]
+    origin_mm: Point
+    direction: tuple[Axis, Axis, Axis]
+    """Rows of the 3 x 3 matrix."""
+
+
+class CameraSpec(_Strict, frozen=True):
+    """Place an eye and its lens; see `renderers.scene.Camera`.
+
+    distortion: k1 and k2 of the lens.
+    """
+
+    eye_mm: Point
+    axes: tuple[Axis, Axis, Axis]
+    """Unit right, up and forward."""
+    extent: Positive
+    projection: Literal["equidistant", "perspective", "orthographic"] = "equidistant"
+    distortion: tuple[float, float] = (0.0, 0.0)
+
+
+class ImageSpec(_Strict, frozen=True):
+    """Size a picture. samples: per pixel; 4 are 2 x 2."""
+
+    width: Pixels
+    height: Pixels
+    samples: Literal[1, 4] = 1
+
+
+class InstrumentSpec(_Strict, frozen=True):
+    """Place a mesh. vertices: ``(n, 3)`` float64 mm. faces: ``(m, 3)`` int32."""
+
+    vertices: Digest
+    faces: Digest
+    material: Literal["METAL", "DARK_PLASTIC", "BLOOD", "MUCUS", "POLYP", "BONE"]
+    world_from_mesh: tuple[Row, Row, Row]
+
+
+class TruthSpec(_Strict, frozen=True):
+    """Follow light from wall to wall by random paths; see `renderers.shading.paths`.
+
+    paths: of each ray, on average, at most. noise: enough when the error estimated is
+    this share of the light. state: what an earlier job of the same view left, to go on
+    from: float64 ``(h, w, 7)`` of its rays.
+    """
+
+    paths: Annotated[int, Meta(ge=32, le=2**20)] = 256
+    noise: Share = 0.0
+    state: Digest | None = None
+
+
+class ScopeWork(_Strict, frozen=True, tag="scope", tag_field="mode"):
+    """Draw what the endoscope sees.
+
+    distance, blood, skin: arrays of one grid; see `renderers.scene.AirSurface`.
+    gain: of the camera, frozen; None meters the picture.
+    """
+
+    distance: Digest
+    blood: Digest
+    skin: Digest
+    grid: GridSpec
+    ring_radius_mm: Annotated[float, Meta(gt=0, le=20)] = 1.45
+    light_power: Amount = 1.0
+    seed: Annotated[int, Meta(ge=0, lt=2**31)] = 7
+    blood_bias: Annotated[float, Meta(ge=0, le=10)] = 1.0
+    gain: Annotated[float, Meta(gt=0, le=1e9)] | None = None
+    frame_number: Annotated[int, Meta(ge=0, lt=2**31)] = 0
+    instruments: Annotated[tuple[InstrumentSpec, ...], Meta(max_length=16)] = ()
+    truth: TruthSpec | None = None
+
+
+class LightSpec(_Strict, frozen=True):
+    """Place a light; see `renderers.scene.Light`."""
+
+    vector: Point
+    color: tuple[Amount, Amount, Amount]
+    is_local: bool = False
+
+
+class NodeSpec(_Strict, frozen=True):
+    """Set one node of a transfer function."""
+
+    density: Coordinate
+    color: tuple[Amount, Amount, Amount]
+    kappa_per_mm: Amount
+
+
+class ClassicWork(_Strict, frozen=True, tag="classic", tag_field="mode"):
+    """Draw a volume through a transfer function, and opaque instruments within it."""
+
+    volume: Digest
+    grid: GridSpec
+    nodes: Annotated[tuple[NodeSpec, ...], Meta(min_length=2, max_length=512)]
+    lights: Annotated[tuple[LightSpec, ...], Meta(max_length=16)] = ()
+    ambient: Share = 0.25
+    diffuse: Amount = 0.9
+    specular: Amount = 0.0
+    shininess: Annotated[float, Meta(ge=1, le=1000)] = 16.0
+    background: tuple[Share, Share, Share] = (0.0, 0.0, 0.0)
+    instruments: Annotated[tuple[InstrumentSpec, ...], Meta(max_length=16)] = ()
+
+
+class SnapshotRequest(_Strict, frozen=True):
+    """Ask for one picture.
+
+    priority: 0 is drawn first. step_voxels, cutoff: replace those of `quality`; a step
+    given is taken in any scene.
+    max_seconds: the job fails when it takes longer. deadline_s: it fails when it is
+    not done so long after it was asked for; None for whenever. progressive: coarse
+    pictures are traced first, so that a picture can be had at any moment, and those
+    and parts of the picture itself are shown as they come. deflectors: bend the
+    rays, the first of them moving the undeformed tissue. deliver_after_s: the best
+    picture so far is delivered then. tolerance: 4 samples a pixel only where they
+    matter most, until the error is estimated at so many codes; 0 for everywhere, in
+    that order; None in whatever order is quickest. In mode scope without truth.
+    classification: see `Quality`.
+    """
+
+    schema: Literal["paravol.snapshot.request/2"]
+    id: JobId
+    camera: CameraSpec
+    image: ImageSpec
+    work: ScopeWork | ClassicWork
+    quality: Literal["preview", "snapshot", "final", "reference"] = "snapshot"
+    step_voxels: Annotated[float, Meta(ge=1 / 256, le=4)] | None = None
+    cutoff: Annotated[float, Meta(ge=0, lt=0.5)] | None = None
+    priority: Annotated[int, Meta(ge=0, le=9)] = 5
+    client: Annotated[str, Meta(max_length=200)] = ""
+    max_seconds: Annotated[float, Meta(gt=0, le=86_400)] = 600.0
+    deadline_s: Annotated[float, Meta(gt=0, le=2_592_000)] | None = None
+    progressive: bool = False
+    deflectors: Annotated[tuple[DeflectorSpec, ...], Meta(max_length=16)] = ()
+    deliver_after_s: Annotated[float, Meta(gt=0, le=86_400)] | None = None
+    classification: ClassificationName = "integrated"
+    tolerance: Annotated[float, Meta(ge=0, le=255)] | None = None
+
+    def to_camera(self) -> Camera:
+        """Build the camera of one sample a pixel."""
+        camera = self.camera
+        return Camera(
+            np.array([camera.eye_mm, *camera.axes]),
+            camera.extent,
+            self.image.width,
+            self.image.height,
+            Projection[camera.projection.upper()],
+            Distortion(*camera.distortion),
+        )
+
+    def to_quality(self) -> Quality:
+        """Build the quality with its replacements."""
+        named = Quality.named(self.quality)
+        step, cutoff = self.step_voxels, self.cutoff
+        return Quality(
+            named.step_voxels if step is None else step,
+            named.cutoff if cutoff is None else cutoff,
+            named.renormalise,
+            named.compact,
+            classification=self.classification,
+            aim=named.aim if step is None else None,
+        )
+
+
+class SnapshotResult(_Strict, frozen=True):
+    """Say what was drawn, and what it cost.
+
+    seconds: `load`, `trace`, `shade`, `total`. digests: of the files, by name.
+    counters: what tracing cost; views_skipped, traces_skipped: 1 where a picture, or
+    what its rays found, was there from before.
+    complete: False for the best picture there was when it had to be delivered. traced:
+    share of the rays that were; the others show what a coarser picture has. noise: of
+    light by random paths, root mean square over the mean; None where there is none, or
+    it is not known yet. error: estimated root mean square error, in codes of the
+    encoded light, of a picture whose samples went where they mattered most, or whose
+    rays were not all traced, or whose paths were not walked everywhere; else None.
+    camera_in_tissue: see `renderers.snapshots.camera_check`. step_voxels: of the steps
+    taken, which a scene may have made shorter than its quality's; None where nothing,
+    or not all, was traced for this picture.
+    """
+
+    schema: Literal["paravol.snapshot.result/2"]
+    id: JobId
+    mode: Literal["scope", "classic"]
+    width: int
+    height: int
+    ranks: int
+    attempt: int
+    gain: float | None
+    complete: bool
+    traced: float
+    noise: float | None
+    error: float | None
+    seconds: dict[str, float]
+    counters: dict[str, int]
+    digests: dict[str, Digest]
+    camera_in_tissue: bool = False
+    step_voxels: float | None = None
+
+
+def decode_request(record: bytes) -> SnapshotRequest:
+    """Read a request; raise ValueError that names the field which is wrong."""
+    if len(record) > LARGEST_REQUEST:
+        raise UserError(
+            f"a request has at most {LARGEST_REQUEST} bytes, got {len(record)}"
+        )
+    try:
+        request = msgspec.json.decode(record, type=SnapshotRequest)
+    except msgspec.ValidationError as error:
+        words = schema_words(error, SnapshotRequest, loose_json(record))
+        raise UserError(words) from error
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise UserError(f"a request is JSON; {error}") from error
+    try:
+        to_deflection(request.deflectors)
+    except ValueError as error:
+        raise UserError(f"deflectors: {error}") from error
+    try:
+        request.to_camera()
+    except ValueError as error:
+        raise UserError(f"camera: {error}") from error
+    if request.camera.projection != "equidistant" and isinstance(
+        request.work, ScopeWork
+    ):
+        raise UserError("camera: mode scope needs an equidistant lens")
+    return request
+
+
+def to_transfer_function(work: ClassicWork) -> TransferFunction:
+    """Build a request's transfer function."""
+    return TransferFunction(
+        np.array([node.density for node in work.nodes]),
+        np.array([node.color for node in work.nodes]),
+        np.array([node.kappa_per_mm for node in work.nodes]),
+    )
+
+
+def to_lights(work: ClassicWork) -> tuple[Light, ...]:
+    """Build a request's lights."""
+    return tuple(
+        Light(np.array(light.vector), np.array(light.color), light.is_local)
+        for light in work.lights
+    )
+
+
+def to_material(work: ClassicWork) -> PhongMaterial:
+    """Build a request's material."""
+    return PhongMaterial(work.ambient, work.diffuse, work.specular, work.shininess)

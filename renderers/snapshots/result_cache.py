@@ -1,0 +1,122 @@
+"""Views that were drawn before: what has not changed is not drawn again.
+
+A view is known by everything its request says but who asks, when, and how long it may
+take; volumes and meshes are named there by the digest of what they hold, so that an
+edit makes another view. A view of which only light, exposure or tools changed keeps
+what its rays found; in mode classic rays end at tools, and only the background may
+change.
+"""
+
+import hashlib
+from collections import OrderedDict
+from collections.abc import Iterable
+from dataclasses import fields
+from typing import Any, Generic, TypeVar
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.snapshots.delivery import Picture
+from renderers.snapshots.request import ClassicWork, SnapshotRequest
+from renderers.snapshots.traced import Traced
+
+V = TypeVar("V")
+
+KEPT_BYTES = 256 << 20
+"""Of pictures, and again of what rays found; the least recently used go."""
+
+
+def picture_key(request: SnapshotRequest) -> bytes:
+    """Describe all that a finished picture depends on."""
+    anybody = msgspec.structs.replace(
+        request,
+        id="",
+        priority=5,
+        client="",
+        max_seconds=1.0,
+        deadline_s=None,
+        progressive=False,
+        deliver_after_s=None,
+    )
+    return msgspec.json.encode(anybody)
+
+
+def trace_key(request: SnapshotRequest) -> bytes:
+    """Describe all that rays depend on: not exposure, background or scope's tools."""
+    work = request.work
+    if isinstance(work, ClassicWork):
+        bare: Any = msgspec.structs.replace(work, background=(0.0, 0.0, 0.0))
+    else:
+        bare = work.distance, work.grid
+    # the key of the rest has the work of nobody in its place
+    rest = msgspec.json.decode(picture_key(request)) | {"work": None}
+    return msgspec.json.encode((bare, rest))
+
+
+class KeptViews:
+    """Keep finished pictures and traced rays, as many as there is room for.
+
+    room: bytes of each; none are kept where it is 0.
+    """
+
+    def __init__(self, room: int = KEPT_BYTES) -> None:
+        self._pictures = _Recent[Picture](room)
+        self._traces = _Recent[Traced](room)
+
+    def picture(self, request: SnapshotRequest) -> Picture | None:
+        """Get the picture of an equal request, if it is still here."""
+        return self._pictures.get(picture_key(request))
+
+    def traced(self, request: SnapshotRequest) -> Traced | None:
+        """Get what the rays of an equal view found, if it is still here."""
+        return self._traces.get(trace_key(request))
+
+    def keep_traced(self, request: SnapshotRequest, traced: Traced) -> None:
+        """Keep what rays found, unless some were left out."""
+        if traced.drawn is None:
+            self._traces.put(trace_key(request), traced, _bytes(_arrays(traced.found)))
+
+    def keep_picture(self, request: SnapshotRequest, picture: Picture) -> None:
+        """Keep a picture, unless it was stopped early."""
+        if picture.complete:
+            self._pictures.put(picture_key(request), picture, _bytes(_arrays(picture)))
+
+
+class _Recent(Generic[V]):
+    """Map keys to values of known sizes; the least recently used make room.
+
+    Keys are digested: one with a camera and a transfer function is 2,000 bytes long.
+    """
+
+    def __init__(self, room: int) -> None:
+        self._room = room
+        self._used = 0
+        self._values: OrderedDict[bytes, tuple[V, int]] = OrderedDict()
+
+    def get(self, key: bytes) -> V | None:
+        name = hashlib.sha256(key).digest()
+        if name not in self._values:
+            return None
+        self._values.move_to_end(name)
+        return self._values[name][0]
+
+    def put(self, key: bytes, value: V, size: int) -> None:
+        name = hashlib.sha256(key).digest()
+        if name in self._values:
+            self._used -= self._values.pop(name)[1]
+        if size > self._room:
+            return
+        self._values[name] = value, size
+        self._used += size
+        while self._used > self._room:
+            self._used -= self._values.popitem(last=False)[1][1]
+
+
+def _arrays(holder: Any) -> Iterable[NDArray[Any]]:
+    values = (getattr(holder, field.name) for field in fields(holder))
+    return [value for value in values if isinstance(value, np.ndarray)]
+
+
+def _bytes(arrays: Iterable[NDArray[Any]]) -> int:
+    return sum(array.nbytes for array in arrays)

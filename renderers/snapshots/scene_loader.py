@@ -1,0 +1,149 @@
+"""The scene a request names, loaded from the spool's data."""
+
+import math
+
+import msgspec
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from disk import UserError
+from renderers.scene import (
+    AIR_HU,
+    AirSurface,
+    Material,
+    Mesh,
+    Scene,
+    TransferFunction,
+    Volume,
+)
+from renderers.scene.deflection import deflected_surface
+from renderers.scene.mesh import PlacedMesh
+from renderers.snapshots.data_store import DataStore
+from renderers.snapshots.deflector_request import to_deflection
+from renderers.snapshots.request import (
+    ClassicWork,
+    GridSpec,
+    InstrumentSpec,
+    ScopeWork,
+    SnapshotRequest,
+    to_lights,
+    to_material,
+    to_transfer_function,
+)
+
+LARGEST_VOLUME = 8 << 30
+LARGEST_MESH = 256 << 20
+"""Bytes of data accepted, so that a slip of the pen cannot fill the memory."""
+
+_VOLUME_TYPES = ("int16", "uint16", "uint8", "float32")
+
+
+def load_volume(
+    data: DataStore, digest: str, grid: GridSpec, *dtypes: str, background: float
+) -> Volume:
+    """Map a volume; raise ValueError when it is not what the request says."""
+    values = data.get(digest, dtypes or _VOLUME_TYPES, LARGEST_VOLUME)
+    return Volume(
+        values,
+        np.array(grid.spacing_mm),
+        np.array(grid.origin_mm),
+        np.array(grid.direction),
+        background,
+    )
+
+
+def load_scene(data: DataStore, request: SnapshotRequest) -> Scene:
+    """Load what a request needs to be traced and shaded."""
+    work = request.work
+    if isinstance(work, ClassicWork):
+        return Scene(
+            load_volume(data, work.volume, work.grid, background=AIR_HU),
+            to_transfer_function(work),
+            to_lights(work),
+            to_material(work),
+        )
+    distance = load_volume(data, work.distance, work.grid, "float32", background=1.0)
+    blood = load_volume(data, work.blood, work.grid, "uint8", background=0.0)
+    skin = load_volume(data, work.skin, work.grid, "uint8", background=0.0)
+    # Mode scope classifies nothing; the distance stands in for a density.
+    nothing = TransferFunction(np.array([0.0, 1.0]), np.zeros((2, 3)), np.zeros(2))
+    return Scene(distance, nothing, surface=AirSurface(distance, blood, skin))
+
+
+def scene_key(request: SnapshotRequest) -> bytes:
+    """Describe what a prepared ray tracer depends on; equal keys may share one."""
+    work = request.work
+    if isinstance(work, ScopeWork):
+        part: object = (work.distance, work.blood, work.skin, work.grid)
+    else:
+        part = msgspec.structs.replace(work, instruments=())
+    return _key(part, request)
+
+
+def family_key(request: SnapshotRequest) -> bytes:
+    """Describe a request but for its volumes' values.
+
+    Where this is equal and `scene_key` is not, the volume was edited.
+    """
+    work = request.work
+    part: object = ("scope", work.grid)
+    if isinstance(work, ClassicWork):
+        part = msgspec.structs.replace(work, volume="", instruments=())
+    return _key(part, request)
+
+
+def _key(part: object, request: SnapshotRequest) -> bytes:
+    fineness = request.quality, request.step_voxels, request.cutoff
+    how = *fineness, request.classification, request.deflectors
+    return msgspec.json.encode((part, *how))
+
+
+def seen_surface(request: SnapshotRequest, scene: Scene) -> AirSurface:
+    """Get the surface whose light is found: deformed as the rays see it."""
+    if scene.surface is None:
+        raise UserError("the scene has no air surface; mode scope needs one")
+    if not request.deflectors:
+        return scene.surface
+    return deflected_surface(scene.surface, to_deflection(request.deflectors))
+
+
+def rigid_pose(rows: ArrayLike) -> NDArray[np.float64]:
+    """Give the 4x4 transform of three rows; ValueError where it would bend a tool."""
+    pose = np.eye(4)
+    pose[:3] = rows
+    rotation = pose[:3, :3]
+    if not np.allclose(rotation.T @ rotation, np.eye(3), atol=1e-5) or (
+        math.copysign(1, np.linalg.det(rotation)) < 0
+    ):
+        raise UserError(
+            f"an instrument's pose must be rigid, a turn and a shift, got "
+            f"{pose[:3].tolist()}"
+        )
+    return pose
+
+
+def load_tools(data: DataStore, request: SnapshotRequest) -> list[PlacedMesh]:
+    """Load the instruments that a request's rays end at: those of mode classic.
+
+    In mode scope instruments are put before or behind what rays found.
+    """
+    work = request.work
+    if isinstance(work, ScopeWork):
+        return []
+    return instrument_meshes(data, work.instruments)
+
+
+def instrument_meshes(
+    data: DataStore, instruments: tuple[InstrumentSpec, ...]
+) -> list[PlacedMesh]:
+    """Load a request's instruments with their world-from-mesh transforms."""
+    result = []
+    for spec in instruments:
+        pose = rigid_pose(spec.world_from_mesh)
+        mesh = Mesh(
+            np.asarray(data.get(spec.vertices, ("float64",), LARGEST_MESH)),
+            np.asarray(data.get(spec.faces, ("int32",), LARGEST_MESH)),
+            Material[spec.material],
+        )
+        result.append((mesh, pose))
+    return result

@@ -1,0 +1,328 @@
+"""Those who trace a snapshot together: threads of one process, or ranks."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.art.job_steps import Step, reached
+from renderers.art.march import FrameRays, March
+from renderers.art.ranks.messages import MessageKind
+from renderers.art.ranks.policy import CellPolicy
+from renderers.art.ranks.prepare import MarchNode, edit_node
+from renderers.art.ranks.rank import FrameNode, Rank
+from renderers.art.ranks.ray_node import RayNode
+from renderers.art.ranks.ray_travel import MarchRayNode, make_frame_node
+from renderers.art.ranks.rays import RayPacket
+from renderers.art.ranks.transport import Transport
+from renderers.art.ranks.work import MarchWork
+from renderers.art.regions import (
+    Gather,
+    deal_regions,
+    finished_squares,
+    region_edge,
+)
+from renderers.art.tracer import ActiveRayTracer, RenderStoppedError
+from renderers.scene import GBuffer, Image, Scene
+from renderers.snapshots.data_store import DataStore
+from renderers.snapshots.deflector_request import to_deflection
+from renderers.snapshots.request import ScopeWork, SnapshotRequest, decode_request
+from renderers.snapshots.scene_loader import (
+    family_key,
+    load_scene,
+    load_tools,
+    scene_key,
+)
+from renderers.snapshots.traced import (
+    Tools,
+    Traced,
+    among_solids,
+    empty_gather,
+    ending_rays,
+    found_by,
+    traced_camera,
+)
+
+Progress = Callable[[float], bool]
+"""Told the share done; answers whether to go on."""
+
+_LOOK_S = 0.02
+"""Time between two looks at the progress, which may read the disk."""
+
+
+class Team(Protocol):
+    """Promise what a worker needs."""
+
+    ranks: int
+    traces_parts: bool
+    """Whether `Gather.wanted` saves anything; ranks trace all rays."""
+
+    def trace(
+        self,
+        request: SnapshotRequest,
+        scene: Scene,
+        progress: Progress,
+        gather: Gather | None = None,
+        tools: Tools = (),
+    ) -> Traced:
+        """Trace a request; raise RenderStoppedError when `progress` says so.
+
+        gather: one of `empty_gather`, for those who look at what has come; what is done
+        in it already is not traced again. tools: of `load_tools`.
+        """
+        ...
+
+    def dismiss(self) -> None:
+        """Let everybody go."""
+        ...
+
+
+class SerialTeam:
+    """Trace with the threads of this process."""
+
+    ranks = 1
+    traces_parts = True
+
+    def __init__(self, threads: int = 2) -> None:
+        self._threads = threads
+        self._kept: tuple[bytes, ActiveRayTracer] | None = None
+
+    def trace(
+        self,
+        request: SnapshotRequest,
+        scene: Scene,
+        progress: Progress,
+        gather: Gather | None = None,
+        tools: Tools = (),
+    ) -> Traced:
+        """Trace a request. The tracer is kept for the next one of the same scene."""
+        key = scene_key(request)
+        if self._kept is None or self._kept[0] != key:
+            tracer = ActiveRayTracer(
+                scene,
+                request.to_quality(),
+                threads=self._threads,
+                deflection=to_deflection(request.deflectors),
+            )
+            self._kept = key, tracer
+        tracer = self._kept[1]
+        camera = traced_camera(request)
+        solids = ending_rays(request, tools)
+        limit = None if solids is None else solids.depth_mm
+        if gather is not None:
+            gather.solids = solids
+            if gather.wanted is not None:
+                ends = np.float32(np.inf) if limit is None else limit
+                limit = np.where(gather.wanted, ends, np.float32(0))
+        found: GBuffer | Image
+        try:
+            if isinstance(request.work, ScopeWork):
+                found = tracer.gbuffer(camera, progress, gather, limit_mm=limit)
+            else:
+                found = tracer.render(camera, progress, gather, limit_mm=limit)
+                found = among_solids(found, request, scene, solids)
+        except RenderStoppedError as stop:
+            if isinstance(stop.partial, Image):
+                stop.partial = among_solids(stop.partial, request, scene, solids)
+            raise
+        assert tracer.report is not None
+        report = tracer.report
+        return Traced(found, report.counters, step_voxels=report.step_voxels)
+
+    def dismiss(self) -> None:
+        """Forget the last scene."""
+        self._kept = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Kept:
+    scene: bytes
+    family: bytes
+    march: March
+    node: MarchNode | MarchRayNode
+    work: MarchWork
+
+
+def mode_of(request: SnapshotRequest) -> str:
+    """Get what the tracer calls a request's mode."""
+    return "scope" if isinstance(request.work, ScopeWork) else "classic"
+
+
+class _Prepared:
+    """Keep one rank's node for the next request of the same scene, or edit it."""
+
+    def __init__(self, transport: Transport, policy: CellPolicy) -> None:
+        self._transport = transport
+        self._policy = policy
+        self._kept: _Kept | None = None
+
+    def node(self, request: SnapshotRequest, scene: Scene) -> tuple[March, FrameNode]:
+        kept = self._kept
+        if kept is None or kept.scene != scene_key(request):
+            kept = self._edit(request, scene) or self._make(request, scene)
+            self._kept = kept
+        return kept.march, kept.node
+
+    def _edit(self, request: SnapshotRequest, scene: Scene) -> "_Kept | None":
+        kept, quality = self._kept, request.to_quality()
+        if kept is None or kept.family != family_key(request):
+            return None
+        if isinstance(kept.node, RayNode):
+            return None
+        march = edit_node(
+            kept.node,
+            kept.work,
+            scene,
+            mode_of(request),
+            quality,
+            to_deflection(request.deflectors),
+        )
+        if march is None:
+            return None
+        return replace(kept, scene=scene_key(request), march=march)
+
+    def _make(self, request: SnapshotRequest, scene: Scene) -> "_Kept":
+        march, node, work = make_frame_node(
+            scene,
+            mode_of(request),
+            request.to_quality(),
+            self._policy,
+            rank=self._transport.rank,
+            ranks=self._transport.ranks,
+            distances=self._transport.distances,
+            deflection=to_deflection(request.deflectors),
+        )
+        return _Kept(scene_key(request), family_key(request), march, node, work)
+
+    def forget(self) -> None:
+        self._kept = None
+
+
+class _Order(msgspec.Struct):
+    """Tell the other ranks what to draw. finished: bits of `finished_squares`."""
+
+    request: msgspec.Raw
+    finished: bytes
+
+    def squares(self, size: tuple[int, ...], ranks: int) -> NDArray[np.bool_]:
+        """Unpack the regions that nobody need draw; ValueError for too few bits."""
+        edge = region_edge(ranks)
+        rows, columns = (-(-side // edge) for side in size)
+        bits = np.unpackbits(np.frombuffer(self.finished, np.uint8))
+        return bits[: rows * columns].reshape(rows, columns) > 0
+
+
+class RankTeam:
+    """Trace with all ranks of a transport; lives on rank 0."""
+
+    def __init__(self, rank: Rank, policy: CellPolicy | None = None) -> None:
+        self.ranks = rank.transport.ranks
+        self.traces_parts = False
+        self._rank = rank
+        self._prepared = _Prepared(rank.transport, policy or CellPolicy())
+
+    def trace(
+        self,
+        request: SnapshotRequest,
+        scene: Scene,
+        progress: Progress,
+        gather: Gather | None = None,
+        tools: Tools = (),
+    ) -> Traced:
+        """Trace a request; other ranks load what they need themselves."""
+        rank = self._rank
+        frame = rank.frame + 1
+        gather = gather or empty_gather(request)
+        gather.solids = ending_rays(request, tools)
+        finished = finished_squares(gather.done, region_edge(self.ranks))
+        order = _Order(
+            msgspec.Raw(msgspec.json.encode(request)), np.packbits(finished).tobytes()
+        )
+        rank.order(MessageKind.BEGIN, frame, msgspec.json.encode(order))
+        try:
+            march, node = self._prepared.node(request, scene)
+            reached(Step.SCENE_LOADED)
+            rays = _rays(request, gather.solids)
+            packets = _packets(march, rays, 0, self.ranks, finished)
+            rank.begin(frame, node, packets, gather)
+            stopped = self._complete(gather, progress)
+            reached(Step.FRAME_COMPLETE)
+        finally:
+            # Frame numbers are never used again, also when this one never began.
+            rank.frame = frame
+            rank.end()
+            if rank.is_broken:
+                self._prepared.forget()
+        found = found_by(request, scene, gather)
+        if stopped:
+            raise RenderStoppedError(found, gather.done)
+        step = march.quality.step_voxels
+        return Traced(found, dict(rank.cost), step_voxels=step)
+
+    def dismiss(self) -> None:
+        """Send the other ranks home."""
+        self._rank.order(MessageKind.STOP, self._rank.frame + 1)
+
+    def _complete(self, gather: Gather, progress: Progress) -> bool:
+        """Draw until every rank is done; tell whether the picture was given up."""
+        looked = time.monotonic()
+        stopped = False
+        while not self._rank.is_complete:
+            if not self._rank.step():
+                self._rank.rest()
+            if not stopped and time.monotonic() - looked > _LOOK_S:
+                looked = time.monotonic()
+                if not progress(1 - gather.missing / gather.done.size):
+                    stopped = True
+                    self._rank.cancel()
+        return stopped
+
+
+def follow(rank: Rank, data: DataStore, policy: CellPolicy | None = None) -> None:
+    """Take part in what rank 0 orders until it says STOP; the loop of other ranks."""
+    transport = rank.transport
+    prepared = _Prepared(transport, policy or CellPolicy())
+    while True:
+        if not rank.step():
+            rank.rest()
+        if not rank.orders or rank.is_drawing:
+            continue
+        order = rank.orders.popleft()
+        if order.kind is MessageKind.STOP:
+            return
+        if rank.is_broken:
+            prepared.forget()
+        try:
+            told = msgspec.json.decode(order.payload, type=_Order)
+            request = decode_request(bytes(told.request))
+            rays = _rays(request, ending_rays(request, load_tools(data, request)))
+            finished = told.squares(rays.limit.shape, transport.ranks)
+            march, node = prepared.node(request, load_scene(data, request))
+            reached(Step.SCENE_LOADED)
+        except (ValueError, OSError) as error:
+            prepared.forget()
+            rank.fail(order.frame, str(error))
+            continue
+        packets = _packets(march, rays, transport.rank, transport.ranks, finished)
+        rank.begin(order.frame, node, packets)
+
+
+def _rays(request: SnapshotRequest, solids: GBuffer | None) -> FrameRays:
+    limit = None if solids is None else solids.depth_mm
+    return FrameRays.of(traced_camera(request), limit)
+
+
+def _packets(
+    march: March,
+    rays: FrameRays,
+    rank: int,
+    ranks: int,
+    finished: NDArray[np.bool_],
+) -> list[RayPacket]:
+    height, width = rays.limit.shape
+    regions = deal_regions(width, height, rank, ranks, finished=finished)
+    return [march.start(region, rays) for region in regions]

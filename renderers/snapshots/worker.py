@@ -1,0 +1,260 @@
+"""The worker: takes requests from a spool folder, draws them, one after the other."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+
+from disk import UserError
+from renderers.art.job_steps import Step, reached
+from renderers.art.ranks.transport import RankRefusedError, TransportError
+from renderers.art.tracer import RenderStoppedError
+from renderers.scene import Scene
+from renderers.snapshots.camera_check import camera_in_tissue
+from renderers.snapshots.delivery import Finisher, write_picture
+from renderers.snapshots.heartbeat import Heartbeat, Verdict
+from renderers.snapshots.lease import LEASE_S, SAVE_EVERY_S
+from renderers.snapshots.path_traced import truth_of
+from renderers.snapshots.preview import Preview
+from renderers.snapshots.progressive import trace_best
+from renderers.snapshots.pruning import KEEP_S, Pruner
+from renderers.snapshots.refinement import Refinement, can_refine, refined
+from renderers.snapshots.request import (
+    RESULT_SCHEMA,
+    SnapshotRequest,
+    SnapshotResult,
+    decode_request,
+)
+from renderers.snapshots.result_cache import KEPT_BYTES, KeptViews
+from renderers.snapshots.saved_work import SavedWork, code_key, forget_saved
+from renderers.snapshots.scene_loader import load_scene, load_tools
+from renderers.snapshots.shared_files import write_whole
+from renderers.snapshots.spool import Claim, JobState, Spool
+from renderers.snapshots.team import Progress, SerialTeam, Team
+from renderers.snapshots.traced import Traced
+
+POLL_S = 0.05
+MOST_ATTEMPTS = 3
+
+
+def _never() -> bool:
+    return False
+
+
+def run_worker(
+    folder: Path,
+    *,
+    once: bool = False,
+    team: Team | None = None,
+    threads: int = 2,
+    lease_s: float = LEASE_S,
+    keep_s: float = KEEP_S,
+    save_every_s: float = SAVE_EVERY_S,
+    kept_bytes: int = KEPT_BYTES,
+    stopped: Callable[[], bool] = _never,
+) -> int:
+    """Serve a spool folder; return the number of jobs that reached an end.
+
+    once: stop when nothing is left that no living worker does; a job whose worker gave
+    no sign of life within the lease is drawn before. team: those who trace; None for
+    the threads of this process. keep_s: how long finished jobs stay in the folder.
+    save_every_s: how often what is found is saved, for whoever takes the job over.
+    kept_bytes: room for pictures, and again for what rays found, that the same view is
+    not drawn again from; 0 draws every job.
+    stopped: asked between bands; a job that is then going on is left to the next
+    worker. Raise SpoolError when the folder cannot be used.
+    """
+    spool = Spool(folder)
+    pruner = Pruner(spool, keep_s)
+    team = team or SerialTeam(threads)
+    finisher = Finisher(spool.data, threads)
+    code_key()
+    kept = KeptViews(kept_bytes)
+    worker = _Worker(spool, team, finisher, kept, save_every_s, stopped)
+    served = 0
+    try:
+        while not stopped():
+            claim = spool.claim() or spool.take_over(lease_s)
+            if claim is not None:
+                served += worker.serve(claim)
+                continue
+            pruner.prune_at_times()
+            if once and spool.is_quiet():
+                break
+            time.sleep(POLL_S)
+    finally:
+        worker.finisher.close()
+        team.dismiss()
+    return served
+
+
+class _Worker:
+    """Bring one job after the other to an end."""
+
+    def __init__(
+        self,
+        spool: Spool,
+        team: Team,
+        finisher: Finisher,
+        kept: KeptViews,
+        save_every_s: float,
+        stopped: Callable[[], bool],
+    ) -> None:
+        self.finisher = finisher
+        self._spool = spool
+        self._team = team
+        self._save_every_s = save_every_s
+        self._stopped = stopped
+        self._kept = kept
+
+    def serve(self, claim: Claim) -> bool:
+        """Draw one job; False when the worker was stopped before it ended.
+
+        What is wrong with the job becomes its status, never the worker's end.
+        """
+        with Heartbeat(self._spool, claim.job_id, claim.attempt) as heart:
+            try:
+                verdict = self._judge(claim, heart)
+            except TransportError:
+                # The other ranks are gone; the job is left to the next worker.
+                raise
+            except Exception as error:
+                # A fault of ours. The client is told now rather than by our silence.
+                fault = f"the worker broke: {type(error).__name__}: {error}"
+                heart.end(JobState.FAILED, fault[:2000])
+                raise
+            if verdict is not None:
+                heart.end(*verdict)
+            if self._spool.status(claim.job_id).state.is_final:
+                forget_saved(self._spool, claim.job_id)
+            return heart.is_over
+
+    def _judge(self, claim: Claim, heart: Heartbeat) -> Verdict | None:
+        """Draw a job and tell how it ends; None when that was said or is left open."""
+        if claim.attempt > MOST_ATTEMPTS:
+            return JobState.FAILED, f"{MOST_ATTEMPTS} workers died drawing it"
+        try:
+            request = decode_request(claim.record)
+            if request.id != claim.job_id:
+                raise UserError(f"id: the request says it is {request.id}")
+            self._render(request, claim.attempt, heart)
+        except RenderStoppedError:
+            # Cancelled or late, or this worker was stopped from outside: then the next
+            # one takes the job over.
+            return None
+        except ValueError as error:
+            return JobState.REJECTED, str(error)
+        except (OSError, MemoryError, RankRefusedError) as error:
+            return JobState.FAILED, str(error) or type(error).__name__
+        return JobState.DONE, ""
+
+    def _render(self, request: SnapshotRequest, attempt: int, heart: Heartbeat) -> None:
+        began = time.perf_counter()
+        heart.limit(
+            request.max_seconds,
+            f"the picture took longer than max_seconds, {request.max_seconds:g} s",
+        )
+        if request.deadline_s is not None:
+            heart.limit(
+                request.deadline_s - self._spool.age_s(request.id),
+                f"the picture was not done within deadline_s, {request.deadline_s:g} s",
+            )
+        if not heart.look():
+            raise RenderStoppedError()
+
+        def go_on(share: float) -> bool:
+            heart.done = max(heart.done, 0.99 * share)
+            return heart.may_go_on() and not self._stopped()
+
+        def enough() -> bool:
+            after = request.deliver_after_s
+            late = after is not None and time.perf_counter() - began > after
+            return late or self._spool.is_enough(request.id)
+
+        scene = load_scene(self._spool.data, request)
+        reached(Step.SCENE_LOADED)
+        loaded = time.perf_counter()
+        folder = self._spool.attempt_folder(request.id, attempt)
+        saved = SavedWork(self._spool, request, attempt, self._save_every_s)
+        picture, traced = self._kept.picture(request), self._kept.traced(request)
+        skipped = {
+            "views_skipped": int(picture is not None),
+            "traces_skipped": int(picture is not None or traced is not None),
+        }
+        counters: dict[str, int] = {}
+        share = 1.0
+        if picture is None and can_refine(request):
+            refinement = Refinement(self._team, self.finisher, request, scene, go_on)
+            with Preview(folder, request, scene, self.finisher) as preview:
+                picture = refined(refinement, go_on, enough, preview.show_picture)
+            counters = dict(refinement.counters)
+            share = float(picture.samples.mean()) / 4
+            self._kept.keep_picture(request, picture)
+        elif picture is None and traced is None:
+            traced = self._trace(request, scene, folder, go_on, enough, saved)
+            self._kept.keep_traced(request, traced)
+            counters = traced.counters
+            share = 1.0 if traced.drawn is None else float(traced.drawn.mean())
+        found = time.perf_counter()
+        if picture is None:
+            assert traced is not None
+            picture = self.finisher.finish(request, scene, traced, go_on, enough, saved)
+            self._kept.keep_picture(request, picture)
+        reached(Step.PICTURE_SHADED)
+        shaded = time.perf_counter()
+        if not (heart.look() and go_on(1.0)):
+            raise RenderStoppedError()
+        digests = write_picture(folder, request, picture)
+        reached(Step.PICTURE_WRITTEN)
+        result = SnapshotResult(
+            schema=RESULT_SCHEMA,
+            id=request.id,
+            mode="classic" if picture.gain is None else "scope",
+            width=request.image.width,
+            height=request.image.height,
+            ranks=self._team.ranks,
+            attempt=attempt,
+            gain=picture.gain,
+            complete=picture.complete,
+            traced=share,
+            noise=picture.noise,
+            error=picture.error,
+            seconds={
+                "load": loaded - began,
+                "trace": found - loaded,
+                "shade": shaded - found,
+                "total": time.perf_counter() - began,
+            },
+            counters=counters | skipped,
+            digests=digests,
+            camera_in_tissue=camera_in_tissue(request, scene),
+            step_voxels=None if traced is None else traced.step_voxels,
+        )
+        write_whole(folder / "result.json", msgspec.json.encode(result))
+        reached(Step.RESULT_WRITTEN)
+        heart.done = 1.0
+
+    def _trace(
+        self,
+        request: SnapshotRequest,
+        scene: Scene,
+        folder: Path,
+        go_on: Progress,
+        enough: Callable[[], bool],
+        saved: SavedWork,
+    ) -> Traced:
+        """Trace a view; show it while it comes."""
+        # where light is followed by paths, that takes nearly all the time
+        tracing = 0.05 if truth_of(request) else 0.9
+        with Preview(folder, request, scene, self.finisher) as preview:
+            return trace_best(
+                self._team,
+                request,
+                scene,
+                lambda share: go_on(tracing * share),
+                enough,
+                preview,
+                saved,
+                load_tools(self._spool.data, request),
+            )

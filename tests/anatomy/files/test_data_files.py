@@ -1,0 +1,105 @@
+"""Headers that name files: their neighbours, and what they may not read."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from anatomy.files.volumes import load_volume
+
+VALUES = np.arange(1000, dtype="<i2")
+
+NRRD = (
+    "NRRD0005\ntype: short\ndimension: 3\nspace: left-posterior-superior\n"
+    "sizes: 10 10 10\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n"
+    "space origin: (0,0,0)\nendian: little\nencoding: raw\ndata file: {}\n"
+)
+META = (
+    "ObjectType = Image\nNDims = 3\nBinaryData = True\n"
+    "BinaryDataByteOrderMSB = False\nDimSize = 10 10 10\nElementSpacing = 1 1 1\n"
+    "ElementType = MET_SHORT\nElementDataFile = {}\n"
+)
+HEADERS = {"scan.nhdr": NRRD, "scan.nrrd": NRRD, "scan.mhd": META, "scan.mha": META}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Give a folder of values, with values beside it that are nobody's business."""
+    inside = tmp_path / "scan"
+    (inside / "sub").mkdir(parents=True)
+    for place in (
+        tmp_path / "secret.raw",
+        inside / "a b.raw",
+        inside / "sub" / "a.raw",
+    ):
+        place.write_bytes(VALUES.tobytes())
+    for n in range(10):
+        part = VALUES[100 * n : 100 * (n + 1)]
+        (inside / f"s{n:02d}.raw").write_bytes(part.tobytes())
+    return inside
+
+
+LIST = "\n".join(f"s{n:02d}.raw" for n in range(10))
+
+
+@pytest.mark.parametrize("header", HEADERS)
+@pytest.mark.parametrize("name", ["a b.raw", "sub/a.raw", "s%02d.raw 0 9 1", "LIST"])
+def test_neighbours_are_read(folder: Path, header: str, name: str) -> None:
+    named = name + ("\n" + LIST if name == "LIST" else "")
+    if name == "LIST" and HEADERS[header] is NRRD:
+        named = "LIST 2\n" + LIST
+    file = folder / header
+    file.write_text(HEADERS[header].format(named))
+    assert np.array_equal(load_volume(file).values.ravel(), VALUES)
+
+
+@pytest.mark.parametrize("header", HEADERS)
+@pytest.mark.parametrize(
+    ("name", "complaint"),
+    [
+        ("{up}/secret.raw", "outside its own folder"),
+        ("../secret.raw", "outside its own folder"),
+        ("sub/../../secret.raw", "outside its own folder"),
+        ("link.raw", "outside its own folder"),
+        ("/dev/zero", "outside its own folder"),
+        ("../s%02d.raw 0 9 1", "outside its own folder"),
+        ("LIST\n../secret.raw", "outside its own folder"),
+        ("pipe", "no plain file"),
+        ("sub", "no plain file"),
+        ("absent.raw", "not there"),
+    ],
+)
+def test_what_lies_elsewhere_is_not_read(
+    folder: Path, header: str, name: str, complaint: str
+) -> None:
+    os.mkfifo(folder / "pipe")
+    (folder / "link.raw").symlink_to("../secret.raw")
+    file = folder / header
+    file.write_text(HEADERS[header].format(name.format(up=folder.parent)))
+    with pytest.raises(ValueError, match=rf"{header} takes its values .*{complaint}"):
+        load_volume(file)
+
+
+def test_the_partner_of_a_pair_is_a_plain_file(folder: Path) -> None:
+    (folder / "scan.hdr").write_bytes(bytes(348))
+    os.mkfifo(folder / "scan.img")
+    with pytest.raises(ValueError, match=r"scan\.hdr takes its values from scan\.img"):
+        load_volume(folder / "scan.hdr")
+
+
+def test_a_header_without_an_end_is_refused(folder: Path) -> None:
+    (folder / "scan.nhdr").write_bytes(b"NRRD0005\n" + b"# more\n" * 200_000)
+    with pytest.raises(ValueError, match="header without an end"):
+        load_volume(folder / "scan.nhdr")
+
+
+def test_other_formats_are_not_tried(folder: Path) -> None:
+    """A format that nobody asked for is one more parser for foreign bytes."""
+    (folder / "scan.vtk").write_text(
+        "# vtk DataFile Version 3.0\nx\nASCII\nDATASET STRUCTURED_POINTS\n"
+        "DIMENSIONS 2 2 2\nORIGIN 0 0 0\nSPACING 1 1 1\nPOINT_DATA 8\n"
+        "SCALARS s short 1\nLOOKUP_TABLE default\n1 2 3 4 5 6 7 8\n"
+    )
+    with pytest.raises(ValueError, match="NRRD, NIfTI and MetaImage files can"):
+        load_volume(folder / "scan.vtk")

@@ -1,0 +1,95 @@
+"""NIfTI files as hospitals' converters write them: rescaled, with two frames."""
+
+import gzip
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from anatomy.files.nifti_header import frame_notes, read_nifti_header
+from anatomy.files.volumes import load_volume, save_volume
+from anatomy.scan.scan import Modality, read_scan
+from renderers.scene.volume import Volume
+
+
+def head() -> Volume:
+    """A box of tissue in air, with a shell of bone, in CT numbers."""
+    hu = np.full((20, 24, 28), -1000.0)
+    hu[3:17, 3:21, 3:25] = 900.0
+    hu[4:16, 4:20, 4:24] = 40.0
+    hu[8:12, 8:12, 8:12] = -1000.0
+    turn = np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1.0]])
+    place = np.array([-30.0, 20, 7])
+    return Volume(hu.astype(np.int16), np.array([0.5, 0.5, 1.25]), place, turn)
+
+
+def write(file: Path) -> bytearray:
+    """Write the head as int16 with slope 1 and intercept -1024; gives the bytes."""
+    volume = head()
+    values = np.asarray(volume.values)
+    save_volume(volume.with_values((values + 1024).astype(np.int16), 0.0), file)
+    content = bytearray(file.read_bytes())
+    struct.pack_into("<2f", content, 112, 1.0, -1024.0)
+    file.write_bytes(content)
+    return content
+
+
+@pytest.mark.parametrize("ending", ["nii", "nii.gz"])
+def test_a_rescaled_ct_is_no_cut_file(tmp_path: Path, ending: str) -> None:
+    """The reader announces floats, twice the bytes that the file has."""
+    content = write(tmp_path / "a.nii")
+    file = tmp_path / f"scan.{ending}"
+    file.write_bytes(gzip.compress(content) if ending == "nii.gz" else content)
+    assert read_nifti_header(file).stored_bytes == len(content)
+    assert np.array_equal(load_volume(file).values, head().values)
+    scan = read_scan(file)
+    assert scan.modality is Modality.CT
+    assert np.array_equal(scan.volume.values, head().values)
+    assert scan.notes == ()
+    short = content[:-700]
+    file.write_bytes(gzip.compress(short) if ending == "nii.gz" else short)
+    with pytest.raises(ValueError, match=r"is cut off: [\d,]+ of [\d,]+ bytes"):
+        load_volume(file)
+
+
+def test_the_frames_are_those_that_the_reader_takes(tmp_path: Path) -> None:
+    file = tmp_path / "a.nii"
+    write(file)
+    header = read_nifti_header(file)
+    placed = head().world_from_voxel[:3]
+    assert header.qform == pytest.approx(placed, abs=1e-4)
+    assert header.sform == pytest.approx(placed, abs=1e-4)
+    assert frame_notes(file, load_volume(file)) == []
+
+
+def test_frames_that_disagree_are_told(tmp_path: Path) -> None:
+    file = tmp_path / "a.nii"
+    content = write(file)
+    # the fourth number of the first row: 12 mm to one side
+    (x,) = struct.unpack_from("<f", content, 280 + 12)
+    struct.pack_into("<f", content, 280 + 12, x + 12.0)
+    file.write_bytes(content)
+    (note,) = read_scan(file).notes
+    assert "qform and sform of a.nii disagree by up to 12.0 mm" in note
+    origin = read_scan(file).volume.origin_mm
+    by_qform = np.allclose(origin, head().origin_mm, atol=1e-3)
+    assert ("the qform is taken" in note) == by_qform
+    assert ("the sform is taken" in note) != by_qform
+
+
+def test_frames_that_exchange_the_sides_are_refused(tmp_path: Path) -> None:
+    file = tmp_path / "a.nii"
+    content = write(file)
+    row = struct.unpack_from("<4f", content, 280)
+    struct.pack_into("<4f", content, 280, *(-v for v in row))
+    file.write_bytes(content)
+    with pytest.raises(ValueError, match=r"a\.nii .* left and right are unknown"):
+        read_scan(file)
+
+
+def test_what_is_none_is_refused(tmp_path: Path) -> None:
+    for name, content in (("a.nii", b"no header"), ("a.nii.gz", b"\x1f\x8bbroken")):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(ValueError, match=name):
+            read_nifti_header(tmp_path / name)

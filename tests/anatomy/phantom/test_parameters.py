@@ -1,0 +1,45 @@
+from typing import Any
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from anatomy.phantom.parameters import PhantomParameters
+
+
+@given(st.integers(0, 2**40), st.floats(-6, 6), st.booleans())
+def test_parameters_survive_json_and_keep_their_digest(
+    seed: int, deviation: float, operated: bool
+) -> None:
+    one = PhantomParameters(
+        seed=seed, septal_deviation_mm=deviation, uncinectomy=operated
+    )
+    again = msgspec.json.decode(msgspec.json.encode(one), type=PhantomParameters)
+    assert again == one
+    assert again.digest() == one.digest()
+
+
+def test_every_parameter_changes_the_digest() -> None:
+    plain = PhantomParameters()
+    changed = [
+        msgspec.structs.replace(plain, seed=2),
+        msgspec.structs.replace(plain, congestion=0.5),
+        msgspec.structs.replace(plain, uncinectomy=True),
+        msgspec.structs.replace(plain, edge_blur_mm=0.6),
+    ]
+    assert len({p.digest() for p in [plain, *changed]}) == 5
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("keros_mm", 0.5), ("seed", -1), ("congestion", float("nan")), ("seed", 2**64)],
+)
+def test_a_value_out_of_range_is_named(name: str, value: Any) -> None:
+    with pytest.raises(ValueError, match=f"{name} must lie in"):
+        PhantomParameters(**{name: value})
+
+
+def test_a_tiny_frontal_sinus_is_refused() -> None:
+    with pytest.raises(ValueError, match="frontal_scale"):
+        PhantomParameters(frontal_scale=0.2)

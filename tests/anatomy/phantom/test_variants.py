@@ -1,0 +1,97 @@
+import msgspec
+import numpy as np
+import pytest
+
+from anatomy.phantom.ethmoid import lamina_papyracea
+from anatomy.phantom.parameters import SIDED_VARIANTS, PhantomParameters
+from anatomy.phantom.variants import (
+    NAMES,
+    PREVALENCE,
+    draw_variants,
+    variant_names,
+    with_variants,
+    without_variants,
+)
+from anatomy.tissue import Side
+
+DEFAULT = PhantomParameters()
+
+
+def test_a_variant_is_added_to_the_side_asked_for() -> None:
+    head = with_variants(DEFAULT, ["onodi:left"])
+    assert head.has("onodi", Side.LEFT)
+    assert not head.has("onodi", Side.RIGHT)
+    assert head.has("agger-nasi", Side.RIGHT)
+
+
+def test_without_a_side_both_get_it_and_removal_undoes_it() -> None:
+    head = with_variants(DEFAULT, ["haller"])
+    assert all(head.has("haller", side) for side in (Side.LEFT, Side.RIGHT))
+    assert without_variants(head, ["haller"]) == DEFAULT
+
+
+def test_keros_septum_and_sizes_can_be_asked_for_by_name() -> None:
+    head = with_variants(
+        DEFAULT, ["keros-3", "septal-deviation:left", "hypoplastic-maxillary:left"]
+    )
+    assert head.keros_mm > 7
+    assert head.septal_deviation_mm < 0
+    assert head.scale("maxillary", Side.LEFT) == pytest.approx(0.64)
+    assert head.scale("maxillary", Side.RIGHT) == DEFAULT.maxillary_scale
+    bare = with_variants(DEFAULT, ["frontal-aplasia:left"])
+    assert bare.scale("frontal", Side.LEFT) == 0.0
+    assert bare.scale("frontal", Side.RIGHT) == 1.0
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_was_asked_for_is_named(name: str) -> None:
+    """And asking for all that is named changes nothing."""
+    side = "" if name.startswith("keros") else ":left"
+    head = with_variants(DEFAULT, [name + side])
+    named = variant_names(head)
+    assert name + side in named
+    assert len([word for word in named if word.startswith("keros")]) == 1
+    again = with_variants(head, named)
+    assert variant_names(again) == named
+    assert again.variants == head.variants
+
+
+@pytest.mark.parametrize(("mm", "kind"), [(1, 1), (3, 1), (4, 2), (7, 2), (8, 3)])
+def test_keros_types_are_millimetres(mm: float, kind: int) -> None:
+    head = msgspec.structs.replace(DEFAULT, keros_mm=float(mm))
+    assert variant_names(head)[-1] == f"keros-{kind}"
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("onodo", "there is no variant"),
+        ("onodi:up", "must be left or right"),
+        ("keros-2:left", "holds for both sides"),
+        ("frontal-aplasia:right", "cannot be asked for"),
+    ],
+)
+def test_what_there_is_not_is_refused(name: str, said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        with_variants(DEFAULT, [name])
+
+
+def test_prevalences_and_side_correlation_are_those_published() -> None:
+    rng = np.random.default_rng(0)
+    drawn = [draw_variants(rng) for _ in range(3000)]
+    for name, share in PREVALENCE.items():
+        left = np.array([f"{name}:left" in v for v in drawn])
+        right = np.array([f"{name}:right" in v for v in drawn])
+        assert left.mean() == pytest.approx(share, abs=0.03)
+        assert right.mean() == pytest.approx(share, abs=0.03)
+        # A hidden correlation of .6 shows as .25 to .45 in what is there or not.
+        assert 0.2 < np.corrcoef(left, right)[0, 1] < 0.5
+    assert set(PREVALENCE) == set(SIDED_VARIANTS) <= set(NAMES)
+
+
+def test_a_wider_ethmoid_moves_the_lamina_on_its_side_alone() -> None:
+    head = PhantomParameters(ethmoid_scale=1.2)
+    point = np.array([[0.0], [-30.0], [38.0]])
+    wide = lamina_papyracea(head, Side.RIGHT).evaluate(point)
+    plain = lamina_papyracea(DEFAULT, Side.RIGHT).evaluate(point)
+    assert wide[0] > plain[0] + 1.0

@@ -1,0 +1,100 @@
+import numpy as np
+import pytest
+
+from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.phantom import Phantom, distance_at
+from anatomy.phantom.population import draw_parameters
+from anatomy.queries.landmarks import landmarks
+from anatomy.tissue import Label, Side
+
+
+def test_the_left_has_positive_x_and_sides_mirror() -> None:
+    found = landmarks(PhantomParameters(septal_deviation_mm=0.0))
+    for key, landmark in found.items():
+        assert key == landmark.key
+        if landmark.side == Side.LEFT:
+            assert landmark.position_mm[0] > 0
+            twin = found[key.replace(", left", ", right")].position_mm
+            assert landmark.position_mm == pytest.approx(twin * [-1, 1, 1])
+
+
+def test_a_deviated_septum_shifts_landmarks_to_its_side() -> None:
+    # Positive deviation is to the patient's right, which is negative x.
+    bent = landmarks(PhantomParameters(septal_deviation_mm=4.0))
+    straight = landmarks(PhantomParameters(septal_deviation_mm=0.0))
+    for side in ("left", "right"):
+        key = f"inferior turbinate head, {side}"
+        assert bent[key].position_mm[0] < straight[key].position_mm[0] - 1
+
+
+AIR = (
+    "nostril",
+    "nasal valve",
+    "middle meatus",
+    "sphenoethmoidal recess",
+    "choana",
+    "maxillary sinus",
+    "frontal sinus",
+    "sphenoid sinus",
+    "maxillary ostium",
+    "frontal ostium",
+    "sphenoid ostium",
+    "eustachian orifice",
+)
+SOLID = ("inferior turbinate head", "middle turbinate head", "middle turbinate tail")
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_cavities_are_air_and_turbinates_are_not(side: str) -> None:
+    parameters = PhantomParameters()
+    found = landmarks(parameters)
+    keys = [f"{name}, {side}" for name in AIR + SOLID]
+    values = distance_at(parameters, np.array([found[k].position_mm for k in keys]))
+    assert np.all(values[: len(AIR)] < 0), dict(zip(keys, values, strict=True))
+    assert np.all(values[len(AIR) :] > 0), dict(zip(keys, values, strict=True))
+
+
+def test_sinus_landmarks_lie_in_their_labels(phantom: Phantom) -> None:
+    expected = {
+        "maxillary sinus": Label.MAXILLARY_AIR,
+        "frontal sinus": Label.FRONTAL_AIR,
+        "sphenoid sinus": Label.SPHENOID_AIR,
+        "choana": Label.NASAL_AIR,
+    }
+    for name, label in expected.items():
+        position = phantom.landmarks[f"{name}, left"].position_mm
+        index = np.round((position - phantom.ct.origin_mm) / phantom.spacing_mm)
+        i, j, k = index.astype(int)
+        assert phantom.labels.values[k, j, i] == label
+
+
+def test_a_head_has_no_landmark_of_what_it_lacks() -> None:
+    def names(parameters: PhantomParameters) -> set[str]:
+        return set(landmarks(parameters))
+
+    usual = names(PhantomParameters())
+    one_sided = names(PhantomParameters(variants=("agger-nasi:left",)))
+    assert usual - one_sided == {"agger nasi, right"}
+    bare = names(PhantomParameters(frontal_scale=0.0, variants=()))
+    assert usual - bare == {
+        f"{name}, {side}"
+        for name in ("agger nasi", "frontal sinus", "frontal ostium")
+        for side in ("right", "left")
+    }
+    operated = names(PhantomParameters(uncinectomy=True))
+    assert usual - operated == {
+        f"{name}, {side}"
+        for name in ("uncinate process", "hiatus semilunaris")
+        for side in ("right", "left")
+    }
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_drawn_heads_have_an_agger_landmark_where_they_have_the_cell(seed: int) -> None:
+    parameters = draw_parameters(seed)
+    found = landmarks(parameters)
+    for side in (Side.RIGHT, Side.LEFT):
+        has = parameters.has("agger-nasi", side)
+        assert (f"agger nasi, {side.name.lower()}" in found) == has
+        aired = parameters.scale("frontal", side) > 0
+        assert (f"frontal ostium, {side.name.lower()}" in found) == aired

@@ -1,0 +1,82 @@
+import itertools
+
+import msgspec
+import numpy as np
+import pytest
+
+from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.phantom import Phantom, build_phantom
+from anatomy.phantom.sinus_opacity import Opacity
+from anatomy.queries.lund_mackay import lund_mackay
+from anatomy.tissue import Label, Side
+
+SPACING_MM = 1.0
+REQUESTS = (
+    (Opacity(maxillary=1, frontal=2), Opacity()),
+    (Opacity(sphenoid=1, ostiomeatal=2, anterior_ethmoid=1), Opacity(frontal=1)),
+    (
+        Opacity(posterior_ethmoid=1, anterior_ethmoid=2, polyps=3),
+        Opacity(maxillary=2, sphenoid=2),
+    ),
+    (
+        Opacity(
+            maxillary=2,
+            anterior_ethmoid=2,
+            posterior_ethmoid=2,
+            sphenoid=2,
+            frontal=2,
+            ostiomeatal=2,
+            polyps=4,
+        ),
+        Opacity(
+            maxillary=1,
+            anterior_ethmoid=1,
+            posterior_ethmoid=1,
+            sphenoid=1,
+            frontal=1,
+        ),
+    ),
+)
+
+
+@pytest.fixture(scope="module")
+def twin() -> Phantom:
+    return build_phantom(PhantomParameters(seed=3), SPACING_MM)
+
+
+@pytest.mark.parametrize("request_", REQUESTS)
+def test_the_recounted_score_is_the_one_asked_for(
+    twin: Phantom, request_: tuple[Opacity, Opacity]
+) -> None:
+    head = PhantomParameters(seed=3, opacity=request_)
+    found = lund_mackay(build_phantom(head, SPACING_MM), twin)
+    for side, wanted in zip((Side.RIGHT, Side.LEFT), request_, strict=True):
+        assert found[side] == msgspec.structs.replace(wanted, polyps=0)
+
+
+def test_a_healthy_head_scores_nothing(twin: Phantom) -> None:
+    assert all(score.total == 0 for score in lund_mackay(twin, twin).values())
+
+
+def test_polyps_grow_with_their_grade() -> None:
+    box = ((-14.0, 2.0), (8.0, 50.0), (0.0, 34.0))
+    sizes = [
+        np.count_nonzero(
+            build_phantom(
+                PhantomParameters(opacity=(Opacity(polyps=grade), Opacity())),
+                0.8,
+                field_mm=box,
+            ).labels.values
+            == Label.POLYP
+        )
+        for grade in range(5)
+    ]
+    assert sizes[0] == 0
+    assert all(b > 1.3 * a for a, b in itertools.pairwise(sizes[1:]))
+
+
+def test_a_twin_on_another_grid_is_refused(twin: Phantom) -> None:
+    box = ((-14.0, 2.0), (8.0, 50.0), (0.0, 34.0))
+    other = build_phantom(PhantomParameters(seed=3), 1.0, field_mm=box)
+    with pytest.raises(ValueError, match="must share the grid"):
+        lund_mackay(twin, other)

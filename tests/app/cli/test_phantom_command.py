@@ -1,0 +1,74 @@
+import json
+from pathlib import Path
+
+import pytest
+
+from anatomy import Opacity
+from anatomy.case import read_case
+from app.__main__ import main
+from app.cli.phantom_command import parse_scores, run_phantom
+
+
+def test_a_patient_is_drawn_with_what_was_asked_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["phantom", "--seed", "7", "--spacing", "2", "--json"]
+    words += ["--variant", "onodi:left", "--without", "agger-nasi"]
+    words += ["--variant", "keros-3"]
+    words += ["--lund-mackay", "maxillary:left=2,polyps=1", "--mr"]
+    assert main([*words, "--out", str(tmp_path / "case")]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert {"onodi:left", "keros-3"} <= set(said["variants"])
+    assert not [v for v in said["variants"] if v.startswith("agger-nasi")]
+    assert {"ct.nrrd", "t1.nrrd", "t2.nrrd", "case.json"} <= set(said["files"])
+    held = read_case(tmp_path / "case").record.parameters
+    assert held is not None
+    assert held.opacity[1] == Opacity(maxillary=2, polyps=1)
+    assert held.opacity[0] == Opacity(polyps=1)
+    assert held.ct_noise_hu == 12.0
+
+
+def test_the_average_adult_can_be_asked_for(tmp_path: Path) -> None:
+    run_phantom(
+        out=tmp_path / "case", seed=3, spacing_mm=3.0, as_json=True, average=True
+    )
+    held = read_case(tmp_path / "case").record.parameters
+    assert held is not None
+    assert held.maxillary_scale == 0.97
+    assert held.seed == 3
+    (tmp_path / "case" / "exercise.toml").write_text("of another head")
+    with pytest.raises(
+        ValueError, match=r"the case of a phantom \(seed 3\) with its exercise.*--force"
+    ):
+        run_phantom(out=tmp_path / "case", seed=4, spacing_mm=3.0, as_json=True)
+    run_phantom(out=tmp_path / "case", seed=4, spacing_mm=3.0, as_json=True, force=True)
+    held = read_case(tmp_path / "case").record.parameters
+    assert held is not None
+    assert held.seed == 4
+    assert not (tmp_path / "case" / "exercise.toml").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("kidney=2",), "reads NAME:SIDE=SCORE"),
+        (("maxillary",), "reads NAME:SIDE=SCORE"),
+        (("maxillary=two",), "whole number"),
+        (("maxillary=\N{SUPERSCRIPT TWO}",), "whole number"),
+        (("maxillary:up=2",), "left or right"),
+        (("ostiomeatal=1",), "must be one of"),
+    ],
+)
+def test_scores_that_there_are_not_are_refused(
+    words: tuple[str, ...], said: str
+) -> None:
+    with pytest.raises(ValueError, match=said):
+        parse_scores(words)
+
+
+def test_an_unknown_variant_is_one_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["phantom", "--variant", "third-nostril", "--out", str(tmp_path / "x")]
+    assert main(words) == 1
+    assert "there is no variant 'third-nostril'" in capsys.readouterr().err

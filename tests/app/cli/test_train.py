@@ -1,0 +1,59 @@
+"""`paravol train` before a window is open: every refusal is one sentence."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from app.__main__ import main
+
+
+def refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    assert main(["train", *words]) == 1
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith("paravol: ")
+    assert said.err.count("\n") == 1
+    return said.err
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (["--size", "63"], "63"),
+        (["--size", "5000"], "5000"),
+        (["--seconds", "0"], "--seconds"),
+        (["--seconds", "inf"], "--seconds"),
+        (["--screenshot", "picture.bmp"], "picture.bmp"),
+        (["--screenshot", "no/such/folder/picture.png"], "no/such/folder"),
+        (["--scenario", "no_such_thing"], "no_such_thing"),
+        (["--input", "robot"], "robot"),
+        (["--input", "igtl:here"], "igtl:localhost:18944"),
+        (["--input", "recording:no/such.json"], "no/such.json"),
+        (["--input", "gamepad:no/such/event0"], "no/such/event0"),
+        (["--input", "mouse", "--device", "/dev/ttyUSB0"], "--device"),
+        (["--stream-igtl", "everywhere"], "--stream-igtl"),
+    ],
+)
+def test_bad_options_are_named(
+    words: list[str], named: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert named in refused(words, capsys)
+    # and none of it costs the time that loading Qt takes
+    assert "app.window.main_window" not in sys.modules
+
+
+def test_a_recording_is_never_overwritten(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "session.json").write_text("mine")
+    assert str(tmp_path) in refused(["--record", str(tmp_path)], capsys)
+    assert (tmp_path / "session.json").read_text() == "mine"
+
+
+def test_without_a_display_no_window_opens_and_nothing_crashes(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
+        monkeypatch.delenv(name, raising=False)
+    assert "there is no display" in refused([], capsys)

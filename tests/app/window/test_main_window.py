@@ -1,0 +1,283 @@
+"""The trainee's window, opened on a virtual screen by the command itself."""
+
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image, ImageColor
+
+from app.vtk.overview_scene import LIGHT
+from devices.openigtlink import PoseStreamer
+from scenarios.bundle import FrameRecord, SampleRecord, read_session
+
+pytestmark = pytest.mark.display
+
+ROOT = Path(__file__).parents[2]
+LIMIT_S = 240.0
+Train = Callable[..., tuple[subprocess.CompletedProcess[str], list[int]]]
+LIGHT_RGB = ImageColor.getrgb(LIGHT)
+
+
+def parts(screenshot: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Cut the endoscope's picture and the overview out of a window's picture."""
+    with Image.open(screenshot) as picture:
+        pixels = np.asarray(picture.convert("RGB"), dtype=np.float64)
+    height, width = pixels.shape[:2]
+    endoscope = pixels[height // 4 : height * 5 // 8, width // 6 : width * 4 // 10]
+    overview = pixels[height // 4 : height * 3 // 4, width * 2 // 3 : width - 20]
+    return endoscope, overview
+
+
+def test_the_window_flies_records_and_closes_by_itself(
+    train: Train, coarse_scenario: Path, tmp_path: Path
+) -> None:
+    shot, bundle = tmp_path / "shot.png", tmp_path / "flight.paravol"
+    done, left = train(
+        *("--scenario", str(coarse_scenario), "--seconds", "4"),
+        *("--input", "emulator", "--screenshot", str(shot), "--record", str(bundle)),
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert not left
+    endoscope, overview = parts(shot)
+    red, green, blue = endoscope.mean(axis=(0, 1))
+    assert red > 40
+    assert red > 1.2 * green
+    assert red > 1.2 * blue
+    assert endoscope.std() > 5  # a view of something, not a plain colour
+    # the head's red shows on the overview's dark ground
+    head = (overview[..., 0] > 1.4 * overview[..., 1]) & (overview[..., 0] > 60)
+    assert 0.05 < head.mean() < 0.8
+    # and so does the tip of the scope, which is drawn without shading
+    tip = np.abs(overview - np.array(LIGHT_RGB)).max(axis=-1) < 8
+    assert 30 < tip.sum() < 3000
+    _, records, complete = read_session(bundle)
+    assert complete
+    assert (bundle / "result.json").is_file()
+    frames = [record for record in records if isinstance(record, FrameRecord)]
+    assert [frame.number for frame in frames] == list(range(len(frames)))
+    assert frames
+
+
+KEYS = """
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from app.inputs import choose_input
+from app.window.main_window import TraineeWindow
+from paravol.flight_order import FlightOrder
+from app.window.flight_thread import WindowFlight
+from devices import load_probe_path
+from scenarios import load_scenario
+
+application = QApplication([])
+scenario, folder = load_scenario("first_flight")
+file = folder / scenario.path
+path = load_probe_path(file)
+arm = choose_input("emulator", None, scenario, path, file)
+flight = WindowFlight(FlightOrder(scenario, path, arm, 128, 1, None))
+window = TraineeWindow(flight, None, edge_samples=0)
+window.show()
+Key = Qt.Key
+for key, degrees in (
+    (Key.Key_Right, 5), (Key.Key_Up, 10), (Key.Key_Left, 5), (Key.Key_Down, 0)
+):
+    QTest.keyClick(window, key)
+    assert flight.roll.turn_deg == degrees, (key, flight.roll.turn_deg)
+before = window.geometry()
+for leave in (Key.Key_F, Key.Key_Escape):
+    QTest.keyClick(window, Key.Key_F)
+    assert window.isFullScreen()
+    assert window.geometry() == window.screen().geometry() != before
+    QTest.keyClick(window, leave)
+    assert not window.isFullScreen()
+    assert window.geometry() == before
+for key in (Key.Key_Q, Key.Key_Escape):
+    window.show()
+    QTest.keyClick(window, key)
+    assert not window.isVisible()
+window.release()
+"""
+
+
+@pytest.mark.slow
+def test_keys_turn_the_light_fill_the_screen_and_quit(screen: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", KEYS], cwd=ROOT, capture_output=True, text=True
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+STEER = """
+import sys
+import numpy as np
+import time
+from PySide6.QtCore import QEvent, QEventLoop, QPoint, Qt, QTimer
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from paravol.environment import prepare_environment
+prepare_environment()
+from app.inputs import choose_input
+from app.window.main_window import TraineeWindow
+from paravol.flight_order import FlightOrder
+from app.window.flight_thread import WindowFlight
+from devices import load_probe_path
+from scenarios import load_scenario
+
+application = QApplication([])
+scenario, folder = load_scenario(sys.argv[1])
+file = folder / scenario.path
+path = load_probe_path(file)
+mouse = choose_input("mouse", None, scenario, path, file)
+flight = WindowFlight(FlightOrder(scenario, path, mouse, 128, 1, None))
+window = TraineeWindow(flight, None, edge_samples=0)
+seen = []
+take = flight.take
+def watched():
+    instant = take()
+    if instant is not None:
+        seen.append(instant.view.world_from_tip)
+    return instant
+flight.take = watched
+window.show()
+flight.start()
+
+def until(what, holds):
+    count, began = -1, time.monotonic()
+    while flight.error is None and (len(seen) == count or not seen or not holds()):
+        count = len(seen)
+        assert time.monotonic() - began < 200.0, (what, count, seen[-1:])
+        # QTest.qWait keeps the interpreter for itself: the flight would stand still.
+        loop = QEventLoop()
+        QTimer.singleShot(20, loop.quit)
+        loop.exec()
+    assert flight.error is None, flight.error
+
+until("a frame", lambda: True)
+pivot, axis = seen[-1][:3, 3], -seen[-1][:3, 2]
+assert all(np.array_equal(frame, seen[0]) for frame in seen)
+QTest.keyPress(window, Qt.Key.Key_W)
+until("depth", lambda: np.linalg.norm(seen[-1][:3, 3] - pivot) > 10.0)
+QTest.keyRelease(window, Qt.Key.Key_W)
+QTest.mousePress(window.picture, Qt.MouseButton.LeftButton, pos=QPoint(100, 100))
+QTest.mouseMove(window.picture, QPoint(100, 40))
+QTest.mouseRelease(window.picture, Qt.MouseButton.LeftButton, pos=QPoint(100, 40))
+until("tilt", lambda: -seen[-1][:3, 2] @ axis < np.cos(np.radians(2.0)))
+assert -seen[-1][2, 2] > axis[2]  # dragged up, it points up
+# Keys that are down when the window loses the keyboard do not stick.
+QTest.keyPress(window, Qt.Key.Key_S)
+application.sendEvent(window, QEvent(QEvent.Type.WindowDeactivate))
+until("a halt", lambda: np.array_equal(seen[-1], seen[-2]))
+depth = np.linalg.norm(seen[-1][:3, 3] - pivot)
+assert depth > 5.0, depth
+# The head is opened in a thread of its own, while the scope flies on.
+overview = window._overview.scene
+assert not overview.is_open
+QTest.keyClick(window, Qt.Key.Key_C)
+until("an open head", lambda: overview.is_open)
+QTest.keyClick(window, Qt.Key.Key_C)
+until("a whole head", lambda: not overview.is_open)
+for frame in seen:
+    arm = frame[:3, 3] - pivot
+    assert np.linalg.norm(np.cross(arm, frame[:3, 2])) < 1e-9
+window.close()
+assert flight.stop(60.0)
+window.release()
+"""
+
+
+def test_keys_and_mouse_steer_the_scope_about_the_nostril(
+    screen: str, coarse_scenario: Path
+) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", STEER, str(coarse_scenario)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=LIMIT_S,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.slow
+def test_one_program_flies_what_another_streams(
+    train: Train, coarse_scenario: Path, tmp_path: Path
+) -> None:
+    bundle = tmp_path / "linked.paravol"
+    pose = np.eye(4)
+    pose[:3, :3] = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]  # looks backwards: +y, LPS
+    pose[:3, 3] = -6.3, -13.0, -6.5
+    over = threading.Event()
+    with PoseStreamer(0) as streamer:
+
+        def stream() -> None:
+            while not over.wait(0.01):
+                streamer.publish("Stylus", pose, time.monotonic())
+
+        sender = threading.Thread(target=stream)
+        sender.start()
+        with socket.create_server(("127.0.0.1", 0)) as free:
+            port = free.getsockname()[1]
+        try:
+            done, left = train(
+                *("--scenario", str(coarse_scenario), "--seconds", "1"),
+                *("--input", f"igtl:127.0.0.1:{streamer.port}"),
+                *("--stream-igtl", str(port), "--record", str(bundle)),
+            )
+        finally:
+            over.set()
+            sender.join()
+    assert (done.returncode, done.stderr) == (0, "")
+    assert not left
+    _, records, complete = read_session(bundle)
+    samples = [record for record in records if isinstance(record, SampleRecord)]
+    assert complete
+    expected = pose.astype(np.float32).astype(np.float64).ravel().tolist()
+    assert samples
+    assert all(sample.device_from_tip == expected for sample in samples)
+
+
+@pytest.mark.slow
+def test_ctrl_c_closes_the_window(
+    screen: str, family: Any, coarse_scenario: Path
+) -> None:
+    command = [sys.executable, "-m", "app", "train", "--scenario", str(coarse_scenario)]
+    command += ["--input", "emulator"]
+    with subprocess.Popen(
+        command,
+        cwd=ROOT,
+        env=family.environment,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as child:
+        # The flight has begun when the emulated arm runs beside the window.
+        while child.poll() is None and not has_emulator(family):
+            time.sleep(0.1)
+        child.send_signal(signal.SIGINT)
+        _, said = child.communicate(timeout=LIMIT_S)
+    assert child.returncode == 130
+    assert "Traceback" not in said
+    # The emulated arm looks twice a second whether its parent still lives.
+    until = time.monotonic() + 10.0
+    while family.pids() and time.monotonic() < until:
+        time.sleep(0.1)
+    assert not family.pids()
+
+
+def has_emulator(family: Any) -> bool:
+    for pid in family.pids():
+        try:
+            words = Path(f"/proc/{pid}/cmdline").read_bytes()
+        except OSError:
+            continue
+        if b"devices.microscribe.emulator.process" in words:
+            return True
+    return False

@@ -1,0 +1,90 @@
+"""Keys and mouse, as names and numbers."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from devices.controls.fulcrum import Demand
+from devices.controls.keyboard import (
+    FINE_KEY,
+    FINE_SHARE,
+    HELP,
+    INSERT_MM_PER_NOTCH,
+    KEYS,
+    PEDAL_KEYS,
+    MouseKeys,
+)
+from devices.controls.steering import Freedom, Steering
+
+ALL_KEYS = [*KEYS, *PEDAL_KEYS, FINE_KEY]
+strokes = st.lists(st.tuples(st.sampled_from(ALL_KEYS), st.booleans()), max_size=60)
+
+
+def demand_after(steering: Steering, at_s: float) -> tuple[Demand, int]:
+    steering.step(at_s - 1.0, at_s)
+    return steering.step(at_s, at_s + 1.0)
+
+
+@given(strokes)
+def test_what_is_asked_depends_only_on_the_keys_that_are_down(
+    strokes: list[tuple[str, bool]],
+) -> None:
+    steering = Steering()
+    keys = MouseKeys(steering)
+    down: set[str] = set()
+    for number, (name, is_down) in enumerate(strokes):
+        assert keys.key(name, is_down, number * 0.01)
+        (down.add if is_down else down.discard)(name)
+    demand, buttons = demand_after(steering, 10.0)
+    for freedom in Freedom:
+        share = FINE_SHARE if FINE_KEY in down else 1.0
+        asked = sum(s for k, (f, s) in KEYS.items() if f == freedom and k in down)
+        assert demand[freedom] == asked * share
+    assert buttons == sum(bit for key, bit in PEDAL_KEYS.items() if key in down)
+
+
+@given(strokes)
+def test_letting_go_stops_everything(strokes: list[tuple[str, bool]]) -> None:
+    steering = Steering()
+    keys = MouseKeys(steering)
+    for name, is_down in strokes:
+        keys.key(name, is_down, 0.0)
+    keys.release(1.0)
+    assert demand_after(steering, 10.0) == (Demand(), 0)
+
+
+def test_every_freedom_can_be_moved_both_ways() -> None:
+    for freedom in Freedom:
+        assert sorted(s for f, s in KEYS.values() if f == freedom) == [-1, 1]
+
+
+def test_repeats_of_a_held_key_change_nothing_and_strange_keys_are_left() -> None:
+    steering = Steering()
+    keys = MouseKeys(steering)
+    for at in range(5):
+        assert keys.key("W", True, float(at))
+    assert keys.key("W", False, 5.0)
+    demand, _ = steering.step(0.0, 10.0)
+    assert demand.insert == 0.5
+    assert not keys.key("Q", True, 6.0)
+    assert not keys.key("Space", True, 6.0)
+
+
+def test_the_mouse_tilts_turns_and_inserts() -> None:
+    steering = Steering()
+    keys = MouseKeys(steering)
+    keys.drag(10.0, 0.0, False, 0.1)
+    keys.drag(0.0, -10.0, False, 0.2)
+    keys.drag(10.0, 99.0, True, 0.3)
+    keys.wheel(2.0, 0.4)
+    demand, _ = steering.step(0.0, 1.0)
+    assert demand.yaw_nudge_deg == demand.pitch_nudge_deg > 0.0
+    assert demand.roll_nudge_deg > 0.0
+    assert demand.insert_nudge_mm == 2.0 * INSERT_MM_PER_NOTCH
+    assert demand[:4] == (0.0, 0.0, 0.0, 0.0)
+
+
+def test_the_help_names_every_key() -> None:
+    arrows = {"Left": "←", "Right": "→", "Up": "↑", "Down": "↓"}
+    named = " ".join(HELP)
+    for key in (*KEYS, FINE_KEY):
+        assert arrows.get(key, key) in named

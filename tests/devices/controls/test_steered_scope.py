@@ -1,0 +1,138 @@
+"""A scope steered by hand, by a clock that the test drives."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from devices.controls.fulcrum import Fulcrum, FulcrumControl
+from devices.controls.steered_scope import SteeredArm
+from devices.controls.steering import Freedom, Steering
+from devices.port import DeviceError, DeviceReason
+from devices.pose import Pose
+
+FULCRUM = Fulcrum(np.array((-6.3, -13.0, -6.5)), np.array((0.0, 0.86, 0.5)))
+
+
+@dataclass
+class DrivenClock:
+    """Time passes when somebody sleeps."""
+
+    at_s: float = 50.0
+
+    def now(self) -> float:
+        return self.at_s
+
+    def sleep(self, seconds: float) -> None:
+        self.at_s += seconds
+
+
+@dataclass
+class Handset:
+    """A device that is asked, fails when told to, and is let go of."""
+
+    clock: DrivenClock
+    fails_at_s: float = float("inf")
+    polled: list[float] = field(default_factory=list)
+    closed: int = 0
+
+    def poll(self, steering: Steering) -> None:
+        if self.clock.at_s >= self.fails_at_s:
+            raise DeviceError(DeviceReason.DISCONNECTED, "The pad went away.")
+        self.polled.append(self.clock.at_s)
+
+    def close(self) -> None:
+        self.closed += 1
+
+
+def scripted() -> Steering:
+    steering = Steering()
+    for at_s, freedom, rate in (
+        (50.005, Freedom.INSERT, 1.0),
+        (50.123, Freedom.YAW, -0.5),
+        (50.301, Freedom.INSERT, 0.0),
+        (50.302, Freedom.ROLL, 1.0),
+        (50.444, Freedom.PITCH, 0.3),
+    ):
+        steering.hold(freedom, rate, at_s)
+    steering.press(1, True, 50.25)
+    steering.press(1, False, 50.35)
+    return steering
+
+
+def flown(waits: list[float], until_s: float = 51.0) -> list[Pose]:
+    clock = DrivenClock()
+    arm = SteeredArm(FulcrumControl(FULCRUM), scripted(), clock=clock)
+    poses: list[Pose] = []
+    for wait in waits:
+        clock.at_s = min(clock.at_s + wait, until_s)
+        poses += arm.drain()
+    clock.at_s = until_s
+    return poses + arm.drain()
+
+
+@given(st.lists(st.floats(0.0, 0.4), max_size=12))
+@settings(deadline=None, max_examples=25)
+def test_the_flight_does_not_depend_on_when_it_is_read(waits: list[float]) -> None:
+    expected = flown([])
+    got = flown(waits)
+    assert [p.time_s for p in got] == [p.time_s for p in expected]
+    assert [p.host_time_s for p in got] == [p.host_time_s for p in expected]
+    assert [p.buttons for p in got] == [p.buttons for p in expected]
+    for a, b in zip(got, expected, strict=True):
+        assert a.device_from_tip.tobytes() == b.device_from_tip.tobytes()
+
+
+def test_poses_come_at_even_times_and_go_through_the_fulcrum() -> None:
+    poses = flown([])
+    assert [p.time_s for p in poses] == [(i + 1) / 100 for i in range(len(poses))]
+    assert len(poses) == 100
+    for pose in poses:
+        arm = pose.tip_mm - FULCRUM.pivot_mm
+        assert np.linalg.norm(np.cross(arm, pose.pointing)) < 1e-9
+    assert {p.buttons for p in poses} == {0, 1}
+    depth = (poses[-1].tip_mm - FULCRUM.pivot_mm) @ poses[-1].pointing
+    assert depth == pytest.approx(25.0 * (50.301 - 50.005), abs=1e-6)
+
+
+def test_reading_waits_for_the_next_tick() -> None:
+    clock = DrivenClock()
+    arm = SteeredArm(FulcrumControl(FULCRUM), Steering(), clock=clock)
+    assert arm.latest() is None
+    pose = arm.read(1.0)
+    assert (pose.time_s, pose.host_time_s) == (0.01, 50.01)
+    assert clock.at_s == 50.01
+    with pytest.raises(TimeoutError):
+        arm.read(0.001)
+
+
+def test_a_handset_is_asked_and_its_failure_comes_after_what_it_flew() -> None:
+    clock = DrivenClock()
+    pad = Handset(clock, fails_at_s=50.1)
+    arm = SteeredArm(FulcrumControl(FULCRUM), Steering(), pad, clock=clock)
+    clock.at_s = 50.025
+    arm.latest()
+    clock.at_s = 50.2
+    assert [arm.read(1.0).time_s for _ in range(2)] == [0.01, 0.02]
+    with pytest.raises(DeviceError, match="pad went away"):
+        arm.read(1.0)
+    arm.close()
+    arm.close()
+    assert pad.polled == [50.025]
+    assert pad.closed == 2
+
+
+def test_a_closed_arm_is_not_asked_any_more() -> None:
+    clock = DrivenClock()
+    pad = Handset(clock)
+    with SteeredArm(FulcrumControl(FULCRUM), Steering(), pad, clock=clock) as arm:
+        arm.read(1.0)
+    clock.at_s += 1.0
+    asked = len(pad.polled)
+    with pytest.raises(EOFError):
+        arm.read(1.0)
+    assert len(pad.polled) == asked
+    with pytest.raises(ValueError, match="rate_hz"):
+        SteeredArm(FulcrumControl(FULCRUM), Steering(), rate_hz=0.0)

@@ -1,0 +1,73 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from devices.microscribe.emulator.motion_report import Reading
+from devices.microscribe.emulator.packet import packet_length, standard_packet
+from devices.microscribe.kinematics.profiles import MICROSCRIBE_CODES
+from devices.microscribe.wire.packets import decode_packet
+
+LENGTHS = """80:2 81:12 82:16 83:14 84:5 85:15 86:19 87:17 88:7 89:17 8A:21 8B:19
+8C:11 8D:21 8E:25 8F:23 A0:4 A1:14 A2:18 A3:16 A4:7 A5:17 A6:21 A7:19 A8:9 A9:19 AA:23
+AB:21 AC:13 AD:23 AE:27 AF:25"""
+
+COUNTS = (13903, 6238, 6868, 4098, 3193, 8416, 300)
+SIX = "6C 4F 30 5E 35 54 20 02 18 79 41 60"
+ANALOG = (255, 254, 1, 0, 127, 128, 3, 255)
+
+seven_bits = st.integers(0, 127)
+
+
+@pytest.mark.parametrize("row", LENGTHS.split())
+def test_lengths_are_those_of_the_table(row: str) -> None:
+    header, length = int(row[:2], 16), int(row[3:])
+    packet = standard_packet(header & 0x7F, Reading(COUNTS, 0), 0, MICROSCRIBE_CODES)
+    assert packet[0] == header
+    assert len(packet) == packet_length(header, MICROSCRIBE_CODES) == length
+
+
+@pytest.mark.parametrize(
+    ("sent", "buttons", "timer", "analog", "packet"),
+    [
+        (0x00, 1, 0, (0,) * 8, "80 01"),
+        (0x01, 0, 0, (0,) * 8, "81 00 6C 4F 30 5E 35 54 20 02 18 79"),
+        (0x03, 3, 0, (0,) * 8, f"83 03 {SIX}"),
+        (0x23, 1, 16383, (0,) * 8, f"A3 01 7F 7F {SIX}"),
+        (0x02, 2, 0, (0,) * 8, f"82 02 {SIX} 02 2C"),
+        (0x27, 0, 900, (255, 128, *(0,) * 6), f"A7 00 07 04 7F 40 40 {SIX}"),
+        (0x2F, 0, 1, ANALOG, f"AF 00 00 01 7F 7F 00 00 3F 40 01 7F 55 {SIX}"),
+    ],
+)
+def test_worked_packets(
+    sent: int, buttons: int, timer: int, analog: tuple[int, ...], packet: str
+) -> None:
+    reading = Reading(COUNTS, buttons, analog)
+    made = standard_packet(sent, reading, timer, MICROSCRIBE_CODES)
+
+    assert made == bytes.fromhex(packet)
+
+
+@given(
+    st.integers(0, 0x3F),
+    seven_bits,
+    st.integers(0, 0x3FFF),
+    st.tuples(*[st.integers(0, 255)] * 8),
+    st.tuples(*[st.integers(0, 0x3FFF)] * 7),
+)
+def test_the_drivers_own_reader_understands_every_packet(
+    command: int,
+    buttons: int,
+    timer: int,
+    analog: tuple[int, ...],
+    counts: tuple[int, ...],
+) -> None:
+    reading = Reading(counts, buttons, analog)
+    packet = standard_packet(command, reading, timer, MICROSCRIBE_CODES)
+    assert packet[0] == command | 0x80
+    assert max(packet[1:]) < 0x80
+    read = decode_packet(packet)
+    assert read.buttons == buttons
+    assert read.timer == (timer if command & 0x20 else None)
+    assert read.counts == counts[: MICROSCRIBE_CODES[command & 3]]
+    lossless = analog[:7]
+    assert read.analog[:7] == lossless[: len(read.analog)]

@@ -1,0 +1,133 @@
+"""The search for an arm harms none, whatever the arm was in the middle of."""
+
+import random
+from collections.abc import Callable
+from contextlib import suppress
+from itertools import permutations
+from typing import Any
+
+import pytest
+
+from devices.microscribe.driver.supervisor import ArmSettings
+from devices.microscribe.emulator.emulated_arm import EmulatedArm
+from devices.microscribe.emulator.faults import FAULTS
+from devices.microscribe.emulator.firmware import FarState
+from devices.microscribe.emulator.in_memory import MemoryLine
+from devices.microscribe.emulator.misreading import misread
+from devices.microscribe.emulator.motion import StillMotion
+from devices.microscribe.kinematics.profiles import DX40937
+from devices.microscribe.wire import commands
+from devices.microscribe.wire.link import ArmLink
+from devices.microscribe.wire.sign_on import RATES
+from devices.port import DeviceError
+
+Rehearse = Callable[..., Any]
+
+SERIAL = DX40937.identity.serial.encode()
+
+# What a host may have said before it died, with the session open. A motion command with
+# seven encoders takes two arguments more.
+HALF_SAID = {
+    "nothing": b"",
+    **{f"CF {n}": b"\xcf" + bytes(n) for n in range(24)},
+    **{f"CF seven {n}": b"\xcf\0\x09\x22" + bytes(n) for n in range(23)},
+    "stream": b"\xcf\0\x09\x23" + bytes(21),
+    "C4": b"\xc4",
+    "D2": b"\xd2",
+    **{f"{code:02X}": bytes((code,)) for code in (0xC3, 0xC7, 0xD0, 0xD1)},
+    "half a number": b"\xc7" + SERIAL[:4],
+    "a whole number": b"\xc7" + SERIAL,
+    "a wrong number": b"\xc3123",
+    **{f"C3 {n}": b"\xc3" + SERIAL + b"\0" + bytes(n) for n in range(14)},
+    **{f"D0 {n}": b"\xd0" + SERIAL + b"\0" + bytes(n) for n in range(14)},
+    **{f"C7 {n}": b"\xc7" + SERIAL + b"\0" + bytes(n) for n in range(36)},
+}
+
+
+def _left_by(said: bytes, rate: int = 115200) -> tuple[MemoryLine, StillMotion]:
+    motion = StillMotion(DX40937)
+    arm = EmulatedArm(DX40937, motion, rate=rate, accepts_memory_writes=True)
+    arm.far_end.leave_session(FarState.IDLE, 0.0)
+    arm.inject(said, 0.0)
+    return MemoryLine(arm), motion
+
+
+@pytest.mark.parametrize("said", HALF_SAID.values(), ids=list(HALF_SAID))
+def test_no_home_is_set_and_no_memory_asked_for_from_any_state(said: bytes) -> None:
+    line, motion = _left_by(said)
+    before = line.arm.far_end.memory_writes
+    link = ArmLink(line.open_port(), clock=line.clock)
+    link.sign_on((115200,))
+    assert line.arm.far_end.state is FarState.IDLE
+    assert line.arm.far_end.memory_writes == before
+    assert motion.homed == 0
+    # The first try already is understood.
+    assert line.clock.now() < 0.2
+
+
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("name", ["nothing", "CF 0", "stream", "C7", "C3 0", "D2"])
+def test_nor_at_any_other_rate(name: str, rate: int) -> None:
+    line, motion = _left_by(HALF_SAID[name], rate)
+    before = line.arm.far_end.memory_writes
+    link = ArmLink(line.open_port(), clock=line.clock)
+    link.sign_on(RATES)
+    assert line.arm.far_end.state is FarState.IDLE
+    assert line.arm.far_end.memory_writes == before
+    assert motion.homed == 0
+
+
+def test_an_arm_sent_to_another_rate_by_half_a_command_is_found() -> None:
+    line, _ = _left_by(b"\xc4", 19200)
+    link = ArmLink(line.open_port(), clock=line.clock)
+    link.sign_on(RATES)
+    assert link.baud == line.arm.session_rate
+    assert line.arm.far_end.state is FarState.IDLE
+
+
+@pytest.mark.parametrize("keep", [False, True])
+def test_no_rate_makes_it_a_command_to_home(keep: bool) -> None:
+    """Even for an arm that keeps bytes with framing errors.
+
+    Such an arm at 1.5 times our rate may read "set parameters" out of the letters; it
+    then asks for a password that is never said.
+    """
+    homing = {0xC2, 0xC3, 0xD0, 0xD1}
+    for ours, theirs in permutations(RATES, 2):
+        for command in (commands.CLEAR, commands.SIGN_ON, commands.BEGIN):
+            heard = {byte | 0x80 for byte in misread(command.data, ours, theirs, keep)}
+            assert not heard & homing
+            assert 0xC4 not in heard
+            if 0xC7 in heard:
+                assert keep
+                assert theirs == 1.5 * ours
+
+
+def _all_faults() -> list[str]:
+    return [
+        f"{kind.word}={variant}" if variant else kind.word
+        for kind in FAULTS
+        for variant in (kind.variants or ("",))
+    ]
+
+
+@pytest.mark.parametrize("left", ["", "RUN", "MOTION", "ARGS", "PASSWORD"])
+@pytest.mark.parametrize("fault", _all_faults())
+def test_nor_under_any_fault(rehearse: Rehearse, fault: str, left: str) -> None:
+    faults = [fault, *([f"f7={left}"] if left else [])]
+    bench = rehearse(*faults, seed=random.Random(fault + left).randrange(1000))
+    # Under many of them no session can open.
+    with suppress(DeviceError):
+        bench.connect(ArmSettings(rates=(115200,)))
+    arm = bench.line.arm
+    # One fault is somebody else who tries to, and power alone homes an arm.
+    assert arm.far_end.memory_writes == arm.fired.get("f29_memory_write", 0)
+    assert bench.motion.homed == arm.fired.get("f17_power_cycle", 0)
+
+
+@pytest.mark.parametrize("ignored", range(1, 37))
+def test_nor_by_a_stream_that_ignores_bytes(rehearse: Rehearse, ignored: int) -> None:
+    bench = rehearse("f7=MOTION", f"f26={ignored}")
+    bench.connect()
+    assert bench.line.arm.far_end.memory_writes == 0
+    assert bench.motion.homed == 0

@@ -1,0 +1,175 @@
+"""A view survives being a file to the last bit; what is wrong is refused by name."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_array_equal
+
+from paravol.snapshots.view_file import (
+    CaseHead,
+    PhantomHead,
+    ScanHead,
+    ViewCamera,
+    ViewFile,
+    load_view,
+    save_view,
+)
+from renderers.scene import Camera, Projection, UpWarning
+
+coordinate = st.floats(-500, 500)
+
+
+def made(eye: Any, target: Any, extent: float = 0.7) -> ViewFile:
+    camera = Camera.looking_at(eye, target, up=(0.3, 0.2, 1.0), extent=extent)
+    return ViewFile("paravol.view/1", PhantomHead(), ViewCamera.of(camera))
+
+
+@given(
+    st.tuples(coordinate, coordinate, coordinate),
+    st.floats(0.01, 1.5),
+    st.tuples(st.floats(0, 1), st.floats(0, 1)),
+)
+def test_a_camera_comes_back_to_the_last_bit(
+    eye: tuple[float, float, float], extent: float, distortion: tuple[float, float]
+) -> None:
+    view = made(eye, (eye[0] + 3, eye[1] + 17, eye[2] - 5), extent)
+    bent = msgspec.structs.replace(view.camera, distortion=distortion)
+    view = msgspec.structs.replace(view, camera=bent)
+    again = msgspec.json.decode(msgspec.json.encode(view), type=ViewFile)
+    assert again == view
+    camera, other = view.to_camera(), again.to_camera()
+    assert_array_equal(other.frame, camera.frame)
+    assert other.key == camera.key
+    assert other.extent == extent
+    assert (other.distortion.k1, other.distortion.k2) == distortion
+
+
+def test_a_file_written_by_hand_is_understood(tmp_path: Path) -> None:
+    path = tmp_path / "sub" / "my.view.json"
+    path.parent.mkdir()
+    path.write_text(
+        json.dumps(
+            {
+                "schema": "paravol.view/1",
+                "head": {"kind": "case", "folder": "../case"},
+                "camera": {
+                    "eye_mm": [0, 0, 0],
+                    "target_mm": [0, 5, 0],
+                    "extent": 30,
+                    "projection": "orthographic",
+                },
+                "look": {"mode": "classic"},
+                "size_px": [64, 32],
+            }
+        )
+    )
+    view = load_view(path)
+    assert view.head == CaseHead(str(path.parent / "../case"))
+    camera = view.to_camera()
+    assert camera.projection is Projection.ORTHOGRAPHIC
+    assert_array_equal(camera.frame[3], [0, 1, 0])
+    assert (camera.width, camera.height) == (64, 32)
+
+
+def test_full_paths_stay(tmp_path: Path) -> None:
+    path = tmp_path / "a.view.json"
+    view = made((0, 0, 0), (0, 9, 1))
+    for head in (ScanHead("/data/scan.nrrd"), CaseHead("/data/case")):
+        save_view(path, msgspec.structs.replace(view, head=head))
+        assert load_view(path).head == head
+    assert [p.name for p in tmp_path.iterdir()] == ["a.view.json"]
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        (
+            {"schema": "paravol.view/2"},
+            "schema must be 'paravol.view/1', got",
+        ),
+        ({"zoom": 2}, "'zoom' is not known; known are camera"),
+        (
+            {"size_px": [4, 512]},
+            r"size_px\[0\] must be a whole number, at least 8",
+        ),
+        ({"head": {"kind": "statue"}}, "head.kind cannot be 'statue'; known are case"),
+        (
+            {"look": {"mode": "scope", "gain": -1}},
+            "look.gain must be a number, more than 0",
+        ),
+        ({"surface_sha256": "abc"}, "surface_sha256 must be text of the form"),
+        ({"camera": {"eye_mm": [0, 0, 0], "extent": 1}}, "either axes or target_mm"),
+        (
+            {"camera": {"eye_mm": [0, 0, 0], "extent": 1, "target_mm": [0, 0, 0]}},
+            "the points coincide",
+        ),
+        (
+            {"camera": {"eye_mm": [0, 0, 0], "extent": 2, "target_mm": [0, 1, 0]}},
+            "camera extent out of range: 2",
+        ),
+        (
+            {
+                "camera": {
+                    "eye_mm": [0, 0, 0],
+                    "extent": 1,
+                    "axes": [[1, 0, 0], [0, 1, 0], [1, 0, 0]],
+                }
+            },
+            r"orthonormal, got \[\[1\.0, 0\.0, 0\.0\], \[0\.0",
+        ),
+        (
+            {
+                "instruments": [
+                    {
+                        "name": "suction tube",
+                        "world_from_instrument": [
+                            [1, 1, 0, 0],
+                            [0, 1, 0, 0],
+                            [0, 0, 1, 0],
+                        ],
+                    }
+                ],
+            },
+            "pose must be rigid",
+        ),
+    ],
+)
+def test_what_is_wrong_is_refused_by_name(
+    tmp_path: Path, change: dict[str, Any], complaint: str
+) -> None:
+    path = tmp_path / "a.view.json"
+    record = msgspec.to_builtins(made((0, 0, 0), (0, 9, 1))) | change
+    path.write_text(json.dumps(record))
+    with pytest.raises(ValueError, match=complaint) as caught:
+        load_view(path)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_what_is_no_view_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"cannot be read \(No such file"):
+        load_view(tmp_path / "none.json")
+    path = tmp_path / "a.view.json"
+    path.write_bytes(b"\x89PNG")
+    with pytest.raises(ValueError, match="is not valid"):
+        load_view(path)
+    path.write_bytes(b" " * 300_000)
+    with pytest.raises(ValueError, match="larger than 262144 bytes"):
+        load_view(path)
+
+
+def test_an_up_along_the_view_is_told_once_and_then_settled(tmp_path: Path) -> None:
+    path = tmp_path / "down.view.json"
+    camera = {"eye_mm": [0, 0, 40], "target_mm": [0, 0, 0], "extent": 0.7}
+    record = {"schema": "paravol.view/1", "head": {"kind": "phantom"}, "camera": camera}
+    path.write_text(json.dumps(record))
+    with pytest.warns(UpWarning, match=r"\[1, 0, 0\] is taken for it"):
+        view = load_view(path)
+    assert_array_equal(view.to_camera().frame[2], [1, 0, 0])
+    save_view(path, view)
+    assert load_view(path) == view

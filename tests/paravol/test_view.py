@@ -1,0 +1,140 @@
+"""What rests costs no new view, what moves is never shown where it was."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from devices import load_probe_path
+from paravol.patient import prepare_room
+from paravol.session_info import LIVE_TIER, SEED
+from paravol.session_setup import build_view, path_view
+from paravol.view import EndoscopeView, Frame
+from renderers.scene import Distortion
+from scenarios import View, load_scenario
+
+SIZE = (40, 40)
+PLACES_S = (1.0, 2.0, 2.001)
+
+
+@pytest.fixture(scope="module")
+def room(coarse_scenario: Path) -> tuple[list[EndoscopeView], list[View]]:
+    """Two renderers of one head, and a few views; some differ by the tool alone."""
+    scenario, folder = load_scenario(str(coarse_scenario))
+    path = load_probe_path(folder / scenario.path)
+    room = prepare_room(scenario, lambda stage, share: None)
+    views = [path_view(scenario, room, path, t, SIZE) for t in PLACES_S]
+    moved = views[0].world_from_instrument.copy()
+    moved[:3, 3] += 0.5 * views[0].camera.frame[1]
+    views.append(dataclasses.replace(views[0], world_from_instrument=moved))
+    renderers = [
+        build_view(
+            scenario, room, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=1
+        )
+        for _ in range(2)
+    ]
+    return renderers, views
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.lists(st.integers(0, 3), min_size=2, max_size=10))
+def test_frames_are_those_of_a_renderer_that_skips_nothing(
+    room: tuple[list[EndoscopeView], list[View]], order: list[int]
+) -> None:
+    (view, fresh), seen = room
+    before = view.views_skipped
+    rests = 0
+    last = None
+    for number, place in enumerate(order):
+        here = seen[place]
+        frame = view.draw(here, number=number, elapsed_s=0.02, gain=0.7)
+        buffer = fresh.gbuffer(here)
+        lit = fresh.light(here, buffer)
+        pixels = fresh.expose(here, buffer, lit, gain=0.7, number=number)
+        np.testing.assert_array_equal(frame.pixels, pixels)
+        np.testing.assert_array_equal(frame.gbuffer.depth_mm, buffer.depth_mm)
+        rests += place == last
+        last = place
+    # the first may rest where the sequence before it ended
+    assert view.views_skipped - before in (rests, rests + 1)
+
+
+def test_a_resting_scope_is_exposed_anew_each_time(
+    room: tuple[list[EndoscopeView], list[View]],
+) -> None:
+    """Grain and gain go on; the view is found once."""
+    (view, _), seen = room
+    before = view.views_skipped
+    frames = [view.draw(seen[1], number=n, elapsed_s=0.0, gain=0.7) for n in (7, 8, 7)]
+    assert view.views_skipped - before >= 2
+    first, other, again = (frame.fingerprint() for frame in frames)
+    assert first == again != other
+    assert np.array_equal(frames[0].pixels, frames[2].pixels)
+
+
+@pytest.fixture(scope="module")
+def shared(coarse_scenario: Path) -> EndoscopeView:
+    """One renderer with two threads."""
+    scenario, _ = load_scenario(str(coarse_scenario))
+    room = prepare_room(scenario, lambda stage, share: None)
+    return build_view(
+        scenario, room, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=2
+    )
+
+
+def test_frames_begun_one_upon_another_are_those_drawn_one_by_one(
+    room: tuple[list[EndoscopeView], list[View]], shared: EndoscopeView
+) -> None:
+    """With the automatic gain, which each frame hands to the next."""
+    (_, alone), seen = room
+    order = [0, 1, 1, 3, 2, 0, 3, 1]
+    told: list[Frame] = []
+    begun = [
+        shared.begin(seen[place], number=n, elapsed_s=0.03, then=told.append)
+        for n, place in enumerate(order)
+    ]
+    shared.settle()
+    frames = [errand.result() for errand in begun]
+    assert [id(frame) for frame in told] == [id(frame) for frame in frames]
+    alone._auto_gain.gain = None
+    for n, (place, frame) in enumerate(zip(order, frames, strict=True)):
+        expected = alone.draw(seen[place], number=n, elapsed_s=0.03)
+        assert frame.gain == expected.gain
+        np.testing.assert_array_equal(frame.pixels, expected.pixels)
+
+
+def test_what_fails_at_the_end_of_a_frame_is_raised_by_the_next(
+    room: tuple[list[EndoscopeView], list[View]], shared: EndoscopeView
+) -> None:
+    def fail(frame: Frame) -> None:
+        raise OSError("the disk is full")
+
+    _, seen = room
+    shared.begin(seen[0], number=0, elapsed_s=0.0, gain=0.7, then=fail)
+    with pytest.raises(OSError, match="disk is full"):
+        shared.begin(seen[1], number=1, elapsed_s=0.0, gain=0.7)
+    shared.settle()
+    shared.begin(seen[0], number=0, elapsed_s=0.0, gain=0.7, then=fail)
+    with pytest.raises(OSError, match="disk is full"):
+        shared.settle()
+    shared.settle()
+    expected = room[0][0].draw(seen[1], number=1, elapsed_s=0.0, gain=0.7)
+    frame = shared.draw(seen[1], number=1, elapsed_s=0.0, gain=0.7)
+    np.testing.assert_array_equal(frame.pixels, expected.pixels)
+
+
+def test_another_lens_is_another_view() -> None:
+    from renderers.scene import Camera
+
+    camera = Camera.looking_at((0.0, 0, 0), (0.0, 1, 0), size=(16, 16))
+    assert camera.key == camera.moved(camera.frame.copy()).key
+    others = [
+        camera.with_size(16, 17),
+        Camera(camera.frame, camera.extent * 1.1, 16, 16),
+        Camera(camera.frame, camera.extent, 16, 16, distortion=Distortion(-0.1)),
+        camera.moved(camera.frame + np.array([[1e-12], [0], [0], [0]])),
+    ]
+    assert len({camera.key, *(other.key for other in others)}) == 5

@@ -1,0 +1,117 @@
+import math
+
+import numpy as np
+import pytest
+
+from renderers.art.cells.bricks import Bricks
+from renderers.art.cells.cells import CellGrid, cube_distances
+
+SHAPE = (17, 25, 18)
+GRID = CellGrid(SHAPE)
+VALUES = np.random.default_rng(0).normal(size=SHAPE).astype(np.float32)
+
+
+def make_bricks(slots: int) -> Bricks:
+    leap = cube_distances(VALUES, np.zeros((0, 2), np.float32))
+    return Bricks(GRID, np.ones(3), leap, np.zeros(slots, np.int64))
+
+
+def test_a_brick_shows_the_cells_own_values() -> None:
+    bricks = make_bricks(5)
+    n = GRID.side + 1
+    for slot, cell in enumerate((7, 0, 3)):
+        bricks.show(cell, slot, GRID.block(VALUES, cell))
+        z, y, x = GRID.start(cell)
+        inside = VALUES[z : z + n, y : y + n, x : x + n]
+        brick = bricks.view.samples.reshape(-1, n, n, n, 4)[slot]
+        k, j, i = inside.shape
+        assert np.array_equal(brick[:k, :j, :i, 0], inside)
+        assert bricks.shows(cell)
+        assert bricks.view.slots[cell] == slot
+    bricks.hide(7)
+    assert not bricks.shows(7)
+
+
+def test_bricks_are_made_as_slots_are_filled() -> None:
+    bricks = make_bricks(1000)
+    fixed = math.prod(n - 1 for n in SHAPE) + 3
+    brick = (GRID.side + 1) ** 3 * 16
+    assert bricks.bytes == fixed
+    bricks.show(0, 0, GRID.block(VALUES, 0))
+    assert bricks.bytes == fixed + 64 * brick
+    bricks.show(1, 64, GRID.block(VALUES, 1))
+    assert bricks.bytes == fixed + 128 * brick
+    bricks.show(2, 999, GRID.block(VALUES, 2))
+    assert bricks.bytes == fixed + 1000 * brick
+
+
+def test_whole_numbers_take_half_the_memory() -> None:
+    """Values keep their bits, gradients 1/32767 of the steepest there can be."""
+    values = np.random.default_rng(1).integers(-1024, 3072, SHAPE).astype(np.int16)
+    spacing, n = np.array([0.4, 0.5, 1.0]), GRID.side + 1
+    span = float(np.ptp(values))
+    leap, stamp = np.zeros(8, np.uint8), np.zeros(1, np.int64)
+    plain = Bricks(GRID, spacing, leap, stamp)
+    compact = Bricks(GRID, spacing, leap, stamp, span)
+    for cell in range(GRID.cells):
+        for bricks in (plain, compact):
+            bricks.show(cell, 0, GRID.block(values, cell))
+        assert compact.view.samples.nbytes * 2 == plain.view.samples.nbytes
+        a = plain.view.samples.reshape(n, n, n, 4)
+        b = compact.view.samples.reshape(n, n, n, 4).astype(np.float64)
+        assert np.array_equal(a[..., 0], b[..., 0])
+        unit = span / spacing.min() / 32767
+        found = b[..., 1:] * compact.view.gradient_unit * 32767
+        assert np.abs(found - a[..., 1:]).max() < 0.501 * unit
+        assert np.abs(b).max() <= 32767
+
+
+def test_a_volume_takes_ten_bytes_a_voxel_at_most() -> None:
+    """Every cell of 32 cubes, and the distances over empty space."""
+    shape = (97, 97, 97)
+    grid = CellGrid(shape, 32)
+    values = np.ones(shape, np.int16)
+    leap = cube_distances(values, np.zeros((0, 2), np.float32))
+    bricks = Bricks(grid, np.ones(3), leap, np.zeros(grid.cells, np.int64), 1.0)
+    for cell in range(grid.cells):
+        bricks.show(cell, cell, grid.block(values, cell))
+    assert bricks.bytes <= 10 * values.size
+
+
+def test_bricks_of_values_alone_take_a_quarter() -> None:
+    leap, stamp = np.zeros(8, np.uint8), np.zeros(1, np.int64)
+    full = Bricks(GRID, np.ones(3), leap, stamp)
+    alone = Bricks(GRID, np.ones(3), leap, stamp, gradients=False)
+    for bricks in (full, alone):
+        bricks.show(3, 0, GRID.block(VALUES, 3))
+    assert alone.view.samples.nbytes * 4 == full.view.samples.nbytes
+    assert np.array_equal(alone.view.samples, full.view.samples[::4])
+
+
+def test_a_whole_volume_is_its_own_samples() -> None:
+    """Two bytes a voxel and the distances; an edit brings other values."""
+    values = np.random.default_rng(1).integers(0, 3000, SHAPE).astype(np.uint16)
+    leap = cube_distances(values, np.zeros((0, 2), np.float32))
+    stamp = np.zeros(1, np.int64)
+    bricks = Bricks(GRID, np.ones(3), leap, stamp, 3000.0, whole=values)
+    assert bricks.bytes <= 3 * values.size + 3
+    assert np.array_equal(bricks.view.whole.reshape(SHAPE), values)
+    bricks.replace(leap, values + 1)
+    assert np.array_equal(bricks.view.whole.reshape(SHAPE), values + 1)
+    apart = Bricks(GRID, np.ones(3), leap, stamp, 3000.0)
+    apart.replace(leap, values)
+    assert not apart.view.whole.size
+
+
+def test_a_volume_too_large_to_be_numbered_stays_in_cells() -> None:
+    vast = np.broadcast_to(np.int16(7), (1024, 1024, 1024))
+    leap, stamp = np.zeros(8, np.uint8), np.zeros(1, np.int64)
+    assert not Bricks(GRID, np.ones(3), leap, stamp, 1.0, whole=vast).view.whole.size
+
+
+@pytest.mark.parametrize("slot", [-1, 5, 1 << 40])
+def test_a_slot_that_the_cache_has_not_is_refused(slot: int) -> None:
+    bricks = make_bricks(5)
+    with pytest.raises(IndexError, match=f"slot {slot} is none of the 5"):
+        bricks.show(0, slot, GRID.block(VALUES, 0))
+    assert not bricks.shows(0)

@@ -1,0 +1,191 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from renderers.art.cells.cells import CellGrid, CellShare, cube_distances
+from renderers.scene import Volume
+
+shapes = st.tuples(*[st.integers(2, 40)] * 3)
+sides = st.sampled_from([8, 16, 32])
+
+
+def random_values(shape: tuple[int, int, int]) -> np.ndarray:
+    return np.random.default_rng(sum(shape)).integers(-1000, 3000, shape, np.int16)
+
+
+@given(shape=shapes, side=sides)
+def test_every_cube_belongs_to_one_cell(shape: tuple[int, int, int], side: int) -> None:
+    grid = CellGrid(shape, side)
+    owners = np.zeros([n - 1 for n in shape], int)
+    for cell in range(grid.cells):
+        z, y, x = grid.start(cell)
+        owners[z : z + side, y : y + side, x : x + side] += 1
+    assert np.all(owners == 1)
+
+
+@given(shape=shapes, side=sides)
+def test_ranges_bound_the_voxels_of_the_cells_cubes(
+    shape: tuple[int, int, int], side: int
+) -> None:
+    values = random_values(shape)
+    grid = CellGrid(shape, side)
+    ranges = grid.value_ranges(values)
+    for cell in range(grid.cells):
+        z, y, x = grid.start(cell)
+        part = values[z : z + side + 1, y : y + side + 1, x : x + side + 1]
+        assert ranges[cell].tolist() == [part.min(), part.max()]
+
+
+@given(shape=shapes, side=sides, data=st.data())
+def test_a_block_holds_the_cell_and_its_ghosts(
+    shape: tuple[int, int, int], side: int, data: st.DataObject
+) -> None:
+    values = random_values(shape)
+    grid = CellGrid(shape, side)
+    cell = data.draw(st.integers(0, grid.cells - 1))
+    start = grid.start(cell)
+    padded = np.pad(values, ((1, side + 2),) * 3, mode="edge")
+    inner = tuple(slice(s, s + side + 3) for s in start)
+    block = grid.block(values, cell)
+    assert np.array_equal(block, padded[inner])
+    assert block.flags.c_contiguous
+    assert block.dtype == values.dtype
+
+
+@settings(max_examples=20)
+@given(
+    shape=st.tuples(*[st.integers(2, 23)] * 3),
+    seed=st.integers(0, 99),
+    threshold=st.floats(-2, 4),
+)
+def test_cubes_know_how_far_the_next_visible_one_is(
+    shape: tuple[int, int, int], seed: int, threshold: float
+) -> None:
+    values = np.random.default_rng(seed).normal(size=shape)
+    clear = np.array([[-np.inf, threshold]], np.float32)
+    found = cube_distances(values, clear)
+    high = values
+    for axis in range(3):
+        n = shape[axis]
+        high = np.maximum(
+            np.take(high, range(n - 1), axis), np.take(high, range(1, n), axis)
+        )
+    assert len(found) == high.size + 3
+    full = np.argwhere(high > threshold)
+    for index, distance in zip(np.ndindex(high.shape), found, strict=False):
+        gap = np.abs(full - index).max(axis=1).min() if len(full) else 255
+        assert distance == gap or abs(high - threshold).min() < 1e-4
+    # A cell that nobody can see into holds no cube that somebody would fetch.
+    grid = CellGrid(shape)
+    occupied = grid.occupied(grid.value_ranges(values), clear)
+    for z, y, x in np.argwhere(found[:-3].reshape(high.shape) == 0):
+        cell = (z // 8 * grid.counts[1] + y // 8) * grid.counts[2] + x // 8
+        assert occupied[cell]
+
+
+def test_without_clear_values_everything_may_be_seen() -> None:
+    nothing = np.zeros((0, 2), np.float32)
+    assert not cube_distances(np.zeros((4, 5, 6), np.int16), nothing).any()
+    grid = CellGrid((20, 20, 20))
+    assert grid.occupied(np.zeros((grid.cells, 2), np.float32), nothing).all()
+
+
+def test_a_share_of_copies_holds_the_same_bytes() -> None:
+    values = random_values((20, 18, 33))
+    grid = CellGrid((20, 18, 33))
+    whole = CellShare(grid, values, None)
+    some = CellShare(grid, values, np.array([1, 7]))
+    for cell in (1, 7):
+        assert np.array_equal(whole.block(cell), some.block(cell))
+        sent = whole.decode(whole.block(cell).tobytes())
+        assert np.array_equal(sent, whole.block(cell))
+    with pytest.raises(KeyError):
+        some.block(2)
+
+
+@pytest.mark.parametrize("shape", [(20, 18, 33), (9, 17, 10), (8, 25, 16)])
+def test_the_cells_an_edit_touches_are_those_whose_blocks_differ(
+    shape: tuple[int, int, int],
+) -> None:
+    rng = np.random.default_rng(sum(shape))
+    grid, values = CellGrid(shape), random_values(shape)
+    for _ in range(60):
+        edited = values.copy()
+        at = tuple(int(rng.integers(n)) for n in shape)
+        edited[at] += 1
+        expected = [
+            cell
+            for cell in range(grid.cells)
+            if not np.array_equal(grid.block(values, cell), grid.block(edited, cell))
+        ]
+        assert grid.touched(edited != values) == expected
+    assert grid.touched(np.zeros(shape, np.bool_)) == []
+
+
+def test_a_share_changes_with_what_moves_and_what_is_edited() -> None:
+    values = random_values((20, 18, 33))
+    grid = CellGrid((20, 18, 33))
+    share = CellShare(grid, values, np.array([1]))
+    share.put(7, grid.block(values, 7))
+    assert len(share) == 2
+    assert np.array_equal(share.block(7), grid.block(values, 7))
+    share.drop(7)
+    with pytest.raises(KeyError):
+        share.block(7)
+    edited = values + 1
+    share.replace(edited)
+    assert np.array_equal(share.block(1), grid.block(values, 1))
+    share.renew(1)
+    assert np.array_equal(share.block(1), grid.block(edited, 1))
+
+
+@pytest.mark.parametrize("kind", ["i1", "<i2", ">u2", "<f4", ">f8"])
+def test_a_block_of_an_edited_array_is_refused(kind: str) -> None:
+    """Whichever voxel of it, ghosts too; what lies beyond it does not matter."""
+    rng = np.random.default_rng(8)
+    values = random_values((20, 18, 33)).astype(kind)
+    volume = Volume(values, np.ones(3), np.zeros(3))
+    grid = CellGrid(volume.shape)
+    share = CellShare(grid, volume.values, None)
+    for _ in range(60):
+        at = tuple(int(rng.integers(n)) for n in values.shape)
+        before = values[at]
+        values[at] = before - 1 if before > 0 else before + 1
+        changed = np.zeros(values.shape, np.bool_)
+        changed[at] = True
+        touched = grid.touched(changed)
+        for cell in range(grid.cells):
+            if cell in touched:
+                with pytest.raises(ValueError, match=f"cell {cell} is another now"):
+                    share.block(cell)
+            else:
+                share.block(cell)
+        values[at] = before
+        assert np.array_equal(share.block(3), grid.block(values, 3))
+
+
+def test_an_array_that_nobody_can_edit_is_not_summed(tmp_path: Path) -> None:
+    values = random_values((20, 18, 33))
+    np.save(tmp_path / "v.npy", values)
+    mapped = np.load(tmp_path / "v.npy", mmap_mode="r", allow_pickle=False)
+    values.flags.writeable = False
+    for kept in (mapped, values):
+        share = CellShare(CellGrid(kept.shape), kept, None)
+        assert share._sums is None
+    wide = np.zeros((20, 18, 33))
+    part = Volume(wide[2:], np.ones(3), np.zeros(3)).values
+    assert CellShare(CellGrid((18, 18, 33)), part, None)._sums is not None
+
+
+def test_mistakes_are_named() -> None:
+    with pytest.raises(ValueError, match="cell side must be one of"):
+        CellGrid((9, 9, 9), 12)
+    with pytest.raises(ValueError, match="at least 2 voxels"):
+        CellGrid((9, 1, 9))
+    with pytest.raises(ValueError, match="there is no cell 8"):
+        CellGrid((9, 9, 9)).start(8)
+    with pytest.raises(ValueError, match="do not fit the grid"):
+        CellShare(CellGrid((9, 9, 9)), np.zeros((9, 9, 8)), None)

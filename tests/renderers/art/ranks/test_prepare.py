@@ -1,0 +1,210 @@
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from renderers.art import ActiveRayTracer
+from renderers.art.cells.cells import CellShare
+from renderers.art.march import FrameRays, March
+from renderers.art.quality import Quality
+from renderers.art.ranks.audit import audit
+from renderers.art.ranks.messages import MessageKind
+from renderers.art.ranks.policy import Dataflow
+from renderers.art.ranks.prepare import MarchNode, edit_node, make_node, slots_of
+from renderers.art.ranks.transport import LoopBack
+from renderers.art.ranks.work import MarchWork
+from renderers.art.regions import Gather, deal_regions
+from renderers.art.tracer import classic_image
+from renderers.scene import Camera, Scene
+
+QUALITY = Quality(0.5, 1 / 1024)
+RANKS = 3
+CLEAR = -300
+"""A density that the scene's transfer function does not show."""
+
+Made = list[tuple[March, MarchNode, MarchWork]]
+
+
+def make(
+    scene: Scene,
+    dataflow: Dataflow,
+    cells: int | None = None,
+    *,
+    from_file: bool = False,
+) -> Made:
+    return [
+        make_node(
+            scene,
+            "classic",
+            QUALITY,
+            rank=rank,
+            ranks=RANKS,
+            dataflow=dataflow,
+            cache_cells=cells,
+            from_file=from_file,
+            validate=True,
+        )
+        for rank in range(RANKS)
+    ]
+
+
+def draw(made: Made, camera: Camera, frame: int, seed: int) -> NDArray[np.float32]:
+    random = np.random.default_rng(seed)
+    joint, rays = LoopBack(RANKS, seed, delay=0.2), FrameRays.of(camera)
+    gather = Gather(camera.width, camera.height)
+    nodes = [node for _, node, _ in made]
+    for rank, (march, node, _) in enumerate(made):
+        regions = deal_regions(camera.width, camera.height, rank, RANKS)
+        node.begin(frame, [march.start(region, rays) for region in regions])
+    while not all(node.is_finished for node in nodes):
+        node = nodes[int(random.integers(RANKS))]
+        sent = node.advance(1)
+        message = joint.take(node.rank)
+        if message is not None:
+            sent += node.handle(message)
+        for answer in sent:
+            if answer.kind is MessageKind.REGION:
+                gather.add_payload(answer.payload)
+            else:
+                joint.put(answer)
+    assert joint.in_flight == 0
+    return classic_image(gather).rgba
+
+
+def without_a_piece(scene: Scene, corner: tuple[int, int, int], size: int) -> Scene:
+    values = scene.volume.values.copy()
+    where = tuple(slice(c, c + size) for c in corner)
+    values[where] = CLEAR
+    return replace(scene, volume=scene.volume.with_values(values, CLEAR))
+
+
+@pytest.mark.parametrize(
+    ("dataflow", "cells", "from_file"),
+    [
+        (Dataflow.MIGRATING, None, False),
+        (Dataflow.MIGRATING, 40, False),
+        (Dataflow.MIGRATING, None, True),
+        (Dataflow.MIGRATING, 9, True),
+        (Dataflow.STATIC, 9, False),
+        (Dataflow.STATIC, 9, True),
+        (Dataflow.REPLICATED, 9, False),
+    ],
+)
+def test_after_an_edit_no_stale_cell_is_sampled(
+    scene: Scene,
+    outside: Camera,
+    dataflow: Dataflow,
+    cells: int | None,
+    from_file: bool,
+) -> None:
+    made = make(scene, dataflow, cells, from_file=from_file)
+    before = draw(made, outside, 1, seed=1)
+    fetched = sum(node.cache.fetches for _, node, _ in made)
+    edited = scene
+    for frame, corner in enumerate([(9, 7, 12), (20, 3, 25)], start=2):
+        edited = without_a_piece(edited, corner, 6)
+        for rank, (_, node, work) in enumerate(made):
+            march = edit_node(node, work, edited, "classic", QUALITY)
+            assert march is not None
+            made[rank] = march, node, work
+        if dataflow is Dataflow.MIGRATING:
+            audit([node for _, node, _ in made], [])
+        after = draw(made, outside, frame, seed=frame)
+        expected = ActiveRayTracer(edited, QUALITY, threads=1).render(outside)
+        assert after.tobytes() == expected.rgba.tobytes()
+        assert not np.array_equal(after, before)
+    if cells is None:
+        # Only what changed was fetched again.
+        again = sum(node.cache.fetches for _, node, _ in made) - fetched
+        assert 0 < again < fetched / 2
+
+
+def test_cells_that_stay_in_the_file_need_no_room_and_are_shared(
+    scene: Scene, outside: Camera
+) -> None:
+    made = make(scene, Dataflow.MIGRATING, 5, from_file=True)
+    drawn = draw(made, outside, 1, seed=3)
+    expected = ActiveRayTracer(scene, QUALITY, threads=1).render(outside)
+    assert drawn.tobytes() == expected.rgba.tobytes()
+    occupied = made[0][2].occupied
+    for _, node, work in made:
+        assert node.cache.owned == 0
+        assert len(work.share) <= 5 < occupied / RANKS
+        assert node.cache.evictions > 0
+
+
+def test_a_cell_is_read_from_the_file_once_and_then_passed_on(
+    scene: Scene, outside: Camera, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[int] = []
+    take = CellShare.read
+
+    def reading(share: CellShare, cell: int) -> NDArray[Any]:
+        read.append(cell)
+        return take(share, cell)
+
+    monkeypatch.setattr(CellShare, "read", reading)
+    made = make(scene, Dataflow.MIGRATING, from_file=True)
+    draw(made, outside, 1, seed=3)
+    fetched = sum(node.cache.fetches for _, node, _ in made)
+    assert 0 < len(read) == len(set(read)) < fetched
+
+
+def test_what_becomes_visible_has_no_owner_yet(scene: Scene) -> None:
+    hollow = without_a_piece(scene, (8, 8, 8), 14)
+    _, node, work = make(hollow, Dataflow.MIGRATING)[0]
+    assert edit_node(node, work, scene, "classic", QUALITY) is None
+    assert node.generation == 0
+
+
+def test_another_kind_of_volume_is_no_edit(scene: Scene) -> None:
+    _, node, work = make(scene, Dataflow.MIGRATING)[0]
+    wide = scene.volume.with_values(scene.volume.values.astype(np.float32), CLEAR)
+    other = replace(scene, volume=wide)
+    assert edit_node(node, work, other, "classic", QUALITY) is None
+
+
+def test_caches_hold_every_cell_and_leave_room_to_work() -> None:
+    assert slots_of(100, 4, None) == (100, 62)
+    assert slots_of(100, 4, 26) == (26, 25)
+    assert slots_of(100, 1, None) == (101, 100)
+    for wanted in range(26, 200):
+        slots, quota = slots_of(100, 4, wanted)
+        assert slots == wanted
+        assert 25 <= quota < slots
+    with pytest.raises(ValueError, match=r"100 cells over 4 .* 26 .* got 25"):
+        slots_of(100, 4, 25)
+
+
+def test_a_rank_is_one_of_them(scene: Scene) -> None:
+    with pytest.raises(ValueError, match="rank must be 0 to 1"):
+        make_node(scene, "classic", QUALITY, rank=2, ranks=2)
+    with pytest.raises(ValueError, match="at least 1 cell, got 0"):
+        make_node(scene, "classic", QUALITY, cache_cells=0)
+
+
+@pytest.mark.parametrize("mode", ["classic", "scope"])
+@pytest.mark.parametrize("cells", [None, 3])
+def test_without_leaps_empty_cells_are_one_brick_and_the_bits_are_the_same(
+    scene: Scene,
+    outside: Camera,
+    inside: Camera,
+    monkeypatch: pytest.MonkeyPatch,
+    mode: str,
+    cells: int | None,
+) -> None:
+    def draw() -> bytes:
+        tracer = ActiveRayTracer(scene, QUALITY, threads=1, cache_cells=cells)
+        if mode == "scope":
+            found = tracer.gbuffer(inside)
+            return found.depth_mm.tobytes() + found.normal.tobytes()
+        return tracer.render(outside).rgba.tobytes()
+
+    expected = draw()
+    monkeypatch.setattr("renderers.art.ranks.prepare.LARGEST_LEAP", 0)
+    _, _, work = make_node(scene, mode, QUALITY, cache_cells=cells)
+    assert not work.bricks.view.leap.any()
+    assert 0 < work.occupied < work.bricks.grid.cells
+    assert draw() == expected

@@ -1,0 +1,68 @@
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from renderers.fsr.kernels.bin_splats import DEAL, deal_splats, room_for_deal, transpose
+from renderers.fsr.kernels.composite_scalar import squares_of_box
+from renderers.fsr.kernels.project_splats_scalar import RECORD
+
+
+def matrix(words: NDArray[np.int64]) -> NDArray[np.uint8]:
+    """Write words as rows of bits, the lowest first."""
+    rows = words.view(np.uint8).reshape(-1, 8)
+    return np.unpackbits(rows, axis=1, bitorder="little")
+
+
+@given(
+    words=st.lists(st.integers(-(2**63), 2**63 - 1), min_size=64, max_size=64),
+    zeros=st.integers(0, 64),
+)
+def test_rows_of_bits_become_columns(words: list[int], zeros: int) -> None:
+    given_ = np.array(words, np.int64)
+    given_[64 - zeros :] = 0
+    turned = given_.copy()
+    transpose(turned, 0)
+    np.testing.assert_array_equal(matrix(turned), matrix(given_).T)
+    transpose(turned, 0)
+    np.testing.assert_array_equal(turned, given_)
+
+
+@given(seed=st.integers(0, 10**6), size=st.integers(0, 400), alive=st.integers(0, 64))
+def test_every_live_square_gets_its_splats_once_and_in_order(
+    seed: int, size: int, alive: int
+) -> None:
+    """Points: their boxes say all. Splats that no live square meets get no place."""
+    rng = np.random.default_rng(seed)
+    left, top = 64, 32
+    corners = rng.integers(0, 32, (2, 2, size))
+    corners.sort(axis=0)
+    records = np.zeros((size + 16, RECORD), np.float32)
+    boxes = np.zeros((size + 16, 4), np.int32)
+    # boxes begin and end beyond the tile, too
+    (x0, y0), (x1, y1) = corners + np.array([left, top])[:, None]
+    x0, x1 = x0 - 40 * (x0 == left), x1 + 9 * (x1 == left + 31)
+    boxes[:size, 0], boxes[:size, 1] = x0 | x1 << 16, y0 | y1 << 16
+    items = np.zeros(size + 16, np.int32)
+    items[:size] = rng.permutation(size)
+    bits = np.arange(64) < alive
+    rng.shuffle(bits)
+    live = int(np.packbits(bits, bitorder="little").view(np.int64)[0])
+    got: list[list[int]] = [[] for _ in range(64)]
+    first, deal = 0, room_for_deal()
+    words, offsets = deal[:2]
+    while first < size:
+        touched, times, first = deal_splats(
+            records.reshape(-1), boxes, items[:size], first, left, top, np.int64(live),
+            True, np.empty(0, np.float32), deal,
+        )  # fmt: skip
+        assert times <= DEAL // 64
+        for k in range(64):
+            dealt = matrix(words[: 64 * times])[k::64].reshape(-1)
+            assert bool(dealt.any()) == bool(touched >> k & 1)
+            got[k] += (offsets[np.flatnonzero(dealt)] // RECORD).tolist()
+    rows = boxes[items[:size]]
+    met = [squares_of_box(int(a), int(b), left, top)[0] & live for a, b, _, _ in rows]
+    for k in range(64):
+        wanted = [s for s, squares in zip(items, met, strict=False) if squares >> k & 1]
+        assert got[k] == wanted

@@ -1,0 +1,65 @@
+from collections.abc import Callable
+
+import pytest
+
+from renderers.fsr.fuzzy_set import FuzzySet
+from renderers.fsr.splats import SplatMode, SplatRasterizer
+from renderers.fsr.splats.splat_kernel_set import best_kernels, scalar_kernels
+from renderers.scene import Camera, Projection, Scene
+from renderers.scene.thread_team import ThreadTeam
+
+KERNELS = {"vectors": best_kernels, "scalars": scalar_kernels}
+
+
+@pytest.mark.parametrize("kernels", KERNELS)
+@pytest.mark.parametrize("projection", Projection)
+def test_one_call_gives_the_bits_and_counts_of_two(
+    team: ThreadTeam,
+    three: ThreadTeam,
+    blob: Callable[..., tuple[FuzzySet, Scene]],
+    kernels: str,
+    projection: Projection,
+) -> None:
+    """From outside, and from among splats that are split: more than the set has."""
+    drawer = SplatRasterizer(*blob(), kernels=KERNELS[kernels]())
+    flat = projection is Projection.ORTHOGRAPHIC
+    for eye in ((5, -9, 6), (5.2, 1.1, 4.3)):
+        camera = Camera.looking_at(
+            eye, (5, 5, 4), extent=6.0 if flat else 0.7, size=(90, 130),
+            projection=projection,
+        )  # fmt: skip
+        for mode in SplatMode:
+            for drawn_by in (team, three):
+                lists = drawer.prepare(camera, mode, threads=drawn_by.threads)
+                two = drawer.draw_list(lists, drawn_by, with_depth=True)
+                of_two = drawer.counters
+                one = drawer.draw(camera, drawn_by, mode, with_depth=True)
+                assert one.rgba.tobytes() == two.rgba.tobytes()
+                assert one.depth_mm is not None
+                assert two.depth_mm is not None
+                assert one.depth_mm.tobytes() == two.depth_mm.tobytes()
+                assert drawn_by is three or drawer.counters == of_two
+                assert set(drawer.stage_s) == {
+                    "view", "cull", "project", "order", "draw",
+                }  # fmt: skip
+
+
+@pytest.mark.parametrize("kernels", KERNELS)
+def test_where_there_is_no_room_it_is_made(
+    team: ThreadTeam, blob: Callable[..., tuple[FuzzySet, Scene]], kernels: str
+) -> None:
+    """Of a new rasterizer, which has none, and for parts of splats that are near."""
+    fuzzy, scene = blob()
+    kept = SplatRasterizer(fuzzy, scene, kernels=KERNELS[kernels]())
+    splits, shown = [], []
+    for eye in ((5, -60, 6), (5, -9, 6), (5.2, 1.1, 4.3), (5, -60, 6)):
+        camera = Camera.looking_at(eye, (5, 5, 4), size=(64, 48))
+        new = SplatRasterizer(fuzzy, scene, kernels=KERNELS[kernels]())
+        assert new.draw(camera, team).rgba.tobytes() == (
+            kept.draw(camera, team).rgba.tobytes()
+        )
+        assert new.counters == kept.counters
+        splits.append(new.counters["split"])
+        shown.append(new.counters["visible"])
+    assert shown[0] == shown[-1] > 0
+    assert splits[0] == 0 < max(splits)

@@ -1,0 +1,51 @@
+"""Many places read a field as one does, to the bit."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numba import njit
+from numpy.testing import assert_array_equal
+from numpy.typing import NDArray
+
+from renderers.lanes import load, select, store
+from renderers.shading.kernels.field_reads import is_outside, taps, wall_normals
+from renderers.shading.kernels.path_tracing import wall_normal
+from renderers.shading.kernels.virtual_lights import tap
+
+f32 = np.float32
+Floats = NDArray[np.float32]
+W = 16
+
+
+@njit(error_model="numpy")
+def read(values: Floats, m: Floats, at: Floats, out: Floats) -> None:
+    x, y, z = load(at, 0, W), load(at, W, W), load(at, 2 * W, W)
+    d = taps(values, x, y, z)
+    store(out, 0, d)
+    nx, ny, nz = wall_normals(values, m, x, y, z)
+    store(out, W, nx)
+    store(out, 2 * W, ny)
+    store(out, 3 * W, nz)
+    outside = is_outside(values, x, y, z)
+    store(out, 4 * W, select(outside, f32(1), f32(0) * d))
+
+
+@settings(deadline=None, max_examples=100)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_each_place_gets_what_it_gets_alone(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    shape = tuple(int(n) for n in random.integers(2, 9, 3))
+    values = random.standard_normal(shape).astype(np.float32)
+    m = random.standard_normal((3, 3)).astype(np.float32)
+    top = np.array(shape[::-1], np.float64)[:, None] - 1
+    # inside, on points of the grid, and beyond
+    at = (random.uniform(-0.3, 1.3, (3, W)) * top).astype(np.float32)
+    at[:, :4] = np.round(at[:, :4])
+    out = np.empty(5 * W, np.float32)
+    read(values, m, at, out)
+    expected = np.empty((5, W), np.float32)
+    for i, (x, y, z) in enumerate(at.T):
+        expected[0, i] = tap(values, x, y, z)
+        expected[1:4, i] = wall_normal(values, m, x, y, z)
+    expected[4] = np.any((at < 0) | (at > top), axis=0)
+    assert_array_equal(out.reshape(5, W), expected)

@@ -1,0 +1,184 @@
+"""Light from wall to wall, where physics knows the answer."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from renderers.scene import AirSurface, Camera, GBuffer, Volume
+from renderers.shading.illumination import ScopeLight
+from renderers.shading.path_light import PathLight, PathTracer
+from renderers.shading.tissue_colour import colour_table
+
+RADIUS_MM = 8.0
+CODE = 160
+BULB = ScopeLight(ring_radius_mm=0.0, spread=0.0)
+"""Shines alike in all directions, from the eye."""
+
+
+def ball(radius_mm: float = RADIUS_MM) -> AirSurface:
+    """Give a ball of air in tissue of one colour."""
+    n, spacing = 45, 0.45
+    at = (np.arange(n) - (n - 1) / 2) * spacing
+    z, y, x = np.meshgrid(at, at, at, indexing="ij")
+    distance = (np.sqrt(x * x + y * y + z * z) - radius_mm).astype(np.float32)
+
+    def volume(values: np.ndarray, background: float) -> Volume:
+        origin = np.full(3, at[0])
+        return Volume(values, np.full(3, spacing), origin, np.eye(3), background)
+
+    code = np.full(distance.shape, CODE, np.uint8)
+    return AirSurface(
+        volume(distance, 1.0), volume(code, 0), volume(np.zeros_like(code), 0)
+    )
+
+
+def looking(eye: tuple[float, float, float], size: int = 12) -> Camera:
+    return Camera.looking_at(
+        np.array(eye),
+        np.array([0.3, 5.0, 0.2]),
+        extent=math.radians(44),
+        size=(size, size),
+    )
+
+
+def seen_inside(camera: Camera, radius_mm: float = RADIUS_MM) -> GBuffer:
+    """Meet the ball's wall exactly."""
+    origins, rays = camera.rays()
+    seen = np.linalg.norm(rays, axis=-1) > 0.5
+    along = (origins * rays).sum(-1)
+    depth = -along + np.sqrt(along**2 - (origins**2).sum(-1) + radius_mm**2)
+    buffer = GBuffer.empty(camera.height, camera.width)
+    buffer.depth_mm[seen] = depth[seen]
+    buffer.normal[seen] = -(origins + depth[..., None] * rays)[seen] / radius_mm
+    buffer.coverage[seen] = 1
+    return buffer
+
+
+@pytest.mark.parametrize("eye", [(0.0, 0.0, 0.0), (1.0, -2.0, 2.5)])
+def test_a_ball_is_lit_as_an_integrating_sphere(
+    eye: tuple[float, float, float],
+) -> None:
+    """``rho / (1 - rho) / R**2`` everywhere, wherever in the ball a bulb hangs."""
+    camera = looking(eye)
+    tracer = PathTracer(ball(), bounces=40)
+    found = tracer.light(seen_inside(camera), camera, BULB, batches=24)
+    seen = seen_inside(camera).coverage > 0
+    rho = colour_table()[CODE, :3].astype(np.float64)
+    expected = rho / (1 - rho) / RADIUS_MM**2
+    mean = found.irradiance[seen].mean(axis=0)
+    # interpolated in voxels of .45 mm, the ball is 0.1 % smaller than it says
+    np.testing.assert_allclose(mean, expected, rtol=0.006)
+    if eye == (0.0, 0.0, 0.0):
+        return  # every wall sends the same: there is no noise but that of the grid
+    apart = (found.irradiance[seen] - mean) / found.standard_error[seen]
+    assert np.abs(apart).max() < 6
+    # batch means are spread as the error told says
+    assert math.sqrt((apart**2).mean()) == pytest.approx(1, abs=0.2)
+
+
+@pytest.mark.parametrize("bounces", [1, 2, 3])
+def test_bounces_are_the_terms_of_a_geometric_series(bounces: int) -> None:
+    camera = looking((0.0, 0.0, 0.0))
+    tracer = PathTracer(ball(), bounces=bounces)
+    found = tracer.light(seen_inside(camera), camera, BULB, batches=8)
+    rho = colour_table()[CODE, :3].astype(np.float64)
+    series = sum(rho**k for k in range(1, bounces + 1))
+    mean = found.irradiance[seen_inside(camera).coverage > 0].mean(axis=0)
+    np.testing.assert_allclose(mean, series / RADIUS_MM**2, rtol=0.006)
+
+
+@pytest.fixture(scope="module")
+def sparse(tissue_gbuffer: GBuffer) -> GBuffer:
+    """Every fourth pixel of every fourth row; the others show nothing."""
+    buffer = GBuffer.empty(*tissue_gbuffer.size)
+    for name in ("depth_mm", "normal", "coverage"):
+        getattr(buffer, name)[::4, ::4] = getattr(tissue_gbuffer, name)[::4, ::4]
+    return buffer
+
+
+def tube_light(
+    surface: AirSurface,
+    camera: Camera,
+    gbuffer: GBuffer,
+    *,
+    threads: int = 2,
+    batches: int = 4,
+    seed: int = 0,
+    light: ScopeLight | None = None,
+) -> PathLight:
+    tracer = PathTracer(surface, threads=threads, seed=seed)
+    try:
+        return tracer.light(gbuffer, camera, light or ScopeLight(), batches=batches)
+    finally:
+        tracer.close()
+
+
+def test_threads_do_not_change_a_bit(
+    surface: AirSurface, camera: Camera, sparse: GBuffer
+) -> None:
+    found = [
+        tube_light(surface, camera, sparse, threads=n, batches=2) for n in (1, 2, 3)
+    ]
+    for other in found[1:]:
+        assert_array_equal(other.irradiance, found[0].irradiance)
+        assert_array_equal(other.standard_error, found[0].standard_error)
+    unlike = tube_light(surface, camera, sparse, batches=2, seed=1)
+    assert (unlike.irradiance != found[0].irradiance).any()
+
+
+def test_four_times_the_paths_halve_the_noise(
+    surface: AirSurface, camera: Camera, sparse: GBuffer
+) -> None:
+    few = tube_light(surface, camera, sparse, batches=4)
+    many = tube_light(surface, camera, sparse, batches=16, seed=5)
+    assert many.noise() == pytest.approx(few.noise() / 2, rel=0.1)
+    assert (few.paths, many.paths) == (64, 256)
+    # and what the errors say of two estimates is true of their difference
+    seen = sparse.coverage > 0
+    error = np.hypot(few.standard_error, many.standard_error)[seen]
+    apart = (few.irradiance - many.irradiance)[seen]
+    assert math.sqrt((apart**2).mean() / (error**2).mean()) == pytest.approx(1, abs=0.1)
+
+
+def test_light_is_linear_in_power_and_red_wins(
+    surface: AirSurface, camera: Camera, sparse: GBuffer
+) -> None:
+    one = tube_light(surface, camera, sparse, batches=2)
+    two = tube_light(surface, camera, sparse, batches=2, light=ScopeLight(power=2))
+    np.testing.assert_allclose(two.irradiance, 2 * one.irradiance, rtol=1e-5)
+    red, green, _ = one.irradiance.reshape(-1, 3).mean(axis=0)
+    assert red > 2 * green
+    assert not one.irradiance[sparse.coverage == 0].any()
+
+
+def test_enough_is_enough(surface: AirSurface, camera: Camera, sparse: GBuffer) -> None:
+    tracer = PathTracer(surface)
+    told: list[tuple[int, int]] = []
+    found = tracer.light(
+        sparse,
+        camera,
+        ScopeLight(),
+        batches=50,
+        most_noise=0.5,
+        progress=lambda done, all_: told.append((done, all_)),
+    )
+    assert found.noise() <= 0.5
+    assert told == [(n + 1, 50) for n in range(found.paths // 16)]
+    cut = tracer.light(sparse, camera, ScopeLight(), batches=50, seconds=0)
+    assert cut.paths == 32
+
+
+def test_what_cannot_be_is_refused(
+    surface: AirSurface, camera: Camera, sparse: GBuffer
+) -> None:
+    with pytest.raises(ValueError, match="at least one bounce, got 0"):
+        PathTracer(surface, bounces=0)
+    with pytest.raises(ValueError, match=r"within 0\.\.10, got nan"):
+        PathTracer(surface, blood_bias=math.nan)
+    tracer = PathTracer(surface)
+    with pytest.raises(ValueError, match="two batches on, got 1"):
+        tracer.light(sparse, camera, ScopeLight(), batches=1)
+    with pytest.raises(ValueError, match="does not fit"):
+        tracer.light(sparse, looking((0, 0, 0)), ScopeLight())

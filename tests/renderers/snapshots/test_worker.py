@@ -1,0 +1,288 @@
+import hashlib
+import os
+import threading
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from renderers.art import ActiveRayTracer
+from renderers.art.cells.brick_views import BLOCK_COLUMNS, TILE_PX
+from renderers.art.job_steps import Step, reached
+from renderers.art.ranks.transport import TransportError
+from renderers.art.time_slices import FASTER, FIRST_BLOCKS
+from renderers.scene import Camera, Material, Mesh, Scene
+from renderers.snapshots.client import (
+    SnapshotCancelledError,
+    SnapshotClient,
+    SnapshotError,
+    WorkerLostError,
+)
+from renderers.snapshots.request import SnapshotRequest
+from renderers.snapshots.spool import JobState, Spool
+from renderers.snapshots.worker import MOST_ATTEMPTS, run_worker
+from tests.renderers.snapshots.watched_team import WatchedTeam
+
+
+@pytest.fixture
+def client(tmp_path: Path) -> SnapshotClient:
+    return SnapshotClient(tmp_path / "spool", name="test", lease_s=0.4)
+
+
+def test_classic_is_what_the_tracer_draws(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    shares: list[float] = []
+    job = client.submit(client.request_classic(scene, outside, background=(1, 1, 1)))
+    assert run_worker(client.spool.folder, once=True) == 1
+    snapshot = client.wait(job, shares.append)
+    expected = ActiveRayTracer(scene).render(outside)
+    assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
+    assert expected.depth_mm is not None
+    assert snapshot.depth_mm().tobytes() == expected.depth_mm.tobytes()
+    assert np.array_equal(snapshot.pixels(), expected.to_srgb8((1, 1, 1)))
+    assert shares[-1] == 1
+    result = snapshot.result
+    assert (result.ranks, result.attempt, result.mode) == (1, 1, "classic")
+    assert result.counters["contributing"] > 0
+    for name, digest in result.digests.items():
+        found = hashlib.sha256((snapshot.folder / name).read_bytes()).hexdigest()
+        assert found == digest
+
+
+def test_the_scope_sees_tissue_and_an_instrument(
+    client: SnapshotClient, scene: Scene, inside: Camera
+) -> None:
+    assert scene.surface is not None
+    camera = inside.with_size(48, 40)
+    corners = np.array([[-0.5, -0.5, 1], [0.5, -0.5, 1], [0, 0.5, 1.0]])
+    blade = Mesh(corners, np.array([[0, 1, 2]]), Material.METAL)
+    pose = np.eye(4)
+    # Right, up, forward are left-handed: the blade is turned over instead.
+    pose[:3, :3] = camera.frame[1:].T * [-1, 1, 1]
+    pose[:3, 3] = camera.eye_mm
+    bare = client.request_scope(scene.surface, camera)
+    held = client.request_scope(
+        scene.surface, camera, gain=0.5, instruments=[(blade, pose)]
+    )
+    for request in (bare, held):
+        client.submit(request)
+    assert run_worker(client.spool.folder, once=True) == 2
+    first, second = client.wait(bare.id), client.wait(held.id)
+    assert first.pixels().shape == (40, 48, 3)
+    assert first.result.gain is not None
+    assert second.result.gain == 0.5
+    nearer = second.depth_mm() < first.depth_mm()
+    assert 20 < np.count_nonzero(nearer) < 1000
+    assert np.all(second.depth_mm()[nearer] < 1.5)
+    assert not np.array_equal(first.radiance(), second.radiance())
+
+
+def test_a_wrong_request_is_rejected_and_the_next_is_served(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    good = client.request_classic(scene, outside)
+    missing = msgspec.structs.replace(
+        client.request_classic(scene, outside),
+        work=msgspec.structs.replace(good.work, volume="0" * 64),
+        priority=1,
+    )
+    queue = client.spool.folder / "queue"
+    (queue / f"0-{1:032x}.json").write_bytes(b'{"pickle": "no"}')
+    wrong = msgspec.json.encode(good).replace(b'"quality":"snapshot"', b'"quality":7')
+    (queue / f"0-{2:032x}.json").write_bytes(wrong)
+    client.submit(missing)
+    client.submit(good)
+    assert run_worker(client.spool.folder, once=True) == 4
+    for job, reason in (
+        (f"{1:032x}", "'pickle' is not known"),
+        (f"{2:032x}", "quality must be "),
+        (missing.id, "there is no data 0000"),
+    ):
+        with pytest.raises(SnapshotError, match=f"was rejected: .*{reason}"):
+            client.wait(job)
+    assert client.wait(good.id).picture.exists()
+
+
+def test_a_job_cancelled_while_drawn_ends_early(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    job = client.submit(client.request_classic(scene, outside))
+    team = WatchedTeam(looks=lambda request, _: client.cancel(request.id))
+    assert run_worker(client.spool.folder, once=True, team=team) == 1
+    with pytest.raises(SnapshotCancelledError):
+        client.wait(job)
+
+
+def test_a_job_may_not_take_longer_than_it_said(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    job = client.submit(client.request_classic(scene, outside, max_seconds=1e-9))
+    run_worker(client.spool.folder, once=True)
+    with pytest.raises(SnapshotError, match=r"failed: .*longer than max_seconds"):
+        client.wait(job)
+
+
+def test_a_client_that_cancels_need_not_wait_for_a_busy_worker(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    """The client is told while the worker is in the middle of something long."""
+    told: list[JobState] = []
+
+    def wait(request: SnapshotRequest) -> None:
+        client.cancel(request.id)
+        for _ in range(3000):
+            if client.spool.status(request.id).state is not JobState.RUNNING:
+                break
+            threading.Event().wait(0.01)
+        told.append(client.spool.status(request.id).state)
+
+    job = client.submit(client.request_classic(scene, outside))
+    assert run_worker(client.spool.folder, once=True, team=WatchedTeam(wait)) == 1
+    assert told == [JobState.CANCELLED]
+    with pytest.raises(SnapshotCancelledError):
+        client.wait(job)
+
+
+def test_a_cancelled_picture_costs_one_slice_of_rays_more(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    """Work after the client is told is bounded by a count, not by a time."""
+    taken: list[Step] = []
+    ended = threading.Event()
+    job = client.submit(
+        client.request_classic(scene, outside.with_size(1000, 900), quality="preview")
+    )
+
+    def watch(step: Step) -> None:
+        taken.append(step)
+        if step is Step.JOB_ENDED:
+            ended.set()
+        elif taken.count(Step.RAYS_MOVED) == 2 and step is Step.RAYS_MOVED:
+            client.cancel(job)
+            assert ended.wait(60), "the client was not told that its job has ended"
+
+    reached.watcher = watch
+    try:
+        run_worker(client.spool.folder, once=True)
+    finally:
+        reached.watcher = None
+    assert client.spool.status(job).state is JobState.CANCELLED
+    assert 2 <= taken.count(Step.RAYS_MOVED) <= 3
+    # so many looks would not have been enough for all blocks, on two threads
+    drawn = 2 * FIRST_BLOCKS * (1 + FASTER + FASTER**2)
+    assert drawn < -(-1000 // BLOCK_COLUMNS) * -(-900 // TILE_PX)
+
+
+def test_a_deadline_counts_from_when_it_was_asked_for(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    taken: list[Step] = []
+    late = client.request_classic(scene, outside, deadline_s=50)
+    early = client.request_classic(scene, outside, deadline_s=200)
+    for request in (late, early):
+        client.submit(request)
+        entry = next(client.spool.queue.glob(f"*{request.id}*"))
+        asked = entry.stat().st_mtime - 100
+        os.utime(entry, (asked, asked))
+    reached.watcher = taken.append
+    try:
+        assert run_worker(client.spool.folder, once=True) == 2
+    finally:
+        reached.watcher = None
+    with pytest.raises(SnapshotError, match=r"failed: .*within deadline_s, 50"):
+        client.wait(late.id)
+    assert client.wait(early.id).picture.exists()
+    assert taken.count(Step.SCENE_LOADED) == 1, "the late one was not even loaded"
+
+
+def test_once_takes_over_what_a_dead_worker_left(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    job = client.submit(client.request_classic(scene, outside))
+    assert Spool(client.spool.folder).claim() is not None
+    assert run_worker(client.spool.folder, once=True, lease_s=0.05) == 1
+    assert client.wait(job).result.attempt == 2
+
+
+def test_a_stopped_worker_leaves_its_job_to_the_next(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    job = client.submit(client.request_classic(scene, outside))
+    asked: list[str] = []
+    team = WatchedTeam(looks=lambda request, _: asked.append(request.id))
+    folder = client.spool.folder
+    assert run_worker(folder, team=team, stopped=lambda: bool(asked)) == 0
+    assert client.spool.status(job).state is JobState.RUNNING
+    with pytest.raises(WorkerLostError, match=r"no sign of life for 0\.4 s"):
+        client.wait(job)
+    done = threading.Event()
+    worker = threading.Thread(
+        target=run_worker,
+        args=(folder,),
+        kwargs={"lease_s": 0.3, "stopped": done.is_set},
+    )
+    worker.start()
+    try:
+        # The second worker also starts its clock when it first looks.
+        while client.spool.status(job).attempt < 2:
+            done.wait(0.02)
+        # A machine with much to do may hold its heartbeat up for longer than a lease.
+        patient = SnapshotClient(folder, name="test", lease_s=60)
+        snapshot = patient.wait(job, timeout_s=120)
+    finally:
+        done.set()
+        worker.join()
+    assert snapshot.result.attempt == 2
+    expected = ActiveRayTracer(scene).render(outside)
+    assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
+
+
+def test_a_job_that_kills_its_workers_is_given_up(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    job = client.submit(client.request_classic(scene, outside))
+    assert client.spool.claim() is not None
+    for attempt in range(2, MOST_ATTEMPTS + 1):
+        assert client.spool.begin_attempt(job, attempt)
+    looks = iter(range(40))
+    run_worker(
+        client.spool.folder, lease_s=0.05, stopped=lambda: next(looks, None) is None
+    )
+    with pytest.raises(SnapshotError, match="3 workers died"):
+        client.wait(job)
+
+
+def test_a_fault_of_ours_is_told_to_the_client_and_raised(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    def broken(request: SnapshotRequest) -> None:
+        raise ZeroDivisionError("by nothing")
+
+    job = client.submit(client.request_classic(scene, outside))
+    with pytest.raises(ZeroDivisionError):
+        run_worker(client.spool.folder, once=True, team=WatchedTeam(broken))
+    with pytest.raises(SnapshotError, match="the worker broke: ZeroDivisionError"):
+        client.wait(job)
+
+
+def test_when_ranks_are_lost_the_job_is_left_to_the_next_worker(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    def lost(request: SnapshotRequest) -> None:
+        raise TransportError("rank 2 died")
+
+    job = client.submit(client.request_classic(scene, outside))
+    with pytest.raises(TransportError, match="rank 2 died"):
+        run_worker(client.spool.folder, once=True, team=WatchedTeam(lost))
+    assert client.spool.status(job).state is JobState.RUNNING
+    looks = iter(range(2000))
+    run_worker(
+        client.spool.folder,
+        lease_s=0.05,
+        stopped=lambda: (
+            client.spool.status(job).state.is_final or next(looks, None) is None
+        ),
+    )
+    assert client.wait(job).result.attempt == 2
