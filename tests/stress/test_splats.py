@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from renderers.fsr import Inclusion, extract_fuzzy_set, update_fuzzy_set
 from renderers.fsr.footprint import gaussian_footprint
-from renderers.fsr.kernels.depth_sort_scalar import (
+from renderers.fsr.kernels.depth_sort import (
     KEYS,
     NOWHERE,
     begin_keys,

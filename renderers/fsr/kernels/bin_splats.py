@@ -10,9 +10,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.composite_scalar import EACH_ROW, FRAGMENT_BITS
-from renderers.fsr.kernels.depth_sort_scalar import KEYS
-from renderers.fsr.kernels.project_splats_scalar import CUT_SHARE, RECORD
+from renderers.fsr.kernels.composite import EACH_ROW, FRAGMENT_BITS
+from renderers.fsr.kernels.depth_sort import KEYS
+from renderers.fsr.kernels.project_splats import CUT_SHARE, RECORD
 from renderers.fsr.splats.gaussian_falloff import SCALE
 from renderers.fsr.splats.splat_tiles import ACROSS, SIDE, SQUARES, TILE_SIDE
 from renderers.lanes import (

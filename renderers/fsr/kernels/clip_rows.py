@@ -1,6 +1,8 @@
-"""Rows clipped and surveyed sixteen at a time; the method is told in the scalar twin.
+"""Rows of a fuzzy set clipped against a view, sixteen at a time.
 
-Operations and their order are the twin's, so bits are too.
+A row is one interval of columns. Planes are affine in the column, in steps of the grid
+from a point near the eye, so the interval within all planes follows from one division a
+plane. The depths of what is left are bounded by those of the interval's two ends.
 """
 
 from typing import Any
@@ -9,17 +11,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.clip_rows_scalar import (
-    BESIDE,
-    BINS,
-    LEVEL,
-    SLACK,
-    SLACK_MM,
-    list_near,
-    square_of,
-    step_to_foot,
-)
-from renderers.fsr.kernels.depth_sort_scalar import KEYS
+from renderers.fsr.kernels.depth_slabs import depth_of
+from renderers.fsr.kernels.depth_sort import KEYS
 from renderers.lanes import (
     all_,
     any_,
@@ -41,17 +34,60 @@ from renderers.lanes import (
 )
 from renderers.lanes import lowest as lowest_bit
 
+BINS = 64
+"""Steps of depth in which a survey counts elements."""
+SLACK_MM = np.float32(1e-2)
+"""More than a row's bounds, made of other sums, can be off."""
+SLACK = np.float32(1e-2)
+"""Grid steps by which clipped rows are longer: more than rounding takes away."""
+SOME = 256
+"""Rows clipped and then surveyed at a time: what passes between stays in the cache."""
+BESIDE = 4
+"""Counts kept beside one another: spans in a row fall into one bin, and would wait."""
+LEVEL = np.float32(1e-9)
+"""A plane whose distance changes less than this (mm) from column to column."""
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 U16 = NDArray[np.uint16]
 I64 = NDArray[np.int64]
 Real = float | np.float32
-
 _W = 16
 ABREAST = 32
 """Columns compared at a time: most rows are not longer, and need no second time."""
 _ALL = (1 << _W) - 1
 _ZERO = np.float32(0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def square_of(x: Any, y: Any, z: Any, dx: Any, m: F32) -> Any:
+    """Give squared distances from the eye, so far along rows from x, y, z.
+
+    Of numbers, or of vectors lane by lane.
+    """
+    x, y, z = x + dx * m[0, 0], y + dx * m[1, 0], z + dx * m[2, 0]
+    return x * x + y * y + z * z
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def step_to_foot(m: F32) -> Any:
+    """Give what turns a slope towards the eye into steps to a row's nearest point."""
+    square = _ZERO
+    for c in range(3):
+        square += m[c, 0] * m[c, 0]
+    return np.float32(-1) / square
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def list_near(
+    columns: U16, first: int, end: int, dy: Real, dz: Real, base: F32, m: F32,
+    flat: bool, near_mm: Real, near: I32, nears: int,
+) -> int:  # fmt: skip
+    """Add a row's elements nearer than `near_mm` to those listed."""
+    for s in range(first, end):
+        if depth_of(np.float32(columns[s]) - base[0], dy, dz, m, flat) < near_mm:
+            near[nears] = s
+            nears += 1
+    return nears
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -103,7 +139,18 @@ def clip_rows(
     rows: Any, first_row: int, end_row: int, base: F32, planes: F32, kept: int,
     spans: I32, ends: F32,
 ) -> int:  # fmt: skip
-    """Do as the scalar twin."""
+    """Clip some rows against planes; list what is left of them; give how many are.
+
+    rows: numbers, ``(n,)`` the rows that hold any element; starts, ``(n + 1,)`` the
+    first element of each, and one more than there are; places, ``(4, n)`` their j, k,
+    first and last column; columns of the elements, with 32 to spare, the others but
+    numbers with sixteen. Small numbers: to read them from far memory takes a good part
+    of the time. base: the point steps are counted from. planes: ``(p, 4)``, a place is
+    inside where ``a i + b j + c k + d >= 0`` for all, in steps from there. kept: spans
+    that are listed already. spans: ``(n, 3)`` row, first and last + 1 element; sixteen
+    to spare. ends: ``(4, SOME)`` steps from there to their first and last element, and
+    along j and k, of those listed by this call; with sixteen to spare.
+    """
     numbers, starts, places, columns = rows
     listed = kept
     stride = places.shape[1]
@@ -190,7 +237,10 @@ def clip_rows(
 def _row_bounds(
     first: Any, last: Any, dy: Any, dz: Any, m: F32, flat: bool, to_foot: Real
 ) -> tuple[Any, Any]:
-    """Bound the depths of rows between two steps from the base along them."""
+    """Bound the depths of rows between two steps from the base along them.
+
+    to_foot: of `step_to_foot`.
+    """
     z = dy * m[2, 1] + dz * m[2, 2] + m[2, 3]
     if flat:
         a, b = z + first * m[2, 0], z + last * m[2, 0]
@@ -220,7 +270,15 @@ def survey_spans(
     spans: I32, first_span: int, end_span: int, ends: F32, columns: U16, eye: Any,
     lowest: U16, highest: U16, bins: I64, near: I32, nears: int,
 ) -> int:  # fmt: skip
-    """Do as the scalar twin."""
+    """Bound the depths of spans, count their elements by depth, list the near ones.
+
+    spans: see `clip_rows`; ends: of those asked for. columns: of the set's elements.
+    eye: base and matrix (see `project_splats`); is_flat, whether depth is along the
+    view axis; low and scale, which map it to keys; near_mm. lowest, highest: ``(k,)``
+    keys, with sixteen to spare. bins: counts by the middles of rows, ``(BESIDE,
+    BINS)``, which together are of all keys; added to. near: room for the elements
+    nearer than `near_mm`, of which there are `nears`. Returns how many there are then.
+    """
     base, m, flat, low, scale, near_mm = eye
     room = ends.shape[1]
     to_foot = step_to_foot(m)

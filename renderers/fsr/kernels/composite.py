@@ -1,6 +1,8 @@
-"""Splats of mode `classic` composited, a square of sixteen pixels at a time.
+"""Splats composited into a tile, near ones first, a square of sixteen pixels at a time.
 
-The method is told in the scalar twin; operations and their order are the twin's.
+Front-to-back compositing: at each pixel a splat of opacity a adds ``T a`` of its colour
+and leaves ``T (1 - a)`` of the light (Porter and Duff, 1984). A square of pixels where
+T has all but gone takes no more splats.
 """
 
 from typing import Any
@@ -10,7 +12,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.fsr.kernels.bin_splats import deal_splats, room_for_deal
-from renderers.fsr.kernels.composite_scalar import DARK
 from renderers.fsr.kernels.depth_sheets import footprint, sum_sheets
 from renderers.fsr.kernels.depth_sort import list_block, list_entries, list_tile
 from renderers.fsr.kernels.tile_buffer import (
@@ -43,16 +44,21 @@ from renderers.lanes import (
     store_quads,
 )
 
+DARK = 1e-20
+"""Light that every splat leaves: the smallest numbers take a hundred cycles. It is far
+below what rounding takes from light that shows."""
+FRAGMENT_BITS = 8
+"""Fragments of a square are counted in parts of 256."""
+EACH_ROW = 0x0101010101010101
+"""The first square of every row of a tile."""
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 I64 = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 Real = float | np.float32
-
 _ONE = np.float32(1)
 _ZERO = np.float32(0)
 _HALF = np.float32(0.5)
-
 GROUP = 4
 """Tiles along a side of the blocks whose splats are listed first: every list is gone
 through as often as it has parts."""
@@ -106,7 +112,7 @@ def _blend_splats(
     limits: F32, with_depth: bool, deal: Any,
     state: F32, depths: F32, alive: Any, drawn: Any,
 ) -> Any:  # fmt: skip
-    """Do as the scalar twin, square by square; give those drawn, too."""
+    """Blend a tile's splats; give the squares live and drawn, and the fragments."""
     words, offsets, shares, _, _ = deal
     limited = limits.size > 0
     one = np.int64(1)
@@ -183,7 +189,22 @@ def draw_tiles(
     items: I32, limits: F32, sums: F32, sheets: I32, far: F32, states: F32, depths: F32,
     alive: I64, drawn: I64, image: F32, depth: F32,
 ) -> int:  # fmt: skip
-    """Do as the scalar twin."""
+    """Blend splats into tiles, near ones first; write the tiles that are finished.
+
+    boxes: ``(n, 4)`` of `records`, see `project_splats`. entries, count: see
+    `place_by_keys`. turns: ``(1,)`` zero; threads that share it share out the tiles.
+    cut: a square whose pixels all have T at or below this takes no more. sheets_of: low
+    and scale, which map depth to the keys by which items are in order, and a sheet's
+    thickness in keys; no elements where splats are blended one by one. limit_mm: per
+    pixel of the picture the depth from which nothing is seen; no elements where there
+    is none. fresh: tiles that have had no splat. last: no more will come. items: ``(8,
+    n)`` scratch for all splats and sixteen more; limits, sums, sheets, far: of a tile.
+    states: ``(tiles, STATE * SQUARES)``. depths: a value per pixel of each tile, or
+    none. alive: each tile's squares that take light, as bits. drawn: those that have a
+    state. depth: where T first falls to one half; no elements where it is not wanted.
+    Returns the fragments: pixels of the splats' boxes in squares that were drawn, in
+    parts of 2 ** `FRAGMENT_BITS`.
+    """
     fragments = 0
     deal = room_for_deal()
     with_depth = depth.size > 0

@@ -1,20 +1,12 @@
-"""Cones traced into the walls sixteen at a time; the scalar twin tells the method.
+"""Cones traced into the walls, sixteen at a time: what lies behind is hidden."""
 
-The same arithmetic in the same order and so the same bits.
-"""
-
+import math
 from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.cones_scalar import (
-    BEYOND_FACE,
-    LEAST_STEP,
-    STEPS,
-    voxel_size,
-)
 from renderers.lanes import (
     absolute,
     any_,
@@ -29,9 +21,100 @@ from renderers.lanes import (
 from renderers.shading.kernels.field_reads import taps
 
 F32 = NDArray[np.float32]
-
 f32 = np.float32
+
+STEPS = 512
+"""At most, along one cone."""
+LEAST_STEP = f32(1e-12)
+"""Voxels a mm; a line that is slower runs along the faces of the grid."""
+BEYOND_FACE = f32(1e-3)
+"""mm that a cone begins inside the grid, or rounding would leave it outside."""
 W = 16
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _direction(
+    u: float, v: float, projection: int, extent: float, width: int, height: int
+) -> tuple[float, float, float]:
+    """Give the camera-frame unit ray through a pixel position."""
+    half = 0.5 * min(width, height)
+    x = (u - 0.5 * width) / half
+    y = (0.5 * height - v) / half
+    if projection == 0:
+        r = math.sqrt(x * x + y * y)
+        theta = min(r * extent, math.pi)
+        k = math.sin(theta) / r if r > 1e-9 else extent
+        return k * x, k * y, math.cos(theta)
+    x *= math.tan(extent)
+    y *= math.tan(extent)
+    k = 1.0 / math.sqrt(x * x + y * y + 1.0)
+    return k * x, k * y, k
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def aim_cones(
+    projection: int, extent: float, width: int, height: int, side: int, cones: F32
+) -> None:
+    """Find the cones around squares of `side` pixels; a lens has the same in any view.
+
+    cones: ``(5, rows, columns)``, the axis in the camera's frame, how much the radius
+    grows along it, and how much longer than the axis the sides are; an axis of zeros
+    where the lens shows nothing.
+    """
+    for row in range(cones.shape[1]):
+        for column in range(cones.shape[2]):
+            u0 = column * side
+            v0 = row * side
+            dx, dy, dz = _direction(
+                u0 + 0.5 * side, v0 + 0.5 * side, projection, extent, width, height
+            )
+            cosine = 1.0
+            for corner in range(4):
+                cx, cy, cz = _direction(
+                    u0 + side * (corner & 1),
+                    v0 + side * (corner >> 1),
+                    projection,
+                    extent,
+                    width,
+                    height,
+                )
+                cosine = min(cosine, dx * cx + dy * cy + dz * cz)
+            if projection == 0:
+                # squares wholly outside the round stop show nothing at any depth
+                gap_x = max(abs(u0 + 0.5 * side - 0.5 * width) - 0.5 * side, 0.0)
+                gap_y = max(abs(v0 + 0.5 * side - 0.5 * height) - 0.5 * side, 0.0)
+                stop = 0.5 * min(width, height) + 4.0
+                if gap_x * gap_x + gap_y * gap_y > stop * stop:
+                    dx = dy = dz = 0.0
+            cones[0, row, column] = dx
+            cones[1, row, column] = dy
+            cones[2, row, column] = dz
+            longer = 1.0 / max(cosine, 0.1)
+            cones[3, row, column] = math.sqrt(max(1.0 - cosine * cosine, 0.0)) * longer
+            cones[4, row, column] = longer
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def voxel_size(m: F32, axis: int) -> np.float32:
+    """Give the millimetres of a voxel along one of the grid's axes."""
+    x, y, z = m[axis, 0], m[axis, 1], m[axis, 2]
+    return f32(1) / f32(math.sqrt(x * x + y * y + z * z))
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _enter(start: F32, step: F32, last: F32) -> np.float32:
+    """Give the depth at which a line is first inside the grid; +inf if it never is."""
+    low, high = f32(0), f32(np.inf)
+    for axis in range(3):
+        p, s, most = start[axis], step[axis], last[axis]
+        if abs(s) > LEAST_STEP:
+            k = f32(1) / s
+            a, b = -p * k, (most - p) * k
+            low = max(low, min(a, b))
+            high = min(high, max(a, b))
+        elif p < f32(0) or p > most:
+            low = f32(np.inf)
+    return low if low <= high else f32(np.inf)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -53,7 +136,17 @@ def trace_cones(
     values: F32, voxel_from_camera: F32, cones: F32, margin: np.float32, first: int,
     end: int, ends: F32,
 ) -> None:  # fmt: skip
-    """Do as the scalar twin."""
+    """Fill, per square of pixels, the depth behind which nothing shows.
+
+    values: signed distance (mm), ``[z, y, x]``. voxel_from_camera: ``(3, 4)``. cones:
+    by `aim_cones`. A cone around the square's rays ends where a ball of tissue spans
+    it: where the signed distance exceeds the cone's radius by `margin` (mm). The
+    distance changes by less than its argument, so stepping by what is missing passes no
+    such place. A cone from outside the grid begins where it enters; what lies behind
+    tissue there is hidden by the face at which the grid cuts through it. Rows
+    `first`..`end` - 1 of squares are done; +inf where the cone leaves the grid, -1
+    where the lens shows nothing.
+    """
     m = voxel_from_camera
     px, py, pz = m[0, 3], m[1, 3], m[2, 3]
     last_x = f32(values.shape[2] - 1)

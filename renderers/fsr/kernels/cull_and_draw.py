@@ -1,4 +1,8 @@
-"""Both stages with vectors; what is done is told in the scalar twin."""
+"""What a thread does of a picture, in one call: cull the view, then draw it.
+
+Python between the two stages would hold up the other threads: it runs in one thread at
+a time, and a thread that waits for it falls asleep.
+"""
 
 from typing import Any
 
@@ -22,7 +26,16 @@ def list_and_draw(
     ny: int, seen_by: Any, look: Any, room: Any, most: int, tiles: Any,
     scratch: Any, canvas: Any, others: Any, spent: I64,
 ) -> Any:  # fmt: skip
-    """Do as the scalar twin."""
+    """List what a strip shows and draw it, unless there is no room.
+
+    rows, splats, eye, planes, split_at, shelling: see `list_strip`; ny, seen_by, look,
+    room, tiles, scratch, canvas: see `draw_pieces`; most: splats there is room for.
+    others: what calls the threads that draw the other strips, how many are busy, and
+    how often to look, when all is done, whether they still are (`ThreadTeam.map`).
+    spent: ``(5,)`` ticks by stage, added to. Returns elements and spans that were
+    listed, splats that were split, those that show, fragments, and the splats there
+    must be room for.
+    """
     bell, busy, looks = others
     take_turn(bell)
     now = ticks()

@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.fsr.kernels.bin_splats import deal_splats
-from renderers.fsr.kernels.composite_scalar import DARK
+from renderers.fsr.kernels.composite import DARK
 from renderers.fsr.kernels.project_splats import absorbed
 from renderers.fsr.splats.gaussian_falloff import BEND, EDGE, LIFT, REST, SHIFT
 from renderers.fsr.splats.splat_tiles import SIDE, SQUARE, SQUARES, STATE

@@ -1,4 +1,13 @@
-"""Lists drawn with vectors; what is done is told in the scalar twin."""
+"""A list of splats drawn, in one call.
+
+Splats are drawn in parts: those near the eye, which are not the set's own, then the
+rest depth slab by depth slab, or all at once in an order that is given. A part is
+taken, projected, sorted and composited before the next, so that splats of a later slab
+where no light is left are not even projected.
+
+Each thread draws a band of the picture from a list of its own: threads share nothing,
+and none waits for the interpreter's lock.
+"""
 
 from typing import Any
 
@@ -7,15 +16,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.fsr.kernels.composite import draw_tiles
-from renderers.fsr.kernels.depth_slabs import take_shell
-from renderers.fsr.kernels.depth_sort_scalar import count_keys
-from renderers.fsr.kernels.draw_pass_scalar import (
-    ALIKE,
-    PART,
-    count_in_order,
-    count_near,
-    look_for_light,
-    put_in_order,
+from renderers.fsr.kernels.depth_slabs import find_waiting, take_shell
+from renderers.fsr.kernels.depth_sort import (
+    begin_keys,
+    count_keys,
+    place_by_keys,
 )
 from renderers.fsr.kernels.project_splats import project_splats
 from renderers.fsr.splats.near_splats import NEAR_KEYS
@@ -23,6 +28,10 @@ from renderers.fsr.splats.splat_stages import DRAW, ORDER, PROJECT
 from renderers.fsr.splats.splat_tiles import TILE_SIDE
 from renderers.lanes.cycle_counter import passed, ticks
 
+ALIKE: Any = np.bool_(False)
+"""Splats of size one. A literal would compile what takes it a second time."""
+PART = 256
+"""Spans whose elements are taken, projected and counted while they are in the cache."""
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 U16 = NDArray[np.uint16]
@@ -30,11 +39,61 @@ I64 = NDArray[np.int64]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def look_for_light(alive: I64, down: int, across: int, waiting: I32) -> Any:
+    """Say whether there is light left, and give `waiting`, see `find_waiting`.
+
+    Where all tiles take all light, it has no elements.
+    """
+    some, every = False, True
+    for tile in range(alive.shape[0]):
+        some = some or alive[tile] != 0
+        every = every and alive[tile] == -1
+    if every:
+        return some, waiting[:0]
+    find_waiting(alive, down, across, waiting)
+    return some, waiting
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def put_in_order(
+    n: int, first_key: int, end_key: int, ranges: I32, keys: I32, counts: I32,
+    entries: I64,
+) -> int:  # fmt: skip
+    """Put a piece's n splats, whose keys are counted, in order; give those that show.
+
+    counts: ``(KEYS,)``, zeros again afterwards.
+    """
+    visible = begin_keys(counts, first_key, end_key)
+    # in order, so that they are in the cache when they are written here and there,
+    # where one that is not holds up those that follow
+    entries[:visible] = 0
+    place_by_keys(ranges[:n], keys[:n], counts, entries)
+    counts[first_key:end_key] = 0
+    return visible
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def count_in_order(given: I32, index: I32, keys: I32) -> None:
+    """Take splats as they are given; all have one key."""
+    for s in range(given.shape[0]):
+        index[s] = given[s]
+        keys[s] = 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def count_near(near_keys: I32, index: I32, keys: I32) -> None:
+    """Take all near splats, with their keys."""
+    for s in range(near_keys.shape[0]):
+        index[s] = s
+        keys[s] = near_keys[s]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _project(
     index: I32, n: int, splats: Any, sized: bool, seen_by: Any, look: Any,
     records: F32, boxes: I32, ranges: I32, keys: I32, counts: I32,
 ) -> None:  # fmt: skip
-    """Do as the scalar twin."""
+    """Project n splats and count their keys."""
     places, paints = splats
     base, matrix, projection, scale, width, height = seen_by
     sigma, widest, points, sheet_share, _ = look
@@ -50,7 +109,7 @@ def _project_shell(
     first_key: int, end_key: int, listed: Any, columns: U16, ny: int, splats: Any,
     seen_by: Any, look: Any, waiting: I32, room: Any,
 ) -> int:  # fmt: skip
-    """Do as the scalar twin."""
+    """Take a shell's splats part by part and project them; give their number."""
     spans, lowest, highest, low, per_mm, near_mm = listed
     base, matrix, projection, scale, width, height = seen_by
     index, keys, records, boxes, ranges, counts, _ = room
@@ -76,7 +135,21 @@ def draw_pieces(
     seen_by: Any, look: Any, room: Any, tiles: Any, scratch: Any, canvas: Any,
     spent: I64,
 ) -> Any:  # fmt: skip
-    """Do as the scalar twin."""
+    """Draw a list; give the number of splats projected that show, and the fragments.
+
+    near: places, paints and keys (see `SplatList`) of splats to be drawn first. own:
+    places and paints of the set; columns, ny: see `take_shell`. given: those of the set
+    to be drawn, in this order; no elements where shells are taken. listed: spans,
+    lowest and highest (see `SplatList`), low, scale and near_mm (see `survey_spans`).
+    shells: last + 1 key of each. seen_by: base, matrix, projection, scale, width and
+    height; look: sigma, widest, points, sheet_share (see `project_splats`) and reach_mm
+    (see `take_shell`). room: index, keys, records, boxes, ranges, counts (``(KEYS,)``
+    zeros) and entries, for all near splats or all of the list, and sixteen more. tiles:
+    states, depths, alive, drawn, fresh and turns (see `draw_tiles`), and waiting (see
+    `find_waiting`); tiles that take no light are left alone. scratch: items, limits,
+    sums, sheets and far; canvas: image, depth, limit_mm, cut and sheets_of; see
+    `draw_tiles`. spent: ``(5,)`` ticks by stage, added to.
+    """
     index, keys, records, boxes, ranges, counts, entries = room
     states, depths, alive, drawn, fresh, turns, waiting = tiles
     items, limits, sums, sheets, far = scratch

@@ -2,19 +2,18 @@
 
 A surfel is the tangent disc ``|p - c| < r`` of the plane ``n.(p - c) = 0``. On the ray
 with unit direction w the plane lies at depth ``t = 1 / q``, ``q = w . n / (n.c)``,
-linear in w, so depth is exact on planes. Since w has length 1, ``|p - c|^2`` is
-``t^2 - 2 t w.c + c^2``. With ``s = w . 2 c / r^2`` and ``k = c^2 / r^2 - 1`` the disc
-is ``q (s - q k) > 1 / r^2``: whether it hides is asked without a division; and the root
-of a weight is ``t (s - t / r^2) - k``.
+linear in w, so depth is exact on planes. Since w has length 1, ``|p - c|^2`` is ``t^2 -
+2 t w.c + c^2``. With ``s = w . 2 c / r^2`` and ``k = c^2 / r^2 - 1`` the disc is ``q (s
+- q k) > 1 / r^2``: whether it hides is asked without a division; and the root of a
+weight is ``t (s - t / r^2) - k``.
 """
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.draw_surfels_scalar import write_squares
 from renderers.fsr.kernels.list_surfels import is_hidden, list_squares, list_tile
-from renderers.fsr.kernels.project_surfels_scalar import RECORD
+from renderers.fsr.kernels.project_surfels import RECORD
 from renderers.fsr.surfels.surfel_tiles import (
     BLOCK_SQUARES,
     BLOCKS_X,
@@ -47,9 +46,28 @@ from renderers.lanes.atomics import take_turn
 Real = float | np.float32
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
-
 _ONE = np.float32(1)
 _ZERO = np.float32(0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def write_squares(
+    sums: F32, left: int, top: int, cut_only: bool, depth: F32, normal: F32,
+    coverage: F32,
+) -> None:  # fmt: skip
+    """Write a tile's resolved squares in the picture, or only those its edges cut."""
+    height, width = depth.shape
+    for y in range(top, min(top + TILE_HEIGHT, height)):
+        for x in range(left, min(left + TILE_WIDTH, width)):
+            if cut_only and max(x // SIDE * SIDE + SIDE - width,
+                                y // SIDE * SIDE + SIDE - height) <= 0:  # fmt: skip
+                continue
+            b, a = y - top, x - left
+            at = (b // SIDE * SQUARES_X + a // SIDE) * SUMS + b % SIDE * SIDE + a % SIDE
+            coverage[y, x] = sums[at]
+            depth[y, x] = sums[at + SQUARE]
+            for c in range(3):
+                normal[y, x, c] = sums[at + (c + 2) * SQUARE]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -187,11 +205,10 @@ def draw_tile(
     the squared radius. core: squared share of the radius that hides what lies behind.
     behind: depth in mm behind the nearest core that still counts. nearest, sums, far,
     starts, ends: scratch of a value a pixel, five a pixel, one a block, one a strip
-    twice.
-    squares, until: scratch of some squares a surfel, more than `SPARE_SQUARES`, and of
-    a value a surfel.
-    Surfels behind the farthest depth of their blocks are left out: they could change
-    nothing. Returns (fragments, surfels left out, pixels left empty).
+    twice. squares, until: scratch of some squares a surfel, more than `SPARE_SQUARES`,
+    and of a value a surfel. Surfels behind the farthest depth of their blocks are left
+    out: they could change nothing. Returns (fragments, surfels left out, pixels left
+    empty).
     """
     _clear(rays, nearest, sums)
     far[:] = 0

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.project_surfels_scalar import tile_range
+from renderers.fsr.kernels.project_surfels import tile_range
 from renderers.fsr.surfels.surfel_tiles import (
     BLOCK,
     BLOCKS,

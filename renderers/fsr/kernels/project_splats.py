@@ -1,6 +1,7 @@
-"""Splats projected sixteen at a time; the method is told in the scalar twin.
+"""Splats projected for one view, sixteen at a time.
 
-Operations and their order are the twin's, so bits are too.
+Projection is the affine map at the splat's centre (Zwicker et al., EWA splatting, IEEE
+TVCG 2002), for three lens laws.
 """
 
 import math
@@ -10,19 +11,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.depth_sort_scalar import NOWHERE
-from renderers.fsr.kernels.project_splats_scalar import (
-    ANTIALIAS,
-    ATAN,
-    CUT,
-    CUT_SHARE,
-    LOG2E,
-    OPAQUEST,
-    OVERLAP,
-    POWER,
-    RECORD,
-)
-from renderers.fsr.splats.gaussian_falloff import WEIGHT
+from renderers.fsr.kernels.depth_sort import NOWHERE
+from renderers.fsr.splats.gaussian_falloff import SCALE, WEIGHT
 from renderers.fsr.splats.peak_opacity import DEEPEST, PEAK
 from renderers.fsr.splats.splat_tiles import TILE_SHIFT
 from renderers.lanes import (
@@ -47,15 +37,37 @@ from renderers.lanes import (
     store_quads,
 )
 
+RECORD = 16
+"""Floats of a projected splat, a line of the cache: pixel centre 0-1, what a squared
+distance over the cut's, times `SCALE`, is made of, xx, xy, yy 2-4 (for a point, half
+its side in place of the first), peak times `WEIGHT` 5 (a point's peak), depth 6,
+colour 8-10. The others are not used. A splat's box of pixels is kept apart: it is all
+that is asked of splats which no light reaches."""
+ANTIALIAS = 0.3
+"""Squared pixels added to a footprint's covariance, so that small ones keep mass."""
+CUT = 3.0
+"""Sigmas at which a footprint ends."""
+CUT_SHARE = SCALE / np.float32(CUT**2)
+"""Makes `SCALE` times a squared distance over the cut's of one in sigmas."""
+OPAQUEST = 1.0 - 1e-6
+OVERLAP = 1e-4
+"""Pixels added to half a point's side: rounding must not open gaps between them."""
+LOG2E = np.float32(1 / math.log(2))
+# 2^x on -0.5..0.5
+POWER = tuple(np.float32(math.log(2) ** k / math.factorial(k)) for k in range(1, 7))
+# Abramowitz and Stegun 4.4.49: arctan(x) / x on 0..1, error below 2e-8.
+ATAN = (
+    np.float32(-0.3333314528), np.float32(0.1999355085), np.float32(-0.1420889944),
+    np.float32(0.1065626393), np.float32(-0.0752896400), np.float32(0.0429096138),
+    np.float32(-0.0161657367), np.float32(0.0028662257),
+)  # fmt: skip
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 Real = float | np.float32
-
 _W = 16
 _AHEAD = 6 * _W
 _LINE = 4
 """Splats in a line of the cache: neighbours mostly follow one another."""
-
 _ONE = np.float32(1)
 _ZERO = np.float32(0)
 _HALF = np.float32(0.5)
@@ -102,7 +114,7 @@ def absorbed(depth: Any) -> Any:
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def peak_of(depth: Any) -> Any:
-    """Give the peak for an optical depth."""
+    """Give the peak for an optical depth, see `renderers.fsr.splats.peak_opacity`."""
     t = minimum(depth, DEEPEST)
     p = t * PEAK[5] + PEAK[4]
     p = p * t + PEAK[3]
@@ -118,7 +130,19 @@ def project_splats(
     projection: int, scale: Real, width: int, height: int, widest: Real,
     sized: bool, points: bool, sheet_share: Real, records: F32, boxes: I32, ranges: I32,
 ) -> int:  # fmt: skip
-    """Do as the scalar twin; index and what is written have sixteen to spare."""
+    """Write records of the first n splats; give the number of those that may show.
+
+    index: says which. base: a grid point near the eye, from which places are counted.
+    matrix: ``(3, 4)``, camera frame from grid steps away from it. sigma: of a footprint
+    of size one, in grid steps. scale: pixels per radian, tangent or mm. widest: splats
+    of a squared angular sigma above this are left out; orthographic ones never are.
+    sized: not all are of size one. points: squares of constant opacity. sheet_share:
+    not zero in sheets, where a peak is an optical depth: the footprint's sum over sigma
+    squared. boxes: ``(n, 4)`` first and last column of a splat's pixels, sixteen bits
+    each from the lowest, first and last row, the bits of the depth; one is not used.
+    ranges: first and last tile column and row, a byte each from the lowest, `NOWHERE`
+    for what does not show. index and what is written have sixteen to spare.
+    """
     m = matrix
     s2 = sigma * sigma
     soften = np.float32(ANTIALIAS)

@@ -1,7 +1,6 @@
-"""Surfels projected sixteen at a time; the method is told in the scalar twin.
+"""Surfels projected sixteen at a time: where a tangent disc appears, on which pixels.
 
-Positions and planes have the twin's bits. Ellipses are made in float32 throughout and
-differ in rounding: they bound discs with half a pixel to spare and change none.
+Ellipses are made in float32 throughout. They bound discs with half a pixel to spare.
 """
 
 import math
@@ -11,14 +10,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.project_surfels_scalar import (
-    NEAR_ANGLE,
-    NEAR_VARIANCE,
-    NO_TILE,
-    SOFTEN,
-    rim_box,
-    tile_range,
-)
 from renderers.lanes import (
     absolute,
     bits,
@@ -38,16 +29,27 @@ from renderers.lanes import (
     store_packed,
 )
 
+NEAR_VARIANCE = np.float32(1e-6)
+"""Inverse row variances below this mark a disc too near to be an ellipse: a box."""
+RECORD = 16
+"""Floats of a projected surfel: centre c 0-2 as ``2 c / r^2`` and plane 3-5 (camera
+frame), normal 6-8 (world), pixel centre 9-10, ellipse 11-13 (inverse row variance,
+slope, rest of the column variance), nearest depth 14, ``c^2 / r^2 - 1`` 15. r: the
+radius."""
+NO_TILE = 0x7F7F7F7F
+"""The range of what is in no tile."""
+SOFTEN = 0.5
+"""Squared pixels added to an ellipse, which bounds a disc to first order."""
+NEAR_ANGLE = 0.35
+"""Angular radius (rad) from which a disc is bounded by a box instead of an ellipse."""
 Real = float | np.float32
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 I64 = NDArray[np.int64]
-
 _W = 16
 _ZERO = np.float32(0)
 _ONE = np.float32(1)
 _HALF = np.float32(0.5)
-
 # arctan(x) / x on 0..1 by powers of x^2: a minimax fit, off by 1.2e-5 at most. That is
 # a hundredth of a pixel where a radian has a thousand, and ellipses have half a pixel
 # to spare.
@@ -55,6 +57,67 @@ _ATAN = (
     np.float32(0.99986631), np.float32(-0.33030456), np.float32(0.18015845),
     np.float32(-0.085155207), np.float32(0.020844598),
 )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _pixel(
+    x: Real, y: Real, z: Real, projection: int, scale: Real, width: int,
+    height: int,
+) -> tuple[Any, Any]:  # fmt: skip
+    """Project a camera-frame point; what lies behind a pinhole goes far outside."""
+    rho = math.sqrt(x * x + y * y)
+    if projection == 0:
+        r = scale * math.atan2(rho, z) / max(rho, 1e-9)
+    else:
+        r = scale / max(z, 1e-3 * rho + 1e-6)
+    return 0.5 * width + r * x, 0.5 * height - r * y
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def rim_box(
+    x: Real, y: Real, z: Real, nx: Real, ny: Real, nz: Real, radius: Real,
+    projection: int, scale: Real, width: int, height: int,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Give centre and half sizes of the pixel box around a disc's rim."""
+    # tangents without a case distinction at the poles (Duff et al., JCGT 2017)
+    sign = 1.0 if nz >= 0 else -1.0
+    a = -1.0 / (sign + nz)
+    b = nx * ny * a
+    ax, ay, az = 1.0 + sign * nx * nx * a, sign * b, -sign * nx
+    bx, by, bz = b, sign + ny * ny * a, -ny
+    reach = radius * 1.02  # a polygon of sixteen around the circle
+    left, right, top, bottom = 1e9, -1e9, 1e9, -1e9
+    for corner in range(16):
+        turn = corner * (math.pi / 8)
+        c = reach * math.cos(turn)
+        s = reach * math.sin(turn)
+        u, v = _pixel(
+            x + c * ax + s * bx,
+            y + c * ay + s * by,
+            z + c * az + s * bz,
+            projection,
+            scale,
+            width,
+            height,
+        )
+        left, right = min(left, u), max(right, u)
+        top, bottom = min(top, v), max(bottom, v)
+    return (
+        0.5 * (left + right),
+        0.5 * (top + bottom),
+        0.5 * (right - left) + 1.0,
+        0.5 * (bottom - top) + 1.0,
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def tile_range(left: Any, right: Any, top: Any, bottom: Any) -> Any:
+    """Pack first and last tile column and row of a disc, seven bits in a byte each.
+
+    Those that end are counted from 127 down: a tile is met where none of its own bytes
+    is less than the disc's.
+    """
+    return left | (127 - right) << 8 | top << 16 | (127 - bottom) << 24
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -157,9 +220,13 @@ def project_runs(
     farthest: Real, radius: Real, facing: Real, shift_x: int, shift_y: int,
     records: F32, boxes: I32, ranges: I32, n: int,
 ) -> int:  # fmt: skip
-    """Do as the scalar twin; positions and normals have sixteen rows to spare.
+    """Project runs of surfels that face the eye, and find their tiles.
 
-    The last row of records and of boxes takes what is not wanted.
+    runs: the surfels ``runs[r, 0] : runs[r, 1]`` for r from first to end - 1. shift_x,
+    shift_y: a tile has ``2**shift_x`` x ``2**shift_y`` pixels. ranges: first and last
+    tile column and row of every surfel, a byte each from the lowest; of those that do
+    not show, columns that end before they begin. Positions and normals have sixteen
+    rows to spare. The last row of records and of boxes takes what is not wanted.
     """
     half = np.float32(0.5 * min(width, height))
     scale = half / (extent if projection == 0 else np.float32(math.tan(extent)))

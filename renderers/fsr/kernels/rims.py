@@ -1,7 +1,13 @@
-"""Compiled: rims asked by packets of rays; the method is told in the scalar twin.
+"""Rims of a splatted picture found by rays: look past the discs over a free edge.
 
-A lane that has its answer takes the next ray of the queue. Every ray sees the same
-arithmetic in the same order whatever its neighbours do, and so the twin's bits.
+A disc on a rim reaches beyond it, by a different amount from disc to disc: rims of the
+splats alone are ragged by half a spacing. Where a pixel's neighbour lies much deeper
+and its splats float before the wall, its own ray goes on through the distance field;
+where it passes the rim, the pixels beside it are looked at, too, until rays agree with
+the splats.
+
+Rays are traced in packets: a lane that has its answer takes the next ray of the queue.
+Every ray sees the same arithmetic in the same order whatever its neighbours do.
 """
 
 from typing import Any
@@ -10,18 +16,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.rims_scalar import (
-    AFLOAT_MM,
-    GAP_MM,
-    GAP_SHARE,
-    LONGEST_MM,
-    REFINED,
-    SAME_MM,
-    STEP_MM,
-    STEPS,
-    claim,
-    spread_from,
-)
 from renderers.lanes import (
     absolute,
     any_,
@@ -41,9 +35,23 @@ from renderers.lanes import (
 from renderers.lanes import count as count_of
 from renderers.shading.kernels.field_reads import is_outside, taps, wall_normals
 
+f32 = np.float32
+GAP_MM = f32(0.4)
+GAP_SHARE = f32(0.03)
+"""A neighbour deeper by this much and this share of the depth is another wall's."""
+AFLOAT_MM = f32(0.002)
+"""Where splats lie so far before the wall their discs stand over its edge."""
+SAME_MM = f32(0.35)
+"""Rays and splats that differ by less mean the same wall."""
+STEP_MM = f32(0.2)
+STEPS = 160
+LONGEST_MM = f32(150)
+REFINED = 2
+"""Times that a straight line through the last distances in air and in the wall is tried
+for where the surface is, before it is taken: the field is nearly straight there."""
+NOT_ASKED, ASKED = 0, 1
 Floats = NDArray[np.float32]
 Ints = NDArray[np.int32]
-
 W = 16
 _FREE = W // 4
 """Lanes without a ray that are worth a look at the queue: with eight, a third of all
@@ -52,8 +60,67 @@ _ZERO = np.float32(0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def claim(queue: Ints, count: int, state: NDArray[np.uint8]) -> int:
+    """Keep the pixels of a queue that no other part asks; return how many."""
+    kept = 0
+    for n in range(count):
+        at = queue[n]
+        if state[at] == NOT_ASKED:
+            state[at] = ASKED
+            queue[kept] = at
+            kept += 1
+    return kept
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def spread_from(
+    queue: Ints, first: int, last: int, count: int, width: int,
+    state: NDArray[np.uint8], depth: Floats, into: Ints,
+) -> int:  # fmt: skip
+    """Ask the neighbours of the moved pixels ``queue[first:last]``, too.
+
+    They are added to `into` from place `count` on. Returns the new count.
+    """
+    height = depth.shape[0]
+    for n in range(first, last):
+        at = queue[n]
+        y, x = at // width, at % width
+        for k in range(4):
+            v = y + (1 if k == 0 else -1 if k == 1 else 0)
+            u = x + (1 if k == 2 else -1 if k == 3 else 0)
+            if not (0 <= v < height and 0 <= u < width):
+                continue
+            if state[v * width + u] == NOT_ASKED and depth[v, u] < f32(1e6):
+                state[v * width + u] = ASKED
+                into[count] = v * width + u
+                count += 1
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def settle(
+    queue: Ints, moved: Ints, found: Floats, depth: Floats, normal: Floats
+) -> None:
+    """Write what all parts have found into the picture.
+
+    queue: ``(parts, n)``, of which each part has `moved` pixels at its begin.
+    """
+    width = depth.shape[1]
+    for part in range(queue.shape[0]):
+        for n in range(moved[part]):
+            at = queue[part, n]
+            y, x = at // width, at % width
+            depth[y, x] = found[at, 0]
+            for c in range(3):
+                normal[y, x, c] = found[at, c + 1]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def list_rims(depth: Floats, first: int, last: int, found: Ints) -> int:
-    """Do as the scalar twin."""
+    """List the pixels of rows ``first..last`` with a much deeper neighbour.
+
+    found: room for their numbers. Returns how many there are.
+    """
     height, width = depth.shape
     n = 0
     for y in range(max(first, 1), min(last, height - 1)):
@@ -116,7 +183,16 @@ def sharpen(
     depth: Floats, first: int, last: int, queue: Ints, state: NDArray[np.uint8],
     found: Floats,
 ) -> tuple[int, int]:  # fmt: skip
-    """Do as the scalar twin."""
+    """Ask the rims of rows ``first..last``, and the neighbours of what moves.
+
+    queue: with room for the whole picture; the numbers of the pixels that moved are
+    left at its begin. state: one for each pixel, zeros at first, shared by all parts of
+    a picture. found: ``(pixels + 1, 4)``, depth and normal of what moved, shared, too;
+    the last row takes what is not wanted. Neighbours may be of other rows. What a pixel
+    gets depends on its own ray and splats only, which stay as they are: neither order
+    nor parts change a bit. Returns how many were asked and how many moved to another
+    wall.
+    """
     width = depth.shape[1]
     spare = np.int32(found.shape[0] - 1)
     count = claim(queue, list_rims(depth, first, last, queue), state)

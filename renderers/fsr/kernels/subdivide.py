@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.depth_slabs_scalar import depth_of
+from renderers.fsr.kernels.depth_slabs import depth_of
 from renderers.fsr.splats.near_splats import SPLITS
 
 F32 = NDArray[np.float32]

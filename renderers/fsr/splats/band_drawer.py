@@ -2,18 +2,20 @@
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.project_splats_scalar import CUT
+from renderers.fsr.kernels.cull_and_draw import list_and_draw
+from renderers.fsr.kernels.draw_pass import draw_pieces
+from renderers.fsr.kernels.project_splats import CUT
 from renderers.fsr.splats.near_splats import LAST_SIGMA
 from renderers.fsr.splats.picture_cost import StripCost
 from renderers.fsr.splats.set_view import SetView, sigma_of
 from renderers.fsr.splats.splat_buffers import SplatRoom, TileScratch, TileStates
-from renderers.fsr.splats.splat_kernel_set import KernelSet
 from renderers.fsr.splats.splat_list import SplatList, asked_of_culling, list_splats
 from renderers.fsr.splats.splat_mode import SplatMode, Traversal
 from renderers.fsr.splats.splat_stages import CULL, TIMES
@@ -39,11 +41,15 @@ class Canvas:
     least_light: float
 
 
+# Their arguments come in groups that several kernels share.
+_draw: Callable[..., tuple[int, int]] = draw_pieces
+_list_and_draw: Callable[..., tuple[int, ...]] = list_and_draw
+
+
 class StripDrawer:
     """Draw one strip at a time, in memory that is kept from picture to picture."""
 
-    def __init__(self, kernels: KernelSet) -> None:
-        self._kernels = kernels
+    def __init__(self) -> None:
         self._room = SplatRoom(0)
         self._scratch = TileScratch(0)
         self._tiles = TileStates(1, 1, False)
@@ -57,7 +63,7 @@ class StripDrawer:
         self._make_room(seen, max(splats.count, len(splats.near_places)), with_depth)
         self._tiles.begin(splats.strip)
         spent = np.zeros(TIMES, np.int64)
-        visible, fragments = self._kernels.draw_pieces(
+        visible, fragments = _draw(
             (splats.near_places, splats.near_paints, splats.near_keys),
             (painted.places, painted.paints),
             painted.columns,
@@ -109,19 +115,17 @@ class StripDrawer:
             self._make_room(seen, wanted, len(canvas.depth) > 0)
             self._tiles.begin(strip)
             spent = np.zeros(TIMES, np.int64)
-            count, spans, split, visible, fragments, wanted = (
-                self._kernels.list_and_draw(
-                    *asked_of_culling(seen, planes),
-                    seen.painted.rows.shape[1],
-                    *_asked_of_drawing(seen),
-                    self._room.all_,
-                    self._room.splats,
-                    self._tiles.all_,
-                    self._scratch.all_,
-                    _drawn_on(canvas, seen),
-                    others,
-                    spent,
-                )
+            count, spans, split, visible, fragments, wanted = _list_and_draw(
+                *asked_of_culling(seen, planes),
+                seen.painted.rows.shape[1],
+                *_asked_of_drawing(seen),
+                self._room.all_,
+                self._room.splats,
+                self._tiles.all_,
+                self._scratch.all_,
+                _drawn_on(canvas, seen),
+                others,
+                spent,
             )
             if wanted <= self._room.splats:
                 break
@@ -137,7 +141,7 @@ class StripDrawer:
     ) -> StripCost:
         """Do one stage after the other: rows are put in order in between."""
         began = time.perf_counter()
-        splats = list_splats(seen, self._kernels, strip, planes)
+        splats = list_splats(seen, strip, planes)
         culled_s = time.perf_counter() - began
         cost = self.draw(splats, canvas)
         cost.ticks[CULL] = round(cost.ticks.sum() * culled_s / cost.seconds)

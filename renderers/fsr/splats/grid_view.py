@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.depth_sort_scalar import KEYS
+from renderers.fsr.kernels.depth_sort import KEYS
 from renderers.fsr.kernels.view_planes import see_grid
 from renderers.fsr.sparse_rows import SparseRows
 from renderers.scene import Camera, Projection

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from renderers.fsr.kernels.depth_sort_scalar import KEYS
-from renderers.fsr.kernels.project_splats_scalar import RECORD
+from renderers.fsr.kernels.depth_sort import KEYS
+from renderers.fsr.kernels.project_splats import RECORD
 from renderers.fsr.splats.splat_tiles import BLOCKS, SQUARE, SQUARES, STATE
 from renderers.fsr.surfels.surfel_buffers import lined_up
 

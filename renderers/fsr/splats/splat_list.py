@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from renderers.fsr.display_list import eye_voxel
 from renderers.fsr.kernels.cull_rows import list_spans
+from renderers.fsr.kernels.cull_view import list_strip
 from renderers.fsr.splats.near_splats import SPLITS, WIDEST_SIGMA
 from renderers.fsr.splats.set_view import SetView
-from renderers.fsr.splats.splat_kernel_set import KernelSet
 from renderers.fsr.splats.splat_mode import Traversal
 
 SHARES = (1 / 16, 1 / 6, 1 / 2)
@@ -61,7 +61,6 @@ class SplatList:
 
 def list_splats(
     seen: SetView,
-    kernels: KernelSet,
     strip: range,
     planes: NDArray[np.float32] | None = None,
 ) -> SplatList:
@@ -69,7 +68,7 @@ def list_splats(
 
     planes: see `SetView.planes_of`, where these are known already.
     """
-    spans, *found, split, shells = kernels.list_strip(
+    spans, *found, split, shells = list_strip(
         *asked_of_culling(seen, seen.planes_of(strip) if planes is None else planes)
     )
     given = np.empty(0, np.int32)

@@ -18,11 +18,11 @@ from renderers.fsr.splats.picture_cost import PictureCost, StripCost
 from renderers.fsr.splats.screen_bands import Strips
 from renderers.fsr.splats.set_view import see_set
 from renderers.fsr.splats.shaded_set import PaintedSet
-from renderers.fsr.splats.splat_kernel_set import KernelSet, best_kernels
 from renderers.fsr.splats.splat_list import SplatList, list_splats
 from renderers.fsr.splats.splat_mode import SplatMode, Traversal
 from renderers.scene import Camera, Image, Scene
 from renderers.scene.thread_team import LOOKS, ThreadTeam
+from renderers.simd_guard import demand_vectors
 
 LEAST_LIGHT = 1 / 1024
 """Light below which a square of pixels takes no more: a quarter of a code."""
@@ -40,10 +40,9 @@ class SplatRasterizer:
         fuzzy_set: FuzzySet,
         scene: Scene,
         *,
-        kernels: KernelSet | None = None,
         least_light: float = LEAST_LIGHT,
     ) -> None:
-        self._kernels = kernels or best_kernels()
+        demand_vectors("Drawing splats")
         self._painted = PaintedSet(fuzzy_set, scene)
         self._row_count = fuzzy_set.rows.row_count
         self._least_light = least_light
@@ -108,7 +107,7 @@ class SplatRasterizer:
         """
         seen = see_set(self._painted, camera, mode, traversal)
         strips = self._strips.cut(*seen.tiles, threads)
-        return tuple(list_splats(seen, self._kernels, strip) for strip in strips)
+        return tuple(list_splats(seen, strip) for strip in strips)
 
     def draw_list(
         self,
@@ -169,7 +168,7 @@ class SplatRasterizer:
         took; None where culling was done before. rings: see `ThreadTeam.map`.
         """
         while len(self._drawers) < len(strips):
-            self._drawers.append(StripDrawer(self._kernels))
+            self._drawers.append(StripDrawer())
 
         began = time.perf_counter()
 

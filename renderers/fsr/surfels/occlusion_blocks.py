@@ -7,7 +7,6 @@ it: there is closed tissue in front of it.
 """
 
 import itertools
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -15,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.display_list import lens_planes
-from renderers.fsr.kernels.cones_scalar import aim_cones, trace_cones
+from renderers.fsr.kernels.cones import aim_cones, trace_cones
 from renderers.fsr.kernels.occlusion import flag_blocks, list_runs
 from renderers.fsr.sobel_normals import kernel_geometry
 from renderers.fsr.sparse_rows import SparseRows
@@ -87,20 +86,15 @@ class Runs:
 
 
 class Blocks:
-    """Hold the blocks with surfels of one distance field.
-
-    trace_cones: by default the function that every machine compiles.
-    """
+    """Hold the blocks with surfels of one distance field."""
 
     def __init__(
         self,
         distance: Volume,
         coarse: SparseRows,
         fine: SparseRows,
-        trace_cones: Callable[..., None] = trace_cones,
     ) -> None:
         self._distance = distance
-        self._trace_cones = trace_cones
         self._margin = np.float32(MARGIN_VOXELS * distance.spacing_mm.max())
         block_mm = distance.spacing_mm * (1 << BLOCK_SHIFT)
         self._half_diagonal = float(np.linalg.norm(block_mm)) / 2
@@ -196,7 +190,7 @@ class Blocks:
         ends = np.full(shape if hide else (0, 0), np.inf, np.float32)
 
         def trace(first: int) -> None:
-            self._trace_cones(
+            trace_cones(
                 self._values,
                 voxel_from_camera,
                 cones,

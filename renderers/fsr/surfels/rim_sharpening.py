@@ -1,11 +1,9 @@
 """Rims of a splatted picture made as sharp as the surface."""
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.rims_scalar import settle
+from renderers.fsr.kernels.rims import settle, sharpen
 from renderers.scene import Camera, GBuffer, Volume
 from renderers.scene.thread_team import ThreadTeam
 
@@ -19,15 +17,11 @@ SPARE = 16
 class RimSharpener:
     """Take discs away where they stand over a free edge; keeps its scratch memory.
 
-    distance: signed, mm, whose zero set the discs cover. kernel: one of the twins
-    named `sharpen`.
+    distance: signed, mm, whose zero set the discs cover.
     """
 
-    def __init__(
-        self, distance: Volume, kernel: Callable[..., tuple[int, int]]
-    ) -> None:
+    def __init__(self, distance: Volume) -> None:
         self._distance = distance
-        self._kernel = kernel
         self._queues = np.empty((0, 0), np.int32)
         self._found = np.empty((0, 4), np.float32)
         self._state = np.empty(0, np.uint8)
@@ -61,7 +55,7 @@ class RimSharpener:
         )
 
         def sharpen_rows(part: int) -> tuple[int, int]:
-            asked, moved = self._kernel(
+            asked, moved = sharpen(
                 *common,
                 edges[part],
                 edges[part + 1],

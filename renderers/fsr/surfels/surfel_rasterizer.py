@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.deformation import displace_surfels
-from renderers.fsr.kernels.project_surfels_scalar import RECORD
+from renderers.fsr.kernels.draw_surfels import draw_tiles
+from renderers.fsr.kernels.project_surfels import RECORD, project_runs
 from renderers.fsr.surfels.blocked_surfels import BlockedSurfels, sort_surfels
 from renderers.fsr.surfels.cut_rim_settling import Seams
 from renderers.fsr.surfels.disc_bounds import disc_bounds
@@ -18,7 +19,6 @@ from renderers.fsr.surfels.hole_filling import fill_holes
 from renderers.fsr.surfels.occlusion_blocks import BLOCK_SHIFT, FAR, NEAR, Blocks, Runs
 from renderers.fsr.surfels.rim_sharpening import RimSharpener
 from renderers.fsr.surfels.surfel_buffers import TileScratch, lined_up
-from renderers.fsr.surfels.surfel_kernel_set import KernelSet, best_kernels
 from renderers.fsr.surfels.surfel_set import extract_surfels
 from renderers.fsr.surfels.surfel_tiles import (
     MOST_TILES,
@@ -36,6 +36,7 @@ from renderers.fsr.visibility import BlockBounds, Standpoint, VisibleSets
 from renderers.scene import Camera, GBuffer, Projection, Volume
 from renderers.scene.deflection import Deflection, deflected_distance
 from renderers.scene.thread_team import ThreadTeam
+from renderers.simd_guard import demand_vectors
 
 SIGMA_PER_SPACING = 0.6
 """Wider discs cost detail (SSIM .005 less at .72), narrower ones leave holes."""
@@ -73,8 +74,7 @@ class SurfelRasterizer:
     Keeps its scratch memory between pictures. hide: leave out what walls hide before
     it is projected. Without, the picture is slower and the same but for pinholes
     between discs, where something hidden may show. sharp: take discs away where they
-    stand over a free edge. kernels: by default the fastest
-    that this machine compiles. deflection: moves the surface.
+    stand over a free edge. deflection: moves the surface.
     """
 
     def __init__(
@@ -83,10 +83,9 @@ class SurfelRasterizer:
         *,
         hide: bool = True,
         sharp: bool = True,
-        kernels: KernelSet | None = None,
         deflection: Deflection | None = None,
     ) -> None:
-        self._kernels = kernels or best_kernels()
+        demand_vectors("Drawing surfels")
         coarse, fine = extract_surfels(distance), extract_surfels(distance, refine=2)
         self._seams = None
         if deflection is not None:
@@ -96,16 +95,14 @@ class SurfelRasterizer:
             distance = deflected_distance(distance, deflection)
         self._distance = distance
         self._standpoint: Standpoint | None = None
-        self._blocks = Blocks(
-            distance, coarse.rows, fine.rows, self._kernels.trace_cones
-        )
+        self._blocks = Blocks(distance, coarse.rows, fine.rows)
         self._coarse = sort_surfels(coarse, self._blocks, BLOCK_SHIFT)
         self._fine = sort_surfels(fine, self._blocks, BLOCK_SHIFT + 1)
         rows = self._coarse.order.rows.sum() + self._fine.order.rows.sum()
         self._rows = int(rows)
         self._hide = hide
         self._sharp = sharp
-        self._rims = RimSharpener(distance, self._kernels.sharpen)
+        self._rims = RimSharpener(distance)
         self._records = np.empty((0, RECORD), np.float32)
         self._boxes = np.empty((0, 4), np.int32)
         self._ranges = np.empty(0, np.int32)
@@ -113,7 +110,8 @@ class SurfelRasterizer:
         radius = np.float32(SIGMA_PER_SPACING * RADIUS_SIGMAS) * np.array(
             [self._fine.spacing_mm, self._coarse.spacing_mm], np.float32
         )
-        self._inverses = np.float32(1) / (radius * radius)
+        inverses = np.float32(1) / (radius * radius)
+        self._inverses = inverses.astype(np.float32, copy=False)
         self._table = np.empty((0, 0, 3), np.float32)
         self._rays = np.empty((0, 0), np.float32)
         self._local = threading.local()
@@ -171,7 +169,7 @@ class SurfelRasterizer:
 
         def draw(_: int) -> None:
             scratch = self._scratch(listed)
-            self._kernels.draw_tiles(
+            draw_tiles(
                 turns,
                 across,
                 records,
@@ -286,7 +284,7 @@ class SurfelRasterizer:
 
         def project(part: int) -> int:
             return int(
-                self._kernels.project_runs(
+                project_runs(
                     runs.runs,
                     runs.cuts[part, 0],
                     runs.cuts[part + 1, 0],

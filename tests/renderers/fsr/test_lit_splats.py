@@ -7,7 +7,7 @@ import pytest
 
 from anatomy import classic_transfer_function
 from renderers.fsr import FuzzySetRenderer
-from renderers.fsr.kernels.project_splats_scalar import peak_of
+from renderers.fsr.kernels.project_splats import peak_of
 from renderers.fsr.lit_splats import lit_splats, splat_peaks
 from renderers.scene import Light, PhongMaterial, Scene, Volume
 

@@ -4,8 +4,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from renderers.fsr.kernels.bin_splats import DEAL, deal_splats, room_for_deal, transpose
-from renderers.fsr.kernels.composite_scalar import squares_of_box
-from renderers.fsr.kernels.project_splats_scalar import RECORD
+from renderers.fsr.kernels.composite import squares_of_box
+from renderers.fsr.kernels.project_splats import RECORD
 
 
 def matrix(words: NDArray[np.int64]) -> NDArray[np.uint8]:

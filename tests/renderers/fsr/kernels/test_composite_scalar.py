@@ -6,8 +6,8 @@ import pytest
 
 from renderers.fsr import FuzzySet
 from renderers.fsr.footprint import gaussian_footprint
-from renderers.fsr.kernels.composite_scalar import footprint
-from renderers.fsr.kernels.project_splats_scalar import CUT
+from renderers.fsr.kernels.composite import footprint
+from renderers.fsr.kernels.project_splats import CUT
 from renderers.fsr.splats import SplatMode, SplatRasterizer
 from renderers.fsr.splats.gaussian_falloff import SCALE, WEIGHT
 from renderers.scene import (

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from renderers.fsr.kernels.cull_view_scalar import ROOM, split_near, with_room
+from renderers.fsr.kernels.cull_view import ROOM, split_near, with_room
 from renderers.fsr.splats.near_splats import (
     NEAR_KEYS,
     PARTS_REACH,

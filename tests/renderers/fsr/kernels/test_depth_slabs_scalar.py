@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from renderers.fsr.kernels.depth_slabs_scalar import SPAN, find_waiting
+from renderers.fsr.kernels.depth_slabs import SPAN, find_waiting
 from renderers.fsr.splats.splat_tiles import ACROSS, BLOCKS
 
 

@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 
 from renderers.fsr.kernels import depth_sort as vector
 from renderers.fsr.kernels import depth_sort_scalar as scalar
-from renderers.fsr.kernels.depth_sort_scalar import NOWHERE
+from renderers.fsr.kernels.depth_sort import NOWHERE
 
 tile = st.integers(0, 7)
 block = st.tuples(tile, tile, tile, tile)

@@ -4,9 +4,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from renderers.fsr.kernels.draw_surfels_scalar import list_tile as list_tile_scalar
+from renderers.fsr.kernels.draw_surfels import list_tile as list_tile_scalar
 from renderers.fsr.kernels.list_surfels import is_hidden, list_tile
-from renderers.fsr.kernels.project_surfels_scalar import NO_TILE, tile_range
+from renderers.fsr.kernels.project_surfels import NO_TILE, tile_range
 from renderers.fsr.surfels.surfel_buffers import lined_up
 from renderers.fsr.surfels.surfel_tiles import (
     BLOCK,

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.project_surfels_scalar import RECORD, project_surfels
+from renderers.fsr.kernels.project_surfels import RECORD, project_surfels
 from renderers.scene import Camera, Projection
 
 

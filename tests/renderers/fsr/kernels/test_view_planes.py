@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from renderers.fsr import FuzzySet
-from renderers.fsr.kernels.depth_sort_scalar import NOWHERE
-from renderers.fsr.kernels.project_splats_scalar import project_splats
+from renderers.fsr.kernels.depth_sort import NOWHERE
+from renderers.fsr.kernels.project_splats import project_splats
 from renderers.fsr.kernels.view_planes import strip_planes
 from renderers.fsr.splats import SplatMode
 from renderers.fsr.splats.near_splats import LAST_SIGMA

@@ -3,7 +3,7 @@
 import numpy as np
 
 from renderers.fsr.footprint import sheet_opacities
-from renderers.fsr.kernels.project_splats_scalar import peak_of
+from renderers.fsr.kernels.project_splats import peak_of
 from renderers.fsr.splats.peak_opacity import DEEPEST, PEAK
 
 

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.cones_scalar import aim_cones
+from renderers.fsr.kernels.cones import aim_cones
 from renderers.fsr.kernels.occlusion import flag_blocks
 from renderers.fsr.surfels.occlusion_blocks import BLOCK_SHIFT, FAR, Blocks
 from renderers.fsr.surfels.surfel_kernel_set import best_kernels, scalar_kernels
