@@ -13,7 +13,6 @@ from benchmarks.schema import Setting
 from benchmarks.timing import Timing, measure
 from renderers.art import ActiveRayTracer
 from renderers.fsr.surfels import SurfelRasterizer
-from renderers.fsr.surfels.surfel_kernel_set import best_kernels, scalar_kernels
 from renderers.scene import GBuffer, Material, image_error
 from renderers.scene.thread_team import ThreadTeam
 from renderers.shading import (
@@ -28,7 +27,6 @@ from scenarios import tip_frame
 
 EVERYTHING = "everything"
 SHARP, RAGGED = "rims by rays", "rims by discs"
-ALONE = "rims by rays one by one"
 
 TOOL_AT_MM = (-1.5, -2.2, 15.0)
 TOOL_ALONG = (0.05, 0.12, 1.0)
@@ -103,7 +101,7 @@ class LookPlan:
                 baseline=None if name == RAGGED else RAGGED,
                 cost_s=30.0,
             )
-            for name in (RAGGED, ALONE, SHARP)
+            for name in (RAGGED, SHARP)
         ]
         return found
 
@@ -175,12 +173,7 @@ class LookPlan:
         """Draw views by splats; count pixels that show another wall than rays do."""
         scene = nasal_scene("default")
         assert scene.surface is not None
-        kernels = best_kernels()
-        if mode == ALONE:
-            kernels = replace(kernels, sharpen=scalar_kernels().sharpen)
-        rasterizer = SurfelRasterizer(
-            scene.surface.distance, sharp=mode != RAGGED, kernels=kernels
-        )
+        rasterizer = SurfelRasterizer(scene.surface.distance, sharp=mode != RAGGED)
         tracer = ActiveRayTracer(scene)
         timings = []
         wrong = pixels = 0

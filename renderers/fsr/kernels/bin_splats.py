@@ -10,7 +10,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.composite import EACH_ROW, FRAGMENT_BITS
 from renderers.fsr.kernels.depth_sort import KEYS
 from renderers.fsr.kernels.project_splats import CUT_SHARE, RECORD
 from renderers.fsr.splats.gaussian_falloff import SCALE
@@ -66,6 +65,11 @@ _AHEAD = 3 * _W
 
 _WIDE = 12
 """Pixels of a box, less one, from which leaving out its corners pays."""
+
+EACH_ROW = 0x0101010101010101
+"""The first square of every row of a tile."""
+FRAGMENT_BITS = 8
+"""Fragments of a square are counted in parts of 256."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")

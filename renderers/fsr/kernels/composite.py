@@ -15,6 +15,7 @@ from renderers.fsr.kernels.bin_splats import deal_splats, room_for_deal
 from renderers.fsr.kernels.depth_sheets import footprint, sum_sheets
 from renderers.fsr.kernels.depth_sort import list_block, list_entries, list_tile
 from renderers.fsr.kernels.tile_buffer import (
+    DARK,
     clear_tile,
     close_tile,
     limit_tile,
@@ -44,13 +45,6 @@ from renderers.lanes import (
     store_quads,
 )
 
-DARK = 1e-20
-"""Light that every splat leaves: the smallest numbers take a hundred cycles. It is far
-below what rounding takes from light that shows."""
-FRAGMENT_BITS = 8
-"""Fragments of a square are counted in parts of 256."""
-EACH_ROW = 0x0101010101010101
-"""The first square of every row of a tile."""
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 I64 = NDArray[np.int64]

@@ -1,6 +1,7 @@
 """Sheets of depth composited, a square of sixteen pixels at a time.
 
-The method is told in the scalar twin; operations and their order are the twin's.
+The optical depths of splats within one layer of distance are summed before the layer is
+blended, so that their overlaps leave no ripple.
 """
 
 from typing import Any
@@ -10,8 +11,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.fsr.kernels.bin_splats import deal_splats
-from renderers.fsr.kernels.composite import DARK
 from renderers.fsr.kernels.project_splats import absorbed
+from renderers.fsr.kernels.tile_buffer import DARK
 from renderers.fsr.splats.gaussian_falloff import BEND, EDGE, LIFT, REST, SHIFT
 from renderers.fsr.splats.splat_tiles import SIDE, SQUARE, SQUARES, STATE
 from renderers.lanes import (
@@ -41,7 +42,7 @@ _HALF = np.float32(0.5)
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def footprint(records: F32, o: int, u: Any, v: Any) -> Any:
-    """Weigh pixels for a splat's record, see the scalar twin."""
+    """Weigh pixels: zero from the cut on; `WEIGHT` times this is one at the centre."""
     dx = u - spread(records, o, SQUARE)
     dy = v - spread(records, o + 1, SQUARE)
     slim, flat = spread(records, o + 2, SQUARE), spread(records, o + 4, SQUARE)
@@ -81,7 +82,7 @@ def sum_sheets(
     cut: Real, limits: F32, with_depth: bool, deal: Any,
     sums: F32, sheets: I32, far: F32, state: F32, depths: F32, alive: Any,
 ) -> Any:  # fmt: skip
-    """Do as the scalar twin, square by square."""
+    """Blend a tile's splats sheet by sheet; give the live squares and fragments."""
     low, scale, thickness = sheets_of[0], sheets_of[1], sheets_of[2]
     sums[:] = 0
     sheets[:] = -1

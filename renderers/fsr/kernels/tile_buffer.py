@@ -25,6 +25,10 @@ I64 = NDArray[np.int64]
 
 _ONE = np.float32(1)
 
+DARK = 1e-20
+"""Light that every splat leaves: the smallest numbers take a hundred cycles. It is far
+below what rounding takes from light that shows."""
+
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def limit_tile(limit_mm: F32, left: int, top: int, limits: F32) -> bool:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.composite import FRAGMENT_BITS
+from renderers.fsr.kernels.bin_splats import FRAGMENT_BITS
 from renderers.fsr.splats.splat_stages import STAGES, WAIT
 
 

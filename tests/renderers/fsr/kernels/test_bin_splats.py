@@ -4,8 +4,19 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from renderers.fsr.kernels.bin_splats import DEAL, deal_splats, room_for_deal, transpose
-from renderers.fsr.kernels.composite import squares_of_box
 from renderers.fsr.kernels.project_splats import RECORD
+from renderers.fsr.splats.splat_tiles import ACROSS, SIDE
+
+
+def squares_of_box(box_x: int, box_y: int, left: int, top: int) -> int:
+    """Give the squares of a tile that a box of pixels meets, a bit each."""
+    met = 0
+    for k in range(ACROSS * ACROSS):
+        x, y = left + k % ACROSS * SIDE, top + k // ACROSS * SIDE
+        across = x + SIDE > box_x & 0xFFFF and x <= box_x >> 16
+        down = y + SIDE > box_y & 0xFFFF and y <= box_y >> 16
+        met |= (across and down) << k
+    return met
 
 
 def matrix(words: NDArray[np.int64]) -> NDArray[np.uint8]:
@@ -62,7 +73,11 @@ def test_every_live_square_gets_its_splats_once_and_in_order(
             assert bool(dealt.any()) == bool(touched >> k & 1)
             got[k] += (offsets[np.flatnonzero(dealt)] // RECORD).tolist()
     rows = boxes[items[:size]]
-    met = [squares_of_box(int(a), int(b), left, top)[0] & live for a, b, _, _ in rows]
+    met = [squares_of_box(int(a), int(b), left, top) for a, b, _, _ in rows]
     for k in range(64):
-        wanted = [s for s, squares in zip(items, met, strict=False) if squares >> k & 1]
+        wanted = [
+            s
+            for s, squares in zip(items, met, strict=False)
+            if bits[k] and squares >> k & 1
+        ]
         assert got[k] == wanted

@@ -4,7 +4,6 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from renderers.fsr.kernels.draw_surfels import list_tile as list_tile_scalar
 from renderers.fsr.kernels.list_surfels import is_hidden, list_tile
 from renderers.fsr.kernels.project_surfels import NO_TILE, tile_range
 from renderers.fsr.surfels.surfel_buffers import lined_up
@@ -40,10 +39,9 @@ def test_a_tile_lists_those_whose_range_holds_it(
             ranges[n] = np.int64(tile_range(left, right, top, bottom)).astype(np.int32)
             if left <= column <= right and top <= row <= bottom:
                 wanted.append(n)
-    for kernel in (list_tile, list_tile_scalar):
-        items = np.full(len(spans) + SQUARE, -1, np.int32)
-        found = kernel(ranges, len(spans), column, row, items)
-        assert items[:found].tolist() == wanted
+    items = np.full(len(spans) + SQUARE, -1, np.int32)
+    found = list_tile(ranges, len(spans), column, row, items)
+    assert items[:found].tolist() == wanted
 
 
 @given(

@@ -17,7 +17,6 @@ from renderers.fsr.splats import SplatMode
 from renderers.fsr.splats.near_splats import LAST_SIGMA
 from renderers.fsr.splats.set_view import see_set, sigma_of
 from renderers.fsr.splats.shaded_set import PaintedSet
-from renderers.fsr.splats.splat_kernel_set import scalar_kernels
 from renderers.fsr.splats.splat_list import list_splats
 from renderers.fsr.splats.splat_tiles import TILE_SHIFT
 from renderers.scene import Camera, Projection, Scene
@@ -48,9 +47,8 @@ def test_what_reaches_a_strip_is_on_its_list(
     seen = see_set(painted, camera, mode)
     every = len(seen.all_tiles)
     strip = range(min(cuts) * every // 18, max(min(cuts) + 1, max(cuts)) * every // 18)
-    kernels = scalar_kernels()
-    whole = list_splats(seen, kernels, seen.all_tiles)
-    some = list_splats(seen, kernels, strip)
+    whole = list_splats(seen, seen.all_tiles)
+    some = list_splats(seen, strip)
     listed, kept = (
         np.concatenate([np.empty(0, int)] + [np.arange(a, b) for _, a, b in found])
         for found in (whole.spans, some.spans)
@@ -58,15 +56,17 @@ def test_what_reaches_a_strip_is_on_its_list(
     assert set(kept) <= set(listed)
     assert np.array_equal(some.near_places, whole.near_places)
     n = len(listed)
-    index = listed.astype(np.int32)
-    ranges, boxes = np.empty(n, np.int32), np.empty((n, 4), np.int32)
+    # vectors read and write sixteen at a time
+    index = np.append(listed, np.zeros(16)).astype(np.int32)
+    ranges, boxes = np.empty(n + 16, np.int32), np.empty((n + 16, 4), np.int32)
     project_splats(
         index, n, painted.places, painted.paints, seen.view.base, seen.view.matrix,
         np.float32(sigma_of(mode)), int(projection), np.float32(seen.view.scale),
         camera.width, camera.height, np.float32(LAST_SIGMA**2), False,
         mode is SplatMode.POINTS, np.float32(5.0 if mode is SplatMode.SHEET else 0.0),
-        np.empty((n, 16), np.float32), boxes, ranges,
+        np.empty((n + 16, 16), np.float32), boxes, ranges,
     )  # fmt: skip
+    boxes, ranges = boxes[:n], ranges[:n]
     distance = np.linalg.norm(painted.rows.centers_mm()[listed] - camera.eye_mm, axis=1)
     upper, lower = boxes[:, 1] & 0xFFFF, boxes[:, 1] >> 16
     # rounding may move a depth across the limit either way

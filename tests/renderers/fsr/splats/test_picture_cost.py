@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from renderers.fsr.kernels.composite import FRAGMENT_BITS
+from renderers.fsr.kernels.bin_splats import FRAGMENT_BITS
 from renderers.fsr.splats.picture_cost import PictureCost, StripCost
 
 

@@ -10,16 +10,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from renderers.fsr import FuzzySet, Inclusion, extract_fuzzy_set
-from renderers.fsr.kernels import depth_slabs as vectors
-from renderers.fsr.kernels import depth_slabs_scalar as shells
+from renderers.fsr.kernels.depth_slabs import take_shell
 from renderers.fsr.splats import SplatMode, SplatRasterizer
 from renderers.fsr.splats.set_view import see_set
 from renderers.fsr.splats.shaded_set import PaintedSet
-from renderers.fsr.splats.splat_kernel_set import (
-    KernelSet,
-    best_kernels,
-    scalar_kernels,
-)
 from renderers.fsr.splats.splat_list import list_splats
 from renderers.fsr.splats.splat_mode import Traversal
 from renderers.scene import Camera, Image, Projection, Scene, TransferFunction, Volume
@@ -73,16 +67,14 @@ def equal_bits(
     return same and np.array_equal(*colors)
 
 
-@pytest.mark.parametrize("kernels", [best_kernels, scalar_kernels])
 @pytest.mark.parametrize("mode", SplatMode)
 def test_shells_that_leave_hidden_splats_out_change_no_bit(
     team: ThreadTeam,
     three: ThreadTeam,
     monkeypatch: pytest.MonkeyPatch,
     mode: SplatMode,
-    kernels: Callable[[], KernelSet],
 ) -> None:
-    drawer = SplatRasterizer(*wall(), kernels=kernels())
+    drawer = SplatRasterizer(*wall())
     fewer = 0
     for projection in Projection:
         for eye, extent in VIEWS:
@@ -162,34 +154,31 @@ def test_every_far_element_is_in_one_shell_and_near_ones_in_none(
     camera = seen_from((eye[0], eye[1], eye[2]), 0.7, projection)
     seen = see_set(painted, camera, mode)
     view = seen.view
-    splats = list_splats(seen, best_kernels(), seen.all_tiles)
+    splats = list_splats(seen, seen.all_tiles)
     listed = np.concatenate(
         [np.arange(a, b) for _, a, b in splats.spans] or [np.empty(0, int)]
     )
     assert splats.count == len(listed)
     ends = [0, *sorted(set(cuts)), 4096]
-    for take_shell in (shells.take_shell, vectors.take_shell):
-        taken: list[NDArray[np.int32]] = []
-        for first, end in pairwise(ends):
-            index, keys = np.full((2, splats.count + 32), -7, np.int32)
-            n = take_shell(
-                splats.spans, splats.lowest, splats.highest, painted.rows.shape[1],
-                painted.columns, view.base, view.matrix, int(projection),
-                np.float32(view.low), np.float32(view.keys_per_mm),
-                np.float32(seen.near_mm), first, end, np.float32(view.scale),
-                np.float32(1), 150, 140, np.empty(0, np.int32), index, keys,
-            )  # fmt: skip
-            assert np.all((keys[:n] >= first) & (keys[:n] < end))
-            assert np.all(index[n:] == -7)
-            taken.append(index[:n])
-        distance = np.linalg.norm(
-            painted.rows.centers_mm()[listed] - camera.eye_mm, axis=1
-        )
-        wanted = distance >= seen.near_mm
-        doubtful = listed[np.abs(distance - seen.near_mm) < 1e-4]
-        found = np.concatenate(taken)
-        assert len(np.unique(found)) == len(found)
-        assert set(found) - set(doubtful) == set(listed[wanted]) - set(doubtful)
+    taken: list[NDArray[np.int32]] = []
+    for first, end in pairwise(ends):
+        index, keys = np.full((2, splats.count + 32), -7, np.int32)
+        n = take_shell(
+            splats.spans, splats.lowest, splats.highest, painted.rows.shape[1],
+            painted.columns, view.base, view.matrix, int(projection),
+            np.float32(view.low), np.float32(view.keys_per_mm),
+            np.float32(seen.near_mm), first, end, np.float32(view.scale),
+            np.float32(1), 150, 140, np.empty(0, np.int32), index, keys,
+        )  # fmt: skip
+        assert np.all((keys[:n] >= first) & (keys[:n] < end))
+        assert np.all(index[n:] == -7)
+        taken.append(index[:n])
+    distance = np.linalg.norm(painted.rows.centers_mm()[listed] - camera.eye_mm, axis=1)
+    wanted = distance >= seen.near_mm
+    doubtful = listed[np.abs(distance - seen.near_mm) < 1e-4]
+    found = np.concatenate(taken)
+    assert len(np.unique(found)) == len(found)
+    assert set(found) - set(doubtful) == set(listed[wanted]) - set(doubtful)
 
 
 @pytest.mark.parametrize("mode", [SplatMode.POINTS, SplatMode.GAUSSIAN])

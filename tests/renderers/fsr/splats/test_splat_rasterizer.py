@@ -3,11 +3,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from renderers.fsr import FuzzySet, Inclusion, extract_fuzzy_set
-from renderers.fsr.footprint import gaussian_footprint
-from renderers.fsr.lit_splats import splat_peaks
 from renderers.fsr.splats import SplatMode, SplatRasterizer
 from renderers.scene import (
     Camera,
@@ -18,6 +15,7 @@ from renderers.scene import (
     Volume,
 )
 from renderers.scene.thread_team import ThreadTeam
+from tests.renderers.fsr.plain_splats import orthographic_picture
 
 Splats = tuple[FuzzySet, Scene]
 
@@ -108,31 +106,6 @@ def test_bits_do_not_depend_on_the_number_of_threads(
             assert one.depth_mm.tobytes() == many.depth_mm.tobytes()
 
 
-def sorted_picture(
-    fuzzy: FuzzySet, scene: Scene, camera: Camera
-) -> NDArray[np.float64]:
-    """Composite in float64 in the order of distance along the view axis."""
-    center = fuzzy.rows.centers_mm()
-    pixel, depth = camera.project(center)
-    color, kappa = scene.transfer_function.evaluate(fuzzy.value.astype(np.float64))
-    light = np.full((len(center), 3), scene.material.ambient)
-    for source in scene.lights:
-        facing = np.maximum(fuzzy.normals() @ source.vector, 0)
-        light += scene.material.diffuse * facing[:, None] * source.color
-    color = color * light
-    scale = min(camera.width, camera.height) / 2 / camera.extent
-    variance = (0.6 * scale) ** 2 + 0.3
-    share = (0.6 * scale) ** 2 / variance
-    peak = splat_peaks(kappa * share)
-    v, u = np.indices((camera.height, camera.width)) + 0.5
-    image = np.zeros((camera.height, camera.width, 4))
-    for s in np.argsort(-depth, kind="stable"):
-        r2 = ((u - pixel[s, 0]) ** 2 + (v - pixel[s, 1]) ** 2) / variance
-        a = (peak[s] * gaussian_footprint(r2))[..., None]
-        image += a * (np.append(color[s], 1.0) - image)
-    return image
-
-
 def test_grid_order_gives_the_picture_of_sorting_by_depth(
     team: ThreadTeam, blob: Callable[..., Splats]
 ) -> None:
@@ -147,7 +120,7 @@ def test_grid_order_gives_the_picture_of_sorting_by_depth(
         projection=Projection.ORTHOGRAPHIC,
     )
     image = SplatRasterizer(fuzzy, scene).draw(camera, team)
-    difference = np.abs(image.rgba - sorted_picture(fuzzy, scene, camera))
+    difference = np.abs(image.rgba - orthographic_picture(fuzzy, scene, camera))
     assert difference.max() < 0.03
     assert difference.mean() < 1e-3
 
@@ -297,3 +270,32 @@ def test_pictures_of_too_many_pixels_are_refused(
     drawer = SplatRasterizer(*blob())
     with pytest.raises(ValueError, match="may have"):
         drawer.draw(above(slab(), size=9000), team)
+
+
+@pytest.mark.parametrize("thin_mm", [0.5, 0.02, 1e-4])
+@pytest.mark.parametrize("roll", [0.0, 0.3, 0.9, 1.5])
+def test_squares_left_out_are_those_that_needles_miss(
+    team: ThreadTeam, thin_mm: float, roll: float
+) -> None:
+    """Flat voxels on edge, hundreds of pixels long and a few wide, at any slant."""
+    rng = np.random.default_rng(5)
+    values = rng.uniform(60, 120, (4, 4, 5)).astype(np.float32)
+    spacing = np.array([1.0, 0.9, thin_mm])
+    volume = Volume(values, spacing, -spacing * [2.0, 1.5, 1.5])
+    transfer = TransferFunction(
+        np.array([0.0, 200.0]), np.ones((2, 3)), np.array([0.0, 0.5])
+    )
+    scene = Scene(volume, transfer)
+    fuzzy = extract_fuzzy_set(volume, Inclusion.density(0, 120), 50.0)
+    camera = Camera.looking_at(
+        (1.0, -20.0, 0.01),
+        (0, 0, 0),
+        up=(np.sin(roll), 0.0, np.cos(roll)),
+        extent=2.5,
+        size=(230, 190),
+        projection=Projection.ORTHOGRAPHIC,
+    )
+    image = SplatRasterizer(fuzzy, scene, least_light=0.0).draw(camera, team).rgba
+    plain = orthographic_picture(fuzzy, scene, camera)
+    assert plain[..., 3].max() > 0
+    np.testing.assert_allclose(image, plain, atol=2e-3)

@@ -209,3 +209,29 @@ def test_orthographic_cameras_are_turned_down(
     camera = view((0, 0, 0), (0, 1, 0), projection=Projection.ORTHOGRAPHIC)
     with pytest.raises(ValueError, match="eye point"):
         inside.draw(camera, team)
+
+
+@pytest.mark.parametrize("refresh", [1, 7, 1 << 30])
+def test_leaving_out_what_is_behind_changes_no_bit(
+    cavities: Volume,
+    team: ThreadTeam,
+    monkeypatch: pytest.MonkeyPatch,
+    refresh: int,
+) -> None:
+    """However often tiles look what is hidden by now, or never, and over all views."""
+    rasterizer = SurfelRasterizer(cavities)
+    rng = np.random.default_rng(5)
+    for eye, target, (width, height) in (
+        ((-6.5, -0.4, 0.3), (5.0, 0.0, 0.0), (150, 101)),
+        ((-4.5, 0.3, 0.2), (5.0, 6.0, 2.0), (64, 64)),
+        ((6.2, 0.1, -0.3), (-5.0, 0.4, 0.0), (67, 130)),
+    ):
+        towards = np.array(target) + rng.normal(size=3)
+        # few pixels: discs that are barely one wide are left out and met at random
+        camera = Camera.looking_at(eye, towards, size=(width // 3, height // 3))
+        usual = rasterizer.draw(camera, team)
+        with monkeypatch.context() as patch:
+            patch.setattr("renderers.fsr.surfels.surfel_rasterizer.REFRESH", refresh)
+            other = rasterizer.draw(camera, team)
+        for name in ("depth_mm", "normal", "coverage"):
+            np.testing.assert_array_equal(getattr(usual, name), getattr(other, name))

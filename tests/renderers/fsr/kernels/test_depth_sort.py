@@ -2,8 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from renderers.fsr.kernels import depth_sort as vector
-from renderers.fsr.kernels import depth_sort_scalar as scalar
+from renderers.fsr.kernels import depth_sort
 from renderers.fsr.kernels.depth_sort import NOWHERE
 
 tile = st.integers(0, 7)
@@ -33,20 +32,19 @@ def test_a_block_of_tiles_lists_the_splats_that_meet_it_in_their_order(
         if a <= right and b >= left and c <= bottom and d >= top:
             wanted.append(3 * s)
             in_column += [3 * s] if a <= left <= b else []
-    for kernels in (scalar, vector):
-        items, own, listed = room[2:5]
-        n = kernels.list_block(
-            ranges, numbers, len(boxes), top, bottom, left, right, items, own
-        )
-        assert items[:n].tolist() == wanted
-        assert own[:n].tolist() == [ranges[s // 3] for s in wanted]
-        items[:], own[:] = -1, -1
-        entries = ranges.astype(np.int64) << 32 | numbers
-        n = kernels.list_entries(
-            entries, len(boxes), top, bottom, left, right, items, own
-        )
-        assert items[:n].tolist() == wanted
-        assert own[:n].tolist() == [ranges[s // 3] for s in wanted]
-        assert listed[: kernels.list_tile(items, own, n, left, listed)].tolist() == (
-            in_column
-        )
+    items, own, listed = room[2:5]
+    n = depth_sort.list_block(
+        ranges, numbers, len(boxes), top, bottom, left, right, items, own
+    )
+    assert items[:n].tolist() == wanted
+    assert own[:n].tolist() == [ranges[s // 3] for s in wanted]
+    items[:], own[:] = -1, -1
+    entries = ranges.astype(np.int64) << 32 | numbers
+    n = depth_sort.list_entries(
+        entries, len(boxes), top, bottom, left, right, items, own
+    )
+    assert items[:n].tolist() == wanted
+    assert own[:n].tolist() == [ranges[s // 3] for s in wanted]
+    assert listed[: depth_sort.list_tile(items, own, n, left, listed)].tolist() == (
+        in_column
+    )

@@ -3,13 +3,17 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from numba import njit
+from numpy.typing import NDArray
 
 from renderers.fsr import FuzzySet
 from renderers.fsr.footprint import gaussian_footprint
-from renderers.fsr.kernels.composite import footprint
+from renderers.fsr.kernels.depth_sheets import footprint
 from renderers.fsr.kernels.project_splats import CUT
 from renderers.fsr.splats import SplatMode, SplatRasterizer
 from renderers.fsr.splats.gaussian_falloff import SCALE, WEIGHT
+from renderers.fsr.splats.splat_tiles import SQUARE
+from renderers.lanes import load, store
 from renderers.scene import (
     Camera,
     Scene,
@@ -17,6 +21,7 @@ from renderers.scene import (
 )
 from renderers.scene.thread_team import ThreadTeam
 
+F32 = NDArray[np.float32]
 Splats = tuple[FuzzySet, Scene]
 
 
@@ -74,8 +79,18 @@ def test_the_footprint_is_the_gaussian_to_one_in_eight_thousand() -> None:
         assert weight(beyond) == 0
 
 
+@njit(error_model="numpy")
+def weigh(record: F32, right: F32, weights: F32) -> None:
+    """Weigh sixteen pixels of one row."""
+    u = load(right, 0, SQUARE)
+    store(weights, 0, footprint(record, 0, u, u - u))
+
+
 def weight(sigmas: float) -> float:
     """Weigh a pixel so far right of a round footprint's centre."""
     round_ = SCALE / np.float32(CUT**2)
-    zero = np.float32(0)
-    return float(footprint(np.float32(sigmas), zero, round_, zero, round_) * WEIGHT)
+    record = np.array([0, 0, round_, 0, round_] + [0] * 16, np.float32)
+    weights = np.zeros(SQUARE, np.float32)
+    weigh(record, np.full(SQUARE, sigmas, np.float32), weights)
+    assert np.all(weights == weights[0])
+    return float(weights[0] * WEIGHT)

@@ -4,22 +4,37 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.project_surfels import RECORD, project_surfels
+from renderers.fsr.kernels.project_surfels import RECORD, project_runs
+from renderers.fsr.surfels.surfel_tiles import TILE_SHIFT_X, TILE_SHIFT_Y
 from renderers.scene import Camera, Projection
 
 
-def project(
-    camera: Camera, position: NDArray[np.float32], radius: float = 0.2
-) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    """Project discs that face the eye."""
+def facing(camera: Camera, position: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Give the normals of discs that face the eye."""
     away = camera.eye_mm - position
-    normal = (away / np.linalg.norm(away, axis=1, keepdims=True)).astype(np.float32)
-    records = np.zeros((len(position), RECORD), np.float32)
-    boxes = np.zeros((len(position), 4), np.int32)
-    n = project_surfels(
-        np.arange(len(position), dtype=np.int32),
-        position,
-        normal,
+    normal = away / np.linalg.norm(away, axis=1, keepdims=True)
+    result: NDArray[np.float32] = normal.astype(np.float32)
+    return result
+
+
+def project(
+    camera: Camera,
+    position: NDArray[np.float32],
+    normal: NDArray[np.float32],
+    radius: float = 0.2,
+) -> tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.int32]]:
+    """Project discs; give their records, boxes and ranges of tiles."""
+    count = len(position)
+    room = np.zeros((16, 3), np.float32)
+    records = np.zeros((count + 1, RECORD), np.float32)
+    boxes = np.zeros((count + 1, 4), np.int32)
+    ranges = np.zeros(count, np.int32)
+    project_runs(
+        np.array([[0, count]]),
+        0,
+        1,
+        np.concatenate([position, room]),
+        np.concatenate([normal, room]),
         camera.frame.astype(np.float32),
         int(camera.projection),
         np.float32(camera.extent),
@@ -29,11 +44,14 @@ def project(
         np.float32(np.inf),
         np.float32(radius),
         np.float32(0.004),
+        TILE_SHIFT_X,
+        TILE_SHIFT_Y,
         records,
         boxes,
+        ranges,
         0,
     )
-    return records[:n], boxes[:n]
+    return records[:count], boxes[:count], ranges
 
 
 @pytest.mark.parametrize("projection", [Projection.EQUIDISTANT, Projection.PERSPECTIVE])
@@ -47,7 +65,7 @@ def test_centres_agree_with_the_camera(projection: Projection, seed: int) -> Non
     rows, columns = rng.integers(100, 300, (2, 40))
     distance = rng.uniform(2, 60, (40, 1))
     p = (camera.eye_mm + distance * ray[rows, columns]).astype(np.float32)
-    records, boxes = project(camera, p)
+    records, boxes, _ = project(camera, p, facing(camera, p))
     assert len(records) == 40
     pixel, depth = camera.project(p)
     np.testing.assert_allclose(records[:, 9:11], pixel, atol=0.01)
@@ -70,7 +88,8 @@ def test_boxes_hold_the_whole_rim(projection: Projection, distance: float) -> No
     for _ in range(20):
         direction = np.array([*rng.uniform(-0.5, 0.5, 2), 1.0])[[0, 2, 1]]
         p = distance * direction / np.linalg.norm(direction)
-        records, boxes = project(camera, p[None].astype(np.float32), radius)
+        q = p[None].astype(np.float32)
+        records, boxes, _ = project(camera, q, facing(camera, q), radius)
         n = -p / distance
         a = np.cross(n, (0.3, 0.5, 0.8))
         a /= np.linalg.norm(a)
@@ -91,26 +110,9 @@ def test_boxes_hold_the_whole_rim(projection: Projection, distance: float) -> No
 def test_discs_that_face_away_are_left_out() -> None:
     camera = Camera.looking_at((0, 0, 0), (0, 1, 0))
     p = np.array([[0, 5, 0]], np.float32)
-    records = np.zeros((1, RECORD), np.float32)
-    boxes = np.zeros((1, 4), np.int32)
-    for facing, wanted in ((-1.0, 1), (1.0, 0)):
-        n = project_surfels(
-            np.zeros(1, np.int32),
-            p,
-            np.array([[0, facing, 0]], np.float32),
-            camera.frame.astype(np.float32),
-            0,
-            np.float32(camera.extent),
-            512,
-            512,
-            np.float32(1e-3),
-            np.float32(np.inf),
-            np.float32(0.2),
-            np.float32(0.004),
-            records,
-            boxes,
-            0,
-        )
-        assert n == wanted
-        # an empty box is in no tile
-        assert (boxes[0, 3] >= 0) == bool(wanted)
+    for towards, wanted in ((-1.0, True), (1.0, False)):
+        normal = np.array([[0, towards, 0]], np.float32)
+        _, _, ranges = project(camera, p, normal)
+        first, last = ranges[0] & 0xFF, ranges[0] >> 8 & 0xFF
+        # columns of tiles that end before they begin
+        assert (first <= last) == wanted

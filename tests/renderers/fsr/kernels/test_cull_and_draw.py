@@ -4,24 +4,19 @@ import pytest
 
 from renderers.fsr.fuzzy_set import FuzzySet
 from renderers.fsr.splats import SplatMode, SplatRasterizer
-from renderers.fsr.splats.splat_kernel_set import best_kernels, scalar_kernels
 from renderers.scene import Camera, Projection, Scene
 from renderers.scene.thread_team import ThreadTeam
 
-KERNELS = {"vectors": best_kernels, "scalars": scalar_kernels}
 
-
-@pytest.mark.parametrize("kernels", KERNELS)
 @pytest.mark.parametrize("projection", Projection)
 def test_one_call_gives_the_bits_and_counts_of_two(
     team: ThreadTeam,
     three: ThreadTeam,
     blob: Callable[..., tuple[FuzzySet, Scene]],
-    kernels: str,
     projection: Projection,
 ) -> None:
     """From outside, and from among splats that are split: more than the set has."""
-    drawer = SplatRasterizer(*blob(), kernels=KERNELS[kernels]())
+    drawer = SplatRasterizer(*blob())
     flat = projection is Projection.ORTHOGRAPHIC
     for eye in ((5, -9, 6), (5.2, 1.1, 4.3)):
         camera = Camera.looking_at(
@@ -44,17 +39,16 @@ def test_one_call_gives_the_bits_and_counts_of_two(
                 }  # fmt: skip
 
 
-@pytest.mark.parametrize("kernels", KERNELS)
 def test_where_there_is_no_room_it_is_made(
-    team: ThreadTeam, blob: Callable[..., tuple[FuzzySet, Scene]], kernels: str
+    team: ThreadTeam, blob: Callable[..., tuple[FuzzySet, Scene]]
 ) -> None:
     """Of a new rasterizer, which has none, and for parts of splats that are near."""
     fuzzy, scene = blob()
-    kept = SplatRasterizer(fuzzy, scene, kernels=KERNELS[kernels]())
+    kept = SplatRasterizer(fuzzy, scene)
     splits, shown = [], []
     for eye in ((5, -60, 6), (5, -9, 6), (5.2, 1.1, 4.3), (5, -60, 6)):
         camera = Camera.looking_at(eye, (5, 5, 4), size=(64, 48))
-        new = SplatRasterizer(fuzzy, scene, kernels=KERNELS[kernels]())
+        new = SplatRasterizer(fuzzy, scene)
         assert new.draw(camera, team).rgba.tobytes() == (
             kept.draw(camera, team).rgba.tobytes()
         )
