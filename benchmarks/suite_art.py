@@ -17,13 +17,11 @@ from benchmarks.schema import Setting
 from benchmarks.timing import measure
 from benchmarks.volume_peer import PEER, PEER_REFERENCE_STEP, VolumePeer
 from renderers.art import ActiveRayTracer, Quality
-from renderers.art.ray_kernel_set import KernelSet, scalar_kernels
 from renderers.scene import Projection, image_error
 
 QUALITIES = ("preview", "snapshot", "final")
-SCALAR_QUALITY = "snapshot"
-"""Where the kernels without vectors, and two threads, are measured as well: the same
-bits, slower and faster."""
+THREADED_QUALITY = "snapshot"
+"""Where other cuts, the integrated march and two threads are measured as well."""
 
 SAMPLE_LIMIT_NS = 5.8
 """What value and gradient of one sample take from the nearest cache on one core of the
@@ -93,15 +91,11 @@ class ArtPlan:
         def peer() -> Measured:
             return self._peer.draw(source, view, quantity, step)
 
-        def own(
-            kernels: KernelSet | None = None,
-            threads: int = 1,
-            quality: Quality = quality,
-        ) -> Measured:
+        def own(threads: int = 1, quality: Quality = quality) -> Measured:
             subject = source.subject
             camera = subject.views[view].camera(self._size, Projection.PERSPECTIVE)
             scene = subject.in_mode(quantity)
-            tracer = ActiveRayTracer(scene, quality, threads=threads, kernels=kernels)
+            tracer = ActiveRayTracer(scene, quality, threads=threads)
             timing, image = measure(
                 lambda: tracer.render(camera), budget_s=self._budget_s
             )
@@ -167,7 +161,7 @@ class ArtPlan:
                 baseline=peer_mode,
             ),
         ]
-        if name == SCALAR_QUALITY:
+        if name == THREADED_QUALITY:
             cut = replace(quality, cutoff=PEER_CUTOFF, renormalise=True)
             tasks.append(
                 Task(
@@ -186,16 +180,6 @@ class ArtPlan:
                     f"ART {name}, integrated",
                     partial(own, quality=Quality.named(name)),
                     ours | {"series": "ART, integrated"},
-                    baseline=peer_mode,
-                )
-            )
-            tasks.append(
-                Task(
-                    "art",
-                    case,
-                    f"ART {name}, one ray at a time",
-                    partial(own, scalar_kernels()),
-                    ours | {"series": "ART, scalar"},
                     baseline=peer_mode,
                 )
             )

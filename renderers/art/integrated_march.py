@@ -9,6 +9,8 @@ between the user's own nodes have closed forms, so that a jump, or a spike as th
 one likes, stays where it was put, at any step.
 """
 
+from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -19,7 +21,6 @@ from renderers.art.march import ClassicMarch, FrameRays
 from renderers.art.quality import Quality
 from renderers.art.ranks.messages import ProtocolError
 from renderers.art.ranks.rays import RayPacket
-from renderers.art.ray_kernel_set import KernelSet
 from renderers.art.regions import Region
 from renderers.scene import Scene
 
@@ -52,6 +53,13 @@ def sums_at_nodes(table: Classification) -> NDArray[np.float32]:
     return np.ascontiguousarray(pairs.reshape(-1, 8))
 
 
+@cache
+def _integrated_kernel(width: int, lit: bool) -> Callable[..., None]:
+    from renderers.art.kernels.march_integrated import integrated_packets
+
+    return integrated_packets(width, lit)
+
+
 class IntegratedMarch(ClassicMarch):
     """Classify, shade and composite the segments between samples.
 
@@ -71,25 +79,26 @@ class IntegratedMarch(ClassicMarch):
         scene: Scene,
         quality: Quality,
         value_range: tuple[float, float],
-        kernels: KernelSet,
+        packet: int | None = None,
     ) -> None:
         """Take what `ClassicMarch` takes."""
-        super().__init__(scene, quality, value_range, kernels)
+        super().__init__(scene, quality, value_range, packet)
         # Empty samples are taken beside others: a step reaches no farther than so many
         # cubes along an axis.
         self.margin = int(quality.step_voxels * 1.001) + 1
         self.sums = sums_at_nodes(self.table)
-        self._march = (
-            kernels.march_integrated
-            if self.needs_gradients
-            else kernels.march_integrated_unlit
-        )
-        draw = (
-            kernels.draw_integrated
-            if self.needs_gradients
-            else kernels.draw_integrated_unlit
-        )
-        self._draw = draw if quality.compact else None
+
+    def _choose_kernels(self) -> None:
+        """Take the compiled functions for packets of rays, and for blocks at once."""
+        lit = self.needs_gradients
+        self._march = _integrated_kernel(self._width, lit)
+        if self._at_once:
+            from renderers.art.kernels.draw_blocks import (
+                draw_integrated,
+                draw_integrated_unlit,
+            )
+
+            self._draw = draw_integrated if lit else draw_integrated_unlit
 
     def start(
         self, region: Region, rays: FrameRays, *, finer: float = 1.0

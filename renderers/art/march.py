@@ -8,7 +8,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -19,12 +19,14 @@ from renderers.art.cells.brick_views import CellView
 from renderers.art.classification import classification, clear_intervals
 from renderers.art.quality import Quality
 from renderers.art.ranks.rays import RayPacket
-from renderers.art.ray_kernel_set import KernelSet
 from renderers.art.regions import Gather, Region
 from renderers.scene import Camera, Projection, Scene, Volume
 
 COUNTERS = ("samples", "contributing", "skipped", "bent")
 """Names of the kernels' counters; bent: places sought by way of deflectors."""
+
+PACKET = 32
+"""Rays that march together; of 4 to 64 the fastest with and without AVX-512."""
 
 LARGEST_COUNT = 1 << 22
 """Samples on one ray, at most; float32 tells them apart with a bracket between."""
@@ -119,8 +121,33 @@ def _read_only(part: NDArray[np.float32]) -> NDArray[np.float32]:
     return part
 
 
+@cache
+def _classic_kernel(width: int, lit: bool) -> Callable[..., None]:
+    from renderers.art.kernels.march_packets import classic_packets
+
+    return classic_packets(width, lit)
+
+
+@cache
+def _scope_kernel(width: int) -> Callable[..., None]:
+    from renderers.art.kernels.find_surface import seek_packets, settle_packets
+
+    seek, settle = seek_packets(width), settle_packets(width)
+
+    def find_surfaces(*rays: Any) -> None:
+        seek(*rays)
+        settle(*rays)
+
+    return find_surfaces
+
+
 class _Marching(ABC):
-    """Set up rays, which both modes do alike."""
+    """Set up rays, which both modes do alike.
+
+    packet: rays that march together: 4, 8, 16, 32 or 64; by packets of any width a
+    picture has the same bits. None: `PACKET`, and blocks are drawn at once where they
+    can be.
+    """
 
     at_ends = False
     takes_along = False
@@ -128,12 +155,14 @@ class _Marching(ABC):
     seeks_values = True
     margin = 0
     _march: Callable[..., None]
-    _draw: Callable[..., tuple[int, int, int]] | None
+    _draw: Callable[..., tuple[int, int, int]] | None = None
     _least_left = 0.5
     """Of a ray that did not end early there is at least so much left; half of one that
     met no surface, of which all is."""
 
-    def __init__(self, volume: Volume, quality: Quality, kernels: KernelSet) -> None:
+    def __init__(self, volume: Volume, quality: Quality, packet: int | None) -> None:
+        if packet not in (None, 4, 8, 16, 32, 64):
+            raise ValueError(f"a packet has 4, 8, 16, 32 or 64 rays, got {packet!r}")
         if volume.values.dtype.kind == "f" and not np.isfinite(volume.values).all():
             raise ValueError(
                 "the volume holds values that are not finite; replace them, for "
@@ -151,18 +180,21 @@ class _Marching(ABC):
             )
         self._top = size.astype(np.float64)
         self._voxel_from_world = np.array(volume.voxel_from_world)
-        self._kernels = kernels
+        self._width = PACKET if packet is None else packet
+        self._at_once = packet is None and quality.compact
         self._spacing = volume.spacing_mm.astype(np.float32)
 
     def start(
         self, region: Region, rays: FrameRays, *, finer: float = 1.0
     ) -> RayPacket:
         """Put the rays of a region at their first samples, so many times as fine."""
+        from renderers.art.kernels.set_up_rays import set_up_rays
+
         n = region.pixels
         geometry = np.empty((n + 1, 8), np.float32)
         geometry[n] = 0
         count = np.empty(n, np.int32)
-        self._kernels.set_up_rays(
+        set_up_rays(
             _read_only(rays.table[region.rows, region.columns]).reshape(n, 3),
             _read_only(rays.limit[region.rows, region.columns]).reshape(n),
             0,
@@ -237,10 +269,10 @@ class ClassicMarch(_Marching):
         scene: Scene,
         quality: Quality,
         value_range: tuple[float, float],
-        kernels: KernelSet,
+        packet: int | None = None,
     ) -> None:
         """Take the volume's smallest and largest value, which the caller knows."""
-        super().__init__(scene.volume, quality, kernels)
+        super().__init__(scene.volume, quality, packet)
         self._least_left = quality.cutoff
         self.clear = clear_intervals(scene.transfer_function)
         self.table = classification(scene.transfer_function)
@@ -252,11 +284,7 @@ class ClassicMarch(_Marching):
         # Else a sample has the transfer function's colour, whatever its normal.
         self.needs_gradients = len(lights) > 0 or material.ambient != 1
         self.seeks_values = not self.needs_gradients
-        self._march = (
-            kernels.march_classic if self.needs_gradients else kernels.march_unlit
-        )
-        draw = kernels.draw_lit if self.needs_gradients else kernels.draw_unlit
-        self._draw = draw if quality.compact else None
+        self._choose_kernels()
         self._material = np.array(
             [material.ambient, material.specular, material.shininess], np.float32
         )
@@ -271,6 +299,14 @@ class ClassicMarch(_Marching):
             row[9] = light.is_local
         # Below this a gradient is rounding, and a normal made of it is noise.
         self._least_gradient = max(1e-6 * (value_range[1] - value_range[0]), 1e-30)
+
+    def _choose_kernels(self) -> None:
+        """Take the compiled functions for packets of rays, and for blocks at once."""
+        self._march = _classic_kernel(self._width, self.needs_gradients)
+        if self._at_once:
+            from renderers.art.kernels.draw_blocks import draw_lit, draw_unlit
+
+            self._draw = draw_lit if self.needs_gradients else draw_unlit
 
     def _rest(self, view: CellView, shift: int, clock: int) -> tuple[Any, ...]:
         return view, shift, clock, *self.look(view)
@@ -296,12 +332,18 @@ class ScopeMarch(_Marching):
 
     at_ends = True
 
-    def __init__(self, scene: Scene, quality: Quality, kernels: KernelSet) -> None:
+    def __init__(
+        self, scene: Scene, quality: Quality, packet: int | None = None
+    ) -> None:
         if scene.surface is None:
             raise ValueError("the scene has no air surface; mode scope needs one")
-        super().__init__(scene.surface.distance, quality, kernels)
+        super().__init__(scene.surface.distance, quality, packet)
         self.clear = np.array([[-math.inf, 0.0]], np.float32)
-        self._march, self._draw = kernels.march_scope, kernels.draw_scope
+        self._march = _scope_kernel(self._width)
+        if packet is None:
+            from renderers.art.kernels.draw_blocks import draw_scope
+
+            self._draw = draw_scope
 
     def _rest(self, view: CellView, shift: int, clock: int) -> tuple[Any, ...]:
         return view, shift, clock, self._spacing

@@ -17,7 +17,6 @@ from renderers.art.march import Drawer, FrameRays, March
 from renderers.art.quality import Quality
 from renderers.art.ranks.prepare import MarchNode, make_node
 from renderers.art.ranks.work import MarchWork
-from renderers.art.ray_kernel_set import KernelSet
 from renderers.art.regions import Gather, strips
 from renderers.art.time_slices import (
     FIRST_BLOCKS,
@@ -78,7 +77,7 @@ class ActiveRayTracer:
         cell_side: int | None = None,
         cache_cells: int | None = None,
         validate: bool = False,
-        kernels: KernelSet | None = None,
+        packet: int | None = None,
         deflection: Deflection | None = None,
         memory_bytes: int | None = None,
     ) -> None:
@@ -90,8 +89,9 @@ class ActiveRayTracer:
         memory_bytes: that may be taken beside the volume; None for half of the
         machine's. Cells there is no room for are made anew each time they are met; a
         volume of which not even a few fit is refused (ValueError) when it is drawn.
-        kernels: the compiled functions; None for the fastest this machine has. All draw
-        the same picture. deflection: bends the rays: the scene is seen deformed.
+        packet: rays that march together, 4, 8, 16, 32 or 64, which makes no difference
+        to the picture; None for the fastest way. deflection: bends the rays: the scene
+        is seen deformed.
         """
         if threads < 1:
             raise ValueError(f"threads must be at least 1, got {threads}")
@@ -104,7 +104,7 @@ class ActiveRayTracer:
         self._cell_side = cell_side
         self._cache_cells = cache_cells
         self._validate = validate
-        self._kernels = kernels
+        self._packet = packet
         self._deflection = deflection
         self._memory_bytes = memory_bytes
         self._made: dict[str, tuple[March, MarchNode, MarchWork]] = {}
@@ -268,7 +268,7 @@ class ActiveRayTracer:
                 cell_side=self._side(mode),
                 cache_cells=self._cache_cells,
                 validate=self._validate,
-                kernels=self._kernels,
+                packet=self._packet,
                 deflection=self._deflection,
                 memory_bytes=self._memory_bytes,
             )

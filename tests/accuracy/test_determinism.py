@@ -14,7 +14,6 @@ ROOT = Path(__file__).parents[2]
 DRAW = """
 import hashlib
 from renderers.art import ActiveRayTracer, Quality
-from renderers.art.ray_kernel_set import packet_kernels
 from renderers.scene import Camera, Projection
 from tests.scenes import make_scene
 
@@ -27,7 +26,7 @@ camera = Camera.looking_at(
 digest = hashlib.sha256()
 for compact in (False, True):
     quality = Quality(0.5, 1 / 1024, compact=compact)
-    tracer = ActiveRayTracer(scene, quality, kernels=packet_kernels(32))
+    tracer = ActiveRayTracer(scene, quality, packet=32)
     image, found = tracer.render(camera), tracer.gbuffer(camera)
     for part in (image.rgba, image.depth_mm, found.depth_mm, found.normal):
         digest.update(part.tobytes())

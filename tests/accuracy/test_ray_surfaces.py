@@ -12,7 +12,6 @@ import pytest
 from numpy.typing import NDArray
 
 from renderers.art import ActiveRayTracer, Quality
-from renderers.art.ray_kernel_set import KernelSet, packet_kernels, scalar_kernels
 from renderers.scene import (
     Camera,
     Light,
@@ -50,18 +49,15 @@ def looking_along_y(
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("kernels", [scalar_kernels(), packet_kernels(32)])
 @pytest.mark.parametrize(
     ("depth", "alpha"), [(10.3, 0.410405892482930), (0.4, 0.020308269733770)]
 )
-def test_a_plane_ends_rays_where_it_is(
-    kernels: KernelSet, depth: float, alpha: float
-) -> None:
+def test_a_plane_ends_rays_where_it_is(depth: float, alpha: float) -> None:
     """S7: neither the steps' ends nor the voxels' know of it."""
     camera = looking_along_y(Projection.ORTHOGRAPHIC)
     limit = np.full((9, 9), 24 + depth, np.float32)
     for step in (0.25, 1.0, 4.0):
-        tracer = ActiveRayTracer(box(), Quality(step, 0.0), threads=1, kernels=kernels)
+        tracer = ActiveRayTracer(box(), Quality(step, 0.0), threads=1)
         rgba = tracer.render(camera, limit_mm=limit).rgba
         assert rgba[..., 3] == pytest.approx(alpha, abs=2e-6)
         # Black and grey behind it: what is left of their light is added.

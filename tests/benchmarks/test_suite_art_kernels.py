@@ -5,7 +5,7 @@ import pytest
 from benchmarks.kernels.read_samples import WIDTH
 from benchmarks.plan import Measured
 from benchmarks.suite_art_kernels import LIGHTS, TARGETS, KernelPlan
-from renderers.art.ray_kernel_set import PACKET
+from renderers.art.march import PACKET
 
 
 def test_parts_are_read_by_packets_as_wide_as_those_that_march() -> None:

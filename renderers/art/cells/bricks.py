@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from renderers.art.cells.brick_views import ABSENT, CellView
 from renderers.art.cells.cells import CellGrid
-from renderers.art.kernels.build_bricks import build_brick
-from renderers.art.kernels.interpolate_scalar import SHORT
+from renderers.art.kernels.build_bricks import SHORT, build_brick
 
 _FIRST_SLOTS = 64
 

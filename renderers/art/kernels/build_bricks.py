@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 ZERO = np.float32(0)
 
+SHORT = np.float32(32767)
+"""What values and gradients in int16 are multiplied by while they are interpolated."""
+
 LEAST_RATE = 1e-12
 """Voxels per mm below which a ray runs along an axis."""
 

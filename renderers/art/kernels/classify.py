@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.art.kernels.opacity_scalar import ONE, ZERO
+from renderers.art.kernels.opacity import ONE, ZERO
 from renderers.lanes import any_, gather, maximum, minimum, rows4, select
 
 Lanes = Any

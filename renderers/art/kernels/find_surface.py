@@ -1,4 +1,13 @@
-"""Find the air surface for packets of rays; see `renderers.art.kernels.march_packets`.
+"""Find the air surface for packets of rays.
+
+A ray meets the surface where density, sampled at both ends of its steps, is first not
+negative. Stages of ``cursor[:, 1]``: 0 leaps and samples; 1 to BISECTIONS halve the
+step before that sample; then the normal, towards negative density, is read at the
+bracket's far end, and its slope leads from there to the surface. Each stage reads one
+point and hence needs one cell. ``cursor[:, 2]``, the bracket, is a whole number, so
+that stopping and going on is exact. Of negative densities only the sign counts:
+skipping need not read them. The rays' arrays and their packets are those of
+`renderers.art.kernels.march_packets`.
 
 Lanes that look for a surface leap; lanes that have one between two samples halve the
 step; all that stand somewhere read values together, whatever they read for. Rays that
@@ -14,8 +23,7 @@ from numpy.typing import NDArray
 
 from renderers.art.cells.brick_views import ABSENT, CellView
 from renderers.art.kernels.march_packets import F32, I32, queue_rays, stamp
-from renderers.art.kernels.march_scalar import BISECTIONS, LAST_PART
-from renderers.art.kernels.opacity_scalar import BIAS, DIGITS, ONE, ZERO
+from renderers.art.kernels.opacity import BIAS, DIGITS, ONE, ZERO
 from renderers.art.kernels.skip import leap, per_voxel, stand
 from renderers.lanes import (
     any_,
@@ -39,6 +47,13 @@ from renderers.lanes import (
     store,
     store_packed,
 )
+
+BISECTIONS = 6
+"""Halvings of the step around a surface. In the sixty-fourth of a voxel that is left of
+one voxel the field is all but straight, and its slope tells the rest."""
+
+LAST_PART = np.float32(1 / (1 << BISECTIONS))
+"""Width of the last bracket, in steps."""
 
 DONE = np.int32(BISECTIONS + 2)
 """Stage of a ray that has met a surface; its bracket holds the bits of its depth."""
@@ -71,7 +86,7 @@ def seek_packets(width: int) -> Callable[..., None]:
     ) -> None:  # fmt: skip
         """Bracket where each ray first meets density >= 0.
 
-        Arguments and stages as the scalar march has them.
+        Arguments as `classic_packets` has them.
         """
         whole = len(view.whole) > 0
         n1 = np.int32((1 << shift) + 1)

@@ -1,6 +1,6 @@
 """March rays that deflectors bend: what is seen at x is the tissue's at q(x).
 
-As `renderers.art.kernels.march_scalar`, with the same arrays and the same ways to stop
+As `renderers.art.kernels.march_packets`, with the same arrays and the same ways to stop
 and go on; one ray after the other. Sample ``i`` lies at ``origin + i * step`` in the
 picture whatever was skipped before it; its place in the volume follows from that alone.
 Lengths are those of the straight ray: extinction is pulled back, a uniform medium stays
@@ -14,11 +14,17 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.art.cells.brick_views import CellView, Classification
-from renderers.art.kernels.bent_samples import classify, light_sample, outside
-from renderers.art.kernels.interpolate_scalar import U, trilinear
-from renderers.art.kernels.march_scalar import WITHIN
-from renderers.art.kernels.opacity_scalar import HALF, ONE, ZERO, opacity
-from renderers.art.kernels.shade_scalar import TINY
+from renderers.art.kernels.bent_samples import (
+    U,
+    classify,
+    light_sample,
+    opacity,
+    outside,
+    trilinear,
+)
+from renderers.art.kernels.opacity import HALF, ONE, ZERO
+from renderers.art.kernels.shade_samples import TINY
+from renderers.art.kernels.skip import WITHIN
 from renderers.scene.kernels.deflect import (
     away,
     bend,

@@ -1,7 +1,7 @@
 """March bent rays whose samples are the ends of segments.
 
 As `renderers.art.kernels.march_bent`, for transfer functions integrated between samples
-as in `renderers.art.kernels.march_integrated_scalar`: what is seen between two places
+as in `renderers.art.kernels.march_integrated`: what is seen between two places
 of the straight ray goes, in density, in a straight line from what is seen at the one to
 what is seen at the other. Across the face of a cut it does not: there each half of a
 segment has what its own end has, as far as it lies in tissue.
@@ -14,8 +14,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.art.cells.brick_views import CellView, Classification
-from renderers.art.kernels.bent_samples import half_outside, light_sample
-from renderers.art.kernels.interpolate_scalar import trilinear
+from renderers.art.kernels.bent_samples import (
+    half_outside,
+    light_sample,
+    opacity,
+    trilinear,
+)
+from renderers.art.kernels.composite_lines import classify, segment
 from renderers.art.kernels.march_bent import (
     F32,
     F64,
@@ -25,9 +30,8 @@ from renderers.art.kernels.march_bent import (
     leap_bent,
     place,
 )
-from renderers.art.kernels.opacity_scalar import HALF, ONE, ZERO, opacity
-from renderers.art.kernels.segments_scalar import classify, segment
-from renderers.art.kernels.shade_scalar import TINY
+from renderers.art.kernels.opacity import HALF, ONE, ZERO
+from renderers.art.kernels.shade_samples import TINY
 from renderers.scene.kernels.deflect import bend, bend_gradient
 
 
@@ -66,7 +70,7 @@ def march_integrated(
     """Composite each bent ray's segments until it ends, is opaque, or misses a cell.
 
     Arguments as `renderers.art.kernels.march_bent.march_classic` has them. front, sums
-    and ``cursor[:, 2]``: as in `renderers.art.kernels.march_integrated_scalar`; the
+    and ``cursor[:, 2]``: as in `renderers.art.kernels.march_integrated`; the
     gradient in `front` is turned already.
     """
     each = view.channels

@@ -1,7 +1,13 @@
-"""March packets of rays whose samples end segments.
+"""March packets of rays whose samples end segments: transfer functions integrated.
 
-What `renderers.art.kernels.march_integrated_scalar` does, many rays at a time, in the
-way of `renderers.art.kernels.march_packets`: the same bits, whatever the width.
+The rays' arrays, their packets and the ways to stop and go on are those of
+`renderers.art.kernels.march_packets`. Sample ``i`` ends segment ``i``, which the sample
+before began; a ray takes the value and the gradient of its last sample along (`front`),
+so that it needs one cell at a time wherever it stops. A segment between two empty ends
+contributes nothing, since one interval of densities makes all empty space there is (see
+`IntegratedMarch`). Hence rays leap as others do, and where they meet something they
+take the sample before it, the last empty one, as well; and the first empty one behind
+it.
 """
 
 from collections.abc import Callable
@@ -12,8 +18,7 @@ from numpy.typing import NDArray
 
 from renderers.art.cells.brick_views import ABSENT, CellView, Classification
 from renderers.art.kernels.march_packets import FAR, add, queue_rays, stamp
-from renderers.art.kernels.opacity import opacity
-from renderers.art.kernels.opacity_scalar import HALF, ONE, ZERO
+from renderers.art.kernels.opacity import HALF, ONE, ZERO, opacity
 from renderers.art.kernels.segments import beyond_nodes, classify, tilt
 from renderers.art.kernels.shade_samples import any_local, are_grey, light_up
 from renderers.art.kernels.skip import leap, per_voxel, stand
@@ -59,7 +64,11 @@ def integrated_packets(width: int, lit: bool) -> Callable[..., None]:
     ) -> None:  # fmt: skip
         """Composite each ray's segments until it ends, is opaque, or misses a cell.
 
-        Arguments as the scalar march has them.
+        front: float32 (rays + 1, 4), value and gradient of the last sample.
+        ``cursor[:, 2]``: the segment it begins, twice, and one more if it is not empty.
+        sums: as `sums_at_nodes` gives them. Segments are shaded in their middles with
+        the mean of the gradients at their ends. `depth` is the middle of the segment in
+        which opacity passes one half. The rest is as `classic_packets` has it.
         """
         whole = not lit and len(view.whole) > 0
         n1 = np.int32((1 << shift) + 1)

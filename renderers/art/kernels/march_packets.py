@@ -1,16 +1,31 @@
-"""March packets of rays: the steps of `march_scalar`, many at a time.
+"""March packets of rays through cells; sample, classify, shade, composite.
+
+Positions inside the loops are float32 voxel coordinates, counted from the ray's first
+sample inside the volume, so that a camera a kilometre away costs no accuracy. Sample
+``i`` of a ray lies at ``origin + i * step`` whatever was skipped before it and
+whichever cell it falls into: that is why neither cell size, nor threads, nor the order
+in which cells arrive can change a bit. A ray that meets a missing cell writes down
+where it stopped and goes on later from there.
+
+Ray arrays, one row per ray: ``order`` int32 rays to march, neighbours after each other;
+``geometry`` float32 (origin x y z, step x y z in voxels, step in mm, distance of sample
+0 in mm); ``count`` int32 samples; ``cursor`` int32 (sample, stage, bracket, cell waited
+for + 1 or 0), stage in mode `classic` the sample at which opacity passed one half, + 1,
+or 0; ``value`` float32 (r, g, b, alpha) or (normal, coverage); ``carry`` float32, what
+adding to ``value`` has rounded away so far; ``depth`` float32 mm. cursor, value and
+carry end with a spare row.
 
 Every lane holds a ray. Lanes in empty space leap until most lanes stand where there may
 be something; those sample, classify, shade and composite together. Each ray sees the
-operations of the scalar march in their order, whatever its neighbours do: neither the
-width nor the order of rays changes a bit. Rays that outlive most of their packet are
-written down, and when all packets have gone march on in packets of their own: fresh
-rays in their place would leap while the others sample (up to 1.2 times the time of
-waiting for the last ray; going on later takes .85 to 1.02 of it). Distances over empty
-space are read voxel by voxel for the whole volume, so that rays leap through missing
-cells and stop only where they need one. The distance at the next sample is asked for
-while this one is worked on: a round of leaps waits for memory most of its time, a round
-of samples computes most of it.
+same operations in the same order, whatever its neighbours do: neither the width nor the
+order of rays changes a bit. Rays that outlive most of their packet are written down,
+and when all packets have gone march on in packets of their own: fresh rays in their
+place would leap while the others sample (up to 1.2 times the time of waiting for the
+last ray; going on later takes .85 to 1.02 of it). Distances over empty space are read
+voxel by voxel for the whole volume, so that rays leap through missing cells and stop
+only where they need one. The distance at the next sample is asked for while this one is
+worked on: a round of leaps waits for memory most of its time, a round of samples
+computes most of it.
 """
 
 from collections.abc import Callable
@@ -22,8 +37,7 @@ from numpy.typing import NDArray
 
 from renderers.art.cells.brick_views import ABSENT, CellView, Classification
 from renderers.art.kernels.classify import between_nodes, place_of
-from renderers.art.kernels.opacity import opacity
-from renderers.art.kernels.opacity_scalar import HALF, ONE, ZERO
+from renderers.art.kernels.opacity import HALF, ONE, ZERO, opacity
 from renderers.art.kernels.shade_samples import any_local, are_grey, light_up
 from renderers.art.kernels.skip import leap, per_voxel, stand
 from renderers.lanes import (
@@ -48,7 +62,7 @@ from renderers.lanes import (
 )
 
 Lanes = Any
-"""A vector of `renderers.simd`."""
+"""A vector of `renderers.lanes`."""
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
@@ -123,7 +137,12 @@ def classic_packets(width: int, lit: bool) -> Callable[..., None]:
     ) -> None:  # fmt: skip
         """Composite each ray until it ends, is opaque, or misses a cell.
 
-        Arguments as the scalar march has them.
+        lights: float32 (m, 10) vector in mm along the array's axes, diffuse and
+        specular colour, is local. material: float32 (3,) ambient, specular, shininess.
+        counters: int64 samples, contributing, skipped. clock: stamped on cells that are
+        used; none when it is 0. Post-classified; the opacity of a step of length h is
+        ``1 - exp(-kappa h)``. What a sum rounds away is added with the next term
+        (Kahan, CACM 1965;8:40), so that a million thin steps add up.
         """
         whole = not lit and len(view.whole) > 0
         n1 = np.int32((1 << shift) + 1)

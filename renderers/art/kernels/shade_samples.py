@@ -1,4 +1,9 @@
-"""Shade samples lane by lane: the steps of `renderers.art.lighting`."""
+"""Shade samples lane by lane, by Blinn and Phong.
+
+A colour under lights is ``colour * (ambient + sum diffuse (n . l)) + sum specular
+(n . h)**shininess``, with the normal n against the gradient, l towards the light and h
+halfway between l and the eye (Blinn, SIGGRAPH 1977:192).
+"""
 
 from typing import Any
 
@@ -6,15 +11,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.art.kernels.opacity import power
-from renderers.art.kernels.opacity_scalar import ONE, ZERO
-from renderers.art.kernels.shade_scalar import TINY
+from renderers.art.kernels.opacity import ONE, ZERO, power
 from renderers.lanes import maximum, select, sqrt
 
 Lanes = Any
 """A vector of `renderers.simd`."""
 
 F32 = NDArray[np.float32]
+
+TINY = np.float32(1e-6)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -52,7 +57,7 @@ def light_up(
 ) -> tuple[Lanes, Lanes, Lanes]:  # fmt: skip
     """Give colours under lights, but where a gradient is too small for a normal.
 
-    lights, material: as the scalar march has them. grey: of `are_grey`. one: ones,
+    lights, material: as `classic_packets` has them. grey: of `are_grey`. one: ones,
     which make vectors of numbers at no cost. x, y, z: the samples' places, mm along
     the array's axes; needed if `any_local`. vx, vy, vz: directions of the rays.
     """

@@ -1,6 +1,8 @@
 """Where packets of rays stand, and how far they leap over what is empty.
 
-The steps of `renderers.art.kernels.march_scalar.leap_out`, lane by lane.
+Every cube between eight voxels has a Chebyshev distance, in cubes, to the next one with
+something in it: cubes nearer than that are empty. A ray leaps to the last sample that
+surely lies within them.
 """
 
 from typing import Any
@@ -8,17 +10,25 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from renderers.art.kernels.march_scalar import SLOWEST, WITHIN
-from renderers.art.kernels.opacity_scalar import HALF, ONE, ZERO
+from renderers.art.kernels.opacity import HALF, ONE, ZERO
 from renderers.lanes import absolute, f32, i32, maximum, minimum, select
 
 Lanes = Any
 """A vector of `renderers.simd`."""
 
+SLOWEST = np.float32(1e-6)
+"""Voxels a sample; keeps reciprocals finite."""
+
+WITHIN = np.float32(0.501)
+"""Leaps end so much before empty space does, counted from a cube's middle. Positions
+are good to 6e-5 voxel at 1024 voxels, so no rounding can leap over a sample that
+counts."""
+
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def per_voxel(s: Lanes) -> Lanes:
     """Turn voxels per sample into samples per voxel, finite also across the axis."""
+    # Faster than it is, towards the same side: leaps only become shorter.
     return ONE / select(s >= ZERO, maximum(s, SLOWEST), minimum(s, -SLOWEST))
 
 

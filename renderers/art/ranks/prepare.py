@@ -13,7 +13,7 @@ from renderers.art.cells.cell_size import QUICK_SIDE, side_for
 from renderers.art.cells.cells import CellGrid, CellShare, cube_distances
 from renderers.art.cells.memory_budget import Room, demand_distances, room_for
 from renderers.art.integrated_march import IntegratedMarch
-from renderers.art.kernels.interpolate_scalar import SHORT
+from renderers.art.kernels.build_bricks import SHORT
 from renderers.art.march import ClassicMarch, March, ScopeMarch
 from renderers.art.quality import Quality
 from renderers.art.ranks.directory import (
@@ -29,11 +29,11 @@ from renderers.art.ranks.node import Node
 from renderers.art.ranks.policy import Dataflow
 from renderers.art.ranks.rays import RayPacket
 from renderers.art.ranks.work import MarchWork
-from renderers.art.ray_kernel_set import KernelSet, best_kernels
 from renderers.art.step_estimation import settled
 from renderers.scene import Scene
 from renderers.scene.deflection import Deflection
 from renderers.scene.memory_limit import memory_limit
+from renderers.simd_guard import demand_vectors
 
 MarchNode = Node[RayPacket]
 
@@ -84,7 +84,7 @@ class _Look:
         mode: str,
         quality: Quality,
         cell_side: int,
-        kernels: KernelSet | None,
+        packet: int | None,
         deflection: Deflection | None = None,
     ) -> "_Look":
         surface = scene.surface
@@ -104,9 +104,9 @@ class _Look:
             kind = ClassicMarch
             if quality.classification == "integrated":
                 kind = IntegratedMarch
-            straight = kind(scene, quality, (low, high), kernels or best_kernels())
+            straight = kind(scene, quality, (low, high), packet)
         else:
-            straight = ScopeMarch(scene, quality, kernels or best_kernels())
+            straight = ScopeMarch(scene, quality, packet)
         march: March = straight
         if deflection is not None and deflection.deflectors:
             march = BentMarch(straight, deflection)
@@ -156,7 +156,7 @@ def make_node(
     cache_cells: int | None = None,
     from_file: bool = False,
     validate: bool = False,
-    kernels: KernelSet | None = None,
+    packet: int | None = None,
     deflection: Deflection | None = None,
     memory_bytes: int | None = None,
 ) -> tuple[March, MarchNode, MarchWork]:
@@ -165,12 +165,13 @@ def make_node(
     distances: what separates ranks; None where it makes no difference. cell_side: None
     for the quickest that keep a lit copy small. cache_cells: cells a rank has ready;
     None for all that can be seen and there is room for. from_file: as `CellPolicy`
-    says. kernels: the compiled functions; None for the fastest this machine has.
-    deflection: bends the rays. memory_bytes: that one rank alone may take beside the
-    volume; None for half of the machine's. Raise ValueError where that is too little.
+    says. packet: rays that march together; None for the fastest way. deflection: bends
+    the rays. memory_bytes: that one rank alone may take beside the volume; None for
+    half of the machine's. Raise ValueError where that is too little.
     """
     if not 0 <= rank < ranks:
         raise ValueError(f"rank must be 0 to {ranks - 1}, got {rank}")
+    demand_vectors("The ray tracer")
     if mode == "classic":
         quality = settled(scene, quality)
     limit = memory_limit() if memory_bytes is None else memory_bytes
@@ -181,13 +182,13 @@ def make_node(
         mode,
         quality,
         QUICK_SIDE if cell_side is None else cell_side,
-        kernels,
+        packet,
         deflection,
     )
     if cell_side is None and looked.march.needs_gradients:
         side = side_for(looked.grid.shape, int(np.count_nonzero(looked.seen)))
         if side != looked.grid.side:
-            looked = _Look.at(scene, mode, quality, side, kernels, deflection)
+            looked = _Look.at(scene, mode, quality, side, packet, deflection)
     grid, seen, march = looked.grid, looked.seen, looked.march
     full = int(np.count_nonzero(seen))
     roomy = True

@@ -30,7 +30,7 @@ def _no_rows() -> NDArray[np.float32]:
 class RayPacket:
     """Hold the rays of one region, row by row, and how far each has come.
 
-    The arrays are those of `renderers.art.kernels.march_scalar`. What has been
+    The arrays are those of `renderers.art.kernels.march_packets`. What has been
     composited is exact and resumable, so the picture does not depend on when cells
     arrive. front: float32 (n + 1, 4) value and gradient of the last sample, where a
     march takes them along; else without rows.

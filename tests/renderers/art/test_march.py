@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from renderers.art import ActiveRayTracer
 from renderers.art.march import ClassicMarch, ScopeMarch
 from renderers.art.quality import ClassificationName, Quality
-from renderers.art.ray_kernel_set import scalar_kernels
 from renderers.scene import (
     Camera,
     Light,
@@ -22,7 +21,7 @@ from renderers.scene import (
 def test_the_scope_needs_a_surface(scene: Scene) -> None:
     bare = Scene(scene.volume, scene.transfer_function)
     with pytest.raises(ValueError, match="no air surface"):
-        ScopeMarch(bare, Quality(0.5, 0.0), scalar_kernels())
+        ScopeMarch(bare, Quality(0.5, 0.0))
 
 
 def test_too_many_samples_are_refused(scene: Scene) -> None:
@@ -34,8 +33,12 @@ def test_too_many_samples_are_refused(scene: Scene) -> None:
             Scene(long, scene.transfer_function),
             Quality(1 / 256, 0),
             (0, 1),
-            scalar_kernels(),
         )
+
+
+def test_odd_packets_are_refused(scene: Scene) -> None:
+    with pytest.raises(ValueError, match="4, 8, 16, 32 or 64 rays, got 12"):
+        ScopeMarch(scene, Quality(0.5, 0.0), 12)
 
 
 @pytest.mark.parametrize("kind", get_args(ClassificationName))

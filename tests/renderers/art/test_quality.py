@@ -5,7 +5,6 @@ import pytest
 
 from renderers.art import ActiveRayTracer
 from renderers.art.quality import QUALITIES, Quality
-from renderers.art.ray_kernel_set import KernelSet, packet_kernels, scalar_kernels
 from renderers.scene import Camera, PhongMaterial, Scene, image_error
 
 EXACT = Quality(0.5, 0.0)
@@ -39,14 +38,13 @@ def test_an_unknown_name_lists_the_known() -> None:
         Quality.named("ultra")
 
 
-@pytest.mark.parametrize("kernels", [scalar_kernels(), packet_kernels(32)])
 def test_compact_samples_change_a_picture_by_their_rounding(
-    scene: Scene, outside: Camera, kernels: KernelSet
+    scene: Scene, outside: Camera
 ) -> None:
     """1/32767 voxel along y, and of the steepest gradient, which lights follow."""
     exact = ActiveRayTracer(scene, EXACT).render(outside).rgba
     quality = Quality(0.5, 0.0, compact=True)
-    tracer = ActiveRayTracer(scene, quality, kernels=kernels)
+    tracer = ActiveRayTracer(scene, quality)
     error = image_error(tracer.render(outside).rgba, exact)
     assert 0 < error.rmse < 5e-5
     assert error.max < 2e-3

@@ -12,20 +12,8 @@ from renderers.art.cells.brick_views import BLOCK_COLUMNS, TILE_PX
 from renderers.art.kernels.draw_blocks import BLOCK, any_waits, deliver, list_tiles
 from renderers.art.quality import ClassificationName
 from renderers.art.ranks.rays import tile_order
-from renderers.art.ray_kernel_set import KernelSet, packet_kernels
 from renderers.art.regions import Gather
 from renderers.scene import Camera, PhongMaterial, Scene
-
-
-def by_packets(kernels: KernelSet) -> KernelSet:
-    return replace(
-        kernels,
-        draw_lit=None,
-        draw_unlit=None,
-        draw_scope=None,
-        draw_integrated=None,
-        draw_integrated_unlit=None,
-    )
 
 
 def test_a_block_has_no_more_rays_than_its_memory() -> None:
@@ -92,9 +80,9 @@ def test_strips_show_what_packets_show(
     limit = random.choice([0.0, 30.0, np.inf], (43, camera.width)).astype(np.float32)
     quality = Quality(1.0, 1 / 255, compact=True, classification=classification)
     found = []
-    for kernels in (packet_kernels(32), by_packets(packet_kernels(32))):
+    for packet in (None, 32):
         for threads in (1, 2):
-            tracer = ActiveRayTracer(scene, quality, threads=threads, kernels=kernels)
+            tracer = ActiveRayTracer(scene, quality, threads=threads, packet=packet)
             for _ in range(2):
                 gather = Gather(camera.width, camera.height)
                 gather.done[9:17] = True

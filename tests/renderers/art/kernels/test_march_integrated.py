@@ -1,4 +1,4 @@
-"""Packets integrate what the scalar march integrates, bit by bit."""
+"""Packets of any width integrate the same, bit by bit, whatever is skipped."""
 
 import itertools
 from dataclasses import replace
@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from renderers.art import ActiveRayTracer, Quality
-from renderers.art.ray_kernel_set import KernelSet, packet_kernels, scalar_kernels
 from renderers.scene import Camera, PhongMaterial, Scene, TransferFunction, Volume
 
 QUALITIES = (
@@ -27,13 +26,13 @@ def picture(
     scene: Scene,
     camera: Camera,
     quality: Quality,
-    kernels: KernelSet,
+    packet: int,
     cells: int | None = None,
     side: int = 8,
 ) -> tuple[bytes, dict[str, int]]:
     tracer = ActiveRayTracer(
         scene, quality, threads=1, cell_side=side, cache_cells=cells, validate=True,
-        kernels=kernels,
+        packet=packet,
     )  # fmt: skip
     image = tracer.render(camera)
     assert image.depth_mm is not None
@@ -52,22 +51,22 @@ def subject(scene: Scene, request: pytest.FixtureRequest) -> Scene:
 
 
 @pytest.mark.parametrize(
-    "width", [32, *(pytest.param(w, marks=pytest.mark.slow) for w in (4, 8, 16, 64))]
+    "width", [4, *(pytest.param(w, marks=pytest.mark.slow) for w in (8, 16, 64))]
 )
 @pytest.mark.parametrize(
     "quality",
     [
         QUALITIES[0],
-        # samples in whole numbers compile all the scalar kernels once more
+        # samples in whole numbers compile all the kernels once more
         pytest.param(QUALITIES[1], marks=pytest.mark.slow),
         QUALITIES[2],
     ],
 )
-def test_any_width_gives_the_bits_of_the_scalar_march(
+def test_any_width_gives_the_same_bits(
     subject: Scene, outside: Camera, quality: Quality, width: int
 ) -> None:
-    expected, before = picture(subject, outside, quality, scalar_kernels())
-    found, after = picture(subject, outside, quality, packet_kernels(width))
+    expected, before = picture(subject, outside, quality, 32)
+    found, after = picture(subject, outside, quality, width)
     assert found == expected
     assert before["contributing"] > 0
     for counter in ("samples", "contributing", "skipped"):
@@ -79,17 +78,14 @@ def test_skipping_cells_and_their_coming_change_no_bit(
     subject: Scene, outside: Camera, quality: Quality
 ) -> None:
     """Rays stop within a step of what they meet, and go on from there."""
-    kernels = packet_kernels(32)
-    expected, on = picture(subject, outside, quality, kernels)
+    expected, on = picture(subject, outside, quality, 32)
     full = replace(quality, skip_empty=False)
-    found, off = picture(subject, outside, full, kernels)
+    found, off = picture(subject, outside, full, 32)
     assert found == expected
     assert on["samples"] + on["skipped"] == off["samples"]
     assert on["contributing"] == off["contributing"]
-    for side, (one, cells) in itertools.product(
-        (8, 16), ((kernels, 1), (kernels, 5), (scalar_kernels(), 3))
-    ):
-        found, after = picture(subject, outside, quality, one, cells, side)
+    for side, cells in itertools.product((8, 16), (1, 3, 5)):
+        found, after = picture(subject, outside, quality, 32, cells, side)
         assert found == expected
         assert after["cells_evicted"] > 0 or side == 16
 
@@ -98,12 +94,12 @@ def test_volumes_too_large_for_distances_are_drawn_alike(
     subject: Scene, outside: Camera, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Empty cells all show one value then, and it belongs to what is clear there."""
-    expected, _ = picture(subject, outside, QUALITIES[0], packet_kernels(32))
+    expected, _ = picture(subject, outside, QUALITIES[0], 32)
     monkeypatch.setattr("renderers.art.ranks.prepare.LARGEST_LEAP", 1)
-    found, counters = picture(subject, outside, QUALITIES[0], packet_kernels(32))
+    found, counters = picture(subject, outside, QUALITIES[0], 32)
     assert found == expected
     assert counters["skipped"] == 0
-    found, _ = picture(subject, outside, QUALITIES[0], packet_kernels(32), 5)
+    found, _ = picture(subject, outside, QUALITIES[0], 32, 5)
     assert found == expected
 
 
@@ -128,14 +124,14 @@ def test_between_shells_rays_leap_over_what_is_clear(
     )
     scene = Scene(volume, film, (), PhongMaterial(1, 0, 0))
     quality = Quality(step, 0.0, classification="integrated")
-    found, on = picture(scene, outside, quality, packet_kernels(32))
+    found, on = picture(scene, outside, quality, 32)
     everywhere = replace(quality, skip_empty=False)
-    expected, off = picture(scene, outside, everywhere, packet_kernels(32))
+    expected, off = picture(scene, outside, everywhere, 32)
     assert found == expected
     assert on["contributing"] == off["contributing"] > 0
     assert on["samples"] + on["skipped"] == off["samples"]
     either = film.kappa_per_mm * 0
     either[1:] = 1e-3
     one = replace(scene, transfer_function=replace(film, kappa_per_mm=either))
-    _, lone = picture(one, outside, quality, packet_kernels(32))
+    _, lone = picture(one, outside, quality, 32)
     assert on["samples"] < 0.9 * lone["samples"]

@@ -1,12 +1,26 @@
-"""Packets draw what the scalar march draws, bit by bit."""
+"""The compiled marches against the same steps in plain Python, sample by sample.
+
+And packets of any width, of one ray or of many, draw the same, bit by bit.
+"""
+
+import math
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from renderers.art import ActiveRayTracer, Quality
+from renderers.art.kernels.find_surface import BISECTIONS
+from renderers.art.march import FrameRays
 from renderers.art.quality import ClassificationName
-from renderers.art.ray_kernel_set import KernelSet, packet_kernels, scalar_kernels
-from renderers.scene import Camera, PhongMaterial, Scene
+from renderers.art.ranks.prepare import make_node
+from renderers.art.ranks.rays import RayPacket
+from renderers.art.regions import Region
+from renderers.reference import sobel_gradient
+from renderers.scene import Camera, PhongMaterial, Scene, Volume
+
+WHOLE = Region(0, 0, 8, 7)
+F = np.float32
 
 QUALITIES = (
     Quality(0.5, 1 / 1024),
@@ -16,11 +30,110 @@ QUALITIES = (
 )
 
 
+def fields(volume: Volume) -> NDArray[np.float32]:
+    """Stack the value and the gradient along the array's axes, (nz, ny, nx, 4)."""
+    gradient = sobel_gradient(volume) @ volume.direction
+    values = volume.values.astype(np.float64)[..., None]
+    return np.concatenate([values, gradient], axis=-1).astype(np.float32)
+
+
+def at(field: NDArray[np.float32], point: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Interpolate along x, then y, then z, in float32 as the kernel does."""
+    top = np.array(field.shape[2::-1]) - 2
+    i, j, k = np.clip(point.astype(int), 0, top)
+    fx, fy, fz = point - np.array([i, j, k], np.float32)
+    cube = field[k : k + 2, j : j + 2, i : i + 2]
+    lines = cube[:, :, 0] + fx * (cube[:, :, 1] - cube[:, :, 0])
+    faces = lines[:, 0] + fy * (lines[:, 1] - lines[:, 0])
+    result: NDArray[np.float32] = faces[0] + fz * (faces[1] - faces[0])
+    return result
+
+
+def trace(scene: Scene, mode: str, camera: Camera) -> tuple[RayPacket, RayPacket]:
+    """Give rays before and after the compiled march."""
+    march, node, _ = make_node(scene, mode, Quality(0.5, 1 / 255, skip_empty=False))
+    rays = FrameRays.of(camera)
+    before, packet = march.start(WHOLE, rays), march.start(WHOLE, rays)
+    node.begin(1, [packet])
+    while not node.is_finished:
+        node.advance(1)
+    return before, packet
+
+
+def test_classic_against_plain_python(scene: Scene, outside: Camera) -> None:
+    before, packet = trace(scene, "classic", outside.with_size(8, 7))
+    field = fields(scene.volume)
+    spacing = scene.volume.spacing_mm
+    material = scene.material
+    axes = scene.volume.direction
+    for ray in range(WHOLE.pixels):
+        geometry = before.geometry[ray]
+        color, clear = np.zeros(3), 1.0
+        for i in range(before.count[ray]):
+            point = geometry[:3] + F(i) * geometry[3:6]
+            v, *g = at(field, point).astype(float)
+            radiance, kappa = scene.transfer_function.evaluate(np.array([v]))
+            if kappa[0] == 0:
+                continue
+            view = geometry[3:6] * spacing / geometry[6]
+            normal = -np.array(g) / np.linalg.norm(g)
+            diffuse, glint = np.full(3, material.ambient), np.zeros(3)
+            for light in scene.lights:
+                to = axes.T @ light.vector
+                if light.is_local:
+                    to = axes.T @ (light.vector - scene.volume.origin_mm)
+                    to = to - point * spacing
+                    to /= np.linalg.norm(to)
+                half = (to - view) / np.linalg.norm(to - view)
+                diffuse += material.diffuse * max(normal @ to, 0) * light.color
+                power = max(normal @ half, 0) ** material.shininess
+                glint += material.specular * power * light.color
+            weight = clear * -math.expm1(-kappa[0] * geometry[6])
+            color += weight * (radiance[0] * diffuse + glint)
+            clear -= weight
+            if clear < 1 / 255:
+                break
+        assert packet.result[ray] == pytest.approx([*color, 1 - clear], abs=2e-5)
+
+
+def test_scope_against_plain_python(scene: Scene, inside: Camera) -> None:
+    before, packet = trace(scene, "scope", inside.with_size(8, 7))
+    assert scene.surface is not None
+    field = fields(scene.surface.distance)
+    hits = 0
+    for ray in range(WHOLE.pixels):
+        geometry = before.geometry[ray]
+
+        def value(i: float, g: NDArray[np.float32] = geometry) -> NDArray[np.float32]:
+            return at(field, g[:3] + F(i) * g[3:6])
+
+        found = next((i for i in range(before.count[ray]) if value(i)[0] >= 0), None)
+        if found is None:
+            assert packet.depth[ray] == np.inf
+            assert not packet.value[ray].any()
+            continue
+        hits += 1
+        low, high = found - 1.0, float(found)
+        for _ in range(BISECTIONS):
+            middle = (low + high) / 2
+            low, high = (low, middle) if value(middle)[0] >= 0 else (middle, high)
+        v, *slope = value(high).astype(float)
+        g = np.array(slope)
+        rise = g @ (geometry[3:6] * scene.surface.distance.spacing_mm)
+        back = min(v / rise, 1 / 2**BISECTIONS) if rise > 0 else 0.0
+        depth = geometry[7] + F(high - back) * geometry[6]
+        assert packet.depth[ray] == pytest.approx(depth, rel=1e-6)
+        assert packet.value[ray] == pytest.approx(
+            [*(-g / np.linalg.norm(g)), 1], abs=1e-5
+        )
+    assert hits > 20
+
+
 def picture(
-    scene: Scene, camera: Camera, quality: Quality, kernels: KernelSet, cells: int
+    scene: Scene, camera: Camera, quality: Quality, packet: int, cells: int
 ) -> tuple[bytes, dict[str, int]]:
     tracer = ActiveRayTracer(
-        scene, quality, threads=1, cache_cells=cells, validate=True, kernels=kernels
+        scene, quality, threads=1, cache_cells=cells, validate=True, packet=packet
     )
     image = tracer.render(camera)
     assert image.depth_mm is not None
@@ -29,16 +142,16 @@ def picture(
 
 
 @pytest.mark.parametrize(
-    "width", [32, *(pytest.param(w, marks=pytest.mark.slow) for w in (4, 8, 16, 64))]
+    "width", [4, *(pytest.param(w, marks=pytest.mark.slow) for w in (8, 16, 64))]
 )
 @pytest.mark.parametrize("quality", QUALITIES)
-def test_any_width_gives_the_bits_of_the_scalar_march(
+def test_any_width_gives_the_same_bits(
     scene: Scene, outside: Camera, quality: Quality, width: int
 ) -> None:
     """Local and distant lights, highlights, jumps in extinction, odd sizes."""
     for camera in (outside, outside.with_size(7, 50)):
-        expected, before = picture(scene, camera, quality, scalar_kernels(), 999)
-        found, after = picture(scene, camera, quality, packet_kernels(width), 999)
+        expected, before = picture(scene, camera, quality, 32, 999)
+        found, after = picture(scene, camera, quality, width, 999)
         assert found == expected
         for counter in ("samples", "contributing", "skipped"):
             assert after[counter] == before[counter]
@@ -48,8 +161,8 @@ def test_any_width_gives_the_bits_of_the_scalar_march(
 def test_rays_that_miss_cells_go_on_later(
     scene: Scene, outside: Camera, cells: int
 ) -> None:
-    expected, _ = picture(scene, outside, QUALITIES[0], scalar_kernels(), 999)
-    found, counters = picture(scene, outside, QUALITIES[0], packet_kernels(32), cells)
+    expected, _ = picture(scene, outside, QUALITIES[0], 32, 999)
+    found, counters = picture(scene, outside, QUALITIES[0], 32, cells)
     assert found == expected
     assert counters["cells_evicted"] > 0
 
@@ -60,20 +173,19 @@ def test_a_scene_without_lights_keeps_its_colours(
 ) -> None:
     """From the whole volume and from cells that come and go; with gradients, too."""
     bare = Scene(scene.volume, scene.transfer_function, (), PhongMaterial(1, 0, 0))
-    expected, _ = picture(bare, outside, quality, scalar_kernels(), 999)
+    expected, _ = picture(bare, outside, quality, 32, 999)
     assert np.frombuffer(expected, np.float32).max() > 0
-    for kernels in (scalar_kernels(), packet_kernels(32)):
-        whole, counters = picture(bare, outside, quality, kernels, 999)
-        assert counters["cells_fetched"] == 0
-        bricks, counters = picture(bare, outside, quality, kernels, 5)
-        assert counters["cells_evicted"] > 0
-        assert whole == bricks == expected
+    whole, counters = picture(bare, outside, quality, 32, 999)
+    assert counters["cells_fetched"] == 0
+    bricks, counters = picture(bare, outside, quality, 32, 5)
+    assert counters["cells_evicted"] > 0
+    assert whole == bricks == expected
     # Light that gives nothing back is left out, and so little of it does not show
     # although it asks how each wall is turned.
     for diffuse, is_left_out in ((0.0, True), (1e-30, False)):
         material = PhongMaterial(1, diffuse, 0)
         lit = Scene(bare.volume, bare.transfer_function, scene.lights[:1], material)
-        found, counters = picture(lit, outside, quality, packet_kernels(32), 999)
+        found, counters = picture(lit, outside, quality, 32, 999)
         assert (counters["cells_fetched"] == 0) == is_left_out
         assert found == expected
 
@@ -88,13 +200,40 @@ def test_rays_that_outlive_their_packet_go_on_together(
     limit = random.choice([30.0, 34.0, 38.0, 60.0], (40, 96)).astype(np.float32)
     quality = Quality(0.25, 0.0, classification=classification)
     found = []
-    for kernels in (scalar_kernels(), packet_kernels(32)):
+    for packet in (4, 32):
         for cells in (999, 40):
             tracer = ActiveRayTracer(
-                scene, quality, threads=1, cache_cells=cells, kernels=kernels
+                scene, quality, threads=1, cache_cells=cells, packet=packet
             )
             image = tracer.render(camera, limit_mm=limit)
             assert image.depth_mm is not None
             assert np.isfinite(image.depth_mm).any()
             found.append(image.rgba.tobytes() + image.depth_mm.tobytes())
     assert len(set(found)) == 1
+
+
+@pytest.mark.parametrize("mode", ["post", "integrated", "scope"])
+def test_a_ray_alone_sees_what_it_sees_among_others(
+    scene: Scene, outside: Camera, inside: Camera, mode: str
+) -> None:
+    """All others end before they begin: of every packet one lane has a ray."""
+    camera = inside if mode == "scope" else outside
+    kind: ClassificationName = "integrated" if mode == "integrated" else "post"
+    tracer = ActiveRayTracer(
+        scene, Quality(0.5, 1 / 1024, classification=kind), threads=1, packet=32
+    )
+
+    def drawn(limit: NDArray[np.float32] | None) -> NDArray[np.float32]:
+        if mode == "scope":
+            buffer = tracer.gbuffer(camera, limit_mm=limit)
+            return np.dstack([buffer.normal, buffer.depth_mm])
+        return tracer.render(camera, limit_mm=limit).rgba
+
+    among = drawn(None)
+    rows, columns = np.divmod(np.arange(0, 43 * 50, 251), 50)
+    assert np.unique(among[rows, columns], axis=0).shape[0] > 4
+    for row, column in zip(rows, columns, strict=True):
+        limit = np.zeros((43, 50), np.float32)
+        limit[row, column] = np.inf
+        alone = drawn(limit)[row, column]
+        assert alone.tobytes() == among[row, column].tobytes()

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from renderers.art.classification import classification
 from renderers.art.integrated_march import sums_at_nodes
-from renderers.art.kernels.segments_scalar import classify, segment
+from renderers.art.kernels.composite_lines import classify, segment
 from renderers.scene import TransferFunction
 
 F = np.float32
