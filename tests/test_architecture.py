@@ -6,8 +6,6 @@ import tokenize
 from functools import cache
 from pathlib import Path
 
-import pytest
-
 ROOT = Path(__file__).parents[1]
 PACKAGES = (
     *("anatomy", "app", "benchmarks", "devices", "disk", "paravol"),
@@ -19,9 +17,6 @@ FACES = [p for p in SOURCES if p.name == "__init__.py"]
 KERNELS = [p for p in SOURCES if p.parent.name == "kernels" and p.name != "__init__.py"]
 LANES = [p for p in SOURCES if p.is_relative_to(ROOT / "renderers" / "lanes")]
 TEAM = ROOT / "renderers" / "scene" / "thread_team.py"
-
-MAX_LINES = 350
-"""Beyond this a file holds more than one noun."""
 
 
 @cache
@@ -113,12 +108,6 @@ def test_a_face_imports_from_its_own_package_only() -> None:
             if not name.startswith(package + ".") and name != "typing"
         ]
     assert not wrong
-
-
-@pytest.mark.parametrize("files", [SOURCES, TESTS], ids=["sources", "tests"])
-def test_no_file_is_longer_than_a_reader_can_hold(files: list[Path]) -> None:
-    lengths = {at(p, 1): len(p.read_text("utf-8").splitlines()) for p in files}
-    assert not {name: n for name, n in lengths.items() if n > MAX_LINES}
 
 
 def test_only_kernels_are_compiled_and_only_lanes_extend_the_compiler() -> None:

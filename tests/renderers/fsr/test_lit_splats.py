@@ -7,9 +7,9 @@ import pytest
 
 from anatomy import classic_transfer_function
 from renderers.fsr import FuzzySetRenderer
-from renderers.fsr.kernels.project_splats import peak_of
 from renderers.fsr.lit_splats import lit_splats, splat_peaks
 from renderers.scene import Light, PhongMaterial, Scene, Volume
+from tests.renderers.fsr.kernel_peaks import kernel_peaks
 
 
 def ball(lights: tuple[Light, ...] | None = None) -> Scene:
@@ -45,7 +45,7 @@ def test_splats_are_lit_as_a_formula_says(is_local: bool) -> None:
 def test_peaks_are_the_kernels() -> None:
     depths = np.concatenate([[0.0], np.geomspace(1e-6, 30, 500)])
     found = splat_peaks(depths)
-    wanted = np.array([min(peak_of(t), 1) for t in depths.astype(np.float32)])
+    wanted = np.minimum(kernel_peaks(depths), 1)
     np.testing.assert_allclose(found, wanted, rtol=1e-5, atol=1e-6)
     assert found[0] == 0
     assert found[-1] == 1

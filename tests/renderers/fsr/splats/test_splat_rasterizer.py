@@ -298,4 +298,6 @@ def test_squares_left_out_are_those_that_needles_miss(
     image = SplatRasterizer(fuzzy, scene, least_light=0.0).draw(camera, team).rgba
     plain = orthographic_picture(fuzzy, scene, camera)
     assert plain[..., 3].max() > 0
-    np.testing.assert_allclose(image, plain, atol=2e-3)
+    # Footprints are a fit and normals are packed: .004 at most was measured. A square
+    # left out by mistake lacks a tenth and more.
+    np.testing.assert_allclose(image, plain, atol=6e-3)
