@@ -8,6 +8,9 @@ from devices import DeviceError
 from disk import UserError
 from disk.schema_words import schema_words
 
+FAMILIES = ("renderers.art.", "renderers.snapshots.", "renderers.simd_guard")
+"""Modules whose errors are sentences."""
+
 
 def sentence(error: Exception) -> str | None:
     """Put an expected error into one clear sentence; None for a defect of ours."""
@@ -27,7 +30,7 @@ def sentence(error: Exception) -> str | None:
         return f"{error.strerror}{where}{remedy}."
     # The renderers' errors are known by their family, so that commands which draw
     # nothing need not load them.
-    if type(error).__module__.startswith(("renderers.art.", "renderers.simd_guard")):
+    if type(error).__module__.startswith(FAMILIES):
         return str(error)
     if isinstance(error, UserError | TimeoutError | DeviceError):
         return str(error)

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,31 +10,20 @@ from numpy.typing import NDArray
 from renderers.scene.camera import Camera, Projection
 from renderers.scene.facets import Facets
 from renderers.scene.gbuffer import GBuffer
+from renderers.scene.kernels.fill_triangles import fill_facets
 from renderers.scene.kernels.triangle_normals import resolve_facets
 from renderers.scene.kernels.triangles import (
     bound_groups,
-    fill_facets,
     is_outside,
     list_facets,
 )
 from renderers.scene.mesh import RowRunner
-from renderers.simd_guard import vector_problem
 
 ROOM = 4096
 """Triangles that are listed at a time."""
 
 PLACE, BOX = 20, 5
 """Numbers that are listed of each."""
-
-
-@cache
-def best_fill() -> Callable[..., tuple[int, int]]:
-    """Give the vector kernel where it can be trusted, else its scalar twin."""
-    if vector_problem():
-        return fill_facets
-    from renderers.scene.kernels import fill_triangles as kernels
-
-    return kernels.fill_facets
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,15 +47,14 @@ class ListedFacets:
         self,
         buffer: GBuffer,
         run: RowRunner,
-        fill: Callable[..., tuple[int, int]] | None = None,
+        fill: Callable[..., tuple[int, int]] = fill_facets,
     ) -> None:
         """Draw triangles where they are nearer; see `Mesh.draw`.
 
-        fill: one of the twins named `fill_facets`; by default the best.
+        fill: the kernel `fill_facets`, or an oracle of it.
         """
         if not self.lists:
             return
-        fill = fill or best_fill()
         facets, camera = self.facets, self.camera
         axes = np.ascontiguousarray(camera.frame[1:])
         owner = np.empty(buffer.size, np.int32)

@@ -1,4 +1,4 @@
-"""Compiled: triangles met by eight rays at a time, to the bits of the scalar twin."""
+"""Triangles met by eight rays at a time, exactly along a lens's rays."""
 
 from typing import Any
 
@@ -27,7 +27,15 @@ def fill_facets(
     places: Doubles, boxes: Ints, count: int, flat: bool, lens: Floats, depth: Floats,
     owner: Ints, begin: int, end: int,
 ) -> tuple[int, int]:  # fmt: skip
-    """Do as the scalar twin."""
+    """Lower `depth` to the nearest of the listed triangles' and note whose it is.
+
+    Does so in rows ``begin..end`` only. Returns the first column that it looked at and
+    the one past the last.
+
+    places: ``(n, 20)``, see `edge_products`; three corners in pixels; how far the sides
+    bulge out from between them, or BOXED. boxes: ``(n, 5)``, which triangle, first
+    and last column and row. owner: triangle that gave the depth; left alone elsewhere.
+    """
     width = depth.shape[1]
     here = lanes(W)
     least, most = width, 0

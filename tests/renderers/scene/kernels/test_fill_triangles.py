@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 from renderers.scene import Camera, GBuffer, Projection
 from renderers.scene.facets import Facets
 from renderers.scene.kernels.fill_triangles import fill_facets as packets
-from renderers.scene.kernels.triangles import fill_facets as one_by_one
 from renderers.scene.mesh import run_at_once
 from renderers.scene.mesh_drawing import list_facets_in_view
+from tests.renderers.scene.plain_triangles import fill_facets as plain
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def test_the_bits_are_the_same(
     pose[:3, 3] = camera.frame[1:].T @ pose[:3, 3]
     wall = random.uniform(1, 40, (67, width)).astype(np.float32)
     drawn = []
-    for fill in (packets, one_by_one):
+    for fill in (packets, plain):
         buffer = GBuffer.empty(67, width)
         buffer.depth_mm[:] = wall
         list_facets_in_view(ring, 1, camera, pose).draw(buffer, run_at_once, fill)
