@@ -42,7 +42,7 @@ def run_train(
 ) -> int:
     """Open the window and fly until it is closed.
 
-    input: the words of `app.inputs.choose_input`, None for the arm at `device` or the
+    input: the words of `paravol.inputs.choose_input`, None for the arm at `device` or the
     mouse; stream_igtl: ``[HOST:]PORT``.
     registration: a file of `paravol register`; without it fiducials are touched.
     roll: the words of `paravol.inputs.arm_roll`.

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.closing import Closing
+from disk import UserError
 from paravol.snapshots.moments import ViewAsker
 from paravol.snapshots.rendering_service import Worker, running_worker
 from paravol.snapshots.spool_folder import own_spool
@@ -163,6 +164,6 @@ class SnapshotDesk(Closing):
             self._show(MomentPicture(moment.time_s, pixels, None, told))
         except _ClosedError:
             return
-        except (OSError, RuntimeError) as error:
+        except (OSError, RuntimeError, UserError) as error:
             # The flight is worth more than a picture of it.
             self._show(MomentPicture(moment.time_s, None, None, str(error)))

@@ -59,8 +59,10 @@ def test_it_visits_every_station_in_order(
         near = path.t_s[(distance < within_mm) & (path.t_s > last)]
         assert len(near), f"{name}: nearest {distance.min():.1f} mm"
         last = float(near[0])
-    assert path.tip_mm[0, 1] < marks["nostril, right"].position_mm[1] - 10
-    assert path.tip_mm[-1, 1] < marks["nostril, right"].position_mm[1] - 10
+    # It begins and ends before the nostril, so near that the nose fills the picture.
+    for end in (0, -1):
+        before = marks["nostril, right"].position_mm[1] - path.tip_mm[end, 1]
+        assert 5 < before < 10
 
 
 def test_it_moves_like_a_hand(bundled: tuple[Scenario, ProbePath]) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from disk import ForeignFileError, foreign_file
+from disk import ForeignFileError, UserError, foreign_file
 
 
 @pytest.mark.parametrize(
@@ -55,7 +55,7 @@ def test_own_words_and_the_system_pass(tmp_path: Path) -> None:
         foreign_file("b.bin", "a head"),
         foreign_file("a.bin", "a scan"),
     ):
-        raise ValueError("it has no pixels.")
+        raise UserError("it has no pixels.")
     with pytest.raises(FileNotFoundError), foreign_file("a.bin", "a scan"):
         (tmp_path / "none").read_bytes()
     with pytest.raises(KeyboardInterrupt), foreign_file("a.bin", "a scan"):

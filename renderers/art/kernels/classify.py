@@ -10,7 +10,7 @@ from renderers.art.kernels.opacity import ONE, ZERO
 from renderers.lanes import any_, gather, maximum, minimum, rows4, select
 
 Lanes = Any
-"""A vector of `renderers.simd`."""
+"""A vector of `renderers.lanes`."""
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]

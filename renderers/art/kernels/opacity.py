@@ -12,7 +12,7 @@ from numba import njit
 from renderers.lanes import as_f32, as_i32, f32, floor, i32, maximum, minimum, select
 
 Lanes = Any
-"""A vector of `renderers.simd`."""
+"""A vector of `renderers.lanes`."""
 
 ZERO, ONE, HALF = np.float32(0), np.float32(1), np.float32(0.5)
 

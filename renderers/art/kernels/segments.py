@@ -37,7 +37,7 @@ from renderers.lanes import (
 )
 
 Lanes = Any
-"""A vector of `renderers.simd`."""
+"""A vector of `renderers.lanes`."""
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]

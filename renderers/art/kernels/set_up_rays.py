@@ -28,7 +28,7 @@ from renderers.lanes import (
 )
 
 Lanes = Any
-"""A vector of `renderers.simd`."""
+"""A vector of `renderers.lanes`."""
 
 WIDTH = 32
 ZERO, ONE, HALF = np.float64(0), np.float64(1), np.float64(0.5)

@@ -15,7 +15,7 @@ from renderers.art.kernels.opacity import ONE, ZERO, power
 from renderers.lanes import maximum, select, sqrt
 
 Lanes = Any
-"""A vector of `renderers.simd`."""
+"""A vector of `renderers.lanes`."""
 
 F32 = NDArray[np.float32]
 

@@ -14,7 +14,7 @@ from renderers.art.kernels.opacity import HALF, ONE, ZERO
 from renderers.lanes import absolute, f32, i32, maximum, minimum, select
 
 Lanes = Any
-"""A vector of `renderers.simd`."""
+"""A vector of `renderers.lanes`."""
 
 SLOWEST = np.float32(1e-6)
 """Voxels a sample; keeps reciprocals finite."""

@@ -25,7 +25,7 @@ from paravol.environment import prepare_environment
 prepare_environment()
 from pathlib import Path
 from paravol.flight_order import FlightOrder
-from app.inputs import choose_input
+from paravol.inputs import choose_input
 from app.window.main_window import TraineeWindow
 from app.window.flight_thread import WindowFlight
 from devices import load_probe_path

@@ -21,7 +21,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from paravol.environment import prepare_environment
 prepare_environment()
-from app.inputs import choose_input
+from paravol.inputs import choose_input
 from app.window.main_window import TraineeWindow
 from paravol.flight_order import FlightOrder
 from app.window.flight_thread import WindowFlight

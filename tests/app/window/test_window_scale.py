@@ -19,7 +19,7 @@ from PySide6.QtWidgets import QApplication, QLabel
 from paravol.environment import prepare_environment
 prepare_environment()
 from paravol.flight_order import FlightOrder
-from app.inputs import choose_input
+from paravol.inputs import choose_input
 from paravol.snapshots.snapshot_queue import MomentPicture
 from app.window.main_window import TraineeWindow
 from app.window.flight_thread import WindowFlight
