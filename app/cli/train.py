@@ -42,8 +42,8 @@ def run_train(
 ) -> int:
     """Open the window and fly until it is closed.
 
-    input: the words of `paravol.inputs.choose_input`, None for the arm at `device` or the
-    mouse; stream_igtl: ``[HOST:]PORT``.
+    input: the words of `paravol.inputs.choose_input`, None for the arm at `device` or
+    the mouse; stream_igtl: ``[HOST:]PORT``.
     registration: a file of `paravol register`; without it fiducials are touched.
     roll: the words of `paravol.inputs.arm_roll`.
     record: folder of the recording; None keeps it below the user's data directory for
