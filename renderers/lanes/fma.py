@@ -1,7 +1,7 @@
 """A product added to a number: rounded once where the processor can, else twice.
 
 Processors with AVX2 and those of 64-bit Arm round once, in the time of the product
-alone; vectors of `renderers.lanes` do as numbers do. Where the bits must be those of any
+alone; vectors do as numbers do. Where the bits must be those of any
 processor, as in the ray tracer, products and sums stay two operations.
 """
 
