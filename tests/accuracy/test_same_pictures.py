@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.nasal_views import NasalView, acceptance_views, nasal_scene
+from paravol.replay import replay_session
 from renderers.art import ActiveRayTracer, Quality
 from renderers.fsr import FuzzySetRenderer
 from renderers.scene import Camera
@@ -59,3 +60,14 @@ def test_every_view_has_the_bits_it_had() -> None:
     if os.environ.get("PARAVOL_RENEW"):
         STORED.write_text(json.dumps(now, indent=1) + "\n", encoding="utf-8")
     assert now == json.loads(STORED.read_text(encoding="utf-8"))
+
+
+def test_a_session_recorded_before_is_replayed_the_same() -> None:
+    """Frames, clearances and score of the demonstration, flown before the move."""
+    folder = Path(__file__).with_name("before_the_move.paravol")
+    report = replay_session(folder, threads=2, progress=lambda *_: None)
+    assert report.complete
+    assert report.samples > 2400
+    assert report.frames > 500
+    assert report.same_look
+    assert report.is_exact

@@ -27,7 +27,7 @@ def test_denser_is_never_clearer_and_nothing_is_beyond_one() -> None:
     depths = np.linspace(0, DEEPEST, 20_000, dtype=np.float32)
     peaks = kernel_peaks(depths)
     assert np.diff(peaks).min() >= -1e-7
-    deepest, beyond = kernel_peaks([DEEPEST, np.inf])
+    deepest, beyond = kernel_peaks(np.array([DEEPEST, np.inf], np.float32))
     assert beyond == deepest
     assert 1 <= deepest < 1.001
     assert PEAK[0] == np.polynomial.Polynomial(PEAK)(0)
