@@ -52,8 +52,10 @@ def test_finer_steps_are_nearer_to_the_reference(
     if not without_peer:
         peer = found["ball/outside/see-through", f"{PEER}, step 0.25"]
         assert peer.error is not None
-        # eight bits and silhouettes, not another camera or another transfer function
-        assert peer.error.rmse < 0.05
+        # Eight bits and silhouettes, not another camera or another transfer function.
+        # .0511 since the function has one colour for each surface, whose steps the
+        # table of the peer rounds at silhouettes; below .05 while colours ran over.
+        assert peer.error.rmse < 0.055
         equal = {key: made for key, made in found.items() if "no more" in key[1]}
         assert len(equal) == 12
         for (case, _), made in equal.items():
