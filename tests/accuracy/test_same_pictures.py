@@ -10,8 +10,10 @@ import json
 import os
 import platform
 from pathlib import Path
+from typing import Any
 
 import pytest
+from numpy.typing import NDArray
 
 from benchmarks.nasal_views import NasalView, acceptance_views, nasal_scene
 from paravol.replay import replay_session
@@ -30,11 +32,11 @@ pytestmark = [
 ]
 
 
-def digest(*arrays: object) -> str:
+def digest(*arrays: NDArray[Any]) -> str:
     """Hash arrays' bytes."""
     total = hashlib.sha256()
     for array in arrays:
-        total.update(array.tobytes())  # type: ignore[attr-defined]
+        total.update(array.tobytes())
     return total.hexdigest()[:16]
 
 
