@@ -29,6 +29,7 @@ from benchmarks import (
 )
 from benchmarks.chart import draw_charts
 from benchmarks.machine import commit, is_same_machine, machine
+from benchmarks.measurements import write_measurements
 from benchmarks.plan import SUITES, Measured, Suite, Task, UnavailableError
 from benchmarks.report import print_results
 from benchmarks.scaling_report import report_scaling
@@ -110,6 +111,7 @@ def run_bench(
             )
             raise
     charts = draw_charts(results.rows, out) + report_scaling(results.rows, out)
+    charts.append(write_measurements(results, out))
     if as_json:
         print_json(results)
     else:

@@ -271,7 +271,8 @@ def bench(
     quick
         Small sizes, for a first look.
     out
-        Folder for results.json and the pictures; an interrupted run goes on there.
+        Folder for results.json, measurements.md and the pictures; an interrupted run
+        goes on there.
     fresh
         Start over instead of going on.
     """
