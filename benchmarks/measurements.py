@@ -12,8 +12,8 @@ HEAD = """\
 
 Made by `paravol bench`, which writes this page beside its results. *time*: the least of
 the repeats, wall clock. *ratio*: the baseline's time over the row's own, both taken in
-this run; above 1 is faster than the baseline. *RMSE* and *99.9 %*: the error against the
-row's reference, in the unit named. `~` marks a row that something else disturbed.
+this run; above 1 is faster than the baseline. *RMSE* and *99.9 %*: the error against
+the row's reference, in the unit named. `~` marks a row that something else disturbed.
 """
 
 COLUMNS = ("mode", "time", "ratio", "RMSE", "99.9 %", "unit")
