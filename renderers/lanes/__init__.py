@@ -3,8 +3,8 @@
 A vector has a fixed number of lanes of ``f32 f64 i32 i64`` or of a mask; operators
 and the functions here work lane by lane, numbers are spread over the lanes. Nothing is
 reordered, and nothing fused but by `muladd`: the same bits for any width and, but for
-`muladd`, on any processor. Import this in files of kernels only, and use those through
-`renderers.simd_guard`.
+`muladd`, on any processor. Import this in files of kernels only; whoever calls these
+first demands of `renderers.lanes.self_check` that vectors compile here.
 """
 
 from renderers.lanes.cell_reads import cell1, cell4

@@ -4,11 +4,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.lanes.self_check import demand_vectors
 from renderers.scene import AirSurface, Camera, GBuffer, Projection
 from renderers.scene.thread_team import ThreadTeam
 from renderers.shading.bands import RowBands
@@ -21,7 +21,6 @@ from renderers.shading.kernels.shade_rows import shade_rows
 from renderers.shading.lattice_points import asked_points, dilated, pixels_of
 from renderers.shading.path_light import PathLight, demand_size
 from renderers.shading.surface_look import Look
-from renderers.simd_guard import demand_vectors
 
 BOUNCE_FACTOR = 1.15
 """Fitted over five nasal views against a path tracer with four bounces; the virtual
@@ -103,12 +102,12 @@ class ScopeShader:
         demand_size(gbuffer, camera)
         if camera.projection is Projection.ORTHOGRAPHIC:
             raise ValueError("scope light needs a lens with an eye, not orthographic")
-        gbuffer = _read_only(gbuffer)
+        gbuffer = gbuffer.read_only()
         seen = gbuffer
         if only is not None:
             only = np.ascontiguousarray(only, np.bool_)
             seen = replace(gbuffer, coverage=np.where(only, gbuffer.coverage, 0))
-            seen = _read_only(seen)
+            seen = seen.read_only()
         if lattice is None:
             lattice = self.lattice(gbuffer.size, camera, light, casters)
         elif casters:
@@ -154,7 +153,7 @@ class ScopeShader:
     ) -> NDArray[np.float32]:
         """Give the radiance ``(h, w, 3)`` that a unit of bounced irradiance makes."""
         demand_size(gbuffer, camera)
-        gbuffer = _read_only(gbuffer)
+        gbuffer = gbuffer.read_only()
         dark = VirtualLights.dark_grid(gbuffer.size)
         rods = rod_table((), camera)
         ends = self._ends(camera, light)
@@ -309,25 +308,3 @@ class ScopeShader:
 @lru_cache(maxsize=1)
 def _all_of(size: tuple[int, int]) -> NDArray[np.bool_]:
     return np.ones(size, np.bool_)
-
-
-def _read_only(gbuffer: GBuffer) -> GBuffer:
-    """View the buffer so that it cannot be written, whatever the caller can do.
-
-    Writable and read-only arrays are different types to a compiled kernel: without
-    this it would be compiled twice.
-    """
-
-    def view(array: NDArray[Any]) -> NDArray[Any]:
-        if array.flags.c_contiguous and not array.flags.writeable:
-            return array
-        result = np.ascontiguousarray(array).view()
-        result.flags.writeable = False
-        return result
-
-    return GBuffer(
-        view(gbuffer.depth_mm),
-        view(gbuffer.normal),
-        view(gbuffer.coverage),
-        view(gbuffer.material),
-    )
