@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+import renderers.shading.kernels.pixel_block as slot
 from renderers.lanes import (
     any_,
     lanes,
@@ -27,42 +28,10 @@ from renderers.lanes import (
 )
 from renderers.lanes.atomics import take_turn
 from renderers.shading.kernels.direct_light import light
+from renderers.shading.kernels.pixel_block import CELL, ROWS, SLOTS, N, W
 from renderers.shading.kernels.shadow import darken
 from renderers.shading.kernels.tissue import paint, set_materials, set_tissue
 from renderers.shading.kernels.virtual_lights import PLANES, lift, spread_grid
-from renderers.shading.pixel_block import (
-    BLUE,
-    BOUNCE,
-    CELL,
-    COVER,
-    DX,
-    DY,
-    DZ,
-    E_GREEN,
-    E_RED,
-    F0,
-    FOOT,
-    GREEN,
-    LG,
-    LR,
-    NX,
-    NY,
-    NZ,
-    PX,
-    PY,
-    PZ,
-    RED,
-    ROWS,
-    SKIN,
-    SLOTS,
-    SPARK,
-    UX,
-    UY,
-    UZ,
-    N,
-    T,
-    W,
-)
 
 TURN_ROWS = 2 * CELL
 """Rows of the picture that a thread shades at a time."""
@@ -130,8 +99,8 @@ def fetch(
         t = load_where(depth, at, inside)
         shown = (cover > f32(0)) & (t < f32(1e6))
         t = select(shown, maximum(t, f32(1e-3)), f32(1))
-        store(w, COVER + i, select(shown, cover, f32(0)))
-        store(w, T + i, t)
+        store(w, slot.COVER + i, select(shown, cover, f32(0)))
+        store(w, slot.T + i, t)
         # the three parts of a run of triples, none beyond the end of the row
         second = here < i32(3 * left - W)
         third = here < i32(3 * left - 2 * W)
@@ -149,22 +118,22 @@ def fetch(
             load_where(normal, 3 * at + 2 * W, third),
         )
         facing = -(nx * dx + ny * dy + nz * dz)
-        store(w, FOOT + i, t * pixel / maximum(facing, f32(0.12)))
-        store(w, DX + i, dx)
-        store(w, DY + i, dy)
-        store(w, DZ + i, dz)
-        store(w, NX + i, nx)
-        store(w, NY + i, ny)
-        store(w, NZ + i, nz)
+        store(w, slot.FOOT + i, t * pixel / maximum(facing, f32(0.12)))
+        store(w, slot.DX + i, dx)
+        store(w, slot.DY + i, dy)
+        store(w, slot.DZ + i, dz)
+        store(w, slot.NX + i, nx)
+        store(w, slot.NY + i, ny)
+        store(w, slot.NZ + i, nz)
         dx *= t
         dy *= t
         dz *= t
-        store(w, PX + i, dx)
-        store(w, PY + i, dy)
-        store(w, PZ + i, dz)
-        store(w, UX + i, ex + (m00 * dx + m01 * dy + m02 * dz))
-        store(w, UY + i, ey + (m10 * dx + m11 * dy + m12 * dz))
-        store(w, UZ + i, ez + (m20 * dx + m21 * dy + m22 * dz))
+        store(w, slot.PX + i, dx)
+        store(w, slot.PY + i, dy)
+        store(w, slot.PZ + i, dz)
+        store(w, slot.UX + i, ex + (m00 * dx + m01 * dy + m02 * dz))
+        store(w, slot.UY + i, ey + (m10 * dx + m11 * dy + m12 * dz))
+        store(w, slot.UZ + i, ez + (m20 * dx + m21 * dy + m22 * dz))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -238,7 +207,7 @@ def shade_rows(
                     w, depth, normal, coverage, lens, axes, to_voxel, eye_voxel, pixel,
                     y0, x0, first, last,
                 )  # fmt: skip
-                if not any_(load(w, COVER, N) > f32(0)):
+                if not any_(load(w, slot.COVER, N) > f32(0)):
                     continue
                 mixed = set_materials(
                     w, material, y0, x0, first, last, materials, mixed
@@ -265,40 +234,40 @@ def shade_rows(
 def finish(w: Floats, bounce: np.float32) -> None:
     """Join direct, bounced and mirrored light; leave rgb in three slots."""
     # what wraps round an edge is missing elsewhere; one division for two wraps
-    red = f32(1) + minimum(f32(0.25) * load(w, LR, N), f32(0.35))
-    green = f32(1) + minimum(f32(0.25) * load(w, LG, N), f32(0.2))
+    red = f32(1) + minimum(f32(0.25) * load(w, slot.LR, N), f32(0.35))
+    green = f32(1) + minimum(f32(0.25) * load(w, slot.LG, N), f32(0.2))
     k = f32(1) / (red * green)
     direct = green * k
-    direct_red = load(w, E_RED, N) * (direct * direct)
+    direct_red = load(w, slot.E_RED, N) * (direct * direct)
     direct = red * k
-    direct = load(w, E_GREEN, N) * (direct * direct)
+    direct = load(w, slot.E_GREEN, N) * (direct * direct)
     # the reflected light's own albedo, and further bounces as a series;
     # one division for the three channels
-    red = load(w, RED, N)
-    green = load(w, GREEN, N)
-    blue = load(w, BLUE, N)
+    red = load(w, slot.RED, N)
+    green = load(w, slot.GREEN, N)
+    blue = load(w, slot.BLUE, N)
     r = f32(1) - f32(0.6) * red
     g = f32(1) - f32(0.6) * green
     b = f32(1) - f32(0.6) * blue
     gb = g * b
-    e = bounce * load(w, BOUNCE, N) / (r * gb)
+    e = bounce * load(w, slot.BOUNCE, N) / (r * gb)
     r, g, b = e * gb, e * (r * b), e * (r * g)
-    wet = f32(1) - f32(0.7) * load(w, SKIN, N)
-    spark = load(w, SPARK, N) * wet * f32(0.5 / math.pi)
-    cover = load(w, COVER, N)
-    k = (f32(1) - load(w, F0, N)) * f32(1 / math.pi)
-    store(w, E_RED, cover * (k * (red * (direct_red + red * r)) + spark))
-    store(w, E_GREEN, cover * (k * (green * (direct + green * g)) + spark))
-    store(w, BOUNCE, cover * (k * (blue * (direct + blue * b)) + spark))
+    wet = f32(1) - f32(0.7) * load(w, slot.SKIN, N)
+    spark = load(w, slot.SPARK, N) * wet * f32(0.5 / math.pi)
+    cover = load(w, slot.COVER, N)
+    k = (f32(1) - load(w, slot.F0, N)) * f32(1 / math.pi)
+    store(w, slot.E_RED, cover * (k * (red * (direct_red + red * r)) + spark))
+    store(w, slot.E_GREEN, cover * (k * (green * (direct + green * g)) + spark))
+    store(w, slot.BOUNCE, cover * (k * (blue * (direct + blue * b)) + spark))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def bare(w: Floats) -> None:
     """Leave the diffuse share of a block's reflection in the three slots of rgb."""
-    k = load(w, COVER, N) * (f32(1) - load(w, F0, N))
-    store(w, E_RED, k * load(w, RED, N))
-    store(w, E_GREEN, k * load(w, GREEN, N))
-    store(w, BOUNCE, k * load(w, BLUE, N))
+    k = load(w, slot.COVER, N) * (f32(1) - load(w, slot.F0, N))
+    store(w, slot.E_RED, k * load(w, slot.RED, N))
+    store(w, slot.E_GREEN, k * load(w, slot.GREEN, N))
+    store(w, slot.BOUNCE, k * load(w, slot.BLUE, N))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -311,7 +280,9 @@ def put(w: Floats, radiance: Floats, y0: int, x0: int, first: int, last: int) ->
         i = (y - y0) * W
         at = 3 * (y * width + x0)
         a, b, c = zip3(
-            load(w, E_RED + i, W), load(w, E_GREEN + i, W), load(w, BOUNCE + i, W)
+            load(w, slot.E_RED + i, W),
+            load(w, slot.E_GREEN + i, W),
+            load(w, slot.BOUNCE + i, W),
         )
         store_where(radiance, at, a, here < i32(left))
         store_where(radiance, at + W, b, here < i32(left - W))

@@ -10,22 +10,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+import renderers.shading.kernels.pixel_block as slot
 from renderers.lanes import any_, full, load, maximum, minimum, sqrt, store
 from renderers.shading.kernels.elementary import Lanes
-from renderers.shading.pixel_block import (
-    BOUNCE,
-    LX,
-    LY,
-    LZ,
-    NX,
-    NY,
-    NZ,
-    POWER,
-    PX,
-    PY,
-    PZ,
-    N,
-)
+from renderers.shading.kernels.pixel_block import N
 
 f32 = np.float32
 Floats = NDArray[np.float32]
@@ -49,12 +37,12 @@ def shadow(w: Floats, source: Three, arc: Three, rods: Floats) -> None:
     the line is straight and the rod long, and right from contact (sharp) to far behind
     a thin rod (faint). Where several rods hide something the most counts.
     """
-    px = load(w, PX, N)
-    py = load(w, PY, N)
-    pz = load(w, PZ, N)
-    lx = load(w, LX, N)
-    ly = load(w, LY, N)
-    lz = load(w, LZ, N)
+    px = load(w, slot.PX, N)
+    py = load(w, slot.PY, N)
+    pz = load(w, slot.PZ, N)
+    lx = load(w, slot.LX, N)
+    ly = load(w, slot.LY, N)
+    lz = load(w, slot.LZ, N)
     ux, uy, uz = arc
     # half the light's width, seen across a rod at most
     widest = f32(math.sqrt(ux * ux + uy * uy + uz * uz + BUNDLE2))
@@ -106,7 +94,7 @@ def shadow(w: Floats, source: Three, arc: Three, rods: Floats) -> None:
         # a rod does not hide the light from the side that faces it
         beyond = minimum(t * (f32(2) / radius), f32(1))
         most = maximum(most, f32(0.5) * hidden * within * beyond)
-    store(w, POWER, load(w, POWER, N) * (f32(1) - minimum(most, f32(1))))
+    store(w, slot.POWER, load(w, slot.POWER, N) * (f32(1) - minimum(most, f32(1))))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -126,12 +114,12 @@ def darken(w: Floats, rods: Floats) -> None:
     times the cosine for an endless one (Hamilton, Morgan, NACA TN 2836, 1952), that
     of a strip of its width for an end. What the rod's own surface sends back is left.
     """
-    px = load(w, PX, N)
-    py = load(w, PY, N)
-    pz = load(w, PZ, N)
-    nx = load(w, NX, N)
-    ny = load(w, NY, N)
-    nz = load(w, NZ, N)
+    px = load(w, slot.PX, N)
+    py = load(w, slot.PY, N)
+    pz = load(w, slot.PZ, N)
+    nx = load(w, slot.NX, N)
+    ny = load(w, slot.NY, N)
+    nz = load(w, slot.NZ, N)
     left = full(f32(1), N)
     for r in range(rods.shape[0]):
         ax, ay, az = rods[r, 3], rods[r, 4], rods[r, 5]
@@ -156,4 +144,4 @@ def darken(w: Floats, rods: Floats) -> None:
         share *= rods[r, 7] * k
         share = minimum(maximum(share, f32(0)), f32(1))
         left *= f32(1) - share * rods[r, 10]
-    store(w, BOUNCE, left * load(w, BOUNCE, N))
+    store(w, slot.BOUNCE, left * load(w, slot.BOUNCE, N))

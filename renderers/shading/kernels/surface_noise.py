@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+import renderers.shading.kernels.pixel_block as slot
 from renderers.lanes import (
     absolute,
     as_f32,
@@ -25,25 +26,8 @@ from renderers.lanes import (
 )
 from renderers.lanes import i32 as to_whole
 from renderers.shading.kernels.elementary import Lanes, exp_negative, resolved, smooth
+from renderers.shading.kernels.pixel_block import N, W
 from renderers.shading.noise_tile import ROW, SLICE, TILE_SIZE
-from renderers.shading.pixel_block import (
-    CODE,
-    FOOT,
-    LARGE,
-    LONG,
-    MIDDLE,
-    NX,
-    NY,
-    NZ,
-    PX,
-    PY,
-    PZ,
-    SHORT,
-    SKIN,
-    SMALL,
-    N,
-    W,
-)
 
 f32 = np.float32
 Floats = NDArray[np.float32]
@@ -79,16 +63,16 @@ def locate(
     m10, m11, m12 = to_tile[which, 1, 0], to_tile[which, 1, 1], to_tile[which, 1, 2]
     m20, m21, m22 = to_tile[which, 2, 0], to_tile[which, 2, 1], to_tile[which, 2, 2]
     ox, oy, oz = origin
-    x = ox + load(w, PX, N)
-    y = oy + load(w, PY, N)
-    z = oz + load(w, PZ, N)
+    x = ox + load(w, slot.PX, N)
+    y = oy + load(w, slot.PY, N)
+    z = oz + load(w, slot.PZ, N)
     if eased:
         # vessels
         if which == 3:
-            bend = f32(0.22) * load(w, MIDDLE, N)
+            bend = f32(0.22) * load(w, slot.MIDDLE, N)
             x += bend
         else:
-            bend = f32(0.05) * load(w, SHORT, N)
+            bend = f32(0.05) * load(w, slot.SHORT, N)
             y += bend
         z += bend
     a = m00 * x + m01 * y + m02 * z
@@ -204,36 +188,36 @@ def mottle(w: Floats, full_detail: bool) -> None:
 
     full_detail: with the short octave and the small vessels.
     """
-    nx = load(w, NX, N)
-    ny = load(w, NY, N)
-    nz = load(w, NZ, N)
-    foot = load(w, FOOT, N)
-    m1 = load(w, LONG, N)
-    m2 = load(w, MIDDLE, N)
+    nx = load(w, slot.NX, N)
+    ny = load(w, slot.NY, N)
+    nz = load(w, slot.NZ, N)
+    foot = load(w, slot.FOOT, N)
+    m1 = load(w, slot.LONG, N)
+    m2 = load(w, slot.MIDDLE, N)
     slope = across(
-        nx, ny, nz, load(w, LARGE + N, N), load(w, LARGE + 2 * N, N),
-        load(w, LARGE + 3 * N, N),
+        nx, ny, nz, load(w, slot.LARGE + N, N), load(w, slot.LARGE + 2 * N, N),
+        load(w, slot.LARGE + 3 * N, N),
     )  # fmt: skip
     radius = f32(0.042) * (f32(0.55) + f32(0.45) * m1)
     edge = f32(0.55) * radius + f32(0.02)
-    value = load(w, LARGE, N)
+    value = load(w, slot.LARGE, N)
     cover = f32(0.6) * vessel(value, slope, radius, edge, foot, f32(0.12))
     log_blood = MOTTLE_LONG * m1 + MOTTLE_MIDDLE * resolved(foot, f32(1 / 1.6)) * m2
     if full_detail:
         slope = across(
-            nx, ny, nz, load(w, SMALL + N, N),
-            load(w, SMALL + 2 * N, N), load(w, SMALL + 3 * N, N),
+            nx, ny, nz, load(w, slot.SMALL + N, N),
+            load(w, slot.SMALL + 2 * N, N), load(w, slot.SMALL + 3 * N, N),
         )  # fmt: skip
         radius = f32(0.022) * (f32(0.5) + f32(0.6) * m2)
         edge = f32(0.6) * radius + f32(0.015)
-        value = load(w, SMALL, N)
+        value = load(w, slot.SMALL, N)
         fine = f32(0.45) * vessel(value, slope, radius, edge, foot, f32(0.35))
         cover = maximum(cover, fine)
-        m3 = load(w, SHORT, N)
+        m3 = load(w, slot.SHORT, N)
         log_blood += MOTTLE_SHORT * resolved(foot, f32(1 / 0.55)) * m3
-    code = load(w, CODE, N)
+    code = load(w, slot.CODE, N)
     # no tile reaches 7 standard deviations: shift by 4 to stay below zero
     blood = code * code * (E_TO_4 * f32(1 / 65025)) * exp_negative(log_blood - f32(4))
-    skin = load(w, SKIN, N)
+    skin = load(w, slot.SKIN, N)
     blood += cover * (f32(1) - skin) * (f32(0.10) + f32(1.6) * blood)
-    store(w, CODE, sqrt(minimum(blood, f32(1))) * f32(255))
+    store(w, slot.CODE, sqrt(minimum(blood, f32(1))) * f32(255))

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+import renderers.shading.kernels.pixel_block as slot
 from renderers.lanes import (
     any_,
     full,
@@ -28,7 +29,7 @@ from renderers.lanes import count as count_of
 from renderers.lanes import f32 as to_real
 from renderers.shading.kernels.elementary import Four, Lanes
 from renderers.shading.kernels.field_reads import is_outside, taps, wall_normals
-from renderers.shading.pixel_block import BOUNCE, CELL, NX, NY, NZ, ROWS, N, T, W
+from renderers.shading.kernels.pixel_block import CELL, ROWS, N, W
 
 f32 = np.float32
 i32 = np.int32
@@ -262,10 +263,10 @@ def lift(w: NDArray[np.float32], spread: NDArray[np.float32], y0: int, x0: int) 
     right = to_real(here & (CELL - 1)) * f32(1 / CELL)
     left = f32(1) - right
     lower = to_real((here >> 4) + np.int32(y0 % CELL)) * f32(1 / CELL)
-    k = f32(1) / load(w, T, N)
-    nx = load(w, NX, N)
-    ny = load(w, NY, N)
-    nz = load(w, NZ, N)
+    k = f32(1) / load(w, slot.T, N)
+    nx = load(w, slot.NX, N)
+    ny = load(w, slot.NY, N)
+    nz = load(w, slot.NZ, N)
     total = full(f32(0), N)
     weight = full(f32(1e-6), N)
     row = f32(1) - lower
@@ -283,4 +284,4 @@ def lift(w: NDArray[np.float32], spread: NDArray[np.float32], y0: int, x0: int) 
         weight += a + b
         total += a * light_a + b * light_b
         row = lower
-    store(w, BOUNCE, total / weight)
+    store(w, slot.BOUNCE, total / weight)
