@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-import renderers.shading.kernels.pixel_block as slot
+import renderers.shading.kernels.pixel_block as block
 from renderers.lanes import load, maximum, sqrt, store
 from renderers.shading.kernels.elementary import Lanes, Three, resolved
 from renderers.shading.kernels.pixel_block import N
@@ -47,29 +47,29 @@ def bump(w: Floats, short: bool) -> None:
     Waves too fine for a pixel (and the short octave, if `short` is not set) become
     roughness instead.
     """
-    nx = load(w, slot.NX, N)
-    ny = load(w, slot.NY, N)
-    nz = load(w, slot.NZ, N)
-    relief = load(w, slot.RELIEF, N)
-    foot = load(w, slot.FOOT, N)
+    nx = load(w, block.NX, N)
+    ny = load(w, block.NY, N)
+    nz = load(w, block.NZ, N)
+    relief = load(w, block.RELIEF, N)
+    foot = load(w, block.FOOT, N)
     w2 = resolved(foot, f32(1 / 1.6))
     rough = VARIANCE_MIDDLE * (f32(1) - w2 * w2)
-    gx = load(w, slot.MIDDLE + N, N)
-    gy = load(w, slot.MIDDLE + 2 * N, N)
-    gz = load(w, slot.MIDDLE + 3 * N, N)
+    gx = load(w, block.MIDDLE + N, N)
+    gy = load(w, block.MIDDLE + 2 * N, N)
+    gz = load(w, block.MIDDLE + 3 * N, N)
     s2 = relief * TISSUE_MIDDLE * w2
     ax, ay, az = s2 * gx, s2 * gy, s2 * gz
     s1 = relief * FILM_LONG
     s2 = relief * FILM_MIDDLE * w2
-    bx = s1 * load(w, slot.LONG + N, N) + s2 * gx
-    by = s1 * load(w, slot.LONG + 2 * N, N) + s2 * gy
-    bz = s1 * load(w, slot.LONG + 3 * N, N) + s2 * gz
+    bx = s1 * load(w, block.LONG + N, N) + s2 * gx
+    by = s1 * load(w, block.LONG + 2 * N, N) + s2 * gy
+    bz = s1 * load(w, block.LONG + 3 * N, N) + s2 * gz
     if short:
         w3 = resolved(foot, f32(1 / 0.55))
         rough += VARIANCE_SHORT * (f32(1) - w3 * w3)
-        gx = load(w, slot.SHORT + N, N)
-        gy = load(w, slot.SHORT + 2 * N, N)
-        gz = load(w, slot.SHORT + 3 * N, N)
+        gx = load(w, block.SHORT + N, N)
+        gy = load(w, block.SHORT + 2 * N, N)
+        gz = load(w, block.SHORT + 3 * N, N)
         s3 = relief * TISSUE_SHORT * w3
         ax += s3 * gx
         ay += s3 * gy
@@ -81,13 +81,13 @@ def bump(w: Floats, short: bool) -> None:
     else:
         rough += VARIANCE_SHORT
     tx, ty, tz = bent(nx, ny, nz, ax, ay, az)
-    store(w, slot.TX, tx)
-    store(w, slot.TY, ty)
-    store(w, slot.TZ, tz)
+    store(w, block.TX, tx)
+    store(w, block.TY, ty)
+    store(w, block.TZ, tz)
     hx, hy, hz = bent(nx, ny, nz, bx, by, bz)
-    store(w, slot.HX, hx)
-    store(w, slot.HY, hy)
-    store(w, slot.HZ, hz)
-    a2 = load(w, slot.ROUGH, N) + relief * relief * rough
-    a2 += load(w, slot.SKIN, N) * maximum(f32(0.12) - a2, f32(0))
-    store(w, slot.A2, a2)
+    store(w, block.HX, hx)
+    store(w, block.HY, hy)
+    store(w, block.HZ, hz)
+    a2 = load(w, block.ROUGH, N) + relief * relief * rough
+    a2 += load(w, block.SKIN, N) * maximum(f32(0.12) - a2, f32(0))
+    store(w, block.A2, a2)

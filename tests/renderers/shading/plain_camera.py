@@ -48,7 +48,8 @@ def picture_of(
     grain = np.moveaxis(grain_tile(seed)[:, i[:, None], j], 0, 2)
     c = c + grain * np.sqrt(noise2 * (floor + c))
     c = np.clip(c * optics.stop[..., None], 0, 1)
-    return np.floor(255 * srgb_from_linear(c) + 0.5).astype(np.uint8)
+    codes: NDArray[np.uint8] = (255 * srgb_from_linear(c) + 0.5).astype(np.uint8)
+    return codes
 
 
 def exposed(optics: Optics, radiance: NDArray[np.float32], gain: float) -> Doubles:
@@ -84,7 +85,8 @@ def bloom(optics: Optics, sharp: Doubles) -> Doubles:
         part = (at - low).reshape([-1 if k == axis else 1 for k in range(3)])
         first, second = small.take(low, axis), small.take(low + 1, axis)
         small = first + part * (second - first)
-    return small
+    result: Doubles = small
+    return result
 
 
 def blurred(planes: Doubles, taps: NDArray[np.float32], spacing: int) -> Doubles:
@@ -107,4 +109,5 @@ def shouldered(c: Doubles, knee: float, most: float) -> Doubles:
     top = c.max(axis=-1, keepdims=True)
     some = np.maximum(top, 1e-6)
     keep = most * np.minimum(2 * (top - c.min(axis=-1, keepdims=True)) / some, 1)
-    return keep * bend(top) / some * c + (1 - keep) * bend(c)
+    result: Doubles = keep * bend(top) / some * c + (1 - keep) * bend(c)
+    return result
