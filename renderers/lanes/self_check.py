@@ -23,13 +23,13 @@ from renderers.lanes.functions import (
     f32,
     f64,
     floor,
+    fma,
     full,
     i32,
     lanes,
     lowest,
     maximum,
     minimum,
-    muladd,
     rank,
     select,
     sqrt,
@@ -110,7 +110,7 @@ def _vectors(
     store(out, 192, p + q)
     store(out, 208, r - s)
     # whole numbers: the same whether rounded once or twice
-    store(out, 224, muladd(f32(index), 3.0, f32(lanes(_WIDTH))))
+    store(out, 224, fma(f32(index), 3.0, f32(lanes(_WIDTH))))
     if not any_(mask):
         return -1
     prefetch(x, 1 << 20)
