@@ -6,7 +6,6 @@ from numpy.typing import NDArray
 from renderers.fsr.fuzzy_set import FuzzySet
 from renderers.fsr.splats.peak_opacity import DEEPEST, PEAK
 from renderers.scene import Scene
-from renderers.scene.diffuse import diffuse_light
 
 _PEAK = np.polynomial.Polynomial([0.0, *PEAK])
 
@@ -25,7 +24,7 @@ def lit_splats(fuzzy_set: FuzzySet, scene: Scene) -> NDArray[np.float64]:
     """
     color, kappa = scene.transfer_function.evaluate(fuzzy_set.value.astype(np.float64))
     normal = fuzzy_set.normals().astype(np.float64)
-    light = diffuse_light(scene, normal, fuzzy_set.rows.centers_mm())
+    light = scene.diffuse_light(normal, fuzzy_set.rows.centers_mm())
     light[~np.any(normal, axis=1)] = 1.0
     length_mm = float(np.prod(scene.volume.spacing_mm) ** (1 / 3))
     return np.column_stack([color * light, splat_peaks(kappa * length_mm)])

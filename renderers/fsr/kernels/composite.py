@@ -33,11 +33,11 @@ from renderers.fsr.splats.splat_tiles import (
 from renderers.lanes import (
     any_,
     f32,
+    fma,
     full,
     lanes,
     load,
     lowest,
-    muladd,
     select,
     spread,
     store,
@@ -97,7 +97,7 @@ def _dim(light: Any, w: Any) -> Any:
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _add(sums: Any, records: F32, at: int, w: Any) -> Any:
     """Add weighted by a number of a record."""
-    return muladd(w, spread(records, at, SQUARE), sums)
+    return fma(w, spread(records, at, SQUARE), sums)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -18,13 +18,13 @@ from renderers.fsr.splats.splat_tiles import SIDE, SQUARE, SQUARES, STATE
 from renderers.lanes import (
     any_,
     f32,
+    fma,
     full,
     lanes,
     load,
     lowest,
     maximum,
     minimum,
-    muladd,
     select,
     spread,
     store,
@@ -46,10 +46,10 @@ def footprint(records: F32, o: int, u: Any, v: Any) -> Any:
     dx = u - spread(records, o, SQUARE)
     dy = v - spread(records, o + 1, SQUARE)
     slim, flat = spread(records, o + 2, SQUARE), spread(records, o + 4, SQUARE)
-    beside = muladd(dx, slim, dy * spread(records, o + 3, SQUARE))
-    y = minimum(muladd(dx, beside, muladd(dy * dy, flat, -SHIFT)), EDGE)
-    q = muladd(y, y, BEND)
-    r = muladd(q, q - y, LIFT)
+    beside = fma(dx, slim, dy * spread(records, o + 3, SQUARE))
+    y = minimum(fma(dx, beside, fma(dy * dy, flat, -SHIFT)), EDGE)
+    q = fma(y, y, BEND)
+    r = fma(q, q - y, LIFT)
     # rounded twice: nothing is left at the cut
     return r * r - REST
 
@@ -67,7 +67,7 @@ def _end_sheet(
     scale = share / maximum(tau, np.float32(1e-30))
     store(state, at, after)
     for c in range(at + SQUARE, at + STATE, SQUARE):
-        store(state, c, muladd(scale, load(sums, c, SQUARE), load(state, c, SQUARE)))
+        store(state, c, fma(scale, load(sums, c, SQUARE), load(state, c, SQUARE)))
     if with_depth:
         fallen = (before > _HALF) & (after <= _HALF)
         old = load(depths, k * SQUARE, SQUARE)
@@ -141,9 +141,9 @@ def sum_sheets(
                 if limited:
                     w = select(bound > spread(records, o + 6, SQUARE), w, _ZERO)
                 depth = depth + w
-                red = muladd(w, spread(records, o + 8, SQUARE), red)
-                green = muladd(w, spread(records, o + 9, SQUARE), green)
-                blue = muladd(w, spread(records, o + 10, SQUARE), blue)
+                red = fma(w, spread(records, o + 8, SQUARE), red)
+                green = fma(w, spread(records, o + 9, SQUARE), green)
+                blue = fma(w, spread(records, o + 10, SQUARE), blue)
             sheets[k] = np.int32(last)
             store(sums, at, depth)
             store(sums, at + SQUARE, red)

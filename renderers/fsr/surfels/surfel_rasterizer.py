@@ -33,10 +33,10 @@ from renderers.fsr.surfels.surfel_tiles import (
 )
 from renderers.fsr.tile_grid import tile_grid
 from renderers.fsr.visibility import BlockBounds, Standpoint, VisibleSets
+from renderers.lanes.self_check import demand_vectors
 from renderers.scene import Camera, GBuffer, Projection, Volume
 from renderers.scene.deflection import Deflection, deflected_distance
 from renderers.scene.thread_team import ThreadTeam
-from renderers.simd_guard import demand_vectors
 
 SIGMA_PER_SPACING = 0.6
 """Wider discs cost detail (SSIM .005 less at .72), narrower ones leave holes."""

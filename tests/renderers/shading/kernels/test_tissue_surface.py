@@ -4,8 +4,8 @@ from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from renderers.scene import Material
-from renderers.shading import pixel_block as b
-from renderers.shading.kernels.tissue import (
+from renderers.shading.kernels import pixel_block as b
+from renderers.shading.kernels.tissue_surface import (
     colour,
     mix,
     set_materials,

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from renderers.shading import CameraSettings
 from renderers.shading.bands import RowBands
+from renderers.shading.camera.developer import LEAST_ROWS, Developer
 from renderers.shading.camera.optics import Optics, make_optics
-from renderers.shading.camera.scalar_pass import StagedCamera
-from renderers.shading.camera.vector_pass import SweptCamera
+from tests.renderers.shading.plain_camera import picture_of
 
 Floats = NDArray[np.float32]
 FULL = CameraSettings()
@@ -42,6 +42,12 @@ def scene(height: int, width: int) -> tuple[Floats, Floats]:
     return radiance, depth
 
 
+def developed(camera: Developer, bands: RowBands, *seen: Any) -> NDArray[np.uint8]:
+    picture, develop = camera.expose(*seen)
+    bands.run(len(picture), develop, LEAST_ROWS)
+    return picture
+
+
 SETTINGS = {
     "full": FULL,
     "without stop": replace(FULL, stop=False),
@@ -60,10 +66,8 @@ def test_it_makes_the_picture_of_the_plain_stages(
     optics = make_optics(wide(SETTINGS[name], min(size)), LENS, width, height)
     bands = RowBands(1)
     radiance, depth = scene(height, width)
-    got = SweptCamera(optics, bands, 1).expose(radiance, depth, 1.1, 5).finish(bands)
-    expected = (
-        StagedCamera(optics, bands, 1).expose(radiance, depth, 1.1, 5).finish(bands)
-    )
+    got = developed(Developer(optics, bands, 1), bands, radiance, depth, 1.1, 5)
+    expected = picture_of(optics, 1, radiance, depth, 1.1, 5)
     difference = np.abs(got.astype(int) - expected)
     assert difference.max() <= 1
     assert np.count_nonzero(difference) <= max(2, difference.size // 2000)
@@ -77,33 +81,31 @@ def optics() -> Optics:
 @pytest.mark.parametrize("threads", [2, 3])
 def test_threads_and_bands_do_not_change_a_bit(optics: Optics, threads: int) -> None:
     radiance, depth = scene(300, 130)
-    alone = (
-        SweptCamera(optics, RowBands(1), 1)
-        .expose(radiance, depth, 1.0, 2)
-        .finish(ALONE)
-    )
+    camera = Developer(optics, ALONE, 1)
+    alone = developed(camera, ALONE, radiance, depth, 1.0, 2)
     bands = RowBands(threads)
-    shared = SweptCamera(optics, bands, 1).expose(radiance, depth, 1.0, 2).finish(bands)
+    camera = Developer(optics, bands, 1)
+    shared = developed(camera, bands, radiance, depth, 1.0, 2)
     bands.close()
     assert_array_equal(shared, alone)
 
 
 def test_a_picture_leaves_nothing_for_the_next(optics: Optics) -> None:
     radiance, depth = scene(300, 130)
-    camera = SweptCamera(optics, RowBands(1), 1)
-    first = camera.expose(radiance, depth, 1.0, 2).finish(ALONE)
-    camera.expose(10 * radiance[::-1], depth[::-1], 3.0, 7).finish(ALONE)
-    assert_array_equal(camera.expose(radiance, depth, 1.0, 2).finish(ALONE), first)
+    camera = Developer(optics, ALONE, 1)
+    first = developed(camera, ALONE, radiance, depth, 1.0, 2)
+    developed(camera, ALONE, 10 * radiance[::-1], depth[::-1], 3.0, 7)
+    assert_array_equal(developed(camera, ALONE, radiance, depth, 1.0, 2), first)
 
 
 def test_a_failing_band_does_not_starve_the_next_picture(optics: Optics) -> None:
     radiance, depth = scene(300, 130)
-    camera = SweptCamera(optics, RowBands(1), 1)
-    expected = camera.expose(radiance, depth, 1.0, 2).finish(ALONE)
+    camera = Developer(optics, ALONE, 1)
+    expected = developed(camera, ALONE, radiance, depth, 1.0, 2)
     no_number: Any = "2"
     for _ in range(2):
         with pytest.raises(TypeError):
-            camera.expose(radiance, depth, 1.0, no_number).finish(ALONE)
+            developed(camera, ALONE, radiance, depth, 1.0, no_number)
         with pytest.raises(Exception, match=r"(?i)type"):
-            camera.expose(radiance.astype(str), depth, 1.0, 2).finish(ALONE)
-    assert_array_equal(camera.expose(radiance, depth, 1.0, 2).finish(ALONE), expected)
+            developed(camera, ALONE, radiance.astype(str), depth, 1.0, 2)
+    assert_array_equal(developed(camera, ALONE, radiance, depth, 1.0, 2), expected)

@@ -4,11 +4,13 @@ Positions are millimetres, voxel coordinates count along the array's x, y, z.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+import renderers.shading.kernels.pixel_block as block
 from renderers.lanes import (
     any_,
     full,
@@ -23,47 +25,34 @@ from renderers.lanes import f32 as to_real
 from renderers.lanes import i32 as to_whole
 from renderers.shading.kernels.bump_normals import bump
 from renderers.shading.kernels.elementary import Lanes
+from renderers.shading.kernels.pixel_block import ROWS, N, W
 from renderers.shading.kernels.surface_noise import (
+    NoiseTile,
     locate,
     mottle,
     tap,
     tap_octave,
     turn,
 )
-from renderers.shading.pixel_block import (
-    ADD_BLUE,
-    ADD_GREEN,
-    ADD_LG,
-    ADD_LR,
-    ADD_RED,
-    BLUE,
-    CODE,
-    F0,
-    GREEN,
-    LARGE,
-    LG,
-    LONG,
-    LR,
-    MIDDLE,
-    RED,
-    RELIEF,
-    ROUGH,
-    ROWS,
-    SHARE,
-    SHORT,
-    SKIN,
-    SMALL,
-    UX,
-    UY,
-    UZ,
-    N,
-    W,
-)
 
 f32 = np.float32
 i32 = np.int32
 Floats = NDArray[np.float32]
-Shorts = NDArray[np.int16]
+
+
+class SurfaceTables(NamedTuple):
+    """What the look of a surface is made from; see `Look`."""
+
+    tint: NDArray[np.uint16]
+    colours: NDArray[np.float32]
+    skin: NDArray[np.float32]
+    materials: NDArray[np.float32]
+    tile: NoiseTile
+    vessel_tile: NoiseTile
+    to_tile: NDArray[np.float32]
+    offsets: NDArray[np.float32]
+    blood_bias: np.float32
+    full_detail: bool
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -101,9 +90,9 @@ def tint_at(w: Floats, tint: NDArray[np.uint16], shape: tuple[int, int, int]) ->
     most_z = f32(nz) - f32(1.001)
     any_skin = False
     for i in range(0, N, W):
-        x = minimum(maximum(load(w, UX + i, W), f32(0)), most_x)
-        y = minimum(maximum(load(w, UY + i, W), f32(0)), most_y)
-        z = minimum(maximum(load(w, UZ + i, W), f32(0)), most_z)
+        x = minimum(maximum(load(w, block.UX + i, W), f32(0)), most_x)
+        y = minimum(maximum(load(w, block.UY + i, W), f32(0)), most_y)
+        z = minimum(maximum(load(w, block.UZ + i, W), f32(0)), most_z)
         a = to_whole(x)
         b = to_whole(y)
         c = to_whole(z)
@@ -115,13 +104,13 @@ def tint_at(w: Floats, tint: NDArray[np.uint16], shape: tuple[int, int, int]) ->
         c1 = gather_pairs(tint, at + row)
         c2 = gather_pairs(tint, at + layer)
         c3 = gather_pairs(tint, at + (row + layer))
-        store(w, CODE + i, blend(c0, c1, c2, c3, 0, x, y, z))
+        store(w, block.CODE + i, blend(c0, c1, c2, c3, 0, x, y, z))
         # low byte blood, high byte skin, of two voxels; most tissue has no skin
         if any_(((c0 | c1 | c2 | c3) & i32(-16711936)) != 0):
             any_skin = True
-            store(w, SKIN + i, blend(c0, c1, c2, c3, 8, x, y, z))
+            store(w, block.SKIN + i, blend(c0, c1, c2, c3, 8, x, y, z))
         else:
-            store(w, SKIN + i, full(f32(0), W))
+            store(w, block.SKIN + i, full(f32(0), W))
     return any_skin
 
 
@@ -130,15 +119,15 @@ def set_tissue(w: Floats, materials: Floats) -> None:
     """Make a block all tissue."""
     a2 = materials[0, 5] * materials[0, 5]
     for i in range(N):
-        w[SHARE + i] = f32(1)
-        w[RELIEF + i] = f32(1)
-        w[F0 + i] = materials[0, 4]
-        w[ROUGH + i] = a2
-        w[ADD_RED + i] = f32(0)
-        w[ADD_GREEN + i] = f32(0)
-        w[ADD_BLUE + i] = f32(0)
-        w[ADD_LR + i] = f32(0)
-        w[ADD_LG + i] = f32(0)
+        w[block.SHARE + i] = f32(1)
+        w[block.RELIEF + i] = f32(1)
+        w[block.F0 + i] = materials[0, 4]
+        w[block.ROUGH + i] = a2
+        w[block.ADD_RED + i] = f32(0)
+        w[block.ADD_GREEN + i] = f32(0)
+        w[block.ADD_BLUE + i] = f32(0)
+        w[block.ADD_LR + i] = f32(0)
+        w[block.ADD_LG + i] = f32(0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -175,15 +164,15 @@ def set_materials(
         for x in range(x0, x0 + count):
             i = (y - y0) * W + x - x0
             m = np.int64(material[y, x])
-            w[SHARE + i] = materials[m, 0]
-            w[ADD_RED + i] = materials[m, 1]
-            w[ADD_GREEN + i] = materials[m, 2]
-            w[ADD_BLUE + i] = materials[m, 3]
-            w[F0 + i] = materials[m, 4]
-            w[ROUGH + i] = materials[m, 5] * materials[m, 5]
-            w[RELIEF + i] = materials[m, 6]
-            w[ADD_LR + i] = materials[m, 7]
-            w[ADD_LG + i] = materials[m, 8]
+            w[block.SHARE + i] = materials[m, 0]
+            w[block.ADD_RED + i] = materials[m, 1]
+            w[block.ADD_GREEN + i] = materials[m, 2]
+            w[block.ADD_BLUE + i] = materials[m, 3]
+            w[block.F0 + i] = materials[m, 4]
+            w[block.ROUGH + i] = materials[m, 5] * materials[m, 5]
+            w[block.RELIEF + i] = materials[m, 6]
+            w[block.ADD_LR + i] = materials[m, 7]
+            w[block.ADD_LG + i] = materials[m, 8]
     return True
 
 
@@ -198,7 +187,7 @@ def colour(w: Floats, colours: Floats) -> None:
     lengths = colours[4:]
     after = colours[8:]
     for i in range(0, N, W):
-        u = minimum(load(w, CODE + i, W), f32(254.999))
+        u = minimum(load(w, block.CODE + i, W), f32(254.999))
         n = to_whole(u)
         u -= to_real(n)
         # rows of four floats, two to a code
@@ -206,73 +195,67 @@ def colour(w: Floats, colours: Floats) -> None:
         r0, g0, b0, l0 = rows4(here, n)
         r1, g1, b1, l1 = rows4(after, n)
         m0, m1, _, _ = rows4(lengths, n)
-        store(w, RED + i, between(r0, r1, u))
-        store(w, GREEN + i, between(g0, g1, u))
-        store(w, BLUE + i, between(b0, b1, u))
-        store(w, LR + i, between(l0, l1, u))
-        store(w, LG + i, between(m0, m1, u))
+        store(w, block.RED + i, between(r0, r1, u))
+        store(w, block.GREEN + i, between(g0, g1, u))
+        store(w, block.BLUE + i, between(b0, b1, u))
+        store(w, block.LR + i, between(l0, l1, u))
+        store(w, block.LG + i, between(m0, m1, u))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def mix(w: Floats, skin_colour: Floats) -> None:
     """Mix skin and other materials into a block's tissue."""
     skin_red, skin_green, skin_blue = skin_colour[0], skin_colour[1], skin_colour[2]
-    skin = load(w, SKIN, N)
-    share = load(w, SHARE, N)
-    red = load(w, RED, N)
-    green = load(w, GREEN, N)
-    blue = load(w, BLUE, N)
+    skin = load(w, block.SKIN, N)
+    share = load(w, block.SHARE, N)
+    red = load(w, block.RED, N)
+    green = load(w, block.GREEN, N)
+    blue = load(w, block.BLUE, N)
     red = share * (red + skin * (skin_red - red))
     green = share * (green + skin * (skin_green - green))
     blue = share * (blue + skin * (skin_blue - blue))
-    store(w, RED, red + load(w, ADD_RED, N))
-    store(w, GREEN, green + load(w, ADD_GREEN, N))
-    store(w, BLUE, blue + load(w, ADD_BLUE, N))
-    store(w, LR, share * load(w, LR, N) + load(w, ADD_LR, N))
-    store(w, LG, share * load(w, LG, N) + load(w, ADD_LG, N))
+    store(w, block.RED, red + load(w, block.ADD_RED, N))
+    store(w, block.GREEN, green + load(w, block.ADD_GREEN, N))
+    store(w, block.BLUE, blue + load(w, block.ADD_BLUE, N))
+    store(w, block.LR, share * load(w, block.LR, N) + load(w, block.ADD_LR, N))
+    store(w, block.LG, share * load(w, block.LG, N) + load(w, block.ADD_LG, N))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def paint(
+def find_surface(
     w: Floats,
     mixed: bool,
-    tint: NDArray[np.uint16],
+    surface: SurfaceTables,
     shape: tuple[int, int, int],
-    blood_bias: np.float32,
-    colours: Floats,
-    skin_colour: Floats,
-    full_detail: bool,
-    tile: Shorts,
-    unit: np.float32,
-    vessel_tile: Shorts,
-    vessel_unit: np.float32,
-    to_tile: Floats,
-    offsets: Floats,
     eye_mm: Floats,
 ) -> None:
     """Find albedo, scattering, film and the two bumped normals of a block.
 
-    mixed: whether there is more than tissue in it.
+    mixed: whether there is more than tissue in it. shape: of the volume of tints.
+    eye_mm: the eye seen from the volume's centre.
     """
+    tint, colours, skin_colour, _, tile, vessel_tile, to_tile, offsets, _, _ = surface
+    blood_bias, full_detail = surface.blood_bias, surface.full_detail
     bias_root = f32(math.sqrt(blood_bias))
     x, y, z = eye_mm[0], eye_mm[1], eye_mm[2]
     at = (x, y, z)
-    locate(w, to_tile, 0, at, False, LONG)
-    locate(w, to_tile, 1, at, False, MIDDLE)
+    locate(w, to_tile, 0, at, False, block.LONG)
+    locate(w, to_tile, 1, at, False, block.MIDDLE)
     skin = tint_at(w, tint, shape)
-    store(w, CODE, load(w, CODE, N) * bias_root)
-    store(w, SKIN, load(w, SKIN, N) * load(w, SHARE, N) * f32(1 / 255))
-    tap(w, tile, LONG)
-    tap(w, tile, MIDDLE)
-    turn(w, unit, to_tile, 0, LONG)
-    turn(w, unit, to_tile, 1, MIDDLE)
+    store(w, block.CODE, load(w, block.CODE, N) * bias_root)
+    share = load(w, block.SHARE, N)
+    store(w, block.SKIN, load(w, block.SKIN, N) * share * f32(1 / 255))
+    tap(w, tile.quads, block.LONG)
+    tap(w, tile.quads, block.MIDDLE)
+    turn(w, tile.unit, to_tile, 0, block.LONG)
+    turn(w, tile.unit, to_tile, 1, block.MIDDLE)
     at = (x + offsets[0, 0], y + offsets[0, 1], z + offsets[0, 2])
-    tap_octave(w, vessel_tile, vessel_unit, to_tile, 3, at, True, LARGE)
+    tap_octave(w, vessel_tile, to_tile, 3, at, True, block.LARGE)
     if full_detail:
         at = (x, y, z)
-        tap_octave(w, tile, unit, to_tile, 2, at, False, SHORT)
+        tap_octave(w, tile, to_tile, 2, at, False, block.SHORT)
         at = (x + offsets[1, 0], y + offsets[1, 1], z + offsets[1, 2])
-        tap_octave(w, vessel_tile, vessel_unit, to_tile, 4, at, True, SMALL)
+        tap_octave(w, vessel_tile, to_tile, 4, at, True, block.SMALL)
     mottle(w, full_detail)
     bump(w, full_detail)
     colour(w, colours)
