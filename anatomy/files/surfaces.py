@@ -155,7 +155,8 @@ def _read_stl(content: bytes) -> Content:
     )
     # 3D Slicer writes the space into the header
     found = re.search(rb"SPACE=(\w{3})", content[:80])
-    return vertices, faces.reshape(-1, 3), found[1].decode() if found else "LPS"
+    space = found[1].decode() if found else "LPS"
+    return vertices, faces.reshape(-1, 3).astype(np.int32), space
 
 
 def _vtp_bytes(surface: Surface) -> bytes:
