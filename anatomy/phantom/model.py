@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.kernels.tables import Tables
 from anatomy.phantom.honeycomb import Mark
-from anatomy.phantom.kernel_tables import Tables
 from anatomy.phantom.noise import noise_tables
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.parts import Part, side_parts
