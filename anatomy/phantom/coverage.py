@@ -16,7 +16,7 @@ from anatomy.kernels import paint_layers as kernels
 from anatomy.kernels.evaluate_blocks import OUTSIDE_ROW, PHARYNX_ROW
 from anatomy.kernels.tables import Grids, Painted, WallLayers
 from anatomy.phantom.model import BAND_MM, Model
-from anatomy.phantom.rows import Row
+from anatomy.phantom.program import Row
 from anatomy.tissue import TISSUES, Label
 
 _BONY = (

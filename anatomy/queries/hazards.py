@@ -14,9 +14,9 @@ from anatomy.phantom.model import Model, build_model
 from anatomy.phantom.nose import septum_face
 from anatomy.phantom.orbit import orbit
 from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.plates import skull_base
 from anatomy.phantom.program import Encoder
 from anatomy.phantom.shapes import Field, u, z
-from anatomy.phantom.skull_base import skull_base
 from anatomy.phantom.vessels import (
     ethmoidal_arteries,
     internal_carotid,

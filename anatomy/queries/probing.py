@@ -12,7 +12,7 @@ from anatomy.phantom import air
 from anatomy.phantom.coverage import UNCINATE_MM, paint
 from anatomy.phantom.model import Model, build_model
 from anatomy.phantom.parameters import PhantomParameters
-from anatomy.phantom.rows import Row
+from anatomy.phantom.program import Row
 from anatomy.queries.hazards import hazard_distances
 from anatomy.tissue import Label
 from disk import UserError

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from anatomy.phantom.grain import ct_noise
+from anatomy.phantom.ct_noise import ct_noise
 from anatomy.phantom.lattice import Lattice
 
 BOX = ((-20.0, 20.0), (-20.0, 20.0), (-20.0, 20.0))

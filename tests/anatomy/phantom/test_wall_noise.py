@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from anatomy.kernels import stack_program as kernels
-from anatomy.phantom.noise import LIMITS_MM, noise_tables
+from anatomy.phantom.wall_noise import LIMITS_MM, noise_tables
 
 
 def rows(points: np.ndarray, seed: int = 3, factor: float = 1.0) -> np.ndarray:
