@@ -1,4 +1,4 @@
-"""The stream of a recorded session, read past any damage.
+"""Read a recorded session past any damage of its stream.
 
 MCAP keeps messages in chunks, each with its own checksum and followed by an index that
 counts its messages. A byte that went wrong costs the chunk it is in, half a second of
@@ -14,7 +14,9 @@ from typing import NamedTuple
 import msgspec
 
 from disk import ForeignFileError, UserError, foreign_file
-from scenarios.records import TOPICS, EventRecord, Record, SampleRecord
+from disk.typed_record import decode_json
+from scenarios.bundle.info import SessionInfo
+from scenarios.bundle.records import TOPICS, EventRecord, Record, SampleRecord
 
 _RECORD_LIMIT_BYTES = 1 << 24
 """No record of ours is near this; a larger one means a damaged file."""
@@ -49,7 +51,7 @@ class Damage:
 
 @dataclass(slots=True)
 class Stream:
-    """Hold what a stream gave; see `scenarios.bundle.Recording`."""
+    """Hold what a stream gave; see `Recording`."""
 
     records: list[Record] = field(default_factory=list)
     complete: bool = False
@@ -71,6 +73,49 @@ class _Gap(NamedTuple):
     first_byte: int
     end_byte: int
     samples: int | None
+
+
+class Recording(NamedTuple):
+    """Hold what a bundle holds.
+
+    records: in order. complete: the stream was closed properly. damages: parts of the
+    stream that cannot be read. places: where samples are among those in `records`, by
+    their numbers in the flight, which frames name; lost ones are not there.
+    """
+
+    info: SessionInfo
+    records: list[Record]
+    complete: bool
+    damages: tuple[Damage, ...]
+    places: dict[int, int]
+
+
+def read_session(folder: Path) -> tuple[SessionInfo, list[Record], bool]:
+    """Read a bundle: its description, its records in order, whether it is complete.
+
+    See `read_recording`, which tells of damage, too.
+    """
+    return read_recording(folder)[:3]
+
+
+def read_recording(folder: Path) -> Recording:
+    """Read a bundle, and past any damage of its stream.
+
+    A stream that ends in the middle gives the records before the end. Raises
+    ValueError, in one sentence, when there is no session to read at all.
+    """
+    try:
+        raw = (folder / "session.json").read_bytes()
+    except OSError as error:
+        raise UserError(
+            f"{folder} is not a session: session.json cannot be read "
+            f"({error.strerror})."
+        ) from error
+    info = decode_json(raw, SessionInfo, folder / "session.json", "a session")
+    stream = read_stream(folder / "stream.mcap")
+    return Recording(
+        info, stream.records, stream.complete, stream.damages, stream.places
+    )
 
 
 def read_stream(path: Path) -> Stream:

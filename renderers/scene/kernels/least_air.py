@@ -1,4 +1,4 @@
-"""Compiled: the smallest gap along a shaft."""
+"""The smallest gap along a shaft in a distance field."""
 
 import math
 

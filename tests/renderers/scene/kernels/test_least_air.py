@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from renderers.scene import Volume
-from scenarios.kernels.least_air import least_air
+from renderers.scene.kernels.least_air import least_air
 
 
 @given(seed=st.integers(0, 2**32 - 1))
