@@ -10,7 +10,7 @@ from anatomy.phantom.lattice import DEFAULT_FIELD_MM, Lattice
 from anatomy.phantom.model import build_model
 from anatomy.phantom.phantom import Phantom
 from benchmarks.phantom_figures.sinus_volumes import surface_errors_mm
-from benchmarks.plan import Measured, Task, register
+from benchmarks.plan import Measured, Plan, Task, register
 from benchmarks.timing import measure
 from renderers.scene import Volume
 
@@ -23,7 +23,7 @@ POINTS = 20_000
 HEAD = PhantomParameters()
 
 
-class AnatomyPlan:
+class AnatomyPlan(Plan):
     """List and make the measurements of suite `anatomy`."""
 
     def __init__(self, quick: bool) -> None:
@@ -38,9 +38,6 @@ class AnatomyPlan:
         found += [self._air(PLAIN, None), self._air(SKIPPING, PLAIN)]
         found += [self._points("air distance"), self._points("hazards")]
         return found
-
-    def close(self) -> None:
-        """Nothing is left running."""
 
     def _head(self, spacing: float) -> Task:
         def run() -> Measured:

@@ -1,10 +1,11 @@
 """The Active Ray Tracer: run time against error, beside VTK's best CPU ray caster."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
 from benchmarks.peers.volume_peer import PEER, PEER_REFERENCE_STEP, VolumePeer
-from benchmarks.plan import Measured, Task, register
+from benchmarks.plan import Measured, Plan, Task, register
 from benchmarks.references import (
     REFERENCE_NAME,
     SURFACE_NAME,
@@ -13,7 +14,7 @@ from benchmarks.references import (
     surface_counters,
 )
 from benchmarks.scenes import CLASSIC_QUANTITIES, VIEWS, SubjectSource, subjects
-from benchmarks.schema import Setting
+from benchmarks.schema import Clock, Setting
 from benchmarks.suites.float64_check import float64_check
 from benchmarks.timing import measure
 from renderers.art import ActiveRayTracer, Quality
@@ -40,7 +41,7 @@ divided by their opacity where they are cut, which lowers these errors (the peer
 SURFACE_SIZE = 512
 
 
-class ArtPlan:
+class ArtPlan(Plan):
     """List and make the measurements of suite `art`."""
 
     def __init__(self, quick: bool) -> None:
@@ -76,125 +77,102 @@ class ArtPlan:
         quality = replace(Quality.named(name), classification="post")
         step = quality.step_voxels
         case = f"{source.name}/{view}/{quantity}"
-        peer_mode = f"{PEER}, step {step:g}"
-        shared: dict[str, Setting] = {
-            "size": self._size,
-            "step_voxels": step,
-            "threads": 1,
-            "lens": "perspective",
-        }
-        peer_series, peer_reference = PEER, REFERENCE_NAME
+        peer, own = f"{PEER}, step {step:g}", f"ART {name}, step {step:g}"
+        series, reference = PEER, REFERENCE_NAME
         if quantity == "shaded":
-            peer_series = f"{PEER}, against itself"
-            peer_reference = f"{PEER}, step {PEER_REFERENCE_STEP:g}"
+            series = f"{PEER}, against itself"
+            reference = f"{PEER}, step {PEER_REFERENCE_STEP:g}"
 
-        def peer() -> Measured:
-            return self._peer.draw(source, view, quantity, step)
-
-        def own(threads: int = 1, quality: Quality = quality) -> Measured:
-            subject = source.subject
-            camera = subject.views[view].camera(self._size, Projection.PERSPECTIVE)
-            scene = subject.in_mode(quantity)
-            tracer = ActiveRayTracer(scene, quality, threads=threads)
-            timing, image = measure(
-                lambda: tracer.render(camera), budget_s=self._budget_s
-            )
-            reference = source.references.picture(view, quantity, lambda: scene, camera)
-            assert tracer.report is not None
-            counters = {key: float(n) for key, n in tracer.report.counters.items()}
-            seen = max(counters["contributing"], 1.0)
-            own_ns = 1e9 * timing.cpu_s / seen
-            counters["ns_per_contributing"] = own_ns
-            counters["share_of_limit"] = SAMPLE_LIMIT_NS / own_ns
-            if quality.compact and quality.classification == "post":
-                # compiled code, which the other rows can do without
-                from benchmarks.sample_parts import sample_parts_ns
-
-                parts_ns = sample_parts_ns(quantity == "shaded") * counters["samples"]
-                counters["share_of_parts"] = parts_ns / (1e9 * timing.cpu_s)
-            return Measured(
-                timing,
-                image_error(rgb_over_black(image.rgba), reference),
-                "linear",
-                counters,
+        def task(
+            mode: str,
+            measured: Callable[[], Measured],
+            baseline: str | None = peer,
+            **settings: Setting,
+        ) -> Task:
+            ours: dict[str, Setting] = {
+                "size": self._size,
+                "threads": 1,
+                "lens": "perspective",
+                "reference": REFERENCE_NAME,
+            }
+            clock: Clock = "wall" if settings.get("threads") == 2 else "cpu"
+            return Task(
+                "art", case, mode, measured, ours | settings, baseline, clock=clock
             )
 
-        ours = shared | {
-            "series": "ART",
-            "reference": REFERENCE_NAME,
-            "cutoff": quality.cutoff,
-        }
+        def draw(
+            quality: Quality = quality, threads: int = 1
+        ) -> Callable[[], Measured]:
+            return partial(self._draw, source, view, quantity, quality, threads)
+
         tasks = [
-            Task(
-                "art",
-                case,
-                peer_mode,
+            task(
                 peer,
-                shared
-                | {
-                    "series": peer_series,
-                    "reference": peer_reference,
-                    "bits_read_back": 8,
-                },
+                partial(self._peer.draw, source, view, quantity, step),
+                None,
+                series=series,
+                reference=reference,
+                step_voxels=step,
+                bits_read_back=8,
             ),
-            Task(
-                "art",
-                case,
-                f"ART {name}, step {step:g}",
-                own,
-                ours,
-                baseline=peer_mode,
-            ),
-            Task(
-                "art",
-                case,
-                f"ART, no more error than {peer_mode}",
+            task(own, draw(), series="ART", step_voxels=step, cutoff=quality.cutoff),
+            task(
+                f"ART, no more error than {peer}",
                 partial(self._equal, source, view, quantity, step),
-                {
-                    "size": self._size,
-                    "threads": 1,
-                    "lens": "perspective",
-                    "series": "ART, equal error",
-                    "reference": REFERENCE_NAME,
-                    "cutoff": EQUAL_CUTOFF,
-                },
-                baseline=peer_mode,
+                series="ART, equal error",
+                cutoff=EQUAL_CUTOFF,
             ),
         ]
         if name == THREADED_QUALITY:
             cut = replace(quality, cutoff=PEER_CUTOFF, renormalise=True)
-            tasks.append(
-                Task(
-                    "art",
-                    case,
+            tasks += [
+                task(
                     f"ART {name}, rays cut where {PEER} cuts them",
-                    partial(own, quality=cut),
-                    ours | {"series": "ART, the peer's cut", "cutoff": PEER_CUTOFF},
-                    baseline=peer_mode,
-                )
-            )
-            tasks.append(
-                Task(
-                    "art",
-                    case,
+                    draw(cut),
+                    series="ART, the peer's cut",
+                    step_voxels=step,
+                    cutoff=PEER_CUTOFF,
+                ),
+                task(
                     f"ART {name}, integrated",
-                    partial(own, quality=Quality.named(name)),
-                    ours | {"series": "ART, integrated"},
-                    baseline=peer_mode,
-                )
-            )
-            tasks.append(
-                Task(
-                    "art",
-                    case,
+                    draw(Quality.named(name)),
+                    series="ART, integrated",
+                    step_voxels=step,
+                    cutoff=quality.cutoff,
+                ),
+                task(
                     f"ART {name}, two threads",
-                    partial(own, threads=2),
-                    ours | {"series": "ART, two threads", "threads": 2},
-                    baseline=f"ART {name}, step {step:g}",
-                    clock="wall",
-                )
-            )
+                    draw(threads=2),
+                    own,
+                    series="ART, two threads",
+                    step_voxels=step,
+                    cutoff=quality.cutoff,
+                    threads=2,
+                ),
+            ]
         return tasks
+
+    def _draw(
+        self,
+        source: SubjectSource,
+        view: str,
+        quantity: str,
+        quality: Quality,
+        threads: int,
+    ) -> Measured:
+        subject = source.subject
+        camera = subject.views[view].camera(self._size, Projection.PERSPECTIVE)
+        scene = subject.in_mode(quantity)
+        tracer = ActiveRayTracer(scene, quality, threads=threads)
+        timing, image = measure(lambda: tracer.render(camera), budget_s=self._budget_s)
+        reference = source.references.picture(view, quantity, lambda: scene, camera)
+        assert tracer.report is not None
+        counters = {key: float(n) for key, n in tracer.report.counters.items()}
+        own_ns = 1e9 * timing.cpu_s / max(counters["contributing"], 1.0)
+        counters["ns_per_contributing"] = own_ns
+        counters["share_of_limit"] = SAMPLE_LIMIT_NS / own_ns
+        error = image_error(rgb_over_black(image.rgba), reference)
+        return Measured(timing, error, "linear", counters)
 
     def _equal(
         self, source: SubjectSource, view: str, quantity: str, step: float

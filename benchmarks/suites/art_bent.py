@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from benchmarks.plan import Measured, Task, register
+from benchmarks.plan import Measured, Plan, Task, register
 from benchmarks.scenes import SubjectSource, subjects
 from benchmarks.schema import Setting
 from benchmarks.suites.float64_check import float64_check
@@ -15,7 +15,7 @@ SUITE = "art-bent"
 QUALITY = "snapshot"
 
 
-class BentPlan:
+class BentPlan(Plan):
     """List and make the measurements of suite `art-bent`."""
 
     def __init__(self, quick: bool) -> None:
@@ -30,9 +30,6 @@ class BentPlan:
             found += float64_check(SUITE, source, pulled_and_cut)
             found += self._bent(source)
         return found
-
-    def close(self) -> None:
-        """Have nothing to end."""
 
     def _bent(self, source: SubjectSource) -> list[Task]:
         """Compare bent rays with straight ones: the same picture size and quality."""

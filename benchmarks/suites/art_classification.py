@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.plan import Measured, Task, register
+from benchmarks.plan import Measured, Plan, Task, register
 from benchmarks.references import REFERENCE_QUALITY, rgb_over_black
 from benchmarks.scenes import VIEWS, Subject, SubjectSource, subjects
 from benchmarks.schema import Setting
@@ -47,7 +47,7 @@ def thin_shell() -> TransferFunction:
     )
 
 
-class ClassificationPlan:
+class ClassificationPlan(Plan):
     """List and make the measurements of suite `art-classification`."""
 
     def __init__(self, quick: bool) -> None:
@@ -67,9 +67,6 @@ class ClassificationPlan:
             for name in QUALITIES
             for task in self._tasks(source, view, quantity, name)
         ]
-
-    def close(self) -> None:
-        """Nothing is left open."""
 
     def _tasks(
         self, source: SubjectSource, view: str, quantity: str, name: str

@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 
 from benchmarks.nasal_views import nasal_scene, path_views
-from benchmarks.plan import Measured, Task, UnavailableError, register
+from benchmarks.plan import Measured, Plan, Task, UnavailableError, register
 from benchmarks.ranks.calibration import real_time
 from benchmarks.ranks.message_costs import AskJob, Pattern, ask_ranks
 from benchmarks.ranks.mpi_frames import RankJob, RankReport, run_ranks
@@ -39,7 +39,7 @@ LARGE_FLOWS = (Dataflow.STATIC, Dataflow.MIGRATING, Dataflow.REPLICATED)
 Reports = list[RankReport]
 
 
-class DataflowPlan:
+class DataflowPlan(Plan):
     """List and make the measurements of suite `art-dataflow`."""
 
     def __init__(self, quick: bool) -> None:

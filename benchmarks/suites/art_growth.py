@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.plan import Measured, Task, register
+from benchmarks.plan import Measured, Plan, Task, register
 from benchmarks.timing import measure
 from renderers.art import ActiveRayTracer, Quality
 from renderers.art.cells.cell_size import SIDES
@@ -79,7 +79,7 @@ def exponent(of: list[float], costs: list[float]) -> float:
     return float(slope[0])
 
 
-class GrowthPlan:
+class GrowthPlan(Plan):
     """List and make the measurements of suite `art-growth`."""
 
     def __init__(self, quick: bool) -> None:
@@ -113,9 +113,6 @@ class GrowthPlan:
                 ),
             )
         ]
-
-    def close(self) -> None:
-        """Nothing is left open."""
 
     def _sides(self, kappa: float, side: int) -> Task:
         """Draw shells, or a haze that fills all cells, from cells of one side."""

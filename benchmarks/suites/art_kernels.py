@@ -12,7 +12,7 @@ from functools import partial
 import msgspec
 
 from benchmarks.machine import ROOT
-from benchmarks.plan import Measured, Task, UnavailableError, register
+from benchmarks.plan import Measured, Plan, Task, UnavailableError, register
 from benchmarks.references import SURFACE_NAME, depth_error, surface_counters
 from benchmarks.scenes import SubjectSource, phantom_subject
 from benchmarks.suites.art import SAMPLE_LIMIT_NS
@@ -43,7 +43,7 @@ class _Sizes:
     spacing_mm: float
 
 
-class KernelPlan:
+class KernelPlan(Plan):
     """List and make the measurements of suite `art-kernels`."""
 
     def __init__(self, quick: bool) -> None:
@@ -80,9 +80,6 @@ class KernelPlan:
         ]
         return found + [self._live(threads) for threads in (1, 2)]
 
-    def close(self) -> None:
-        """Nothing is left open."""
-
     def _trace(self, target: str, lit: int) -> Measured:
         made = self._made[target, lit] = self._run(target, lit)
         first = self._made.get((next(iter(TARGETS)), lit))
@@ -95,8 +92,6 @@ class KernelPlan:
                 "samples": made.samples,
                 "contributing": made.contributing,
                 "share_of_limit": SAMPLE_LIMIT_NS * made.contributing / ns,
-                "parts_ns": made.parts_ns,
-                "share_of_parts": made.parts_ns * made.samples / ns,
             },
         )
 

@@ -14,7 +14,7 @@ from paravol.environment import prepare_environment
 
 
 class Traced(msgspec.Struct):
-    """Hold one picture: CPU seconds, counters, ns of a sample's reads, its hash."""
+    """Hold one picture: CPU seconds, counters, its hash."""
 
     min_s: float
     median_s: float
@@ -22,7 +22,6 @@ class Traced(msgspec.Struct):
     repeats: int
     samples: int
     contributing: int
-    parts_ns: float
     digest: str
 
 
@@ -30,12 +29,10 @@ def trace_shells(size: int, pixels: int, budget_s: float, *, lit: bool) -> Trace
     """Draw the shells of suite `art-growth`, step 1/2, without lights or with four."""
     prepare_environment()
     # After the environment is set: these import numba.
-    from benchmarks.sample_parts import sample_parts_ns
     from benchmarks.suites.art_growth import shell_camera, shell_scene, shells
     from renderers.art import ActiveRayTracer, Quality
 
     scene, camera = shell_scene(shells(size), 1.0, lit=lit), shell_camera(pixels)
-    # the reads of a sample are those of this way to classify it
     quality = replace(Quality.named("snapshot"), classification="post")
     tracer = ActiveRayTracer(scene, quality, threads=1)
     timing, image = measure(lambda: tracer.render(camera), budget_s=budget_s)
@@ -47,7 +44,6 @@ def trace_shells(size: int, pixels: int, budget_s: float, *, lit: bool) -> Trace
         timing.repeats,
         tracer.report.counters["samples"],
         tracer.report.counters["contributing"],
-        sample_parts_ns(lit),
         hashlib.sha256(image.rgba.tobytes()).hexdigest(),
     )
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from benchmarks.plan import Measured, Task, register
+from benchmarks.plan import Measured, Plan, Task, register
 from benchmarks.schema import Setting
 from benchmarks.simulated_ranks.simulated_machine import T3D, TODAY, Costs
 from benchmarks.simulated_ranks.study import (
@@ -52,7 +52,7 @@ def tile_of(ranks: int) -> int:
     return 32 if ranks <= 8 else 16
 
 
-class ScalingPlan:
+class ScalingPlan(Plan):
     """List and make the simulated runs."""
 
     def __init__(self, quick: bool) -> None:

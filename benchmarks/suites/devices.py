@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.machine import ROOT
-from benchmarks.plan import Measured, Task, UnavailableError, register
+from benchmarks.plan import Measured, Plan, Task, UnavailableError, register
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
 from devices.microscribe.driver.driver import MicroScribe
@@ -37,7 +37,7 @@ AT_ONCE = MotionReports(period_ticks=1, confirmed_only=False)
 CONFIRMED = MotionReports(period_ticks=1)
 
 
-class DevicesPlan:
+class DevicesPlan(Plan):
     """List and make the measurements of suite `devices`."""
 
     def __init__(self, quick: bool) -> None:
@@ -56,9 +56,6 @@ class DevicesPlan:
             self._seconds = SOAK_S
             found.append(self._task("soak", "frame loop", CONFIRMED, FRAME_S))
         return found
-
-    def close(self) -> None:
-        """Nothing is left running."""
 
     def _task(
         self,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.nasal_views import Judge, acceptance_views, bundled_flight, path_views
-from benchmarks.plan import Measured, Task, register
+from benchmarks.plan import Measured, Plan, Task, register
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
 from devices import Pose, ProbePath, Registration
@@ -35,7 +35,7 @@ POSE_HZ = 200.0
 STAGES = ("surface", "instrument", "light", "gain", "camera", "hash")
 
 
-class FlightPlan:
+class FlightPlan(Plan):
     """List and make the measurements of suite `flight`."""
 
     def __init__(self, quick: bool) -> None:

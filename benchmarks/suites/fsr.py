@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.peers.peer_process import PeerProcess
-from benchmarks.plan import Measured, Task, register
+from benchmarks.plan import Measured, Plan, Task, register
 from benchmarks.references import (
     SURFACE_NAME,
     depth_error,
@@ -27,7 +27,7 @@ FULL_SIZE = 512
 QUICK_SIZE = 192
 
 
-class FsrPlan:
+class FsrPlan(Plan):
     """List and make the measurements of suite `fsr`."""
 
     def __init__(self, quick: bool) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.plan import Measured, Task, UnavailableError, register
+from benchmarks.plan import Measured, Plan, Task, UnavailableError, register
 from benchmarks.scenes import subjects
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing, measure
@@ -64,7 +64,7 @@ class _Served:
         self._thread.join(PATIENCE_S)
 
 
-class JobsPlan:
+class JobsPlan(Plan):
     """List and make the measurements of suite `jobs`."""
 
     def __init__(self, quick: bool) -> None:

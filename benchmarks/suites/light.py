@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.nasal_views import NasalView, acceptance_views, nasal_scene
-from benchmarks.plan import Measured, Task, register
+from benchmarks.plan import Measured, Plan, Task, register
 from benchmarks.schema import Setting
 from benchmarks.timing import measure
 from renderers.art import ActiveRayTracer
@@ -31,7 +31,7 @@ class Lit:
     light: PathLight
 
 
-class LightPlan:
+class LightPlan(Plan):
     """List and make the measurements of suite `light`."""
 
     def __init__(self, quick: bool) -> None:
@@ -79,9 +79,6 @@ class LightPlan:
             for name, run in runs.items()
         ]
         return found
-
-    def close(self) -> None:
-        """Nothing is left running."""
 
     @cached_property
     def _lit(self) -> list[Lit]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.nasal_views import NasalView, acceptance_views, nasal_scene, path_views
-from benchmarks.plan import Measured, Task, register
+from benchmarks.plan import Measured, Plan, Task, register
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing, measure
 from renderers.art import ActiveRayTracer
@@ -51,7 +51,7 @@ class Shown:
     casters: tuple[Caster, ...]
 
 
-class LookPlan:
+class LookPlan(Plan):
     """List and make the measurements of suite `look`."""
 
     def __init__(self, quick: bool) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.nasal_views import acceptance_views, nasal_scene
-from benchmarks.plan import Measured, Task, register
+from benchmarks.plan import Measured, Plan, Task, register
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
 from renderers.art import ActiveRayTracer
@@ -88,7 +88,7 @@ def encoded(picture: Picture, seen: NDArray[np.bool_], gain: float) -> Codes:
     return np.asarray(np.clip(light, 0, 1) ** (1 / 2.2))
 
 
-class RefinementPlan:
+class RefinementPlan(Plan):
     """List and make the measurements of suite `refinement`."""
 
     def __init__(self, quick: bool) -> None:

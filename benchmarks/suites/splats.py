@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from benchmarks.peers.peer_process import PeerProcess
-from benchmarks.plan import Measured, Task, register
+from benchmarks.plan import Measured, Plan, Task, register
 from benchmarks.scenes import VIEWS, SubjectSource, phantom_subject
 from benchmarks.schema import Setting
 from benchmarks.suites.splat_tasks import SplatTasks
@@ -25,7 +25,7 @@ CUBES = (128, 256)
 NUMPY = "numpy and scipy"
 
 
-class SplatsPlan:
+class SplatsPlan(Plan):
     """List and make the measurements of suite `splats`."""
 
     def __init__(self, quick: bool) -> None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 
 from benchmarks.machine import ROOT
-from benchmarks.plan import Measured, Task, UnavailableError, register
+from benchmarks.plan import Measured, Plan, Task, UnavailableError, register
 from benchmarks.timing import Timing
 from renderers.snapshots.launcher import find_launcher
 
@@ -66,7 +66,7 @@ def run_child(arguments: list[str], environment: dict[str, str] | None = None) -
     return Run(wall, used.ru_utime + used.ru_stime)
 
 
-class StartupPlan:
+class StartupPlan(Plan):
     """List and make the measurements of suite `startup`."""
 
     def __init__(self, quick: bool) -> None:
@@ -105,9 +105,6 @@ class StartupPlan:
             )
         )
         return found
-
-    def close(self) -> None:
-        """Nothing is left running."""
 
     def _measured(
         self, run: Callable[[], Run], repeats: int, *, warm_up: bool

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.nasal_views import acceptance_views, nasal_scene
-from benchmarks.plan import Measured, Task, UnavailableError, register
+from benchmarks.plan import Measured, Plan, Task, UnavailableError, register
 from benchmarks.scenes import subjects
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
@@ -32,7 +32,7 @@ LEASE_S = 0.05
 UNIT = "linear light"
 
 
-class TakeoverPlan:
+class TakeoverPlan(Plan):
     """List and make the measurements of suite `takeover`."""
 
     def __init__(self, quick: bool) -> None:

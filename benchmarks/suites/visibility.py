@@ -4,7 +4,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from benchmarks.plan import Measured, Task, register
+from benchmarks.plan import Measured, Plan, Task, register
 from benchmarks.scenes import SubjectSource, subjects
 from benchmarks.schema import Setting
 from benchmarks.timing import measure
@@ -26,7 +26,7 @@ FIRST_S, LAST_S = 2.0, 23.0
 """Where the bundled flight is inside the nose."""
 
 
-class VisibilityPlan:
+class VisibilityPlan(Plan):
     """List and make the measurements of suite `visibility`."""
 
     def __init__(self, quick: bool) -> None:

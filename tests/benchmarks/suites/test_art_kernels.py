@@ -2,14 +2,8 @@
 
 import pytest
 
-from benchmarks.kernels.read_samples import WIDTH
 from benchmarks.plan import Measured
 from benchmarks.suites.art_kernels import LIGHTS, TARGETS, KernelPlan
-from renderers.art.march import PACKET
-
-
-def test_parts_are_read_by_packets_as_wide_as_those_that_march() -> None:
-    assert WIDTH == PACKET
 
 
 @pytest.mark.slow
@@ -28,7 +22,6 @@ def test_code_for_a_lesser_processor_draws_the_same_picture() -> None:
     first, second = (found[case, target].counters for target in TARGETS)
     assert first["samples"] == second["samples"]
     for counters in (first, second):
-        assert counters["share_of_parts"] > 0
         assert counters["share_of_limit"] > 0
     live = found["head of 256/inside/surface", "ART preview"]
     # silhouettes are far off at 3 mm, what is met is the same
