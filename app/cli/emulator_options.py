@@ -29,7 +29,7 @@ class EmulatorWords:
     link
         Symbolic link to the terminal, kept right when it is plugged in elsewhere.
     fault
-        Misbehave in one of thirty ways; --list-faults names them all.
+        Misbehave as NAME[=VARIANT][@WHEN]; --list-faults names all faults.
     do
         Do something to the arm, as NAME@SECONDS[+DURATION]; see --list-actions.
     seed

@@ -11,7 +11,7 @@ from typing import Protocol
 from devices.microscribe.emulator.answer import After, Answer, AnswerKind
 from devices.microscribe.emulator.emulated_line import RATES, PacedOutput
 from devices.microscribe.emulator.emulator_transcript import EmulatorTranscript
-from devices.microscribe.emulator.faults import FaultPlan, altered_profile, make_faults
+from devices.microscribe.emulator.faults import FaultPlan, make_faults
 from devices.microscribe.emulator.firmware import BITS_PER_BYTE, FarEnd, FarState
 from devices.microscribe.emulator.misreading import misread
 from devices.microscribe.kinematics.profiles import ArmProfile
@@ -67,7 +67,9 @@ class EmulatedArm:
         if rate not in RATES:
             raise UserError(f"rate must be one of {RATES}, got {rate}")
         self._faults = make_faults(faults, seed)
-        self.profile = altered_profile(profile, self._faults)
+        self.profile = profile
+        for fault in self._faults:
+            self.profile = fault.alter(self.profile)
         self.session_rate = rate
         self.packets = 0
         """Standard packets measured."""
@@ -77,7 +79,6 @@ class EmulatedArm:
         """Whether a fault pulled the plug and nobody will put it back."""
         self.generation = 1
         """How often the plug has been put in; each time the port has a new name."""
-        self.home_pressed = False
         self._motion = motion
         self.far_end = FarEnd(
             self.profile,
@@ -96,22 +97,6 @@ class EmulatedArm:
         self._ticked_s = now_s
         self._tell(now_s, "power on")
         self._tick(now_s)
-
-    @property
-    def built_in_encoders(self) -> frozenset[int]:
-        """Get the joints that have an encoder."""
-        maxima = self.profile.maxima.encoders
-        return frozenset(i for i, maximum in enumerate(maxima) if maximum)
-
-    @property
-    def timer_maximum(self) -> int:
-        """Get the last value of the timer before it wraps."""
-        return self.profile.maxima.timer
-
-    @property
-    def serial_number(self) -> str:
-        """Get the password of the calibration memory."""
-        return self.profile.identity.serial
 
     @property
     def fired(self) -> dict[str, int]:
@@ -175,7 +160,7 @@ class EmulatedArm:
         self._motion.home()
         self._output.clear()
         self.far_end.power_on(now_s)
-        self.powered, self.home_pressed, self._stalled = True, False, False
+        self.powered, self._stalled = True, False
         self._tell(now_s, "power on")
 
     def power_cycle(self, now_s: float) -> None:
@@ -202,7 +187,7 @@ class EmulatedArm:
         """Press Home: the arm measures from now on, and believes to be in its rest."""
         self._motion.latch(now_s)
         self._motion.home()
-        self.home_pressed = self.far_end.homed = True
+        self.far_end.homed = True
         self._tell(now_s, "home button")
 
     def hold_pedal(self, bit: int, until_s: float = float("inf")) -> None:
@@ -210,10 +195,6 @@ class EmulatedArm:
         if not 0 <= bit < 4:
             raise UserError(f"pedal must be bit 0..3, got {bit}")
         self._pedals[bit] = until_s
-
-    def inject(self, data: bytes, now_s: float) -> None:
-        """Let the arm hear bytes that no client of ours sent."""
-        self._hear(data, now_s, now_s)
 
     def send_foreign(self, data: bytes, now_s: float) -> None:
         """Let the client hear bytes that the arm did not send."""

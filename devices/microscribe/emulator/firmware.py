@@ -156,22 +156,6 @@ class FarEnd:
             return self._report.due_s
         return None
 
-    def leave_session(self, state: FarState, now_s: float) -> None:
-        """Be where a client left that died: in any state, with no client."""
-        self.state = state
-        self._heard_s = now_s
-        self._arguments.clear()
-        if state is FarState.ARGUMENTS:
-            self._command, self._wanted = _MOTION, ARGUMENTS
-        elif state is FarState.PASSWORD:
-            self._command = _SET_PARAMETERS
-        elif state is FarState.MOTION:
-            self._begin_report(bytes((0, 9, 0x23)) + bytes(21), now_s)
-
-    def ignore_begin(self, now_s: float) -> None:
-        """Be as if BEGIN had not been understood."""
-        self.state, self._attention_s, self._window = FarState.WAIT_BEGIN, now_s, b""
-
     def _listen(self) -> None:
         self.state = FarState.SYNC
         self._window, self._attentions = b"", 0

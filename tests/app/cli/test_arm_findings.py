@@ -16,11 +16,11 @@ from app.cli.arm_findings import (
 from devices import Pose
 from devices.microscribe.driver.supervisor import ArmKeeper, ArmSettings
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
-from devices.microscribe.emulator.faults import parse_fault
 from devices.microscribe.emulator.in_memory import MemoryLine
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937
 from devices.microscribe.wire.sign_on import RATES
+from tests.devices.microscribe.rare_faults.every_fault import parse_any_fault
 
 
 @dataclass
@@ -53,7 +53,7 @@ def test_9600_baud_is_said_to_carry_no_more() -> None:
 
 def test_what_9600_baud_carries_is_what_an_arm_there_brings() -> None:
     """The emulated arm at the slowest rate, with no other delay."""
-    plans = [parse_fault("f2=9600")]
+    plans = [parse_any_fault("f2=9600")]
     line = MemoryLine(EmulatedArm(DX40937, StillMotion(DX40937), faults=plans))
     settings = ArmSettings(rates=(9600,), poll_hz=1000.0)
     keeper = ArmKeeper(line.open_port(), settings, None, line.clock)

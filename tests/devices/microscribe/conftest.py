@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from devices.microscribe.driver.sampler import MotionReports
 from devices.microscribe.driver.supervisor import ArmKeeper, ArmSettings
 from devices.microscribe.emulator.emulated_arm import EmulatedArm, LiveMotion
-from devices.microscribe.emulator.faults import parse_fault
 from devices.microscribe.emulator.in_memory import DrivenClock, EmulatedPort, MemoryLine
 from devices.microscribe.emulator.motion import AnglesMotion, StillMotion
 from devices.microscribe.kinematics.forward import ForwardKinematics
@@ -19,6 +18,7 @@ from devices.microscribe.kinematics.profiles import DX40937, ArmProfile
 from devices.microscribe.wire.transcript import Transcript
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
+from tests.devices.microscribe.rare_faults.every_fault import parse_any_fault
 
 # A bytes literal, a dataclass, the name of a member of an enumeration.
 PYTHON = re.compile(r"\bb['\"]|\w\(\w+=|[A-Z]{2,}_[A-Z]|\\x")
@@ -146,7 +146,7 @@ def rehearse() -> Callable[..., Rehearsal]:
     ) -> Rehearsal:
         still = StillMotion(profile)
         motion: LiveMotion = _waving(profile) if waving else still
-        plans = [parse_fault(fault) for fault in faults]
+        plans = [parse_any_fault(fault) for fault in faults]
         arm = EmulatedArm(profile, motion, faults=plans, seed=seed)
         return Rehearsal(MemoryLine(arm), still, reports, fault=" ".join(faults))
 

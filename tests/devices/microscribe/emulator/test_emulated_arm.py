@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.emulated_line import RATES
-from devices.microscribe.emulator.faults import FAULTS, parse_fault
 from devices.microscribe.emulator.firmware import FarState
 from devices.microscribe.emulator.in_memory import MemoryLine
 from devices.microscribe.emulator.motion import AnglesMotion, StillMotion
@@ -16,6 +15,10 @@ from devices.microscribe.kinematics.profiles import (
     G2_UNHOMED,
     HOME_COUNTS,
     ArmProfile,
+)
+from tests.devices.microscribe.rare_faults.every_fault import (
+    EVERY_FAULT,
+    parse_any_fault,
 )
 
 ELSEWHERE = (1, 2, 3, 4, 5, 8416)
@@ -163,7 +166,7 @@ def test_a_report_sends_every_packet_at_its_time_however_late_one_looks() -> Non
     assert steps <= {13, 14}, "0.005 rad of 16384 counts a turn"
 
 
-NAMES = sorted(kind.name() for kind in FAULTS)
+NAMES = sorted(kind.name() for kind in EVERY_FAULT)
 moments = st.sampled_from(("", "@0.05", "@p:0.3", "@packet:2", "@0.02+0.1"))
 
 
@@ -176,7 +179,7 @@ moments = st.sampled_from(("", "@0.05", "@p:0.3", "@packet:2", "@0.02+0.1"))
 def test_no_faults_and_no_bytes_make_it_raise_and_seeds_repeat_it(
     faults: list[tuple[str, str]], heard: list[bytes], seed: int
 ) -> None:
-    plans = [parse_fault(name + moment) for name, moment in faults]
+    plans = [parse_any_fault(name + moment) for name, moment in faults]
     said = []
     for _ in range(2):
         arm = EmulatedArm(DX40937, StillMotion(DX40937), faults=plans, seed=seed)

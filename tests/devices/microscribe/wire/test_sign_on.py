@@ -10,7 +10,6 @@ import pytest
 
 from devices.microscribe.driver.supervisor import ArmSettings
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
-from devices.microscribe.emulator.faults import FAULTS
 from devices.microscribe.emulator.firmware import FarState
 from devices.microscribe.emulator.in_memory import MemoryLine
 from devices.microscribe.emulator.misreading import misread
@@ -20,6 +19,8 @@ from devices.microscribe.wire import commands
 from devices.microscribe.wire.link import ArmLink
 from devices.microscribe.wire.sign_on import RATES
 from devices.port import DeviceError
+from tests.devices.microscribe.rare_faults.every_fault import EVERY_FAULT
+from tests.devices.microscribe.rare_faults.sign_on_faults import leave_session
 
 Rehearse = Callable[..., Any]
 
@@ -47,8 +48,8 @@ HALF_SAID = {
 def _left_by(said: bytes, rate: int = 115200) -> tuple[MemoryLine, StillMotion]:
     motion = StillMotion(DX40937)
     arm = EmulatedArm(DX40937, motion, rate=rate, accepts_memory_writes=True)
-    arm.far_end.leave_session(FarState.IDLE, 0.0)
-    arm.inject(said, 0.0)
+    leave_session(arm.far_end, "RUN", 0.0)
+    arm.hear(said, 0.0)
     return MemoryLine(arm), motion
 
 
@@ -106,7 +107,7 @@ def test_no_rate_makes_it_a_command_to_home(keep: bool) -> None:
 def _all_faults() -> list[str]:
     return [
         f"{kind.word}={variant}" if variant else kind.word
-        for kind in FAULTS
+        for kind in EVERY_FAULT
         for variant in (kind.variants or ("",))
     ]
 

@@ -1,8 +1,9 @@
-"""Faults F17, F19, F24, F26, F28 and F29: the arm and its client at odds."""
+"""Faults F19, F24, F26, F28 and F29: the arm and its client at odds."""
 
 import random
 
 from devices.microscribe.emulator.answer import Answer, AnswerKind
+from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.faults.fault import EventFault, Fault, FaultyArm
 from devices.microscribe.emulator.faults.schedule import Schedule
 from devices.microscribe.emulator.firmware import FarState
@@ -13,17 +14,6 @@ _PAUSE_S = 20.0
 _WRAP_IN_S = 1.0
 _IGNORED_COMMANDS = 1
 _MEMORY_COMMAND = 0xC7
-
-
-class PowerCycle(EventFault):
-    """F17."""
-
-    id, word = "f17", "power_cycle"
-    line = "off and on: no session, timer zero, home counts wherever the arm stands"
-
-    def happen(self, arm: FaultyArm, now_s: float) -> None:
-        """Cut the power for a moment."""
-        arm.power_cycle(now_s)
 
 
 class TimerWrap(EventFault):
@@ -44,7 +34,7 @@ class TimerWrap(EventFault):
     def happen(self, arm: FaultyArm, now_s: float) -> None:
         """Set the timer forward, or be away."""
         if self.variant == "WRAP":
-            left = (arm.timer_maximum + 1) / TICKS_PER_S - _WRAP_IN_S
+            left = (arm.profile.maxima.timer + 1) / TICKS_PER_S - _WRAP_IN_S
             arm.far_end.timer_zero_s = now_s - left
         else:
             self._deaf_until_s = now_s + _PAUSE_S
@@ -58,17 +48,15 @@ class TimerWrap(EventFault):
         return [] if now_s < self._deaf_until_s else [answer]
 
 
-class Unhomed(Fault):
+class Unhomed(EventFault):
     """F24."""
 
     id, word = "f24", "unhomed"
     line = "questions are answered but no packets come until the Home button is pressed"
-    lasts = True
-    kinds = frozenset((AnswerKind.PACKET,))
 
-    def spoil(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
-        """Measure nothing."""
-        return [answer] if arm.home_pressed else []
+    def happen(self, arm: FaultyArm, now_s: float) -> None:
+        """Measure nothing until the button is pressed."""
+        arm.far_end.homed = False
 
 
 class StreamGoesOn(Fault):
@@ -125,5 +113,6 @@ class MemoryWrite(EventFault):
 
     def happen(self, arm: FaultyArm, now_s: float) -> None:
         """Let the arm hear the command and its password."""
-        serial = arm.serial_number.encode()
-        arm.inject(bytes((_MEMORY_COMMAND,)) + serial + b"\0", now_s)
+        serial = arm.profile.identity.serial.encode()
+        assert isinstance(arm, EmulatedArm)
+        arm.hear(bytes((_MEMORY_COMMAND,)) + serial + b"\0", now_s)
