@@ -18,8 +18,8 @@ from array import array
 
 from devices.microscribe.emulator.firmware import FarEnd, FarState
 from devices.microscribe.emulator.motion import StillMotion
+from devices.microscribe.emulator.packet import Reading, standard_packet
 from devices.microscribe.kinematics.profiles import DX40937
-from devices.microscribe.wire.packets import Packet, encode_packet
 
 TICKS_PER_S = 900.0
 
@@ -44,7 +44,7 @@ def pump(master: int, watched: int, hz: float) -> "array[float]":
     """Serve ``master`` until ``watched`` ends; return the notes."""
     begin = time.monotonic()
     far_end = FarEnd(DX40937, StillMotion(DX40937), begin)
-    counts = (*DX40937.home_counts[:6], 0)
+    counts, codes = DX40937.home_counts, DX40937.encoder_codes
     notes = array("d")
     due, last = begin, -1
     while True:
@@ -65,9 +65,9 @@ def pump(master: int, watched: int, hz: float) -> "array[float]":
                 due = begin + (ticks + 1) / TICKS_PER_S
                 continue
             last = ticks
-            packet = Packet(0x23, 0, ticks % 16384, (), counts)
+            packet = standard_packet(0x23, Reading(counts, 0), ticks % 16384, codes)
             try:
-                os.write(master, encode_packet(packet))
+                os.write(master, packet)
                 notes.extend((float(ticks), time.monotonic()))
             except BlockingIOError:
                 # The reader is a terminal's buffer behind: this packet is lost.

@@ -19,7 +19,7 @@ from typing import Any, Literal, NamedTuple
 
 import msgspec
 
-from devices.closing import Closing
+from devices.port import Closing
 from disk import UserError, whole_file
 from disk.typed_record import decode_json
 from scenarios.records import (

@@ -8,9 +8,8 @@ from typing import Protocol
 from devices import Pose
 from devices.microscribe.wire.commands import POSE_LAYOUT
 from devices.microscribe.wire.identity import Maxima
-from devices.microscribe.wire.line import BITS_PER_BYTE
+from devices.microscribe.wire.line import BITS_PER_BYTE, LinkTiming
 from devices.microscribe.wire.sign_on import RATES
-from devices.microscribe.wire.timing import LinkTiming
 from devices.serial_adapters import LEAST_LATENCY_MS, latency_ms, latency_remedy
 from paravol.finding import Finding
 

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from devices.microscribe.emulator.firmware import FarEnd
 from devices.microscribe.kinematics.profiles import DX40937, HOME_COUNTS, ArmProfile
-from devices.microscribe.wire.timing import LinkTiming
-from devices.port import DeviceError, MemoryPort, memory_port_pair
+from devices.microscribe.wire.line import LinkTiming
+from devices.port import DeviceError
 from devices.recording.probe_path import ProbePath
+from tests.devices.memory_port import MemoryPort, memory_port_pair
 
 
 def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:

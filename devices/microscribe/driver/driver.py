@@ -14,7 +14,6 @@ from collections.abc import Iterator, Sequence
 import serial
 from serial.tools import list_ports
 
-from devices.closing import Closing
 from devices.microscribe.driver.arm_thread import ArmThread
 from devices.microscribe.driver.sampler import HomeState, MotionReports
 from devices.microscribe.driver.supervisor import (
@@ -24,12 +23,11 @@ from devices.microscribe.driver.supervisor import (
     PortFinder,
     Presence,
 )
+from devices.microscribe.wire.line import LinkTiming
 from devices.microscribe.wire.link import ArmDescription
 from devices.microscribe.wire.sign_on import RATES
 from devices.microscribe.wire.terminal_file import TerminalFile
-from devices.microscribe.wire.timing import LinkTiming
-from devices.microscribe.wire.transcript import Transcript
-from devices.port import BytePort, DeviceError, DeviceReason
+from devices.port import BytePort, Closing, DeviceError, DeviceReason
 from devices.pose import Pose
 from devices.serial_adapters import absence_remedy, permission_remedy
 from disk import UserError
@@ -177,7 +175,6 @@ class MicroScribe(Closing):
     tried. ``assume_home`` states that the arm stood in its rest when it was switched
     on; without it poses are refused until ``home`` was called. ``reports`` lets the
     arm send by itself instead of being polled ``poll_hz`` times a second.
-    ``transcript`` notes every byte.
 
     With ``replug``, usually ``SerialPorts()``, a lost arm is looked for until it is
     there again. ``read`` then raises the loss once and goes on waiting, ``latest``
@@ -194,7 +191,6 @@ class MicroScribe(Closing):
         assume_home: bool = True,
         timing: LinkTiming | None = None,
         replug: PortFinder | None = None,
-        transcript: Transcript | None = None,
     ) -> None:
         if not poll_hz > 0.0:
             raise UserError(f"poll_hz must be positive, got {poll_hz}")
@@ -204,7 +200,6 @@ class MicroScribe(Closing):
             reports=reports,
             assume_home=assume_home,
             timing=timing,
-            transcript=transcript,
         )
         opened = SerialPort(port) if isinstance(port, str) else port
         self._keeper = ArmKeeper(opened, settings, replug)

@@ -9,11 +9,10 @@ from collections.abc import Iterable
 from typing import Protocol
 
 from devices.microscribe.emulator.answer import After, Answer, AnswerKind
-from devices.microscribe.emulator.emulated_line import RATES, PacedOutput
+from devices.microscribe.emulator.emulated_line import RATES, PacedOutput, misread
 from devices.microscribe.emulator.emulator_transcript import EmulatorTranscript
 from devices.microscribe.emulator.faults import FaultPlan, make_faults
 from devices.microscribe.emulator.firmware import BITS_PER_BYTE, FarEnd, FarState
-from devices.microscribe.emulator.misreading import misread
 from devices.microscribe.kinematics.profiles import ArmProfile
 from disk import UserError
 

@@ -13,16 +13,16 @@ and timeouts can be tested without waiting. Where the vendor's manual is silent:
 from enum import Enum, auto
 from typing import Protocol
 
-from devices.microscribe.emulator.answer import Answer, AnswerKind
-from devices.microscribe.emulator.motion_report import (
+from devices.microscribe.emulator.answer import PARAMETERS, Answer, AnswerKind, describe
+from devices.microscribe.emulator.packet import (
     ARGUMENTS,
     ARGUMENTS_OF_SEVEN,
     TICKS_PER_S,
     MotionReport,
     Reading,
+    packet_length,
+    standard_packet,
 )
-from devices.microscribe.emulator.packet import packet_length, standard_packet
-from devices.microscribe.emulator.self_description import PARAMETERS, describe
 from devices.microscribe.kinematics.profiles import ArmProfile
 from disk import UserError
 

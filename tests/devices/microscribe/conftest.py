@@ -15,7 +15,6 @@ from devices.microscribe.emulator.in_memory import DrivenClock, EmulatedPort, Me
 from devices.microscribe.emulator.motion import AnglesMotion, StillMotion
 from devices.microscribe.kinematics.forward import ForwardKinematics
 from devices.microscribe.kinematics.profiles import DX40937, ArmProfile
-from devices.microscribe.wire.transcript import Transcript
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
 from tests.devices.microscribe.rare_faults.every_fault import parse_any_fault
@@ -70,11 +69,8 @@ class Rehearsal:
         settings: ArmSettings | None = None,
         *,
         replug: bool = False,
-        transcript: Transcript | None = None,
     ) -> ArmKeeper:
-        chosen = settings or ArmSettings(
-            rates=(115200,), reports=self.reports, transcript=transcript
-        )
+        chosen = settings or ArmSettings(rates=(115200,), reports=self.reports)
         port = self.open(self.line.name)
         finder = self if replug else None
         return ArmKeeper(port, chosen, finder, self.line.clock)

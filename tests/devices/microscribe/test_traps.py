@@ -29,10 +29,11 @@ from devices.microscribe.wire import commands, identity
 from devices.microscribe.wire.commands import Query, every_command
 from devices.microscribe.wire.link import ArmLink
 from devices.microscribe.wire.packet_reader import PacketReader
-from devices.microscribe.wire.packets import Layout, Packet, encode_packet
+from devices.microscribe.wire.packets import Layout, Packet
 from devices.microscribe.wire.protocol import HostSession, ProductId, Reply, SyncEcho
 from devices.microscribe.wire.sign_on import RATES
 from devices.port import DeviceError, DeviceReason
+from tests.devices.microscribe.drawn_packets import encode_packet
 
 Bench = Any
 Rehearse = Callable[..., Bench]

@@ -18,13 +18,14 @@ from devices.microscribe.emulator.server import EmulatorServer
 from devices.microscribe.emulator.socket_port import SocketPort
 from devices.microscribe.kinematics.profiles import DX40937
 from devices.microscribe.wire.commands import CLEAR_BYTES, every_command
-from devices.microscribe.wire.timing import LinkTiming
-from devices.port import DeviceError, DeviceReason, MemoryPort
+from devices.microscribe.wire.line import LinkTiming
+from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose, PoseSource
 from devices.recording.path_file import save_probe_path
 from devices.recording.probe_path import ProbePath
 from devices.registration.fiducial_fit import register
 from devices.registration.touch import TouchCollector
+from tests.devices.memory_port import MemoryPort
 
 posix = pytest.mark.skipif(
     sys.platform == "win32", reason="pseudo-terminals need POSIX"

@@ -6,8 +6,8 @@ import pytest
 from devices.microscribe.driver.sampler import ArmSampler, HomeState
 from devices.microscribe.emulator.firmware import FarEnd
 from devices.microscribe.kinematics.profiles import DX40937, SECOND_3DX
+from devices.microscribe.wire.line import LinkTiming
 from devices.microscribe.wire.link import ArmLink
-from devices.microscribe.wire.timing import LinkTiming
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
 

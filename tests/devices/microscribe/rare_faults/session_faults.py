@@ -7,7 +7,7 @@ from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.faults.fault import EventFault, Fault, FaultyArm
 from devices.microscribe.emulator.faults.schedule import Schedule
 from devices.microscribe.emulator.firmware import FarState
-from devices.microscribe.emulator.motion_report import TICKS_PER_S
+from devices.microscribe.emulator.packet import TICKS_PER_S
 
 _PAUSE_S = 20.0
 # The timer wraps this long after the fault.

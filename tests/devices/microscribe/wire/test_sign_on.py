@@ -10,9 +10,9 @@ import pytest
 
 from devices.microscribe.driver.supervisor import ArmSettings
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
+from devices.microscribe.emulator.emulated_line import misread
 from devices.microscribe.emulator.firmware import FarState
 from devices.microscribe.emulator.in_memory import MemoryLine
-from devices.microscribe.emulator.misreading import misread
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937
 from devices.microscribe.wire import commands
