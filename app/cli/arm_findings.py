@@ -21,7 +21,7 @@ FULL_POSES_HZ = 90.0
 PEDALS = ("right", "left")
 
 
-class LinedArm(Protocol):
+class ConnectedArm(Protocol):
     """What is told of an arm's line; `MicroScribe` has it."""
 
     @property
@@ -41,7 +41,7 @@ def longest_poses_hz(baud: int) -> float:
     return 1.0 / (wire_s + LinkTiming().latency)
 
 
-def line_findings(arm: LinedArm, rate_hz: float) -> list[Finding]:
+def line_findings(arm: ConnectedArm, rate_hz: float) -> list[Finding]:
     """Tell the rate that was found, and the poses a second that it brought."""
     wire_s = 1.0 / longest_poses_hz(arm.baud)
     trip = (

@@ -10,7 +10,7 @@ from app.cli.root import Flag, Json, Seed
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True, slots=True)
-class EmulatorWords:
+class EmulatorOptions:
     """Hold the options of the emulated arm as they were typed.
 
     Parameters
@@ -68,4 +68,4 @@ class EmulatorWords:
     json: Json = False
 
 
-NOTHING_TYPED = EmulatorWords()
+NOTHING_TYPED = EmulatorOptions()

@@ -18,8 +18,8 @@ from devices.microscribe.driver.arm_thread import ArmThread
 from devices.microscribe.driver.sampler import HomeState, MotionReports
 from devices.microscribe.driver.supervisor import (
     POLL_HZ,
-    ArmKeeper,
     ArmSettings,
+    ConnectionSupervisor,
     PortFinder,
     Presence,
 )
@@ -202,44 +202,44 @@ class MicroScribe(Closing):
             timing=timing,
         )
         opened = SerialPort(port) if isinstance(port, str) else port
-        self._keeper = ArmKeeper(opened, settings, replug)
-        self._thread = ArmThread(self._keeper)
+        self._supervisor = ConnectionSupervisor(opened, settings, replug)
+        self._thread = ArmThread(self._supervisor)
         atexit.register(self.close)
 
     @property
     def description(self) -> ArmDescription:
         """Get what the arm told about itself."""
-        return self._keeper.sampler.description
+        return self._supervisor.sampler.description
 
     @property
     def home_state(self) -> HomeState:
         """Get whether the arm's angle registers can be trusted."""
-        return self._keeper.sampler.home_state
+        return self._supervisor.sampler.home_state
 
     @property
     def presence(self) -> Presence:
         """Get whether the arm can be spoken to."""
-        return self._keeper.presence
+        return self._supervisor.presence
 
     @property
     def trouble(self) -> DeviceError | None:
         """Get why the arm is lost, None while it is there."""
-        return self._keeper.trouble
+        return self._supervisor.trouble
 
     @property
     def frozen_joints(self) -> tuple[int, ...]:
         """Get the joints, from 0, whose encoders stood still while others moved."""
-        return self._keeper.sampler.tracker.watch.frozen
+        return self._supervisor.sampler.tracker.watch.frozen
 
     @property
     def counts(self) -> tuple[int, ...]:
         """Get the newest counts of the six joints, continued over their wraps."""
-        return self._keeper.sampler.tracker.counts
+        return self._supervisor.sampler.tracker.counts
 
     @property
     def baud(self) -> int:
         """Get the rate at which the arm was found, bits per second."""
-        return self._keeper.link.baud
+        return self._supervisor.link.baud
 
     @property
     def round_trip_s(self) -> float:
@@ -247,17 +247,17 @@ class MicroScribe(Closing):
 
         Of the newest polls; a stream has none.
         """
-        return self._keeper.link.round_trip_s
+        return self._supervisor.link.round_trip_s
 
     @property
     def clock_drift(self) -> float:
         """Get how much faster the host's clock runs than the arm's, s per s."""
-        return self._keeper.sampler.tracker.alignment.drift
+        return self._supervisor.sampler.tracker.alignment.drift
 
     @property
     def counters(self) -> dict[str, int]:
         """Get what went wrong on the line so far, by name."""
-        return self._keeper.counters
+        return self._supervisor.counters
 
     def read(self, timeout_s: float) -> Pose:
         """Return the next pose, none lost.

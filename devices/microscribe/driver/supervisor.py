@@ -58,7 +58,7 @@ class ArmSettings:
     timing: LinkTiming | None = None
 
 
-class ArmKeeper:
+class ConnectionSupervisor:
     """Keep one arm's session alive; blocking, for one thread.
 
     Without a finder a lost arm is an error. With one it is looked for: at the name it

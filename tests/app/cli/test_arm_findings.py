@@ -14,7 +14,7 @@ from app.cli.arm_findings import (
     tip_finding,
 )
 from devices import Pose
-from devices.microscribe.driver.supervisor import ArmKeeper, ArmSettings
+from devices.microscribe.driver.supervisor import ArmSettings, ConnectionSupervisor
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.in_memory import MemoryLine
 from devices.microscribe.emulator.motion import StillMotion
@@ -56,13 +56,13 @@ def test_what_9600_baud_carries_is_what_an_arm_there_brings() -> None:
     plans = [parse_any_fault("f2=9600")]
     line = MemoryLine(EmulatedArm(DX40937, StillMotion(DX40937), faults=plans))
     settings = ArmSettings(rates=(9600,), poll_hz=1000.0)
-    keeper = ArmKeeper(line.open_port(), settings, None, line.clock)
+    supervisor = ConnectionSupervisor(line.open_port(), settings, None, line.clock)
     began, poses = line.clock.now(), 0
     while line.clock.now() < began + 5.0:
-        poses += len(keeper.step())
-    assert keeper.link.baud == 9600
+        poses += len(supervisor.step())
+    assert supervisor.link.baud == 9600
     assert 0.93 * longest_poses_hz(9600) < poses / 5.0 <= longest_poses_hz(9600)
-    assert keeper.link.round_trip_s == pytest.approx(
+    assert supervisor.link.round_trip_s == pytest.approx(
         1.0 / longest_poses_hz(9600), rel=0.1
     )
 

@@ -86,7 +86,7 @@ def test_a_yes_loads_the_home_counts_and_tells_the_tip(
     assert told["tip_mm"] == pytest.approx(tip.tolist(), abs=0.06)
     assert bench.motion.homed == 1
     # Loaded into the running arm, never into its memory.
-    assert bench.server.arm.far_end.memory_writes == 0
+    assert bench.server.arm.firmware.memory_writes == 0
 
 
 def test_the_table_says_what_to_do_next(

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.microscribe.driver.sampler import MotionReports
-from devices.microscribe.driver.supervisor import ArmKeeper, ArmSettings
+from devices.microscribe.driver.supervisor import ArmSettings, ConnectionSupervisor
 from devices.microscribe.emulator.emulated_arm import EmulatedArm, LiveMotion
 from devices.microscribe.emulator.in_memory import DrivenClock, EmulatedPort, MemoryLine
 from devices.microscribe.emulator.motion import AnglesMotion, StillMotion
@@ -69,21 +69,21 @@ class Rehearsal:
         settings: ArmSettings | None = None,
         *,
         replug: bool = False,
-    ) -> ArmKeeper:
+    ) -> ConnectionSupervisor:
         chosen = settings or ArmSettings(rates=(115200,), reports=self.reports)
         port = self.open(self.line.name)
         finder = self if replug else None
-        return ArmKeeper(port, chosen, finder, self.line.clock)
+        return ConnectionSupervisor(port, chosen, finder, self.line.clock)
 
-    def run(self, keeper: ArmKeeper, seconds: float) -> list[Pose]:
+    def run(self, supervisor: ConnectionSupervisor, seconds: float) -> list[Pose]:
         """Step for that long; return the poses of this stretch."""
         clock = self.line.clock
         assert isinstance(clock, DrivenClock)
         until = clock.now() + seconds
         poses: list[Pose] = []
         while clock.now() < until:
-            poses += keeper.step()
-            clock.sleep_until(min(keeper.due_s, until))
+            poses += supervisor.step()
+            clock.sleep_until(min(supervisor.due_s, until))
         self.poses += poses
         return poses
 

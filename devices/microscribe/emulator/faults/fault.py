@@ -10,7 +10,7 @@ from typing import ClassVar, Protocol
 
 from devices.microscribe.emulator.answer import Answer, AnswerKind
 from devices.microscribe.emulator.faults.schedule import Schedule, Trigger
-from devices.microscribe.emulator.firmware import FarEnd
+from devices.microscribe.emulator.firmware import ArmFirmware
 from devices.microscribe.kinematics.profiles import ArmProfile
 from disk import UserError
 
@@ -21,7 +21,7 @@ class FaultyArm(Protocol):
     """What faults see of the arm they befall."""
 
     profile: ArmProfile
-    far_end: FarEnd
+    firmware: ArmFirmware
     packets: int
     """Standard packets measured so far; the one being spoilt is the last of them."""
 

@@ -178,7 +178,7 @@ def test_every_write_of_a_session_with_troubles_is_a_known_command(
     with MicroScribe(port, timing=hasty, poll_hz=500.0) as arm:
         arm.read(2.0)
         arm.home()
-        served.far_end.receive(b"\xc5", 0.0)
+        served.firmware.receive(b"\xc5", 0.0)
         for _ in range(3):
             arm.read(5.0)
         served.spoil = lambda out: b""
@@ -189,7 +189,7 @@ def test_every_write_of_a_session_with_troubles_is_a_known_command(
     assert {b"\xc5IMMC", b"BEGIN", b"\xc2", b"\x23", b"\x00", CLEAR_BYTES} <= set(
         port.written
     )
-    assert served.far_end.memory_writes == 0
+    assert served.firmware.memory_writes == 0
 
 
 def test_closing_ends_the_session_and_the_iteration(
@@ -317,9 +317,9 @@ def test_the_poll_rate_must_be_positive() -> None:
 
 @posix
 def test_an_arm_at_the_far_end_of_a_network_gives_the_same_poses() -> None:
-    far_end = EmulatedArm(DX40937, orbit(DX40937), now_s=time.monotonic())
+    firmware = EmulatedArm(DX40937, orbit(DX40937), now_s=time.monotonic())
     port = SocketPort(("127.0.0.1", 0))
-    with EmulatorServer(far_end, port) as server, MicroScribe(server.port_name) as arm:
+    with EmulatorServer(firmware, port) as server, MicroScribe(server.port_name) as arm:
         poses = [arm.read(5.0) for _ in range(30)]
         assert (np.diff([pose.time_s for pose in poses]) > 0).all()
         assert arm.description.identity.serial == DX40937.identity.serial

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.emulated_line import RATES
-from devices.microscribe.emulator.firmware import FarState
+from devices.microscribe.emulator.firmware import FirmwareState
 from devices.microscribe.emulator.in_memory import MemoryLine
 from devices.microscribe.emulator.motion import AnglesMotion, StillMotion
 from devices.microscribe.kinematics.profiles import (
@@ -83,7 +83,7 @@ def test_framing_errors_are_dropped_unless_kept() -> None:
         sign_on(line, 14400)
         # Read at one and a half times its rate, this asks for a password.
         line.open_serial(9600).write(b"\xc5IMMC")
-        heard.append(arm.far_end.memory_writes)
+        heard.append(arm.firmware.memory_writes)
     assert heard == [0, 1]
 
 
@@ -105,7 +105,7 @@ def test_a_power_cycle_loses_the_session_and_believes_to_be_at_rest() -> None:
     arm.power_off(line.clock.now())
     assert sign_on(line) == b""
     arm.power_on(line.clock.now())
-    assert (arm.far_end.state, motion.homed) == (FarState.SYNC, 1)
+    assert (arm.firmware.state, motion.homed) == (FirmwareState.SYNC, 1)
     assert sign_on(line) == b"IMMCMSCR\0"
     port = line.open_serial(timeout=0.1)
     port.write(b"\x23")

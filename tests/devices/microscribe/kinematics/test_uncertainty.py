@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.microscribe.kinematics.arm import Encoders
-from devices.microscribe.kinematics.error_model import BuiltArm
+from devices.microscribe.kinematics.error_model import KinematicErrorModel
 from devices.microscribe.kinematics.jacobian import joint_jacobian
 from devices.microscribe.kinematics.profiles import (
     DX40937,
@@ -118,7 +118,7 @@ def test_constants_cost_what_was_propagated(
     exact = GEOMETRY.device_from_tip(angles)[:, :3, 3]
     drawn = []
     for _ in range(300):
-        built = BuiltArm.deviating(GEOMETRY, spread.draw(rng))
+        built = KinematicErrorModel.deviating(GEOMETRY, spread.draw(rng))
         tips = built.device_from_tip(angles)[:, :3, 3]
         drawn.append(_rms(np.linalg.norm(tips - exact, axis=1)))
     assert _rms(np.array(drawn)) == pytest.approx(propagated, rel=0.1)
@@ -138,7 +138,9 @@ def test_a_covariance_matches_its_cloud() -> None:
     spread = ParameterSpread()
     arm = ArmUncertainty(GEOMETRY, Encoders((1,) * 6), spread)
     rng = np.random.default_rng(9)
-    drawn = [BuiltArm.deviating(GEOMETRY, spread.draw(rng)) for _ in range(4000)]
+    drawn = [
+        KinematicErrorModel.deviating(GEOMETRY, spread.draw(rng)) for _ in range(4000)
+    ]
     cloud = np.array([arm_.device_from_tip(angles)[:3, 3] for arm_ in drawn])
     found = np.cov(cloud.T)
     wanted = covariance_of(arm, angles)[:3, :3]

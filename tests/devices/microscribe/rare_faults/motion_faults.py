@@ -5,7 +5,7 @@ import random
 
 from devices.microscribe.emulator.faults.fault import EventFault, Fault, FaultyArm
 from devices.microscribe.emulator.faults.schedule import Schedule
-from devices.microscribe.emulator.firmware import FarState
+from devices.microscribe.emulator.firmware import FirmwareState
 from devices.microscribe.kinematics.arm import FIELD
 
 # All 16384 counts up and down again in this time: the quickest joint, a roll encoder
@@ -72,7 +72,7 @@ class Pedals(EventFault):
 
     def hear(self, data: bytes, arm: FaultyArm, now_s: float) -> bytes:
         """Press when a command comes into a stream."""
-        if self._armed and data and arm.far_end.state is FarState.MOTION:
+        if self._armed and data and arm.firmware.state is FirmwareState.MOTION:
             self._armed = False
             self.fired += 1
             self._press(now_s)

@@ -6,7 +6,7 @@ from devices.microscribe.emulator.answer import Answer, AnswerKind
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.faults.fault import EventFault, Fault, FaultyArm
 from devices.microscribe.emulator.faults.schedule import Schedule
-from devices.microscribe.emulator.firmware import FarState
+from devices.microscribe.emulator.firmware import FirmwareState
 from devices.microscribe.emulator.packet import TICKS_PER_S
 
 _PAUSE_S = 20.0
@@ -35,7 +35,7 @@ class TimerWrap(EventFault):
         """Set the timer forward, or be away."""
         if self.variant == "WRAP":
             left = (arm.profile.maxima.timer + 1) / TICKS_PER_S - _WRAP_IN_S
-            arm.far_end.timer_zero_s = now_s - left
+            arm.firmware.timer_zero_s = now_s - left
         else:
             self._deaf_until_s = now_s + _PAUSE_S
 
@@ -56,7 +56,7 @@ class Unhomed(EventFault):
 
     def happen(self, arm: FaultyArm, now_s: float) -> None:
         """Measure nothing until the button is pressed."""
-        arm.far_end.homed = False
+        arm.firmware.homed = False
 
 
 class StreamGoesOn(Fault):
@@ -73,7 +73,7 @@ class StreamGoesOn(Fault):
 
     def hear(self, data: bytes, arm: FaultyArm, now_s: float) -> bytes:
         """Lose what comes into a stream first."""
-        if arm.far_end.state is not FarState.MOTION:
+        if arm.firmware.state is not FirmwareState.MOTION:
             self._left = int(self.number(_IGNORED_COMMANDS))
             return data
         if not data or not self.trigger.fires(arm.script_s(now_s), arm.packets):
@@ -108,7 +108,7 @@ class MemoryWrite(EventFault):
 
     def tick(self, arm: FaultyArm, now_s: float) -> None:
         """Wait for a session: outside of one nothing that is said is a command."""
-        if arm.far_end.state in (FarState.IDLE, FarState.MOTION):
+        if arm.firmware.state in (FirmwareState.IDLE, FirmwareState.MOTION):
             super().tick(arm, now_s)
 
     def happen(self, arm: FaultyArm, now_s: float) -> None:

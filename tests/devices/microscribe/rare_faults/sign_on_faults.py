@@ -10,7 +10,7 @@ from devices.microscribe.emulator.faults.fault import (
     FaultyArm,
 )
 from devices.microscribe.emulator.faults.schedule import Schedule
-from devices.microscribe.emulator.firmware import FarEnd, FarState
+from devices.microscribe.emulator.firmware import ArmFirmware, FirmwareState
 from disk import UserError
 
 _SURPLUS = 5
@@ -26,11 +26,11 @@ _LEFT_IN = {
 }
 
 
-def leave_session(far_end: FarEnd, where: str, now_s: float) -> None:
+def leave_session(firmware: ArmFirmware, where: str, now_s: float) -> None:
     """Let a host sign on, go as far as ``where`` and die."""
-    writes, far_end.state = far_end.memory_writes, FarState.SYNC
-    far_end.answers(b"IMMC" * _MOST_SURPLUS + b"BEGIN" + _LEFT_IN[where], now_s)
-    far_end.memory_writes = writes
+    writes, firmware.state = firmware.memory_writes, FirmwareState.SYNC
+    firmware.answers(b"IMMC" * _MOST_SURPLUS + b"BEGIN" + _LEFT_IN[where], now_s)
+    firmware.memory_writes = writes
 
 
 class OneRate(Fault):
@@ -102,8 +102,8 @@ class NoBegin(Fault):
 
     def spoil(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
         """Be as if BEGIN had not been understood."""
-        arm.far_end.state = FarState.SYNC
-        arm.far_end.answers(b"IMMC", now_s)
+        arm.firmware.state = FirmwareState.SYNC
+        arm.firmware.answers(b"IMMC", now_s)
         return []
 
 
@@ -131,4 +131,4 @@ class LeftOpen(EventFault):
 
     def happen(self, arm: FaultyArm, now_s: float) -> None:
         """Be in the middle of somebody's session."""
-        leave_session(arm.far_end, self.variant, now_s)
+        leave_session(arm.firmware, self.variant, now_s)

@@ -59,7 +59,7 @@ def test_every_fault_is_counted_when_it_acts(connect: Connect, fault: str) -> No
         assert "cut_short" in fault
         heard = []
     assert client.arm.fired[name] > 0
-    assert heard != _life(clean) or client.arm.far_end.memory_writes
+    assert heard != _life(clean) or client.arm.firmware.memory_writes
 
 
 @pytest.mark.parametrize(
@@ -118,4 +118,4 @@ def test_nobody_writes_the_memory_before_a_session(connect: Connect) -> None:
     client.sign_on()
     client.poll(2)
     assert client.arm.fired == {"f29_memory_write": 1}
-    assert client.arm.far_end.memory_writes == 1
+    assert client.arm.firmware.memory_writes == 1

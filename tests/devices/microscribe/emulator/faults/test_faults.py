@@ -404,7 +404,7 @@ def test_f28_the_host_hears_itself_and_the_arm_hears_nothing(connect: Connect) -
     assert client.ask(b"\xc5IMMC") == b"\xc5IMMC"
     assert client.ask(b"BEGIN") == b"BEGIN"
     assert client.arm.packets == 0
-    assert client.arm.far_end.state.name == "SYNC"
+    assert client.arm.firmware.state.name == "SYNC"
 
 
 def test_f29_a_stranger_writes_to_the_memory_and_is_refused(
@@ -414,7 +414,7 @@ def test_f29_a_stranger_writes_to_the_memory_and_is_refused(
     client.sign_on()
     before = client.ask(b"\xc0")
     packets = client.poll(4)
-    assert client.arm.far_end.memory_writes == 1
+    assert client.arm.firmware.memory_writes == 1
     # The echo and the refusal reach the host, who never asked.
     assert b"".join(packets) == clean * 3 + b"\xc7\x00" + clean
     assert client.ask(b"\xc0") == before
