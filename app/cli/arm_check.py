@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from app.cli.arm_findings import (
-    LinedArm,
+    ConnectedArm,
     adapter_findings,
     line_findings,
     pedals_finding,
@@ -49,7 +49,7 @@ class Guide(Protocol):
         ...
 
 
-class Arm(LinedArm, Protocol):
+class Arm(ConnectedArm, Protocol):
     """What is looked at of an arm; `MicroScribe` has it."""
 
     @property

@@ -8,9 +8,8 @@ from typing import Protocol
 from devices import Pose
 from devices.microscribe.wire.commands import POSE_LAYOUT
 from devices.microscribe.wire.identity import Maxima
-from devices.microscribe.wire.line import BITS_PER_BYTE
+from devices.microscribe.wire.line import BITS_PER_BYTE, LinkTiming
 from devices.microscribe.wire.sign_on import RATES
-from devices.microscribe.wire.timing import LinkTiming
 from devices.serial_adapters import LEAST_LATENCY_MS, latency_ms, latency_remedy
 from paravol.finding import Finding
 
@@ -22,7 +21,7 @@ FULL_POSES_HZ = 90.0
 PEDALS = ("right", "left")
 
 
-class LinedArm(Protocol):
+class ConnectedArm(Protocol):
     """What is told of an arm's line; `MicroScribe` has it."""
 
     @property
@@ -42,7 +41,7 @@ def longest_poses_hz(baud: int) -> float:
     return 1.0 / (wire_s + LinkTiming().latency)
 
 
-def line_findings(arm: LinedArm, rate_hz: float) -> list[Finding]:
+def line_findings(arm: ConnectedArm, rate_hz: float) -> list[Finding]:
     """Tell the rate that was found, and the poses a second that it brought."""
     wire_s = 1.0 / longest_poses_hz(arm.baud)
     trip = (

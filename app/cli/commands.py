@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from app.cli import arm_commands, case_commands, picture_commands
-from app.cli.emulator_options import NOTHING_TYPED, EmulatorWords
+from app.cli.emulator_options import NOTHING_TYPED, EmulatorOptions
 from app.cli.root import (
     Flag,
     Json,
@@ -229,7 +229,7 @@ def worker(
 
 
 @app.command
-def emulator(*, words: EmulatorWords = NOTHING_TYPED) -> int:
+def emulator(*, options: EmulatorOptions = NOTHING_TYPED) -> int:
     """Emulate a MicroScribe behind a pseudo-terminal and print the port's name.
 
     Any program that talks to the arm over a serial port can open it:
@@ -247,7 +247,7 @@ def emulator(*, words: EmulatorWords = NOTHING_TYPED) -> int:
     """
     from app.cli.emulator_command import run_emulator
 
-    return run_emulator(words)
+    return run_emulator(options)
 
 
 @app.command

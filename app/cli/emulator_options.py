@@ -10,7 +10,7 @@ from app.cli.root import Flag, Json, Seed
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True, slots=True)
-class EmulatorWords:
+class EmulatorOptions:
     """Hold the options of the emulated arm as they were typed.
 
     Parameters
@@ -29,7 +29,7 @@ class EmulatorWords:
     link
         Symbolic link to the terminal, kept right when it is plugged in elsewhere.
     fault
-        Misbehave in one of thirty ways; --list-faults names them all.
+        Misbehave as NAME[=VARIANT][@WHEN]; --list-faults names all faults.
     do
         Do something to the arm, as NAME@SECONDS[+DURATION]; see --list-actions.
     seed
@@ -68,4 +68,4 @@ class EmulatorWords:
     json: Json = False
 
 
-NOTHING_TYPED = EmulatorWords()
+NOTHING_TYPED = EmulatorOptions()

@@ -25,7 +25,11 @@ from paravol.flight import Aim, EndedError, OrderedPoses, Shown, fly
 from paravol.flight_end import FlightEnd
 from paravol.flight_order import FlightOrder, Instant
 from paravol.flight_recording import FlightRecording
-from paravol.inputs.cancellable_source import ClosedError, KeyboardRoll, WatchedSource
+from paravol.inputs.cancellable_source import (
+    CancellableSource,
+    ClosedError,
+    KeyboardRoll,
+)
 from paravol.inputs.pedal_watch import PedalWatch, record_of
 from paravol.inputs.reconnecting_source import LastingPoses
 from paravol.patient import OperatingRoom, prepare_room
@@ -175,7 +179,7 @@ class WindowFlight(QObject):
             streamer = stack.enter_context(streaming(order.stream))
             poses = stack.enter_context(order.input.open(room))
             self._stage("Opening the input", 1.0)
-            source = WatchedSource(poses, self._closed, self._ended)
+            source = CancellableSource(poses, self._closed, self._ended)
             lasting = LastingPoses(source)
             lasting.on_loss = lambda _: self.away.emit()
             lasting.on_return = self.back.emit
@@ -226,7 +230,7 @@ class WindowFlight(QObject):
 
     def _follow(
         self,
-        source: WatchedSource,
+        source: CancellableSource,
         lasting: LastingPoses,
         aim: Aim,
         session: Session,

@@ -16,10 +16,10 @@ import time
 import tty
 from array import array
 
-from devices.microscribe.emulator.firmware import FarEnd, FarState
+from devices.microscribe.emulator.firmware import ArmFirmware, FirmwareState
 from devices.microscribe.emulator.motion import StillMotion
+from devices.microscribe.emulator.packet import Reading, standard_packet
 from devices.microscribe.kinematics.profiles import DX40937
-from devices.microscribe.wire.packets import Packet, encode_packet
 
 TICKS_PER_S = 900.0
 
@@ -43,12 +43,12 @@ def main() -> int:
 def pump(master: int, watched: int, hz: float) -> "array[float]":
     """Serve ``master`` until ``watched`` ends; return the notes."""
     begin = time.monotonic()
-    far_end = FarEnd(DX40937, StillMotion(DX40937), begin)
-    counts = (*DX40937.home_counts[:6], 0)
+    firmware = ArmFirmware(DX40937, StillMotion(DX40937), begin)
+    counts, codes = DX40937.home_counts, DX40937.encoder_codes
     notes = array("d")
     due, last = begin, -1
     while True:
-        streaming = far_end.state is FarState.MOTION
+        streaming = firmware.state is FirmwareState.MOTION
         left = max(due - time.monotonic(), 0.0) if streaming else 0.1
         ready = select.select((master, watched), (), (), left)[0]
         if watched in ready and not os.read(watched, 4096):
@@ -56,7 +56,7 @@ def pump(master: int, watched: int, hz: float) -> "array[float]":
         now = time.monotonic()
         if master in ready:
             for byte in os.read(master, 4096):
-                os.write(master, far_end.receive(bytes((byte,)), now))
+                os.write(master, firmware.receive(bytes((byte,)), now))
             due = now
         elif streaming and now >= due:
             ticks = int((now - begin) * TICKS_PER_S)
@@ -65,9 +65,9 @@ def pump(master: int, watched: int, hz: float) -> "array[float]":
                 due = begin + (ticks + 1) / TICKS_PER_S
                 continue
             last = ticks
-            packet = Packet(0x23, 0, ticks % 16384, (), counts)
+            packet = standard_packet(0x23, Reading(counts, 0), ticks % 16384, codes)
             try:
-                os.write(master, encode_packet(packet))
+                os.write(master, packet)
                 notes.extend((float(ticks), time.monotonic()))
             except BlockingIOError:
                 # The reader is a terminal's buffer behind: this packet is lost.

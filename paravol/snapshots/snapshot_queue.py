@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.closing import Closing
+from devices.port import Closing
 from disk import UserError
 from paravol.snapshots.moments import ViewAsker
 from paravol.snapshots.rendering_service import Worker, running_worker

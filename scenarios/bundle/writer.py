@@ -6,7 +6,7 @@ from typing import Any
 
 import msgspec
 
-from devices.closing import Closing
+from devices.port import Closing
 from disk import UserError
 from scenarios.bundle.info import SessionInfo, write_json
 from scenarios.bundle.records import TOPICS, EventRecord, Record, SampleRecord

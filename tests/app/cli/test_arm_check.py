@@ -151,7 +151,7 @@ class Timeless(AnglesMotion):
     arm: EmulatedArm
 
     def latch(self, now_s: float) -> tuple[tuple[int, ...], int]:
-        self.arm.far_end.timer_zero_s = now_s
+        self.arm.firmware.timer_zero_s = now_s
         return super().latch(now_s)
 
 

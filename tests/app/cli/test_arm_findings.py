@@ -14,13 +14,13 @@ from app.cli.arm_findings import (
     tip_finding,
 )
 from devices import Pose
-from devices.microscribe.driver.supervisor import ArmKeeper, ArmSettings
+from devices.microscribe.driver.supervisor import ArmSettings, ConnectionSupervisor
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
-from devices.microscribe.emulator.faults import parse_fault
 from devices.microscribe.emulator.in_memory import MemoryLine
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937
 from devices.microscribe.wire.sign_on import RATES
+from tests.devices.microscribe.rare_faults.every_fault import parse_any_fault
 
 
 @dataclass
@@ -53,16 +53,16 @@ def test_9600_baud_is_said_to_carry_no_more() -> None:
 
 def test_what_9600_baud_carries_is_what_an_arm_there_brings() -> None:
     """The emulated arm at the slowest rate, with no other delay."""
-    plans = [parse_fault("f2=9600")]
+    plans = [parse_any_fault("f2=9600")]
     line = MemoryLine(EmulatedArm(DX40937, StillMotion(DX40937), faults=plans))
     settings = ArmSettings(rates=(9600,), poll_hz=1000.0)
-    keeper = ArmKeeper(line.open_port(), settings, None, line.clock)
+    supervisor = ConnectionSupervisor(line.open_port(), settings, None, line.clock)
     began, poses = line.clock.now(), 0
     while line.clock.now() < began + 5.0:
-        poses += len(keeper.step())
-    assert keeper.link.baud == 9600
+        poses += len(supervisor.step())
+    assert supervisor.link.baud == 9600
     assert 0.93 * longest_poses_hz(9600) < poses / 5.0 <= longest_poses_hz(9600)
-    assert keeper.link.round_trip_s == pytest.approx(
+    assert supervisor.link.round_trip_s == pytest.approx(
         1.0 / longest_poses_hz(9600), rel=0.1
     )
 

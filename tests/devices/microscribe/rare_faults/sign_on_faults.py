@@ -1,42 +1,36 @@
-"""Faults F1 to F7: before a session is open."""
+"""Faults F2 to F7: before a session is open."""
 
 import random
 from dataclasses import replace
 
 from devices.microscribe.emulator.answer import Answer, AnswerKind
 from devices.microscribe.emulator.faults.fault import (
-    EVERY_KIND,
     EventFault,
     Fault,
     FaultyArm,
 )
 from devices.microscribe.emulator.faults.schedule import Schedule
-from devices.microscribe.emulator.firmware import FarState
+from devices.microscribe.emulator.firmware import ArmFirmware, FirmwareState
 from disk import UserError
 
 _SURPLUS = 5
 _MOST_SURPLUS = 20
 _ONE_RATE = 19200
 
+# What a host sends after its sign-on and before it dies.
 _LEFT_IN = {
-    "RUN": FarState.IDLE,
-    "MOTION": FarState.MOTION,
-    "ARGS": FarState.ARGUMENTS,
-    "PASSWORD": FarState.PASSWORD,
+    "RUN": b"",
+    "MOTION": b"\xcf\x00\x09\x23" + bytes(21),
+    "ARGS": b"\xcf",
+    "PASSWORD": b"\xc7",
 }
 
 
-class NeverAnswers(Fault):
-    """F1."""
-
-    id, word = "f1", "never_answers"
-    line = "the arm's answers do not arrive"
-    lasts = True
-    kinds = EVERY_KIND
-
-    def spoil(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
-        """Say nothing."""
-        return []
+def leave_session(firmware: ArmFirmware, where: str, now_s: float) -> None:
+    """Let a host sign on, go as far as ``where`` and die."""
+    writes, firmware.state = firmware.memory_writes, FirmwareState.SYNC
+    firmware.answers(b"IMMC" * _MOST_SURPLUS + b"BEGIN" + _LEFT_IN[where], now_s)
+    firmware.memory_writes = writes
 
 
 class OneRate(Fault):
@@ -108,7 +102,8 @@ class NoBegin(Fault):
 
     def spoil(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
         """Be as if BEGIN had not been understood."""
-        arm.far_end.ignore_begin(now_s)
+        arm.firmware.state = FirmwareState.SYNC
+        arm.firmware.answers(b"IMMC", now_s)
         return []
 
 
@@ -136,4 +131,4 @@ class LeftOpen(EventFault):
 
     def happen(self, arm: FaultyArm, now_s: float) -> None:
         """Be in the middle of somebody's session."""
-        arm.far_end.leave_session(_LEFT_IN[self.variant], now_s)
+        leave_session(arm.firmware, self.variant, now_s)

@@ -1,29 +1,19 @@
-"""Faults F17, F19, F24, F26, F28 and F29: the arm and its client at odds."""
+"""Faults F19, F24, F26, F28 and F29: the arm and its client at odds."""
 
 import random
 
 from devices.microscribe.emulator.answer import Answer, AnswerKind
+from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.faults.fault import EventFault, Fault, FaultyArm
 from devices.microscribe.emulator.faults.schedule import Schedule
-from devices.microscribe.emulator.firmware import FarState
-from devices.microscribe.emulator.motion_report import TICKS_PER_S
+from devices.microscribe.emulator.firmware import FirmwareState
+from devices.microscribe.emulator.packet import TICKS_PER_S
 
 _PAUSE_S = 20.0
 # The timer wraps this long after the fault.
 _WRAP_IN_S = 1.0
 _IGNORED_COMMANDS = 1
 _MEMORY_COMMAND = 0xC7
-
-
-class PowerCycle(EventFault):
-    """F17."""
-
-    id, word = "f17", "power_cycle"
-    line = "off and on: no session, timer zero, home counts wherever the arm stands"
-
-    def happen(self, arm: FaultyArm, now_s: float) -> None:
-        """Cut the power for a moment."""
-        arm.power_cycle(now_s)
 
 
 class TimerWrap(EventFault):
@@ -44,8 +34,8 @@ class TimerWrap(EventFault):
     def happen(self, arm: FaultyArm, now_s: float) -> None:
         """Set the timer forward, or be away."""
         if self.variant == "WRAP":
-            left = (arm.timer_maximum + 1) / TICKS_PER_S - _WRAP_IN_S
-            arm.far_end.timer_zero_s = now_s - left
+            left = (arm.profile.maxima.timer + 1) / TICKS_PER_S - _WRAP_IN_S
+            arm.firmware.timer_zero_s = now_s - left
         else:
             self._deaf_until_s = now_s + _PAUSE_S
 
@@ -58,17 +48,15 @@ class TimerWrap(EventFault):
         return [] if now_s < self._deaf_until_s else [answer]
 
 
-class Unhomed(Fault):
+class Unhomed(EventFault):
     """F24."""
 
     id, word = "f24", "unhomed"
     line = "questions are answered but no packets come until the Home button is pressed"
-    lasts = True
-    kinds = frozenset((AnswerKind.PACKET,))
 
-    def spoil(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
-        """Measure nothing."""
-        return [answer] if arm.home_pressed else []
+    def happen(self, arm: FaultyArm, now_s: float) -> None:
+        """Measure nothing until the button is pressed."""
+        arm.firmware.homed = False
 
 
 class StreamGoesOn(Fault):
@@ -85,7 +73,7 @@ class StreamGoesOn(Fault):
 
     def hear(self, data: bytes, arm: FaultyArm, now_s: float) -> bytes:
         """Lose what comes into a stream first."""
-        if arm.far_end.state is not FarState.MOTION:
+        if arm.firmware.state is not FirmwareState.MOTION:
             self._left = int(self.number(_IGNORED_COMMANDS))
             return data
         if not data or not self.trigger.fires(arm.script_s(now_s), arm.packets):
@@ -120,10 +108,11 @@ class MemoryWrite(EventFault):
 
     def tick(self, arm: FaultyArm, now_s: float) -> None:
         """Wait for a session: outside of one nothing that is said is a command."""
-        if arm.far_end.state in (FarState.IDLE, FarState.MOTION):
+        if arm.firmware.state in (FirmwareState.IDLE, FirmwareState.MOTION):
             super().tick(arm, now_s)
 
     def happen(self, arm: FaultyArm, now_s: float) -> None:
         """Let the arm hear the command and its password."""
-        serial = arm.serial_number.encode()
-        arm.inject(bytes((_MEMORY_COMMAND,)) + serial + b"\0", now_s)
+        serial = arm.profile.identity.serial.encode()
+        assert isinstance(arm, EmulatedArm)
+        arm.hear(bytes((_MEMORY_COMMAND,)) + serial + b"\0", now_s)

@@ -1,11 +1,11 @@
-"""Faults F18, F25 and F27: what the arm measures."""
+"""Faults F18 and F25: what the arm measures."""
 
 import math
 import random
 
 from devices.microscribe.emulator.faults.fault import EventFault, Fault, FaultyArm
 from devices.microscribe.emulator.faults.schedule import Schedule
-from devices.microscribe.emulator.firmware import FarState
+from devices.microscribe.emulator.firmware import FirmwareState
 from devices.microscribe.kinematics.arm import FIELD
 
 # All 16384 counts up and down again in this time: the quickest joint, a roll encoder
@@ -16,8 +16,6 @@ _PRESSED_S = 0.3
 _BOUNCES = 4
 _SHORTEST_BOUNCE_S, _LONGEST_BOUNCE_S = 0.002, 0.010
 _RIGHT, _BOTH = 1, 3
-
-_MOST_MISSED = 5
 
 
 class EncoderWrap(Fault):
@@ -43,9 +41,9 @@ class EncoderWrap(Fault):
             self.fired += 1
         phase = 2.0 * math.pi * (now_s - self._began_s) / _SWEEP_S
         turned = round(FIELD * math.sin(phase))
-        built_in = arm.built_in_encoders
+        maxima = arm.profile.maxima.encoders
         swept = (
-            (count + turned) % FIELD if i in built_in else count
+            (count + turned) % FIELD if maxima[i] else count
             for i, count in enumerate(counts)
         )
         return tuple(swept), buttons
@@ -74,7 +72,7 @@ class Pedals(EventFault):
 
     def hear(self, data: bytes, arm: FaultyArm, now_s: float) -> bytes:
         """Press when a command comes into a stream."""
-        if self._armed and data and arm.far_end.state is FarState.MOTION:
+        if self._armed and data and arm.firmware.state is FirmwareState.MOTION:
             self._armed = False
             self.fired += 1
             self._press(now_s)
@@ -102,49 +100,3 @@ class Pedals(EventFault):
             pause = self.noise.uniform(_SHORTEST_BOUNCE_S, _LONGEST_BOUNCE_S)
             edges.append(edges[-1] + pause)
         return edges
-
-
-class SickEncoder(Fault):
-    """F27."""
-
-    id, word = "f27", "sick_encoder"
-    line = "an encoder DEAD, with MISSED counts, or BACKWARDS (=DEAD2: number 2)"
-    variants = tuple(
-        f"{illness}{joint}"
-        for joint in (2, 0, 1, 3, 4, 5)
-        for illness in ("DEAD", "MISSED", "BACKWARDS")
-    )
-    lasts = True
-
-    def __init__(self, schedule: Schedule, variant: str, noise: random.Random) -> None:
-        # Without a number it is the elbow's.
-        if variant and not variant[-1].isdigit():
-            variant += "2"
-        super().__init__(schedule, variant, noise)
-        self._joint = int(self.variant[-1])
-        self._illness = self.variant[:-1]
-        self._at_onset: int | None = None
-        self._missed = 0
-
-    def latch(
-        self, counts: tuple[int, ...], buttons: int, arm: FaultyArm, now_s: float
-    ) -> tuple[tuple[int, ...], int]:
-        """Read one joint wrongly."""
-        true = counts[self._joint]
-        if self.trigger.fires(arm.script_s(now_s), arm.packets + 1):
-            self.fired += 1
-            if self._at_onset is None:
-                self._at_onset = true
-            self._missed += self.noise.randint(1, _MOST_MISSED)
-        elif self._illness != "MISSED":
-            self._at_onset = None
-        read = true
-        if self._illness == "MISSED":
-            # What was missed once stays missing.
-            read = true - self._missed
-        elif self._at_onset is not None:
-            turned = true - self._at_onset
-            read = self._at_onset - (turned if self._illness == "BACKWARDS" else 0)
-        sick = list(counts)
-        sick[self._joint] = read % FIELD
-        return tuple(sick), buttons
