@@ -15,9 +15,8 @@ from types import FrameType
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.transport import TransportError
 from renderers.snapshots.launcher import expect_company, told_ranks
-from renderers.snapshots.lease import LEASE_S, SAVE_EVERY_S
 from renderers.snapshots.pruning import KEEP_S
-from renderers.snapshots.spool import SpoolError
+from renderers.snapshots.spool import LEASE_S, SAVE_EVERY_S, SpoolError
 
 DAY_S = 86_400.0
 

@@ -15,7 +15,6 @@ from disk import UserError, foreign_file
 from renderers.scene import AirSurface, Camera, Material, Scene, Volume
 from renderers.scene.mesh import PlacedMesh
 from renderers.snapshots.data_store import DataStore
-from renderers.snapshots.lease import LEASE_S
 from renderers.snapshots.request import (
     REQUEST_SCHEMA,
     CameraSpec,
@@ -25,12 +24,12 @@ from renderers.snapshots.request import (
     InstrumentSpec,
     LightSpec,
     NodeSpec,
+    PathTracingSpec,
     ScopeWork,
     SnapshotRequest,
     SnapshotResult,
-    TruthSpec,
 )
-from renderers.snapshots.spool import JobState, Spool
+from renderers.snapshots.spool import LEASE_S, JobState, Spool
 
 POLL_S = 0.05
 
@@ -136,7 +135,7 @@ class SnapshotClient:
         gain: float | None = None,
         frame_number: int = 0,
         instruments: Iterable[PlacedMesh] = (),
-        truth: TruthSpec | None = None,
+        path_tracing: PathTracingSpec | None = None,
         priority: int = 5,
         max_seconds: float = 600.0,
         deadline_s: float | None = None,
@@ -160,7 +159,7 @@ class SnapshotClient:
             gain=gain,
             frame_number=frame_number,
             instruments=self._placed(instruments),
-            truth=truth,
+            path_tracing=path_tracing,
         )
         limits = _Limits(
             priority, max_seconds, deadline_s, progressive, deliver_after_s

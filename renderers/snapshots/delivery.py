@@ -24,15 +24,13 @@ from renderers.shading import (
     downsample_radiance,
 )
 from renderers.shading.path_light import BATCH_PATHS, SeenWalls
-from renderers.snapshots.data_store import DataStore
-from renderers.snapshots.path_traced import follow_light, truth_of
+from renderers.snapshots.data_store import DataStore, make_last, write_whole
+from renderers.snapshots.path_traced import follow_light, path_tracing_of
 from renderers.snapshots.request import ClassicWork, ScopeWork, SnapshotRequest
 from renderers.snapshots.saved_work import SavedWork
 from renderers.snapshots.scene_loader import instrument_meshes, seen_surface
-from renderers.snapshots.shared_files import make_last, write_whole
 from renderers.snapshots.stopped_error import stopped_error
-from renderers.snapshots.team import Progress
-from renderers.snapshots.traced import Traced, traced_camera
+from renderers.snapshots.team import Progress, Traced, traced_camera
 
 
 def _go_on(_: float) -> bool:
@@ -68,7 +66,7 @@ class Picture:
 
 
 @dataclass(frozen=True, slots=True)
-class Sight:
+class ScopeView:
     """Hold what lights a view: the camera of its rays, the light, tools in it."""
 
     camera: Camera
@@ -122,7 +120,7 @@ class Finisher:
             return picture
         rays = _added(request, traced.drawn)
         samples = np.where(rays > 0, picture.samples, 0)
-        if truth_of(request) is None:
+        if path_tracing_of(request) is None:
             samples = rays
         counted = np.ones(rays.shape, np.bool_)
         if picture.gain is not None:
@@ -185,14 +183,14 @@ class Finisher:
         gbuffer = sight.with_tools(found)
         casters = sight.casters
         radiance = shader.shade(gbuffer, fine, light, casters=casters)
-        truth = error = None
+        traced_light = error = None
         samples = np.full(
             (request.image.height, request.image.width),
             request.image.samples,
             np.uint32,
         )
-        if work.truth is not None:
-            truth = follow_light(
+        if work.path_tracing is not None:
+            traced_light = follow_light(
                 self._data,
                 work,
                 seen_surface(request, scene),
@@ -204,17 +202,17 @@ class Finisher:
                 enough,
                 saved,
             )
-            known = truth.batches > 0
-            by_paths = shader.shade(gbuffer, fine, light, truth.light, casters)
+            known = traced_light.batches > 0
+            by_paths = shader.shade(gbuffer, fine, light, traced_light.light, casters)
             told = known & in_field(gbuffer.coverage)
             pair = radiance[told], by_paths[told]
             radiance = np.where(known[..., None], by_paths, radiance)
-            samples = _added(request, truth.batches) * np.uint32(BATCH_PATHS)
+            samples = _added(request, traced_light.batches) * np.uint32(BATCH_PATHS)
         if request.image.samples == 4:
             radiance = downsample_radiance(radiance)
             gbuffer = downsample_gbuffer(gbuffer)
         pixels, gain = self.expose(request, work, radiance, gbuffer)
-        if truth is not None and truth.noise is None and len(pair[0]):
+        if traced_light is not None and traced_light.noise is None and len(pair[0]):
             # where paths were walked they tell what the quick light, which stands in
             # for them elsewhere, is off by; their own noise is in it
             quick, by_paths = (eye_codes(part, gain) for part in pair)
@@ -226,15 +224,17 @@ class Finisher:
             gbuffer.coverage,
             samples,
             gain,
-            truth is None or truth.complete,
-            None if truth is None else truth.noise,
-            None if truth is None else truth.state,
+            traced_light is None or traced_light.complete,
+            None if traced_light is None else traced_light.noise,
+            None if traced_light is None else traced_light.state,
             error,
         )
 
-    def sight(self, request: SnapshotRequest, work: ScopeWork, scene: Scene) -> "Sight":
+    def sight(
+        self, request: SnapshotRequest, work: ScopeWork, scene: Scene
+    ) -> "ScopeView":
         """Set up what lights the rays of a request."""
-        return Sight(
+        return ScopeView(
             traced_camera(request),
             ScopeLight(work.ring_radius_mm, power=work.light_power),
             self._shader(request, work, scene),

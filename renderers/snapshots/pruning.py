@@ -10,7 +10,7 @@ from pathlib import Path
 
 from disk import UserError
 from renderers.art.job_steps import Step, reached
-from renderers.snapshots.shared_files import HIDDEN
+from renderers.snapshots.data_store import HIDDEN
 from renderers.snapshots.spool import Spool
 
 KEEP_S = 7 * 86_400.0

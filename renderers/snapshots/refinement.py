@@ -21,8 +21,7 @@ from renderers.scene import GBuffer, Scene
 from renderers.shading import downsample_gbuffer, downsample_radiance, meter
 from renderers.snapshots.delivery import Finisher, Picture, eye_codes, in_field
 from renderers.snapshots.request import ImageSpec, ScopeWork, SnapshotRequest
-from renderers.snapshots.team import Progress, Team
-from renderers.snapshots.traced import empty_gather
+from renderers.snapshots.team import Progress, Team, empty_gather
 
 TILE_PX = 8
 """Edge of a tile: two of the lattice's steps for bounced light."""
@@ -56,7 +55,7 @@ def can_refine(request: SnapshotRequest) -> bool:
         request.tolerance is not None
         and request.image.samples == 4
         and isinstance(work, ScopeWork)
-        and work.truth is None
+        and work.path_tracing is None
     )
 
 

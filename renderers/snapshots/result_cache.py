@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from renderers.snapshots.delivery import Picture
 from renderers.snapshots.request import ClassicWork, SnapshotRequest
-from renderers.snapshots.traced import Traced
+from renderers.snapshots.team import Traced
 
 V = TypeVar("V")
 
@@ -54,7 +54,7 @@ def trace_key(request: SnapshotRequest) -> bytes:
     return msgspec.json.encode((bare, rest))
 
 
-class KeptViews:
+class ResultCache:
     """Keep finished pictures and traced rays, as many as there is room for.
 
     room: bytes of each; none are kept where it is 0.

@@ -27,12 +27,10 @@ from renderers.art.regions import (
     region_payload,
     split_regions,
 )
-from renderers.snapshots.lease import SAVE_EVERY_S
+from renderers.snapshots.data_store import write_whole
 from renderers.snapshots.request import SnapshotRequest
-from renderers.snapshots.shared_files import write_whole
-from renderers.snapshots.spool import Spool
-from renderers.snapshots.team import Progress
-from renderers.snapshots.traced import traced_camera
+from renderers.snapshots.spool import SAVE_EVERY_S, Spool
+from renderers.snapshots.team import Progress, traced_camera
 
 SHARE = 0.05
 """Of the time, that may go into saving."""

@@ -11,13 +11,11 @@ from renderers.art.job_steps import Step, reached
 from renderers.art.ranks.transport import RankRefusedError, TransportError
 from renderers.art.tracer import RenderStoppedError
 from renderers.scene import Scene
-from renderers.snapshots.camera_check import camera_in_tissue
+from renderers.snapshots.data_store import write_whole
 from renderers.snapshots.delivery import Finisher, write_picture
 from renderers.snapshots.heartbeat import Heartbeat, Verdict
-from renderers.snapshots.lease import LEASE_S, SAVE_EVERY_S
-from renderers.snapshots.path_traced import truth_of
-from renderers.snapshots.preview import Preview
-from renderers.snapshots.progressive import trace_best
+from renderers.snapshots.path_traced import path_tracing_of
+from renderers.snapshots.progressive import Preview, trace_best
 from renderers.snapshots.pruning import KEEP_S, Pruner
 from renderers.snapshots.refinement import Refinement, can_refine, refined
 from renderers.snapshots.request import (
@@ -26,13 +24,11 @@ from renderers.snapshots.request import (
     SnapshotResult,
     decode_request,
 )
-from renderers.snapshots.result_cache import KEPT_BYTES, KeptViews
+from renderers.snapshots.result_cache import KEPT_BYTES, ResultCache
 from renderers.snapshots.saved_work import SavedWork, code_key, forget_saved
-from renderers.snapshots.scene_loader import load_scene, load_tools
-from renderers.snapshots.shared_files import write_whole
-from renderers.snapshots.spool import Claim, JobState, Spool
-from renderers.snapshots.team import Progress, SerialTeam, Team
-from renderers.snapshots.traced import Traced
+from renderers.snapshots.scene_loader import camera_in_tissue, load_scene, load_tools
+from renderers.snapshots.spool import LEASE_S, SAVE_EVERY_S, Claim, JobState, Spool
+from renderers.snapshots.team import Progress, SerialTeam, Team, Traced
 
 POLL_S = 0.05
 MOST_ATTEMPTS = 3
@@ -70,7 +66,7 @@ def run_worker(
     team = team or SerialTeam(threads)
     finisher = Finisher(spool.data, threads)
     code_key()
-    kept = KeptViews(kept_bytes)
+    kept = ResultCache(kept_bytes)
     worker = _Worker(spool, team, finisher, kept, save_every_s, stopped)
     served = 0
     try:
@@ -97,7 +93,7 @@ class _Worker:
         spool: Spool,
         team: Team,
         finisher: Finisher,
-        kept: KeptViews,
+        kept: ResultCache,
         save_every_s: float,
         stopped: Callable[[], bool],
     ) -> None:
@@ -246,7 +242,7 @@ class _Worker:
     ) -> Traced:
         """Trace a view; show it while it comes."""
         # where light is followed by paths, that takes nearly all the time
-        tracing = 0.05 if truth_of(request) else 0.9
+        tracing = 0.05 if path_tracing_of(request) else 0.9
         with Preview(folder, request, scene, self.finisher) as preview:
             return trace_best(
                 self._team,
