@@ -6,10 +6,10 @@ Nothing heavy is imported here: every command fetches its own modules when it ru
 from pathlib import Path
 from typing import Literal
 
-from app.cli.root import Flag, Json, Place, Seed, app
+from app.cli.root import PATIENTS, Flag, Json, Place, Seed, app
 
 
-@app.command(name="import")
+@app.command(name="import", group=PATIENTS)
 def import_scan(
     scan: Path,
     *,
@@ -70,7 +70,7 @@ def import_scan(
     return run_import(options, as_json=json)
 
 
-@app.command
+@app.command(group=PATIENTS)
 def phantom(
     *,
     out: Path,
@@ -127,7 +127,7 @@ def phantom(
     )
 
 
-@app.command
+@app.command(group=PATIENTS)
 def export(
     case: Path,
     *,
@@ -151,7 +151,7 @@ def export(
     return run_export(case=case, out=out, ending=format, as_json=json)
 
 
-@app.command
+@app.command(group=PATIENTS)
 def face(
     surface: Path,
     *,
@@ -181,7 +181,7 @@ def face(
     )
 
 
-@app.command
+@app.command(group=PATIENTS)
 def slices(
     case: Path,
     *,

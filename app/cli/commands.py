@@ -9,6 +9,11 @@ from typing import Literal
 from app.cli import arm_commands, case_commands, picture_commands
 from app.cli.emulator_options import NOTHING_TYPED, EmulatorWords
 from app.cli.root import (
+    DEVICES,
+    FLY,
+    MACHINE,
+    PICTURES,
+    SESSIONS,
     Flag,
     Json,
     Oversubscribe,
@@ -25,7 +30,7 @@ from disk import UserError
 __all__ = ["app", "arm_commands", "case_commands", "picture_commands"]
 
 
-@app.command
+@app.command(group=FLY)
 def demo(
     *,
     out: Path = Path("out/demo"),
@@ -67,7 +72,7 @@ def demo(
     return run_demo(options, as_json=json)
 
 
-@app.command
+@app.command(group=SESSIONS)
 def replay(
     session: Path,
     *,
@@ -113,7 +118,7 @@ def replay(
     )
 
 
-@app.command
+@app.command(group=FLY)
 def train(
     *,
     scenario: ScenarioName = "first_flight",
@@ -173,7 +178,7 @@ def train(
     )
 
 
-@app.command
+@app.command(group=PICTURES)
 def worker(
     *,
     spool: Path,
@@ -228,14 +233,14 @@ def worker(
     return run_worker_command(spool, options)
 
 
-@app.command
+@app.command(group=DEVICES)
 def emulator(*, words: EmulatorWords = NOTHING_TYPED) -> int:
     """Emulate a MicroScribe behind a pseudo-terminal and print the port's name.
 
     Any program that talks to the arm over a serial port can open it:
 
         paravol emulator
-        paravol emulator --profile dx --path hand.path.json
+        paravol emulator --profile dx --probe-path hand.path.json
         paravol emulator --motion orbit --listen 4455
         paravol emulator --fault f8_dropped_byte@12.5 --fault f30
         paravol emulator --fault flipped_bit@p:0.01 --seed 7
@@ -250,7 +255,7 @@ def emulator(*, words: EmulatorWords = NOTHING_TYPED) -> int:
     return run_emulator(words)
 
 
-@app.command
+@app.command(group=MACHINE)
 def bench(
     *,
     suite: tuple[str, ...] = (),
@@ -282,7 +287,7 @@ def bench(
     )
 
 
-@app.command
+@app.command(group=MACHINE)
 def doctor(
     *, device: str | None = None, accept_constants: bool = False, json: Json = False
 ) -> int:

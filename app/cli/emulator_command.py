@@ -78,8 +78,8 @@ def _happened(emulator: OpenEmulator) -> dict[str, Any]:
 
 
 def _options(words: EmulatorWords) -> EmulatorOptions:
-    if words.path is not None and words.motion is not None:
-        raise UserError("give --path or --motion, not both")
+    if words.probe_path is not None and words.motion is not None:
+        raise UserError("give --probe-path or --motion, not both")
     options = EmulatorOptions(
         profile=words.profile,
         motion=words.motion or MOTIONS[0],
@@ -93,8 +93,8 @@ def _options(words: EmulatorWords) -> EmulatorOptions:
         sync_repeats=words.sync_repeats,
         accepts_memory_writes=words.accept_memory_writes,
     )
-    if words.path is not None:
-        return replace(options, path=load_motion(words.path))
+    if words.probe_path is not None:
+        return replace(options, path=load_motion(words.probe_path))
     if words.motion is not None:
         return options
     # As in a training session: fiducials first.

@@ -4,7 +4,7 @@ from functools import partial
 from importlib.metadata import version
 from typing import Annotated
 
-from cyclopts import App, Parameter
+from cyclopts import App, Group, Parameter
 from cyclopts.validators import Number
 
 app = App(
@@ -15,6 +15,17 @@ app = App(
     default_parameter=Parameter(negative_iterable=()),
     # Ctrl-C is told by main(), which also sets the exit status.
     suppress_keyboard_interrupt=False,
+)
+
+FLY = Group("Fly", sort_key=1)
+PATIENTS = Group("Patients", sort_key=2)
+PICTURES = Group("Pictures", sort_key=3)
+SESSIONS = Group("Sessions", sort_key=4)
+DEVICES = Group("Devices", sort_key=5)
+MACHINE = Group("Machine", sort_key=6)
+
+app.register_install_completion_command(
+    group=MACHINE, help="Install completion of commands and options for your shell."
 )
 
 Threads = Annotated[

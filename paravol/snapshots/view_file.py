@@ -16,8 +16,16 @@ from numpy.typing import ArrayLike
 from disk import UserError, whole_file
 from disk.typed_record import decode_json
 from renderers.scene import Camera, Distortion, Projection
-from renderers.snapshots.deflector_request import DeflectorSpec, to_deflection
-from renderers.snapshots.request import Amount, Axis, Pixels, Point, Positive, Row
+from renderers.snapshots.request import (
+    Amount,
+    Axis,
+    DeflectorSpec,
+    Pixels,
+    Point,
+    Positive,
+    Row,
+    to_deflection,
+)
 from renderers.snapshots.scene_loader import rigid_pose
 
 T = TypeVar("T")

@@ -14,7 +14,7 @@ from paravol.case_exercise import exercise_of
 from paravol.patient import OperatingRoom, Progress, prepare_room
 from paravol.session_info import SEED
 from paravol.session_setup import build_session, path_view
-from paravol.snapshots.studio import Studio
+from paravol.snapshots.head_scene import HeadScene
 from paravol.snapshots.view_file import (
     CaseHead,
     ClassicLook,
@@ -45,7 +45,7 @@ def session_views(
     size: int,
     case: Path | None,
     progress: Progress,
-) -> tuple[Studio, list[ViewFile]]:
+) -> tuple[HeadScene, list[ViewFile]]:
     """Give what a session saw at each time, with the camera's gain of then.
 
     The newest sample at or before a time counts, before the first one the first. case:
@@ -97,12 +97,12 @@ def session_views(
             has_instrument=info.has_instrument,
         )
         views.append(seen)
-    return Studio(room.scene, room.surface_sha256), views
+    return HeadScene(room.scene, room.surface_sha256), views
 
 
 def case_views(
     folder: Path, times_s: NDArray[np.float64], size: int, progress: Progress
-) -> tuple[Studio, list[ViewFile]]:
+) -> tuple[HeadScene, list[ViewFile]]:
     """Give what a scope sees along a case's exercise; ValueError after its end."""
     scenario, place = load_scenario(str(exercise_of(folder)))
     room = prepare_room(scenario, progress)
@@ -112,7 +112,7 @@ def case_views(
         view_of(path_view(scenario, room, path, float(t), (size, size)), scenario, room)
         for t in times_s
     ]
-    return Studio(room.scene, room.surface_sha256), views
+    return HeadScene(room.scene, room.surface_sha256), views
 
 
 def _demand_within(times_s: NDArray[np.float64], end_s: float, folder: Path) -> None:

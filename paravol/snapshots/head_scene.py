@@ -21,13 +21,13 @@ from renderers.art.quality import ClassificationName
 from renderers.scene import Scene
 from renderers.scene.mesh import PlacedMesh
 from renderers.snapshots.client import QualityName, Samples, SnapshotClient
-from renderers.snapshots.request import SnapshotRequest, TruthSpec
+from renderers.snapshots.request import PathTracingSpec, SnapshotRequest
 from scenarios import Scenario
 from scenarios.scenario import Head as ScenarioHead
 
 
 @dataclass(frozen=True, slots=True)
-class Fineness:
+class RenderSettings:
     """Say how finely a picture is drawn, and how long it may take.
 
     seconds: the best picture so far is taken then. tolerance: as in
@@ -36,21 +36,21 @@ class Fineness:
 
     quality: QualityName = "snapshot"
     samples: Samples = 4
-    truth: TruthSpec | None = None
+    path_tracing: PathTracingSpec | None = None
     seconds: float | None = None
     classification: ClassificationName = "integrated"
     tolerance: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Studio:
+class HeadScene:
     """Hold one head's scene. surface_sha256: "" where it has no surface."""
 
     scene: Scene
     surface_sha256: str
 
     @classmethod
-    def of(cls, head: Head, progress: Progress) -> "Studio":
+    def of(cls, head: Head, progress: Progress) -> "HeadScene":
         """Build, read or import a head; ValueError for one that cannot be had."""
         if isinstance(head, ScanHead):
             return cls(_scan_scene(Path(head.file), progress), "")
@@ -90,7 +90,7 @@ class Studio:
             )
 
     def request(
-        self, client: SnapshotClient, view: ViewFile, fineness: Fineness
+        self, client: SnapshotClient, view: ViewFile, settings: RenderSettings
     ) -> SnapshotRequest:
         """Ask for a picture of a view."""
         self.demand(view)
@@ -99,24 +99,24 @@ class Studio:
             request = client.request_classic(
                 self.scene,
                 camera,
-                quality=fineness.quality,
-                samples=fineness.samples,
+                quality=settings.quality,
+                samples=settings.samples,
                 instruments=placed(view.instruments),
                 max_seconds=LONGEST_S,
                 progressive=True,
-                deliver_after_s=fineness.seconds,
+                deliver_after_s=settings.seconds,
             )
             return msgspec.structs.replace(
                 request,
                 deflectors=view.deflectors,
-                classification=fineness.classification,
+                classification=settings.classification,
             )
         assert self.scene.surface is not None
         request = client.request_scope(
             self.scene.surface,
             camera,
-            quality=fineness.quality,
-            samples=fineness.samples,
+            quality=settings.quality,
+            samples=settings.samples,
             ring_radius_mm=look.ring_radius_mm,
             light_power=look.light_power,
             seed=look.seed,
@@ -124,13 +124,13 @@ class Studio:
             gain=look.gain,
             frame_number=look.frame_number,
             instruments=placed(view.instruments),
-            truth=fineness.truth,
+            path_tracing=settings.path_tracing,
             max_seconds=LONGEST_S,
             progressive=True,
-            deliver_after_s=fineness.seconds,
+            deliver_after_s=settings.seconds,
         )
         return msgspec.structs.replace(
-            request, deflectors=view.deflectors, tolerance=fineness.tolerance
+            request, deflectors=view.deflectors, tolerance=settings.tolerance
         )
 
 
