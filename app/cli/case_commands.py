@@ -53,7 +53,8 @@ def import_scan(
     force
         Write over the case, and its exercise, that the folder holds.
     """
-    from app.cli.import_command import ImportOptions, run_import
+    from app.cli.import_command import run_import
+    from paravol.case_import import ImportOptions
 
     options = ImportOptions(
         scan,

@@ -303,7 +303,7 @@ def doctor(
         Keep the arm's constants though they changed or are unusual.
     """
     if device is not None:
-        from app.cli.arm_check import run_arm_check
+        from app.cli.doctor import run_arm_check
 
         return run_arm_check(device, as_json=json, accept_constants=accept_constants)
     if accept_constants:
