@@ -3,9 +3,12 @@
 import json
 import sys
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Self
 
 import msgspec
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
 
 
 class Stages:
@@ -18,8 +21,9 @@ class Stages:
     def __init__(self, *, quiet: bool = False) -> None:
         """quiet: show nothing."""
         self._quiet = quiet
-        self._bars: Any = None
-        self._tasks: dict[str, Any] = {}
+        self._bars: Progress | None = None
+        self._tasks: dict[str, TaskID] = {}
+        self._named: set[str] = set()
 
     def __enter__(self) -> Self:
         if not self._quiet and sys.stderr.isatty():
@@ -57,8 +61,8 @@ class Stages:
         if self._quiet:
             return
         if self._bars is None:
-            if stage not in self._tasks:
-                self._tasks[stage] = None
+            if stage not in self._named:
+                self._named.add(stage)
                 print(f"{stage} ...", file=sys.stderr, flush=True)
             return
         if stage not in self._tasks:

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-import msgspec
 import numpy as np
 
 from disk import UserError
@@ -20,8 +19,13 @@ from paravol.snapshots.view_file import (
 from renderers.art.quality import ClassificationName
 from renderers.scene import Scene
 from renderers.scene.mesh import PlacedMesh
-from renderers.snapshots.client import QualityName, Samples, SnapshotClient
-from renderers.snapshots.request import PathTracingSpec, SnapshotRequest
+from renderers.snapshots.client import RequestOptions, SnapshotClient
+from renderers.snapshots.request import (
+    PathTracingSpec,
+    QualityName,
+    Samples,
+    SnapshotRequest,
+)
 from scenarios import Scenario
 from scenarios.scenario import Head as ScenarioHead
 
@@ -94,43 +98,39 @@ class HeadScene:
     ) -> SnapshotRequest:
         """Ask for a picture of a view."""
         self.demand(view)
-        look, camera = view.look, view.to_camera()
+        camera, look = view.to_camera(), view.look
+        options = RequestOptions(
+            quality=settings.quality,
+            deflectors=view.deflectors,
+            max_seconds=LONGEST_S,
+            progressive=True,
+            deliver_after_s=settings.seconds,
+        )
+        instruments = placed(view.instruments)
         if not isinstance(look, ScopeLook):
-            request = client.request_classic(
+            options["classification"] = settings.classification
+            return client.request_classic(
                 self.scene,
                 camera,
-                quality=settings.quality,
                 samples=settings.samples,
-                instruments=placed(view.instruments),
-                max_seconds=LONGEST_S,
-                progressive=True,
-                deliver_after_s=settings.seconds,
-            )
-            return msgspec.structs.replace(
-                request,
-                deflectors=view.deflectors,
-                classification=settings.classification,
+                instruments=instruments,
+                **options,
             )
         assert self.scene.surface is not None
-        request = client.request_scope(
+        options["tolerance"] = settings.tolerance
+        return client.request_scope(
             self.scene.surface,
             camera,
-            quality=settings.quality,
             samples=settings.samples,
+            instruments=instruments,
+            path_tracing=settings.path_tracing,
             ring_radius_mm=look.ring_radius_mm,
             light_power=look.light_power,
             seed=look.seed,
             blood_bias=look.blood_bias,
             gain=look.gain,
             frame_number=look.frame_number,
-            instruments=placed(view.instruments),
-            path_tracing=settings.path_tracing,
-            max_seconds=LONGEST_S,
-            progressive=True,
-            deliver_after_s=settings.seconds,
-        )
-        return msgspec.structs.replace(
-            request, deflectors=view.deflectors, tolerance=settings.tolerance
+            **options,
         )
 
 

@@ -23,6 +23,7 @@ from renderers.snapshots.request import (
     Pixels,
     Point,
     Positive,
+    ProjectionName,
     Row,
     to_deflection,
 )
@@ -75,7 +76,7 @@ class ViewCamera(_Strict, frozen=True):
     axes: tuple[Axis, Axis, Axis] | None = None
     target_mm: Point | None = None
     up: Point | None = None
-    projection: Literal["equidistant", "perspective", "orthographic"] = "equidistant"
+    projection: ProjectionName = "equidistant"
     distortion: tuple[float, float] = (0.0, 0.0)
 
     @classmethod
@@ -85,10 +86,7 @@ class ViewCamera(_Strict, frozen=True):
             msgspec.convert(camera.eye_mm.tolist(), Point),
             camera.extent,
             msgspec.convert(camera.frame[1:].tolist(), tuple[Axis, Axis, Axis]),
-            projection=msgspec.convert(
-                camera.projection.name.lower(),
-                Literal["equidistant", "perspective", "orthographic"],
-            ),
+            projection=msgspec.convert(camera.projection.name.lower(), ProjectionName),
             distortion=(camera.distortion.k1, camera.distortion.k2),
         )
 

@@ -2,7 +2,6 @@
 
 import math
 from pathlib import Path
-from typing import Literal
 
 import msgspec
 import numpy as np
@@ -25,7 +24,7 @@ from paravol.snapshots.view_file import (
     ViewCamera,
     ViewFile,
 )
-from renderers.snapshots.request import Row
+from renderers.snapshots.request import ProjectionName, Row
 from scenarios import Sample, Scenario, View, load_scenario
 from scenarios.bundle import FrameRecord, SampleRecord, read_session
 
@@ -36,7 +35,6 @@ GRACE_S = 1.0
 """So long after its end a session or exercise still shows its last view."""
 
 Place = tuple[float, float, float]
-Lens = Literal["equidistant", "perspective", "orthographic"]
 
 
 def session_views(
@@ -132,7 +130,7 @@ def placed_view(
     *,
     up: Place,
     size: int,
-    lens: Lens,
+    lens: ProjectionName,
     half_side_mm: float,
     distortion: tuple[float, float] = (0.0, 0.0),
     classic: bool,

@@ -9,9 +9,8 @@ import io
 import math
 import os
 import re
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import BinaryIO
 
 import numpy as np
 from numpy.lib import format as npy
@@ -31,13 +30,11 @@ class DataStore:
         self._folder = folder
         self._verified: set[str] = set()
 
-    def put(self, array: NDArray[Any]) -> str:
+    def put(self, array: NDArray[np.generic]) -> str:
         """Write an array unless it is there; return its digest."""
         if array.dtype.hasobject:
             raise UserError(f"an array of {array.dtype} cannot be stored")
-        buffer = io.BytesIO()
-        npy.write_array(buffer, np.ascontiguousarray(array), allow_pickle=False)
-        record = buffer.getbuffer()
+        record = npy_record(array)
         digest = hashlib.sha256(record).hexdigest()
         path = self._folder / digest
         if not self.touch(digest):
@@ -55,7 +52,7 @@ class DataStore:
 
     def get(
         self, digest: str, dtypes: tuple[str, ...], largest_bytes: int
-    ) -> NDArray[Any]:
+    ) -> NDArray[np.generic]:
         """Map an array into memory, read-only.
 
         dtypes: names of those accepted. Raise ValueError when there is no such array,
@@ -88,19 +85,28 @@ class DataStore:
                 raise UserError(f"data {digest} was changed; its digest is {found}")
             self._verified.add(digest)
         with foreign_file(path, "an array"):
-            array: NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
+            array: NDArray[np.generic] = np.load(
+                path, mmap_mode="r", allow_pickle=False
+            )
         return array
 
 
-def _read_header(file: Any) -> tuple[np.dtype[Any], tuple[int, ...], int]:
-    readers: dict[tuple[int, int], Callable[..., Any]] = {
-        (1, 0): npy.read_array_header_1_0,
-        (2, 0): npy.read_array_header_2_0,
-    }
+def npy_record(array: NDArray[np.generic]) -> memoryview:
+    """Encode an array as the bytes of a ``.npy`` file."""
+    buffer = io.BytesIO()
+    npy.write_array(buffer, np.ascontiguousarray(array), allow_pickle=False)
+    return buffer.getbuffer()
+
+
+def _read_header(file: BinaryIO) -> tuple[np.dtype[np.generic], tuple[int, ...], int]:
     version = npy.read_magic(file)
-    if version not in readers:
+    if version == (1, 0):
+        header = npy.read_array_header_1_0(file, max_header_size=_LARGEST_HEADER)
+    elif version == (2, 0):
+        header = npy.read_array_header_2_0(file, max_header_size=_LARGEST_HEADER)
+    else:
         raise UserError(f"an array record of version {version} cannot be read")
-    shape, fortran, dtype = readers[version](file, max_header_size=_LARGEST_HEADER)
+    shape, fortran, dtype = header
     if fortran and len(shape) > 1:
         raise UserError("an array record must be in C order")
     return dtype, shape, file.tell()

@@ -1,15 +1,12 @@
 """From what was traced to the files of a finished job."""
 
 import hashlib
-import io
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import msgspec
 import numpy as np
-from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from renderers.scene import Camera, GBuffer, Image, Scene, save_png
@@ -24,7 +21,7 @@ from renderers.shading import (
     downsample_radiance,
 )
 from renderers.shading.path_light import BATCH_PATHS, SeenWalls
-from renderers.snapshots.data_store import DataStore, make_last, write_whole
+from renderers.snapshots.data_store import DataStore, make_last, npy_record, write_whole
 from renderers.snapshots.path_traced import follow_light, path_tracing_of
 from renderers.snapshots.request import ClassicWork, ScopeWork, SnapshotRequest
 from renderers.snapshots.saved_work import SavedWork
@@ -294,7 +291,7 @@ def write_picture(
     """
     text = {"Title": f"PARAVOL snapshot {request.id}", "Software": "PARAVOL"}
     save_png(folder / "picture.png", picture.pixels, text)
-    arrays: dict[str, NDArray[Any]] = {
+    arrays: dict[str, NDArray[np.generic]] = {
         "radiance.npy": picture.radiance,
         "depth.npy": picture.depth_mm,
         "coverage.npy": picture.coverage,
@@ -303,7 +300,7 @@ def write_picture(
     if picture.state is not None:
         arrays["paths.npy"] = picture.state
     for name, array in arrays.items():
-        write_whole(folder / name, _npy(array), lasting=False)
+        write_whole(folder / name, npy_record(array), lasting=False)
     files = [folder / name for name in ("picture.png", *arrays)]
     make_last(*files)
     return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
@@ -326,7 +323,7 @@ def in_field(coverage: NDArray[np.float32]) -> NDArray[np.bool_]:
     return np.asarray((coverage > 0) & inside)
 
 
-def _added(request: SnapshotRequest, plane: NDArray[Any]) -> NDArray[np.uint32]:
+def _added(request: SnapshotRequest, plane: NDArray[np.generic]) -> NDArray[np.uint32]:
     """Add up what the rays of each pixel have."""
     counts = plane.astype(np.uint32)
     if request.image.samples == 1:
@@ -334,9 +331,3 @@ def _added(request: SnapshotRequest, plane: NDArray[Any]) -> NDArray[np.uint32]:
     rows = counts[0::2] + counts[1::2]
     total: NDArray[np.uint32] = rows[:, 0::2] + rows[:, 1::2]
     return total
-
-
-def _npy(array: NDArray[Any]) -> bytes:
-    buffer = io.BytesIO()
-    npy.write_array(buffer, np.ascontiguousarray(array), allow_pickle=False)
-    return buffer.getvalue()

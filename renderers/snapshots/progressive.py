@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import TypeVar
 
 import msgspec
 import numpy as np
@@ -29,6 +29,8 @@ from renderers.snapshots.team import (
     found_by,
     traced_camera,
 )
+
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 COARSER = (16, 4)
 """Rays along a side that one ray of a coarse picture stands for: .4 and 6 % of them."""
@@ -55,9 +57,9 @@ def fill(
         for size, other in zip(found.size, coarse.size, strict=True)
     )
 
-    def mixed(fine: NDArray[Any], rough: NDArray[Any]) -> NDArray[Any]:
+    def mixed(fine: NDArray[Scalar], rough: NDArray[Scalar]) -> NDArray[Scalar]:
         mask = done.reshape(done.shape + (1,) * (fine.ndim - 2))
-        return np.where(mask, fine, rough[rows[:, None], columns])
+        return np.asarray(np.where(mask, fine, rough[rows[:, None], columns]))
 
     if isinstance(found, Image):
         assert isinstance(coarse, Image)

@@ -77,6 +77,10 @@ Axis: TypeAlias = tuple[Cosine, Cosine, Cosine]
 
 
 Row: TypeAlias = tuple[Cosine, Cosine, Cosine, Coordinate]
+QualityName = Literal["preview", "snapshot", "final", "reference"]
+ProjectionName = Literal["equidistant", "perspective", "orthographic"]
+MaterialName = Literal["METAL", "DARK_PLASTIC", "BLOOD", "MUCUS", "POLYP", "BONE"]
+Samples = Literal[1, 4]
 
 
 class _Strict(Struct, forbid_unknown_fields=True, frozen=True):
@@ -102,7 +106,7 @@ class CameraSpec(_Strict, frozen=True):
     axes: tuple[Axis, Axis, Axis]
     """Unit right, up and forward."""
     extent: Positive
-    projection: Literal["equidistant", "perspective", "orthographic"] = "equidistant"
+    projection: ProjectionName = "equidistant"
     distortion: tuple[float, float] = (0.0, 0.0)
 
 
@@ -111,7 +115,7 @@ class ImageSpec(_Strict, frozen=True):
 
     width: Pixels
     height: Pixels
-    samples: Literal[1, 4] = 1
+    samples: Samples = 1
 
 
 class InstrumentSpec(_Strict, frozen=True):
@@ -119,7 +123,7 @@ class InstrumentSpec(_Strict, frozen=True):
 
     vertices: Digest
     faces: Digest
-    material: Literal["METAL", "DARK_PLASTIC", "BLOOD", "MUCUS", "POLYP", "BONE"]
+    material: MaterialName
     world_from_mesh: tuple[Row, Row, Row]
 
 
@@ -246,7 +250,7 @@ class SnapshotRequest(_Strict, frozen=True):
     camera: CameraSpec
     image: ImageSpec
     work: ScopeWork | ClassicWork
-    quality: Literal["preview", "snapshot", "final", "reference"] = "snapshot"
+    quality: QualityName = "snapshot"
     step_voxels: Annotated[float, Meta(ge=1 / 256, le=4)] | None = None
     cutoff: Annotated[float, Meta(ge=0, lt=0.5)] | None = None
     priority: Annotated[int, Meta(ge=0, le=9)] = 5

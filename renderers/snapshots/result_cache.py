@@ -9,14 +9,13 @@ change.
 
 import hashlib
 from collections import OrderedDict
-from collections.abc import Iterable
 from dataclasses import fields
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
+from renderers.scene import GBuffer, Image
 from renderers.snapshots.delivery import Picture
 from renderers.snapshots.request import ClassicWork, SnapshotRequest
 from renderers.snapshots.team import Traced
@@ -46,7 +45,7 @@ def trace_key(request: SnapshotRequest) -> bytes:
     """Describe all that rays depend on: not exposure, background or scope's tools."""
     work = request.work
     if isinstance(work, ClassicWork):
-        bare: Any = msgspec.structs.replace(work, background=(0.0, 0.0, 0.0))
+        bare: object = msgspec.structs.replace(work, background=(0.0, 0.0, 0.0))
     else:
         bare = work.distance, work.grid
     # the key of the rest has the work of nobody in its place
@@ -75,12 +74,12 @@ class ResultCache:
     def keep_traced(self, request: SnapshotRequest, traced: Traced) -> None:
         """Keep what rays found, unless some were left out."""
         if traced.drawn is None:
-            self._traces.put(trace_key(request), traced, _bytes(_arrays(traced.found)))
+            self._traces.put(trace_key(request), traced, _bytes(traced.found))
 
     def keep_picture(self, request: SnapshotRequest, picture: Picture) -> None:
         """Keep a picture, unless it was stopped early."""
         if picture.complete:
-            self._pictures.put(picture_key(request), picture, _bytes(_arrays(picture)))
+            self._pictures.put(picture_key(request), picture, _bytes(picture))
 
 
 class _Recent(Generic[V]):
@@ -113,10 +112,6 @@ class _Recent(Generic[V]):
             self._used -= self._values.popitem(last=False)[1][1]
 
 
-def _arrays(holder: Any) -> Iterable[NDArray[Any]]:
+def _bytes(holder: Picture | GBuffer | Image) -> int:
     values = (getattr(holder, field.name) for field in fields(holder))
-    return [value for value in values if isinstance(value, np.ndarray)]
-
-
-def _bytes(arrays: Iterable[NDArray[Any]]) -> int:
-    return sum(array.nbytes for array in arrays)
+    return sum(value.nbytes for value in values if isinstance(value, np.ndarray))

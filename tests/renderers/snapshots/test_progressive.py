@@ -11,11 +11,11 @@ from numpy.testing import assert_array_equal
 from renderers.art import ActiveRayTracer, RenderStoppedError
 from renderers.art.regions import Region
 from renderers.scene import Camera, GBuffer, Image, Scene
-from renderers.snapshots.client import Samples, SnapshotClient
+from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.delivery import Finisher
 from renderers.snapshots.growing import FILE_NAME, GrowingPicture
 from renderers.snapshots.progressive import Preview, coarse_requests, fill, trace_best
-from renderers.snapshots.request import ImageSpec, SnapshotRequest
+from renderers.snapshots.request import ImageSpec, Samples, SnapshotRequest
 from renderers.snapshots.spool import Spool
 from renderers.snapshots.team import SerialTeam, Traced, empty_gather
 from renderers.snapshots.worker import run_worker

@@ -14,8 +14,6 @@ from renderers.scene.composition import before_solids, solids_seen
 from renderers.scene.mesh import PlacedMesh
 from renderers.shading import downsample_radiance
 from renderers.snapshots.client import (
-    QualityName,
-    Samples,
     Snapshot,
     SnapshotClient,
     SnapshotError,
@@ -23,7 +21,9 @@ from renderers.snapshots.client import (
 from renderers.snapshots.growing import GrowingPicture
 from renderers.snapshots.progressive import coarse_requests, fill, trace_best
 from renderers.snapshots.request import (
+    QualityName,
     RotationSpec,
+    Samples,
     ScopeWork,
     SnapshotRequest,
     to_deflection,
