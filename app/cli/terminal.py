@@ -2,7 +2,6 @@
 
 import json
 import sys
-from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 import msgspec
@@ -46,12 +45,7 @@ class Stages:
             self._bars.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         if self._bars is not None:
             self._bars.stop()
             self._bars = None

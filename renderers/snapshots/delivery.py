@@ -22,11 +22,11 @@ from renderers.shading import (
 )
 from renderers.shading.path_light import BATCH_PATHS, SeenWalls
 from renderers.snapshots.data_store import DataStore, make_last, npy_record, write_whole
+from renderers.snapshots.error_estimate import eye_codes, in_field, stopped_error
 from renderers.snapshots.path_traced import follow_light, path_tracing_of
 from renderers.snapshots.request import ClassicWork, ScopeWork, SnapshotRequest
 from renderers.snapshots.saved_work import SavedWork
 from renderers.snapshots.scene_loader import instrument_meshes, seen_surface
-from renderers.snapshots.stopped_error import stopped_error
 from renderers.snapshots.team import Progress, Traced, traced_camera
 
 
@@ -304,23 +304,6 @@ def write_picture(
     files = [folder / name for name in ("picture.png", *arrays)]
     make_last(*files)
     return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
-
-
-def eye_codes(radiance: NDArray[np.float32], gain: float) -> NDArray[np.float32]:
-    """Encode light as the eye weighs it, in codes of 255."""
-    light = np.clip(radiance * np.float32(gain), 0, 1)
-    return np.asarray(255 * light ** np.float32(1 / 2.2))
-
-
-def in_field(coverage: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Mark the pixels ``(h, w)`` of an endoscope's picture that show something.
-
-    Beyond the field's stop nothing is shown.
-    """
-    half = min(coverage.shape) / 2
-    rows, columns = ((np.arange(n) + 0.5 - n / 2) / half for n in coverage.shape)
-    inside = np.hypot(rows[:, None], columns[None]) <= 1
-    return np.asarray((coverage > 0) & inside)
 
 
 def _added(request: SnapshotRequest, plane: NDArray[np.generic]) -> NDArray[np.uint32]:

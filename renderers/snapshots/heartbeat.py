@@ -3,7 +3,6 @@
 import threading
 import time
 from contextlib import AbstractContextManager
-from types import TracebackType
 
 from renderers.art.job_steps import Step, reached
 from renderers.snapshots.spool import JobState, JobStatus, Spool
@@ -42,12 +41,7 @@ class Heartbeat(AbstractContextManager["Heartbeat"]):
         self._thread.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self._over.set()
         self._thread.join()
 

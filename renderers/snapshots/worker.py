@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
@@ -80,36 +81,28 @@ def run_worker(
                 break
             time.sleep(POLL_S)
     finally:
-        worker.finisher.close()
+        finisher.close()
         team.dismiss()
     return served
 
 
+@dataclass(frozen=True, slots=True)
 class _Worker:
-    """Bring one job after the other to an end."""
+    """Bring one job after the other to an end; fields as in `run_worker`."""
 
-    def __init__(
-        self,
-        spool: Spool,
-        team: Team,
-        finisher: Finisher,
-        kept: ResultCache,
-        save_every_s: float,
-        stopped: Callable[[], bool],
-    ) -> None:
-        self.finisher = finisher
-        self._spool = spool
-        self._team = team
-        self._save_every_s = save_every_s
-        self._stopped = stopped
-        self._kept = kept
+    spool: Spool
+    team: Team
+    finisher: Finisher
+    kept: ResultCache
+    save_every_s: float
+    stopped: Callable[[], bool]
 
     def serve(self, claim: Claim) -> bool:
         """Draw one job; False when the worker was stopped before it ended.
 
         What is wrong with the job becomes its status, never the worker's end.
         """
-        with Heartbeat(self._spool, claim.job_id, claim.attempt) as heart:
+        with Heartbeat(self.spool, claim.job_id, claim.attempt) as heart:
             try:
                 verdict = self._judge(claim, heart)
             except TransportError:
@@ -122,8 +115,8 @@ class _Worker:
                 raise
             if verdict is not None:
                 heart.end(*verdict)
-            if self._spool.status(claim.job_id).state.is_final:
-                forget_saved(self._spool, claim.job_id)
+            if self.spool.status(claim.job_id).state.is_final:
+                forget_saved(self.spool, claim.job_id)
             return heart.is_over
 
     def _judge(self, claim: Claim, heart: Heartbeat) -> Verdict | None:
@@ -153,7 +146,7 @@ class _Worker:
         )
         if request.deadline_s is not None:
             heart.limit(
-                request.deadline_s - self._spool.age_s(request.id),
+                request.deadline_s - self.spool.age_s(request.id),
                 f"the picture was not done within deadline_s, {request.deadline_s:g} s",
             )
         if not heart.look():
@@ -161,19 +154,19 @@ class _Worker:
 
         def go_on(share: float) -> bool:
             heart.done = max(heart.done, 0.99 * share)
-            return heart.may_go_on() and not self._stopped()
+            return heart.may_go_on() and not self.stopped()
 
         def enough() -> bool:
             after = request.deliver_after_s
             late = after is not None and time.perf_counter() - began > after
-            return late or self._spool.is_enough(request.id)
+            return late or self.spool.is_enough(request.id)
 
-        scene = load_scene(self._spool.data, request)
+        scene = load_scene(self.spool.data, request)
         reached(Step.SCENE_LOADED)
         loaded = time.perf_counter()
-        folder = self._spool.attempt_folder(request.id, attempt)
-        saved = SavedWork(self._spool, request, attempt, self._save_every_s)
-        picture, traced = self._kept.picture(request), self._kept.traced(request)
+        folder = self.spool.attempt_folder(request.id, attempt)
+        saved = SavedWork(self.spool, request, attempt, self.save_every_s)
+        picture, traced = self.kept.picture(request), self.kept.traced(request)
         skipped = {
             "views_skipped": int(picture is not None),
             "traces_skipped": int(picture is not None or traced is not None),
@@ -181,22 +174,22 @@ class _Worker:
         counters: dict[str, int] = {}
         share = 1.0
         if picture is None and can_refine(request):
-            refinement = Refinement(self._team, self.finisher, request, scene, go_on)
+            refinement = Refinement(self.team, self.finisher, request, scene, go_on)
             with Preview(folder, request, scene, self.finisher) as preview:
                 picture = refined(refinement, go_on, enough, preview.show_picture)
             counters = dict(refinement.counters)
             share = float(picture.samples.mean()) / 4
-            self._kept.keep_picture(request, picture)
+            self.kept.keep_picture(request, picture)
         elif picture is None and traced is None:
             traced = self._trace(request, scene, folder, go_on, enough, saved)
-            self._kept.keep_traced(request, traced)
+            self.kept.keep_traced(request, traced)
             counters = traced.counters
             share = 1.0 if traced.drawn is None else float(traced.drawn.mean())
         found = time.perf_counter()
         if picture is None:
             assert traced is not None
             picture = self.finisher.finish(request, scene, traced, go_on, enough, saved)
-            self._kept.keep_picture(request, picture)
+            self.kept.keep_picture(request, picture)
         reached(Step.PICTURE_SHADED)
         shaded = time.perf_counter()
         if not (heart.look() and go_on(1.0)):
@@ -209,7 +202,7 @@ class _Worker:
             mode="classic" if picture.gain is None else "scope",
             width=request.image.width,
             height=request.image.height,
-            ranks=self._team.ranks,
+            ranks=self.team.ranks,
             attempt=attempt,
             gain=picture.gain,
             complete=picture.complete,
@@ -245,12 +238,12 @@ class _Worker:
         tracing = 0.05 if path_tracing_of(request) else 0.9
         with Preview(folder, request, scene, self.finisher) as preview:
             return trace_best(
-                self._team,
+                self.team,
                 request,
                 scene,
                 lambda share: go_on(tracing * share),
                 enough,
                 preview,
                 saved,
-                load_tools(self._spool.data, request),
+                load_tools(self.spool.data, request),
             )

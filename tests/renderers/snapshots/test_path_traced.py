@@ -9,7 +9,8 @@ from numpy.testing import assert_array_equal
 
 from renderers.scene import Camera, Scene
 from renderers.snapshots.client import Snapshot, SnapshotClient, SnapshotError
-from renderers.snapshots.delivery import Finisher, eye_codes, in_field
+from renderers.snapshots.delivery import Finisher
+from renderers.snapshots.error_estimate import eye_codes, in_field
 from renderers.snapshots.request import PathTracingSpec, ScopeWork, SnapshotRequest
 from renderers.snapshots.team import SerialTeam
 from renderers.snapshots.worker import run_worker
