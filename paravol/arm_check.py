@@ -37,7 +37,7 @@ STANDING = 0.5
 
 
 class Guide(Protocol):
-    """What tells a person what to do; `app.cli.terminal.Stages` is one."""
+    """Instructions and progress for a person; `app.cli.terminal.Stages` is one."""
 
     def __call__(self, stage: str, share: float) -> None: ...
 
@@ -57,16 +57,16 @@ PEDALS = ("right", "left")
 
 
 class LinedArm(Protocol):
-    """What is told of an arm's line; `MicroScribe` has it."""
+    """What is reported of an arm's line; `MicroScribe` has it."""
 
     @property
     def baud(self) -> int:
-        """Get the rate at which the arm was found, bits per second."""
+        """Return the rate at which the arm was found, bits per second."""
         ...
 
     @property
     def round_trip_s(self) -> float:
-        """Get the median time from a poll to its whole answer, nan without polls."""
+        """Return the median time from a poll to its whole answer, nan without polls."""
         ...
 
 
@@ -75,32 +75,32 @@ class Arm(LinedArm, Protocol):
 
     @property
     def description(self) -> ArmDescription:
-        """Get what the arm told about itself."""
+        """Return what the arm told about itself."""
         ...
 
     @property
     def home_state(self) -> HomeState:
-        """Get whether its angle registers can be trusted."""
+        """Return whether its angle registers can be trusted."""
         ...
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """Get the newest counts of the six joints."""
+        """Return the newest counts of the six joints."""
         ...
 
     @property
     def frozen_joints(self) -> tuple[int, ...]:
-        """Get the joints, from 0, that stood still while others moved."""
+        """Return the joints, from 0, that stood still while others moved."""
         ...
 
     @property
     def clock_drift(self) -> float:
-        """Get how much faster the host's clock runs, s per s."""
+        """Return how much faster the host's clock runs, s per s."""
         ...
 
     @property
     def counters(self) -> dict[str, int]:
-        """Get what went wrong on the line, by name."""
+        """Return what went wrong on the line, by name."""
         ...
 
     def read(self, timeout_s: float) -> Pose:
@@ -191,7 +191,7 @@ def _clock(drift: float) -> Finding:
 
 
 def _timer(passed_s: float, host_s: float) -> Finding | None:
-    """Tell a timer that stands still, None for one that runs."""
+    """Report a timer that stands still, None for one that runs."""
     if passed_s >= STANDING * host_s:
         return None
     return Finding(
@@ -204,9 +204,9 @@ def _timer(passed_s: float, host_s: float) -> Finding | None:
 
 
 def _encoders(arm: Arm, travel: tuple[int, ...]) -> Finding:
-    """Tell dead encoders, from which no count came while others moved, from idle ones.
+    """Report dead encoders, without counts while others moved, and idle ones.
 
-    Joints are told from 1, the one at the base.
+    Joints are numbered from 1, the one at the base.
     """
     built_in = [j for j in range(JOINTS) if arm.description.maxima.encoders[j] > 0]
     dead = [j + 1 for j in arm.frozen_joints if travel[j] == 0]
@@ -244,7 +244,7 @@ def longest_poses_hz(baud: int) -> float:
 
 
 def line_findings(arm: LinedArm, rate_hz: float) -> list[Finding]:
-    """Tell the rate that was found, and the poses a second that it brought."""
+    """Report the rate that was found, and the poses a second that it brought."""
     wire_s = 1.0 / longest_poses_hz(arm.baud)
     trip = (
         f"{1e3 * arm.round_trip_s:.1f} ms from a poll to its pose; the line and the "
@@ -259,7 +259,7 @@ def line_findings(arm: LinedArm, rate_hz: float) -> list[Finding]:
 
 
 def adapter_findings(device: str) -> list[Finding]:
-    """Tell how long the adapter holds back what it received, where that is known."""
+    """Report how long the adapter holds back what it received, where that is known."""
     timer_ms = latency_ms(device)
     if timer_ms is None:
         return []
@@ -268,13 +268,13 @@ def adapter_findings(device: str) -> list[Finding]:
 
 
 def tip_finding(newest: Pose) -> Finding:
-    """Tell where the tip is, in the arm's own frame."""
+    """Report where the tip is, in the arm's own frame."""
     place = " ".join(f"{value:.1f}" for value in newest.tip_mm)
     return Finding("tip", f"{place} mm from the middle of the base, z upwards")
 
 
 def pedals_finding(maxima: Maxima, pressed: int) -> Finding:
-    """Tell which pedals the arm has and which of them were pressed (bits)."""
+    """Report which pedals the arm has and which of them were pressed (bits)."""
     built_in = [name for bit, name in enumerate(PEDALS) if maxima.buttons >> bit & 1]
     if not built_in:
         return Finding(

@@ -18,7 +18,7 @@ from paravol.second_scan import check_second, lay_second
 
 @dataclass(frozen=True, slots=True)
 class ImportOptions:
-    """Say what to import and where to; see `paravol import --help`."""
+    """Set what to import and where to; see `paravol import --help`."""
 
     scan: Path
     out: Path

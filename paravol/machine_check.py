@@ -157,7 +157,7 @@ def _ffmpeg() -> Finding:
 
 
 def serial_ports(adapters: list[SerialAdapter] | None = None) -> Finding:
-    """Tell which ports an arm may be at, and what keeps it from being well there."""
+    """Report the ports an arm may be at, and what hinders it there."""
     if adapters is None:
         from devices.microscribe.driver.driver import SerialPorts
 
@@ -177,7 +177,7 @@ def serial_ports(adapters: list[SerialAdapter] | None = None) -> Finding:
 
 
 def _first_line(command: list[str]) -> str:
-    """Give the first line that says something about a version."""
+    """Return the first line about a version."""
     try:
         done = subprocess.run(
             command,

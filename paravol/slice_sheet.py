@@ -141,7 +141,7 @@ def marked(
 
 
 def label_colors() -> NDArray[np.float64]:
-    """Give ``(256, 3)`` sRGB; neighbours in number differ by the golden section.
+    """Return ``(256, 3)`` sRGB; neighbours in number differ by the golden section.
 
     Hues come near to each other again after 8, 13 and 21 numbers: those differ in
     lightness. All are light enough to be seen on the black of air.

@@ -77,7 +77,7 @@ def _cavities(head: ImportedHead) -> str:
 
 
 def _openings(head: ImportedHead) -> str:
-    """Say where the airway meets the room: at the nostrils, or elsewhere as well."""
+    """Describe where the airway meets the room: at the nostrils, or elsewhere too."""
     openings = [o for o in head.airways.openings if o.area_mm2 >= LISTED_OPENING_MM2]
     if not openings:
         return "the airway is closed to the room"

@@ -65,7 +65,7 @@ Oversubscribe = Annotated[
 
 
 def rank_count(asked: int, *, oversubscribe: bool) -> int:
-    """Give as many ranks as there are processors for; say so where these are fewer.
+    """Return at most a rank a processor; print a line where more are asked for.
 
     More only wait for one another: 99 on two processors take a hundred times as long.
     """

@@ -101,7 +101,7 @@ def _font(caption: str, width_px: int) -> "FreeTypeFont | ImageFont":
 
 @dataclass(frozen=True, slots=True)
 class ComparisonReport:
-    """Say how far a quick picture is from a fine one.
+    """Report how far a quick picture is from a fine one.
 
     codes: of the encoded pictures. light: RMSE of linear light, over its mean; None
     where only the encoded pictures can be compared. file: the error map.

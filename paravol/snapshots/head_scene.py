@@ -32,7 +32,7 @@ from scenarios.scenario import Head as ScenarioHead
 
 @dataclass(frozen=True, slots=True)
 class RenderSettings:
-    """Say how finely a picture is drawn, and how long it may take.
+    """Set how finely a picture is drawn, and how long it may take.
 
     seconds: the best picture so far is taken then. tolerance: as in
     `SnapshotRequest`.
@@ -96,7 +96,7 @@ class HeadScene:
     def request(
         self, client: SnapshotClient, view: ViewFile, settings: RenderSettings
     ) -> SnapshotRequest:
-        """Ask for a picture of a view."""
+        """Make the request for a picture of a view."""
         self.demand(view)
         camera, look = view.to_camera(), view.look
         options = RequestOptions(
@@ -139,7 +139,7 @@ LONGEST_S = 86_400.0
 
 
 def placed(instruments: tuple[PlacedInstrument, ...]) -> list[PlacedMesh]:
-    """Give instruments' meshes with their 4x4 poses."""
+    """Return instruments' meshes with their 4x4 poses."""
     if not instruments:
         return []
     # Imported here: building meshes loads a large library.

@@ -24,7 +24,7 @@ class SelectedFrame:
     _off_s: float = float("inf")
 
     def offer(self, number: int, view: View, frame: Frame, time_s: float) -> None:
-        """Take the frame if it is nearer than the one that is kept."""
+        """Keep the frame if it is nearer than the one before."""
         off = abs(time_s - self.moment.time_s)
         if off < self._off_s:
             self.view, self.frame = view, frame
@@ -65,7 +65,7 @@ class SnapshotRequestFactory:
         number: int,
         progressive: bool = False,
     ) -> SnapshotRequest:
-        """Ask for a view, exposed and grained as the live frame of that number."""
+        """Request a view, exposed and with the grain of the live frame of a number."""
         tool = self.instrument
         return client.request_scope(
             self.surface,

@@ -77,7 +77,7 @@ class RenderedPicture:
         )
 
     def text(self) -> dict[str, str]:
-        """Say what was drawn, as metadata of a file."""
+        """Return what was drawn, as metadata of a file."""
         result = self.result
         noise = "" if result.noise is None else f"{result.noise:.6g}"
         pair = {}

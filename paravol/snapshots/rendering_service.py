@@ -19,7 +19,7 @@ STOP_S = 5.0
 
 @dataclass(frozen=True, slots=True)
 class WorkerOptions:
-    """Say how a worker works; see `paravol worker --help`. None: as it sees fit."""
+    """Set up a worker; see `paravol worker --help`. None: the worker's default."""
 
     ranks: int = 1
     once: bool = False
@@ -48,7 +48,7 @@ class WorkerOptions:
             )
 
     def words(self) -> list[str]:
-        """Give these options in the words of `python -m renderers.snapshots`."""
+        """Return these options as arguments of `python -m renderers.snapshots`."""
         values = {
             "--threads": self.threads,
             "--dataflow": self.dataflow,
@@ -64,7 +64,7 @@ class WorkerOptions:
 
 
 def worker_command(spool: Path, options: WorkerOptions) -> list[str]:
-    """Give the command line that serves `spool`.
+    """Return the command line that serves `spool`.
 
     Raises UserError when ranks are wanted and there is no MPI to start them.
     """
@@ -95,7 +95,7 @@ class Worker:
 
     @property
     def pid(self) -> int:
-        """Get the process id of the worker or its launcher."""
+        """Return the process id of the worker or its launcher."""
         return self._child.pid
 
     def ensure_alive(self) -> None:

@@ -95,7 +95,7 @@ class SnapshotQueue(Closing):
         show: Callable[[MomentPicture], None],
         serving: Serving = NICE_WORKER,
     ) -> None:
-        """Take orders.
+        """Start the queue's thread.
 
         folder: for the finished pictures. show: told of every change, from the queue's
         own thread.

@@ -21,7 +21,7 @@ from renderers.snapshots.request import SnapshotResult
 
 @dataclass(frozen=True, slots=True)
 class Extras:
-    """Say what is wanted beside a picture.
+    """Name what is wanted beside a picture.
 
     state: file that paths of light continue from. stereo_mm: distance of two eyes.
     against: compare with the live picture (fsr) or the quick bounce light (fast).

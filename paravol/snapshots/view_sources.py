@@ -44,7 +44,7 @@ def session_views(
     case: Path | None,
     progress: Progress,
 ) -> tuple[HeadScene, list[ViewFile]]:
-    """Give what a session saw at each time, with the camera's gain of then.
+    """Return what a session saw at each time, with the camera's gain of then.
 
     The newest sample at or before a time counts, before the first one the first. case:
     where the case that was flown through lies now. Raises ValueError for a session that
@@ -101,7 +101,7 @@ def session_views(
 def case_views(
     folder: Path, times_s: NDArray[np.float64], size: int, progress: Progress
 ) -> tuple[HeadScene, list[ViewFile]]:
-    """Give what a scope sees along a case's exercise; ValueError after its end."""
+    """Return what a scope sees along a case's exercise; ValueError after its end."""
     scenario, place = load_scenario(str(exercise_of(folder)))
     room = prepare_room(scenario, progress)
     path = load_probe_path(place / scenario.path)
@@ -135,7 +135,7 @@ def placed_view(
     distortion: tuple[float, float] = (0.0, 0.0),
     classic: bool,
 ) -> ViewFile:
-    """Give the view from a place to a place; ValueError where one cannot look so."""
+    """Return the view from a place to a place; ValueError where one cannot look so."""
     extent = math.radians(FIELD_DEG / 2)
     if lens == "orthographic":
         extent = half_side_mm

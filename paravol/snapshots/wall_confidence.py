@@ -20,7 +20,7 @@ TINT = np.array([255.0, 40.0, 200.0])
 
 @dataclass(frozen=True, slots=True)
 class WallConfidence:
-    """Say how much of a picture is sure.
+    """Report how much of a picture is sure.
 
     sure: share of the pixels in the field. resolved_mm: walls at least so thick are
     never lost. file: the map.

@@ -69,7 +69,7 @@ class Snapshot:
 
     @property
     def picture(self) -> Path:
-        """Get the PNG file."""
+        """Return the PNG file."""
         return self.folder / "picture.png"
 
     def pixels(self) -> NDArray[np.uint8]:
@@ -132,7 +132,7 @@ class SnapshotClient:
 
     @property
     def data(self) -> DataStore:
-        """Get where the arrays that requests name are kept."""
+        """Return the store of the arrays that requests name."""
         return self.spool.data
 
     def request_scope(
@@ -230,11 +230,11 @@ class SnapshotClient:
         return request.id
 
     def cancel(self, job_id: str) -> None:
-        """Wish that a job ends."""
+        """Ask for a job's end."""
         self.spool.ask_cancel(job_id)
 
     def finish(self, job_id: str) -> None:
-        """Wish for the best picture so far."""
+        """Ask for the best picture so far."""
         self.spool.ask_finish(job_id)
 
     def wait(

@@ -43,7 +43,7 @@ class DataStore:
         return digest
 
     def touch(self, digest: str) -> bool:
-        """Say that an array is wanted, so that pruning leaves it; False: it is gone."""
+        """Renew an array's time, so that pruning leaves it; False if it is gone."""
         try:
             os.utime(self._folder / digest)
         except FileNotFoundError:

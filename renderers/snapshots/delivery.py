@@ -73,7 +73,7 @@ class ScopeView:
 
     @property
     def casters(self) -> list[Caster]:
-        """Get what casts shadows."""
+        """Return what casts shadows."""
         return [Caster.of(mesh, pose) for mesh, pose in self.tools]
 
     def with_tools(self, found: GBuffer) -> GBuffer:
@@ -245,7 +245,7 @@ class Finisher:
         radiance: NDArray[np.float32],
         gbuffer: GBuffer,
     ) -> tuple[NDArray[np.uint8], float]:
-        """Take the picture of one radiance a pixel; give it and the gain."""
+        """Expose one radiance a pixel; return the picture and the gain."""
         return self._camera.finish(
             radiance,
             gbuffer,

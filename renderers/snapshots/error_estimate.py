@@ -120,7 +120,7 @@ def block_sums(plane: Plane, edge: int) -> Plane:
 def spread_blocks(
     blocks: NDArray[Scalar], edge: int, size: tuple[int, ...]
 ) -> NDArray[Scalar]:
-    """Give each pixel its block's value."""
+    """Return the value of each pixel's block."""
     whole = np.repeat(np.repeat(blocks, edge, axis=0), edge, axis=1)
     return np.ascontiguousarray(whole[: size[0], : size[1]])
 

@@ -1,4 +1,4 @@
-"""What is said about a job while it is worked on, and what may end it early."""
+"""The status of a job while it is worked on, and what may end it early."""
 
 import threading
 import time
@@ -51,11 +51,11 @@ class Heartbeat(AbstractContextManager["Heartbeat"]):
 
     @property
     def is_over(self) -> bool:
-        """Tell whether the last word was said here."""
+        """Return whether the final status was written here."""
         return self._said is not None
 
     def may_go_on(self) -> bool:
-        """Tell whether the job is still wanted, and still ours."""
+        """Return whether the job is still wanted, and still ours."""
         return self._said is None and not self._is_lost
 
     def look(self) -> bool:
@@ -70,7 +70,7 @@ class Heartbeat(AbstractContextManager["Heartbeat"]):
         return self.may_go_on()
 
     def end(self, state: JobState, message: str = "") -> None:
-        """Say the last word, unless it was said or another worker took the job over."""
+        """Write the final status, unless it stands or another worker has the job."""
         with self._lock:
             self._is_lost |= not self._spool.owns(self._job_id, self._attempt)
             if self.may_go_on():

@@ -33,13 +33,13 @@ class PathTracedLight:
 
     @property
     def batches(self) -> NDArray[np.int32]:
-        """Get the batches of each ray, ``(h, w)``."""
+        """Return the batches of each ray, ``(h, w)``."""
         assert self.light.batches is not None
         return self.light.batches
 
 
 def path_tracing_of(request: SnapshotRequest) -> PathTracingSpec | None:
-    """Get what a request says of paths."""
+    """Return a request's path tracing, None in other modes."""
     return request.work.path_tracing if isinstance(request.work, ScopeWork) else None
 
 

@@ -177,7 +177,7 @@ class Preview(AbstractContextManager["Preview"]):
         self._spent_s += time.monotonic() - began
 
     def _single(self) -> SnapshotRequest:
-        """Ask for one sample a pixel, exposed as the coarse pictures were.
+        """Make the request of one sample a pixel, exposed as the coarse pictures were.
 
         A camera that metered what happens to be there would flicker.
         """
@@ -254,7 +254,7 @@ def trace_best(
 
 
 def coarse_requests(request: SnapshotRequest) -> list[SnapshotRequest]:
-    """Ask for pictures of fewer rays, the coarsest first.
+    """Make requests of fewer rays, the coarsest first.
 
     There are none where the picture is not progressive, or too small for that.
     """

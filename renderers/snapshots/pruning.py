@@ -126,7 +126,7 @@ class Pruner:
 
 
 def _age_s(path: Path, now: float) -> float:
-    """Get a file's age; less than any limit where another pruner was quicker."""
+    """Return a file's age; less than any limit where another pruner was quicker."""
     try:
         return now - path.stat().st_mtime
     except FileNotFoundError:

@@ -48,7 +48,7 @@ Show = Callable[[NDArray[np.uint8]], None]
 
 
 def can_refine(request: SnapshotRequest) -> bool:
-    """Tell whether a request asks for samples in the order of what they change."""
+    """Return whether a request asks for samples in the order of what they change."""
     work = request.work
     return (
         request.tolerance is not None
@@ -108,24 +108,24 @@ class Refinement:
 
     @property
     def share(self) -> float:
-        """Get the share of the tiles that are refined."""
+        """Return the share of the tiles that are refined."""
         return self._done / len(self._order)
 
     @property
     def error(self) -> float:
-        """Get the estimated root mean square error, in codes of encoded light."""
+        """Return the estimated root mean square error, in codes of encoded light."""
         rest = float((self.guess[~self.refined] ** 2).sum())
         return self._scale * math.sqrt(rest / max(int(self._counted.sum()), 1))
 
     @property
     def is_done(self) -> bool:
-        """Tell whether the request is satisfied."""
+        """Return whether the request is satisfied."""
         tolerance = self._request.tolerance or 0.0
         return self.share == 1 or (tolerance > 0 and self.error <= tolerance)
 
     @property
     def next_tiles(self) -> int:
-        """Get the tiles to refine next: an eighth of all, or what is still asked for.
+        """Return the tiles to refine next: an eighth of all, or what is still needed.
 
         Where a tolerance is asked for, and the estimate has been put right by a first
         eighth, as many as it takes by that estimate, and a tenth more of the error:
@@ -184,7 +184,7 @@ class Refinement:
         self.refined |= here
 
     def picture(self) -> Picture:
-        """Take the picture as it is now."""
+        """Return the picture as it is now."""
         pixels, gain = self._finisher.expose(
             self._request, self._work, self._radiance, self._gbuffer
         )

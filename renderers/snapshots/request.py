@@ -230,7 +230,7 @@ DeflectorSpec: TypeAlias = TranslationSpec | RotationSpec | ScalingSpec | CutSpe
 
 
 class SnapshotRequest(_Strict, frozen=True):
-    """Ask for one picture.
+    """Request one picture.
 
     priority: 0 is drawn first. step_voxels, cutoff: replace those of `quality`; a step
     given is taken in any scene.
@@ -290,7 +290,7 @@ class SnapshotRequest(_Strict, frozen=True):
 
 
 class SnapshotResult(_Strict, frozen=True):
-    """Say what was drawn, and what it cost.
+    """Report what was drawn, and what it cost.
 
     seconds: `load`, `trace`, `shade`, `total`. digests: of the files, by name.
     counters: what tracing cost; views_skipped, traces_skipped: 1 where a picture, or

@@ -64,11 +64,11 @@ class ResultCache:
         self._traces = _Recent[Traced](room)
 
     def picture(self, request: SnapshotRequest) -> Picture | None:
-        """Get the picture of an equal request, if it is still here."""
+        """Return the picture of an equal request, if it is still here."""
         return self._pictures.get(picture_key(request))
 
     def traced(self, request: SnapshotRequest) -> Traced | None:
-        """Get what the rays of an equal view found, if it is still here."""
+        """Return what the rays of an equal view found, if it is still here."""
         return self._traces.get(trace_key(request))
 
     def keep_traced(self, request: SnapshotRequest, traced: Traced) -> None:

@@ -43,7 +43,7 @@ _DIGEST = hashlib.sha256().digest_size
 
 @cache
 def code_key() -> bytes:
-    """Get a digest of all that a ray's bits may depend on, besides the request.
+    """Return a digest of all that a ray's bits may depend on, besides the request.
 
     Ask once before anything is drawn: of sources that are replaced while they run it
     would tell those that do not run.
@@ -60,7 +60,7 @@ def code_key() -> bytes:
 
 
 def _processor() -> str:
-    """Tell what numpy may choose its instructions by."""
+    """Return what numpy may choose its instructions by."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:

@@ -100,7 +100,7 @@ def _key(part: object, request: SnapshotRequest) -> bytes:
 
 
 def seen_surface(request: SnapshotRequest, scene: Scene) -> AirSurface:
-    """Get the surface whose light is found: deformed as the rays see it."""
+    """Return the surface whose light is found: deformed as the rays see it."""
     if scene.surface is None:
         raise UserError("the scene has no air surface; mode scope needs one")
     if not request.deflectors:
@@ -109,7 +109,7 @@ def seen_surface(request: SnapshotRequest, scene: Scene) -> AirSurface:
 
 
 def rigid_pose(rows: ArrayLike) -> NDArray[np.float64]:
-    """Give the 4x4 transform of three rows; ValueError where it would bend a tool."""
+    """Return the 4x4 transform of three rows; ValueError where it would bend a tool."""
     pose = np.eye(4)
     pose[:3] = rows
     rotation = pose[:3, :3]
@@ -155,7 +155,7 @@ ROUNDING = 1e-9
 
 
 def camera_in_tissue(request: SnapshotRequest, scene: Scene) -> bool:
-    """Tell whether the eye is in what it looks at.
+    """Return whether the eye is in what it looks at.
 
     In mode scope: behind the surface of the air. In mode classic: where the transfer
     function lets less than all light through. Deflected tissue counts where it is

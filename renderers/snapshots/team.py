@@ -71,7 +71,7 @@ class Traced:
 
 
 def traced_camera(request: SnapshotRequest) -> Camera:
-    """Get the camera that is traced: 2 x 2 rays a pixel for 4 samples."""
+    """Return the camera that is traced: 2 x 2 rays a pixel for 4 samples."""
     camera = request.to_camera()
     factor = 2 if request.image.samples == 4 else 1
     return camera.with_size(camera.width * factor, camera.height * factor)
@@ -219,7 +219,7 @@ class _Kept:
 
 
 def mode_of(request: SnapshotRequest) -> str:
-    """Get what the tracer calls a request's mode."""
+    """Return the tracer's name of a request's mode."""
     return "scope" if isinstance(request.work, ScopeWork) else "classic"
 
 
@@ -274,7 +274,7 @@ class _Prepared:
 
 
 class _Order(msgspec.Struct):
-    """Tell the other ranks what to draw. finished: bits of `finished_squares`."""
+    """Hold what the other ranks shall draw. finished: bits of `finished_squares`."""
 
     request: msgspec.Raw
     finished: bytes
@@ -354,7 +354,7 @@ class RankTeam:
 
 
 def follow(rank: Rank, data: DataStore, policy: CellPolicy | None = None) -> None:
-    """Take part in what rank 0 orders until it says STOP; the loop of other ranks."""
+    """Trace what rank 0 orders until it sends STOP; the loop of the other ranks."""
     transport = rank.transport
     prepared = _Prepared(transport, policy or CellPolicy())
     while True:
