@@ -11,25 +11,10 @@ from anatomy.scan.imported import ImportedHead, import_head
 from anatomy.scan.imported_case import source_record, write_imported_case
 from anatomy.scan.scan import Modality, Scan, read_scan
 from paravol.case_exercise import exercise_of, straight_path
+from paravol.case_options import ImportOptions
 from paravol.output_folder import claimed_case, remove_exercise
 from paravol.patient import Progress
 from paravol.second_scan import check_second, lay_second
-
-
-@dataclass(frozen=True, slots=True)
-class ImportOptions:
-    """Set what to import and where to; see `paravol import --help`."""
-
-    scan: Path
-    out: Path
-    series: int | None
-    modality: str | None
-    spacing_mm: float
-    pivot_mm: tuple[float, float, float] | None
-    second: Path | None
-    allow_gaps: bool
-    nonfinite_air: bool
-    force: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,15 +26,15 @@ class ImportedCase:
     quality: dict[str, float]
 
 
-def import_case(options: ImportOptions, progress: Progress) -> ImportedCase:
+def import_case(file: Path, options: ImportOptions, progress: Progress) -> ImportedCase:
     """Read a scan, find its airway, write the case."""
     with claimed_case(options.out, force=options.force) as out:
-        scan, second = _read(options, progress)
-        pivot = None if options.pivot_mm is None else np.array(options.pivot_mm)
-        head = import_head(scan, options.spacing_mm, progress, pivot)
+        scan, second = _read(file, options, progress)
+        pivot = None if options.pivot is None else np.array(options.pivot)
+        head = import_head(scan, options.spacing, progress, pivot)
         if head.approach is not None:
             straight_path(head.approach, head.distance)  # refused before it is written
-        sources = [source_record(scan, options.scan.resolve().name)]
+        sources = [source_record(scan, file.resolve().name)]
         others = {}
         quality: dict[str, float] = {}
         if options.second is not None and second is not None:
@@ -67,7 +52,9 @@ def import_case(options: ImportOptions, progress: Progress) -> ImportedCase:
     return ImportedCase(head, record, quality)
 
 
-def _read(options: ImportOptions, progress: Progress) -> tuple[Scan, Scan | None]:
+def _read(
+    file: Path, options: ImportOptions, progress: Progress
+) -> tuple[Scan, Scan | None]:
     """Read both scans first: nobody wants to hear later that the second is none."""
     read = partial(
         read_scan,
@@ -76,7 +63,7 @@ def _read(options: ImportOptions, progress: Progress) -> tuple[Scan, Scan | None
         progress=progress,
     )
     modality = None if options.modality is None else Modality(options.modality.upper())
-    first = read(options.scan, series=options.series, modality=modality)
+    first = read(file, series=options.series, modality=modality)
     second = None if options.second is None else read(options.second)
     if second is not None:
         check_second(first, second)

@@ -3,13 +3,15 @@
 Nothing heavy is imported here: every command fetches its own modules when it runs.
 """
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Annotated
 
 from app.cli import arm_commands, case_commands, picture_commands
 from app.cli.emulator_options import NOTHING_TYPED, EmulatorWords
 from app.cli.root import (
     DEVICES,
+    FLATTENED,
     FLY,
     MACHINE,
     PICTURES,
@@ -26,6 +28,9 @@ from app.cli.root import (
     thread_count,
 )
 from disk import UserError
+from paravol.snapshots.worker_options import WorkerOptions
+
+ONE_RANK = WorkerOptions()
 
 __all__ = ["app", "arm_commands", "case_commands", "picture_commands"]
 
@@ -183,15 +188,8 @@ def worker(
     *,
     spool: Path,
     create: Flag = False,
-    ranks: Ranks = 1,
+    options: Annotated[WorkerOptions, FLATTENED] = ONE_RANK,
     oversubscribe: Oversubscribe = False,
-    threads: int | None = None,
-    dataflow: Literal["migrating", "static", "replicated", "rays"] | None = None,
-    from_file: Flag = False,
-    cache_cells: int | None = None,
-    lease: float | None = None,
-    keep_days: float | None = None,
-    once: Flag = False,
 ) -> int:
     """Serve snapshot requests from a spool folder.
 
@@ -204,33 +202,13 @@ def worker(
         Folder shared with the program that asks for snapshots.
     create
         Make the folder if it is missing.
-    threads
-        Threads that trace (without MPI), shade and expose; 2 by default.
-    dataflow
-        How ranks share the volume's cells: migrating as in the 1995 paper (the
-        default), static, the whole volume on every rank, or rays that travel.
-    from_file
-        No rank has to keep cells, which are read from the volume's file: for volumes
-        larger than all memory.
-    cache_cells
-        Cells that a rank keeps at most; all by default.
-    lease
-        Seconds of silence until a worker counts as dead, 15 by default; 60 on a
-        network disk.
-    keep_days
-        Days that finished jobs stay in the folder, 7 by default.
-    once
-        Stop when nothing is left that no living worker does.
     """
-    from paravol.snapshots.rendering_service import WorkerOptions, run_worker_command
+    from paravol.snapshots.rendering_service import run_worker_command
     from paravol.snapshots.spool_folder import demand_spool
 
     demand_spool(spool, create=create)
-    ranks = rank_count(ranks, oversubscribe=oversubscribe)
-    options = WorkerOptions(
-        ranks, once, threads, dataflow, from_file, cache_cells, lease, keep_days
-    )
-    return run_worker_command(spool, options)
+    ranks = rank_count(options.ranks, oversubscribe=oversubscribe)
+    return run_worker_command(spool, replace(options, ranks=ranks))
 
 
 @app.command(group=DEVICES)

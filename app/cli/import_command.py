@@ -1,5 +1,7 @@
 """`paravol import`: make a case of a scan, print what was found."""
 
+from pathlib import Path
+
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
@@ -7,7 +9,8 @@ from numpy.typing import NDArray
 from anatomy.case import CaseRecord
 from anatomy.scan.imported import ImportedHead
 from app.cli.terminal import Stages, print_json, print_table
-from paravol.case_import import ImportedCase, ImportOptions, import_case
+from paravol.case_import import ImportedCase, import_case
+from paravol.case_options import ImportOptions
 
 LISTED_CAVITIES = 6
 
@@ -15,10 +18,10 @@ LISTED_OPENING_MM2 = 5.0
 """Smaller ones are a voxel or two."""
 
 
-def run_import(options: ImportOptions, *, as_json: bool) -> int:
+def run_import(scan: Path, options: ImportOptions, *, as_json: bool) -> int:
     """Import, write, print what was found."""
     with Stages() as stages:
-        imported = import_case(options, stages)
+        imported = import_case(scan, options, stages)
     _print_report(options, imported, as_json=as_json)
     return 0
 

@@ -2,7 +2,7 @@
 
 from functools import partial
 from importlib.metadata import version
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import App, Group, Parameter
 from cyclopts.validators import Number
@@ -24,9 +24,8 @@ SESSIONS = Group("Sessions", sort_key=4)
 DEVICES = Group("Devices", sort_key=5)
 MACHINE = Group("Machine", sort_key=6)
 
-app.register_install_completion_command(
-    group=MACHINE, help="Install completion of commands and options for your shell."
-)
+FLATTENED = Parameter(name="*", negative="")
+"""For a dataclass whose fields are options of the command."""
 
 Threads = Annotated[
     int,
@@ -62,6 +61,20 @@ Oversubscribe = Annotated[
     bool,
     Parameter(negative="", help="Start all --ranks, more than there are processors."),
 ]
+
+
+@app.command(name="--install-completion", group=MACHINE)
+def install_completion(
+    shell: Literal["bash", "zsh", "fish", "powershell"] | None = None,
+) -> None:
+    """Install completion of commands and options for your shell.
+
+    Parameters
+    ----------
+    shell
+        The shell; the one this command runs in when left out.
+    """
+    print(f"Installed {app.install_completion(shell=shell)}; start a new shell.")
 
 
 def rank_count(asked: int, *, oversubscribe: bool) -> int:
