@@ -173,7 +173,6 @@ def _about_the_view(options: SnapshotOptions) -> Rules:
     sources = [options.session, options.view, options.volume]
     sources += [] if has_own_view else [options.case]
     is_placed = options.eye is not None
-    is_classic = options.classic or options.volume is not None
     return [
         (
             sum(source is not None for source in sources) != 1,
@@ -193,50 +192,20 @@ def _about_the_view(options: SnapshotOptions) -> Rules:
             "A session's moment and a view file have their own view; --eye and "
             "--target belong to --case.",
         ),
-        (
-            options.lens != "equidistant" and not is_placed,
-            "--lens belongs to --eye and --target.",
-        ),
-        (
-            options.distortion != (0, 0) and not is_placed,
-            "--distortion belongs to --eye and --target.",
-        ),
-        (
-            options.lens != "equidistant" and not is_classic,
-            f"An endoscope's lens is equidistant; --lens {options.lens} needs "
-            "--classic.",
-        ),
-        (
-            options.classification is not None
-            and not (is_classic or options.view is not None),
-            "--classification is about transfer functions; it needs --classic, "
-            "--volume or --view.",
-        ),
-        (
-            options.spool is not None and options.ranks != 1,
-            "--ranks belongs to pictures that are drawn here; the workers of --spool "
-            "have their own.",
-        ),
     ]
 
 
 def _about_the_film(options: SnapshotOptions) -> Rules:
     if not options.is_film:
         return []
-    singles = {
-        "--against": options.against,
-        "--confidence": options.confidence,
-        "--stereo": options.stereo,
-        "--state": options.state,
-    }
     until = options.until
     return [
         *(
             (
-                value is not None,
-                f"{name} is for a single picture, not for one in a row.",
+                getattr(options, name) is not None,
+                f"--{name} is for a single picture, not for one in a row.",
             )
-            for name, value in singles.items()
+            for name in ("against", "confidence", "stereo", "state")
         ),
         (
             options.camera_path is not None and until is not None,
@@ -260,27 +229,18 @@ def _about_the_film(options: SnapshotOptions) -> Rules:
 
 def _about_the_light(options: SnapshotOptions) -> Rules:
     state, is_traced = options.state, options.path_traced
+    one_ray = options.samples != 4 or options.volume is not None
     return [
         (
             is_traced and options.classic,
             "--path-traced follows the endoscope's light, not --classic's.",
         ),
         (
-            not is_traced and (state is not None or options.against == "fast"),
-            "--state and --against fast belong to --path-traced.",
-        ),
-        (
             state is not None and state.suffix != ".npz",
             f"--state goes to a .npz file, got {state}.",
         ),
         (
-            options.tolerance is not None
-            and (
-                is_traced
-                or options.classic
-                or options.samples != 4
-                or options.volume is not None
-            ),
+            options.tolerance is not None and (is_traced or options.classic or one_ray),
             "--tolerance spares samples of an endoscope's picture with --samples 4; it "
             "goes without --path-traced, --classic and --volume.",
         ),
@@ -294,20 +254,39 @@ def _about_the_light(options: SnapshotOptions) -> Rules:
 
 def _without_effect(options: SnapshotOptions) -> Rules:
     """List the options that would change nothing: who gives one expects something."""
-    needs = {
-        "time": (options.follows_time, "a session or a case's exercise"),
-        "fps": (options.is_film, "--until and --camera-path"),
-        "up": (options.eye is not None, "--eye and --target"),
-        "half_side": (options.lens == "orthographic", "--lens orthographic"),
-        "path_samples": (options.path_traced, "--path-traced"),
-        "noise": (options.path_traced, "--path-traced"),
-    }
+    is_placed = options.eye is not None
+    is_classic = options.classic or options.volume is not None
+    paths = options.path_traced, "--path-traced"
+    placed = is_placed, "--eye and --target"
+    needs = [
+        ("lens", *placed),
+        ("lens", is_classic, "--classic: an endoscope's lens is equidistant"),
+        ("distortion", *placed),
+        ("up", *placed),
+        ("half_side", options.lens == "orthographic", "--lens orthographic"),
+        ("time", options.follows_time, "a session or a case's exercise"),
+        ("fps", options.is_film, "--until and --camera-path"),
+        (
+            "classification",
+            is_classic or options.view is not None,
+            "transfer functions, so to --classic, --volume or --view",
+        ),
+        ("path_samples", *paths),
+        ("noise", *paths),
+        ("state", *paths),
+        ("against", options.against != "fast" or options.path_traced, "--path-traced"),
+        (
+            "ranks",
+            options.spool is None,
+            "pictures that are drawn here, not to --spool",
+        ),
+    ]
     return [
         (
             not has_effect and getattr(options, name) != getattr(NOTHING_TYPED, name),
-            f"--{name.replace('_', '-')} belongs to {wanted}.",
+            f"--{name.replace('_', '-')} {getattr(options, name)} belongs to {wanted}.",
         )
-        for name, (has_effect, wanted) in needs.items()
+        for name, has_effect, wanted in needs
     ]
 
 

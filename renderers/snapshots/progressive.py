@@ -220,11 +220,22 @@ def trace_best(
     coarse: GBuffer | Image | None = None
     sides = 1
     for rough in coarse_requests(request):
-        coarse, is_whole = _coarse(
-            team, rough, scene, progress, enough, cost, coarse, tools
-        )
-        if is_whole:
-            sides = -(-traced_camera(request).width // rough.image.width)
+
+        def go_on(_: float, before: GBuffer | Image | None = coarse) -> bool:
+            return progress(0.0) and (before is None or not enough())
+
+        try:
+            traced = team.trace(rough, scene, go_on, tools=tools)
+        except RenderStoppedError as stop:
+            if coarse is None or stop.partial is None or stop.done is None:
+                raise
+            if not enough():
+                raise
+            coarse = fill(stop.partial, stop.done, coarse)
+            break
+        cost.update(traced.counters)
+        coarse = traced.found
+        sides = -(-traced_camera(request).width // rough.image.width)
         if enough():
             break
         if preview:
@@ -267,33 +278,6 @@ def coarse_requests(request: SnapshotRequest) -> list[SnapshotRequest]:
         for size in sizes
         if min(size) >= SMALLEST_PX
     ]
-
-
-def _coarse(
-    team: Team,
-    request: SnapshotRequest,
-    scene: Scene,
-    progress: Progress,
-    enough: Callable[[], bool],
-    cost: Counter[str],
-    coarser: GBuffer | Image | None,
-    tools: Tools,
-) -> tuple[GBuffer | Image, bool]:
-    """Trace a coarse picture; give it, and whether all of it was traced."""
-
-    def go_on(_: float) -> bool:
-        return progress(0.0) and (coarser is None or not enough())
-
-    try:
-        traced = team.trace(request, scene, go_on, tools=tools)
-        cost.update(traced.counters)
-        return traced.found, True
-    except RenderStoppedError as stop:
-        if coarser is None or stop.partial is None or stop.done is None:
-            raise
-        if not enough():
-            raise
-        return fill(stop.partial, stop.done, coarser), False
 
 
 def _never() -> bool:
