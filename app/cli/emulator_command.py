@@ -82,8 +82,8 @@ def _happened(emulator: OpenEmulator) -> dict[str, Any]:
 
 
 def _settings(options: EmulatorOptions) -> EmulatorSettings:
-    if options.path is not None and options.motion is not None:
-        raise UserError("give --path or --motion, not both")
+    if options.probe_path is not None and options.motion is not None:
+        raise UserError("give --probe-path or --motion, not both")
     settings = EmulatorSettings(
         profile=options.profile,
         motion=options.motion or MOTIONS[0],
@@ -97,8 +97,8 @@ def _settings(options: EmulatorOptions) -> EmulatorSettings:
         sync_repeats=options.sync_repeats,
         accepts_memory_writes=options.accept_memory_writes,
     )
-    if options.path is not None:
-        return replace(settings, path=load_motion(options.path))
+    if options.probe_path is not None:
+        return replace(settings, path=load_motion(options.probe_path))
     if options.motion is not None:
         return settings
     # As in a training session: fiducials first.

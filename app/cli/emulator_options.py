@@ -15,7 +15,7 @@ class EmulatorOptions:
 
     Parameters
     ----------
-    path
+    probe_path
         What to follow: a .path.json file or a recorded session NAME.paravol. The
         bundled path, fiducials first, when neither path nor motion is given.
     motion
@@ -51,7 +51,7 @@ class EmulatorOptions:
         Print JSON: an object a line for every port and one at the end, or the lists.
     """
 
-    path: Path | None = None
+    probe_path: Path | None = None
     motion: str | None = None
     profile: str = "dx40937"
     listen: str | None = None

@@ -29,8 +29,7 @@ from renderers.snapshots.data_store import DataStore
 from renderers.snapshots.launcher import Launcher, find_launcher
 from renderers.snapshots.request import SnapshotRequest
 from renderers.snapshots.scene_loader import load_scene
-from renderers.snapshots.team import mode_of
-from renderers.snapshots.traced import traced_camera
+from renderers.snapshots.team import mode_of, traced_camera
 
 LIMIT_S = 300.0
 """Longest run; what takes longer hangs."""

@@ -38,8 +38,7 @@ from renderers.art.ranks.prepare import make_node
 from renderers.art.regions import deal_regions
 from renderers.snapshots.data_store import DataStore
 from renderers.snapshots.scene_loader import load_scene
-from renderers.snapshots.team import mode_of
-from renderers.snapshots.traced import traced_camera
+from renderers.snapshots.team import mode_of, traced_camera
 
 _OF_CELLS = frozenset(kind.name for kind in CELL_KINDS)
 

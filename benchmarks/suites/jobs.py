@@ -18,12 +18,11 @@ from benchmarks.timing import Timing, measure
 from renderers.art.job_steps import Step, reached
 from renderers.scene import Camera, Image, Projection, image_error
 from renderers.snapshots.client import (
-    QualityName,
     SnapshotCancelledError,
     SnapshotClient,
 )
 from renderers.snapshots.growing import GrowingPicture
-from renderers.snapshots.request import SnapshotRequest
+from renderers.snapshots.request import QualityName, SnapshotRequest
 from renderers.snapshots.team import SerialTeam
 from renderers.snapshots.worker import run_worker
 

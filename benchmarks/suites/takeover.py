@@ -15,9 +15,9 @@ from benchmarks.schema import Setting
 from benchmarks.timing import Timing
 from renderers.scene import Projection, image_error
 from renderers.snapshots.client import SnapshotClient
-from renderers.snapshots.lease import SAVE_EVERY_S
-from renderers.snapshots.request import SnapshotRequest, TruthSpec
+from renderers.snapshots.request import PathTracingSpec, SnapshotRequest
 from renderers.snapshots.saved_work import forget_saved
+from renderers.snapshots.spool import SAVE_EVERY_S
 from renderers.snapshots.worker import run_worker
 
 UNDISTURBED = "nobody dies"
@@ -82,7 +82,7 @@ class TakeoverPlan(Plan):
         if surface is None:
             raise UnavailableError("the view has no air surface")
         return self._client.request_scope(
-            surface, view.camera, samples=1, truth=TruthSpec(paths=256)
+            surface, view.camera, samples=1, path_tracing=PathTracingSpec(paths=256)
         )
 
     def _measure(self, case: str, mode: str) -> Measured:

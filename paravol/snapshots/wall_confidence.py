@@ -7,20 +7,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from disk import UserError
-from paravol.snapshots.outputs import Drawn
+from paravol.snapshots.head_scene import HeadScene
+from paravol.snapshots.outputs import RenderedPicture
 from paravol.snapshots.picture_files import save_depth_nrrd
-from paravol.snapshots.studio import Studio
 from renderers.scene import AirSurface, save_png
 from renderers.scene.deflection import deflected_distance
-from renderers.snapshots.deflector_request import to_deflection
+from renderers.snapshots.request import to_deflection
 
 TINT = np.array([255.0, 40.0, 200.0])
-"""Of doubt: no tissue is magenta."""
+"""Where a wall may be hidden: no tissue is magenta."""
 
 
 @dataclass(frozen=True, slots=True)
-class Doubt:
-    """Say how much of a picture is sure.
+class WallConfidence:
+    """Report how much of a picture is sure.
 
     sure: share of the pixels in the field. resolved_mm: walls at least so thick are
     never lost. file: the map.
@@ -37,9 +37,9 @@ def demand_map(file: Path) -> None:
         raise UserError(f"--confidence goes to a .png or .nrrd, got {file}.")
 
 
-def demand_walls(studio: Studio) -> AirSurface:
-    """Get the surface that is rated; ValueError where a head has none."""
-    surface = studio.scene.surface
+def rated_surface(head: HeadScene) -> AirSurface:
+    """Return the surface that is rated; UserError where a head has none."""
+    surface = head.scene.surface
     if surface is None:
         raise UserError(
             "A scan has no surface whose walls could be measured; make a case of it "
@@ -48,33 +48,37 @@ def demand_walls(studio: Studio) -> AirSurface:
     return surface
 
 
-def save_doubt(studio: Studio, drawn: Drawn, file: Path, threads: int) -> Doubt:
+def save_wall_confidence(
+    head: HeadScene, picture: RenderedPicture, file: Path, threads: int
+) -> WallConfidence:
     """Rate each pixel (see `renderers.art.confidence`); write the map.
 
-    PNG: the picture, and beside it the picture paled with doubt in magenta. NRRD: the
-    rating, 0 to 1.
+    PNG: the picture, and beside it a paled one with doubtful pixels in magenta.
+    NRRD: the rating, 0 to 1.
     """
     from renderers.art.wall_confidence import wall_confidence
 
-    surface = demand_walls(studio)
-    camera = drawn.view.to_camera()
+    surface = rated_surface(head)
+    camera = picture.view.to_camera()
     distance = deflected_distance(
-        surface.distance, to_deflection(drawn.view.deflectors)
+        surface.distance, to_deflection(picture.view.deflectors)
     )
-    rating = wall_confidence(distance, camera, drawn.depth_mm, threads=threads)
-    text = drawn.text() | {"Confidence": "1 is sure, 0 least sure"}
+    rating = wall_confidence(distance, camera, picture.depth_mm, threads=threads)
+    text = picture.text() | {"Confidence": "1 is sure, 0 least sure"}
     if file.suffix.lower() == ".nrrd":
         save_depth_nrrd(file, rating, text)
     else:
-        save_png(file, np.hstack([drawn.pixels, tinted(drawn.pixels, rating)]), text)
+        save_png(
+            file, np.hstack([picture.pixels, tinted(picture.pixels, rating)]), text
+        )
     rays = camera.lens_table()
     seen = np.linalg.norm(rays, axis=-1) > 0.5
     sure = float((rating[seen] == 1).mean())
-    return Doubt(sure, float(surface.distance.spacing_mm.max()), str(file))
+    return WallConfidence(sure, float(surface.distance.spacing_mm.max()), str(file))
 
 
 def tinted(pixels: NDArray[np.uint8], rating: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Pale a picture and lay doubt over it, the stronger the less is sure."""
+    """Pale a picture and tint it, the more the less a pixel is sure."""
     grey = pixels.astype(np.float64).mean(axis=-1, keepdims=True) * 0.6
     weight = np.where(rating < 1, 0.35 + 0.65 * (1 - rating), 0.0)[..., None]
     mixed = (1 - weight) * grey + weight * TINT

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from app.cli.confidence_map import demand_walls
-from paravol.snapshots.studio import Studio
+from paravol.snapshots.head_scene import HeadScene
+from paravol.snapshots.wall_confidence import rated_surface
 from renderers.scene import AirSurface, Scene, TransferFunction, Volume
 
 
@@ -13,7 +13,9 @@ def test_a_scan_without_a_surface_is_refused_and_others_are_taken() -> None:
     volume = Volume(values, np.ones(3), np.zeros(3))
     clear = TransferFunction(np.array([0.0, 1.0]), np.zeros((2, 3)), np.zeros(2))
     with pytest.raises(ValueError, match="paravol import"):
-        demand_walls(Studio(Scene(volume, clear), ""))
+        rated_surface(HeadScene(Scene(volume, clear), ""))
     tint = Volume(values.astype(np.uint8), np.ones(3), np.zeros(3))
     surface = AirSurface(volume, tint, tint)
-    assert demand_walls(Studio(Scene(volume, clear, surface=surface), "")) is surface
+    assert (
+        rated_surface(HeadScene(Scene(volume, clear, surface=surface), "")) is surface
+    )

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-import msgspec
 import numpy as np
 
 from disk import UserError
@@ -20,15 +19,20 @@ from paravol.snapshots.view_file import (
 from renderers.art.quality import ClassificationName
 from renderers.scene import Scene
 from renderers.scene.mesh import PlacedMesh
-from renderers.snapshots.client import QualityName, Samples, SnapshotClient
-from renderers.snapshots.request import SnapshotRequest, TruthSpec
+from renderers.snapshots.client import RequestOptions, SnapshotClient
+from renderers.snapshots.request import (
+    PathTracingSpec,
+    QualityName,
+    Samples,
+    SnapshotRequest,
+)
 from scenarios import Scenario
 from scenarios.scenario import Head as ScenarioHead
 
 
 @dataclass(frozen=True, slots=True)
-class Fineness:
-    """Say how finely a picture is drawn, and how long it may take.
+class RenderSettings:
+    """Set how finely a picture is drawn, and how long it may take.
 
     seconds: the best picture so far is taken then. tolerance: as in
     `SnapshotRequest`.
@@ -36,21 +40,21 @@ class Fineness:
 
     quality: QualityName = "snapshot"
     samples: Samples = 4
-    truth: TruthSpec | None = None
+    path_tracing: PathTracingSpec | None = None
     seconds: float | None = None
     classification: ClassificationName = "integrated"
     tolerance: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Studio:
+class HeadScene:
     """Hold one head's scene. surface_sha256: "" where it has no surface."""
 
     scene: Scene
     surface_sha256: str
 
     @classmethod
-    def of(cls, head: Head, progress: Progress) -> "Studio":
+    def of(cls, head: Head, progress: Progress) -> "HeadScene":
         """Build, read or import a head; ValueError for one that cannot be had."""
         if isinstance(head, ScanHead):
             return cls(_scan_scene(Path(head.file), progress), "")
@@ -90,47 +94,43 @@ class Studio:
             )
 
     def request(
-        self, client: SnapshotClient, view: ViewFile, fineness: Fineness
+        self, client: SnapshotClient, view: ViewFile, settings: RenderSettings
     ) -> SnapshotRequest:
-        """Ask for a picture of a view."""
+        """Make the request for a picture of a view."""
         self.demand(view)
-        look, camera = view.look, view.to_camera()
+        camera, look = view.to_camera(), view.look
+        options = RequestOptions(
+            quality=settings.quality,
+            deflectors=view.deflectors,
+            max_seconds=LONGEST_S,
+            progressive=True,
+            deliver_after_s=settings.seconds,
+        )
+        instruments = placed(view.instruments)
         if not isinstance(look, ScopeLook):
-            request = client.request_classic(
+            options["classification"] = settings.classification
+            return client.request_classic(
                 self.scene,
                 camera,
-                quality=fineness.quality,
-                samples=fineness.samples,
-                instruments=placed(view.instruments),
-                max_seconds=LONGEST_S,
-                progressive=True,
-                deliver_after_s=fineness.seconds,
-            )
-            return msgspec.structs.replace(
-                request,
-                deflectors=view.deflectors,
-                classification=fineness.classification,
+                samples=settings.samples,
+                instruments=instruments,
+                **options,
             )
         assert self.scene.surface is not None
-        request = client.request_scope(
+        options["tolerance"] = settings.tolerance
+        return client.request_scope(
             self.scene.surface,
             camera,
-            quality=fineness.quality,
-            samples=fineness.samples,
+            samples=settings.samples,
+            instruments=instruments,
+            path_tracing=settings.path_tracing,
             ring_radius_mm=look.ring_radius_mm,
             light_power=look.light_power,
             seed=look.seed,
             blood_bias=look.blood_bias,
             gain=look.gain,
             frame_number=look.frame_number,
-            instruments=placed(view.instruments),
-            truth=fineness.truth,
-            max_seconds=LONGEST_S,
-            progressive=True,
-            deliver_after_s=fineness.seconds,
-        )
-        return msgspec.structs.replace(
-            request, deflectors=view.deflectors, tolerance=fineness.tolerance
+            **options,
         )
 
 
@@ -139,7 +139,7 @@ LONGEST_S = 86_400.0
 
 
 def placed(instruments: tuple[PlacedInstrument, ...]) -> list[PlacedMesh]:
-    """Give instruments' meshes with their 4x4 poses."""
+    """Return instruments' meshes with their 4x4 poses."""
     if not instruments:
         return []
     # Imported here: building meshes loads a large library.

@@ -7,10 +7,9 @@ import msgspec
 import numpy as np
 import pytest
 
-from app.cli.drawing import Drawing
-from app.cli.film import draw_film
-from app.cli.terminal import Stages
-from paravol.snapshots.studio import Fineness
+from paravol.snapshots.film import draw_film
+from paravol.snapshots.head_scene import RenderSettings
+from paravol.snapshots.render_session import RenderSession
 from paravol.snapshots.view_file import ViewFile
 from renderers.shading import AutoGain, meter
 from tests.paravol.snapshots.darkroom import SIZE, Darkroom, view
@@ -19,8 +18,8 @@ FPS = 10.0
 
 
 def shoot(darkroom: Darkroom, views: list[ViewFile], folder: Path) -> None:
-    drawing = cast(Drawing, darkroom)
-    draw_film(drawing, views, Fineness(), (folder,), FPS, Stages(quiet=True))
+    session = cast(RenderSession, darkroom)
+    draw_film(session, views, RenderSettings(), (folder,), FPS)
 
 
 def test_the_gain_follows_what_was_seen(tmp_path: Path) -> None:
@@ -50,7 +49,11 @@ def test_a_film_of_odd_size_is_refused_before_anything_is_drawn(tmp_path: Path) 
     films = tmp_path / "frames", tmp_path / "a.mp4"
     with pytest.raises(ValueError, match=r"even sizes.*say --size 16"):
         draw_film(
-            cast(Drawing, darkroom), [odd], Fineness(), films, FPS, Stages(quiet=True)
+            cast(RenderSession, darkroom),
+            [odd],
+            RenderSettings(),
+            films,
+            FPS,
         )
     assert not darkroom.gains
     assert not list(tmp_path.iterdir())

@@ -12,10 +12,10 @@ import pytest
 import SimpleITK
 from numpy.testing import assert_array_equal
 
-from app.cli.live_comparison import rays_passed, splatted
-from paravol.snapshots.outputs import Drawn, save_drawn
+from paravol.snapshots.comparison import rays_passed, splatted
+from paravol.snapshots.head_scene import HeadScene, RenderSettings, placed
+from paravol.snapshots.outputs import RenderedPicture, save_drawn
 from paravol.snapshots.stereo import both_eyes
-from paravol.snapshots.studio import Fineness, Studio, placed
 from paravol.snapshots.view_file import ViewFile, load_view
 from renderers.art import ActiveRayTracer, render_among
 from renderers.fsr import FuzzySetRenderer
@@ -65,12 +65,14 @@ def view(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> ViewFile:
     return load_view(path)
 
 
-def taken(scene: Scene, view: ViewFile, fineness: Fineness, folder: Path) -> Drawn:
+def taken(
+    scene: Scene, view: ViewFile, settings: RenderSettings, folder: Path
+) -> RenderedPicture:
     client = SnapshotClient(folder)
-    request = Studio(scene, "").request(client, view, fineness)
+    request = HeadScene(scene, "").request(client, view, settings)
     client.submit(request)
     assert run_worker(folder, once=True) == 1
-    return Drawn.of(view, client.wait(request.id))
+    return RenderedPicture.of(view, client.wait(request.id))
 
 
 @pytest.mark.parametrize("apart_mm", [0.0, 2.0])
@@ -82,20 +84,20 @@ def test_a_view_with_a_tool_has_the_bits_of_render_among(
         view = both_eyes(view, apart_mm)[1]
     camera = view.to_camera()
     tools = placed(view.instruments)
-    drawn = taken(scene, view, Fineness(samples=1), tmp_path / "one")
+    drawn = taken(scene, view, RenderSettings(samples=1), tmp_path / "one")
     tracer = ActiveRayTracer(scene, threads=1)
     image = render_among(tracer, camera, solids_seen(camera, tools))
     assert_array_equal(drawn.rgba, image.rgba)
     assert_array_equal(drawn.depth_mm, image.depth_mm)
     assert_array_equal(drawn.pixels, image.to_srgb8())
     fine = camera.with_size(2 * SIZE, 2 * SIZE)
-    whole = taken(scene, view, Fineness(), tmp_path / "four")
+    whole = taken(scene, view, RenderSettings(), tmp_path / "four")
     rays = render_among(tracer, fine, solids_seen(fine, tools))
     assert_array_equal(whole.rgba, downsample_radiance(rays.rgba))
     bare = taken(
         scene,
         msgspec.structs.replace(view, instruments=()),
-        Fineness(samples=1),
+        RenderSettings(samples=1),
         tmp_path / "bare",
     )
     assert (drawn.depth_mm < bare.depth_mm).mean() > 0.02
@@ -115,7 +117,7 @@ def test_splats_have_the_same_tool_within_the_same_stop(
     scene: Scene, view: ViewFile, samples: Literal[1, 4], tmp_path: Path
 ) -> None:
     camera = view.to_camera()
-    found = splatted(Studio(scene, ""), view, None, 1, samples)
+    found = splatted(HeadScene(scene, ""), view, None, 1, samples)
     share = rays_passed(camera, samples)
     solids = solids_seen(camera, placed(view.instruments))
     renderer = FuzzySetRenderer(scene, threads=1)
@@ -126,7 +128,7 @@ def test_splats_have_the_same_tool_within_the_same_stop(
     expected.rgba[:] *= share[..., None]
     assert_array_equal(found, expected.to_srgb8())
     # rays see nothing where none pass, and at the rim some of a pixel's do
-    drawn = taken(scene, view, Fineness(samples=samples), tmp_path)
+    drawn = taken(scene, view, RenderSettings(samples=samples), tmp_path)
     assert not drawn.rgba[share == 0].any()
     assert set(np.unique(share)) == set(np.linspace(0, 1, samples + 1))
     assert np.all(found[(solids.coverage > 0) & (share == 1)].max(axis=-1) > 20)

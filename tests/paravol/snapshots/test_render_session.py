@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.cli import served_spool
-from app.cli.served_spool import ServedSpool
+from paravol.snapshots import render_session
+from paravol.snapshots.render_session import ServedSpool
 from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
 from renderers.snapshots.client import SnapshotCancelledError, SnapshotClient
 from renderers.snapshots.spool import JobState, JobStatus
@@ -40,7 +40,7 @@ def job(client: SnapshotClient) -> str:
 def test_it_tells_that_nobody_serves_and_takes_what_comes(
     client: SnapshotClient, job: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(served_spool, "SAY_AFTER_S", 0.1)
+    monkeypatch.setattr(render_session, "SAY_AFTER_S", 0.1)
     said: list[str] = []
     told = threading.Event()
 

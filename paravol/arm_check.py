@@ -11,36 +11,32 @@ from typing import Protocol
 
 import numpy as np
 
-from app.cli.arm_findings import (
-    ConnectedArm,
-    adapter_findings,
-    line_findings,
-    pedals_finding,
-    tip_finding,
-)
-from app.cli.doctor import tell
-from app.cli.terminal import Stages
 from devices import Pose
-from devices.microscribe import MicroScribe
 from devices.microscribe.driver.clock_alignment import LARGEST_DRIFT
 from devices.microscribe.driver.encoder_watch import MOVED_COUNTS
 from devices.microscribe.driver.sampler import HomeState
 from devices.microscribe.kinematics.arm import JOINTS
+from devices.microscribe.wire.commands import POSE_LAYOUT
+from devices.microscribe.wire.identity import Maxima
+from devices.microscribe.wire.line import BITS_PER_BYTE, LinkTiming
 from devices.microscribe.wire.link import ArmDescription
+from devices.microscribe.wire.sign_on import RATES
+from devices.serial_adapters import LEAST_LATENCY_MS, latency_ms, latency_remedy
 from paravol.finding import Finding
-from paravol.known_constants import constants_findings
 
 LOOK_S = 15.0
 """Encoders and clocks are judged by five seconds and more."""
 
+
 PATIENCE_S = 5.0
+
 
 STANDING = 0.5
 """An arm's timer that passes less than this share of the host's time stands still."""
 
 
 class Guide(Protocol):
-    """What tells a person what to do; `app.cli.terminal.Stages` is one."""
+    """Instructions and progress for a person; `app.cli.terminal.Stages` is one."""
 
     def __call__(self, stage: str, share: float) -> None: ...
 
@@ -49,60 +45,66 @@ class Guide(Protocol):
         ...
 
 
-class Arm(ConnectedArm, Protocol):
+FULL_RATE = max(RATES)
+
+
+FULL_POSES_HZ = 90.0
+"""The driver asks for 100 poses a second; a line that keeps up brings nearly all."""
+
+
+PEDALS = ("right", "left")
+
+
+class LinedArm(Protocol):
+    """What is reported of an arm's line; `MicroScribe` has it."""
+
+    @property
+    def baud(self) -> int:
+        """Return the rate at which the arm was found, bits per second."""
+        ...
+
+    @property
+    def round_trip_s(self) -> float:
+        """Return the median time from a poll to its whole answer, nan without polls."""
+        ...
+
+
+class Arm(LinedArm, Protocol):
     """What is looked at of an arm; `MicroScribe` has it."""
 
     @property
     def description(self) -> ArmDescription:
-        """Get what the arm told about itself."""
+        """Return what the arm told about itself."""
         ...
 
     @property
     def home_state(self) -> HomeState:
-        """Get whether its angle registers can be trusted."""
+        """Return whether its angle registers can be trusted."""
         ...
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """Get the newest counts of the six joints."""
+        """Return the newest counts of the six joints."""
         ...
 
     @property
     def frozen_joints(self) -> tuple[int, ...]:
-        """Get the joints, from 0, that stood still while others moved."""
+        """Return the joints, from 0, that stood still while others moved."""
         ...
 
     @property
     def clock_drift(self) -> float:
-        """Get how much faster the host's clock runs, s per s."""
+        """Return how much faster the host's clock runs, s per s."""
         ...
 
     @property
     def counters(self) -> dict[str, int]:
-        """Get what went wrong on the line, by name."""
+        """Return what went wrong on the line, by name."""
         ...
 
     def read(self, timeout_s: float) -> Pose:
         """Return the next pose."""
         ...
-
-
-def run_arm_check(
-    device: str,
-    *,
-    as_json: bool,
-    look_s: float = LOOK_S,
-    accept_constants: bool = False,
-) -> int:
-    """Look at the arm on a port while it is moved; 1 when it is not fit to fly with.
-
-    ``accept_constants`` keeps the arm's constants though they changed. Raise
-    DeviceError when there is none, TimeoutError when it falls silent.
-    """
-    with Stages() as guide, MicroScribe(device) as arm:
-        findings = constants_findings(arm.description, device, accept=accept_constants)
-        findings += check_arm(arm, guide, look_s) + adapter_findings(device)
-    return tell(f"The arm on {device}", findings, as_json=as_json)
 
 
 def check_arm(
@@ -188,7 +190,7 @@ def _clock(drift: float) -> Finding:
 
 
 def _timer(passed_s: float, host_s: float) -> Finding | None:
-    """Tell a timer that stands still, None for one that runs."""
+    """Report a timer that stands still, None for one that runs."""
     if passed_s >= STANDING * host_s:
         return None
     return Finding(
@@ -201,9 +203,9 @@ def _timer(passed_s: float, host_s: float) -> Finding | None:
 
 
 def _encoders(arm: Arm, travel: tuple[int, ...]) -> Finding:
-    """Tell dead encoders, from which no count came while others moved, from idle ones.
+    """Report dead encoders, without counts while others moved, and idle ones.
 
-    Joints are told from 1, the one at the base.
+    Joints are numbered from 1, the one at the base.
     """
     built_in = [j for j in range(JOINTS) if arm.description.maxima.encoders[j] > 0]
     dead = [j + 1 for j in arm.frozen_joints if travel[j] == 0]
@@ -232,3 +234,78 @@ def _listed(joints: list[int]) -> str:
 
 def _travelled(joints: list[int], travel: tuple[int, ...]) -> str:
     return f"travel {' '.join(str(travel[j]) for j in joints)} counts"
+
+
+def longest_poses_hz(baud: int) -> float:
+    """Return how many polled poses a second a line of that rate carries at most."""
+    wire_s = (1 + POSE_LAYOUT.length) * BITS_PER_BYTE / baud
+    return 1.0 / (wire_s + LinkTiming().latency)
+
+
+def line_findings(arm: LinedArm, rate_hz: float) -> list[Finding]:
+    """Report the rate that was found, and the poses a second that it brought."""
+    wire_s = 1.0 / longest_poses_hz(arm.baud)
+    trip = (
+        f"{1e3 * arm.round_trip_s:.1f} ms from a poll to its pose; the line and the "
+        f"arm need {1e3 * wire_s:.1f} ms"
+    )
+    poses = f"{rate_hz:.0f} per second"
+    return [
+        _rate(arm.baud),
+        Finding("poses", poses, remedy=_slowness(arm.baud, rate_hz)),
+        Finding("round trip", trip),
+    ]
+
+
+def adapter_findings(device: str) -> list[Finding]:
+    """Report how long the adapter holds back what it received, where that is known."""
+    timer_ms = latency_ms(device)
+    if timer_ms is None:
+        return []
+    remedy = latency_remedy(device) if timer_ms > LEAST_LATENCY_MS else ""
+    return [Finding("adapter", f"latency timer {timer_ms} ms", remedy=remedy)]
+
+
+def tip_finding(newest: Pose) -> Finding:
+    """Report where the tip is, in the arm's own frame."""
+    place = " ".join(f"{value:.1f}" for value in newest.tip_mm)
+    return Finding("tip", f"{place} mm from the middle of the base, z upwards")
+
+
+def pedals_finding(maxima: Maxima, pressed: int) -> Finding:
+    """Report which pedals the arm has and which of them were pressed (bits)."""
+    built_in = [name for bit, name in enumerate(PEDALS) if maxima.buttons >> bit & 1]
+    if not built_in:
+        return Finding(
+            "pedals",
+            "the arm states none",
+            remedy="Registration and touches need one.",
+        )
+    seen = [name for bit, name in enumerate(PEDALS) if pressed >> bit & 1]
+    unseen = [name for name in built_in if name not in seen]
+    told = f"{' and '.join(built_in)}; pressed: {' and '.join(seen) or 'none'}"
+    remedy = ""
+    if unseen:
+        remedy = f"Nothing is known of the {' and '.join(unseen)} one; look again."
+    return Finding("pedals", told, remedy=remedy)
+
+
+def _rate(baud: int) -> Finding:
+    if baud >= FULL_RATE:
+        return Finding("rate", f"{baud} baud")
+    remedy = (
+        f"The arm did not answer at {FULL_RATE}. A poll and its pose are "
+        f"{1 + POSE_LAYOUT.length} bytes of {BITS_PER_BYTE:g} bits, and the arm thinks "
+        f"for 1 ms: {baud} baud carry {longest_poses_hz(baud):.0f} poses per second at "
+        f"most, {FULL_RATE} baud {longest_poses_hz(FULL_RATE):.0f}. Switch the arm off "
+        "and on, or try another adapter."
+    )
+    return Finding("rate", f"{baud} baud", remedy=remedy)
+
+
+def _slowness(baud: int, rate_hz: float) -> str:
+    if rate_hz >= FULL_POSES_HZ:
+        return ""
+    if longest_poses_hz(baud) < FULL_POSES_HZ:
+        return f"The line of {baud} baud carries no more."
+    return "The adapter or this machine holds answers up."

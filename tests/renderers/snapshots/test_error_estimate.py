@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from renderers.snapshots.stopped_error import stopped_error
+from renderers.snapshots.error_estimate import stopped_error
 
 SIZE = 96
 

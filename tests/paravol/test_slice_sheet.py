@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from app.__main__ import main
-from app.cli.slices_command import OUTLINE_SHARE, TINT_SHARE, label_colors, marked
+from paravol.slice_sheet import OUTLINE_SHARE, TINT_SHARE, label_colors, marked
 
 GRAY = np.full((12, 14, 3), 120, np.uint8)
 
