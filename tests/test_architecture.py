@@ -380,7 +380,7 @@ def defined(path: Path) -> list[tuple[ast.stmt, str]]:
 
 
 def test_what_only_tests_reach_is_no_source() -> None:
-    """The product is named again in the product, the benchmarks there or in examples."""
+    """Product is named again in the product, benchmarks there or in examples."""
     product = [p for p in SOURCES if p.relative_to(ROOT).parts[0] != "benchmarks"]
     measuring = [p for p in SOURCES if p not in product]
     wrong = []
