@@ -1,4 +1,4 @@
-"""Compiled: where rays meet what a cut has opened.
+"""Where rays meet what a cut has opened.
 
 Discs stand out over the rims of a cut, blend its faces where they meet, and are too
 coarse for the thin leaves that it leaves standing. So each ray that comes near a face
@@ -8,11 +8,13 @@ Places are mm along the array's axes, from its first voxel, in float64.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from renderers.fsr.kernels.array_types import F32, F64, U8
+from renderers.fsr.kernels.draw_surfels import Surface
 from renderers.scene.kernels.deflect import (
     bend,
     bend_gradient,
@@ -23,23 +25,31 @@ from renderers.scene.kernels.deflect import (
 from renderers.shading.kernels.virtual_lights import tap
 
 f32 = np.float32
-Floats = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 LEAST_STEP_MM = 0.03
 MOST_STEPS = 400
 HALVINGS = 8
 """Of the last step: then it is 1e-4 mm."""
 
-FOLLOWED, SETTLED = 0, 1
-"""What is counted."""
+
+class DeflectedField(NamedTuple):
+    """Hold a distance field and its deflection.
+
+    distance: of the undeformed surface (mm), negative in air. per_mm: voxels. maps: of
+    the deflectors. stretch: the most that lengths grow by.
+    """
+
+    distance: F32
+    per_mm: F64
+    maps: F64
+    stretch: float
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def look(
-    distance: Floats, per_mm: F64, maps: F64, place: F64, seen: F64, trail: F64
+    distance: F32, per_mm: F64, maps: F64, place: F64, seen: F64, trail: F64
 ) -> tuple[float, float]:
-    """Give the distance that is seen at a place (mm, negative in air) and the opening.
+    """Return the distance seen at a place (mm, negative in air) and the opening.
 
     per_mm: voxels. seen: (3,), becomes the place of the undeformed tissue.
     """
@@ -56,14 +66,14 @@ def look(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def follow(
-    distance: Floats, per_mm: F64, maps: F64, stretch: float, eye: F64, way: F64,
-    start: float, room: F64, trail: F64,
+    distance: F32, per_mm: F64, maps: F64, stretch: float, eye: F64, way: F64,
+    start: float, places: F64, trail: F64,
 ) -> float:  # fmt: skip
-    """Give the depth at which a ray comes from air into tissue, or -1 if it does not.
+    """Return the depth at which a ray comes from air into tissue, or -1 if it does not.
 
-    start: the depth from which it is followed. room: (2, 3).
+    start: the depth from which it is followed. places: (2, 3), scratch.
     """
-    place, seen = room[0], room[1]
+    place, seen = places[0], places[1]
     at, before = start, -1.0
     for _ in range(MOST_STEPS):
         for k in range(3):
@@ -92,7 +102,7 @@ def follow(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def gradient_at(distance: Floats, per_mm: F64, seen: F64, gradient: F64) -> None:
+def gradient_at(distance: F32, per_mm: F64, seen: F64, gradient: F64) -> None:
     """Find Sobel's gradient between voxels, per mm; it is clamped at the grid's faces.
 
     What trilinear interpolation makes of the gradients of voxels (Sobel's 26-neighbour
@@ -127,22 +137,22 @@ def gradient_at(distance: Floats, per_mm: F64, seen: F64, gradient: F64) -> None
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def settle_rows(
-    distance: Floats, per_mm: F64, maps: F64, stretch: float, seam_mm: float,
-    eye: F64, lens_axes: F64, world_axes: F64, lens: Floats,
-    depth: Floats, normal: Floats, coverage: Floats, settled: NDArray[np.uint8],
-    first: int, last: int,
+def trace_cut_rims(
+    field: DeflectedField, seam_mm: float, eye: F64, lens_axes: F64, world_axes: F64,
+    lens: F32, surface: Surface, settled: U8, first: int, last: int,
 ) -> tuple[int, int]:  # fmt: skip
-    """Put the pixels of rows ``first..last`` right that show what is near a face.
+    """Correct the pixels of rows ``first..last`` that show what is near a face.
 
     lens_axes: rows right, up and forward, along the array's axes. world_axes: columns,
     the array's axes in the world. seam_mm: so near. settled: one for each pixel,
     becomes 1 where the ray's place was taken. Returns how many rays were followed and
     how many pixels were settled.
     """
-    counts = np.zeros(2, np.int64)
-    trail, room = np.empty((len(maps), 3)), np.empty((2, 3))
-    place, seen = room[0], room[1]
+    distance, per_mm, maps, stretch = field
+    depth, normal, coverage = surface
+    followed = found = 0
+    trail, places = np.empty((len(maps), 3)), np.empty((2, 3))
+    place, seen = places[0], places[1]
     way, gradient = np.empty(3), np.empty(3)
     for y in range(first, last):
         for x in range(depth.shape[1]):
@@ -161,8 +171,8 @@ def settle_rows(
                 shown = np.inf
             if not start < shown:
                 continue
-            counts[FOLLOWED] += 1
-            at = follow(distance, per_mm, maps, stretch, eye, way, start, room, trail)
+            followed += 1
+            at = follow(distance, per_mm, maps, stretch, eye, way, start, places, trail)
             if at < 0.0:
                 continue
             near = np.inf
@@ -191,5 +201,5 @@ def settle_rows(
                     turned += world_axes[k, axis] * gradient[axis]
                 normal[y, x, k] = f32(-turned / steep)
             settled[y * depth.shape[1] + x] = 1
-            counts[SETTLED] += 1
-    return counts[FOLLOWED], counts[SETTLED]
+            found += 1
+    return followed, found

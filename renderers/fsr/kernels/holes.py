@@ -1,13 +1,11 @@
-"""Compiled: holes of a splatted picture, and what fills them."""
+"""Holes of a splatted picture, and what fills them."""
 
 import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-F32 = NDArray[np.float32]
-I32 = NDArray[np.int32]
+from renderers.fsr.kernels.array_types import F32, I32
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.kernels.holes import close_holes, find_holes
-from renderers.fsr.surfels.surfel_tiles import TILE_HEIGHT, TILE_WIDTH
+from renderers.fsr.kernels.surfel_tiles import TILE_HEIGHT, TILE_WIDTH
 from renderers.scene import GBuffer
 from renderers.scene.thread_team import ThreadTeam
 
