@@ -134,7 +134,7 @@ class SplatActor(vtkActor):
 
 
 def camera_of(renderer: vtkRenderer) -> Camera:
-    """Give the view of a renderer's camera, for its present size in pixels."""
+    """Return the view of a renderer's camera, for its present size in pixels."""
     eye = renderer.GetActiveCamera()
     width, height = renderer.GetSize()
     forward = np.array(eye.GetDirectionOfProjection())
@@ -200,7 +200,7 @@ def _copied(array: NDArray[Any]) -> vtkDataArray:
 
 
 def _encoded(rgba: NDArray[np.float64]) -> NDArray[np.uint8]:
-    """Give straight sRGB and opacity bytes ``(n, 4)``."""
+    """Return straight sRGB and opacity bytes ``(n, 4)``."""
     shown = np.concatenate([srgb_from_linear(rgba[:, :3]), rgba[:, 3:]], axis=1)
     encoded: NDArray[np.uint8] = (shown * 255 + 0.5).astype(np.uint8)
     return encoded

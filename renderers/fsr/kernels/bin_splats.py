@@ -86,7 +86,7 @@ def _squares_of_ellipses(
     y0: Lanes,
     y1: Lanes,
 ) -> Lanes:
-    """Give the squares of a tile that footprints may meet, a bit each.
+    """Return the squares of a tile that footprints may meet, a bit each.
 
     u, v: centres from the tile's corner. x0, x1, y0, y1: first and last squares of
     their boxes. In every row of squares a footprint's half width is taken where it is
@@ -201,7 +201,7 @@ def bin_splats(
     bits, how many times 64 splats were binned, and the first item not looked at.
     """
     words, offsets, shares, halves = bins
-    room = halves.shape[1]
+    width = halves.shape[1]
     left_box = np.int32(left)
     top_box = np.int32(top)
     none = np.int32(0)
@@ -256,7 +256,7 @@ def bin_splats(
         store_packed(offsets, size, at, met)
         store_packed(shares, size, share, met)
         store_packed(halves, size, i32(those), met)
-        store_packed(halves, room + size, i32(those >> 32), met)
+        store_packed(halves, width + size, i32(those >> 32), met)
         binned = size + count(met)
         for k in range(size, binned):
             # on its way while the others are binned

@@ -122,13 +122,13 @@ def is_within(bounds: F32, base: F32, planes: F32) -> bool:
 @njit(cache=True, nogil=True, error_model="numpy")
 def find_ends(places: U16, first_row: int, end_row: int, base: F32, ends: F32) -> None:
     """Fill in `ends` of rows that are kept whole, see `clip_rows`."""
-    stride, room = places.shape[1], ends.shape[1]
+    stride, width = places.shape[1], ends.shape[1]
     for row in range(first_row, end_row, _W):
         at = row - first_row
         store(ends, at, f32(load(places, 2 * stride + row, _W)) - base[0])
-        store(ends, room + at, f32(load(places, 3 * stride + row, _W)) - base[0])
-        store(ends, 2 * room + at, f32(load(places, row, _W)) - base[1])
-        store(ends, 3 * room + at, f32(load(places, stride + row, _W)) - base[2])
+        store(ends, width + at, f32(load(places, 3 * stride + row, _W)) - base[0])
+        store(ends, 2 * width + at, f32(load(places, row, _W)) - base[1])
+        store(ends, 3 * width + at, f32(load(places, stride + row, _W)) - base[2])
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -163,7 +163,7 @@ def clip_rows(
     places, columns = rows.places, rows.columns
     listed = kept
     stride = places.shape[1]
-    room = ends.shape[1]
+    width = ends.shape[1]
     limits = np.empty(2 * _W, np.int32)
     found = np.empty(3 * _W, np.int32)
     found_ends = np.empty(2 * _W, np.float32)
@@ -198,9 +198,9 @@ def clip_rows(
             end_of = load(starts, row + 1, _W)
             store_triples(spans, 3 * kept, 12, load(numbers, row, _W), first_of, end_of)
             store(ends, at, left)
-            store(ends, room + at, right)
-            store(ends, 2 * room + at, dy)
-            store(ends, 3 * room + at, dz)
+            store(ends, width + at, right)
+            store(ends, 2 * width + at, dy)
+            store(ends, 3 * width + at, dz)
             kept += _W
             continue
         store(limits, 0, i32(-floor(-(low + base[0]))))
@@ -228,9 +228,9 @@ def clip_rows(
         end_of = load(found, _W, _W)
         is_kept = first_of < end_of
         store_packed(ends, at, load(found_ends, 0, _W), is_kept)
-        store_packed(ends, room + at, load(found_ends, _W, _W), is_kept)
-        store_packed(ends, 2 * room + at, dy, is_kept)
-        store_packed(ends, 3 * room + at, dz, is_kept)
+        store_packed(ends, width + at, load(found_ends, _W, _W), is_kept)
+        store_packed(ends, 2 * width + at, dy, is_kept)
+        store_packed(ends, 3 * width + at, dz, is_kept)
         store_packed(found, 0, load_where(numbers, row, is_kept), is_kept)
         store_packed(found, _W, first_of, is_kept)
         store_packed(found, 2 * _W, end_of, is_kept)
@@ -288,7 +288,7 @@ def bound_spans(
     """
     base, m, low, scale = view.base, view.matrix, view.low, view.keys_per_mm
     flat = view.projection == ORTHOGRAPHIC
-    room = ends.shape[1]
+    width = ends.shape[1]
     to_foot = step_to_foot(m)
     middles = np.empty(_W, np.int32)
     flat_spans = spans.reshape(-1)
@@ -296,9 +296,9 @@ def bound_spans(
         at = span - first_span
         met = lanes(_W) < end_span - span
         left = load(ends, at, _W)
-        right = load(ends, room + at, _W)
-        dy = load(ends, 2 * room + at, _W)
-        dz = load(ends, 3 * room + at, _W)
+        right = load(ends, width + at, _W)
+        dy = load(ends, 2 * width + at, _W)
+        dz = load(ends, 3 * width + at, _W)
         shortest, longest = _row_bounds(left, right, dy, dz, m, flat, to_foot)
         store(lowest, span, i32(_key_of(shortest, low, scale)))
         store(highest, span, i32(_key_of(longest, low, scale)))

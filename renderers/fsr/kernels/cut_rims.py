@@ -66,7 +66,7 @@ def look(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def follow(
-    distance: F32, per_mm: F64, maps: F64, stretch: float, eye: F64, way: F64,
+    distance: F32, per_mm: F64, maps: F64, stretch: float, eye: F64, ray: F64,
     start: float, places: F64, trail: F64,
 ) -> float:  # fmt: skip
     """Return the depth at which a ray comes from air into tissue, or -1 if it does not.
@@ -77,7 +77,7 @@ def follow(
     at, before = start, -1.0
     for _ in range(MOST_STEPS):
         for k in range(3):
-            place[k] = eye[k] + at * way[k]
+            place[k] = eye[k] + at * ray[k]
             if not 0.0 <= place[k] * per_mm[k] <= distance.shape[2 - k] - 1.0:
                 return -1.0
         inside, opening = look(distance, per_mm, maps, place, seen, trail)
@@ -92,7 +92,7 @@ def follow(
     for _ in range(HALVINGS):
         middle = 0.5 * (before + at)
         for k in range(3):
-            place[k] = eye[k] + middle * way[k]
+            place[k] = eye[k] + middle * ray[k]
         inside, opening = look(distance, per_mm, maps, place, seen, trail)
         if min(inside, opening) < 0.0:
             before = middle
@@ -139,49 +139,49 @@ def gradient_at(distance: F32, per_mm: F64, seen: F64, gradient: F64) -> None:
 @njit(cache=True, nogil=True, error_model="numpy")
 def trace_cut_rims(
     field: DeflectedField, seam_mm: float, eye: F64, lens_axes: F64, world_axes: F64,
-    lens: F32, surface: Surface, settled: U8, first: int, last: int,
+    lens: F32, surface: Surface, done: U8, first: int, last: int,
 ) -> tuple[int, int]:  # fmt: skip
     """Correct the pixels of rows ``first..last`` that show what is near a face.
 
     lens_axes: rows right, up and forward, along the array's axes. world_axes: columns,
-    the array's axes in the world. seam_mm: so near. settled: one for each pixel,
-    becomes 1 where the ray's place was taken. Returns how many rays were followed and
-    how many pixels were settled.
+    the array's axes in the world. seam_mm: so near. done: one for each pixel,
+    becomes 1 where the ray's place was taken. Returns how many rays were traced and
+    how many pixels were corrected.
     """
     distance, per_mm, maps, stretch = field
     depth, normal, coverage = surface
     followed = found = 0
     trail, places = np.empty((len(maps), 3)), np.empty((2, 3))
     place, seen = places[0], places[1]
-    way, gradient = np.empty(3), np.empty(3)
+    ray, gradient = np.empty(3), np.empty(3)
     for y in range(first, last):
         for x in range(depth.shape[1]):
             length = 0.0
             for k in range(3):
-                way[k] = 0.0
+                ray[k] = 0.0
                 for axis in range(3):
-                    way[k] += float(lens[y, x, axis]) * lens_axes[axis, k]
-                length += way[k] * way[k]
+                    ray[k] += float(lens[y, x, axis]) * lens_axes[axis, k]
+                length += ray[k] * ray[k]
             if length == 0.0:
                 continue
-            way /= math.sqrt(length)
-            start = entry(maps, eye, way)
+            ray /= math.sqrt(length)
+            start = entry(maps, eye, ray)
             shown = float(depth[y, x])
             if coverage[y, x] == f32(0):
                 shown = np.inf
             if not start < shown:
                 continue
             followed += 1
-            at = follow(distance, per_mm, maps, stretch, eye, way, start, places, trail)
+            at = follow(distance, per_mm, maps, stretch, eye, ray, start, places, trail)
             if at < 0.0:
                 continue
             near = np.inf
             if shown < np.inf:
                 for k in range(3):
-                    place[k] = eye[k] + shown * way[k]
+                    place[k] = eye[k] + shown * ray[k]
                 _, near = look(distance, per_mm, maps, place, seen, trail)
             for k in range(3):
-                place[k] = eye[k] + at * way[k]
+                place[k] = eye[k] + at * ray[k]
             inside, opening = look(distance, per_mm, maps, place, seen, trail)
             if min(near, opening) >= seam_mm:
                 continue
@@ -200,6 +200,6 @@ def trace_cut_rims(
                 for axis in range(3):
                     turned += world_axes[k, axis] * gradient[axis]
                 normal[y, x, k] = f32(-turned / steep)
-            settled[y * depth.shape[1] + x] = 1
+            done[y * depth.shape[1] + x] = 1
             found += 1
     return followed, found

@@ -161,21 +161,21 @@ def select_slab(
                 if waiting.size > 0:
                     if projection == EQUIDISTANT:
                         rho = sqrt(rho2)
-                        turn = (
+                        tangential = (
                             polar_angle(rho, z) * lens / maximum(rho, np.float32(1e-6))
                         )
-                        stretch = maximum(turn, lens / distance)
+                        radial = maximum(tangential, lens / distance)
                     elif projection == PERSPECTIVE:
                         met &= z > distance * np.float32(1e-3)
                         inverse = _ONE / z
-                        turn = inverse * lens
-                        stretch = turn * distance * inverse
+                        tangential = inverse * lens
+                        radial = tangential * distance * inverse
                     else:
-                        turn = full(lens, _W)
-                        stretch = turn
-                    u = x * turn + middle_u
-                    v = middle_v - y * turn
-                    reach = stretch * reach_mm
+                        tangential = full(lens, _W)
+                        radial = tangential
+                    u = x * tangential + middle_u
+                    v = middle_v - y * tangential
+                    reach = radial * reach_mm
                     reach = sqrt(reach * reach + _LEAST_REACH) + _ROUNDED_PX
                     # counted from the block beyond the picture: it stands for all there
                     u = u * block + _ONE

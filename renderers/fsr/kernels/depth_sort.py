@@ -1,8 +1,8 @@
 """Splats sorted by depth, and listed tile by tile in that order.
 
 A counting sort takes two passes whatever the order was before and compares nothing.
-Keys read from memory index as unsigned numbers: of signed ones compiled code asks each
-time whether they count from the end, which took half of the time.
+Keys read from memory index as unsigned numbers: compiled code tests signed ones each
+time for counting from the end, which took half of the time.
 """
 
 import numpy as np

@@ -251,7 +251,7 @@ def draw_tile(
     hidden = 0
     kept = 0
     at = 0
-    room = squares.shape[0] - SPARE_SQUARES
+    most = squares.shape[0] - SPARE_SQUARES
     rest = n
     for m in range(n):
         s = items[m]
@@ -268,7 +268,7 @@ def draw_tile(
         fragments += end - at
         if rest < n:
             continue
-        if end > room:
+        if end > most:
             # the squares of this one and all that follow are found again below
             rest = m
             continue

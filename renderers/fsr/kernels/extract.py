@@ -105,7 +105,7 @@ def extract_rows(
     """Append the voxels of rows `row`.. with F(gradient, density) >= threshold.
 
     n: elements there are already; ``offsets[row + 1]`` becomes their number after each
-    row. Rows before `end` are done. Returns the first row that found no space left.
+    row. Rows before `end` are done. Returns the first row that did not fit.
     """
     values, nx, ny, nz, half, direction = volume
     table, column_top, density_low, density_scale, gradient_scale, threshold = inclusion

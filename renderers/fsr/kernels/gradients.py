@@ -130,7 +130,8 @@ def extract_surfel_rows(
     belongs to the set when the zero surface passes within half a spacing of it,
     measured along the normal: one layer of elements, whatever the orientation.
     It is moved to the zero of the trilinear field by Newton steps along the gradient
-    and takes the interpolated Sobel normal there. Returns the first row without room.
+    and takes the interpolated Sobel normal there. Returns the first row that did not
+    fit.
     """
     values, nx, ny, nz, half, _ = volume
     ex = (nx - 1) * refine + 1

@@ -17,7 +17,7 @@ def find_holes(
 
     rows, columns: first and past the last that are looked at; the picture's outermost
     are not. where, found: `(m, 2)` positions and `(m, 4)` depths and normals, means of
-    the neighbours', with room for all pixels. Returns the number found.
+    the neighbours', large enough for all pixels. Returns the number found.
     """
     height, width = depth.shape
     left = max(columns[0], 1)

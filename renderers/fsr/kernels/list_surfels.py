@@ -86,9 +86,9 @@ def list_squares(
     A run of squares is written as whole vectors and counted afterwards: a loop over
     each of many short runs would end where no processor expects it.
     """
-    strip = lanes(SQUARES_Y)
-    y = strip * SIDE + np.int32(top)
-    # the strip's pixel centres lie within 1.5 of its middle
+    number = lanes(SQUARES_Y)
+    y = number * SIDE + np.int32(top)
+    # pixel centres lie within 1.5 of its middle
     dy = f32(y) + (np.float32(0.5 * SIDE) - records[o + 10])
     d = maximum(absolute(dy) - np.float32(1.5), _ZERO)
     rest = _ONE - d * d * records[o + 11]
@@ -104,7 +104,7 @@ def list_squares(
     met = (rest >= _ZERO) & (past >= _ZERO) & (first <= last)
     zero = full(np.int32(0), SQUARES_Y)
     first = select(met, first >> 2, zero)
-    store(starts, 0, first + strip * SQUARES_X)
+    store(starts, 0, first + number * SQUARES_X)
     store(ends, 0, select(met, (last >> 2) + 1, zero) - first)
     high = max(boxes[s, 2] - top, 0) // SIDE
     low = min(boxes[s, 3] - top, TILE_HEIGHT - 1) // SIDE

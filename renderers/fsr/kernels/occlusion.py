@@ -29,7 +29,7 @@ def _look_at(
 ) -> None:  # fmt: skip
     """Bring balls to the camera's frame; mark which reach inside all planes.
 
-    Simple loops without a way out, which the compiler turns into vectors.
+    Simple loops without a break, which the compiler turns into vectors.
     """
     count = inside.shape[0]
     i = middles[0, first : first + count]
@@ -50,7 +50,7 @@ def _look_at(
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _angle(y: float, x: float) -> float:
-    """Return atan2(y, x) for y >= 0 to 1e-14, without a way out.
+    """Return atan2(y, x) for y >= 0 to 1e-14, without a branch.
 
     Brought to -tan(pi/8)..tan(pi/8); atan(r) / r there by powers of r^2, a minimax fit.
     """
@@ -81,7 +81,7 @@ def _bound_balls(
 
     place: ``(3, n)``, camera frame (mm), of which `count` are asked for. bounds: ``(5,
     n)``; the angle is that of the side that is farthest from the view axis. A loop
-    without a way out, as above.
+    without a break, as above.
     """
     for n in range(count):
         x, y, z = place[0, n], place[1, n], place[2, n]
@@ -191,7 +191,7 @@ def list_runs(
     offsets: where each block's elements begin, and their end. step: distances (mm)
     that differ by less may keep the list's order. rows: how many each block's
     elements are in. heads: scratch, one per step.
-    runs: room for ``(blocks, 2)`` first elements and ends. cuts: room for ``(parts +
+    runs: ``(blocks, 2)`` first elements and ends. cuts: ``(parts +
     1, 2)``: the runs are cut into parts of `part` or a few more elements; each part's
     first run and the number of elements before it. Returns (runs, parts, rows).
     """

@@ -36,7 +36,7 @@ def _subdivide_some(
     index: I32, first: int, n: int, cut: int, splats: Splats, view: View,
     least_mm: Real, last: Real, found: Splats, depths: F32,
 ) -> tuple[int, int, int]:  # fmt: skip
-    """Subdivide from one of the splats on until there may be no room for the next.
+    """Subdivide from one of the splats on until the next may not fit.
 
     n, cut: parts and cuts there are already. Returns the splat to go on with, and how
     many parts and cuts there are then.
@@ -48,7 +48,7 @@ def _subdivide_some(
     waiting = np.empty((64, 5), np.float32)
     eighth, half = np.float32(0.125), np.float32(0.5)
     while first < index.shape[0] and n + MOST <= depths.shape[0]:
-        # unsigned: whether an index counts from the end need not be asked
+        # unsigned: an index that never counts from the end needs no test
         s = np.uint32(index[first])
         first += 1
         for c in range(4):

@@ -96,7 +96,7 @@ def _span(first: int, last: int) -> Lanes:
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _moved(bits: Lanes, shift: int) -> Lanes:
-    """Give a row's bits as a word that begins `shift` cells farther on has them."""
+    """Return a row's bits as a word that begins `shift` cells farther on has them."""
     if shift >= WORD or shift <= -WORD:
         return _NONE
     return bits >> np.uint64(shift) if shift >= 0 else bits << np.uint64(-shift)

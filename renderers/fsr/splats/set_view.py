@@ -111,7 +111,7 @@ def view_set(
     mode: SplatMode,
     traversal: Traversal = Traversal.DISTANCE,
 ) -> SetView:
-    """Find what a view asks of a set.
+    """Bring a camera into terms of a set.
 
     Raises ValueError for a picture of too many pixels.
     """

@@ -18,7 +18,7 @@ _SPARE = 16
 
 
 def make_splat_buffers(splats: int) -> SplatBuffers:
-    """Get memory for so many splats of one depth slab."""
+    """Allocate memory for so many splats of one depth slab."""
     size = splats + _SPARE
     return SplatBuffers(
         np.empty(size, np.int32),
@@ -33,7 +33,7 @@ def make_splat_buffers(splats: int) -> SplatBuffers:
 
 
 def make_tile_buffer(down: int, across: int, with_depth: bool) -> TileBuffer:
-    """Get memory for the tiles of a picture."""
+    """Allocate memory for the tiles of a picture."""
     tiles = down * across
     each = SQUARES * SQUARE if with_depth else 0
     blocks = (BLOCKS * down + 2) * (BLOCKS * across + 2)

@@ -84,7 +84,7 @@ class SplatRasterizer:
     ) -> tuple[SplatList, ...]:
         """Cull one view: the first stage. It may run while another view is drawn.
 
-        threads: that are to draw it. Gives a list for each.
+        threads: that will draw it. Returns a list for each.
         """
         set_view = view_set(self._shaded, camera, mode, traversal)
         bands = self._bands.cut(*set_view.tiles, threads)

@@ -124,17 +124,17 @@ class Blocks:
 
     @property
     def numbers(self) -> NDArray[np.int32]:
-        """Get the places of the blocks on their grid, ``(k * ny + j) * nx + i``."""
+        """Return the places of the blocks on their grid, ``(k * ny + j) * nx + i``."""
         return self._occupied
 
     @property
     def places(self) -> NDArray[np.int64]:
-        """Get the blocks' grid coordinates ``(b, 3)``, (i, j, k)."""
+        """Return the blocks' grid coordinates ``(b, 3)``, (i, j, k)."""
         grid = self._deep, self._high, self._wide
         return np.stack(np.unravel_index(self._occupied, grid)[::-1], axis=-1)
 
     def sort(self, rows: SparseRows, shift: int) -> BlockOrder:
-        """Give the order that brings a set's elements block by block.
+        """Return the order that brings a set's elements block by block.
 
         shift: a block has ``2**shift`` of the set's voxels a side.
         """

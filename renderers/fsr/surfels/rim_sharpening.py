@@ -27,8 +27,8 @@ class RimSharpener:
         self._state = np.empty(0, np.uint8)
 
     @property
-    def asked(self) -> NDArray[np.uint8]:
-        """Return what is 1 for pixels of the next picture that are not to be asked."""
+    def done(self) -> NDArray[np.uint8]:
+        """Return the mask of the next picture's pixels whose rays are not traced."""
         return self._state
 
     def sharpen(
@@ -36,7 +36,7 @@ class RimSharpener:
     ) -> tuple[int, int]:
         """Change `result` in place, after `begin`.
 
-        Returns how many pixels' rays were followed and how many went to another wall;
+        Returns how many pixels' rays were traced and how many went to another wall;
         they may count a pixel twice where threads meet, but the bits of the picture do
         not depend on the team's size.
         """
@@ -55,7 +55,7 @@ class RimSharpener:
         )
 
         def sharpen_rows(part: int) -> tuple[int, int]:
-            asked, moved = sharpen(
+            traced, moved = sharpen(
                 *common,
                 edges[part],
                 edges[part + 1],
@@ -63,7 +63,7 @@ class RimSharpener:
                 self._state,
                 self._found,
             )
-            return asked, moved
+            return traced, moved
 
         totals = team.map(sharpen_rows, range(parts))
         moved: NDArray[np.int32] = np.array([t[1] for t in totals], np.int32)
@@ -71,7 +71,7 @@ class RimSharpener:
         return sum(t[0] for t in totals), int(moved.sum())
 
     def begin(self, team: ThreadTeam, pixels: int) -> None:
-        """Get scratch memory for a picture of so many pixels, none of them asked."""
+        """Get scratch memory for a picture of so many pixels, none of them done."""
         parts = PARTS_PER_THREAD * team.threads if team.threads > 1 else 1
         if self._queues.shape != (parts, pixels + SPARE):
             # pages of which nothing is used cost nothing

@@ -31,7 +31,7 @@ def lined_up(count: int, dtype: Any = np.float32) -> NDArray[Any]:
 
 
 def make_surfel_scratch(items: int) -> SurfelScratch:
-    """Get memory for tiles of so many surfels."""
+    """Allocate memory for tiles of so many surfels."""
     return SurfelScratch(
         np.empty(items, np.int32),
         np.empty(items, np.int32),

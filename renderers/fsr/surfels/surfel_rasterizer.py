@@ -26,7 +26,7 @@ from renderers.fsr.kernels.surfel_tiles import (
     TILE_WIDTH,
     tile_by_tile,
 )
-from renderers.fsr.surfels.cut_rim_settling import CutRims
+from renderers.fsr.surfels.cut_rim_tracing import CutRims
 from renderers.fsr.surfels.disc_bounds import disc_bounds
 from renderers.fsr.surfels.hole_filling import fill_holes
 from renderers.fsr.surfels.occlusion_blocks import (
@@ -207,13 +207,13 @@ class SurfelRasterizer:
         if self._cut_rims is not None:
             # before rims: the grid that those are looked for in is too coarse for what
             # a cut leaves standing
-            settled = self._rims.asked
-            followed, moved = self._cut_rims.trace(camera, team, result, settled)
-            self.counters["seam rays followed"] = followed
-            self.counters["seam pixels settled"] = moved
+            done = self._rims.done
+            traced, corrected = self._cut_rims.trace(camera, team, result, done)
+            self.counters["cut rays traced"] = traced
+            self.counters["cut pixels corrected"] = corrected
         if self._sharp:
-            asked, moved = self._rims.sharpen(camera, team, result)
-            self.counters["rim pixels asked"] = asked
+            traced, moved = self._rims.sharpen(camera, team, result)
+            self.counters["rim rays traced"] = traced
             self.counters["rim pixels moved"] = moved
         return result
 

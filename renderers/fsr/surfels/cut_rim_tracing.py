@@ -40,12 +40,12 @@ class CutRims:
         camera: Camera,
         team: ThreadTeam,
         result: GBuffer,
-        settled: NDArray[np.uint8],
+        done: NDArray[np.uint8],
     ) -> tuple[int, int]:
-        """Change `result` in place; return the rays followed and the pixels settled.
+        """Change `result` in place; return the rays traced and the pixels corrected.
 
-        settled: one for each pixel, becomes 1 where a pixel was. The bits do not depend
-        on the team's size.
+        done: one for each pixel, becomes 1 where a pixel was corrected. The bits do not
+        depend on the team's size.
         """
         if not self._has_cuts:
             return 0, 0
@@ -58,7 +58,7 @@ class CutRims:
             volume.direction,
             camera.lens_table(),
             Surface(result.depth_mm, result.normal, result.coverage),
-            settled,
+            done,
         )
         height = result.size[0]
         parts = PARTS_PER_THREAD * team.threads if team.threads > 1 else 1
