@@ -8,7 +8,7 @@ from devices import DeviceError
 from disk import UserError
 from disk.schema_words import schema_words
 
-FAMILIES = ("renderers.art.", "renderers.snapshots.", "renderers.simd_guard")
+FAMILIES = ("renderers.art.", "renderers.snapshots.", "renderers.lanes.")
 """Modules whose errors are sentences."""
 
 

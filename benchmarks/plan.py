@@ -1,8 +1,8 @@
 """What is to be measured: tasks in suites, before anything runs."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
 
 from benchmarks.schema import Clock, Setting, row_key
 from benchmarks.timing import Timing
@@ -48,16 +48,15 @@ class Task:
         return row_key(self.suite, self.case, self.mode, self.settings)
 
 
-class Plan(Protocol):
-    """Promise what the runner needs of a suite that is about to run."""
+class Plan(ABC):
+    """Be a suite that is about to run."""
 
+    @abstractmethod
     def tasks(self) -> list[Task]:
         """List the tasks, baselines before those that name them."""
-        ...
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027 (most have nothing to end)
         """End child processes and threads."""
-        ...
 
 
 Suite = Callable[[bool], Plan]

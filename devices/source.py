@@ -7,8 +7,7 @@ from collections import deque
 from collections.abc import Iterator
 from typing import Protocol
 
-from devices.closing import Closing
-from devices.port import Clock, DeviceError, DeviceReason, HostClock
+from devices.port import Clock, Closing, DeviceError, DeviceReason, HostClock
 from devices.pose import Pose, PoseSource
 
 LARGEST_QUEUE = 1 << 14

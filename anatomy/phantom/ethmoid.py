@@ -4,14 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from anatomy.phantom.honeycomb import Cells, Unevenness
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.shapes import (
+    Cells,
     Chain,
     Field,
     Point,
     Table,
     U,
+    Unevenness,
     depth_table,
     height_table,
     smooth_max,
@@ -21,7 +22,6 @@ from anatomy.phantom.shapes import (
     z,
 )
 from anatomy.phantom.vessels import ethmoidal_arteries
-from anatomy.phantom.walls import lateral_wall
 from anatomy.tissue import Side
 
 BULLA: Point = (9.8, -28.2, 30.0)
@@ -193,3 +193,13 @@ def bulla_outlet() -> Field:
 def posterior_outlet() -> Field:
     """Build the posterior cells' outlet to the superior meatus."""
     return Chain(((6.2, -42, 33.5), POSTERIOR_ROOT), (1.2, 1.2))
+
+
+def lateral_wall() -> Field:
+    """Give the lateral position of the nasal cavity's side wall over the height.
+
+    It steps inwards where the ethmoid begins: the roof of the middle meatus.
+    """
+    return height_table(
+        [-20, 2, 8, 20, 25, 29, 60], [11.5, 12.6, 13.2, 13.0, 10.9, 4.3, 3.3], 1.0
+    )

@@ -5,14 +5,14 @@ from typing import TypeVar
 
 from anatomy.phantom.ethmoid import lamina_papyracea
 from anatomy.phantom.head import head_outside
-from anatomy.phantom.honeycomb import Recall
 from anatomy.phantom.parameters import PhantomParameters
-from anatomy.phantom.rows import Row
+from anatomy.phantom.program import Row
 from anatomy.phantom.shapes import (
     Chain,
     Ellipsoid,
     Field,
     Point,
+    Recall,
     smooth_max,
     smooth_min,
     u,

@@ -1,14 +1,15 @@
 """The maxillary sinus of one side, and the ways that drain into the middle meatus."""
 
 from anatomy.phantom.ethmoid import ethmoid_block
-from anatomy.phantom.honeycomb import Mark, Unevenness
 from anatomy.phantom.parameters import PhantomParameters
-from anatomy.phantom.rows import Row
+from anatomy.phantom.program import Row
 from anatomy.phantom.shapes import (
     Chain,
     Ellipsoid,
     Field,
+    Mark,
     Point,
+    Unevenness,
     smooth_max,
     smooth_min,
     u,

@@ -10,14 +10,16 @@ from anatomy.phantom import orbit, plates, skull
 from anatomy.phantom.disease import SHELL_MM, Content
 from anatomy.phantom.ethmoid import ethmoid_block, ethmoid_roof
 from anatomy.phantom.head import head_outside
-from anatomy.phantom.honeycomb import Mark, Recall
 from anatomy.phantom.parameters import PhantomParameters
-from anatomy.phantom.rows import Row
+from anatomy.phantom.plates import below_base, skull_base
+from anatomy.phantom.program import Row
 from anatomy.phantom.shapes import (
     Affine,
     Chain,
     Ellipsoid,
     Field,
+    Mark,
+    Recall,
     Table,
     U,
     depth_table,
@@ -29,7 +31,6 @@ from anatomy.phantom.shapes import (
     z,
 )
 from anatomy.phantom.sinuses import MOLAR_ROOTS
-from anatomy.phantom.skull_base import below_base, skull_base
 from anatomy.phantom.sphenoid import sphenoid
 from anatomy.phantom.turbinates import middle_bow, middle_lean
 from anatomy.phantom.vessels import (

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from anatomy.phantom.grain import white_noise
+from anatomy.phantom.ct_noise import white_noise
 from anatomy.phantom.phantom import Phantom
 from anatomy.tissue import TISSUE_OF, TISSUES
 from disk import UserError

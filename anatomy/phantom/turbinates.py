@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass
 
-from anatomy.phantom.honeycomb import Mark
 from anatomy.phantom.parameters import PhantomParameters
-from anatomy.phantom.rows import Row
+from anatomy.phantom.program import Row
 from anatomy.phantom.shapes import (
     Chain,
     Field,
     FlatTube,
+    Mark,
     depth_table,
     height_table,
     smooth_max,

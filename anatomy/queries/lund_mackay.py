@@ -4,9 +4,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.parameters import SINUSES, Opacity, PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
-from anatomy.phantom.sinus_opacity import SINUSES, Opacity
 from anatomy.phantom.sinuses import infundibulum
 from anatomy.queries.landmarks import septal_shift
 from anatomy.tissue import AIR_LABELS, Label, Side

@@ -7,12 +7,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.kernels.tables import Grids, Painted
 from anatomy.phantom import air
-from anatomy.phantom.coverage import UNCINATE_MM, Painted, paint
-from anatomy.phantom.kernel_tables import Grids
+from anatomy.phantom.coverage import UNCINATE_MM, paint
 from anatomy.phantom.model import Model, build_model
 from anatomy.phantom.parameters import PhantomParameters
-from anatomy.phantom.rows import Row
+from anatomy.phantom.program import Row
 from anatomy.queries.hazards import hazard_distances
 from anatomy.tissue import Label
 from disk import UserError

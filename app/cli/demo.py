@@ -20,7 +20,12 @@ from paravol.registration.at_start import register_by_touch
 from paravol.replay import ReplayReport, replay_session
 from paravol.session_info import LIVE_TIER, SEED, describe_session
 from paravol.session_setup import build_session, build_view, first_views
-from paravol.snapshots.moments import Keepsake, TakenSnapshot, ViewAsker, take_snapshots
+from paravol.snapshots.moments import (
+    SelectedFrame,
+    SnapshotReport,
+    SnapshotRequestFactory,
+    take_snapshots,
+)
 from paravol.told_score import score_rows
 from paravol.versions import versions
 from renderers.scene import Mesh
@@ -53,7 +58,7 @@ class FlownDemo:
     score: Score
     splats: int
     instrument: Mesh | None
-    kept: list[Keepsake]
+    kept: list[SelectedFrame]
 
 
 def run_demo(options: DemoOptions, *, as_json: bool) -> int:
@@ -73,7 +78,7 @@ def run_demo(options: DemoOptions, *, as_json: bool) -> int:
         flown = _fly(options, scenario, path, path_file, room, bundle, stages)
         snapshots = take_snapshots(
             flown.kept,
-            ViewAsker(
+            SnapshotRequestFactory(
                 room.surface,
                 scenario.scope.ring_radius_mm,
                 flown.info.seed,
@@ -108,7 +113,7 @@ def _fly(
     bundle: Path,
     stages: Stages,
 ) -> FlownDemo:
-    kept = [Keepsake(moment) for moment in scenario.moments]
+    kept = [SelectedFrame(moment) for moment in scenario.moments]
     with ExitStack() as stack:
         view = build_view(
             scenario,
@@ -137,8 +142,8 @@ def _fly(
         def on_frame(shown: Shown) -> None:
             time_s = shown.sample.time_s
             stages("Flying", time_s / path.duration_s)
-            for keepsake in kept:
-                keepsake.offer(shown.number, shown.view, shown.frame, time_s)
+            for selected in kept:
+                selected.offer(shown.number, shown.view, shown.frame, time_s)
 
         log = DeviceLog(recorder, session)
 
@@ -169,7 +174,7 @@ def _fly(
 def _summary(
     scenario: Scenario,
     flown: FlownDemo,
-    snapshots: list[TakenSnapshot],
+    snapshots: list[SnapshotReport],
     report: ReplayReport,
 ) -> dict[str, Any]:
     return {

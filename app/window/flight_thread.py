@@ -25,7 +25,11 @@ from paravol.flight import Aim, EndedError, OrderedPoses, Shown, fly
 from paravol.flight_end import FlightEnd
 from paravol.flight_order import FlightOrder, Instant
 from paravol.flight_recording import FlightRecording
-from paravol.inputs.cancellable_source import ClosedError, KeyboardRoll, WatchedSource
+from paravol.inputs.cancellable_source import (
+    CancellableSource,
+    ClosedError,
+    KeyboardRoll,
+)
 from paravol.inputs.pedal_watch import PedalWatch, record_of
 from paravol.inputs.reconnecting_source import LastingPoses
 from paravol.patient import OperatingRoom, prepare_room
@@ -33,8 +37,8 @@ from paravol.pose_stream import StreamedAim, streaming
 from paravol.registration.at_start import register_by_touch
 from paravol.session_info import LIVE_TIER, SEED, describe_session
 from paravol.session_setup import build_session, build_view, first_views
-from paravol.snapshots.moments import ViewAsker
-from paravol.snapshots.snapshot_queue import KeptMoment, SnapshotDesk
+from paravol.snapshots.moments import SnapshotRequestFactory
+from paravol.snapshots.snapshot_queue import KeptMoment, SnapshotQueue
 from paravol.view import EndoscopeView
 from paravol.view_keeper import ViewKeeper
 from scenarios import Sample, Session
@@ -86,7 +90,7 @@ class WindowFlight(QObject):
         self._ended = threading.Event()
         self._moment_wanted = threading.Event()
         self._view_wanted = threading.Event()
-        self._desk: SnapshotDesk | None = None
+        self._snapshots: SnapshotQueue | None = None
         self._lock = threading.Lock()
         self._newest: Instant | None = None
         self._touched = -1
@@ -106,8 +110,8 @@ class WindowFlight(QObject):
         """End the flight; tell whether its thread ended in time."""
         self._closed.set()
         self._thread.join(patience_s)
-        if self._desk is not None:
-            self._desk.close()
+        if self._snapshots is not None:
+            self._snapshots.close()
         return not self._thread.is_alive()
 
     def take(self) -> Instant | None:
@@ -175,7 +179,7 @@ class WindowFlight(QObject):
             streamer = stack.enter_context(streaming(order.stream))
             poses = stack.enter_context(order.input.open(room))
             self._stage("Opening the input", 1.0)
-            source = WatchedSource(poses, self._closed, self._ended)
+            source = CancellableSource(poses, self._closed, self._ended)
             lasting = LastingPoses(source)
             lasting.on_loss = lambda _: self.away.emit()
             lasting.on_return = self.back.emit
@@ -193,7 +197,7 @@ class WindowFlight(QObject):
             recorder = self.recording.open(stack, info)
             self.registered.emit(told)
             if self.recording.folder is not None:
-                self._desk = self._open_desk(room, self.recording.folder)
+                self._snapshots = self._open_snapshots(room, self.recording.folder)
             keeper = ViewKeeper(
                 scenario, room, order.record, has_instrument=has_instrument
             )
@@ -226,7 +230,7 @@ class WindowFlight(QObject):
 
     def _follow(
         self,
-        source: WatchedSource,
+        source: CancellableSource,
         lasting: LastingPoses,
         aim: Aim,
         session: Session,
@@ -261,8 +265,10 @@ class WindowFlight(QObject):
                 said = f"frame {frame.number}"
                 recorder.add(EventRecord(time_s, "snapshot", said))
                 self.moment_kept.emit(time_s)
-                if self._desk is not None:
-                    self._desk.draw(KeptMoment(time_s, frame.view, gain, frame.number))
+                if self._snapshots is not None:
+                    self._snapshots.draw(
+                        KeptMoment(time_s, frame.view, gain, frame.number)
+                    )
             if self._view_wanted.is_set():
                 self._view_wanted.clear()
                 kept = keeper.keep(frame.view, frame.frame, frame.sample, frame.number)
@@ -297,18 +303,18 @@ class WindowFlight(QObject):
         self.end = self.recording.end(title, score)
         self.landed.emit(self.end)
 
-    def _open_desk(self, room: OperatingRoom, record: Path) -> SnapshotDesk:
+    def _open_snapshots(self, room: OperatingRoom, record: Path) -> SnapshotQueue:
         """Draw kept moments; that goes on after the flight, as long as the window."""
         # Imported here: building meshes loads a large library.
         from scenarios.instruments import suction_tube
 
-        asker = ViewAsker(
+        requests = SnapshotRequestFactory(
             room.surface,
             self.order.scenario.scope.ring_radius_mm,
             SEED,
             suction_tube() if self.order.input.has_instrument else None,
         )
-        return SnapshotDesk(asker, record / "snapshots", self.pictured.emit)
+        return SnapshotQueue(requests, record / "snapshots", self.pictured.emit)
 
     def _post(self, instant: Instant) -> None:
         with self._lock:

@@ -6,9 +6,8 @@ import threading
 import time
 from collections.abc import Iterator
 
-from devices.closing import Closing
 from devices.openigtlink.messages import ToolTransform, TransformReader
-from devices.port import DeviceError, DeviceReason
+from devices.port import Closing, DeviceError, DeviceReason
 from devices.pose import Pose
 from devices.source import PoseQueue
 

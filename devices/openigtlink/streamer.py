@@ -15,9 +15,8 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.closing import Closing
 from devices.openigtlink.messages import ToolTransform, encode
-from devices.port import DeviceError, DeviceReason
+from devices.port import Closing, DeviceError, DeviceReason
 from disk import UserError
 
 LOOPBACK = "127.0.0.1"

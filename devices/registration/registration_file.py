@@ -9,8 +9,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.registration.fiducial_fit import Registration
-from devices.registration.registration_error import (
+from devices.registration.fiducial_fit import (
+    Registration,
     RegistrationError,
     RegistrationReason,
 )

@@ -16,7 +16,7 @@ class ClosedError(EndedError):
     """The window was closed; the flight ends."""
 
 
-class WatchedSource:
+class CancellableSource:
     """Pass an arm's poses on until the window closes or the trainee ends the flight."""
 
     def __init__(

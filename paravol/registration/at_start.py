@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from devices import Pose, Registration, TouchCollector, register
 from devices.microscribe.wire.link import ArmDescription
-from devices.registration.pivot import shifted_to_tip
-from devices.registration.registration_error import (
+from devices.registration.fiducial_fit import (
     RegistrationError,
     RegistrationReason,
 )
+from devices.registration.pivot import shifted_to_tip
 from devices.registration.registration_file import RegistrationRecord, load_registration
 from paravol.flight import OrderedPoses
 from paravol.patient import Progress

@@ -17,12 +17,12 @@ from devices.registration.consistency import (
     LandmarkConsistency,
     landmark_consistency,
 )
-from devices.registration.held_point import HeldPoint
-from devices.registration.pivot import PivotCalibration
-from devices.registration.registration_error import (
+from devices.registration.fiducial_fit import (
     RegistrationError,
     RegistrationReason,
 )
+from devices.registration.held_point import HeldPoint
+from devices.registration.pivot import PivotCalibration
 from devices.registration.registration_file import (
     Agreement,
     PivotRecord,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices import DeviceError, Pose
-from devices.controls.press import PressCollector
+from devices.controls.pedals import PressCollector
 from devices.registration.held_point import HeldPoint, HoldError
 from devices.registration.pivot import (
     FEWEST_POSES,

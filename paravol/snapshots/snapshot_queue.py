@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.closing import Closing
+from devices.port import Closing
 from disk import UserError
-from paravol.snapshots.moments import ViewAsker
+from paravol.snapshots.moments import SnapshotRequestFactory
 from paravol.snapshots.rendering_service import Worker, running_worker
 from paravol.snapshots.spool_folder import own_spool
 from renderers.scene import save_png
@@ -51,7 +51,7 @@ class MomentPicture:
 
 
 class _ClosedError(Exception):
-    """The desk was closed: nobody waits for the picture."""
+    """The queue was closed: nobody waits for the picture."""
 
 
 @dataclass(slots=True)
@@ -81,7 +81,7 @@ Serving = Callable[[Path], AbstractContextManager[Worker]]
 NICE_WORKER = partial(running_worker, ranks=1, niceness=19)
 
 
-class SnapshotDesk(Closing):
+class SnapshotQueue(Closing):
     """Have moments drawn, one after the other, by a worker of low priority.
 
     The worker starts with the first moment. The live picture comes first: the worker
@@ -90,23 +90,23 @@ class SnapshotDesk(Closing):
 
     def __init__(
         self,
-        asker: ViewAsker,
+        requests: SnapshotRequestFactory,
         folder: Path,
         show: Callable[[MomentPicture], None],
         serving: Serving = NICE_WORKER,
     ) -> None:
-        """Take orders.
+        """Start the queue's thread.
 
-        folder: for the finished pictures. show: told of every change, from the desk's
+        folder: for the finished pictures. show: told of every change, from the queue's
         own thread.
         """
-        self._asker = asker
+        self._requests = requests
         self._folder = folder
         self._show = show
         self._serving = serving
         self._orders: queue.SimpleQueue[KeptMoment | None] = queue.SimpleQueue()
         self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="desk", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="snapshots", daemon=True)
         self._thread.start()
 
     def draw(self, moment: KeptMoment) -> None:
@@ -135,7 +135,7 @@ class SnapshotDesk(Closing):
                 self._show(MomentPicture(moment.time_s, None, None, str(error)))
 
     def _draw(self, client: SnapshotClient, worker: Worker, moment: KeptMoment) -> None:
-        request = self._asker.request(
+        request = self._requests.request(
             client,
             moment.view,
             gain=moment.gain,

@@ -6,7 +6,7 @@ from paravol.snapshots.view_file import ScopeLook, ViewCamera, ViewFile
 
 
 def both_eyes(view: ViewFile, apart_mm: float) -> list[ViewFile]:
-    """Give the left and the right eye's view: parallel axes, so far apart."""
+    """Return the left and the right eye's view: parallel axes, so far apart."""
     camera = view.to_camera()
     views = []
     for sign in (-0.5, 0.5):

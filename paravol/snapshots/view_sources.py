@@ -2,7 +2,6 @@
 
 import math
 from pathlib import Path
-from typing import Literal
 
 import msgspec
 import numpy as np
@@ -14,7 +13,7 @@ from paravol.case_exercise import exercise_of
 from paravol.patient import OperatingRoom, Progress, prepare_room
 from paravol.session_info import SEED
 from paravol.session_setup import build_session, path_view
-from paravol.snapshots.studio import Studio
+from paravol.snapshots.head_scene import HeadScene
 from paravol.snapshots.view_file import (
     CaseHead,
     ClassicLook,
@@ -25,7 +24,7 @@ from paravol.snapshots.view_file import (
     ViewCamera,
     ViewFile,
 )
-from renderers.snapshots.request import Row
+from renderers.snapshots.request import ProjectionName, Row
 from scenarios import Sample, Scenario, View, load_scenario
 from scenarios.bundle import FrameRecord, SampleRecord, read_session
 
@@ -36,7 +35,6 @@ GRACE_S = 1.0
 """So long after its end a session or exercise still shows its last view."""
 
 Place = tuple[float, float, float]
-Lens = Literal["equidistant", "perspective", "orthographic"]
 
 
 def session_views(
@@ -45,8 +43,8 @@ def session_views(
     size: int,
     case: Path | None,
     progress: Progress,
-) -> tuple[Studio, list[ViewFile]]:
-    """Give what a session saw at each time, with the camera's gain of then.
+) -> tuple[HeadScene, list[ViewFile]]:
+    """Return what a session saw at each time, with the camera's gain of then.
 
     The newest sample at or before a time counts, before the first one the first. case:
     where the case that was flown through lies now. Raises ValueError for a session that
@@ -97,13 +95,13 @@ def session_views(
             has_instrument=info.has_instrument,
         )
         views.append(seen)
-    return Studio(room.scene, room.surface_sha256), views
+    return HeadScene(room.scene, room.surface_sha256), views
 
 
 def case_views(
     folder: Path, times_s: NDArray[np.float64], size: int, progress: Progress
-) -> tuple[Studio, list[ViewFile]]:
-    """Give what a scope sees along a case's exercise; ValueError after its end."""
+) -> tuple[HeadScene, list[ViewFile]]:
+    """Return what a scope sees along a case's exercise; ValueError after its end."""
     scenario, place = load_scenario(str(exercise_of(folder)))
     room = prepare_room(scenario, progress)
     path = load_probe_path(place / scenario.path)
@@ -112,7 +110,7 @@ def case_views(
         view_of(path_view(scenario, room, path, float(t), (size, size)), scenario, room)
         for t in times_s
     ]
-    return Studio(room.scene, room.surface_sha256), views
+    return HeadScene(room.scene, room.surface_sha256), views
 
 
 def _demand_within(times_s: NDArray[np.float64], end_s: float, folder: Path) -> None:
@@ -132,12 +130,12 @@ def placed_view(
     *,
     up: Place,
     size: int,
-    lens: Lens,
+    lens: ProjectionName,
     half_side_mm: float,
     distortion: tuple[float, float] = (0.0, 0.0),
     classic: bool,
 ) -> ViewFile:
-    """Give the view from a place to a place; ValueError where one cannot look so."""
+    """Return the view from a place to a place; ValueError where one cannot look so."""
     extent = math.radians(FIELD_DEG / 2)
     if lens == "orthographic":
         extent = half_side_mm

@@ -2,9 +2,9 @@
 
 A vector has a fixed number of lanes of ``f32 f64 i32 i64`` or of a mask; operators
 and the functions here work lane by lane, numbers are spread over the lanes. Nothing is
-reordered, and nothing fused but by `muladd`: the same bits for any width and, but for
-`muladd`, on any processor. Import this in files of kernels only, and use those through
-`renderers.simd_guard`.
+reordered, and nothing fused but by `fma`: the same bits for any width and, but for
+`fma`, on any processor. Import this in files of kernels only; whoever calls these
+first demands of `renderers.lanes.self_check` that vectors compile here.
 """
 
 from renderers.lanes.cell_reads import cell1, cell4
@@ -19,6 +19,7 @@ from renderers.lanes.functions import (
     f32,
     f64,
     floor,
+    fma,
     full,
     greatest,
     i32,
@@ -28,7 +29,6 @@ from renderers.lanes.functions import (
     lowest,
     maximum,
     minimum,
-    muladd,
     rank,
     select,
     sqrt,
@@ -53,7 +53,6 @@ from renderers.lanes.load_store import (
 )
 from renderers.lanes.packing import store_packed
 from renderers.lanes.records import (
-    in_row,
     load_triples,
     put_rows4,
     row,
@@ -81,6 +80,7 @@ __all__ = [
     "f32",
     "f64",
     "floor",
+    "fma",
     "full",
     "gather",
     "gather_pairs",
@@ -88,7 +88,6 @@ __all__ = [
     "greatest",
     "i32",
     "i64",
-    "in_row",
     "lanes",
     "least",
     "load",
@@ -97,7 +96,6 @@ __all__ = [
     "lowest",
     "maximum",
     "minimum",
-    "muladd",
     "prefetch",
     "put_rows4",
     "rank",

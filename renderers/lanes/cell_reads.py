@@ -5,7 +5,7 @@ from typing import Any
 from numba import types
 from numba.core.typing.templates import signature
 
-from renderers.lanes.load_store import data, stored
+from renderers.lanes.load_store import stored
 from renderers.lanes.records import byte_offsets, load_part, spread_in_groups, transpose
 from renderers.lanes.vector import (
     BYTE,
@@ -71,7 +71,7 @@ def _starts(builder: Any, base: Any, y_step: Any, z_step: Any, shift: int) -> li
     ]
 
 
-def _whole_numbers(builder: Any, base: Any, args: Any) -> list[Any]:
+def _whole_numbers(builder: Any, base: Any, *args: Any) -> list[Any]:
     """Blend int16 channels: y in integers, then z and x; times 32767."""
     voxel, y_step, z_step, fx, fy, fz = args
     n = voxel.type.count
@@ -103,7 +103,7 @@ def _whole_numbers(builder: Any, base: Any, args: Any) -> list[Any]:
     return parts
 
 
-def _reals(builder: Any, base: Any, args: Any) -> list[Any]:
+def _reals(builder: Any, base: Any, *args: Any) -> list[Any]:
     """Blend float32 channels along x, then y, then z."""
     voxel, y_step, z_step, fx, fy, fz = args
     starts = _starts(builder, base, y_step, z_step, 4)
@@ -138,7 +138,7 @@ def _cell_type(samples: Any, voxel: Any, *fractions: Any) -> Any:
 
 @vector_function
 def cell4(
-    typingctx: Any, quads: Any, voxel: Any, y_step: Any, z_step: Any, fx: Any, fy: Any,
+    quads: Any, voxel: Any, y_step: Any, z_step: Any, fx: Any, fy: Any,
     fz: Any,
 ) -> Any:  # fmt: skip
     """Interpolate four channels between the eight corners of a cell.
@@ -157,14 +157,12 @@ def cell4(
         return None
     blend = _whole_numbers if quads.dtype == types.int16 else _reals
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        base = data(context, builder, sig.args[0], args[0])
-        channels = transpose(builder, blend(builder, base, args[1:]))
-        return context.make_tuple(builder, sig.return_type, channels)
+    def emit(builder: Any, base: Any, *args: Any) -> Any:
+        return transpose(builder, blend(builder, base, *args))
 
     steps = (types.int64, types.int64)
     sig = signature(types.UniTuple(result, 4), quads, voxel, *steps, fx, fy, fz)
-    return sig, generate
+    return sig, emit
 
 
 def _join_lines(
@@ -190,7 +188,7 @@ def _join_lines(
     return concatenate(builder, joined)
 
 
-def _one_whole_number(builder: Any, base: Any, args: Any) -> Any:
+def _one_whole_number(builder: Any, base: Any, *args: Any) -> Any:
     """Blend one int16 channel as `_whole_numbers` does each of four."""
     voxel, y_step, z_step, fx, fy, fz = args
     n = voxel.type.count
@@ -214,7 +212,7 @@ def _one_whole_number(builder: Any, base: Any, args: Any) -> Any:
     return _lerp(builder, left, right, fx)
 
 
-def _one_real(builder: Any, base: Any, args: Any) -> Any:
+def _one_real(builder: Any, base: Any, *args: Any) -> Any:
     """Blend one float32 channel along x, then y, then z."""
     voxel, y_step, z_step, fx, fy, fz = args
     starts = _starts(builder, base, y_step, z_step, 2)
@@ -232,7 +230,7 @@ def _one_real(builder: Any, base: Any, args: Any) -> Any:
 
 @vector_function
 def cell1(
-    typingctx: Any, values: Any, voxel: Any, y_step: Any, z_step: Any, fx: Any, fy: Any,
+    values: Any, voxel: Any, y_step: Any, z_step: Any, fx: Any, fy: Any,
     fz: Any,
 ) -> Any:  # fmt: skip
     """Interpolate one channel: the first that `cell4` gives, to the bit.
@@ -245,9 +243,5 @@ def cell1(
         return None
     blend = _one_whole_number if values.dtype == types.int16 else _one_real
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        base = data(context, builder, sig.args[0], args[0])
-        return blend(builder, base, args[1:])
-
     steps = (types.int64, types.int64)
-    return signature(found, values, voxel, *steps, fx, fy, fz), generate
+    return signature(found, values, voxel, *steps, fx, fy, fz), blend

@@ -5,7 +5,9 @@ module. Only what makes a vector out of nothing names one. Importing this gives 
 their operators as well.
 """
 
+import inspect
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from numba import types
@@ -19,6 +21,7 @@ from renderers.lanes.vector import (
     NUMBERS,
     REALS,
     SCALARS,
+    Function,
     Vector,
     call_llvm,
     constant_lanes,
@@ -32,7 +35,6 @@ from renderers.lanes.vector import (
 )
 
 Emit = Callable[..., Any]
-Function = Callable[..., Any]
 
 
 def _same(vector: Vector) -> Any:
@@ -52,29 +54,19 @@ def _function(
         vector = shared_vector(args)
         if vector is None or vector.element not in elements:
             return None
+        code = partial(emit, vector)
+        return signature(result(vector), *([vector] * arity)), code
 
-        def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-            return emit(builder, sig.args[0], *args)
-
-        return signature(result(vector), *([vector] * arity)), generate
-
-    # numba counts a function's parameters by their names
-    def of_one(typingctx: Any, x: Any) -> Any:
-        return typed(x)
-
-    def of_two(typingctx: Any, x: Any, y: Any) -> Any:
-        return typed(x, y)
-
-    def of_three(typingctx: Any, x: Any, y: Any, z: Any) -> Any:
-        return typed(x, y, z)
-
-    typer: Any = (of_one, of_two, of_three)[arity - 1]
-    typer.__name__ = name
-    return vector_function(typer)
+    typed.__name__ = name
+    names = [
+        inspect.Parameter(k, inspect.Parameter.POSITIONAL_OR_KEYWORD) for k in "xyz"
+    ]
+    vars(typed)["__signature__"] = inspect.Signature(names[:arity])
+    return vector_function(typed)
 
 
 def _llvm(stem: str) -> Emit:
-    def emit(builder: Any, vector: Vector, *args: Any) -> Any:
+    def emit(vector: Vector, builder: Any, *args: Any) -> Any:
         kind = vector.llvm
         return call_llvm(builder, f"llvm.{stem}.{mangled(kind)}", kind, args)
 
@@ -82,7 +74,7 @@ def _llvm(stem: str) -> Emit:
 
 
 def _pick(sign: str) -> Emit:
-    def emit(builder: Any, vector: Vector, x: Any, y: Any) -> Any:
+    def emit(vector: Vector, builder: Any, x: Any, y: Any) -> Any:
         compare = builder.fcmp_ordered if vector.is_real else builder.icmp_signed
         return builder.select(compare(sign, x, y), x, y)
 
@@ -90,7 +82,7 @@ def _pick(sign: str) -> Emit:
 
 
 def _reduce(stem: str) -> Emit:
-    def emit(builder: Any, vector: Vector, x: Any) -> Any:
+    def emit(vector: Vector, builder: Any, x: Any) -> Any:
         name = f"llvm.vector.reduce.{stem}.{mangled(vector.llvm)}"
         return call_llvm(builder, name, ELEMENTS["bool"], [x])
 
@@ -101,26 +93,26 @@ def _halve(sign: str) -> Emit:
     """Compare the halves of a vector with each other until one lane is left."""
     pick = _pick(sign)
 
-    def emit(builder: Any, vector: Vector, x: Any) -> Any:
+    def emit(vector: Vector, builder: Any, x: Any) -> Any:
         while (half := x.type.count // 2) > 0:
             low = shuffle(builder, x, x, range(half))
             high = shuffle(builder, x, x, range(half, 2 * half))
-            x = pick(builder, vector, low, high)
+            x = pick(vector, builder, low, high)
         return builder.extract_element(x, ir.Constant(I32, 0))
 
     return emit
 
 
-def _bits(builder: Any, vector: Vector, x: Any) -> Any:
+def _bits(vector: Vector, builder: Any, x: Any) -> Any:
     number = builder.bitcast(x, ir.IntType(vector.count))
     return number if vector.count == 64 else builder.zext(number, I64)
 
 
-def _count(builder: Any, vector: Vector, x: Any) -> Any:
-    return call_llvm(builder, "llvm.ctpop.i64", I64, [_bits(builder, vector, x)])
+def _count(vector: Vector, builder: Any, x: Any) -> Any:
+    return call_llvm(builder, "llvm.ctpop.i64", I64, [_bits(vector, builder, x)])
 
 
-def _convert(builder: Any, vector: Vector, x: Any, to: Vector) -> Any:
+def _convert(vector: Vector, builder: Any, x: Any, to: Vector) -> Any:
     before, after = vector.element, to.element
     step = {
         "f32 f64": "fpext",
@@ -141,7 +133,7 @@ def _conversion(name: str) -> Function:
     return _function(
         name,
         1,
-        lambda builder, vector, x: _convert(builder, vector, x, vector.like(name)),
+        lambda vector, builder, x: _convert(vector, builder, x, vector.like(name)),
         (*NUMBERS, "bool"),
         lambda vector: vector.like(name),
     )
@@ -151,7 +143,7 @@ def _reading(name: str, element: str, of: str) -> Function:
     return _function(
         name,
         1,
-        lambda builder, vector, x: builder.bitcast(x, vector.like(element).llvm),
+        lambda vector, builder, x: builder.bitcast(x, vector.like(element).llvm),
         (of,),
         lambda vector: vector.like(element),
     )
@@ -160,8 +152,9 @@ def _reading(name: str, element: str, of: str) -> Function:
 sqrt = _function("sqrt", 1, _llvm("sqrt"), REALS)
 absolute = _function("absolute", 1, _llvm("fabs"), REALS)
 floor = _function("floor", 1, _llvm("floor"), REALS)
-# As `renderers.scene.muladd` has it for numbers.
-muladd = _function("muladd", 3, _llvm("fmuladd"), REALS)
+# x y + z, rounded once where the processor can (AVX2, 64-bit Arm), else twice. Where
+# the bits must be those of any processor, products and sums stay two operations.
+fma = _function("fma", 3, _llvm("fmuladd"), REALS)
 # The second operand where one is NaN, as x86 has it.
 minimum = _function("minimum", 2, _pick("<"))
 maximum = _function("maximum", 2, _pick(">"))
@@ -179,7 +172,7 @@ as_i32 = _reading("as_i32", "i32", "f32")
 
 
 @vector_function
-def select(typingctx: Any, mask: Any, x: Any, y: Any) -> Any:
+def select(mask: Any, x: Any, y: Any) -> Any:
     """Take x where the mask is set, else y; one of them may be a number."""
     vector = shared_vector((x, y))
     if vector is None:
@@ -187,15 +180,11 @@ def select(typingctx: Any, mask: Any, x: Any, y: Any) -> Any:
         vector = x if isinstance(x, Vector) and x == y else None
     if vector is None or mask != vector.like("bool"):
         return None
-
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.select(*args)
-
-    return signature(vector, mask, vector, vector), generate
+    return signature(vector, mask, vector, vector), ir.IRBuilder.select
 
 
 @width_function
-def full(typingctx: Any, x: Any, width: Any) -> Any:
+def full(x: Any, width: Any) -> Any:
     """Give `width` copies of a scalar; its type is the element."""
     scalar = types.unliteral(x)
     element = next((name for name, kind in SCALARS.items() if kind == scalar), None)
@@ -203,49 +192,49 @@ def full(typingctx: Any, x: Any, width: Any) -> Any:
         return None
     vector = Vector(element, width.literal_value)
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return splat(builder, args[0], vector.count)
+    def emit(builder: Any, number: Any, width: Any) -> Any:
+        return splat(builder, number, vector.count)
 
-    return signature(vector, scalar, width), generate
+    return signature(vector, scalar, width), emit
 
 
 @width_function
-def lanes(typingctx: Any, width: Any) -> Any:
+def lanes(width: Any) -> Any:
     """Give 0, 1, 2 ... width - 1 as 32-bit integers."""
     if not isinstance(width, types.IntegerLiteral):
         return None
     numbers = range(width.literal_value)
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def emit(builder: Any, width: Any) -> Any:
         return constant_lanes(numbers)
 
-    return signature(Vector("i32", len(numbers)), width), generate
+    return signature(Vector("i32", len(numbers)), width), emit
 
 
 @vector_function
-def lowest(typingctx: Any, x: Any) -> Any:
+def lowest(x: Any) -> Any:
     """Give the number of the lowest bit that is set in an int64, 64 if none is."""
     if types.unliteral(x) != types.int64:
         return None
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def emit(builder: Any, number: Any) -> Any:
         whole = ir.Constant(ELEMENTS["bool"], 0)
-        return call_llvm(builder, "llvm.cttz.i64", I64, [args[0], whole])
+        return call_llvm(builder, "llvm.cttz.i64", I64, [number, whole])
 
-    return signature(types.int64, types.int64), generate
+    return signature(types.int64, types.int64), emit
 
 
 @vector_function
-def rank(typingctx: Any, mask: Any) -> Any:
+def rank(mask: Any) -> Any:
     """Count, for every lane, how many lanes before it are set."""
     if not isinstance(mask, Vector) or mask.element != "bool":
         return None
     result = mask.like("i32")
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def emit(builder: Any, set_lanes: Any) -> Any:
         n = result.count
         zero = ir.Constant(result.llvm, None)
-        one = builder.zext(args[0], result.llvm)
+        one = builder.zext(set_lanes, result.llvm)
         total, step = one, 1
         while step < n:
             # lane i of the shifted sums is lane i - step, or zero before the first
@@ -254,4 +243,4 @@ def rank(typingctx: Any, mask: Any) -> Any:
             step *= 2
         return builder.sub(total, one)
 
-    return signature(result, mask), generate
+    return signature(result, mask), emit

@@ -6,12 +6,13 @@ with the caller, who knows which lanes are his (`load_triples` and `store_triple
 for pixels without gaps). What only moves is not sorted.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 from numba import types
 from numba.core.typing.templates import signature
 
-from renderers.lanes.load_store import data, gather_lanes, stored
+from renderers.lanes.load_store import gather_lanes, stored
 from renderers.lanes.records import byte_offsets, is_rows, row_type
 from renderers.lanes.vector import (
     BYTE,
@@ -25,7 +26,7 @@ from renderers.lanes.vector import (
 _PAIR_STEP = ir.IntType(16)
 
 
-def _take(builder: Any, parts: list[Any], lanes: list[int]) -> Any:
+def _take(builder: Any, parts: Sequence[Any], lanes: Sequence[int]) -> Any:
     """Take as many lanes as a vector has of three vectors, numbered through."""
     n = parts[0].type.count
     first = shuffle(builder, parts[0], parts[1], [k if k < 2 * n else 0 for k in lanes])
@@ -38,39 +39,34 @@ def _are_alike(*vectors: Any) -> bool:
 
 
 @vector_function
-def unzip3(typingctx: Any, a: Any, b: Any, c: Any) -> Any:
+def unzip3(a: Any, b: Any, c: Any) -> Any:
     """Sort three consecutive vectors of x, y, z, x, y, z ... into x, y and z."""
     if not _are_alike(a, b, c):
         return None
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def emit(builder: Any, *parts: Any) -> Any:
         lanes = range(3 * a.count)
-        columns = [_take(builder, list(args), list(lanes[k::3])) for k in range(3)]
-        return context.make_tuple(builder, sig.return_type, columns)
+        return [_take(builder, parts, lanes[k::3]) for k in range(3)]
 
-    return signature(types.UniTuple(a, 3), a, b, c), generate
+    return signature(types.UniTuple(a, 3), a, b, c), emit
 
 
 @vector_function
-def zip3(typingctx: Any, x: Any, y: Any, z: Any) -> Any:
+def zip3(x: Any, y: Any, z: Any) -> Any:
     """Give the three vectors that lie one after the other as x, y, z, x, y, z ..."""
     if not _are_alike(x, y, z):
         return None
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def emit(builder: Any, *parts: Any) -> Any:
         n = x.count
         order = [n * (k % 3) + k // 3 for k in range(3 * n)]
-        mixed = [
-            _take(builder, list(args), order[part * n : part * n + n])
-            for part in range(3)
-        ]
-        return context.make_tuple(builder, sig.return_type, mixed)
+        return [_take(builder, parts, order[k * n : k * n + n]) for k in range(3)]
 
-    return signature(types.UniTuple(x, 3), x, y, z), generate
+    return signature(types.UniTuple(x, 3), x, y, z), emit
 
 
 @vector_function
-def gather_pairs(typingctx: Any, pairs: Any, index: Any) -> Any:
+def gather_pairs(pairs: Any, index: Any) -> Any:
     """Join two neighbouring 16-bit numbers at every i32 index, the first one low.
 
     All lanes are read. A little-endian machine is assumed.
@@ -81,29 +77,28 @@ def gather_pairs(typingctx: Any, pairs: Any, index: Any) -> Any:
     if not isinstance(index, Vector) or index.element != "i32":
         return None
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        base = data(context, builder, sig.args[0], args[0])
+    def emit(builder: Any, base: Any, at: Any) -> Any:
         every = ir.Constant(index.like("bool").llvm, [1] * index.count)
-        return gather_lanes(builder, base, args[1], every, _PAIR_STEP, index)
+        return gather_lanes(builder, base, at, every, _PAIR_STEP, index)
 
-    return signature(index, pairs, index), generate
+    return signature(index, pairs, index), emit
 
 
 @width_function
-def rows_alike(typingctx: Any, x: Any, rows: Any) -> Any:
+def rows_alike(x: Any, rows: Any) -> Any:
     """Repeat a whole vector, as the rows of a block."""
     if not isinstance(rows, types.IntegerLiteral) or not isinstance(x, Vector):
         return None
     times = rows.literal_value
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return shuffle(builder, args[0], args[0], list(range(x.count)) * times)
+    def emit(builder: Any, lanes: Any, rows: Any) -> Any:
+        return shuffle(builder, lanes, lanes, list(range(x.count)) * times)
 
-    return signature(Vector(x.element, x.count * times), x, rows), generate
+    return signature(Vector(x.element, x.count * times), x, rows), emit
 
 
 @width_function
-def swapped(typingctx: Any, x: Any, step: Any) -> Any:
+def swapped(x: Any, step: Any) -> Any:
     """Exchange every lane with the one `step`, a power of two, before or after it."""
     if not isinstance(step, types.IntegerLiteral) or not isinstance(x, Vector):
         return None
@@ -111,14 +106,14 @@ def swapped(typingctx: Any, x: Any, step: Any) -> Any:
     if max(places) >= x.count:
         return None
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return shuffle(builder, args[0], args[0], places)
+    def emit(builder: Any, lanes: Any, step: Any) -> Any:
+        return shuffle(builder, lanes, lanes, places)
 
-    return signature(x, x, step), generate
+    return signature(x, x, step), emit
 
 
 @vector_function
-def copy_rows4(typingctx: Any, to: Any, places: Any, array: Any, index: Any) -> Any:
+def copy_rows4(to: Any, places: Any, array: Any, index: Any) -> Any:
     """Copy rows of four from ``index`` of one array to ``places`` of another.
 
     As `rows4` and `put_rows4`, but nothing is turned into columns and back.
@@ -129,17 +124,13 @@ def copy_rows4(typingctx: Any, to: Any, places: Any, array: Any, index: Any) -> 
         return None
     kind = row_type(array)
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        there = data(context, builder, sig.args[0], args[0])
-        here = data(context, builder, sig.args[2], args[2])
-        ends = byte_offsets(builder, args[1], 4)
-        starts = byte_offsets(builder, args[3], 4)
+    def emit(builder: Any, there: Any, ends: Any, here: Any, starts: Any) -> None:
+        ends, starts = byte_offsets(builder, ends, 4), byte_offsets(builder, starts, 4)
         for end, start in zip(ends, starts, strict=True):
             at = builder.gep(here, [start], source_etype=BYTE)
             row = builder.load(builder.bitcast(at, kind.as_pointer()))
             row.align = 4
             at = builder.gep(there, [end], source_etype=BYTE)
             builder.store(row, builder.bitcast(at, kind.as_pointer())).align = 4
-        return context.get_dummy_value()
 
-    return signature(types.void, to, places, array, index), generate
+    return signature(types.void, to, places, array, index), emit

@@ -8,7 +8,6 @@ and cut off when stored.
 from typing import Any
 
 from numba import types
-from numba.core import cgutils
 from numba.core.typing.templates import signature
 
 from renderers.lanes.vector import (
@@ -37,12 +36,6 @@ _STORED: dict[Any, tuple[str, int, str]] = {
 }
 
 
-def data(context: Any, builder: Any, kind: Any, array: Any) -> Any:
-    """Give an array's memory as a pointer without a type."""
-    pointer = cgutils.create_struct_proxy(kind)(context, builder, array).data
-    return builder.bitcast(pointer, ir.PointerType())
-
-
 def stored(array: Any) -> tuple[str, Any, str] | None:
     """Tell an array's lane element, the LLVM type in memory, and how to widen it."""
     if not isinstance(array, types.Array) or array.layout != "C":
@@ -66,7 +59,7 @@ def bytes_of(element: Any) -> int:
 
 
 @width_function
-def load(typingctx: Any, array: Any, index: Any, width: Any) -> Any:
+def load(array: Any, index: Any, width: Any) -> Any:
     """Load `width` elements from the index-th on."""
     found = stored(array)
     if found is None or not isinstance(width, types.IntegerLiteral):
@@ -74,18 +67,17 @@ def load(typingctx: Any, array: Any, index: Any, width: Any) -> Any:
     element, memory, widen = found
     vector = Vector(element, width.literal_value)
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        base = data(context, builder, sig.args[0], args[0])
-        at = _place(builder, base, args[1], memory, vector.count)
+    def emit(builder: Any, base: Any, index: Any, width: Any) -> Any:
+        at = _place(builder, base, index, memory, vector.count)
         x = builder.load(at)
         x.align = bytes_of(memory)
         return getattr(builder, widen)(x, vector.llvm) if widen else x
 
-    return signature(vector, array, types.intp, width), generate
+    return signature(vector, array, types.intp, width), emit
 
 
 @width_function
-def spread(typingctx: Any, array: Any, index: Any, width: Any) -> Any:
+def spread(array: Any, index: Any, width: Any) -> Any:
     """Copy the index-th element into `width` lanes.
 
     As a number in a sum, but that no index counts from the end: to ask for that takes
@@ -96,33 +88,29 @@ def spread(typingctx: Any, array: Any, index: Any, width: Any) -> Any:
         return None
     vector = Vector(found[0], width.literal_value)
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        base = data(context, builder, sig.args[0], args[0])
-        at = _place(builder, base, args[1], found[1], 1)
+    def emit(builder: Any, base: Any, index: Any, width: Any) -> Any:
+        at = _place(builder, base, index, found[1], 1)
         at = builder.bitcast(at, found[1].as_pointer())
         return splat(builder, builder.load(at), vector.count)
 
-    return signature(vector, array, types.intp, width), generate
+    return signature(vector, array, types.intp, width), emit
 
 
 @vector_function
-def store(typingctx: Any, array: Any, index: Any, x: Any) -> Any:
+def store(array: Any, index: Any, x: Any) -> Any:
     """Store all lanes from the index-th element on."""
     found = stored(array)
     if found is None or not isinstance(x, Vector) or x.element != found[0]:
         return None
     _, memory, widen = found
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        base = data(context, builder, sig.args[0], args[0])
-        at = _place(builder, base, args[1], memory, x.count)
-        lanes = args[2]
+    def emit(builder: Any, base: Any, index: Any, lanes: Any) -> Any:
+        at = _place(builder, base, index, memory, x.count)
         if widen:
             lanes = builder.trunc(lanes, ir.VectorType(memory, x.count))
         builder.store(lanes, at).align = bytes_of(memory)
-        return context.get_dummy_value()
 
-    return signature(types.void, array, types.intp, x), generate
+    return signature(types.void, array, types.intp, x), emit
 
 
 def is_plain(array: Any, element: str) -> bool:
@@ -132,7 +120,7 @@ def is_plain(array: Any, element: str) -> bool:
 
 
 @vector_function
-def load_where(typingctx: Any, array: Any, index: Any, mask: Any) -> Any:
+def load_where(array: Any, index: Any, mask: Any) -> Any:
     """Load a run of as many elements as the mask has lanes; zero where it is unset.
 
     Only memory of set lanes is touched. Elements of 4 or 8 bytes.
@@ -143,20 +131,19 @@ def load_where(typingctx: Any, array: Any, index: Any, mask: Any) -> Any:
         return None
     vector = mask.like(found[0])
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        base = data(context, builder, sig.args[0], args[0])
+    def emit(builder: Any, base: Any, index: Any, mask: Any) -> Any:
         kind = vector.llvm
-        at = builder.gep(base, [args[1]], source_etype=kind.element)
+        at = builder.gep(base, [index], source_etype=kind.element)
         at = builder.bitcast(at, ir.PointerType())
         align = ir.Constant(I32, bytes_of(kind.element))
-        rest = [at, align, args[2], ir.Constant(kind, None)]
+        rest = [at, align, mask, ir.Constant(kind, None)]
         return call_llvm(builder, f"llvm.masked.load.{mangled(kind)}.p0", kind, rest)
 
-    return signature(vector, array, types.intp, mask), generate
+    return signature(vector, array, types.intp, mask), emit
 
 
 @vector_function
-def store_where(typingctx: Any, array: Any, index: Any, x: Any, mask: Any) -> Any:
+def store_where(array: Any, index: Any, x: Any, mask: Any) -> Any:
     """Store the lanes whose mask is set, in their places of a run.
 
     Only memory of set lanes is touched. Elements of 4 or 8 bytes.
@@ -166,42 +153,38 @@ def store_where(typingctx: Any, array: Any, index: Any, x: Any, mask: Any) -> An
     if not is_plain(array, x.element):
         return None
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        base = data(context, builder, sig.args[0], args[0])
+    def emit(builder: Any, base: Any, index: Any, lanes: Any, mask: Any) -> Any:
         kind = x.llvm
-        at = builder.gep(base, [args[1]], source_etype=kind.element)
+        at = builder.gep(base, [index], source_etype=kind.element)
         at = builder.bitcast(at, ir.PointerType())
         align = ir.Constant(I32, bytes_of(kind.element))
         call_llvm(
             builder,
             f"llvm.masked.store.{mangled(kind)}.p0",
             ir.VoidType(),
-            [args[2], at, align, args[3]],
+            [lanes, at, align, mask],
         )
-        return context.get_dummy_value()
 
-    return signature(types.void, array, types.intp, x, mask), generate
+    return signature(types.void, array, types.intp, x, mask), emit
 
 
 @vector_function
-def prefetch(typingctx: Any, array: Any, index: Any) -> Any:
+def prefetch(array: Any, index: Any) -> Any:
     """Ask for the cache line of the index-th element; wherever it is, no fault."""
     found = stored(array)
     if found is None or not isinstance(types.unliteral(index), types.Integer):
         return None
     step = found[1]
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        base = data(context, builder, sig.args[0], args[0])
-        at = builder.gep(base, [args[1]], source_etype=step)
+    def emit(builder: Any, base: Any, index: Any) -> Any:
+        at = builder.gep(base, [index], source_etype=step)
         # one kind of pointer for all arrays: the function is declared once
         at = builder.bitcast(at, BYTE.as_pointer())
         # to read, soon and more than once, data
         how = [ir.Constant(I32, n) for n in (0, 3, 1)]
         call_llvm(builder, "llvm.prefetch.p0", ir.VoidType(), [at, *how])
-        return context.get_dummy_value()
 
-    return signature(types.void, array, types.intp), generate
+    return signature(types.void, array, types.intp), emit
 
 
 def gather_lanes(
@@ -222,7 +205,7 @@ def gather_lanes(
 
 
 @vector_function
-def gather(typingctx: Any, array: Any, index: Any, mask: Any) -> Any:
+def gather(array: Any, index: Any, mask: Any) -> Any:
     """Take ``array[index]`` lane by lane, zero where the mask is unset.
 
     Elements of 4 or 8 bytes; memory of unset lanes is not touched.
@@ -232,16 +215,15 @@ def gather(typingctx: Any, array: Any, index: Any, mask: Any) -> Any:
         return None
     vector = index.like(found[0])
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        base = data(context, builder, sig.args[0], args[0])
+    def emit(builder: Any, base: Any, index: Any, mask: Any) -> Any:
         step = ELEMENTS[vector.element]
-        return gather_lanes(builder, base, args[1], args[2], step, vector)
+        return gather_lanes(builder, base, index, mask, step, vector)
 
-    return signature(vector, array, index, mask), generate
+    return signature(vector, array, index, mask), emit
 
 
 @vector_function
-def gather_u8(typingctx: Any, array: Any, index: Any, mask: Any) -> Any:
+def gather_u8(array: Any, index: Any, mask: Any) -> Any:
     """Take bytes ``array[index]`` as i32 lanes, zero where the mask is unset.
 
     Byte by byte: processors gather no bytes, and a gather of the words around them
@@ -252,10 +234,9 @@ def gather_u8(typingctx: Any, array: Any, index: Any, mask: Any) -> Any:
         return None
     vector = index.like("i32")
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        base = data(context, builder, sig.args[0], args[0])
+    def emit(builder: Any, base: Any, index: Any, mask: Any) -> Any:
         kind = ir.VectorType(BYTE, vector.count)
-        at = builder.select(args[2], args[1], ir.Constant(index.llvm, None))
+        at = builder.select(mask, index, ir.Constant(index.type, None))
         lanes = ir.Constant(kind, ir.Undefined)
         for k in range(vector.count):
             lane = ir.Constant(I32, k)
@@ -265,9 +246,9 @@ def gather_u8(typingctx: Any, array: Any, index: Any, mask: Any) -> Any:
             byte.align = 1
             lanes = builder.insert_element(lanes, byte, lane)
         wide = builder.zext(lanes, vector.llvm)
-        return builder.select(args[2], wide, ir.Constant(vector.llvm, None))
+        return builder.select(mask, wide, ir.Constant(vector.llvm, None))
 
-    return signature(vector, array, index, mask), generate
+    return signature(vector, array, index, mask), emit
 
 
 def _is_index(index: Any, mask: Any) -> bool:

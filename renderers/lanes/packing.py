@@ -4,8 +4,9 @@ from typing import Any
 
 from numba import types
 from numba.core.typing.templates import signature
+from numba.extending import intrinsic
 
-from renderers.lanes.load_store import bytes_of, data, is_plain
+from renderers.lanes.load_store import bytes_of, is_plain
 from renderers.lanes.vector import (
     BYTE,
     ELEMENTS,
@@ -13,10 +14,10 @@ from renderers.lanes.vector import (
     I64,
     Vector,
     call_llvm,
+    data,
     ir,
     mangled,
     splat,
-    vector_function,
 )
 
 
@@ -80,8 +81,7 @@ def _store_by_table(builder: Any, x: Any, at: Any, mask: Any) -> None:
         at = builder.bitcast(at, ir.PointerType())
 
 
-@vector_function
-def store_packed(typingctx: Any, array: Any, index: Any, x: Any, mask: Any) -> Any:
+def _store_packed(typingctx: Any, array: Any, index: Any, x: Any, mask: Any) -> Any:
     """Store the lanes whose mask is set side by side, from the index-th element on.
 
     Elements of 4 or 8 bytes; ``count(mask)`` are written.
@@ -123,3 +123,7 @@ def store_packed(typingctx: Any, array: Any, index: Any, x: Any, mask: Any) -> A
         return context.get_dummy_value()
 
     return signature(types.void, array, types.intp, x, mask), generate
+
+
+# which instructions there are is known to the context alone
+store_packed: Any = intrinsic(_store_packed)

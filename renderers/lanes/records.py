@@ -12,7 +12,7 @@ from typing import Any
 from numba import types
 from numba.core.typing.templates import signature
 
-from renderers.lanes.load_store import data, stored
+from renderers.lanes.load_store import stored
 from renderers.lanes.vector import (
     BYTE,
     ELEMENTS,
@@ -96,7 +96,7 @@ def row_type(array: Any) -> Any:
 
 
 @vector_function
-def rows4(typingctx: Any, array: Any, index: Any) -> Any:
+def rows4(array: Any, index: Any) -> Any:
     """Give the four columns of rows ``index`` of an array of rows of four.
 
     The array is float32 or int32. Indices are not negative, and rows end below 2 GiB.
@@ -106,18 +106,16 @@ def rows4(typingctx: Any, array: Any, index: Any) -> Any:
     vector = index.like("f32" if array.dtype == types.float32 else "i32")
     kind = row_type(array)
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        base = data(context, builder, sig.args[0], args[0])
-        offsets = byte_offsets(builder, args[1], 4)
+    def emit(builder: Any, base: Any, index: Any) -> Any:
+        offsets = byte_offsets(builder, index, 4)
         parts = [load_part(builder, base, offsets, kind, c, 4) for c in range(4)]
-        columns = transpose(builder, parts)
-        return context.make_tuple(builder, sig.return_type, columns)
+        return transpose(builder, parts)
 
-    return signature(types.UniTuple(vector, 4), array, index), generate
+    return signature(types.UniTuple(vector, 4), array, index), emit
 
 
 @vector_function
-def rows8(typingctx: Any, array: Any, index: Any) -> Any:
+def rows8(array: Any, index: Any) -> Any:
     """Give the eight columns of rows ``index`` of an array of rows of eight.
 
     As `rows4`; a lane's place is worked out once for both halves of its row.
@@ -127,23 +125,20 @@ def rows8(typingctx: Any, array: Any, index: Any) -> Any:
     vector = index.like("f32" if array.dtype == types.float32 else "i32")
     kind = row_type(array)
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        base = data(context, builder, sig.args[0], args[0])
+    def emit(builder: Any, base: Any, index: Any) -> Any:
         second = builder.gep(base, [ir.Constant(I64, 16)], source_etype=BYTE)
-        offsets = byte_offsets(builder, args[1], 5)
+        offsets = byte_offsets(builder, index, 5)
         columns = []
         for half in (base, second):
             parts = [load_part(builder, half, offsets, kind, c, 4) for c in range(4)]
             columns += transpose(builder, parts)
-        return context.make_tuple(builder, sig.return_type, columns)
+        return columns
 
-    return signature(types.UniTuple(vector, 8), array, index), generate
+    return signature(types.UniTuple(vector, 8), array, index), emit
 
 
 @vector_function
-def put_rows4(
-    typingctx: Any, array: Any, index: Any, x: Any, y: Any, z: Any, w: Any
-) -> Any:
+def put_rows4(array: Any, index: Any, x: Any, y: Any, z: Any, w: Any) -> Any:
     """Store rows of four, the reverse of `rows4`; lanes in order.
 
     All lanes are stored: send unwanted ones to a spare row.
@@ -155,53 +150,38 @@ def put_rows4(
         return None
     kind = row_type(array)
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        base = data(context, builder, sig.args[0], args[0])
-        offsets = byte_offsets(builder, args[1], 4)
-        parts = transpose(builder, list(args[2:]))
-        for k in range(index.count):
+    def emit(builder: Any, base: Any, index: Any, *columns: Any) -> Any:
+        offsets = byte_offsets(builder, index, 4)
+        parts = transpose(builder, list(columns))
+        for k in range(index.type.count):
             first = k // 4 * 4
             part = parts[k % 4]
             row = shuffle(builder, part, part, range(first, first + 4))
             at = builder.gep(base, [offsets[k]], source_etype=BYTE)
             at = builder.bitcast(at, kind.as_pointer())
             builder.store(row, at).align = 4
-        return context.get_dummy_value()
 
-    return signature(types.void, array, index, x, y, z, w), generate
-
-
-@width_function
-def in_row(typingctx: Any, x: Any, which: Any) -> Any:
-    """Repeat element `which` of every group of four lanes over the group."""
-    if not isinstance(which, types.IntegerLiteral) or not isinstance(x, Vector):
-        return None
-    lane = which.literal_value
-
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return spread_in_groups(builder, args[0], lane)
-
-    return signature(x, x, which), generate
+    return signature(types.void, array, index, x, y, z, w), emit
 
 
 @width_function
-def row(typingctx: Any, x: Any, y: Any, z: Any, w: Any, width: Any) -> Any:
+def row(x: Any, y: Any, z: Any, w: Any, width: Any) -> Any:
     """Repeat four float32 scalars: (x, y, z, w, x, y, z, w, ...)."""
     if not isinstance(width, types.IntegerLiteral):
         return None
     vector = Vector("f32", width.literal_value)
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def emit(builder: Any, *numbers: Any) -> Any:
         one = ir.Constant(_ROW, ir.Undefined)
         for k in range(4):
-            one = builder.insert_element(one, args[k], ir.Constant(I32, k))
+            one = builder.insert_element(one, numbers[k], ir.Constant(I32, k))
         return shuffle(builder, one, one, [k % 4 for k in range(vector.count)])
 
-    return signature(vector, *([types.float32] * 4), width), generate
+    return signature(vector, *([types.float32] * 4), width), emit
 
 
 @vector_function
-def store_spread(typingctx: Any, array: Any, index: Any, x: Any) -> Any:
+def store_spread(array: Any, index: Any, x: Any) -> Any:
     """Store every lane four times in a row, from the index-th float32 on."""
     found = stored(array)
     if found is None or array.dtype != types.float32:
@@ -209,19 +189,17 @@ def store_spread(typingctx: Any, array: Any, index: Any, x: Any) -> Any:
     if not isinstance(x, Vector) or x.element != "f32":
         return None
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        base = data(context, builder, sig.args[0], args[0])
-        n = x.count
+    def emit(builder: Any, base: Any, index: Any, x: Any) -> Any:
+        n = x.type.count
         for c in range(4):
             lanes = [(c * n + k) // 4 for k in range(n)]
-            spread = shuffle(builder, args[2], args[2], lanes)
-            place = builder.add(args[1], ir.Constant(I64, c * n))
+            spread = shuffle(builder, x, x, lanes)
+            place = builder.add(index, ir.Constant(I64, c * n))
             at = builder.gep(base, [place], source_etype=ELEMENTS["f32"])
             at = builder.bitcast(at, spread.type.as_pointer())
             builder.store(spread, at).align = 4
-        return context.get_dummy_value()
 
-    return signature(types.void, array, types.intp, x), generate
+    return signature(types.void, array, types.intp, x), emit
 
 
 def _is_groups(array: Any, *vectors: Any) -> bool:
@@ -235,7 +213,7 @@ def _is_groups(array: Any, *vectors: Any) -> bool:
 
 
 @vector_function
-def store_groups(typingctx: Any, array: Any, index: Any, step: Any, x: Any) -> Any:
+def store_groups(array: Any, index: Any, step: Any, x: Any) -> Any:
     """Store every group of four lanes as a run, `step` elements apart.
 
     Sixteen lanes are a square of 4 x 4 pixels where `step` is a row of the picture.
@@ -243,24 +221,21 @@ def store_groups(typingctx: Any, array: Any, index: Any, step: Any, x: Any) -> A
     if not _is_groups(array, x):
         return None
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        base = data(context, builder, sig.args[0], args[0])
-        place = args[1]
+    def emit(builder: Any, base: Any, place: Any, step: Any, x: Any) -> Any:
         kind = row_type(array)
-        for first in range(0, x.count, 4):
-            run = shuffle(builder, args[3], args[3], range(first, first + 4))
+        for first in range(0, x.type.count, 4):
+            run = shuffle(builder, x, x, range(first, first + 4))
             at = builder.gep(base, [place], source_etype=kind.element)
             builder.store(run, builder.bitcast(at, kind.as_pointer())).align = 4
-            place = builder.add(place, args[2])
-        return context.get_dummy_value()
+            place = builder.add(place, step)
 
-    return signature(types.void, array, types.intp, types.intp, x), generate
+    return signature(types.void, array, types.intp, types.intp, x), emit
 
 
-def _store_interleaved(context: Any, builder: Any, kind: Any, args: Any) -> Any:
+def _store_interleaved(
+    builder: Any, base: Any, place: Any, step: Any, *rest: Any
+) -> None:
     """Store every group of four lanes of some vectors as a run of tuples."""
-    array, place, step, *rest = args
-    base = data(context, builder, kind, array)
     n = rest[0].type.count
     none = ir.Constant(rest[0].type, ir.Undefined)
     front = concatenate(builder, rest[:2])
@@ -277,44 +252,33 @@ def _store_interleaved(context: Any, builder: Any, kind: Any, args: Any) -> Any:
         at = builder.gep(base, [place], source_etype=element)
         builder.store(tuples, builder.bitcast(at, run.as_pointer())).align = 4
         place = builder.add(place, step)
-    return context.get_dummy_value()
 
 
 @vector_function
-def store_triples(
-    typingctx: Any, array: Any, index: Any, step: Any, x: Any, y: Any, z: Any
-) -> Any:
+def store_triples(array: Any, index: Any, step: Any, x: Any, y: Any, z: Any) -> Any:
     """Store (x, y, z, x, y, z ...) of every group of four lanes, `step` apart.
 
     As `store_groups` for pictures of three channels.
     """
     if not _is_groups(array, x, y, z):
         return None
-
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return _store_interleaved(context, builder, sig.args[0], args)
-
     sig = signature(types.void, array, types.intp, types.intp, x, x, x)
-    return sig, generate
+    return sig, _store_interleaved
 
 
 @vector_function
 def store_quads(
-    typingctx: Any, array: Any, index: Any, step: Any, x: Any, y: Any, z: Any, w: Any
+    array: Any, index: Any, step: Any, x: Any, y: Any, z: Any, w: Any
 ) -> Any:
     """Store (x, y, z, w, x ...) of every group of four lanes, `step` apart."""
     if not _is_groups(array, x, y, z, w):
         return None
-
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return _store_interleaved(context, builder, sig.args[0], args)
-
     sig = signature(types.void, array, types.intp, types.intp, x, x, x, x)
-    return sig, generate
+    return sig, _store_interleaved
 
 
 @width_function
-def load_triples(typingctx: Any, array: Any, index: Any, width: Any) -> Any:
+def load_triples(array: Any, index: Any, width: Any) -> Any:
     """Load `width` neighbouring (x, y, z) from the index-th float32 on, as columns."""
     if not _is_groups(array) or array.dtype != types.float32:
         return None
@@ -323,16 +287,14 @@ def load_triples(typingctx: Any, array: Any, index: Any, width: Any) -> Any:
     vector = Vector("f32", width.literal_value)
     run = ir.VectorType(ELEMENTS["f32"], 3 * vector.count)
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        base = data(context, builder, sig.args[0], args[0])
-        at = builder.gep(base, [args[1]], source_etype=ELEMENTS["f32"])
+    def emit(builder: Any, base: Any, index: Any, width: Any) -> Any:
+        at = builder.gep(base, [index], source_etype=ELEMENTS["f32"])
         triples = builder.load(builder.bitcast(at, run.as_pointer()))
         triples.align = 4
-        columns = [
+        return [
             shuffle(builder, triples, triples, range(c, 3 * vector.count, 3))
             for c in range(3)
         ]
-        return context.make_tuple(builder, sig.return_type, columns)
 
     sig = signature(types.UniTuple(vector, 3), array, types.intp, width)
-    return sig, generate
+    return sig, emit

@@ -1,5 +1,11 @@
-"""A kernel that uses every kind of vector instruction once, and its plain twin."""
+"""Whether compiled vectors can be trusted on this machine.
 
+Vectors reach into numba's and LLVM's insides, which another version may have changed.
+So they are tried out when first wanted: one kernel with every kind of instruction
+against numpy, bit by bit. Where that fails, nothing is drawn.
+"""
+
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -17,13 +23,13 @@ from renderers.lanes.functions import (
     f32,
     f64,
     floor,
+    fma,
     full,
     i32,
     lanes,
     lowest,
     maximum,
     minimum,
-    muladd,
     rank,
     select,
     sqrt,
@@ -43,6 +49,36 @@ I32 = NDArray[np.int32]
 
 _WIDTH = 16
 _RESULTS = 15
+
+
+class VectorError(RuntimeError):
+    """Vectors do not compile here; the text says what helps."""
+
+
+@cache
+def vector_problem() -> str:
+    """Return why vectors cannot be used here; empty where they can.
+
+    The first call of a process tries them out (10 ms; 2 s where the kernel has to be
+    compiled).
+    """
+    # Any error of a compiler that is not the one we know: its kind is unknown too.
+    try:
+        agrees = agrees_with_numpy()
+    except Exception as error:
+        first = str(error).strip().partition("\n")[0]
+        return f"This numba does not compile them ({type(error).__name__}: {first})."
+    return "" if agrees else "This numba compiles them to wrong results."
+
+
+def demand_vectors(what: str) -> None:
+    """Raise VectorError where vectors cannot be used; `what` needs them."""
+    problem = vector_problem()
+    if problem:
+        raise VectorError(
+            f"{what} needs vector kernels, which do not run here. {problem} The "
+            "versions in requirements.lock are known to work."
+        )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -74,14 +110,14 @@ def _vectors(
     store(out, 192, p + q)
     store(out, 208, r - s)
     # whole numbers: the same whether rounded once or twice
-    store(out, 224, muladd(f32(index), 3.0, f32(lanes(_WIDTH))))
+    store(out, 224, fma(f32(index), 3.0, f32(lanes(_WIDTH))))
     if not any_(mask):
         return -1
     prefetch(x, 1 << 20)
     return int(bits(mask) * 10000 + lowest(bits(mask)) * 100 + count(mask))
 
 
-def agrees_with_scalars() -> bool:
+def agrees_with_numpy() -> bool:
     """Run every kind of instruction and compare with numpy, bit by bit.
 
     Raises whatever numba does where its insides are not those we know.

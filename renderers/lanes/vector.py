@@ -6,13 +6,17 @@ processor: any width compiles anywhere and gives the same bits, because no opera
 is contracted or reassociated.
 """
 
+import inspect
 from collections.abc import Callable, Iterable, Sequence
+from functools import update_wrapper
 from typing import Any
 
 from llvmlite import ir as ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, lower_cast, models, register_model
+
+Function = Callable[..., Any]
 
 ELEMENTS = {
     "f32": ir.FloatType(),
@@ -76,16 +80,59 @@ def shared_vector(args: Iterable[Any]) -> Vector | None:
     return None
 
 
-def vector_function(typer: Callable[..., Any]) -> Callable[..., Any]:
+def _typed(typer: Function) -> Function:
+    """Make what numba asks of one that takes types and gives a signature and code.
+
+    The code takes the builder and the arguments, arrays as pointers without a type; it
+    gives a value, a list of those of a tuple, or None.
+    """
+
+    def typed(typingctx: Any, *kinds: Any) -> Any:
+        found = typer(*kinds)
+        if found is None:
+            return None
+        emit = found[1]
+
+        def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            values = [
+                data(context, builder, kind, value)
+                if isinstance(kind, types.Array)
+                else value
+                for kind, value in zip(sig.args, args, strict=True)
+            ]
+            result = emit(builder, *values)
+            if result is None:
+                return context.get_dummy_value()
+            if isinstance(result, list):
+                return context.make_tuple(builder, sig.return_type, result)
+            return result
+
+        return found[0], generate
+
+    own = inspect.signature(typer)
+    context = inspect.Parameter("typingctx", inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    named: Any = update_wrapper(typed, typer)
+    # numba counts a function's parameters by their names
+    named.__signature__ = own.replace(parameters=[context, *own.parameters.values()])
+    return typed
+
+
+def vector_function(typer: Function) -> Function:
     """Make a function of compiled code out of one that types and generates it."""
-    made: Callable[..., Any] = intrinsic(typer)
+    made: Function = intrinsic(_typed(typer))
     return made
 
 
-def width_function(typer: Callable[..., Any]) -> Callable[..., Any]:
+def width_function(typer: Function) -> Function:
     """Make a function that is told the values of constants, such as widths."""
-    made: Callable[..., Any] = intrinsic(prefer_literal=True)(typer)
+    made: Function = intrinsic(prefer_literal=True)(_typed(typer))
     return made
+
+
+def data(context: Any, builder: Any, kind: Any, array: Any) -> Any:
+    """Return an array's memory as a pointer without a type."""
+    pointer = cgutils.create_struct_proxy(kind)(context, builder, array).data
+    return builder.bitcast(pointer, ir.PointerType())
 
 
 def constant_lanes(numbers: Iterable[int]) -> Any:

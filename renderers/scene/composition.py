@@ -5,7 +5,6 @@ from collections.abc import Iterable
 import numpy as np
 
 from renderers.scene.camera import Camera
-from renderers.scene.diffuse import diffuse_light
 from renderers.scene.gbuffer import GBuffer, Material
 from renderers.scene.image import Image
 from renderers.scene.mesh import PlacedMesh
@@ -42,7 +41,7 @@ def before_solids(image: Image, scene: Scene, camera: Camera, solids: GBuffer) -
     met = np.nonzero(covered)
     places = origin + solids.depth_mm[met][:, None].astype(np.float64) * ray
     table = np.array([ALBEDO.get(material, GREY) for material in Material])
-    light = diffuse_light(scene, solids.normal[met], places)
+    light = scene.diffuse_light(solids.normal[met], places)
     color = np.asarray(table[solids.material[met]] * light, dtype=np.float32)
     rgba = image.rgba.copy()
     before = rgba[met]

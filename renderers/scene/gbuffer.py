@@ -8,9 +8,12 @@ buffer .96-.999, because vessels and highlights are finer than a splat.
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+Kind = TypeVar("Kind", bound=np.generic)
 
 
 class Material(IntEnum):
@@ -23,6 +26,19 @@ class Material(IntEnum):
     MUCUS = 4
     POLYP = 5
     BONE = 6
+
+
+def read_only(array: NDArray[Kind]) -> NDArray[Kind]:
+    """View an array, C-ordered, so that it cannot be written.
+
+    Writable and read-only arrays are different types to a compiled kernel, which would
+    be compiled for both.
+    """
+    if array.flags.c_contiguous and not array.flags.writeable:
+        return array
+    view = np.ascontiguousarray(array).view()
+    view.flags.writeable = False
+    return view
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +88,15 @@ class GBuffer:
         """Get ``(height, width)``."""
         height, width = self.depth_mm.shape
         return height, width
+
+    def read_only(self) -> "GBuffer":
+        """View the arrays so that they cannot be written."""
+        return GBuffer(
+            read_only(self.depth_mm),
+            read_only(self.normal),
+            read_only(self.coverage),
+            read_only(self.material),
+        )
 
     def every(self, step: int) -> "GBuffer":
         """Give every so many-th pixel of every so many-th row."""

@@ -11,8 +11,10 @@ from renderers.scene.camera import Camera, Projection
 from renderers.scene.facets import Facets
 from renderers.scene.gbuffer import GBuffer
 from renderers.scene.kernels.fill_triangles import fill_facets
-from renderers.scene.kernels.triangle_normals import resolve_facets
+from renderers.scene.kernels.triangle_normals import DrawnPixels, resolve_facets
 from renderers.scene.kernels.triangles import (
+    CutMesh,
+    LensBounds,
     bound_groups,
     is_outside,
     list_facets,
@@ -89,9 +91,7 @@ class ListedFacets:
                 lens,
                 owner,
                 self.material,
-                buffer.normal,
-                buffer.coverage,
-                buffer.material,
+                DrawnPixels(buffer.normal, buffer.coverage, buffer.material),
                 (first, last),
                 (left, right),
             )
@@ -115,18 +115,16 @@ def list_facets_in_view(
     pinhole = camera.projection is Projection.PERSPECTIVE
     # the corners of a pinhole's picture are further out than its sides
     widest = math.pi / 2 if pinhole else camera.widest
-    projection = int(camera.projection)
-    groups = np.empty((len(facets.spheres), 2), np.int32)
-    bound_groups(
-        facets.spheres,
-        turn,
-        shift,
-        projection,
+    lens = LensBounds(
+        int(camera.projection),
         widest,
         camera.pixels_per_unit,
+        camera.distortion.stretches(camera.widest),
+        camera.width,
         camera.height,
-        groups,
     )
+    groups = np.empty((len(facets.spheres), 2), np.int32)
+    bound_groups(facets.spheres, turn, shift, lens, groups)
     if not camera.distortion.is_none:
         # where groups appear is bounded for undistorted lenses only
         groups[:] = 0, camera.height
@@ -138,7 +136,7 @@ def list_facets_in_view(
     front = 0.0
     if facets.is_closed and not flat and is_outside(facets.corners, -shift @ turn):
         front = -float(np.linalg.det(turn))
-    stretches = camera.distortion.stretches(camera.widest)
+    mesh = CutMesh(facets.corners, facets.pieces, facets.parent, facets.first)
     # all at once, not row by row: to look through what is in view takes long
     lists = []
     piece = 0
@@ -146,23 +144,7 @@ def list_facets_in_view(
         places = np.empty((ROOM, PLACE), np.float64)
         boxes = np.empty((ROOM, BOX), np.int32)
         piece, count = list_facets(
-            facets.corners,
-            facets.pieces,
-            facets.parent,
-            facets.first,
-            groups,
-            turn,
-            shift,
-            projection,
-            widest,
-            camera.pixels_per_unit,
-            stretches,
-            camera.width,
-            camera.height,
-            front,
-            piece,
-            places,
-            boxes,
+            mesh, groups, turn, shift, lens, front, piece, places, boxes
         )
         lists.append((places, boxes, count))
     return ListedFacets(facets, material, camera, turn, shift, (top, bottom), lists)

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from disk import UserError
 from renderers.scene.camera import Camera
@@ -68,6 +69,26 @@ class Scene:
     lights: tuple[Light, ...] = field(default_factory=four_lights)
     material: PhongMaterial = field(default_factory=PhongMaterial)
     surface: AirSurface | None = None
+
+    def diffuse_light(
+        self, normals: NDArray[np.floating], places: NDArray[np.floating]
+    ) -> NDArray[np.float64]:
+        """Return ambient and diffuse light at places, ``(n, 3)`` linear RGB.
+
+        normals, places: ``(n, 3)`` world, the latter in mm. There are no shadows;
+        nothing but ambient light falls on what looks away from a light, or has no
+        normal.
+        """
+        light = np.full(normals.shape, self.material.ambient, np.float64)
+        for source in self.lights:
+            towards = source.vector
+            if source.is_local:
+                towards = source.vector - places
+                length = np.linalg.norm(towards, axis=1, keepdims=True)
+                towards = towards / np.maximum(length, 1e-9)
+            facing = np.maximum((normals * towards).sum(axis=1, keepdims=True), 0)
+            light += self.material.diffuse * facing * source.color
+        return light
 
 
 class Renderer(Protocol):

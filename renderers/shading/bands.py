@@ -1,8 +1,16 @@
 """Rows of a picture shared out over threads."""
 
 from collections.abc import Callable
+from functools import partial
+from typing import TypeVar
 
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_team import Errand, ThreadTeam
+
+Result = TypeVar("Result")
+
+OWN_SHARE = 0.25
+"""Of the rows that the caller of `begin` does: the others are done when it has begun
+the next view and there is work for all threads again."""
 
 
 class RowBands:
@@ -39,6 +47,25 @@ class RowBands:
             kernel(edges[band], edges[band + 1])
 
         self._team.map(work, range(bands))
+
+    def begin(
+        self,
+        rows: int,
+        kernel: Callable[[int, int], None],
+        then: Callable[[], Result],
+    ) -> Errand[Result]:
+        """Leave most of the rows to one of the threads, which calls `then` at last."""
+        own = round(OWN_SHARE * rows) if self.threads > 1 else 0
+        upper = self._team.errand(partial(kernel, 0, own))
+
+        def finish() -> Result:
+            kernel(own, rows)
+            upper.result()
+            return then()
+
+        finished = self._team.start(finish)
+        upper.help()
+        return finished
 
     @property
     def team(self) -> ThreadTeam:

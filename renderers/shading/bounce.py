@@ -17,6 +17,7 @@ from renderers.scene import Camera, GBuffer, Volume
 from renderers.shading.bands import RowBands
 from renderers.shading.illumination import ScopeLight
 from renderers.shading.kernels.virtual_lights import gather_lights, trace_lights
+from renderers.shading.lit_walls import seen_field
 
 STRIDE = 8
 """Pixels between grid points; the lift back is bilateral, so edges stay sharp."""
@@ -57,13 +58,9 @@ class VirtualLights:
             raise ValueError(f"at least one virtual light is needed, got {count}")
         local, patch = _spiral(count)
         flux = _flux(count, light.power, light.spread)
-        voxel_from_world = distance.voxel_from_world
-        eye = voxel_from_world[:3, :3] @ camera.eye_mm + voxel_from_world[:3, 3]
         table = np.zeros((8, count), np.float32)
         arrived = trace_lights(
-            distance.values,
-            voxel_from_world[:3, :3].astype(np.float32),
-            eye.astype(np.float32),
+            seen_field(distance, camera),
             np.ascontiguousarray((local @ camera.frame[1:]).T, np.float32),
             flux,
             np.float32(LONGEST_MM),

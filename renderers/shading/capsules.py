@@ -29,12 +29,12 @@ class Caster:
         return cls(mesh.spine(world_from_mesh), mesh.material)
 
 
-def rod_table(casters: Sequence[Caster], camera: Camera) -> NDArray[np.float32]:
+def capsule_table(casters: Sequence[Caster], camera: Camera) -> NDArray[np.float32]:
     """Give ``(n, 12)`` float32 rows in mm from the eye, world axes.
 
     Only what lies before the plane of the fibre ends: light from there to what the
-    lens sees never goes behind it. Where a rod is cut by that plane its end counts as
-    a joint.
+    lens sees never goes behind it. Where a capsule is cut by that plane its end counts
+    as a joint.
     """
     rows = []
     forward = camera.frame[3]

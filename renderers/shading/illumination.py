@@ -51,8 +51,7 @@ class ScopeLight:
         Half of them on the crescent to the right of the lens, half on the left.
         """
         ring = camera.frame[1:3].T @ _crescents(count).outward
-        sources: NDArray[np.float32] = (self.ring_radius_mm * ring.T).astype(np.float32)
-        return sources
+        return np.ascontiguousarray(self.ring_radius_mm * ring.T, np.float32)
 
     def arcs(self, camera: Camera, count: int) -> NDArray[np.float32]:
         """Give ``(count, 3)`` float32 mm, world axes: how far fibre ends reach.
@@ -64,8 +63,7 @@ class ScopeLight:
         crescents = _crescents(count)
         along = camera.frame[1:3].T @ crescents.along
         reach = self.ring_radius_mm * math.sin(crescents.step / 2)
-        arcs: NDArray[np.float32] = (reach * along.T).astype(np.float32)
-        return arcs
+        return np.ascontiguousarray(reach * along.T, np.float32)
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +143,7 @@ class Tier(Enum):
         self.sources = sources
         self.virtual_lights = virtual_lights
         """Enough that none is seen to jump when its ray passes a rim: with 64 a cleft
-        lit up by 50 codes from one frame to the next (`benchmarks.steadiness`)."""
+        lit up by 50 codes from one frame to the next (`tests.steadiness`)."""
         self.detail = detail
         self.supersampling = supersampling
         """G-buffer pixels along the side of one picture pixel."""

@@ -1,9 +1,6 @@
 """Mirrored light and light through thin walls, added to a shaded picture."""
 
-import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,18 +9,21 @@ from renderers.scene import AirSurface, Camera, GBuffer
 from renderers.shading.bands import RowBands
 from renderers.shading.bounce import VirtualLights
 from renderers.shading.illumination import Effects, ScopeLight
-from renderers.shading.kernels.indirect import FILM, FOUND, MIRROR, THIN, follow_rows
+from renderers.shading.kernels.indirect import (
+    FILM,
+    FOUND,
+    MIRROR,
+    THIN,
+    LitWalls,
+    View,
+    follow_rows,
+)
 from renderers.shading.kernels.mirror_blur import blur_rows
 from renderers.shading.kernels.upsample import W as TOGETHER
 from renderers.shading.kernels.upsample import add_rows
 from renderers.shading.lattice_points import dilated
+from renderers.shading.lit_walls import fibre_light, seen_field, wall_colour
 from renderers.shading.materials import F0, material_table
-from renderers.shading.tissue_colour import (
-    BONE,
-    SKIN_COLOR,
-    colour_row,
-    colour_table,
-)
 
 BLUR_SHARE = 32
 """Of a picture's width, over which what ground metal mirrors runs together."""
@@ -49,7 +49,7 @@ class Followed:
         return cls(found, found.copy(), np.zeros(points, np.bool_))
 
 
-class SecondLight:
+class IndirectLight:
     """Add to radiance what comes by way of one more wall.
 
     The wall that is seen in a mirror, or that lights a thin wall from behind, is lit
@@ -75,37 +75,40 @@ class SecondLight:
             + THIN * effects.thin_walls
         )
         self._stride = stride
-        self._bias_root = np.float32(math.sqrt(blood_bias))
-        self._table = colour_table()
-        self._skin = np.array(SKIN_COLOR, np.float32)
-        self._bone = colour_row(BONE)
+        self._colour = wall_colour(surface, blood_bias)
         self._reflect = np.ascontiguousarray(material_table()[:, F0])
 
     def follow(
         self,
         gbuffer: GBuffer,
         camera: Camera,
-        light: ScopeLight,
-        lights: VirtualLights,
-        sources: NDArray[np.float32],
-        gain: float,
+        walls: LitWalls,
         bands: RowBands,
-        followed: "Followed",
+        followed: Followed,
         points: NDArray[np.bool_],
     ) -> None:
         """Follow the light of lattice points, for `add`.
 
-        gain: of the bounce light. points: ``(gh, gw)``, those wanted, and as far as
+        walls: see `lit_walls`. points: ``(gh, gw)``, those wanted, and as far as
         `reach` says from them what is known already, or wanted, too.
         """
         if not self.wants(gbuffer):
             return
         reach = self.reach(gbuffer)
         fresh = dilated(points, reach) & ~followed.known
-        rows = self._bound(follow_rows, gbuffer, camera, light, lights, sources, gain)
+        view = view_of(gbuffer, camera)
 
         def follow(first: int, last: int) -> None:
-            rows(fresh, followed.found, first, last)
+            follow_rows(
+                view,
+                self._bits,
+                self._stride,
+                walls,
+                fresh,
+                followed.found,
+                first,
+                last,
+            )
 
         def blur(first: int, last: int) -> None:
             blur_rows(
@@ -141,12 +144,9 @@ class SecondLight:
         radiance: NDArray[np.float32],
         gbuffer: GBuffer,
         camera: Camera,
-        light: ScopeLight,
-        lights: VirtualLights,
-        sources: NDArray[np.float32],
-        gain: float,
+        walls: LitWalls,
         bands: RowBands,
-        followed: "Followed",
+        followed: Followed,
         only: NDArray[np.bool_],
     ) -> None:
         """Change `radiance` ``(h, w, 3)`` in place. followed: by `follow`.
@@ -156,53 +156,52 @@ class SecondLight:
         # nothing was wanted, then; to look through the materials again takes longer
         if not followed.known.any():
             return
-        rows = self._bound(add_rows, gbuffer, camera, light, lights, sources, gain)
+        view = view_of(gbuffer, camera)
 
         def add(first: int, last: int) -> None:
-            rows(followed.blurred, self._reflect, only, radiance, first, last)
+            add_rows(
+                view,
+                self._bits,
+                self._stride,
+                walls,
+                followed.blurred,
+                self._reflect,
+                only,
+                radiance,
+                first,
+                last,
+            )
 
         bands.run(gbuffer.size[0], add)
 
-    def _bound(
+    def lit_walls(
         self,
-        kernel: Callable[..., None],
-        gbuffer: GBuffer,
         camera: Camera,
         light: ScopeLight,
         lights: VirtualLights,
         sources: NDArray[np.float32],
         gain: float,
-    ) -> Callable[..., None]:
-        """Give a kernel what both take first."""
-        distance = self._surface.distance
-        voxel_from_world = distance.voxel_from_world
-        eye = voxel_from_world[:3, :3] @ camera.eye_mm + voxel_from_world[:3, 3]
-        return partial(
-            kernel,
-            gbuffer.depth_mm,
-            gbuffer.normal,
-            gbuffer.coverage,
-            gbuffer.material,
-            camera.lens_table(),
-            camera.frame[1:].astype(np.float32),
-            self._bits,
-            self._stride,
-            np.float32(gain),
-            distance.values,
-            voxel_from_world[:3, :3].astype(np.float32),
-            eye.astype(np.float32),
-            sources,
-            camera.frame[3].astype(np.float32),
-            np.float32(light.spread),
-            np.float32(light.power / len(sources)),
+    ) -> LitWalls:
+        """Return the walls of a view and the light on them; gain: of bounced light."""
+        return LitWalls(
+            seen_field(self._surface.distance, camera),
+            fibre_light(light, camera, sources),
+            self._colour,
             lights.table,
-            self._table,
-            self._surface.blood.values,
-            self._surface.skin.values,
-            self._skin,
-            self._bone,
-            self._bias_root,
+            np.float32(gain),
         )
+
+
+def view_of(gbuffer: GBuffer, camera: Camera) -> View:
+    """Return a G-buffer and its rays as kernels take them."""
+    return View(
+        gbuffer.depth_mm,
+        gbuffer.normal,
+        gbuffer.coverage,
+        gbuffer.material,
+        camera.lens_table(),
+        camera.frame[1:].astype(np.float32),
+    )
 
 
 def is_all_tissue(material: NDArray[np.uint8]) -> bool:

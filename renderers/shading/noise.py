@@ -6,12 +6,10 @@ both the mottle and the bump. It repeats without a seam; a fixed rotation per oc
 keeps the repeats of different octaves from lining up.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.shading.noise_tile import TILE_SIZE
+from renderers.shading.kernels.surface_noise import TILE_SIZE, NoiseTile
 
 # Orthonormal, proper: three turns by rational angles that share no axis.
 _ROTATIONS = (
@@ -52,26 +50,14 @@ def noise_tile(shortest_voxels: float, seed: int) -> NDArray[np.float32]:
     return tile
 
 
-@dataclass(frozen=True, slots=True)
-class NoiseTile:
-    """Store a tile for taps of whole cells.
-
-    quads: flat int16, ``65**3`` voxels of value and three derivatives. unit: what one
-    of them counts (about 2e-4).
-    """
-
-    quads: NDArray[np.int16]
-    unit: np.float32
-
-    @classmethod
-    def of(cls, tile: NDArray[np.float32]) -> "NoiseTile":
-        """Round a tile of `noise_tile` and repeat its first layers behind the last."""
-        # one less than what 16 bits hold: a blend of two must not pass it by rounding
-        unit = np.float32(np.abs(tile).max() / 32766)
-        padded = np.pad(tile, ((0, 1), (0, 1), (0, 1), (0, 0)), mode="wrap")
-        quads = np.round(padded / unit).astype(np.int16).reshape(-1)
-        quads.flags.writeable = False
-        return cls(quads, unit)
+def stored_tile(tile: NDArray[np.float32]) -> NoiseTile:
+    """Round a tile of `noise_tile` and repeat its first layers behind the last."""
+    # one less than what 16 bits hold: a blend of two must not pass it by rounding
+    unit = np.float32(np.abs(tile).max() / 32766)
+    padded = np.pad(tile, ((0, 1), (0, 1), (0, 1), (0, 0)), mode="wrap")
+    quads = np.round(padded / unit).astype(np.int16).reshape(-1)
+    quads.flags.writeable = False
+    return NoiseTile(quads, unit)
 
 
 def tile_from_mm(

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from renderers.scene import AirSurface, Camera, GBuffer
 from renderers.shading.bands import RowBands
 from renderers.shading.illumination import ScopeLight
-from renderers.shading.kernels.path_tracing import walk_rows
-from renderers.shading.tissue_colour import SKIN_COLOR, colour_table
+from renderers.shading.kernels.path_tracing import BatchPlan, SeenPoints, walk_rows
+from renderers.shading.lit_walls import fibre_light, seen_field, wall_colour
 
 BATCH_PATHS = 16
 """Paths of a pixel that share one lattice of first directions."""
@@ -125,9 +125,7 @@ class PathTracer:
         self.surface = surface
         self._bounces = bounces
         self._seed = seed
-        self._bias_root = np.float32(math.sqrt(blood_bias))
-        self._albedo = np.ascontiguousarray(colour_table()[:, :3])
-        self._skin = np.array(SKIN_COLOR, np.float32)
+        self._colour = wall_colour(surface, blood_bias)
         self._bands = RowBands(threads)
 
     def light(
@@ -178,34 +176,26 @@ class PathTracer:
         batch: its number, which its random numbers hang on. block: top, bottom, left,
         right. total, squares: ``(h, w, 3)`` sums of batch means and of their squares.
         """
-        distance, camera, light = self.surface.distance, walls.camera, walls.light
+        surface, camera = self.surface, walls.camera
         top, bottom, left, right = block
-        voxel_from_world = distance.voxel_from_world
-        eye = voxel_from_world[:3, :3] @ camera.eye_mm + voxel_from_world[:3, 3]
-        sources = light.sources(camera, SOURCES)
+        plan = BatchPlan(
+            np.uint64(self._seed),
+            batch,
+            BATCH_PATHS,
+            self._bounces,
+            np.float32(LONGEST_MM),
+        )
+        seen = SeenPoints(walls.points, walls.normals, walls.shown)
+        field = seen_field(surface.distance, camera)
+        light = fibre_light(walls.light, camera, walls.light.sources(camera, SOURCES))
 
         def rows(first: int, last: int) -> None:
             walk_rows(
-                walls.points,
-                walls.normals,
-                walls.shown,
-                np.uint64(self._seed),
-                batch,
-                BATCH_PATHS,
-                self._bounces,
-                np.float32(LONGEST_MM),
-                distance.values,
-                voxel_from_world[:3, :3].astype(np.float32),
-                eye.astype(np.float32),
-                sources,
-                camera.frame[3].astype(np.float32),
-                np.float32(light.spread),
-                np.float32(light.power / SOURCES),
-                self._albedo,
-                self.surface.blood.values,
-                self.surface.skin.values,
-                self._skin,
-                self._bias_root,
+                seen,
+                plan,
+                field,
+                light,
+                self._colour,
                 total,
                 squares,
                 left,

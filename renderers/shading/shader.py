@@ -4,24 +4,25 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.lanes.self_check import demand_vectors
 from renderers.scene import AirSurface, Camera, GBuffer, Projection
 from renderers.scene.thread_team import ThreadTeam
 from renderers.shading.bands import RowBands
 from renderers.shading.bounce import STRIDE, VirtualLights
-from renderers.shading.capsules import Caster, rod_table
+from renderers.shading.capsules import Caster, capsule_table
 from renderers.shading.hairs import HairLayer, PlacedStrands, draw_hairs
 from renderers.shading.illumination import Detail, Effects, ScopeLight, Tier
-from renderers.shading.indirect_light import Followed, SecondLight
-from renderers.shading.kernels.shade_rows import shade_rows
+from renderers.shading.indirect_light import Followed, IndirectLight, view_of
+from renderers.shading.kernels.indirect import LitWalls
+from renderers.shading.kernels.shade_rows import Shadows, shade_rows
 from renderers.shading.lattice_points import asked_points, dilated, pixels_of
+from renderers.shading.lit_walls import fibre_light, seen_field
 from renderers.shading.path_light import PathLight, demand_size
 from renderers.shading.surface_look import Look
-from renderers.simd_guard import demand_vectors
 
 BOUNCE_FACTOR = 1.15
 """Fitted over five nasal views against a path tracer with four bounces; the virtual
@@ -33,14 +34,16 @@ class Lattice:
     """Hold the light found so far on a coarse lattice of a view's pixels.
 
     And what of a view's light asks for no G-buffer. lights: that bounce stands for.
-    ends: of the fibres, see `_ends`. rods: tools in the light, see `rod_table`. hairs:
-    those in view. grid: of `VirtualLights.gather`; gathered: the points that it has.
-    followed: of `SecondLight.follow`.
+    walls: lit by them and by the scope. ends: of the fibres, see `_ends`. capsules:
+    tools in the light, see `capsule_table`. hairs: those in view. grid: of
+    `VirtualLights.gather`; gathered: the points that it has.
+    followed: of `IndirectLight.follow`.
     """
 
     lights: VirtualLights
+    walls: LitWalls
     ends: tuple[NDArray[np.float32], NDArray[np.float32]]
-    rods: NDArray[np.float32]
+    capsules: NDArray[np.float32]
     hairs: PlacedStrands | None
     grid: NDArray[np.float32]
     gathered: NDArray[np.bool_]
@@ -73,9 +76,10 @@ class ScopeShader:
         self.blood_bias = blood_bias
         self._bands = RowBands(threads)
         self._look = Look.of(surface, seed)
+        self._tables = self._look.tables(blood_bias, tier.detail is Detail.FULL)
         self.effects = tier.effects if effects is None else effects
         self._hairs = HairLayer(surface, seed) if self.effects.hairs else None
-        self._second = SecondLight(
+        self._indirect = IndirectLight(
             surface, self.effects, tier.mirror_stride, blood_bias
         )
 
@@ -103,12 +107,12 @@ class ScopeShader:
         demand_size(gbuffer, camera)
         if camera.projection is Projection.ORTHOGRAPHIC:
             raise ValueError("scope light needs a lens with an eye, not orthographic")
-        gbuffer = _read_only(gbuffer)
+        gbuffer = gbuffer.read_only()
         seen = gbuffer
         if only is not None:
             only = np.ascontiguousarray(only, np.bool_)
             seen = replace(gbuffer, coverage=np.where(only, gbuffer.coverage, 0))
-            seen = _read_only(seen)
+            seen = seen.read_only()
         if lattice is None:
             lattice = self.lattice(gbuffer.size, camera, light, casters)
         elif casters:
@@ -116,15 +120,15 @@ class ScopeShader:
                 f"{len(casters)} tools beside a lattice, which has its own; give them "
                 "to `lattice`"
             )
-        rods = lattice.rods
+        capsules = lattice.capsules
         self.extend(lattice, gbuffer, camera, light, only)
         if bounce is None:
             radiance = self._paint(
-                seen, camera, light, lattice.ends, lattice.grid, rods
+                seen, camera, light, lattice.ends, lattice.grid, capsules
             )
         elif bounce.irradiance.shape == (*gbuffer.size, 3):
             dark = VirtualLights.dark_grid(gbuffer.size)
-            radiance = self._paint(seen, camera, light, lattice.ends, dark, rods)
+            radiance = self._paint(seen, camera, light, lattice.ends, dark, capsules)
             reflected = self.reflectance(seen, camera, light)
             reflected *= bounce.irradiance
             radiance += reflected
@@ -133,14 +137,11 @@ class ScopeShader:
                 f"light of {bounce.irradiance.shape} does not fit a G-buffer of "
                 f"{gbuffer.size}"
             )
-        self._second.add(
+        self._indirect.add(
             radiance,
             gbuffer,
             camera,
-            light,
-            lattice.lights,
-            lattice.ends[0],
-            BOUNCE_FACTOR,
+            lattice.walls,
             self._bands,
             lattice.followed,
             _all_of(gbuffer.size) if only is None else only,
@@ -154,11 +155,11 @@ class ScopeShader:
     ) -> NDArray[np.float32]:
         """Give the radiance ``(h, w, 3)`` that a unit of bounced irradiance makes."""
         demand_size(gbuffer, camera)
-        gbuffer = _read_only(gbuffer)
+        gbuffer = gbuffer.read_only()
         dark = VirtualLights.dark_grid(gbuffer.size)
-        rods = rod_table((), camera)
+        capsules = capsule_table((), camera)
         ends = self._ends(camera, light)
-        found = self._paint(gbuffer, camera, light, ends, dark, rods, lit=False)
+        found = self._paint(gbuffer, camera, light, ends, dark, capsules, lit=False)
         found *= np.float32(1 / math.pi)
         return found
 
@@ -172,10 +173,10 @@ class ScopeShader:
         """
         points = asked_points(only, gbuffer.size, STRIDE)
         pixels = pixels_of(points, STRIDE, gbuffer.size)
-        if self._second.wants(gbuffer):
+        if self._indirect.wants(gbuffer):
             stride = self.tier.mirror_stride
             points = asked_points(only, gbuffer.size, stride)
-            reach = self._second.reach(gbuffer)
+            reach = self._indirect.reach(gbuffer)
             pixels |= pixels_of(dilated(points, reach), stride, gbuffer.size)
         return pixels
 
@@ -196,12 +197,13 @@ class ScopeShader:
         grid = VirtualLights.dark_grid(size)
         followed = Followed.empty(size, self.tier.mirror_stride)
         ends = self._ends(camera, light)
-        rods = rod_table(casters if self.effects.tool_shadow else (), camera)
+        capsules = capsule_table(casters if self.effects.tool_shadow else (), camera)
         hairs = None
         if self._hairs is not None:
             hairs = self._hairs.place(camera, light, ends[0])
         gathered = np.zeros(grid.shape[1:], np.bool_)
-        return Lattice(lights, ends, rods, hairs, grid, gathered, followed)
+        walls = self._indirect.lit_walls(camera, light, lights, ends[0], BOUNCE_FACTOR)
+        return Lattice(lights, walls, ends, capsules, hairs, grid, gathered, followed)
 
     def _ends(
         self, camera: Camera, light: ScopeLight
@@ -226,13 +228,10 @@ class ScopeShader:
         if fresh.any():
             lattice.lights.gather(gbuffer, camera, self._bands, fresh, lattice.grid)
             lattice.gathered[fresh] = True
-        self._second.follow(
+        self._indirect.follow(
             gbuffer,
             camera,
-            light,
-            lattice.lights,
-            lattice.ends[0],
-            BOUNCE_FACTOR,
+            lattice.walls,
             self._bands,
             lattice.followed,
             asked_points(only, gbuffer.size, self.tier.mirror_stride),
@@ -245,54 +244,29 @@ class ScopeShader:
         light: ScopeLight,
         ends: tuple[NDArray[np.float32], NDArray[np.float32]],
         grid: NDArray[np.float32],
-        rods: NDArray[np.float32],
+        capsules: NDArray[np.float32],
         *,
         lit: bool = True,
     ) -> NDArray[np.float32]:
-        look = self._look
-        voxel_from_world = look.distance.voxel_from_world
-        eye_voxel = voxel_from_world[:3, :3] @ camera.eye_mm + voxel_from_world[:3, 3]
-        lens = camera.lens_table()
-        axes = camera.frame[1:].astype(np.float32)
-        to_voxel = voxel_from_world[:3, :3].astype(np.float32)
-        eye_in_voxels = eye_voxel.astype(np.float32)
-        eye_mm = (camera.eye_mm - look.distance.center_mm).astype(np.float32)
+        distance = self._look.distance
         sources, arcs = ends
+        view, field = view_of(gbuffer, camera), seen_field(distance, camera)
+        eye_mm = (camera.eye_mm - distance.center_mm).astype(np.float32)
+        beam = fibre_light(light, camera, sources)
         radiance = np.empty((*gbuffer.size, 3), np.float32)
         turns = np.zeros(1, np.int64)
 
         def paint(_: int) -> None:
             shade_rows(
-                gbuffer.depth_mm,
-                gbuffer.normal,
-                gbuffer.coverage,
-                gbuffer.material,
-                lens,
-                axes,
-                to_voxel,
-                eye_in_voxels,
+                view,
+                field,
                 eye_mm,
                 np.float32(camera.radians_per_pixel),
-                sources,
-                arcs,
-                rods,
-                np.float32(light.spread),
-                np.float32(light.power),
+                beam,
+                Shadows(arcs, capsules),
                 grid,
                 np.float32(BOUNCE_FACTOR),
-                look.tint,
-                look.distance.shape,
-                np.float32(self.blood_bias),
-                look.colours,
-                look.skin,
-                look.materials,
-                self.tier.detail is Detail.FULL,
-                look.tile.quads,
-                look.tile.unit,
-                look.vessel_tile.quads,
-                look.vessel_tile.unit,
-                look.to_tile,
-                look.vessel_offset_mm,
+                self._tables,
                 lit,
                 radiance,
                 turns,
@@ -309,25 +283,3 @@ class ScopeShader:
 @lru_cache(maxsize=1)
 def _all_of(size: tuple[int, int]) -> NDArray[np.bool_]:
     return np.ones(size, np.bool_)
-
-
-def _read_only(gbuffer: GBuffer) -> GBuffer:
-    """View the buffer so that it cannot be written, whatever the caller can do.
-
-    Writable and read-only arrays are different types to a compiled kernel: without
-    this it would be compiled twice.
-    """
-
-    def view(array: NDArray[Any]) -> NDArray[Any]:
-        if array.flags.c_contiguous and not array.flags.writeable:
-            return array
-        result = np.ascontiguousarray(array).view()
-        result.flags.writeable = False
-        return result
-
-    return GBuffer(
-        view(gbuffer.depth_mm),
-        view(gbuffer.normal),
-        view(gbuffer.coverage),
-        view(gbuffer.material),
-    )

@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.scene import AirSurface, Volume
+from renderers.shading.kernels.surface_noise import NoiseTile
+from renderers.shading.kernels.tissue_surface import SurfaceTables
 from renderers.shading.materials import material_table
-from renderers.shading.noise import NoiseTile, noise_tile, tile_from_mm
+from renderers.shading.noise import noise_tile, stored_tile, tile_from_mm
 from renderers.shading.tissue_colour import SKIN_COLOR, colour_table
 
 LOOK_VERSION = 4
@@ -71,8 +73,8 @@ class Look:
             rows_of_eight(colour_table()),
             np.array(SKIN_COLOR, np.float32),
             material_table(),
-            NoiseTile.of(noise_tile(4.0, seed)),
-            NoiseTile.of(noise_tile(8.0, seed + 1)),
+            stored_tile(noise_tile(4.0, seed)),
+            stored_tile(noise_tile(8.0, seed + 1)),
             to_tile,
             np.array([[31, -17, 11], [-7, 41, 23]], np.float32),
         )
@@ -85,6 +87,21 @@ class Look:
         ):
             array.flags.writeable = False
         return look
+
+    def tables(self, blood_bias: float, full_detail: bool) -> SurfaceTables:
+        """Return what the kernels take; blood_bias: factor on all blood content."""
+        return SurfaceTables(
+            self.tint,
+            self.colours,
+            self.skin,
+            self.materials,
+            self.tile,
+            self.vessel_tile,
+            self.to_tile,
+            self.vessel_offset_mm,
+            np.float32(blood_bias),
+            full_detail,
+        )
 
 
 def rows_of_eight(table: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -37,7 +37,7 @@ class Launcher:
     is_open_mpi: bool
 
     def command(self, ranks: int, *options: str) -> list[str]:
-        """Give the words that start so many ranks of the program put behind them.
+        """Return the arguments that start so many ranks of a program added to them.
 
         options: of the launcher itself.
         """
@@ -77,7 +77,7 @@ def find_launcher() -> Launcher | None:
 
 
 def told_ranks() -> int:
-    """Get of how many ranks this process was started as one; 1 when by no launcher."""
+    """Return how many ranks were started with this one; 1 without a launcher."""
     sizes = (os.environ.get(name, "") for name in _SIZES)
     return next((int(size) for size in sizes if size.isdecimal()), 1)
 

@@ -5,7 +5,7 @@ import time
 
 from devices.microscribe.driver.pose_queue import PoseQueue
 from devices.microscribe.driver.sampler import HomeState
-from devices.microscribe.driver.supervisor import ArmKeeper
+from devices.microscribe.driver.supervisor import ConnectionSupervisor
 from devices.port import DeviceError, DeviceReason
 
 # Up to here a sleep is cut short by nobody: waiting for an event costs more.
@@ -20,12 +20,12 @@ BATCH_S = 0.012
 
 
 class ArmThread:
-    """Run a keeper step by step and queue its poses until told to stop."""
+    """Run a supervisor step by step and queue its poses until told to stop."""
 
-    def __init__(self, keeper: ArmKeeper) -> None:
+    def __init__(self, supervisor: ConnectionSupervisor) -> None:
         self.queue = PoseQueue(self._refuse, self._over, self._silence)
-        self._keeper = keeper
-        self._at_last_pose = keeper.counters
+        self._supervisor = supervisor
+        self._at_last_pose = supervisor.counters
         """What the line had done when it fell silent."""
         self._stop = threading.Event()
         self._error: Exception | None = None
@@ -54,10 +54,10 @@ class ArmThread:
     def _refuse(self) -> None:
         if self._error is not None:
             raise self._error
-        name = self._keeper.port.name
+        name = self._supervisor.port.name
         if self._stop.is_set():
             raise EOFError(f"the arm on {name} was closed")
-        if self._keeper.sampler.home_state is HomeState.UNKNOWN:
+        if self._supervisor.sampler.home_state is HomeState.UNKNOWN:
             raise DeviceError(
                 DeviceReason.NOT_HOMED,
                 f"The arm on {name} may stand elsewhere than it believes; "
@@ -66,11 +66,13 @@ class ArmThread:
 
     def _silence(self, timeout_s: float) -> str:
         """Say why no pose came in that time, and what to do."""
-        keeper, before = self._keeper, self._at_last_pose
-        began = f"No pose came from the arm on {keeper.port.name} in {timeout_s:g} s"
-        if keeper.trouble is not None:
-            return f"{began}; it is being looked for. {keeper.trouble}"
-        since = {name: n - before[name] for name, n in keeper.counters.items()}
+        supervisor, before = self._supervisor, self._at_last_pose
+        began = (
+            f"No pose came from the arm on {supervisor.port.name} in {timeout_s:g} s"
+        )
+        if supervisor.trouble is not None:
+            return f"{began}; it is being looked for. {supervisor.trouble}"
+        since = {name: n - before[name] for name, n in supervisor.counters.items()}
         damaged = sum(since[name] for name in ("framing", "noise", "suspect", "stray"))
         if since["refused"]:
             return (
@@ -87,24 +89,24 @@ class ArmThread:
         return f"{began}: it does not answer; check its power and the cable."
 
     def _run(self) -> None:
-        keeper, queue = self._keeper, self.queue
+        supervisor, queue = self._supervisor, self.queue
         losses = 0
         heard = False
         try:
             while not self._stop.is_set():
-                if self._homing is not None and keeper.home():
+                if self._homing is not None and supervisor.home():
                     self._homing.set()
                     self._homing = None
-                poses = keeper.step(0.0 if queue.is_awaited else BATCH_S)
+                poses = supervisor.step(0.0 if queue.is_awaited else BATCH_S)
                 if poses:
                     queue.put(poses)
                 elif heard:
-                    self._at_last_pose = keeper.counters
+                    self._at_last_pose = supervisor.counters
                 heard = bool(poses)
-                if keeper.losses > losses and keeper.trouble is not None:
-                    losses = keeper.losses
-                    queue.tell(keeper.trouble)
-                self._pause(keeper.due_s - time.monotonic())
+                if supervisor.losses > losses and supervisor.trouble is not None:
+                    losses = supervisor.losses
+                    queue.tell(supervisor.trouble)
+                self._pause(supervisor.due_s - time.monotonic())
         except Exception as error:
             # Nobody sees what a thread raises; the reader of the poses must.
             self._error = error
@@ -120,7 +122,7 @@ class ArmThread:
 
     def _release(self) -> None:
         try:
-            self._keeper.close()
+            self._supervisor.close()
         except DeviceError as error:
             # What made the session fail is the better story than this echo of it.
             if self._error is None and error.reason is not DeviceReason.DISCONNECTED:

@@ -14,22 +14,20 @@ from collections.abc import Iterator, Sequence
 import serial
 from serial.tools import list_ports
 
-from devices.closing import Closing
 from devices.microscribe.driver.arm_thread import ArmThread
 from devices.microscribe.driver.sampler import HomeState, MotionReports
 from devices.microscribe.driver.supervisor import (
     POLL_HZ,
-    ArmKeeper,
     ArmSettings,
+    ConnectionSupervisor,
     PortFinder,
     Presence,
 )
+from devices.microscribe.wire.line import LinkTiming
 from devices.microscribe.wire.link import ArmDescription
 from devices.microscribe.wire.sign_on import RATES
 from devices.microscribe.wire.terminal_file import TerminalFile
-from devices.microscribe.wire.timing import LinkTiming
-from devices.microscribe.wire.transcript import Transcript
-from devices.port import BytePort, DeviceError, DeviceReason
+from devices.port import BytePort, Closing, DeviceError, DeviceReason
 from devices.pose import Pose
 from devices.serial_adapters import absence_remedy, permission_remedy
 from disk import UserError
@@ -177,7 +175,6 @@ class MicroScribe(Closing):
     tried. ``assume_home`` states that the arm stood in its rest when it was switched
     on; without it poses are refused until ``home`` was called. ``reports`` lets the
     arm send by itself instead of being polled ``poll_hz`` times a second.
-    ``transcript`` notes every byte.
 
     With ``replug``, usually ``SerialPorts()``, a lost arm is looked for until it is
     there again. ``read`` then raises the loss once and goes on waiting, ``latest``
@@ -194,7 +191,6 @@ class MicroScribe(Closing):
         assume_home: bool = True,
         timing: LinkTiming | None = None,
         replug: PortFinder | None = None,
-        transcript: Transcript | None = None,
     ) -> None:
         if not poll_hz > 0.0:
             raise UserError(f"poll_hz must be positive, got {poll_hz}")
@@ -204,47 +200,46 @@ class MicroScribe(Closing):
             reports=reports,
             assume_home=assume_home,
             timing=timing,
-            transcript=transcript,
         )
         opened = SerialPort(port) if isinstance(port, str) else port
-        self._keeper = ArmKeeper(opened, settings, replug)
-        self._thread = ArmThread(self._keeper)
+        self._supervisor = ConnectionSupervisor(opened, settings, replug)
+        self._thread = ArmThread(self._supervisor)
         atexit.register(self.close)
 
     @property
     def description(self) -> ArmDescription:
         """Get what the arm told about itself."""
-        return self._keeper.sampler.description
+        return self._supervisor.sampler.description
 
     @property
     def home_state(self) -> HomeState:
         """Get whether the arm's angle registers can be trusted."""
-        return self._keeper.sampler.home_state
+        return self._supervisor.sampler.home_state
 
     @property
     def presence(self) -> Presence:
         """Get whether the arm can be spoken to."""
-        return self._keeper.presence
+        return self._supervisor.presence
 
     @property
     def trouble(self) -> DeviceError | None:
         """Get why the arm is lost, None while it is there."""
-        return self._keeper.trouble
+        return self._supervisor.trouble
 
     @property
     def frozen_joints(self) -> tuple[int, ...]:
         """Get the joints, from 0, whose encoders stood still while others moved."""
-        return self._keeper.sampler.tracker.watch.frozen
+        return self._supervisor.sampler.tracker.watch.frozen
 
     @property
     def counts(self) -> tuple[int, ...]:
         """Get the newest counts of the six joints, continued over their wraps."""
-        return self._keeper.sampler.tracker.counts
+        return self._supervisor.sampler.tracker.counts
 
     @property
     def baud(self) -> int:
         """Get the rate at which the arm was found, bits per second."""
-        return self._keeper.link.baud
+        return self._supervisor.link.baud
 
     @property
     def round_trip_s(self) -> float:
@@ -252,17 +247,17 @@ class MicroScribe(Closing):
 
         Of the newest polls; a stream has none.
         """
-        return self._keeper.link.round_trip_s
+        return self._supervisor.link.round_trip_s
 
     @property
     def clock_drift(self) -> float:
         """Get how much faster the host's clock runs than the arm's, s per s."""
-        return self._keeper.sampler.tracker.alignment.drift
+        return self._supervisor.sampler.tracker.alignment.drift
 
     @property
     def counters(self) -> dict[str, int]:
         """Get what went wrong on the line so far, by name."""
-        return self._keeper.counters
+        return self._supervisor.counters
 
     def read(self, timeout_s: float) -> Pose:
         """Return the next pose, none lost.

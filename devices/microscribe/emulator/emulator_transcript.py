@@ -7,7 +7,7 @@ what happened to it), the arm's state, the bytes, what they mean.
 from typing import TextIO
 
 from devices.microscribe.emulator.answer import Answer, AnswerKind
-from devices.microscribe.wire.readable import readable
+from devices.microscribe.wire.identity import readable
 
 _CONFIGURATION = {
     0xC0: "parameters",

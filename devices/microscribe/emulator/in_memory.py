@@ -18,9 +18,8 @@ may use it.
 import errno
 import threading
 
-from devices.closing import Closing
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
-from devices.port import DeviceError, DeviceReason, HostClock, burst
+from devices.port import Closing, DeviceError, DeviceReason, HostClock, burst
 from disk import UserError
 
 

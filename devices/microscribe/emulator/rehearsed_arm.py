@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.microscribe.kinematics.arm import FIELD, JOINTS
-from devices.microscribe.kinematics.error_model import BuiltArm
+from devices.microscribe.kinematics.error_model import KinematicErrorModel
 from devices.microscribe.kinematics.profiles import ArmProfile
 from devices.recording.probe_path import ProbePath
 
@@ -19,7 +19,7 @@ class RehearsedArm:
     def __init__(
         self,
         profile: ArmProfile,
-        built: BuiltArm,
+        built: KinematicErrorModel,
         path: ProbePath,
         device_from_world: NDArray[np.float64],
     ) -> None:

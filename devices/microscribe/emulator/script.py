@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.microscribe.emulator.registers import AngleRegisters
+from devices.microscribe.emulator.motion import AngleRegisters
 from devices.microscribe.kinematics.inverse import InverseKinematics
 from devices.microscribe.kinematics.profiles import ArmProfile
 from devices.recording.probe_path import ProbePath, ProbeSample

@@ -2,12 +2,24 @@
 
 from dataclasses import dataclass
 
-from devices.microscribe.wire.readable import readable
 from devices.port import DeviceError, DeviceReason
+
+_SHOWN = 40
+
+
+def readable(data: bytes) -> str:
+    """Return plain text in quotes, anything else as hexadecimal bytes."""
+    if not data:
+        return "nothing"
+    shown = data[:_SHOWN]
+    more = f" and {len(data) - _SHOWN} bytes more" if len(data) > _SHOWN else ""
+    if all(32 <= byte < 127 for byte in shown):
+        return f"'{shown.decode('ascii')}'{more}"
+    return f"the bytes {shown.hex(' ').upper()}{more}"
+
 
 PRODUCT_ID = "MSCR"
 FORMAT = "Format DH0.5"
-PARAMETER_BYTES = 36
 MAXIMA_BYTES = 24
 
 # The arm answers a request for BETA only if its comment announces it.

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.shading.kernels.virtual_lights import tap
+from renderers.shading.kernels.field_reads import tap
 
 f32 = np.float32
 

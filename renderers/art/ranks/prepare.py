@@ -30,10 +30,10 @@ from renderers.art.ranks.policy import Dataflow
 from renderers.art.ranks.rays import RayPacket
 from renderers.art.ranks.work import MarchWork
 from renderers.art.step_estimation import settled
+from renderers.lanes.self_check import demand_vectors
 from renderers.scene import Scene
 from renderers.scene.deflection import Deflection
 from renderers.scene.memory_limit import memory_limit
-from renderers.simd_guard import demand_vectors
 
 MarchNode = Node[RayPacket]
 

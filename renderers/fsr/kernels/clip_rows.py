@@ -132,7 +132,7 @@ def find_ends(places: U16, first_row: int, end_row: int, base: F32, ends: F32) -
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _clip_row(columns: U16, first: Lanes, end: Lanes, low: int, high: int) -> Lanes:
+def _clip_row(columns: U16, first: Lanes, end: Lanes, low: Lanes, high: Lanes) -> Lanes:
     """Return first and last + 1 of a row's elements in columns low up to high.
 
     Rows are short: all of one is compared before a search has found its way.

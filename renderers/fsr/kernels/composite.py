@@ -31,11 +31,11 @@ from renderers.fsr.kernels.tile_buffer import (
 from renderers.lanes import (
     any_,
     f32,
+    fma,
     full,
     lanes,
     load,
     lowest,
-    muladd,
     select,
     spread,
     store,
@@ -52,7 +52,7 @@ through as often as it has parts."""
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _add(sums: Lanes, records: F32, at: int, w: Lanes) -> Lanes:
     """Add weighted by a number of a record."""
-    return muladd(w, spread(records, at, SQUARE), sums)
+    return fma(w, spread(records, at, SQUARE), sums)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

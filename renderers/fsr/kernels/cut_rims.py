@@ -22,7 +22,7 @@ from renderers.scene.kernels.deflect import (
     entry,
     slope_of_opening,
 )
-from renderers.shading.kernels.virtual_lights import tap
+from renderers.shading.kernels.field_reads import tap
 
 f32 = np.float32
 

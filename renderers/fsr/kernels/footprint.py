@@ -22,7 +22,7 @@ from numba import njit
 
 from renderers.fsr.kernels.array_types import F32, Lanes
 from renderers.fsr.kernels.tile_buffer import SQUARE
-from renderers.lanes import as_f32, floor, i32, maximum, minimum, muladd, select, spread
+from renderers.lanes import as_f32, floor, fma, i32, maximum, minimum, select, spread
 
 SIGMA_PER_SPACING = 0.6
 """In [.55, .70] the cut, not the spacing, makes the ripple."""
@@ -83,10 +83,10 @@ def gaussian_falloff(records: F32, o: int, u: Lanes, v: Lanes) -> Lanes:
     dx = u - spread(records, o, SQUARE)
     dy = v - spread(records, o + 1, SQUARE)
     slim, flat = spread(records, o + 2, SQUARE), spread(records, o + 4, SQUARE)
-    beside = muladd(dx, slim, dy * spread(records, o + 3, SQUARE))
-    y = minimum(muladd(dx, beside, muladd(dy * dy, flat, -SHIFT)), EDGE)
-    q = muladd(y, y, BEND)
-    r = muladd(q, q - y, LIFT)
+    beside = fma(dx, slim, dy * spread(records, o + 3, SQUARE))
+    y = minimum(fma(dx, beside, fma(dy * dy, flat, -SHIFT)), EDGE)
+    q = fma(y, y, BEND)
+    r = fma(q, q - y, LIFT)
     # rounded twice: nothing is left at the cut
     return r * r - REST
 

@@ -43,10 +43,10 @@ from renderers.fsr.surfels.surfel_buffers import lined_up, make_surfel_scratch
 from renderers.fsr.surfels.surfel_set import extract_surfels
 from renderers.fsr.view_bounds import lens_of, tile_grid
 from renderers.fsr.visibility import BlockBounds, VisibleSetLookup, VisibleSets
+from renderers.lanes.self_check import demand_vectors
 from renderers.scene import Camera, GBuffer, Projection, Volume
 from renderers.scene.deflection import Deflection, deflected_distance
 from renderers.scene.thread_team import ThreadTeam
-from renderers.simd_guard import demand_vectors
 
 SIGMA_PER_SPACING = 0.6
 """Wider discs cost detail (SSIM .005 less at .72), narrower ones leave holes."""

@@ -13,11 +13,10 @@ is the object's at q over lengths at x: a uniform medium stays what it is, and i
 squeezed. All points are ``(n, 3)`` float64, world, mm.
 """
 
-from renderers.scene.deflection.chain import Deflection
+from renderers.scene.deflection.chain import Deflection, maps_of
 from renderers.scene.deflection.deflector import Deflector, FoldError
 from renderers.scene.deflection.kinds import Cut, Rotation, Scaling, Translation
-from renderers.scene.deflection.map_rows import maps_of
-from renderers.scene.deflection.tissue import (
+from renderers.scene.deflection.resampling import (
     deflected_distance,
     deflected_scene,
     deflected_surface,

@@ -1,6 +1,7 @@
 """Compiled: normals of the triangles that own the pixels of a picture."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -18,18 +19,26 @@ SILHOUETTE = 1e-3
 normal may look past the horizon."""
 
 
+class DrawnPixels(NamedTuple):
+    """What is written of a picture's pixels."""
+
+    normal: NDArray[np.float32]
+    coverage: NDArray[np.float32]
+    material: NDArray[np.uint8]
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def resolve_facets(
     corners: Floats, corner_normals: Floats, turn: Doubles, shift: Doubles,
-    projection: int, axes: Doubles, lens: Floats, owner: Ints,
-    material: int, normal: Floats, coverage: Floats, materials: NDArray[np.uint8],
-    rows: tuple[int, int], columns: tuple[int, int],
+    projection: int, axes: Doubles, lens: Floats, owner: Ints, material: int,
+    drawn: DrawnPixels, rows: tuple[int, int], columns: tuple[int, int],
 ) -> None:  # fmt: skip
     """Write normal, coverage and material of the pixels that a triangle owns.
 
     corner_normals: ``(n, 9)``, mesh frame. axes: rows are the camera's axes, world.
     Normals face the eye.
     """
+    normal, coverage, materials = drawn
     p = np.empty(9, np.float64)
     e = np.empty(12, np.float64)
     t = np.empty(9, np.float64)

@@ -10,6 +10,7 @@ of 0.5 mm at 10 mm would lie 0.3 um off and its neighbours would disagree.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -34,6 +35,31 @@ ORTHOGRAPHIC = 2
 
 MARGIN_PX = 0.5
 """For rounding."""
+
+
+class LensBounds(NamedTuple):
+    """What of a camera decides where in the picture a triangle may show.
+
+    widest: angle from the axis that the lens sees. pixels_per_unit: picture pixels per
+    radian, tangent or mm in the middle. stretches: by which factor a distorted lens
+    takes pixels out or in, at least and at most.
+    """
+
+    projection: int
+    widest: float
+    pixels_per_unit: float
+    stretches: tuple[float, float]
+    width: int
+    height: int
+
+
+class CutMesh(NamedTuple):
+    """Triangles, and where to look for them; see `Facets`."""
+
+    corners: NDArray[np.float32]
+    pieces: NDArray[np.float32]
+    parent: NDArray[np.int32]
+    first: NDArray[np.int32]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -119,14 +145,14 @@ def _side(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def bound_groups(
-    spheres: Floats, turn: Doubles, shift: Doubles, projection: int, widest: float,
-    pixels_per_unit: float, height: int, rows: Ints,
-) -> None:  # fmt: skip
+    spheres: Floats, turn: Doubles, shift: Doubles, lens: LensBounds, rows: Ints
+) -> None:
     """Say between which rows of the picture each group of triangles may show.
 
     rows: ``(g, 2)``, first and past the last; no row is left for a group out of view.
-    The rest is as `list_facets` has it.
+    turn, shift: camera from mesh.
     """
+    projection, widest, pixels_per_unit, _, _, height = lens
     for g in range(spheres.shape[0]):
         rows[g, 0], rows[g, 1] = 0, height
         x, y, z = spheres[g, 0], spheres[g, 1], spheres[g, 2]
@@ -151,24 +177,20 @@ def bound_groups(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def list_facets(
-    corners: Floats, pieces: Floats, parent: Ints, first: Ints, rows: Ints,
-    turn: Doubles, shift: Doubles, projection: int, widest: float,
-    pixels_per_unit: float, stretches: tuple[float, float], width: int, height: int,
+    mesh: CutMesh, rows: Ints, turn: Doubles, shift: Doubles, lens: LensBounds,
     front: float, piece: int, places: Doubles, boxes: Ints,
 ) -> tuple[int, int]:  # fmt: skip
     """List the triangles that may show, from a piece on.
 
-    corners: ``(n, 9)``, mm, mesh frame. pieces: ``(m, 9)``, where to look for triangle
-    `parent`, in groups ``first[g]..first[g + 1]`` of `rows`. turn, shift: camera from
-    mesh. widest: angle from the axis that the lens sees. pixels_per_unit: picture
-    pixels per radian, tangent or mm in the middle; stretches: by which factor a
-    distorted lens takes pixels out or in, at least and at most. front: sign of the
-    triple product of the corners of a triangle that faces the eye, where those that
-    look away are hidden; 0 where they may show. places, boxes: what `fill_facets`
-    wants of each.
+    rows: of each group of pieces, see `bound_groups`. turn, shift: camera from mesh.
+    front: sign of the triple product of the corners of a triangle that faces the eye,
+    where those that look away are hidden; 0 where they may show. places, boxes: what
+    `fill_facets` wants of each.
     Returns the piece to go on with, where there was no room for more, and how many
     were listed.
     """
+    corners, pieces, parent, first = mesh
+    projection, widest, pixels_per_unit, stretches, width, height = lens
     p = np.empty(9, np.float64)
     box = np.empty(4, np.float64)
     at = np.empty(6, np.float64)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from typing import Protocol
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,24 +11,11 @@ from renderers.scene import Camera, GBuffer, Projection
 from renderers.scene.thread_team import Errand, ThreadTeam
 from renderers.shading.bands import RowBands
 from renderers.shading.camera.camera_settings import CameraSettings
-from renderers.shading.camera.exposed_picture import ExposedPicture, Result
+from renderers.shading.camera.developer import LEAST_ROWS, Developer
 from renderers.shading.camera.exposure import meter
-from renderers.shading.camera.optics import Optics, make_optics
-from renderers.simd_guard import vector_problem
+from renderers.shading.camera.optics import make_optics
 
-
-class _Developer(Protocol):
-    """Make pictures of one size from radiance."""
-
-    optics: Optics
-
-    def expose(
-        self,
-        radiance: NDArray[np.float32],
-        depth_mm: NDArray[np.float32],
-        gain: float,
-        frame_number: int,
-    ) -> ExposedPicture: ...
+Result = TypeVar("Result")
 
 
 class CameraPass:
@@ -47,7 +34,7 @@ class CameraPass:
         self.settings = settings or CameraSettings()
         self._bands = RowBands(threads)
         self._seed = seed
-        self._developer: _Developer | None = None
+        self._developer: Developer | None = None
 
     def finish(
         self,
@@ -68,8 +55,11 @@ class CameraPass:
         if gain is None:
             gain = meter(radiance)
         _demand_gain(gain)
-        exposed = developer.expose(radiance, gbuffer.depth_mm, gain, frame_number)
-        return exposed.finish(self._bands), gain
+        picture, develop = developer.expose(
+            radiance, gbuffer.depth_mm, gain, frame_number
+        )
+        self._bands.run(len(picture), develop, LEAST_ROWS)
+        return picture, gain
 
     def begin(
         self,
@@ -89,8 +79,10 @@ class CameraPass:
         """
         developer = self._developer_for(radiance, gbuffer, camera)
         _demand_gain(gain)
-        exposed = developer.expose(radiance, gbuffer.depth_mm, gain, frame_number)
-        return exposed.begin(self._bands, then)
+        picture, develop = developer.expose(
+            radiance, gbuffer.depth_mm, gain, frame_number
+        )
+        return self._bands.begin(len(picture), develop, lambda: then(picture))
 
     def close(self) -> None:
         """End the threads."""
@@ -98,7 +90,7 @@ class CameraPass:
 
     def _developer_for(
         self, radiance: NDArray[np.float32], gbuffer: GBuffer, camera: Camera
-    ) -> _Developer:
+    ) -> Developer:
         """Keep tables and memory from picture to picture of one size."""
         height, width = camera.height, camera.width
         if radiance.shape != (height, width, 3) or radiance.dtype != np.float32:
@@ -119,21 +111,10 @@ class CameraPass:
             raise ValueError(f"a picture needs at least 8 pixels: {height, width}")
         optics = make_optics(self.settings, camera.extent, camera.width, camera.height)
         if self._developer is None or self._developer.optics is not optics:
-            self._developer = _make_developer(optics, self._bands, self._seed)
+            self._developer = Developer(optics, self._bands, self._seed)
         return self._developer
 
 
 def _demand_gain(gain: float) -> None:
     if not (math.isfinite(gain) and gain > 0):
         raise ValueError(f"a gain is positive and finite, got {gain}")
-
-
-def _make_developer(optics: Optics, bands: RowBands, seed: int) -> _Developer:
-    # Imported here: a numba that vectors do not know may refuse their kernels.
-    if vector_problem():
-        from renderers.shading.camera.scalar_pass import StagedCamera
-
-        return StagedCamera(optics, bands, seed)
-    from renderers.shading.camera.vector_pass import SweptCamera
-
-    return SweptCamera(optics, bands, seed)

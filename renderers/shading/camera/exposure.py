@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.scene.gbuffer import read_only
 from renderers.shading.kernels.camera_meter import count_within, find_gain, sample_light
 
 TARGET = 0.17
@@ -32,7 +33,7 @@ def meter(radiance: NDArray[np.float32]) -> float:
     """
     rows, columns, weight = _field(*radiance.shape[:2])
     luminance, largest = np.empty_like(weight), np.empty_like(weight)
-    sample_light(_read_only(radiance), rows, columns, luminance, largest)
+    sample_light(read_only(radiance), rows, columns, luminance, largest)
     gain = find_gain(luminance, weight, TARGET, LARGEST_GAIN, _ROUNDS)
     if gain >= LARGEST_GAIN:
         return LARGEST_GAIN
@@ -63,13 +64,6 @@ def _field(
         columns[j].astype(np.int32),
         (weight / weight.sum()).astype(np.float32),
     )
-
-
-def _read_only(array: NDArray[np.float32]) -> NDArray[np.float32]:
-    """View an array so that it cannot be written: another type would be compiled."""
-    view = np.ascontiguousarray(array).view()
-    view.flags.writeable = False
-    return view
 
 
 @dataclass(slots=True)

@@ -8,41 +8,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.shading.camera.camera_settings import CameraSettings, field_tables
+from renderers.shading.kernels.camera_expose import Lateral, W
 
 _DESIGN_PX = 480.0
 """Picture size the blur widths are given for; they grow with the picture."""
 
 
-@dataclass(frozen=True, slots=True)
-class Lateral:
-    """Where a colour channel is read: first column or row, and the part of the next."""
+def scaled_axis(
+    size: int, scale: float
+) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
+    """Return where pixels of an axis read an image `scale` times as large.
 
-    index: NDArray[np.int32]
-    part: NDArray[np.float32]
+    The first of two source pixels, and the part of the second.
+    """
+    middle = (size - 1) / 2
+    at = np.clip((np.arange(size) - middle) * scale + middle, 0, size - 1)
+    index = np.minimum(at.astype(np.int32), size - 2).astype(np.int32)
+    return index, (at - index).astype(np.float32)
 
-    @classmethod
-    def scaled(cls, size: int, scale: float) -> "Lateral":
-        """Read an image of `size` pixels `scale` times as far from its middle."""
-        middle = (size - 1) / 2
-        at = np.clip((np.arange(size) - middle) * scale + middle, 0, size - 1)
-        index = np.minimum(at.astype(np.int32), size - 2).astype(np.int32)
-        return cls(index, (at - index).astype(np.float32))
 
-    def runs(self) -> NDArray[np.int32]:
-        """Give stretches of equal shift ``(n, 3)``: first, past the last, shift."""
-        shift = self.index - np.arange(len(self.index))
-        edges = np.flatnonzero(np.diff(shift)) + 1
-        first = np.concatenate([[0], edges])
-        past = np.concatenate([edges, [len(shift)]])
-        runs = np.stack([first, past, shift[first]], axis=1)
-        return np.ascontiguousarray(runs, dtype=np.int32)
+def runs_of(index: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return stretches of equal shift ``(n, 3)``: first, past the last, shift."""
+    shift = index - np.arange(len(index))
+    edges = np.flatnonzero(np.diff(shift)) + 1
+    first = np.concatenate([[0], edges])
+    past = np.concatenate([edges, [len(shift)]])
+    return np.stack([first, past, shift[first]], axis=1).astype(np.int32)
+
+
+def lateral_colour(width: int, height: int, scale: float) -> Lateral:
+    """Return the tables of a colour channel read `scale` times as far from the axis."""
+    index, part = scaled_axis(width, scale)
+    # the last vector of a run may begin at its last pixel
+    part = np.concatenate([part, np.zeros(W, np.float32)])
+    return Lateral(runs_of(index), part, *scaled_axis(height, scale))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Optics:
     """Hold the tables of one camera and picture size.
 
-    red, blue: lateral colour along columns and along rows. soft_taps: the centre and
+    red, blue: lateral colour. soft_taps: the centre and
     one side of the first Gaussian of defocus; rest_taps: of what the second adds to
     it, `spacing` pixels apart. halo_taps: of the halo at a quarter of the size.
     vignette, stop: ``(h, w)`` factors. tone: as the kernels number its columns.
@@ -50,8 +56,8 @@ class Optics:
 
     width: int
     height: int
-    red: tuple[Lateral, Lateral]
-    blue: tuple[Lateral, Lateral]
+    red: Lateral
+    blue: Lateral
     soft_taps: NDArray[np.float32]
     rest_taps: NDArray[np.float32]
     spacing: int
@@ -78,7 +84,7 @@ def make_optics(
     """Set up the tables for a lens of `extent` radians from axis to stop."""
     scale = min(height, width) / _DESIGN_PX
     red, blue = (
-        (Lateral.scaled(width, size), Lateral.scaled(height, size))
+        lateral_colour(width, height, size)
         # a larger red image reads each pixel nearer the centre, and vice versa
         for size in (1 + settings.lateral, 1 - settings.lateral)
     )

@@ -6,28 +6,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+import renderers.shading.kernels.pixel_block as block
 from renderers.lanes import load, maximum, sqrt, store
 from renderers.shading.kernels.elementary import Lanes, Three, resolved
-from renderers.shading.pixel_block import (
-    A2,
-    FOOT,
-    HX,
-    HY,
-    HZ,
-    LONG,
-    MIDDLE,
-    NX,
-    NY,
-    NZ,
-    RELIEF,
-    ROUGH,
-    SHORT,
-    SKIN,
-    TX,
-    TY,
-    TZ,
-    N,
-)
+from renderers.shading.kernels.pixel_block import N
 
 f32 = np.float32
 Floats = NDArray[np.float32]
@@ -65,29 +47,29 @@ def bump(w: Floats, short: bool) -> None:
     Waves too fine for a pixel (and the short octave, if `short` is not set) become
     roughness instead.
     """
-    nx = load(w, NX, N)
-    ny = load(w, NY, N)
-    nz = load(w, NZ, N)
-    relief = load(w, RELIEF, N)
-    foot = load(w, FOOT, N)
+    nx = load(w, block.NX, N)
+    ny = load(w, block.NY, N)
+    nz = load(w, block.NZ, N)
+    relief = load(w, block.RELIEF, N)
+    foot = load(w, block.FOOT, N)
     w2 = resolved(foot, f32(1 / 1.6))
     rough = VARIANCE_MIDDLE * (f32(1) - w2 * w2)
-    gx = load(w, MIDDLE + N, N)
-    gy = load(w, MIDDLE + 2 * N, N)
-    gz = load(w, MIDDLE + 3 * N, N)
+    gx = load(w, block.MIDDLE + N, N)
+    gy = load(w, block.MIDDLE + 2 * N, N)
+    gz = load(w, block.MIDDLE + 3 * N, N)
     s2 = relief * TISSUE_MIDDLE * w2
     ax, ay, az = s2 * gx, s2 * gy, s2 * gz
     s1 = relief * FILM_LONG
     s2 = relief * FILM_MIDDLE * w2
-    bx = s1 * load(w, LONG + N, N) + s2 * gx
-    by = s1 * load(w, LONG + 2 * N, N) + s2 * gy
-    bz = s1 * load(w, LONG + 3 * N, N) + s2 * gz
+    bx = s1 * load(w, block.LONG + N, N) + s2 * gx
+    by = s1 * load(w, block.LONG + 2 * N, N) + s2 * gy
+    bz = s1 * load(w, block.LONG + 3 * N, N) + s2 * gz
     if short:
         w3 = resolved(foot, f32(1 / 0.55))
         rough += VARIANCE_SHORT * (f32(1) - w3 * w3)
-        gx = load(w, SHORT + N, N)
-        gy = load(w, SHORT + 2 * N, N)
-        gz = load(w, SHORT + 3 * N, N)
+        gx = load(w, block.SHORT + N, N)
+        gy = load(w, block.SHORT + 2 * N, N)
+        gz = load(w, block.SHORT + 3 * N, N)
         s3 = relief * TISSUE_SHORT * w3
         ax += s3 * gx
         ay += s3 * gy
@@ -99,13 +81,13 @@ def bump(w: Floats, short: bool) -> None:
     else:
         rough += VARIANCE_SHORT
     tx, ty, tz = bent(nx, ny, nz, ax, ay, az)
-    store(w, TX, tx)
-    store(w, TY, ty)
-    store(w, TZ, tz)
+    store(w, block.TX, tx)
+    store(w, block.TY, ty)
+    store(w, block.TZ, tz)
     hx, hy, hz = bent(nx, ny, nz, bx, by, bz)
-    store(w, HX, hx)
-    store(w, HY, hy)
-    store(w, HZ, hz)
-    a2 = load(w, ROUGH, N) + relief * relief * rough
-    a2 += load(w, SKIN, N) * maximum(f32(0.12) - a2, f32(0))
-    store(w, A2, a2)
+    store(w, block.HX, hx)
+    store(w, block.HY, hy)
+    store(w, block.HZ, hz)
+    a2 = load(w, block.ROUGH, N) + relief * relief * rough
+    a2 += load(w, block.SKIN, N) * maximum(f32(0.12) - a2, f32(0))
+    store(w, block.A2, a2)

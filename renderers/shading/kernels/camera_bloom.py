@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from renderers.lanes import load, row, store, store_spread
 from renderers.shading.kernels.camera_blur import across, blur_along, find_rows
-from renderers.shading.kernels.camera_expose import extend_row
+from renderers.shading.kernels.camera_expose import Planes, extend_row
 
 f32 = np.float32
 Floats = NDArray[np.float32]
@@ -53,8 +53,7 @@ def widen_row(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def bloom_row(
-    glare: Floats,
-    is_lit: NDArray[np.uint8],
+    planes: Planes,
     line: Count,
     known: Count,
     taps: Floats,
@@ -63,19 +62,18 @@ def bloom_row(
     small: Floats,
     places: Places,
     width: int,
-    small_margin: int,
     wide: Floats,
     to: int,
     step: int,
-    pitch: int,
-    margin: int,
 ) -> bool:
     """Give the row `line` of glare and halo at full width; tell whether it has any.
 
-    small: a ring of as many rows of `glare` as taps reach, blurred along x, of which
+    small: a ring of as many rows of glare as taps reach, blurred along x, of which
     those before row `known` are done; and one more row, scratch. Rows must be asked
-    for in order.
+    for in order. wide, to, step: see `widen_row`.
     """
+    exposed, glare, is_lit, margin, small_margin = planes
+    pitch = exposed.shape[1] // 3
     rows = is_lit.shape[0]
     columns = (width + 3) // 4
     size = glare.shape[1]

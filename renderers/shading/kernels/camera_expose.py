@@ -6,6 +6,8 @@ Both margins repeat the pixel beside them, so that blurs need no special case. V
 may overrun a row's last pixel into its margin.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -16,6 +18,34 @@ f32 = np.float32
 Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
 W = 32
+
+
+class Lateral(NamedTuple):
+    """Where one colour channel of a picture is read.
+
+    runs: ``(n, 3)`` first pixel, past the last, by how much their source lies to the
+    right. part: how far each pixel lies from its source towards the next, and a vector
+    of zeros. row, row_part: ``(h,)`` the same for rows.
+    """
+
+    runs: NDArray[np.int32]
+    part: NDArray[np.float32]
+    row: NDArray[np.int32]
+    row_part: NDArray[np.float32]
+
+
+class Planes(NamedTuple):
+    """A picture of colour planes, and what of it exceeds white.
+
+    exposed: ``(h, 3 pitch)``. glare: ``(h / 4, 3 small_pitch)``, means of 4 x 4 pixels.
+    is_lit: rows of `glare` that are not zero. margin, small_margin: of their rows.
+    """
+
+    exposed: NDArray[np.float32]
+    glare: NDArray[np.float32]
+    is_lit: NDArray[np.uint8]
+    margin: int
+    small_margin: int
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -149,21 +179,11 @@ def expose_rows(
     radiance: Floats,
     gain: np.float32,
     white: np.float32,
-    red_runs: Integers,
-    red_part: Floats,
-    red_row: Integers,
-    red_row_part: Floats,
-    blue_runs: Integers,
-    blue_part: Floats,
-    blue_row: Integers,
-    blue_row_part: Floats,
-    margin: int,
-    small_margin: int,
+    red: Lateral,
+    blue: Lateral,
+    planes: Planes,
     raw: Floats,
     total: Floats,
-    exposed: Floats,
-    glare: Floats,
-    is_lit: NDArray[np.uint8],
     first: int,
     last: int,
 ) -> None:
@@ -171,9 +191,12 @@ def expose_rows(
 
     A channel's row y is read between source rows ``row[y]`` and the next. Works on
     rows ``4 first`` to ``4 last``, and averages what exceeds `white` over 4 x 4 pixels:
-    rows `first` to `last` of `glare`, zero where `is_lit` is not set. raw: a ring of
-    rows of planes, scratch. total: one row of planes, scratch.
+    rows `first` to `last` of the glare. raw: a ring of rows of planes, scratch. total:
+    one row of planes, scratch.
     """
+    exposed, glare, is_lit, margin, small_margin = planes
+    red_runs, red_part, red_row, red_row_part = red
+    blue_runs, blue_part, blue_row, blue_row_part = blue
     height, width = radiance.shape[:2]
     size = exposed.shape[1]
     pitch = size // 3

@@ -7,6 +7,8 @@ of focus is blurred twice only where it is seen.
 # Vectors are types of the compiler alone, which functions that take them cannot name.
 # mypy: disable-error-code="no-untyped-def"
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -19,7 +21,7 @@ from renderers.shading.kernels.camera_blur import (
     blur_along,
     find_rows,
 )
-from renderers.shading.kernels.camera_expose import clear_row, extend_row
+from renderers.shading.kernels.camera_expose import Planes, clear_row, extend_row
 from renderers.shading.kernels.camera_tone import colour_row, contrast_row, encode_row
 
 f32 = np.float32
@@ -35,6 +37,42 @@ ZERO, ONE = np.int64(0), np.int64(1)
     FOCUS, DEFOCUS, SOFT, SOFTER, STRAY, CONTRAST, PIVOT_LOG2, SATURATION, KNEE,
     KEEP_HUE, NOISE2, NOISE_FLOOR, GLARE, HALO,
 ) = range(14)  # fmt: skip
+
+
+class SweepTables(NamedTuple):
+    """What the sweep does to every picture of one size.
+
+    vignette, stop: ``(rows, pitch)``, margins included. spans: ``(rows, 4)`` first and
+    last pixel the stop lets through, and the same of all that these need of the row;
+    whole vectors. grain: three periodic squares, their first W columns again after each
+    row. tone: see the columns above. soft_taps, rest_taps, halo_taps: Gaussians; the
+    second has `spacing` pixels between its taps.
+    """
+
+    vignette: NDArray[np.float32]
+    stop: NDArray[np.float32]
+    spans: NDArray[np.int64]
+    grain: NDArray[np.float32]
+    tone: NDArray[np.float32]
+    soft_taps: NDArray[np.float32]
+    rest_taps: NDArray[np.float32]
+    spacing: int
+    halo_taps: NDArray[np.float32]
+
+
+class SweepRows(NamedTuple):
+    """The scratch rows of one thread.
+
+    work: rows of planes for the rings of sharp, soft-along, soft and softer-along rows.
+    small: see `bloom_row`. glow: two rows of bloom and one of scratch, each with four
+    vectors to spare. line: ``(5, pitch)``. codes: a row of planes of bytes.
+    """
+
+    work: NDArray[np.float32]
+    small: NDArray[np.float32]
+    glow: NDArray[np.float32]
+    line: NDArray[np.float32]
+    codes: NDArray[np.uint8]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -162,42 +200,22 @@ def add_softer(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sweep_rows(
-    exposed: Floats,
-    glare: Floats,
-    is_lit: NDArray[np.uint8],
-    halo_taps: Floats,
-    soft_taps: Floats,
-    rest_taps: Floats,
-    spacing: int,
+    planes: Planes,
     depth: Floats,
-    vignette: Floats,
-    stop: Floats,
-    grain: Floats,
+    tables: SweepTables,
     grain_row: int,
     grain_column: int,
-    tone: Floats,
-    spans: Integers,
-    margin: int,
-    small_margin: int,
-    work: Floats,
-    small: Floats,
-    glow: Floats,
-    line: Floats,
-    codes: NDArray[np.uint8],
+    rows: SweepRows,
     picture: NDArray[np.uint8],
     first: int,
     last: int,
 ) -> None:
-    """Bloom, blend focus by depth, vignette, tone, grain, stop, encode as sRGB.
-
-    spans: (rows, 4); first and last pixel the stop lets through, and the same of all
-    that these need of the row; whole vectors. vignette, stop: ``(rows, pitch)``,
-    margins included. grain: three periodic squares, their first W columns again
-    after each row. work: rows of planes for the rings of sharp, soft-along, soft and
-    softer-along rows. small: see `bloom_row`. glow: two rows of bloom and one of
-    scratch, each with four vectors to spare. line: (5, pitch), scratch. codes: a row
-    of planes of bytes.
-    """
+    """Bloom, blend focus by depth, vignette, tone, grain, stop, encode as sRGB."""
+    exposed, _, is_lit, margin, _ = planes
+    vignette, stop, spans, grain, tone, soft_taps, rest_taps, spacing, halo_taps = (
+        tables
+    )
+    work, small, glow, line, codes = rows
     height, width = depth.shape
     size = exposed.shape[1]
     pitch = size // 3
@@ -233,54 +251,27 @@ def sweep_rows(
                 glow_next = max(glow_next, upper)
                 while glow_next <= upper + 1:
                     has_glow[glow_next % 2] = bloom_row(
-                        glare,
-                        is_lit,
-                        glow_next,
-                        glare_known,
-                        halo_taps,
-                        tone[GLARE],
-                        tone[HALO],
-                        small,
-                        halo_places,
-                        width,
-                        small_margin,
-                        glow,
-                        glow_next % 2 * glow_size,
-                        2 * glow_size,
-                        pitch,
-                        margin,
-                    )
+                        planes, glow_next, glare_known, halo_taps, tone[GLARE],
+                        tone[HALO], small, halo_places, width, glow,
+                        glow_next % 2 * glow_size, 2 * glow_size,
+                    )  # fmt: skip
                     if not has_glow[glow_next % 2]:
                         clear_row(glow, glow_next % 2 * glow_size, size)
                     glare_known = min(glow_next + halo_taps.shape[0], small_rows)
                     glow_next += 1
                 if has_glow[0] or has_glow[1]:
                     add_bloom(
-                        exposed,
-                        n * size,
-                        glow,
-                        upper % 2 * glow_size,
-                        (upper + 1) % 2 * glow_size,
-                        at - f32(upper),
-                        work,
-                        to,
-                        size,
-                    )
+                        exposed, n * size, glow, upper % 2 * glow_size,
+                        (upper + 1) % 2 * glow_size, at - f32(upper), work, to, size,
+                    )  # fmt: skip
                 else:
                     copy_row(exposed, n * size, work, to, size)
                 if has_defocus:
                     into = along_start + n % along_ring * size
                     blur_along(
-                        work,
-                        to,
-                        soft_taps,
-                        ONE,
-                        work,
-                        into,
-                        pitch,
-                        spans[n, 2],
+                        work, to, soft_taps, ONE, work, into, pitch, spans[n, 2],
                         spans[n, 3],
-                    )
+                    )  # fmt: skip
             n = sharp_next - soft_reach
             if has_defocus and soft_first <= n < height:
                 find_rows(n, height, ONE, along_start, along_ring, size, soft_places)

@@ -7,39 +7,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+import renderers.shading.kernels.pixel_block as block
 from renderers.lanes import load, maximum, minimum, sqrt, store
 from renderers.shading.kernels.elementary import exp_negative
+from renderers.shading.kernels.pixel_block import N
 from renderers.shading.kernels.shadow import shadow
-from renderers.shading.pixel_block import (
-    A2,
-    DX,
-    DY,
-    DZ,
-    E_GREEN,
-    E_RED,
-    F0,
-    HX,
-    HY,
-    HZ,
-    LG,
-    LR,
-    LX,
-    LY,
-    LZ,
-    NX,
-    NY,
-    NZ,
-    POWER,
-    PX,
-    PY,
-    PZ,
-    SPARK,
-    SPREAD,
-    TX,
-    TY,
-    TZ,
-    N,
-)
 
 f32 = np.float32
 Floats = NDArray[np.float32]
@@ -50,21 +22,21 @@ def light(
     w: Floats,
     sources: Floats,
     arcs: Floats,
-    rods: Floats,
+    capsules: Floats,
     forward: Floats,
     spread: np.float32,
     power: np.float32,
 ) -> None:
     """Sum all sources: diffuse irradiance red and green, film radiance.
 
-    arcs: ``(n, 3)`` mm, half the stretch of fibre ends a source stands for. rods:
-    what casts shadows, see `shadow.rods`.
+    arcs: ``(n, 3)`` mm, half the stretch of fibre ends a source stands for. capsules:
+    what casts shadows, see `shadow.capsules`.
     """
     for s in range(sources.shape[0]):
         at = (sources[s, 0], sources[s, 1], sources[s, 2])
         aim(w, at, forward, spread, power)
-        if rods.shape[0]:
-            shadow(w, at, (arcs[s, 0], arcs[s, 1], arcs[s, 2]), rods)
+        if capsules.shape[0]:
+            shadow(w, at, (arcs[s, 0], arcs[s, 1], arcs[s, 2]), capsules)
         illuminate(w, s == 0)
         mirror(w, s == 0)
 
@@ -80,9 +52,9 @@ def aim(
     """Find a source's direction and intensity at a block's points."""
     sx, sy, sz = source
     fx, fy, fz = forward[0], forward[1], forward[2]
-    lx = sx - load(w, PX, N)
-    ly = sy - load(w, PY, N)
-    lz = sz - load(w, PZ, N)
+    lx = sx - load(w, block.PX, N)
+    ly = sy - load(w, block.PY, N)
+    lz = sz - load(w, block.PZ, N)
     d2 = lx * lx + ly * ly + lz * lz + f32(1e-6)
     # one division for 1 / d and 1 / (d2 + 1)
     d = sqrt(d2)
@@ -96,35 +68,35 @@ def aim(
     away = f32(1) + (lx * fx + ly * fy + lz * fz)
     intensity = power * exp_negative(-spread * maximum(away, f32(0)))
     intensity *= minimum(k * k, f32(1 / 0.6))
-    store(w, LX, lx)
-    store(w, LY, ly)
-    store(w, LZ, lz)
-    store(w, POWER, intensity)
+    store(w, block.LX, lx)
+    store(w, block.LY, ly)
+    store(w, block.LZ, lz)
+    store(w, block.POWER, intensity)
     # a fibre bundle of .45 mm is no point: its angle widens the lobe
-    store(w, SPREAD, f32(0.05) * (both * d))
+    store(w, block.SPREAD, f32(0.05) * (both * d))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def illuminate(w: Floats, first: bool) -> None:
     """Add a source's diffuse irradiance. first: set instead of add."""
-    lx = load(w, LX, N)
-    ly = load(w, LY, N)
-    lz = load(w, LZ, N)
-    intensity = load(w, POWER, N)
+    lx = load(w, block.LX, N)
+    ly = load(w, block.LY, N)
+    lz = load(w, block.LZ, N)
+    intensity = load(w, block.POWER, N)
     # light wraps round an edge by about the way it creeps inside the tissue
-    wrap = minimum(f32(0.25) * load(w, LR, N), f32(0.35))
-    facing = load(w, NX, N) * lx + load(w, NY, N) * ly
-    facing += load(w, NZ, N) * lz
+    wrap = minimum(f32(0.25) * load(w, block.LR, N), f32(0.35))
+    facing = load(w, block.NX, N) * lx + load(w, block.NY, N) * ly
+    facing += load(w, block.NZ, N) * lz
     red = intensity * maximum(facing + wrap, f32(0))
-    wrap = minimum(f32(0.25) * load(w, LG, N), f32(0.2))
-    facing = load(w, TX, N) * lx + load(w, TY, N) * ly
-    facing += load(w, TZ, N) * lz
+    wrap = minimum(f32(0.25) * load(w, block.LG, N), f32(0.2))
+    facing = load(w, block.TX, N) * lx + load(w, block.TY, N) * ly
+    facing += load(w, block.TZ, N) * lz
     green = intensity * maximum(facing + wrap, f32(0))
     if not first:
-        red += load(w, E_RED, N)
-        green += load(w, E_GREEN, N)
-    store(w, E_RED, red)
-    store(w, E_GREEN, green)
+        red += load(w, block.E_RED, N)
+        green += load(w, block.E_GREEN, N)
+    store(w, block.E_RED, red)
+    store(w, block.E_GREEN, green)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -135,24 +107,24 @@ def mirror(w: Floats, first: bool) -> None:
     are h.m / |m| with the film's normal and |m| / 2 with l and v. first: set instead
     of add.
     """
-    lx = load(w, LX, N)
-    ly = load(w, LY, N)
-    lz = load(w, LZ, N)
-    dx = load(w, DX, N)
-    dy = load(w, DY, N)
-    dz = load(w, DZ, N)
-    hx = load(w, HX, N)
-    hy = load(w, HY, N)
-    hz = load(w, HZ, N)
+    lx = load(w, block.LX, N)
+    ly = load(w, block.LY, N)
+    lz = load(w, block.LZ, N)
+    dx = load(w, block.DX, N)
+    dy = load(w, block.DY, N)
+    dz = load(w, block.DZ, N)
+    hx = load(w, block.HX, N)
+    hy = load(w, block.HY, N)
+    hz = load(w, block.HZ, N)
     hl = hx * lx + hy * ly + hz * lz
     hv = -(hx * dx + hy * dy + hz * dz)
     lv = -(dx * lx + dy * ly + dz * lz)
-    a2 = minimum(load(w, A2, N) + load(w, SPREAD, N), f32(1))
+    a2 = minimum(load(w, block.A2, N) + load(w, block.SPREAD, N), f32(1))
     rest = f32(1) - a2
     mm = maximum(f32(2) + f32(2) * lv, f32(1e-6))
     hm = hl + hv
     base = maximum(mm - rest * (hm * hm), a2 * mm)
-    f0 = load(w, F0, N)
+    f0 = load(w, block.F0, N)
     grazing = f32(1) - f32(0.5) * sqrt(mm)
     grazing2 = grazing * grazing
     fresnel = f0 + (f32(1) - f0) * (grazing2 * grazing2 * grazing)
@@ -160,8 +132,8 @@ def mirror(w: Floats, first: bool) -> None:
     nv = maximum(hv, f32(0.05))
     smith = nl * sqrt(nv * nv * rest + a2)
     smith += nv * sqrt(nl * nl * rest + a2)
-    above = load(w, POWER, N) * nl * fresnel * (a2 * (mm * mm))
+    above = load(w, block.POWER, N) * nl * fresnel * (a2 * (mm * mm))
     spark = above / (base * base * (smith + f32(1e-4)))
     if not first:
-        spark += load(w, SPARK, N)
-    store(w, SPARK, spark)
+        spark += load(w, block.SPARK, N)
+    store(w, block.SPARK, spark)

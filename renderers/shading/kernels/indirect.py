@@ -5,6 +5,7 @@ points is brought to all pixels with weights that do not reach across edges.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -20,17 +21,24 @@ from renderers.lanes import (
     select,
     swapped,
 )
+from renderers.shading.kernels.field_reads import (
+    DistanceField,
+    tap,
+    to_voxels,
+    wall_normal,
+)
 from renderers.shading.kernels.path_tracing import (
+    FibreLight,
     Three,
+    WallColour,
     albedo_at,
     direct,
     lifted,
-    wall_normal,
-    way_to_wall,
+    sphere_trace,
+    table_row,
 )
-from renderers.shading.kernels.sphere_trace import ways_to_walls
+from renderers.shading.kernels.sphere_trace import sphere_trace_rays
 from renderers.shading.kernels.thin_walls import likeness_to_wall, wall, with_cell
-from renderers.shading.kernels.virtual_lights import tap
 
 f32 = np.float32
 Floats = NDArray[np.float32]
@@ -58,6 +66,33 @@ TOGETHER = 16
 TISSUE, METAL = 0, 1
 FILM, MIRROR, THIN = 1, 2, 4
 """Bits of `wanted`."""
+
+
+class View(NamedTuple):
+    """A G-buffer, its camera-frame rays ``(h, w, 3)``, and the camera's axes.
+
+    axes: ``(3, 3)`` rows right, up, forward.
+    """
+
+    depth: NDArray[np.float32]
+    normal: NDArray[np.float32]
+    coverage: NDArray[np.float32]
+    material: NDArray[np.uint8]
+    lens: NDArray[np.float32]
+    axes: NDArray[np.float32]
+
+
+class LitWalls(NamedTuple):
+    """The walls of a nose and the light on them.
+
+    bounced: see `VirtualLights`, times `gain`.
+    """
+
+    field: DistanceField
+    light: FibreLight
+    colour: WallColour
+    bounced: NDArray[np.float32]
+    gain: np.float32
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -92,17 +127,6 @@ def bounced(lights: Floats, at: Three, normal: Three) -> np.float32:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def to_voxels(m: Floats, eye: Floats, at: Three) -> Three:
-    """Give voxel coordinates of a place."""
-    x, y, z = at
-    return (
-        eye[0] + m[0, 0] * x + m[0, 1] * y + m[0, 2] * z,
-        eye[1] + m[1, 0] * x + m[1, 1] * y + m[1, 2] * z,
-        eye[2] + m[2, 0] * x + m[2, 1] * y + m[2, 2] * z,
-    )
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def mirrored(at: Three, ray: Three, normal: Three) -> tuple[bool, Three, Three]:
     """Give where a mirrored ray begins and its direction, if it goes anywhere."""
     k = f32(-2) * (ray[0] * normal[0] + ray[1] * normal[1] + ray[2] * normal[2])
@@ -113,20 +137,18 @@ def mirrored(at: Three, ray: Three, normal: Three) -> tuple[bool, Three, Three]:
 @njit(cache=True, nogil=True, error_model="numpy")
 def follow_on(
     at: Three, ray: Three, normal: Three, wanted: int, way: np.float32,
-    gain: np.float32, distance: Floats, m: Floats, eye: Floats,
-    sources: Floats, forward: Floats, spread: np.float32, each: np.float32,
-    lights: Floats, table: Floats, code: Bytes, skin: Bytes, skin_albedo: Floats,
-    bone: Floats, bias_root: np.float32, found: Floats,
+    walls: LitWalls, found: Floats,
 ) -> None:  # fmt: skip
     """Find what a point mirrors and what its wall does with light: `FOUND` numbers.
 
     ray: from the eye. way: mm to the wall along its mirrored ray; -1 where there is
-    none, or nothing is mirrored. gain: of the bounce light. table: ``(256, 5)``, see
-    `colour_table`; bone: a row of it. ``found[:3]``, ``found[3:6]``: radiance that is
+    none, or nothing is mirrored. ``found[:3]``, ``found[3:6]``: radiance that is
     mirrored and that comes through the wall. ``found[6:]``: the share of the point's
     own diffuse light that goes through instead of back, beside a wall of
     `THICKEST_MM`; negative where bone shines through thin mucosa.
     """
+    field, light, colour, lights, gain = walls
+    distance, m, _ = field
     found[:] = f32(0)
     if way >= f32(0):
         _, from_, along = mirrored(at, ray, normal)
@@ -135,12 +157,10 @@ def follow_on(
             from_[1] + way * along[1],
             from_[2] + way * along[2],
         )
-        x, y, z = to_voxels(m, eye, there)
+        x, y, z = to_voxels(field, there)
         facing = wall_normal(distance, m, x, y, z)
-        rho = albedo_at(table, code, skin, skin_albedo, bias_root, x, y, z)
-        straight = direct(
-            distance, m, eye, there, facing, sources, forward, spread, each
-        )
+        rho = albedo_at(colour, x, y, z)
+        straight = direct(field, there, facing, light)
         other = gain * bounced(lights, there, facing)
         for c in range(3):
             series = rho[c] / (f32(1) - SERIES * rho[c])
@@ -155,7 +175,7 @@ def follow_on(
             there = (
                 at[0] - t * normal[0], at[1] - t * normal[1], at[2] - t * normal[2]
             )  # fmt: skip
-            x, y, z = to_voxels(m, eye, there)
+            x, y, z = to_voxels(field, there)
             inside = tap(distance, x, y, z)
             if inside < f32(0) and t > THINNEST_MM:
                 out = True
@@ -164,18 +184,13 @@ def follow_on(
         if out:
             behind = wall_normal(distance, m, x, y, z)
             share = likeness_to_wall(normal, behind)
-            far = direct(
-                distance, m, eye, there, behind, sources, forward, spread, each
-            )
+            far = direct(field, there, behind, light)
             far *= f32(1) - f32(math.exp(-STRAY_PER_MM * t))
             far_bounce = gain * bounced(lights, there, behind)
-            x, y, z = to_voxels(m, eye, at)
-            rho = albedo_at(table, code, skin, skin_albedo, bias_root, x, y, z)
-            i = min(max(int(x + f32(0.5)), 0), code.shape[2] - 1)
-            j = min(max(int(y + f32(0.5)), 0), code.shape[1] - 1)
-            n = min(max(int(z + f32(0.5)), 0), code.shape[0] - 1)
-            blood = f32(code[n, j, i]) * bias_root + f32(0.5)
-            row = min(int(blood), table.shape[0] - 1)
+            x, y, z = to_voxels(field, at)
+            rho = albedo_at(colour, x, y, z)
+            table, bone = colour.table, colour.bone
+            row = table_row(colour, x, y, z)
             for c in range(3):
                 length = table[row, 3 if c == 0 else 4]
                 through, back = wall(
@@ -196,21 +211,14 @@ def follow_on(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def follow(
-    at: Three, ray: Three, normal: Three, wanted: int, gain: np.float32,
-    distance: Floats, m: Floats, eye: Floats,
-    sources: Floats, forward: Floats, spread: np.float32, each: np.float32,
-    lights: Floats, table: Floats, code: Bytes, skin: Bytes, skin_albedo: Floats,
-    bone: Floats, bias_root: np.float32, found: Floats,
-) -> None:  # fmt: skip
+    at: Three, ray: Three, normal: Three, wanted: int, walls: LitWalls, found: Floats
+) -> None:
     """Do as `follow_on` for a point by itself."""
     way = f32(-1)
     goes, from_, along = mirrored(at, ray, normal)
     if goes and wanted & (FILM | MIRROR):
-        way = way_to_wall(distance, m, eye, from_, along, LONGEST_MM)
-    follow_on(
-        at, ray, normal, wanted, way, gain, distance, m, eye, sources, forward, spread,
-        each, lights, table, code, skin, skin_albedo, bone, bias_root, found,
-    )  # fmt: skip
+        way = sphere_trace(walls.field, from_, along, LONGEST_MM)
+    follow_on(at, ray, normal, wanted, way, walls, found)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -236,19 +244,15 @@ def ray_of(lens: Floats, axes: Floats, y: int, x: int) -> Three:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def follow_rows(
-    depth: Floats, normal: Floats, coverage: Floats, material: Bytes, lens: Floats,
-    axes: Floats, effects: int, stride: int, gain: np.float32,
-    distance: Floats, m: Floats, eye: Floats,
-    sources: Floats, forward: Floats, spread: np.float32, each: np.float32,
-    lights: Floats, table: Floats, code: Bytes, skin: Bytes, skin_albedo: Floats,
-    bone: Floats, bias_root: np.float32, points: NDArray[np.bool_], grid: Floats,
-    first: int, last: int,
+    view: View, effects: int, stride: int, walls: LitWalls, points: NDArray[np.bool_],
+    grid: Floats, first: int, last: int,
 ) -> None:  # fmt: skip
     """Follow the light of every `stride`-th pixel, rows ``first..last`` of the grid.
 
     points: ``(gh, gw)``, those to follow. grid: ``(gh, gw, FOUND)``, see `follow`.
     Mirrored rays are followed first, all together.
     """
+    depth, normal, coverage, material, lens, axes = view
     height, width = depth.shape
     columns = grid.shape[1]
     rays = np.empty(((last - first) * columns, 8), np.float32)
@@ -279,7 +283,7 @@ def follow_rows(
             asked[many, 0], asked[many, 1] = gy, gx
             asked[many, 2], asked[many, 3] = wanted, number
             many += 1
-    ways_to_walls(distance, m, eye, rays[:mirroring], LONGEST_MM, ways)
+    sphere_trace_rays(walls.field, rays[:mirroring], LONGEST_MM, ways)
     for n in range(many):
         gy, gx, wanted, number = asked[n, 0], asked[n, 1], asked[n, 2], asked[n, 3]
         y, x = min(gy * stride, height - 1), min(gx * stride, width - 1)
@@ -288,7 +292,5 @@ def follow_rows(
         follow_on(
             (t * ray[0], t * ray[1], t * ray[2]), ray,
             (of_wall[0], of_wall[1], of_wall[2]),
-            wanted, ways[number, 0] if number >= 0 else f32(-1), gain,
-            distance, m, eye, sources, forward, spread, each, lights, table,
-            code, skin, skin_albedo, bone, bias_root, grid[gy, gx],
+            wanted, ways[number, 0] if number >= 0 else f32(-1), walls, grid[gy, gx],
         )  # fmt: skip

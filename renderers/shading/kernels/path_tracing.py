@@ -6,14 +6,21 @@ any order and on any number of threads.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from renderers.lanes import any_, bits, full, lanes, maximum, select, sqrt
-from renderers.shading.kernels.field_reads import is_outside, taps
-from renderers.shading.kernels.virtual_lights import tap
+from renderers.shading.kernels.field_reads import (
+    DistanceField,
+    is_outside,
+    tap,
+    taps,
+    to_voxels,
+    wall_normal,
+)
 
 f32 = np.float32
 i32 = np.int32
@@ -31,6 +38,53 @@ ABREAST = 8
 """Sources that are looked for together."""
 ROULETTE_FROM = 3
 """Bounces before a path may be ended by chance."""
+
+
+class FibreLight(NamedTuple):
+    """The scope's own light.
+
+    sources: ``(n, 3)`` fibre ends, mm from the eye. forward: ``(3,)`` along the view.
+    spread: mu of the spot law. each: intensity of one source.
+    """
+
+    sources: NDArray[np.float32]
+    forward: NDArray[np.float32]
+    spread: np.float32
+    each: np.float32
+
+
+class WallColour(NamedTuple):
+    """What gives a wall its albedo.
+
+    table: ``(256, 5)``, see `colour_table`. blood, skin: ``(nz, ny, nx)`` codes.
+    skin_albedo: ``(3,)``. bone: ``(5,)``, a row as of the table. bias_root: square root
+    of the factor on all blood.
+    """
+
+    table: NDArray[np.float32]
+    blood: NDArray[np.uint8]
+    skin: NDArray[np.uint8]
+    skin_albedo: NDArray[np.float32]
+    bone: NDArray[np.float32]
+    bias_root: np.float32
+
+
+class SeenPoints(NamedTuple):
+    """Where light is followed from: ``(h, w, 3)`` mm from the eye, and normals."""
+
+    points: NDArray[np.float32]
+    normals: NDArray[np.float32]
+    shown: NDArray[np.bool_]
+
+
+class BatchPlan(NamedTuple):
+    """How a batch of paths is walked; `longest` is the mm of one flight."""
+
+    seed: np.uint64
+    batch: int
+    paths: int
+    bounces: int
+    longest: np.float32
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -81,21 +135,14 @@ def lifted(at: Three, normal: Three) -> Three:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def way_to_wall(
-    distance: Floats,
-    m: Floats,
-    eye: Floats,
-    from_: Three,
-    along: Three,
-    longest: np.float32,
+def sphere_trace(
+    field: DistanceField, from_: Three, along: Three, longest: np.float32
 ) -> np.float32:
-    """Give how far the wall is along a ray, -1 where none comes within `longest` mm."""
+    """Return how far the wall is along a ray, -1 if none comes within `longest` mm."""
+    distance, m, _ = field
     nz, ny, nx = distance.shape
-    px, py, pz = from_
     dx, dy, dz = along
-    x0 = eye[0] + m[0, 0] * px + m[0, 1] * py + m[0, 2] * pz
-    y0 = eye[1] + m[1, 0] * px + m[1, 1] * py + m[1, 2] * pz
-    z0 = eye[2] + m[2, 0] * px + m[2, 1] * py + m[2, 2] * pz
+    x0, y0, z0 = to_voxels(field, from_)
     vx = m[0, 0] * dx + m[0, 1] * dy + m[0, 2] * dz
     vy = m[1, 0] * dx + m[1, 1] * dy + m[1, 2] * dz
     vz = m[2, 0] * dx + m[2, 1] * dy + m[2, 2] * dz
@@ -122,52 +169,48 @@ def way_to_wall(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def wall_normal(
-    distance: Floats, m: Floats, x: np.float32, y: np.float32, z: np.float32
-) -> Three:
-    """Give the unit normal towards air at voxel coordinates, along world axes."""
-    h = f32(0.6)
-    gx = tap(distance, x + h, y, z) - tap(distance, x - h, y, z)
-    gy = tap(distance, x, y + h, z) - tap(distance, x, y - h, z)
-    gz = tap(distance, x, y, z + h) - tap(distance, x, y, z - h)
-    wx = m[0, 0] * gx + m[1, 0] * gy + m[2, 0] * gz
-    wy = m[0, 1] * gx + m[1, 1] * gy + m[2, 1] * gz
-    wz = m[0, 2] * gx + m[1, 2] * gy + m[2, 2] * gz
-    # distance grows into tissue: the normal towards air is against the gradient
-    scale = f32(-1) / f32(math.sqrt(wx * wx + wy * wy + wz * wz + f32(1e-12)))
-    return wx * scale, wy * scale, wz * scale
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def albedo_at(
-    albedo: Floats, code: NDArray[np.uint8], skin: NDArray[np.uint8],
-    skin_albedo: Floats, bias_root: np.float32,
-    x: np.float32, y: np.float32, z: np.float32,
-) -> Three:  # fmt: skip
-    """Give a wall's albedo red, green, blue at the nearest voxel."""
-    nz, ny, nx = code.shape
+def nearest_code(
+    codes: NDArray[np.uint8], x: np.float32, y: np.float32, z: np.float32
+) -> int:
+    """Return the code of the voxel nearest to voxel coordinates."""
+    nz, ny, nx = codes.shape
     i = min(max(int(x + f32(0.5)), 0), nx - 1)
     j = min(max(int(y + f32(0.5)), 0), ny - 1)
     k = min(max(int(z + f32(0.5)), 0), nz - 1)
-    row = min(int(f32(code[k, j, i]) * bias_root + f32(0.5)), albedo.shape[0] - 1)
-    s = f32(skin[k, j, i]) * f32(1 / 255)
+    return int(codes[k, j, i])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def table_row(colour: WallColour, x: np.float32, y: np.float32, z: np.float32) -> int:
+    """Return the row of the colour table of the blood at voxel coordinates."""
+    blood = f32(nearest_code(colour.blood, x, y, z)) * colour.bias_root
+    row: int = min(int(blood + f32(0.5)), colour.table.shape[0] - 1)
+    return row
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def albedo_at(colour: WallColour, x: np.float32, y: np.float32, z: np.float32) -> Three:
+    """Return a wall's albedo red, green, blue at voxel coordinates."""
+    albedo, skin = colour.table, colour.skin_albedo
+    row = table_row(colour, x, y, z)
+    s = f32(nearest_code(colour.skin, x, y, z)) * f32(1 / 255)
     return (
-        albedo[row, 0] + s * (skin_albedo[0] - albedo[row, 0]),
-        albedo[row, 1] + s * (skin_albedo[1] - albedo[row, 1]),
-        albedo[row, 2] + s * (skin_albedo[2] - albedo[row, 2]),
+        albedo[row, 0] + s * (skin[0] - albedo[row, 0]),
+        albedo[row, 1] + s * (skin[1] - albedo[row, 1]),
+        albedo[row, 2] + s * (skin[2] - albedo[row, 2]),
     )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def ways_open(
-    distance: Floats, m: Floats, eye: Floats, from_: Three, at: Three, normal: Three,
-    sources: Floats, first: int,
-) -> int:  # fmt: skip
-    """Tell which sources from `first` on a wall faces and sees: `ABREAST` bits.
+def visible_sources(
+    field: DistanceField, at: Three, normal: Three, sources: Floats, first: int
+) -> int:
+    """Return which sources from `first` on a wall faces and sees: `ABREAST` bits.
 
-    from_: above the wall at `at`. As `way_to_wall` finds it, to the bit; sources lie
-    side by side, so that their ways are about as long.
+    As `sphere_trace` finds it, to the bit; sources lie side by side, so that their ways
+    are about as long.
     """
+    distance, m, _ = field
     lane = lanes(ABREAST)
     here = lane < i32(sources.shape[0] - first)
     lx, ly, lz = full(f32(0), ABREAST), full(f32(0), ABREAST), full(f32(0), ABREAST)
@@ -181,10 +224,7 @@ def ways_open(
     ly /= longest
     lz /= longest
     live = here & (normal[0] * lx + normal[1] * ly + normal[2] * lz > f32(0))
-    px, py, pz = from_
-    x0 = eye[0] + m[0, 0] * px + m[0, 1] * py + m[0, 2] * pz
-    y0 = eye[1] + m[1, 0] * px + m[1, 1] * py + m[1, 2] * pz
-    z0 = eye[2] + m[2, 0] * px + m[2, 1] * py + m[2, 2] * pz
+    x0, y0, z0 = to_voxels(field, lifted(at, normal))
     vx = m[0, 0] * lx + m[0, 1] * ly + m[0, 2] * lz
     vy = m[1, 0] * lx + m[1, 1] * ly + m[1, 2] * lz
     vz = m[2, 0] * lx + m[2, 1] * ly + m[2, 2] * lz
@@ -206,17 +246,16 @@ def ways_open(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def direct(
-    distance: Floats, m: Floats, eye: Floats, at: Three, normal: Three,
-    sources: Floats, forward: Floats, spread: np.float32, each: np.float32,
-) -> np.float32:  # fmt: skip
-    """Give what the scope's sources lay on a wall, shadows included."""
+    field: DistanceField, at: Three, normal: Three, light: FibreLight
+) -> np.float32:
+    """Return what the scope's sources lay on a wall, shadows included."""
+    sources, forward, spread, each = light
     total = f32(0)
     px, py, pz = at
-    above = lifted(at, normal)
     open_ = 0
     for s in range(sources.shape[0]):
         if s % ABREAST == 0:
-            open_ = ways_open(distance, m, eye, above, at, normal, sources, s)
+            open_ = visible_sources(field, at, normal, sources, s)
         if not (open_ >> (s % ABREAST)) & 1:
             continue
         lx = sources[s, 0] - px
@@ -237,11 +276,7 @@ def direct(
 @njit(cache=True, nogil=True, error_model="numpy")
 def walk(
     at: Three, normal: Three, u: np.float32, v: np.float32, state: np.uint64,
-    bounces: int, longest: np.float32,
-    distance: Floats, m: Floats, eye: Floats,
-    sources: Floats, forward: Floats, spread: np.float32, each: np.float32,
-    albedo: Floats, code: NDArray[np.uint8], skin: NDArray[np.uint8],
-    skin_albedo: Floats, bias_root: np.float32,
+    plan: BatchPlan, field: DistanceField, light: FibreLight, colour: WallColour,
 ) -> Three:  # fmt: skip
     """Give the irradiance red, green, blue that one path brings to a wall.
 
@@ -250,22 +285,20 @@ def walk(
     step = u64(0x9E3779B97F4A7C15)
     red = green = blue = f32(0)
     r = g = b = f32(1)
-    for k in range(bounces):
+    for k in range(plan.bounces):
         from_ = lifted(at, normal)
         along = cosine_direction(normal[0], normal[1], normal[2], u, v)
-        t = way_to_wall(distance, m, eye, from_, along, longest)
+        t = sphere_trace(field, from_, along, plan.longest)
         if t < f32(0):
             break
         at = from_[0] + t * along[0], from_[1] + t * along[1], from_[2] + t * along[2]
-        vx = eye[0] + m[0, 0] * at[0] + m[0, 1] * at[1] + m[0, 2] * at[2]
-        vy = eye[1] + m[1, 0] * at[0] + m[1, 1] * at[1] + m[1, 2] * at[2]
-        vz = eye[2] + m[2, 0] * at[0] + m[2, 1] * at[1] + m[2, 2] * at[2]
-        normal = wall_normal(distance, m, vx, vy, vz)
-        rho = albedo_at(albedo, code, skin, skin_albedo, bias_root, vx, vy, vz)
+        x, y, z = to_voxels(field, at)
+        normal = wall_normal(field.values, field.to_voxel, x, y, z)
+        rho = albedo_at(colour, x, y, z)
         r *= rho[0]
         g *= rho[1]
         b *= rho[2]
-        lit = direct(distance, m, eye, at, normal, sources, forward, spread, each)
+        lit = direct(field, at, normal, light)
         red += r * lit
         green += g * lit
         blue += b * lit
@@ -286,25 +319,22 @@ def walk(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def walk_rows(
-    points: Floats, normals: Floats, shown: NDArray[np.bool_],
-    seed: np.uint64, batch: int, paths: int, bounces: int, longest: np.float32,
-    distance: Floats, m: Floats, eye: Floats,
-    sources: Floats, forward: Floats, spread: np.float32, each: np.float32,
-    albedo: Floats, code: NDArray[np.uint8], skin: NDArray[np.uint8],
-    skin_albedo: Floats, bias_root: np.float32,
-    total: NDArray[np.float64], squares: NDArray[np.float64],
+    seen: SeenPoints, plan: BatchPlan, field: DistanceField, light: FibreLight,
+    colour: WallColour, total: NDArray[np.float64], squares: NDArray[np.float64],
     left: int, right: int, first: int, last: int,
 ) -> None:  # fmt: skip
     """Add the mean of a batch of paths, and its square, to every shown pixel.
 
     Of rows `first` to `last`, columns `left` to `right`, the ends left out.
 
-    points, normals: ``(h, w, 3)``. total, squares: ``(h, w, 3)``, irradiance red,
+    total, squares: ``(h, w, 3)``, irradiance red,
     green, blue of all light but that which comes straight from the sources. A batch's
     first directions are a lattice, turned at random for each pixel and batch: batches
     are independent of one another, the paths of one are not.
     """
     step = u64(0x9E3779B97F4A7C15)
+    points, normals, shown = seen
+    seed, batch, paths, _, _ = plan
     width = points.shape[1]
     batch_sum = np.zeros(3)
     for y in range(first, last):
@@ -322,12 +352,8 @@ def walk_rows(
                 # Roberts' lattice: even at any number of paths
                 u = f32((turn_u + 0.7548776662466927 * p) % 1.0)
                 v = f32((turn_v + 0.5698402909980532 * p) % 1.0)
-                found = walk(
-                    at, normal, u, v, mixed(pixel + u64(p + 2) * step),
-                    bounces, longest, distance, m, eye,
-                    sources, forward, spread, each,
-                    albedo, code, skin, skin_albedo, bias_root,
-                )  # fmt: skip
+                start = mixed(pixel + u64(p + 2) * step)
+                found = walk(at, normal, u, v, start, plan, field, light, colour)
                 for c in range(3):
                     batch_sum[c] += found[c]
             for c in range(3):

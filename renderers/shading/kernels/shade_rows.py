@@ -7,11 +7,13 @@ Positions are millimetres from the eye along world axes.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+import renderers.shading.kernels.pixel_block as block
 from renderers.lanes import (
     any_,
     lanes,
@@ -27,42 +29,18 @@ from renderers.lanes import (
 )
 from renderers.lanes.atomics import take_turn
 from renderers.shading.kernels.direct_light import light
+from renderers.shading.kernels.field_reads import DistanceField
+from renderers.shading.kernels.indirect import View
+from renderers.shading.kernels.path_tracing import FibreLight
+from renderers.shading.kernels.pixel_block import CELL, ROWS, SLOTS, N, W
 from renderers.shading.kernels.shadow import darken
-from renderers.shading.kernels.tissue import paint, set_materials, set_tissue
-from renderers.shading.kernels.virtual_lights import PLANES, lift, spread_grid
-from renderers.shading.pixel_block import (
-    BLUE,
-    BOUNCE,
-    CELL,
-    COVER,
-    DX,
-    DY,
-    DZ,
-    E_GREEN,
-    E_RED,
-    F0,
-    FOOT,
-    GREEN,
-    LG,
-    LR,
-    NX,
-    NY,
-    NZ,
-    PX,
-    PY,
-    PZ,
-    RED,
-    ROWS,
-    SKIN,
-    SLOTS,
-    SPARK,
-    UX,
-    UY,
-    UZ,
-    N,
-    T,
-    W,
+from renderers.shading.kernels.tissue_surface import (
+    SurfaceTables,
+    find_surface,
+    set_materials,
+    set_tissue,
 )
+from renderers.shading.kernels.virtual_lights import PLANES, lift, spread_grid
 
 TURN_ROWS = 2 * CELL
 """Rows of the picture that a thread shades at a time."""
@@ -70,7 +48,13 @@ TURN_ROWS = 2 * CELL
 f32 = np.float32
 i32 = np.int32
 Floats = NDArray[np.float32]
-Shorts = NDArray[np.int16]
+
+
+class Shadows(NamedTuple):
+    """What casts shadows, and how far a source reaches; see `light`."""
+
+    arcs: NDArray[np.float32]
+    capsules: NDArray[np.float32]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -105,12 +89,12 @@ def fetch(
     pixel: np.float32,
     y0: int,
     x0: int,
-    first: int,
-    last: int,
+    rows: tuple[int, int],
 ) -> None:
     """Place a block: rays, points, voxels, footprints.
 
-    What shows nothing, or lies outside the rows ``first..last``, gets coverage 0.
+    rows: first and past the last. What shows nothing, or lies outside them, gets
+    coverage 0.
     """
     width = depth.shape[1]
     rx, ry, rz = axes[0, 0], axes[0, 1], axes[0, 2]
@@ -121,6 +105,7 @@ def fetch(
     m10, m11, m12 = to_voxel[1, 0], to_voxel[1, 1], to_voxel[1, 2]
     m20, m21, m22 = to_voxel[2, 0], to_voxel[2, 1], to_voxel[2, 2]
     here = lanes(W)
+    first, last = rows
     for i in range(0, N, W):
         y = y0 + i // W
         at = y * width + x0
@@ -130,8 +115,8 @@ def fetch(
         t = load_where(depth, at, inside)
         shown = (cover > f32(0)) & (t < f32(1e6))
         t = select(shown, maximum(t, f32(1e-3)), f32(1))
-        store(w, COVER + i, select(shown, cover, f32(0)))
-        store(w, T + i, t)
+        store(w, block.COVER + i, select(shown, cover, f32(0)))
+        store(w, block.T + i, t)
         # the three parts of a run of triples, none beyond the end of the row
         second = here < i32(3 * left - W)
         third = here < i32(3 * left - 2 * W)
@@ -149,75 +134,55 @@ def fetch(
             load_where(normal, 3 * at + 2 * W, third),
         )
         facing = -(nx * dx + ny * dy + nz * dz)
-        store(w, FOOT + i, t * pixel / maximum(facing, f32(0.12)))
-        store(w, DX + i, dx)
-        store(w, DY + i, dy)
-        store(w, DZ + i, dz)
-        store(w, NX + i, nx)
-        store(w, NY + i, ny)
-        store(w, NZ + i, nz)
+        store(w, block.FOOT + i, t * pixel / maximum(facing, f32(0.12)))
+        store(w, block.DX + i, dx)
+        store(w, block.DY + i, dy)
+        store(w, block.DZ + i, dz)
+        store(w, block.NX + i, nx)
+        store(w, block.NY + i, ny)
+        store(w, block.NZ + i, nz)
         dx *= t
         dy *= t
         dz *= t
-        store(w, PX + i, dx)
-        store(w, PY + i, dy)
-        store(w, PZ + i, dz)
-        store(w, UX + i, ex + (m00 * dx + m01 * dy + m02 * dz))
-        store(w, UY + i, ey + (m10 * dx + m11 * dy + m12 * dz))
-        store(w, UZ + i, ez + (m20 * dx + m21 * dy + m22 * dz))
+        store(w, block.PX + i, dx)
+        store(w, block.PY + i, dy)
+        store(w, block.PZ + i, dz)
+        store(w, block.UX + i, ex + (m00 * dx + m01 * dy + m02 * dz))
+        store(w, block.UY + i, ey + (m10 * dx + m11 * dy + m12 * dz))
+        store(w, block.UZ + i, ez + (m20 * dx + m21 * dy + m22 * dz))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def shade_rows(
-    depth: Floats,
-    normal: Floats,
-    coverage: Floats,
-    material: NDArray[np.uint8],
-    lens: Floats,
-    axes: Floats,
-    to_voxel: Floats,
-    eye_voxel: Floats,
+    view: View,
+    field: DistanceField,
     eye_mm: Floats,
     pixel: np.float32,
-    sources: Floats,
-    arcs: Floats,
-    rods: Floats,
-    spread: np.float32,
-    power: np.float32,
+    beam: FibreLight,
+    shadows: Shadows,
     grid: Floats,
     bounce: np.float32,
-    tint: NDArray[np.uint16],
-    shape: tuple[int, int, int],
-    blood_bias: np.float32,
-    colours: Floats,
-    skin_colour: Floats,
-    materials: Floats,
-    full_detail: bool,
-    tile: Shorts,
-    unit: np.float32,
-    vessel_tile: Shorts,
-    vessel_unit: np.float32,
-    to_tile: Floats,
-    offsets: Floats,
+    surface: SurfaceTables,
     lit: bool,
     radiance: Floats,
     turns: NDArray[np.int64],
 ) -> None:
     """Write linear radiance ``(h, w, 3)`` of the rows whose turns this thread gets.
 
-    turns: one number that all threads share, of runs of `TURN_ROWS` rows. lit: else
-    write what a surface sends back of diffuse light, its albedo less what its film
-    mirrors, times coverage. lens: camera-frame rays. axes: ``(3, 3)`` rows right, up,
-    forward. to_voxel, eye_voxel: voxel = to_voxel @ (point - eye) +
-    eye_voxel. eye_mm: the eye seen from the volume's centre. sources: ``(n, 3)`` mm
-    from the eye; arcs, rods: see `light`. tint: blood code + 256 * skin code, flat, of
-    `shape` (nz, ny, nx).
+        turns: one number that all threads share, of runs of `TURN_ROWS` rows. lit: else
+        write what a surface sends back of diffuse light, its albedo less what its film
+    mirrors, times coverage. eye_mm: the eye seen from the volume's centre. pixel: its
+        radians. grid: of bounced light, which is multiplied by `bounce`.
     """
+    depth, normal, coverage, material, lens, axes = view
+    distance, to_voxel, eye_voxel = field
+    sources, forward, spread, each = beam
+    arcs, capsules = shadows
+    materials = surface.materials
     width = depth.shape[1]
     scratch = np.zeros(SLOTS + W, np.float32)
     # a vector that straddles two lines of the cache costs twice
     w = scratch[-(scratch.ctypes.data // 4) % W :]
-    each = power / f32(sources.shape[0])
     mixed = False
     set_tissue(w, materials)
     bounced = np.zeros((2, PLANES, width + W + CELL), np.float32)
@@ -236,25 +201,21 @@ def shade_rows(
             for x0 in range(start, end, W):
                 fetch(
                     w, depth, normal, coverage, lens, axes, to_voxel, eye_voxel, pixel,
-                    y0, x0, first, last,
+                    y0, x0, (first, last),
                 )  # fmt: skip
-                if not any_(load(w, COVER, N) > f32(0)):
+                if not any_(load(w, block.COVER, N) > f32(0)):
                     continue
                 mixed = set_materials(
                     w, material, y0, x0, first, last, materials, mixed
                 )
                 if lit:
-                    # its grid is at hand while paint's memory is not
+                    # its grid is at hand while the surface's memory is not
                     lift(w, bounced, y0, x0)
-                paint(
-                    w, mixed, tint, shape, blood_bias, colours, skin_colour,
-                    full_detail, tile, unit, vessel_tile, vessel_unit, to_tile, offsets,
-                    eye_mm,
-                )  # fmt: skip
+                find_surface(w, mixed, surface, distance.shape, eye_mm)
                 if lit:
-                    light(w, sources, arcs, rods, axes[2], spread, each)
-                    if rods.shape[0]:
-                        darken(w, rods)
+                    light(w, sources, arcs, capsules, forward, spread, each)
+                    if capsules.shape[0]:
+                        darken(w, capsules)
                     finish(w, bounce)
                 else:
                     bare(w)
@@ -265,40 +226,40 @@ def shade_rows(
 def finish(w: Floats, bounce: np.float32) -> None:
     """Join direct, bounced and mirrored light; leave rgb in three slots."""
     # what wraps round an edge is missing elsewhere; one division for two wraps
-    red = f32(1) + minimum(f32(0.25) * load(w, LR, N), f32(0.35))
-    green = f32(1) + minimum(f32(0.25) * load(w, LG, N), f32(0.2))
+    red = f32(1) + minimum(f32(0.25) * load(w, block.LR, N), f32(0.35))
+    green = f32(1) + minimum(f32(0.25) * load(w, block.LG, N), f32(0.2))
     k = f32(1) / (red * green)
     direct = green * k
-    direct_red = load(w, E_RED, N) * (direct * direct)
+    direct_red = load(w, block.E_RED, N) * (direct * direct)
     direct = red * k
-    direct = load(w, E_GREEN, N) * (direct * direct)
+    direct = load(w, block.E_GREEN, N) * (direct * direct)
     # the reflected light's own albedo, and further bounces as a series;
     # one division for the three channels
-    red = load(w, RED, N)
-    green = load(w, GREEN, N)
-    blue = load(w, BLUE, N)
+    red = load(w, block.RED, N)
+    green = load(w, block.GREEN, N)
+    blue = load(w, block.BLUE, N)
     r = f32(1) - f32(0.6) * red
     g = f32(1) - f32(0.6) * green
     b = f32(1) - f32(0.6) * blue
     gb = g * b
-    e = bounce * load(w, BOUNCE, N) / (r * gb)
+    e = bounce * load(w, block.BOUNCE, N) / (r * gb)
     r, g, b = e * gb, e * (r * b), e * (r * g)
-    wet = f32(1) - f32(0.7) * load(w, SKIN, N)
-    spark = load(w, SPARK, N) * wet * f32(0.5 / math.pi)
-    cover = load(w, COVER, N)
-    k = (f32(1) - load(w, F0, N)) * f32(1 / math.pi)
-    store(w, E_RED, cover * (k * (red * (direct_red + red * r)) + spark))
-    store(w, E_GREEN, cover * (k * (green * (direct + green * g)) + spark))
-    store(w, BOUNCE, cover * (k * (blue * (direct + blue * b)) + spark))
+    wet = f32(1) - f32(0.7) * load(w, block.SKIN, N)
+    spark = load(w, block.SPARK, N) * wet * f32(0.5 / math.pi)
+    cover = load(w, block.COVER, N)
+    k = (f32(1) - load(w, block.F0, N)) * f32(1 / math.pi)
+    store(w, block.E_RED, cover * (k * (red * (direct_red + red * r)) + spark))
+    store(w, block.E_GREEN, cover * (k * (green * (direct + green * g)) + spark))
+    store(w, block.BOUNCE, cover * (k * (blue * (direct + blue * b)) + spark))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def bare(w: Floats) -> None:
     """Leave the diffuse share of a block's reflection in the three slots of rgb."""
-    k = load(w, COVER, N) * (f32(1) - load(w, F0, N))
-    store(w, E_RED, k * load(w, RED, N))
-    store(w, E_GREEN, k * load(w, GREEN, N))
-    store(w, BOUNCE, k * load(w, BLUE, N))
+    k = load(w, block.COVER, N) * (f32(1) - load(w, block.F0, N))
+    store(w, block.E_RED, k * load(w, block.RED, N))
+    store(w, block.E_GREEN, k * load(w, block.GREEN, N))
+    store(w, block.BOUNCE, k * load(w, block.BLUE, N))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -311,7 +272,9 @@ def put(w: Floats, radiance: Floats, y0: int, x0: int, first: int, last: int) ->
         i = (y - y0) * W
         at = 3 * (y * width + x0)
         a, b, c = zip3(
-            load(w, E_RED + i, W), load(w, E_GREEN + i, W), load(w, BOUNCE + i, W)
+            load(w, block.E_RED + i, W),
+            load(w, block.E_GREEN + i, W),
+            load(w, block.BOUNCE + i, W),
         )
         store_where(radiance, at, a, here < i32(left))
         store_where(radiance, at + W, b, here < i32(left - W))

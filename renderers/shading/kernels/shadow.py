@@ -1,7 +1,7 @@
-"""Compiled: what rods take of the light that comes to a block of pixels.
+"""Compiled: what capsules take of the light that comes to a block of pixels.
 
-Positions are millimetres from the eye along world axes. A row of `rods` is laid out as
-`rods.COLUMNS` says.
+Positions are millimetres from the eye along world axes. A row of `capsules` is laid out
+as `capsules.COLUMNS` says.
 """
 
 import math
@@ -10,22 +10,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+import renderers.shading.kernels.pixel_block as block
 from renderers.lanes import any_, full, load, maximum, minimum, sqrt, store
 from renderers.shading.kernels.elementary import Lanes
-from renderers.shading.pixel_block import (
-    BOUNCE,
-    LX,
-    LY,
-    LZ,
-    NX,
-    NY,
-    NZ,
-    POWER,
-    PX,
-    PY,
-    PZ,
-    N,
-)
+from renderers.shading.kernels.pixel_block import N
 
 f32 = np.float32
 Floats = NDArray[np.float32]
@@ -37,39 +25,39 @@ BUNDLE2 = f32(0.75 * BUNDLE_RADIUS_MM**2)
 """Square of half the width of a line that spreads as such a disc does."""
 FAR = f32(1e6)
 LEAST = f32(1e-3)
-"""mm; keeps quotients finite where a point touches the rod."""
+"""mm; keeps quotients finite where a point touches the capsule."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def shadow(w: Floats, source: Three, arc: Three, rods: Floats) -> None:
-    """Take from a source's intensity what rods hide of it.
+def shadow(w: Floats, source: Three, arc: Three, capsules: Floats) -> None:
+    """Take from a source's intensity what capsules hide of it.
 
     arc: half the line of fibre ends that the source stands for. Of a line of light
-    seen across a rod, the part hidden is the overlap of two intervals: exact where
-    the line is straight and the rod long, and right from contact (sharp) to far behind
-    a thin rod (faint). Where several rods hide something the most counts.
+    seen across a capsule, the part hidden is the overlap of two intervals: exact where
+    the line is straight and the capsule long, and right from contact (sharp) to far
+    behind a thin capsule (faint). Where several hide something the most counts.
     """
-    px = load(w, PX, N)
-    py = load(w, PY, N)
-    pz = load(w, PZ, N)
-    lx = load(w, LX, N)
-    ly = load(w, LY, N)
-    lz = load(w, LZ, N)
+    px = load(w, block.PX, N)
+    py = load(w, block.PY, N)
+    pz = load(w, block.PZ, N)
+    lx = load(w, block.LX, N)
+    ly = load(w, block.LY, N)
+    lz = load(w, block.LZ, N)
     ux, uy, uz = arc
-    # half the light's width, seen across a rod at most
+    # half the light's width, seen across a capsule at most
     widest = f32(math.sqrt(ux * ux + uy * uy + uz * uz + BUNDLE2))
     # from the point to the source
     way = (source[0] - px) * lx + (source[1] - py) * ly + (source[2] - pz) * lz
     inverse = f32(1) / (way + LEAST)
     most = full(f32(0), N)
-    for r in range(rods.shape[0]):
-        ax, ay, az = rods[r, 3], rods[r, 4], rods[r, 5]
-        length, radius = rods[r, 6], rods[r, 7]
-        low = -FAR if rods[r, 8] > f32(0) else f32(0)
-        high = FAR if rods[r, 9] > f32(0) else length
-        wx = px - rods[r, 0]
-        wy = py - rods[r, 1]
-        wz = pz - rods[r, 2]
+    for r in range(capsules.shape[0]):
+        ax, ay, az = capsules[r, 3], capsules[r, 4], capsules[r, 5]
+        length, radius = capsules[r, 6], capsules[r, 7]
+        low = -FAR if capsules[r, 8] > f32(0) else f32(0)
+        high = FAR if capsules[r, 9] > f32(0) else length
+        wx = px - capsules[r, 0]
+        wy = py - capsules[r, 1]
+        wz = pz - capsules[r, 2]
         # where ray and axis are nearest: t along the ray, s along the axis
         b = lx * ax + ly * ay + lz * az
         e = wx * ax + wy * ay + wz * az
@@ -89,7 +77,7 @@ def shadow(w: Floats, source: Three, arc: Three, rods: Floats) -> None:
         if not any_(q2 < reach * reach):
             continue
         q = sqrt(q2)
-        # half the light's width there, across the rod and along it
+        # half the light's width there, across the capsule and along it
         across = (qx * ux + qy * uy + qz * uz) / q
         across = sqrt(across * across + BUNDLE2) * share + LEAST
         hidden = minimum(q + across, radius) - maximum(q - across, -radius)
@@ -97,16 +85,16 @@ def shadow(w: Floats, source: Three, arc: Three, rods: Floats) -> None:
         along = ax * ux + ay * uy + az * uz
         along = f32(math.sqrt(along * along + BUNDLE2)) * share + LEAST
         over = full(-FAR, N)
-        if rods[r, 8] > f32(0):
+        if capsules[r, 8] > f32(0):
             over = -s
-        if rods[r, 9] > f32(0):
+        if capsules[r, 9] > f32(0):
             over = maximum(over, s - length)
         within = f32(0.5) - f32(0.5) * over / along
         within = minimum(maximum(within, f32(0)), f32(1))
-        # a rod does not hide the light from the side that faces it
+        # a capsule does not hide the light from the side that faces it
         beyond = minimum(t * (f32(2) / radius), f32(1))
         most = maximum(most, f32(0.5) * hidden * within * beyond)
-    store(w, POWER, load(w, POWER, N) * (f32(1) - minimum(most, f32(1))))
+    store(w, block.POWER, load(w, block.POWER, N) * (f32(1) - minimum(most, f32(1))))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -119,33 +107,33 @@ def spread_share(u: Lanes) -> Lanes:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def darken(w: Floats, rods: Floats) -> None:
-    """Take from the bounced light what rods hide of the surroundings.
+def darken(w: Floats, capsules: Floats) -> None:
+    """Take from the bounced light what capsules hide of the surroundings.
 
-    The share hidden is the view factor from a small patch to a rod: radius / distance
-    times the cosine for an endless one (Hamilton, Morgan, NACA TN 2836, 1952), that
-    of a strip of its width for an end. What the rod's own surface sends back is left.
+    The share hidden is the view factor from a small patch to a capsule: radius over
+    distance times the cosine for an endless one (Hamilton, Morgan, NACA TN 2836, 1952),
+    that of a strip of its width for an end. What the capsule itself sends back is left.
     """
-    px = load(w, PX, N)
-    py = load(w, PY, N)
-    pz = load(w, PZ, N)
-    nx = load(w, NX, N)
-    ny = load(w, NY, N)
-    nz = load(w, NZ, N)
+    px = load(w, block.PX, N)
+    py = load(w, block.PY, N)
+    pz = load(w, block.PZ, N)
+    nx = load(w, block.NX, N)
+    ny = load(w, block.NY, N)
+    nz = load(w, block.NZ, N)
     left = full(f32(1), N)
-    for r in range(rods.shape[0]):
-        ax, ay, az = rods[r, 3], rods[r, 4], rods[r, 5]
-        wx = rods[r, 0] - px
-        wy = rods[r, 1] - py
-        wz = rods[r, 2] - pz
+    for r in range(capsules.shape[0]):
+        ax, ay, az = capsules[r, 3], capsules[r, 4], capsules[r, 5]
+        wx = capsules[r, 0] - px
+        wy = capsules[r, 1] - py
+        wz = capsules[r, 2] - pz
         s = wx * ax + wy * ay + wz * az
-        # the foot of the axis, and where the rod's ends are seen from it
+        # the foot of the axis, and where the capsule's ends are seen from it
         wx -= s * ax
         wy -= s * ay
         wz -= s * az
         d2 = maximum(wx * wx + wy * wy + wz * wz, f32(1e-4))
         k = f32(1) / sqrt(d2)
-        end = s + rods[r, 6]
+        end = s + capsules[r, 6]
         near = f32(1) / (d2 + s * s)
         far = f32(1) / (d2 + end * end)
         facing = nx * wx + ny * wy + nz * wz
@@ -153,7 +141,7 @@ def darken(w: Floats, rods: Floats) -> None:
         middle = spread_share(end * sqrt(far)) - spread_share(s * sqrt(near))
         share = f32(0.5) * facing * k * middle
         share += f32(1 / math.pi) * along * d2 * (near - far)
-        share *= rods[r, 7] * k
+        share *= capsules[r, 7] * k
         share = minimum(maximum(share, f32(0)), f32(1))
-        left *= f32(1) - share * rods[r, 10]
-    store(w, BOUNCE, left * load(w, BOUNCE, N))
+        left *= f32(1) - share * capsules[r, 10]
+    store(w, block.BOUNCE, left * load(w, block.BOUNCE, N))

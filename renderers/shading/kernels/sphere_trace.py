@@ -1,6 +1,6 @@
 """Compiled: how far it is to the wall along many rays, sixteen at a time.
 
-To the bits of `paths.kernels.way_to_wall`, which follows one. A lane that has its
+To the bits of `path_tracing.sphere_trace`, which follows one. A lane that has its
 answer takes the next ray of the list: some rays meet a wall after three steps, some
 slide along one for fifty.
 """
@@ -21,7 +21,7 @@ from renderers.lanes import (
     rows8,
     select,
 )
-from renderers.shading.kernels.field_reads import is_outside, taps
+from renderers.shading.kernels.field_reads import DistanceField, is_outside, taps
 from renderers.shading.kernels.path_tracing import (
     ARRIVED_MM,
     SHORTEST_STEP_MM,
@@ -37,16 +37,16 @@ _FREE = W // 4
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def ways_to_walls(
-    distance: Floats, m: Floats, eye: Floats, rays: Floats, longest: np.float32,
-    found: Floats,
-) -> None:  # fmt: skip
-    """Write how far the wall is along rays, as `way_to_wall` gives it.
+def sphere_trace_rays(
+    field: DistanceField, rays: Floats, longest: np.float32, found: Floats
+) -> None:
+    """Write how far the wall is along rays, as `sphere_trace` gives it.
 
     rays: ``(n, 8)``: three numbers where each begins, mm from the eye along world axes,
     three of its unit direction, two to spare. found: ``(n + 1, 4)``, the first of four
     numbers for each, and a row to spare.
     """
+    distance, m, eye = field
     many = np.int32(rays.shape[0])
     zero = full(f32(0), W)
     x0, y0, z0, vx, vy, vz, t = zero, zero, zero, zero, zero, zero, zero

@@ -5,11 +5,13 @@ float32 keeps a micrometre everywhere.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+import renderers.shading.kernels.pixel_block as block
 from renderers.lanes import (
     absolute,
     as_f32,
@@ -25,25 +27,7 @@ from renderers.lanes import (
 )
 from renderers.lanes import i32 as to_whole
 from renderers.shading.kernels.elementary import Lanes, exp_negative, resolved, smooth
-from renderers.shading.noise_tile import ROW, SLICE, TILE_SIZE
-from renderers.shading.pixel_block import (
-    CODE,
-    FOOT,
-    LARGE,
-    LONG,
-    MIDDLE,
-    NX,
-    NY,
-    NZ,
-    PX,
-    PY,
-    PZ,
-    SHORT,
-    SKIN,
-    SMALL,
-    N,
-    W,
-)
+from renderers.shading.kernels.pixel_block import N, W
 
 f32 = np.float32
 Floats = NDArray[np.float32]
@@ -57,7 +41,24 @@ MOTTLE_SHORT = f32(0.07)
 CELL_SCALE = 32767
 """What `cell4` multiplies by."""
 E_TO_4 = f32(math.exp(4))
+TILE_SIZE = 64
+"""Voxels along an edge of a tile; a power of two, so that wrapping is a bit mask."""
 WRAP = TILE_SIZE - 1
+ROW = TILE_SIZE + 1
+SLICE = ROW * ROW
+"""Voxels from one row and one slice of a stored tile to the next: it ends with its
+beginning again, so that no corner of a cell needs wrapping."""
+
+
+class NoiseTile(NamedTuple):
+    """A tile stored for taps of whole cells.
+
+    quads: flat int16, ``65**3`` voxels of value and three derivatives. unit: what one
+    of them counts (about 2e-4).
+    """
+
+    quads: NDArray[np.int16]
+    unit: np.float32
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -79,16 +80,16 @@ def locate(
     m10, m11, m12 = to_tile[which, 1, 0], to_tile[which, 1, 1], to_tile[which, 1, 2]
     m20, m21, m22 = to_tile[which, 2, 0], to_tile[which, 2, 1], to_tile[which, 2, 2]
     ox, oy, oz = origin
-    x = ox + load(w, PX, N)
-    y = oy + load(w, PY, N)
-    z = oz + load(w, PZ, N)
+    x = ox + load(w, block.PX, N)
+    y = oy + load(w, block.PY, N)
+    z = oz + load(w, block.PZ, N)
     if eased:
         # vessels
         if which == 3:
-            bend = f32(0.22) * load(w, MIDDLE, N)
+            bend = f32(0.22) * load(w, block.MIDDLE, N)
             x += bend
         else:
-            bend = f32(0.05) * load(w, SHORT, N)
+            bend = f32(0.05) * load(w, block.SHORT, N)
             y += bend
         z += bend
     a = m00 * x + m01 * y + m02 * z
@@ -149,8 +150,7 @@ def turn(w: Floats, unit: np.float32, to_tile: Floats, which: int, slot: int) ->
 @njit(cache=True, nogil=True, error_model="numpy")
 def tap_octave(
     w: Floats,
-    tile: Shorts,
-    unit: np.float32,
+    tile: NoiseTile,
     to_tile: Floats,
     which: int,
     origin: tuple[np.float32, np.float32, np.float32],
@@ -159,8 +159,8 @@ def tap_octave(
 ) -> None:
     """Tap an octave at a block's points: value and gradient per mm at `slot`."""
     locate(w, to_tile, which, origin, eased, slot)
-    tap(w, tile, slot)
-    turn(w, unit, to_tile, which, slot)
+    tap(w, tile.quads, slot)
+    turn(w, tile.unit, to_tile, which, slot)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -204,36 +204,36 @@ def mottle(w: Floats, full_detail: bool) -> None:
 
     full_detail: with the short octave and the small vessels.
     """
-    nx = load(w, NX, N)
-    ny = load(w, NY, N)
-    nz = load(w, NZ, N)
-    foot = load(w, FOOT, N)
-    m1 = load(w, LONG, N)
-    m2 = load(w, MIDDLE, N)
+    nx = load(w, block.NX, N)
+    ny = load(w, block.NY, N)
+    nz = load(w, block.NZ, N)
+    foot = load(w, block.FOOT, N)
+    m1 = load(w, block.LONG, N)
+    m2 = load(w, block.MIDDLE, N)
     slope = across(
-        nx, ny, nz, load(w, LARGE + N, N), load(w, LARGE + 2 * N, N),
-        load(w, LARGE + 3 * N, N),
+        nx, ny, nz, load(w, block.LARGE + N, N), load(w, block.LARGE + 2 * N, N),
+        load(w, block.LARGE + 3 * N, N),
     )  # fmt: skip
     radius = f32(0.042) * (f32(0.55) + f32(0.45) * m1)
     edge = f32(0.55) * radius + f32(0.02)
-    value = load(w, LARGE, N)
+    value = load(w, block.LARGE, N)
     cover = f32(0.6) * vessel(value, slope, radius, edge, foot, f32(0.12))
     log_blood = MOTTLE_LONG * m1 + MOTTLE_MIDDLE * resolved(foot, f32(1 / 1.6)) * m2
     if full_detail:
         slope = across(
-            nx, ny, nz, load(w, SMALL + N, N),
-            load(w, SMALL + 2 * N, N), load(w, SMALL + 3 * N, N),
+            nx, ny, nz, load(w, block.SMALL + N, N),
+            load(w, block.SMALL + 2 * N, N), load(w, block.SMALL + 3 * N, N),
         )  # fmt: skip
         radius = f32(0.022) * (f32(0.5) + f32(0.6) * m2)
         edge = f32(0.6) * radius + f32(0.015)
-        value = load(w, SMALL, N)
+        value = load(w, block.SMALL, N)
         fine = f32(0.45) * vessel(value, slope, radius, edge, foot, f32(0.35))
         cover = maximum(cover, fine)
-        m3 = load(w, SHORT, N)
+        m3 = load(w, block.SHORT, N)
         log_blood += MOTTLE_SHORT * resolved(foot, f32(1 / 0.55)) * m3
-    code = load(w, CODE, N)
+    code = load(w, block.CODE, N)
     # no tile reaches 7 standard deviations: shift by 4 to stay below zero
     blood = code * code * (E_TO_4 * f32(1 / 65025)) * exp_negative(log_blood - f32(4))
-    skin = load(w, SKIN, N)
+    skin = load(w, block.SKIN, N)
     blood += cover * (f32(1) - skin) * (f32(0.10) + f32(1.6) * blood)
-    store(w, CODE, sqrt(minimum(blood, f32(1))) * f32(255))
+    store(w, block.CODE, sqrt(minimum(blood, f32(1))) * f32(255))

@@ -27,6 +27,7 @@ from renderers.lanes import (
     zip3,
 )
 from renderers.lanes import f32 as to_real
+from renderers.shading.kernels.field_reads import to_voxels
 from renderers.shading.kernels.indirect import (
     FILM,
     FOUND,
@@ -34,10 +35,11 @@ from renderers.shading.kernels.indirect import (
     MIRROR,
     THIN,
     TISSUE,
+    LitWalls,
+    View,
     follow,
-    to_voxels,
 )
-from renderers.shading.kernels.path_tracing import albedo_at
+from renderers.shading.kernels.path_tracing import albedo_at, nearest_code
 
 f32 = np.float32
 i32 = np.int32
@@ -70,14 +72,14 @@ def triples(array: Floats, at: int, count: int) -> Any:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def interpolate(
-    depth: Floats, normal: Floats, coverage: Floats, material: Bytes, stride: int,
-    grid: Floats, y: int, x: int, kinds: Any, t: Any, n: Any, channels: int,
-    found: Floats,
+    view: View, stride: int, grid: Floats, y: int, x: int, kinds: Any, t: Any, n: Any,
+    channels: int, found: Floats,
 ) -> Any:  # fmt: skip
     """Sum the cell's corners of a pixel's own surface; give their weight.
 
     n: the pixels' normals. found: sums of `W` pixels for each channel.
     """
+    depth, normal, coverage, material, _, _ = view
     height, width = depth.shape
     gy, gx = y // stride, x // stride
     fy = f32(y % stride) / f32(stride)
@@ -106,24 +108,9 @@ def interpolate(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def skin_at(skin: Bytes, m: Floats, eye: Floats, at: Any) -> int:
-    """Give the skin code of the voxel nearest to a place."""
-    x, y, z = to_voxels(m, eye, at)
-    i = min(max(int(x + f32(0.5)), 0), skin.shape[2] - 1)
-    j = min(max(int(y + f32(0.5)), 0), skin.shape[1] - 1)
-    k = min(max(int(z + f32(0.5)), 0), skin.shape[0] - 1)
-    return int(skin[k, j, i])
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def add_rows(
-    depth: Floats, normal: Floats, coverage: Floats, material: Bytes, lens: Floats,
-    axes: Floats, effects: int, stride: int, gain: np.float32,
-    distance: Floats, m: Floats, eye: Floats,
-    sources: Floats, forward: Floats, spread: np.float32, each: np.float32,
-    lights: Floats, table: Floats, code: Bytes, skin: Bytes, skin_albedo: Floats,
-    bone: Floats, bias_root: np.float32, grid: Floats, reflect: Floats,
-    only: NDArray[np.bool_], radiance: Floats, first: int, last: int,
+    view: View, effects: int, stride: int, walls: LitWalls, grid: Floats,
+    reflect: Floats, only: NDArray[np.bool_], radiance: Floats, first: int, last: int,
 ) -> None:  # fmt: skip
     """Add the light that was found to rows ``first..last`` of the picture.
 
@@ -131,6 +118,8 @@ def add_rows(
     only: ``(h, w)`` pixels to add to.
     Pixels far from all lattice points of their own surface follow light of their own.
     """
+    depth, normal, coverage, material, lens, axes = view
+    field, _, colour, _, _ = walls
     width = depth.shape[1]
     of_metal = effects & MIRROR
     of_tissue = effects & (FILM | THIN)
@@ -171,8 +160,7 @@ def add_rows(
             ry = a * axes[0, 1] + b * axes[1, 1] + c * axes[2, 1]
             rz = a * axes[0, 2] + b * axes[1, 2] + c * axes[2, 2]
             total = interpolate(
-                depth, normal, coverage, material, stride, grid, y, x, kinds, t,
-                (nx, ny, nz), channels, found,
+                view, stride, grid, y, x, kinds, t, (nx, ny, nz), channels, found
             )  # fmt: skip
             near = total > LEAST
             for n in range(channels):
@@ -190,22 +178,16 @@ def add_rows(
                     ray = (rays[i], rays[W + i], rays[2 * W + i])
                     place = (d * ray[0], d * ray[1], d * ray[2])
                     if (skinned >> i) & 1:
-                        dry[i] = f32(skin_at(skin, m, eye, place))
+                        u, v, w = to_voxels(field, place)
+                        dry[i] = f32(nearest_code(colour.skin, u, v, w))
                         if thin:
-                            u, v, w = to_voxels(m, eye, place)
-                            rho = albedo_at(
-                                table, code, skin, skin_albedo, bias_root, u, v, w
-                            )  # fmt: skip
+                            rho = albedo_at(colour, u, v, w)
                             tints[i], tints[W + i] = rho[0], rho[2]
                     if (alone >> i) & 1:
                         wall = (normal[y, x + i, 0], normal[y, x + i, 1],
                                 normal[y, x + i, 2])  # fmt: skip
                         shows = of_metal if kind[i] == METAL else of_tissue
-                        follow(
-                            place, ray, wall, shows, gain, distance, m, eye, sources,
-                            forward, spread, each, lights, table, code, skin,
-                            skin_albedo, bone, bias_root, own,
-                        )  # fmt: skip
+                        follow(place, ray, wall, shows, walls, own)
                         for n in range(channels):
                             found[n * W + i] = own[n]
             facing = minimum(maximum(-(nx * rx + ny * ry + nz * rz), f32(0)), f32(1))

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+import renderers.shading.kernels.pixel_block as block
 from renderers.lanes import (
     any_,
     full,
@@ -27,8 +28,13 @@ from renderers.lanes import (
 from renderers.lanes import count as count_of
 from renderers.lanes import f32 as to_real
 from renderers.shading.kernels.elementary import Four, Lanes
-from renderers.shading.kernels.field_reads import is_outside, taps, wall_normals
-from renderers.shading.pixel_block import BOUNCE, CELL, NX, NY, NZ, ROWS, N, T, W
+from renderers.shading.kernels.field_reads import (
+    DistanceField,
+    is_outside,
+    taps,
+    wall_normals,
+)
+from renderers.shading.kernels.pixel_block import CELL, ROWS, N, W
 
 f32 = np.float32
 i32 = np.int32
@@ -40,37 +46,8 @@ WIDTH = 16
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def tap(
-    values: NDArray[np.float32], x: np.float32, y: np.float32, z: np.float32
-) -> np.float32:
-    """Interpolate trilinearly at voxel coordinates, clamped to the grid."""
-    nz, ny, nx = values.shape
-    x = min(max(x, f32(0)), f32(nx) - f32(1.001))
-    y = min(max(y, f32(0)), f32(ny) - f32(1.001))
-    z = min(max(z, f32(0)), f32(nz) - f32(1.001))
-    i = i32(x)
-    j = i32(y)
-    k = i32(z)
-    x -= f32(i)
-    y -= f32(j)
-    z -= f32(k)
-    a = values[k, j, i] + x * (values[k, j, i + 1] - values[k, j, i])
-    b = values[k, j + 1, i] + x * (values[k, j + 1, i + 1] - values[k, j + 1, i])
-    c = values[k + 1, j, i] + x * (values[k + 1, j, i + 1] - values[k + 1, j, i])
-    d = values[k + 1, j + 1, i] + x * (
-        values[k + 1, j + 1, i + 1] - values[k + 1, j + 1, i]
-    )
-    a += y * (b - a)
-    c += y * (d - c)
-    result: np.float32 = a + z * (c - a)
-    return result
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def trace_lights(
-    distance: NDArray[np.float32],
-    voxel_from_mm: NDArray[np.float32],
-    eye_voxel: NDArray[np.float32],
+    field: DistanceField,
     directions: NDArray[np.float32],
     flux: NDArray[np.float32],
     longest_mm: np.float32,
@@ -79,10 +56,10 @@ def trace_lights(
 ) -> int:
     """March every direction from the eye to the wall; return how many arrived.
 
-    voxel_from_mm: ``(3, 3)``. directions: ``(3, n)`` unit, world. lights: ``(8, n)``
+    directions: ``(3, n)`` unit, world. lights: ``(8, n)``
     filled from the left with position, normal towards air, and the ray's flux.
     """
-    m = voxel_from_mm
+    distance, m, eye_voxel = field
     rays = directions.shape[1]
     found = 0
     for r in range(0, rays, WIDTH):
@@ -262,10 +239,10 @@ def lift(w: NDArray[np.float32], spread: NDArray[np.float32], y0: int, x0: int) 
     right = to_real(here & (CELL - 1)) * f32(1 / CELL)
     left = f32(1) - right
     lower = to_real((here >> 4) + np.int32(y0 % CELL)) * f32(1 / CELL)
-    k = f32(1) / load(w, T, N)
-    nx = load(w, NX, N)
-    ny = load(w, NY, N)
-    nz = load(w, NZ, N)
+    k = f32(1) / load(w, block.T, N)
+    nx = load(w, block.NX, N)
+    ny = load(w, block.NY, N)
+    nz = load(w, block.NZ, N)
     total = full(f32(0), N)
     weight = full(f32(1e-6), N)
     row = f32(1) - lower
@@ -283,4 +260,4 @@ def lift(w: NDArray[np.float32], spread: NDArray[np.float32], y0: int, x0: int) 
         weight += a + b
         total += a * light_a + b * light_b
         row = lower
-    store(w, BOUNCE, total / weight)
+    store(w, block.BOUNCE, total / weight)

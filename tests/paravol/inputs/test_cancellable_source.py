@@ -7,7 +7,11 @@ import numpy as np
 import pytest
 
 from devices import Pose
-from paravol.inputs.cancellable_source import ClosedError, KeyboardRoll, WatchedSource
+from paravol.inputs.cancellable_source import (
+    CancellableSource,
+    ClosedError,
+    KeyboardRoll,
+)
 from scenarios import Sample
 
 
@@ -41,7 +45,7 @@ class Aim:
 
 
 def test_poses_pass_in_order_and_silence_is_told() -> None:
-    source = WatchedSource(Arm(5), threading.Event())
+    source = CancellableSource(Arm(5), threading.Event())
     assert [source.read(1.0).time_s for _ in range(5)] == [i / 100 for i in range(5)]
     with pytest.raises(TimeoutError, match="silence"):
         source.read(0.0)
@@ -51,7 +55,7 @@ def test_poses_pass_in_order_and_silence_is_told() -> None:
 
 def test_closing_ends_a_wait_for_a_silent_arm() -> None:
     closed = threading.Event()
-    source = WatchedSource(Arm(0), closed)
+    source = CancellableSource(Arm(0), closed)
     threading.Timer(0.05, closed.set).start()
     # Without the event the wait would outlast the test's own limit.
     with pytest.raises(ClosedError):

@@ -1,8 +1,8 @@
 import numpy as np
 
 from devices import Pose, ProbePath
-from devices.controls.roll import ControlRoll, NoRoll
 from paravol.inputs.pose_completer import PATH_PEDAL, HandChannel, PathChannel
+from tests.devices.controls.rolls import SetRoll
 
 
 def pose(time_s: float, buttons: int) -> Pose:
@@ -40,16 +40,16 @@ def test_path_time_begins_with_the_pedal() -> None:
 
 
 def test_a_free_hand_counts_from_its_first_pose() -> None:
-    channel = HandChannel(ControlRoll(40.0))
+    channel = HandChannel(SetRoll(40.0))
     assert channel.complete(pose(3.0, 0)).time_s == 0.0
     sample = channel.complete(pose(3.25, 1))
     assert (sample.time_s, sample.roll_deg, sample.buttons) == (0.25, 40.0, 1)
 
 
 def test_a_roll_that_nobody_knows_is_the_last_one_known() -> None:
-    channel = HandChannel(NoRoll())
+    channel = HandChannel(SetRoll())
     assert channel.complete(pose(0.0, 0)).roll_deg == 0.0
-    channel.roll = ControlRoll(-15.0)
+    channel.roll = SetRoll(-15.0)
     assert channel.complete(pose(0.1, 0)).roll_deg == -15.0
-    channel.roll = NoRoll()
+    channel.roll = SetRoll()
     assert channel.complete(pose(0.2, 0)).roll_deg == -15.0

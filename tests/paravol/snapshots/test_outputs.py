@@ -6,15 +6,17 @@ import msgspec
 import numpy as np
 from PIL import Image
 
-from paravol.snapshots.outputs import Drawn, save_drawn
-from paravol.snapshots.studio import Fineness
+from paravol.snapshots.head_scene import RenderSettings
+from paravol.snapshots.outputs import RenderedPicture, save_drawn
 from tests.paravol.snapshots.darkroom import SIZE, Darkroom, view
 
 
-def drawn(**said: object) -> Drawn:
-    one, _ = Darkroom([1e-3]).draw(view(), Fineness(), "")
+def drawn(**said: object) -> RenderedPicture:
+    one, _ = Darkroom([1e-3]).draw(view(), RenderSettings(), "")
     result = msgspec.structs.replace(one.result, **said)
-    return Drawn(one.view, result, one.pixels, one.rgba, one.depth_mm, one.samples)
+    return RenderedPicture(
+        one.view, result, one.pixels, one.rgba, one.depth_mm, one.samples
+    )
 
 
 def test_a_pair_is_as_complete_as_both_and_says_that_it_is_one(tmp_path: Path) -> None:

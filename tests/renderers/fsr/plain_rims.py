@@ -15,7 +15,7 @@ from renderers.fsr.kernels.rims import (
     STEP_MM,
     STEPS,
 )
-from renderers.shading.kernels.virtual_lights import tap
+from renderers.shading.kernels.field_reads import tap
 
 F32 = NDArray[np.float32]
 f32 = np.float32

@@ -1,4 +1,4 @@
-"""Products added to numbers, one by one and by vectors: one or two roundings."""
+"""Products added to numbers: one rounding or two."""
 
 from fractions import Fraction
 from typing import Any
@@ -9,24 +9,21 @@ import pytest
 from numba import njit
 from numba.core.errors import TypingError
 
-from renderers.lanes import load, store
-from renderers.lanes import muladd as muladd_of_vectors
-from renderers.lanes.fma import muladd
+from renderers.lanes import fma, load, store
 
 COUNT = 256
 
 
 @njit
-def _one_by_one(x: Any, y: Any, z: Any, out: Any) -> None:
-    for i in range(x.size):
-        out[i] = muladd(x[i], y[i], z[i])
+def _by_fours(x: Any, y: Any, z: Any, out: Any) -> None:
+    for i in range(0, COUNT, 4):
+        store(out, i, fma(load(x, i, 4), load(y, i, 4), load(z, i, 4)))
 
 
 @njit
-def _by_vectors(x: Any, y: Any, z: Any, out: Any) -> None:
+def _by_sixteens(x: Any, y: Any, z: Any, out: Any) -> None:
     for i in range(0, COUNT, 16):
-        a, b, c = load(x, i, 16), load(y, i, 16), load(z, i, 16)
-        store(out, i, muladd_of_vectors(a, b, c))
+        store(out, i, fma(load(x, i, 16), load(y, i, 16), load(z, i, 16)))
 
 
 def numbers(dtype: Any, seed: int) -> Any:
@@ -47,7 +44,7 @@ def test_a_product_is_rounded_as_the_processor_can(dtype: Any) -> None:
     """Once: what is given is the nearest number there is to the exact sum."""
     x, y, z = numbers(dtype, 3)
     out = np.zeros(COUNT, dtype)
-    _one_by_one(x, y, z, out)
+    _by_fours(x, y, z, out)
     if not rounds_once():
         np.testing.assert_array_equal(out, x * y + z)
         return
@@ -60,15 +57,15 @@ def test_a_product_is_rounded_as_the_processor_can(dtype: Any) -> None:
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_vectors_do_as_numbers_do(dtype: Any) -> None:
+def test_any_width_has_the_same_bits(dtype: Any) -> None:
     x, y, z = numbers(dtype, 5)
-    out, of_vectors = np.zeros(COUNT, dtype), np.ones(COUNT, dtype)
-    _one_by_one(x, y, z, out)
-    _by_vectors(x, y, z, of_vectors)
-    np.testing.assert_array_equal(of_vectors, out)
+    out, of_sixteens = np.zeros(COUNT, dtype), np.ones(COUNT, dtype)
+    _by_fours(x, y, z, out)
+    _by_sixteens(x, y, z, of_sixteens)
+    np.testing.assert_array_equal(of_sixteens, out)
 
 
-def test_numbers_of_two_types_are_refused() -> None:
+def test_vectors_of_two_types_are_refused() -> None:
     x, y, z = numbers(np.float32, 1)
-    with pytest.raises(TypingError, match="muladd"):
-        _one_by_one(x, y.astype(np.float64), z, np.zeros(COUNT))
+    with pytest.raises(TypingError, match="fma"):
+        _by_fours(x, y.astype(np.float64), z, np.zeros(COUNT))

@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from renderers.scene import Light, Scene, TransferFunction, Volume, four_lights
-from renderers.scene.diffuse import diffuse_light
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=3, max_size=3))
@@ -45,7 +44,7 @@ def test_four_lights_show_shape_and_burn_nothing() -> None:
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     volume = Volume(np.zeros((2, 2, 2), np.int16), np.ones(3), np.zeros(3))
     transfer = TransferFunction(np.array([0.0, 1]), np.ones((2, 3)), np.zeros(2))
-    light = diffuse_light(Scene(volume, transfer), normals, normals)
+    light = Scene(volume, transfer).diffuse_light(normals, normals)
     assert light.max() <= 1
     assert light.max() > 2.5 * light.min()
 

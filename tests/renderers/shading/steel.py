@@ -1,4 +1,4 @@
-"""A rod of steel before the lens."""
+"""A capsule of steel before the lens."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from renderers.shading.capsules import Caster
 
 
 def tool(camera: Camera, buffer: GBuffer) -> tuple[GBuffer, Caster]:
-    """Put a rod of steel into the tube: its picture, and what casts its shadow."""
+    """Put a capsule of steel into the tube: its picture, and what casts its shadow."""
     turn = np.arange(24) * (2 * np.pi / 24)
     ring = 0.6 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
     ends = [np.column_stack([ring, np.full(24, z)]) for z in (0.0, 12.0)]

@@ -65,3 +65,30 @@ def test_no_threads_and_no_bands_are_refused() -> None:
         RowBands(0)
     with pytest.raises(ValueError, match="positive, got 0"):
         RowBands(2, bands_per_thread=0)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_every_row_that_is_begun_is_done_once(threads: int) -> None:
+    bands = RowBands(threads)
+    for height in (1, 2, 3, 50):
+        counts = [0] * height
+
+        def kernel(first: int, last: int, counts: list[int] = counts) -> None:
+            for row in range(first, last):
+                counts[row] += 1
+
+        assert bands.begin(height, kernel, counts.copy).result() == [1] * height
+    bands.close()
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_what_fails_at_last_is_raised_by_the_errand(threads: int) -> None:
+    bands = RowBands(threads)
+
+    def fail(*_: object) -> None:
+        raise OSError("the disk is full")
+
+    for kernel, then in ((lambda first, last: None, fail), (fail, list)):
+        with pytest.raises(OSError, match="disk is full"):
+            bands.begin(8, kernel, then).result()
+    bands.close()

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from renderers.scene import AirSurface, Camera, GBuffer
 from renderers.shading import Effects, ScopeLight, ScopeShader, Tier
 from renderers.shading.bounce import VirtualLights
-from renderers.shading.noise import NoiseTile
-from renderers.shading.noise_tile import TILE_SIZE
+from renderers.shading.kernels.surface_noise import TILE_SIZE, NoiseTile
 from renderers.shading.shader import BOUNCE_FACTOR
 from renderers.shading.surface_look import Look
 

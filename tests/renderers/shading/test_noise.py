@@ -3,8 +3,8 @@ import pytest
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
-from renderers.shading.noise import NoiseTile, noise_tile, tile_from_mm
-from renderers.shading.noise_tile import TILE_SIZE
+from renderers.shading.kernels.surface_noise import TILE_SIZE
+from renderers.shading.noise import noise_tile, stored_tile, tile_from_mm
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +71,7 @@ def test_impossible_wavelengths_are_refused() -> None:
 
 def test_a_stored_tile_is_the_tile_and_closes_upon_itself() -> None:
     tile = noise_tile(8.0, 3)
-    stored = NoiseTile.of(tile)
+    stored = stored_tile(tile)
     n = TILE_SIZE
     quads = stored.quads.reshape(n + 1, n + 1, n + 1, 4)
     back = quads[:n, :n, :n] * stored.unit

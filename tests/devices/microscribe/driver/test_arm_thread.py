@@ -13,7 +13,7 @@ from devices.microscribe.emulator.faults import parse_fault
 from devices.microscribe.emulator.in_memory import EmulatedPort, MemoryLine, SystemClock
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937
-from devices.microscribe.wire.timing import LinkTiming
+from devices.microscribe.wire.line import LinkTiming
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
 

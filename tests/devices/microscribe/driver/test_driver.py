@@ -18,13 +18,14 @@ from devices.microscribe.emulator.server import EmulatorServer
 from devices.microscribe.emulator.socket_port import SocketPort
 from devices.microscribe.kinematics.profiles import DX40937
 from devices.microscribe.wire.commands import CLEAR_BYTES, every_command
-from devices.microscribe.wire.timing import LinkTiming
-from devices.port import DeviceError, DeviceReason, MemoryPort
+from devices.microscribe.wire.line import LinkTiming
+from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose, PoseSource
 from devices.recording.path_file import save_probe_path
 from devices.recording.probe_path import ProbePath
 from devices.registration.fiducial_fit import register
 from devices.registration.touch import TouchCollector
+from tests.devices.memory_port import MemoryPort
 
 posix = pytest.mark.skipif(
     sys.platform == "win32", reason="pseudo-terminals need POSIX"
@@ -177,7 +178,7 @@ def test_every_write_of_a_session_with_troubles_is_a_known_command(
     with MicroScribe(port, timing=hasty, poll_hz=500.0) as arm:
         arm.read(2.0)
         arm.home()
-        served.far_end.receive(b"\xc5", 0.0)
+        served.firmware.receive(b"\xc5", 0.0)
         for _ in range(3):
             arm.read(5.0)
         served.spoil = lambda out: b""
@@ -188,7 +189,7 @@ def test_every_write_of_a_session_with_troubles_is_a_known_command(
     assert {b"\xc5IMMC", b"BEGIN", b"\xc2", b"\x23", b"\x00", CLEAR_BYTES} <= set(
         port.written
     )
-    assert served.far_end.memory_writes == 0
+    assert served.firmware.memory_writes == 0
 
 
 def test_closing_ends_the_session_and_the_iteration(
@@ -316,9 +317,9 @@ def test_the_poll_rate_must_be_positive() -> None:
 
 @posix
 def test_an_arm_at_the_far_end_of_a_network_gives_the_same_poses() -> None:
-    far_end = EmulatedArm(DX40937, orbit(DX40937), now_s=time.monotonic())
+    firmware = EmulatedArm(DX40937, orbit(DX40937), now_s=time.monotonic())
     port = SocketPort(("127.0.0.1", 0))
-    with EmulatorServer(far_end, port) as server, MicroScribe(server.port_name) as arm:
+    with EmulatorServer(firmware, port) as server, MicroScribe(server.port_name) as arm:
         poses = [arm.read(5.0) for _ in range(30)]
         assert (np.diff([pose.time_s for pose in poses]) > 0).all()
         assert arm.description.identity.serial == DX40937.identity.serial

@@ -9,6 +9,7 @@ from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from renderers.scene import Camera, GBuffer, Projection, srgb_from_linear
+from renderers.scene.thread_team import ThreadTeam
 from renderers.shading import CameraPass, CameraSettings
 
 SIZE = 72
@@ -80,6 +81,26 @@ def test_threads_do_not_change_a_bit(
     shared.close()
     assert same == gain
     assert_array_equal(got, alone)
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3])
+def test_a_picture_begun_is_the_picture_finished(
+    view: Camera, depths: GBuffer, radiance: NDArray[np.float32], threads: int
+) -> None:
+    """Whatever else the threads do meanwhile; one after the other."""
+    alone = CameraPass(threads=1)
+    team = ThreadTeam(threads)
+    camera = CameraPass(threads=team)
+    for number in range(5):
+        begun = camera.begin(
+            radiance, depths, view, gain=1.0, frame_number=number, then=np.copy
+        )
+        assert team.map(abs, range(-9, 0)) == list(range(9, 0, -1))
+        expected, _ = alone.finish(
+            radiance, depths, view, gain=1.0, frame_number=number
+        )
+        assert_array_equal(begun.result(), expected)
+    team.close()
 
 
 def test_outside_the_stop_all_is_black(view: Camera, depths: GBuffer) -> None:

@@ -5,28 +5,28 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 from renderers.shading import CameraSettings
-from renderers.shading.camera.optics import Lateral, make_optics
+from renderers.shading.camera.optics import make_optics, runs_of, scaled_axis
 
 sizes = st.integers(8, 600)
 
 
 @given(size=sizes, scale=st.floats(0.8, 1.2))
 def test_runs_tile_the_picture_and_give_back_the_index(size: int, scale: float) -> None:
-    lateral = Lateral.scaled(size, scale)
+    source, _ = scaled_axis(size, scale)
     index = np.full(size, -1)
-    for first, past, shift in lateral.runs():
+    for first, past, shift in runs_of(source):
         assert np.all(index[first:past] == -1)
         index[first:past] = np.arange(first, past) + shift
-    assert_array_equal(index, lateral.index)
+    assert_array_equal(index, source)
 
 
 @given(size=sizes, scale=st.floats(0.8, 1.2))
 def test_images_are_scaled_about_their_middle(size: int, scale: float) -> None:
-    lateral = Lateral.scaled(size, scale)
+    index, part = scaled_axis(size, scale)
     middle = (size - 1) / 2
     at = np.clip((np.arange(size) - middle) * scale + middle, 0, size - 1)
-    np.testing.assert_allclose(lateral.index + lateral.part, at, atol=1e-4)
-    assert 0 <= lateral.index.min() <= lateral.index.max() <= size - 2
+    np.testing.assert_allclose(index + part, at, atol=1e-4)
+    assert 0 <= index.min() <= index.max() <= size - 2
 
 
 @given(size=st.integers(480, 2000))

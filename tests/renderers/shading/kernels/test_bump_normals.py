@@ -3,7 +3,7 @@ import pytest
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
-from renderers.shading import pixel_block as b
+from renderers.shading.kernels import pixel_block as b
 from renderers.shading.kernels.bump_normals import bump
 
 f32 = np.float32

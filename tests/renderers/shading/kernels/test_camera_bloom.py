@@ -4,6 +4,7 @@ from numpy.typing import NDArray
 
 from renderers.shading.kernels.camera_bloom import bloom_row
 from renderers.shading.kernels.camera_blur import W
+from renderers.shading.kernels.camera_expose import Planes
 
 f32 = np.float32
 TAPS = np.array([0.4, 0.2, 0.1], np.float32)
@@ -18,8 +19,13 @@ def bloom(
     small_pitch = -(-columns // W) * W + 2 * SMALL_MARGIN
     pitch = -(-width // W) * W + 2 * MARGIN
     padding = [(0, 0), (0, 0), (SMALL_MARGIN, small_pitch - SMALL_MARGIN - columns)]
-    planes = np.pad(small, padding, mode="edge").reshape(rows, -1)
-    is_lit = np.array([row.any() for row in small], np.uint8)
+    planes = Planes(
+        np.empty((4 * rows, 3 * pitch), np.float32),
+        np.pad(small, padding, mode="edge").reshape(rows, -1),
+        np.array([row.any() for row in small], np.uint8),
+        MARGIN,
+        SMALL_MARGIN,
+    )
     ring = np.zeros((2 * len(TAPS), 3 * small_pitch), np.float32)
     places = np.empty((len(TAPS), 2), np.int64)
     wide = np.zeros((2, 3 * pitch + 4 * W), np.float32)
@@ -28,8 +34,8 @@ def bloom(
     for row in range(first, rows):
         lit.append(
             bloom_row(
-                planes, is_lit, row, known, TAPS, f32(glare), f32(halo), ring, places,
-                width, SMALL_MARGIN, wide, 0, wide.shape[1], pitch, MARGIN,
+                planes, row, known, TAPS, f32(glare), f32(halo), ring, places, width,
+                wide, 0, wide.shape[1],
             )
         )  # fmt: skip
         known = min(row + len(TAPS), rows)

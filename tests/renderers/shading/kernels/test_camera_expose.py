@@ -5,8 +5,9 @@ import pytest
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
-from renderers.shading.camera.optics import Lateral
+from renderers.shading.camera.optics import lateral_colour
 from renderers.shading.kernels.camera_expose import (
+    Planes,
     W,
     add_excess,
     average_fours,
@@ -22,16 +23,6 @@ def whole(count: int) -> int:
     return -(-count // W) * W
 
 
-def lateral_tables(
-    width: int, height: int, scale: float
-) -> tuple[
-    NDArray[np.int32], NDArray[np.float32], NDArray[np.int32], NDArray[np.float32]
-]:
-    columns, rows = Lateral.scaled(width, scale), Lateral.scaled(height, scale)
-    part = np.concatenate([columns.part, np.zeros(W, np.float32)])
-    return columns.runs(), part, rows.index, rows.part
-
-
 def exposed(
     radiance: NDArray[np.float32], lateral: float, white: float, bands: list[int]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint8]]:
@@ -40,7 +31,7 @@ def exposed(
     # as the camera hands it over; another type would be compiled
     radiance = radiance.view()
     radiance.flags.writeable = False
-    red, blue = (lateral_tables(width, height, 1 + x) for x in (lateral, -lateral))
+    red, blue = (lateral_colour(width, height, 1 + x) for x in (lateral, -lateral))
     pitch, columns_small = whole(width) + 2 * MARGIN, -(-width // 4)
     small_pitch = whole(columns_small) + 2 * SMALL_MARGIN
     planes = np.full((height, 3 * pitch), np.nan, np.float32)
@@ -50,8 +41,9 @@ def exposed(
     total = np.zeros((1, 3 * pitch), np.float32)
     for first, last in itertools.pairwise(bands):
         expose_rows(
-            radiance, f32(3), f32(white), *red, *blue, MARGIN, SMALL_MARGIN, raw, total,
-            planes, glare, is_lit, first, last,
+            radiance, f32(3), f32(white), red, blue,
+            Planes(planes, glare, is_lit, MARGIN, SMALL_MARGIN), raw, total,
+            first, last,
         )  # fmt: skip
     channels = planes.reshape(height, 3, pitch)
     assert_array_equal(channels[..., 0], channels[..., MARGIN])

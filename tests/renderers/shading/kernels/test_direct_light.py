@@ -3,8 +3,8 @@ import pytest
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
-from renderers.shading import pixel_block as b
 from renderers.shading.capsules import COLUMNS
+from renderers.shading.kernels import pixel_block as b
 from renderers.shading.kernels.direct_light import light
 
 f32 = np.float32

@@ -8,9 +8,13 @@ from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from renderers.lanes import load, select, store
-from renderers.shading.kernels.field_reads import is_outside, taps, wall_normals
-from renderers.shading.kernels.path_tracing import wall_normal
-from renderers.shading.kernels.virtual_lights import tap
+from renderers.shading.kernels.field_reads import (
+    is_outside,
+    tap,
+    taps,
+    wall_normal,
+    wall_normals,
+)
 
 f32 = np.float32
 Floats = NDArray[np.float32]

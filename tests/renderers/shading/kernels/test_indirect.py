@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from renderers.shading.kernels.field_reads import DistanceField
 from renderers.shading.kernels.indirect import (
     FILM,
     FOUND,
@@ -14,12 +15,15 @@ from renderers.shading.kernels.indirect import (
     STRAY_PER_MM,
     THIN,
     TISSUE,
+    LitWalls,
+    View,
     bounced,
     follow,
     follow_rows,
     ray_of,
     wanted_of,
 )
+from renderers.shading.kernels.path_tracing import FibreLight, WallColour
 from renderers.shading.kernels.thin_walls import wall, with_cell
 from renderers.shading.tissue_colour import BONE, SKIN_COLOR, colour_row, colour_table
 
@@ -45,13 +49,18 @@ def room(distance: NDArray[np.float64], eye: list[float], at: list[float],
     def three(v: list[float]) -> tuple[np.float32, np.float32, np.float32]:
         return f32(v[0]), f32(v[1]), f32(v[2])
 
-    follow(
-        three(at), three(ray), three(normal), wanted, f32(1.15),
-        distance.astype(np.float32), np.eye(3, dtype=np.float32) / f32(SPACING),
-        np.array(eye, np.float32) / f32(SPACING), np.array(sources, np.float32),
-        FORWARD, f32(0), f32(2.0), lights, TABLE, code, np.zeros_like(code), SKIN,
-        BONE_ROW, f32(1), found,
-    )  # fmt: skip
+    walls = LitWalls(
+        DistanceField(
+            distance.astype(np.float32),
+            np.eye(3, dtype=np.float32) / f32(SPACING),
+            np.array(eye, np.float32) / f32(SPACING),
+        ),
+        FibreLight(np.array(sources, np.float32), FORWARD, f32(0), f32(2.0)),
+        WallColour(TABLE, code, np.zeros_like(code), SKIN, BONE_ROW, f32(1)),
+        lights,
+        f32(1.15),
+    )
+    follow(three(at), three(ray), three(normal), wanted, walls, found)
     return found
 
 
@@ -237,25 +246,26 @@ def test_points_followed_together_find_what_each_finds_alone() -> None:
     code = np.full(field.shape, CODE, np.uint8)
     m = np.eye(3, dtype=np.float32) / f32(SPACING)
     lamps = rng.uniform(-6, 6, (8, 5)).astype(np.float32)
-    room_of: tuple[Any, ...] = (
-        field, m, np.full(3, middle / SPACING, np.float32),
-        rng.uniform(-1, 1, (6, 3)).astype(np.float32), FORWARD, f32(0.2), f32(2.0),
-        np.abs(lamps), TABLE, code, np.zeros_like(code), SKIN, BONE_ROW, f32(1),
-    )  # fmt: skip
-    axes, gain, effects = np.eye(3, dtype=np.float32), f32(1.15), FILM | MIRROR | THIN
+    # laid out as for pictures, so that nothing is compiled for this alone
+    walls = LitWalls(
+        DistanceField(kept(field), m, np.full(3, middle / SPACING, np.float32)),
+        FibreLight(
+            rng.uniform(-1, 1, (6, 3)).astype(np.float32), FORWARD, f32(0.2), f32(2.0)
+        ),
+        WallColour(
+            TABLE, kept(code), kept(np.zeros_like(code)), SKIN, BONE_ROW, f32(1)
+        ),
+        np.abs(lamps),
+        f32(1.15),
+    )
+    axes, effects = np.eye(3, dtype=np.float32), FILM | MIRROR | THIN
     points = rng.random((height // stride + 2, width // stride + 2)) < 0.9
     found = np.zeros((*points.shape, FOUND), np.float32)
-    # laid out as for pictures, so that nothing is compiled for this alone
-    together: Any = follow_rows
-    alone: Any = follow
-    seen = [kept(part) for part in (depth, normal, coverage, material, lens)]
-    field_, m_, eye, sources, *lit, table, code_, skin, pale, bone, root = room_of
+    view = View(
+        kept(depth), kept(normal), kept(coverage), kept(material), kept(lens), axes
+    )
     for first, last in ((0, 1), (1, 5), (5, len(points))):
-        together(
-            *seen, axes, effects, stride, gain, kept(field_), m_, eye,
-            np.asfortranarray(sources), *lit, table, kept(code_), kept(skin), pale,
-            bone, root, points, found, first, last,
-        )  # fmt: skip
+        follow_rows(view, effects, stride, walls, points, found, first, last)
     expected = np.zeros_like(found)
     for gy, gx in zip(*np.nonzero(points), strict=True):
         y_, x_ = min(gy * stride, height - 1), min(gx * stride, width - 1)
@@ -263,8 +273,8 @@ def test_points_followed_together_find_what_each_finds_alone() -> None:
         if wanted and coverage[y_, x_] > 0 and depth[y_, x_] < 1e6:
             a, b, c = (f32(part) for part in ray_of(lens, axes, y_, x_))
             t, (u, v, w) = depth[y_, x_], normal[y_, x_]
-            alone(
-                (t * a, t * b, t * c), (a, b, c), (u, v, w), wanted, gain, *room_of,
+            follow(
+                (t * a, t * b, t * c), (a, b, c), (u, v, w), wanted, walls,
                 expected[gy, gx],
             )  # fmt: skip
     # ways have the same bits; what is compiled around them may round otherwise

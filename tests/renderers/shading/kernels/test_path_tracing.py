@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from renderers.shading.kernels.field_reads import DistanceField, wall_normal
 from renderers.shading.kernels.path_tracing import (
+    FibreLight,
     Three,
     direct,
     lifted,
-    wall_normal,
-    way_to_wall,
+    sphere_trace,
 )
 
 f32 = np.float32
@@ -29,14 +30,12 @@ def cave() -> NDArray[np.float32]:
 
 
 def one_by_one(
-    distance: NDArray[np.float32],
-    eye: NDArray[np.float32],
+    field: DistanceField,
     at: Three,
     normal: Three,
     sources: NDArray[np.float32],
 ) -> tuple[np.float32, int]:
     """Light a wall as `direct` does, each way looked for by itself."""
-    m = np.eye(3, dtype=np.float32)
     total, shadows = f32(0), 0
     for source in sources:
         x, y, z = (source[c] - at[c] for c in range(3))
@@ -47,7 +46,7 @@ def one_by_one(
         if facing <= 0:
             continue
         above = lifted(at, normal)
-        if way_to_wall(distance, m, eye, above, (x, y, z), d) >= 0:
+        if sphere_trace(field, above, (x, y, z), d) >= 0:
             shadows += 1
             continue
         away = f32(1) + (x * FORWARD[0] + y * FORWARD[1] + z * FORWARD[2])
@@ -65,19 +64,21 @@ def test_sources_looked_for_together_are_in_shadow_as_each_alone(count: int) -> 
     turn = rng.uniform(0, 2 * np.pi, count)
     ring = 5.0 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
     sources = ring.astype(np.float32)
+    field = DistanceField(distance, m, eye)
+    light = FibreLight(sources, FORWARD, SPREAD, EACH)
     lit = dark = 0
     for ray in rng.standard_normal((120, 3)).astype(np.float32):
         ray /= np.sqrt((ray * ray).sum())
         along = tuple(ray.tolist())
         start = (f32(0), f32(0), f32(0))
         along = (f32(along[0]), f32(along[1]), f32(along[2]))
-        t = way_to_wall(distance, m, eye, start, along, f32(40))
+        t = sphere_trace(field, start, along, f32(40))
         assert t > 0
         at = (t * along[0], t * along[1], t * along[2])
         x, y, z = (eye[c] + at[c] for c in range(3))
         normal = wall_normal(distance, m, x, y, z)
-        expected, shadows = one_by_one(distance, eye, at, normal, sources)
-        found = direct(distance, m, eye, at, normal, sources, FORWARD, SPREAD, EACH)
+        expected, shadows = one_by_one(field, at, normal, sources)
+        found = direct(field, at, normal, light)
         # a source more or less would be a hundredth at least
         assert f32(found) == pytest.approx(expected, rel=1e-6)
         lit += int(expected > 0)

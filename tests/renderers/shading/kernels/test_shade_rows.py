@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
-from renderers.shading import pixel_block as b
+from renderers.shading.kernels import pixel_block as b
 from renderers.shading.kernels.shade_rows import fetch, finish, put, shown_span
 
 f32 = np.float32
@@ -68,7 +68,7 @@ def test_a_block_holds_its_pixels_and_nothing_beyond(width: int) -> None:
         w = np.full(b.SLOTS, np.nan, np.float32)
         fetch(
             w, depth, normal, coverage, lens, axes, to_voxel, eye, f32(0.01), y0, x0,
-            first, last,
+            (first, last),
         )  # fmt: skip
         assert np.isfinite(w[: b.FOOT + N]).all()
         for i in range(N):

@@ -1,4 +1,4 @@
-"""What rods take of the light, against light that is cut into many points."""
+"""What capsules take of the light, against light that is cut into many points."""
 
 import numpy as np
 import pytest
@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
-from renderers.shading import pixel_block as b
 from renderers.shading.capsules import COLUMNS
+from renderers.shading.kernels import pixel_block as b
 from renderers.shading.kernels.shadow import (
     BUNDLE_RADIUS_MM,
     darken,
@@ -20,7 +20,7 @@ N = b.N
 Doubles = NDArray[np.float64]
 
 
-def rod(
+def capsule(
     start: list[float],
     end: list[float],
     radius: float,
@@ -54,18 +54,21 @@ def three(v: list[float]) -> tuple[np.float32, np.float32, np.float32]:
 
 
 def shaded(
-    points: Doubles, source: list[float], arc: list[float], rods: NDArray[np.float32]
+    points: Doubles,
+    source: list[float],
+    arc: list[float],
+    capsules: NDArray[np.float32],
 ) -> Doubles:
     """Share of a source's light that points keep."""
     w = block(points, np.tile([0.0, 0, -1], (N, 1)), np.array(source))
-    shadow(w, three(source), three(arc), rods)
+    shadow(w, three(source), three(arc), capsules)
     return left(w, b.POWER)
 
 
 def is_cut(point: Doubles, lights: Doubles, start: Doubles, end: Doubles, r: float) -> (
     NDArray[np.bool_]
 ):  # fmt: skip
-    """Tell which straight ways from a point to lights meet a flat-ended rod."""
+    """Tell which straight ways from a point to lights meet a flat-ended capsule."""
     axis = (end - start) / np.linalg.norm(end - start)
     way = lights - point
     w = point - start
@@ -96,18 +99,18 @@ def line_of_light(source: list[float], arc: list[float], seed: int) -> Doubles:
 @pytest.mark.parametrize("arc", [[0.0, 1.14, 0], [0.3, 0.3, 0]])
 @pytest.mark.parametrize("gap", [0.1, 2.0, 8.0])
 def test_a_shadow_is_that_of_many_small_lights(arc: list[float], gap: float) -> None:
-    """A rod over a wall: sharp where it is near, faint where it is far."""
+    """A capsule over a wall: sharp where it is near, faint where it is far."""
     source, wall, r = [1.45, 0.0, 0.0], 15.0, 1.2
     start, end = (
         np.array([-0.5, 20.0, wall - gap - r]),
         np.array([0.0, -1.0, wall - gap - r]),
     )
-    # the rod lies across the line of points
+    # the capsule lies across the line of points
     x = np.linspace(-6, 5, N)
     points = np.stack([x, np.full(N, 4.0), np.full(N, wall)], axis=1)
     lights = line_of_light(source, arc, 3)
     truth = np.array([1 - is_cut(p, lights, start, end, r).mean() for p in points])
-    found = shaded(points, source, arc, rod(start.tolist(), end.tolist(), r))
+    found = shaded(points, source, arc, capsule(start.tolist(), end.tolist(), r))
     assert truth.min() < 0.2
     assert truth.max() == 1
     error = found - truth
@@ -122,19 +125,19 @@ def test_the_tip_ends_the_shadow() -> None:
     points = np.stack([np.full(N, -0.72), y, np.full(N, 15.0)], axis=1)
     lights = line_of_light(source, arc, 4)
     truth = np.array([1 - is_cut(p, lights, start, end, r).mean() for p in points])
-    found = shaded(points, source, arc, rod(start.tolist(), end.tolist(), r))
+    found = shaded(points, source, arc, capsule(start.tolist(), end.tolist(), r))
     assert np.sqrt(((found - truth) ** 2).mean()) < 0.06
     assert found[0] > 0.99
     assert found[-1] < 0.01
 
 
-def test_two_rods_in_line_are_one_without_a_seam() -> None:
+def test_two_capsules_in_line_are_one_without_a_seam() -> None:
     points = np.stack([np.linspace(-3, 3, N), np.zeros(N), np.full(N, 15.0)], axis=1)
-    one = rod([0, -20, 10], [0, 20, 10], 1.2)
+    one = capsule([0, -20, 10], [0, 20, 10], 1.2)
     two = np.concatenate(
         [
-            rod([0, -20, 10], [0, 1, 10], 1.2, (1, 0)),
-            rod([0, 1, 10], [0, 20, 10], 1.2, (0, 1)),
+            capsule([0, -20, 10], [0, 1, 10], 1.2, (1, 0)),
+            capsule([0, 1, 10], [0, 20, 10], 1.2, (0, 1)),
         ]
     )
     source, arc = [1.45, 0.0, 0.0], [0.0, 1.1, 0.0]
@@ -143,18 +146,22 @@ def test_two_rods_in_line_are_one_without_a_seam() -> None:
     )
 
 
-def test_a_rod_aside_leaves_every_bit() -> None:
+def test_a_capsule_aside_leaves_every_bit() -> None:
     points = np.stack([np.linspace(-3, 3, N), np.zeros(N), np.full(N, 15.0)], 1)
-    found = shaded(points, [1.45, 0, 0], [0, 1, 0], rod([9, -20, 3], [9, 20, 3], 1.2))
+    found = shaded(
+        points, [1.45, 0, 0], [0, 1, 0], capsule([9, -20, 3], [9, 20, 3], 1.2)
+    )
     assert_array_equal(found, np.ones(N))
 
 
-def test_a_rod_is_not_dark_on_the_side_of_the_light() -> None:
+def test_a_capsule_is_not_dark_on_the_side_of_the_light() -> None:
     turn = np.linspace(-1.2, 1.2, N)
     points = np.stack(
         [1.2 * np.sin(turn), np.zeros(N), 10 - 1.2 * np.cos(turn)], axis=1
     )
-    found = shaded(points, [0.0, 0, 0], [0, 0.5, 0], rod([0, -9, 10], [0, 9, 10], 1.2))
+    found = shaded(
+        points, [0.0, 0, 0], [0, 0.5, 0], capsule([0, -9, 10], [0, 9, 10], 1.2)
+    )
     assert found.min() > 0.98
 
 
@@ -174,10 +181,10 @@ def test_light_is_never_negative_and_never_more(
     points = rng.uniform(-15, 15, (N, 3))
     normals = rng.normal(size=(N, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    rods = rod(list(start), list(end), radius)
+    capsules = capsule(list(start), list(end), radius)
     w = block(points, normals, np.array([1.45, 0, 0]))
-    shadow(w, three([1.45, 0, 0]), three([0, 1, 0]), rods)
-    darken(w, rods)
+    shadow(w, three([1.45, 0, 0]), three([0, 1, 0]), capsules)
+    darken(w, capsules)
     for slot in (b.POWER, b.BOUNCE):
         found = left(w, slot)
         assert np.isfinite(found).all()
@@ -188,7 +195,7 @@ def test_light_is_never_negative_and_never_more(
 def seen_share(
     distance: float, r: float, tilt: float, low: float, high: float
 ) -> float:
-    """View factor of a strip of the rod's width along its axis, by summation."""
+    """View factor of a strip of the capsule's width along its axis, by summation."""
     s = np.linspace(low, high, 20001)
     normal = np.array([np.cos(tilt), 0, np.sin(tilt)])
     to = np.stack([np.full_like(s, distance), np.zeros_like(s), s], axis=1)
@@ -200,26 +207,26 @@ def seen_share(
 
 
 @pytest.mark.parametrize("distance", [1.3, 3.0, 10.0])
-def test_an_endless_rod_darkens_by_its_view_factor(distance: float) -> None:
-    rods = rod([distance, 0, -1e4], [distance, 0, 1e4], 1.2)
+def test_an_endless_capsule_darkens_by_its_view_factor(distance: float) -> None:
+    capsules = capsule([distance, 0, -1e4], [distance, 0, 1e4], 1.2)
     tilt = np.linspace(-2, 2, N)
     normals = np.stack([np.cos(tilt), np.sin(tilt), np.zeros(N)], axis=1)
     w = block(np.zeros((N, 3)), normals, np.array([0.0, 0, 9]))
-    darken(w, rods)
+    darken(w, capsules)
     exact = np.clip(1.2 / distance * np.cos(tilt), 0, 1)
     np.testing.assert_allclose(1 - left(w, b.BOUNCE), exact, atol=2e-3)
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 8.0), (1.0, 3.0), (-2.0, 30.0)])
-def test_the_end_of_a_rod_darkens_by_what_is_seen_of_it(
+def test_the_end_of_a_capsule_darkens_by_what_is_seen_of_it(
     low: float, high: float
 ) -> None:
     distance, r = 4.0, 1.2
-    rods = rod([distance, 0, low], [distance, 0, high], r)
+    capsules = capsule([distance, 0, low], [distance, 0, high], r)
     tilt = np.linspace(-0.2, 0.6, N)
     normals = np.stack([np.cos(tilt), np.zeros(N), np.sin(tilt)], axis=1)
     w = block(np.zeros((N, 3)), normals, np.array([0.0, 0, 9]))
-    darken(w, rods)
+    darken(w, capsules)
     exact = [seen_share(distance, r, t, low, high) for t in tilt]
     np.testing.assert_allclose(1 - left(w, b.BOUNCE), exact, atol=0.012)
 
@@ -229,7 +236,7 @@ def test_what_steel_sends_back_is_left() -> None:
     found = []
     for absorbed in (1.0, 0.4):
         w = block(np.zeros((N, 3)), normals, np.array([0.0, 0, 9]))
-        darken(w, rod([3, 0, -50], [3, 0, 50], 1.2, absorbed=absorbed))
+        darken(w, capsule([3, 0, -50], [3, 0, 50], 1.2, absorbed=absorbed))
         found.append(1 - left(w, b.BOUNCE)[0])
     assert found[1] == pytest.approx(0.4 * found[0], rel=1e-5)
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from renderers.shading.kernels.path_tracing import way_to_wall
-from renderers.shading.kernels.sphere_trace import ways_to_walls
+from renderers.shading.kernels.field_reads import DistanceField
+from renderers.shading.kernels.path_tracing import sphere_trace
+from renderers.shading.kernels.sphere_trace import sphere_trace_rays
 
 f32 = np.float32
 
@@ -33,10 +34,11 @@ def test_rays_side_by_side_find_what_each_finds_alone(
     ways[: many // 8, 2] = 0
     rays[:, 3:6] = ways / np.linalg.norm(ways, axis=1)[:, None]
     found = np.full((many + 1, 4), 7, np.float32)
-    ways_to_walls(field, m, eye, rays, f32(longest), found)
+    seen = DistanceField(field, m, eye)
+    sphere_trace_rays(seen, rays, f32(longest), found)
     for ray, way in zip(rays, found, strict=False):
         a, b, c, d, e, f = (f32(n) for n in ray[:6])
-        expected = way_to_wall(field, m, eye, (a, b, c), (d, e, f), f32(longest))
+        expected = sphere_trace(seen, (a, b, c), (d, e, f), f32(longest))
         assert f32(expected).tobytes() == way[0].tobytes()
     if many > 100:
         assert (found[:many, 0] >= 0).any()
@@ -47,5 +49,6 @@ def test_no_rays_find_nothing() -> None:
     field = np.zeros((4, 4, 4), np.float32)
     found = np.full((1, 4), 7, np.float32)
     m, eye = np.eye(3, dtype=np.float32), np.ones(3, np.float32)
-    ways_to_walls(field, m, eye, np.zeros((0, 8), np.float32), f32(9), found)
+    seen = DistanceField(field, m, eye)
+    sphere_trace_rays(seen, np.zeros((0, 8), np.float32), f32(9), found)
     assert (found == 7).all()

@@ -9,10 +9,15 @@ from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from renderers.lanes import load, store
-from renderers.shading import pixel_block as b
-from renderers.shading.kernels.surface_noise import mottle, tap_octave, vessel
-from renderers.shading.noise import NoiseTile, noise_tile, tile_from_mm
-from renderers.shading.noise_tile import TILE_SIZE
+from renderers.shading.kernels import pixel_block as b
+from renderers.shading.kernels.surface_noise import (
+    TILE_SIZE,
+    NoiseTile,
+    mottle,
+    tap_octave,
+    vessel,
+)
+from renderers.shading.noise import noise_tile, stored_tile, tile_from_mm
 
 f32 = np.float32
 N = b.N
@@ -22,7 +27,7 @@ Points = NDArray[np.float64]
 
 @pytest.fixture(scope="module")
 def tile() -> NoiseTile:
-    return NoiseTile.of(noise_tile(4.0, 3))
+    return stored_tile(noise_tile(4.0, 3))
 
 
 def tapped(
@@ -37,7 +42,7 @@ def tapped(
     for slot, values in zip((b.PX, b.PY, b.PZ), points.T, strict=True):
         w[slot : slot + len(points)] = values
     origin = (f32(0), f32(0), f32(0))
-    tap_octave(w, tile.quads, tile.unit, maps, which, origin, eased, b.LONG)
+    tap_octave(w, tile, maps, which, origin, eased, b.LONG)
     channels = [w[b.LONG + k * N :][: len(points)] for k in range(4)]
     return np.stack(channels, axis=-1).astype(np.float64)
 

@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
+from renderers.shading.kernels.field_reads import DistanceField, to_voxels
 from renderers.shading.kernels.indirect import (
     FILM,
     FOUND,
@@ -14,13 +15,19 @@ from renderers.shading.kernels.indirect import (
     MIRROR,
     THIN,
     TISSUE,
+    LitWalls,
+    View,
     follow,
     ray_of,
-    to_voxels,
     wanted_of,
 )
-from renderers.shading.kernels.path_tracing import albedo_at
-from renderers.shading.kernels.upsample import LEAST, add_rows, skin_at
+from renderers.shading.kernels.path_tracing import (
+    FibreLight,
+    WallColour,
+    albedo_at,
+    nearest_code,
+)
+from renderers.shading.kernels.upsample import LEAST, add_rows
 from renderers.shading.tissue_colour import BONE, SKIN_COLOR, colour_row, colour_table
 
 f32 = np.float32
@@ -54,15 +61,19 @@ class Scene:
         lens /= np.linalg.norm(lens, axis=-1, keepdims=True)
         self.lens = lens.astype(np.float32)
         self.skin = random.integers(0, 256, (33, 33, 33)).astype(np.uint8)
-        self.light = (
+        self.field = DistanceField(
             (np.sqrt(x * x + y * y + z * z) - 6).astype(np.float32),
             np.eye(3, dtype=np.float32) * f32(2),
             2 * EYE,
+        )
+        beam = FibreLight(
             np.array([[1, 0, 0], [-1, 0, 0]], np.float32),
             np.array([0, 0, 1], np.float32),
             f32(2.8),
             f32(0.5),
-            random.normal(size=(8, 20)).astype(np.float32) ** 2,
+        )
+        lights = random.normal(size=(8, 20)).astype(np.float32) ** 2
+        self.colour = WallColour(
             colour_table(),
             random.integers(0, 256, (33, 33, 33)).astype(np.uint8),
             self.skin,
@@ -70,6 +81,7 @@ class Scene:
             colour_row(BONE),
             f32(1),
         )
+        self.walls = LitWalls(self.field, beam, self.colour, lights, f32(1.15))
         rows, columns = height // stride + 2, width // stride + 2
         self.grid = random.uniform(-0.1, 1, (rows, columns, FOUND)).astype(np.float32)
         self.reflect = np.array([0.02, 0.55, 0.1, 0.1, 0.1], np.float32)
@@ -79,11 +91,13 @@ class Scene:
 
     def added(self, *edges: int) -> NDArray[np.float32]:
         radiance = self.radiance.copy()
+        view = View(
+            self.depth, self.normal, self.coverage, self.material, self.lens, self.axes
+        )
         for first, last in itertools.pairwise(edges):
             add_rows(
-                self.depth, self.normal, self.coverage, self.material, self.lens,
-                self.axes, self.effects, self.stride, f32(1.15), *self.light,
-                self.grid, self.reflect, self.only, radiance, first, last,
+                view, self.effects, self.stride, self.walls, self.grid, self.reflect,
+                self.only, radiance, first, last,
             )  # fmt: skip
         return radiance
 
@@ -128,10 +142,7 @@ class Scene:
                 found /= total
             else:
                 own += 1
-                follow(
-                    place, ray, (n[0], n[1], n[2]), wanted, f32(1.15), *self.light,
-                    found,
-                )  # fmt: skip
+                follow(place, ray, (n[0], n[1], n[2]), wanted, self.walls, found)
             if not self.effects & THIN:
                 found[3:] = 0
             facing = -(n[0] * ray[0] + n[1] * ray[1] + n[2] * ray[2])
@@ -143,7 +154,7 @@ class Scene:
                 # ground matt: an eighth or so of what polished metal would mirror
                 mirrored *= f32(0.15)
             if kind == TISSUE:
-                dry = skin_at(self.skin, self.light[1], self.light[2], place)
+                dry = nearest_code(self.skin, *to_voxels(self.field, place))
                 mirrored *= f32(1) - f32(0.7 / 255) * f32(dry)
             if self.effects & THIN and kind == TISSUE:
                 radiance[y, x] -= self.lost(radiance[y, x], found[6:], place)
@@ -159,10 +170,8 @@ class Scene:
         place: tuple[np.float32, np.float32, np.float32],
     ) -> NDArray[np.float32]:
         """Take a share of what is not the film's sparkle, the same in all colours."""
-        m, eye = self.light[1], self.light[2]
-        at = [f32(v) for v in to_voxels(m, eye, place)]
-        table, code, skin, albedo = self.light[8:12]
-        found = albedo_at(table, code, skin, albedo, f32(1), at[0], at[1], at[2])
+        x, y, z = (f32(v) for v in to_voxels(self.field, place))
+        found = albedo_at(self.colour, x, y, z)
         rho = np.array(found, np.float32)
         lit = max(seen[0] - seen[2], f32(0)) / max(rho[0] - rho[2], f32(1e-3))
         spark = min(max(seen[2] - rho[2] * lit, f32(0)), seen.min())

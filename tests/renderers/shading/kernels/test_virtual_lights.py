@@ -7,14 +7,13 @@ from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from renderers.scene import Camera, GBuffer
-from renderers.shading import pixel_block as b
-from renderers.shading.kernels.path_tracing import wall_normal
+from renderers.shading.kernels import pixel_block as b
+from renderers.shading.kernels.field_reads import DistanceField, tap, wall_normal
 from renderers.shading.kernels.virtual_lights import (
     PLANES,
     gather_lights,
     lift,
     spread_grid,
-    tap,
     trace_lights,
 )
 
@@ -224,7 +223,9 @@ def test_rays_arrive_together_as_they_do_alone(
     rays /= np.linalg.norm(rays, axis=0)
     flux = random.random(count).astype(np.float32)
     table = np.zeros((8, count), np.float32)
-    arrived = trace_lights(distance, m, eye, rays, flux, f32(longest), limit, table)
+    arrived = trace_lights(
+        DistanceField(distance, m, eye), rays, flux, f32(longest), limit, table
+    )
     alone = [traced(distance, m, eye, ray, f32(longest), limit) for ray in rays.T]
     kept = [i for i, found in enumerate(alone) if found is not None]
     assert arrived == len(kept)

@@ -1,0 +1,16 @@
+"""Names for the numbers and arrays that compiled code takes."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+f32 = np.float32
+i32 = np.int32
+u64 = np.uint64
+
+Floats = NDArray[np.float32]
+Doubles = NDArray[np.float64]
+Bytes = NDArray[np.uint8]
+Shorts = NDArray[np.int16]
+Ints = NDArray[np.int32]
+Longs = NDArray[np.int64]
+Flags = NDArray[np.bool_]
