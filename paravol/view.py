@@ -25,7 +25,7 @@ from renderers.shading.bands import RowBands
 from renderers.shading.shader import Lattice
 from scenarios import View
 
-SIGHT_STAGE = "Finding what can be seen from where"
+VISIBLE_SETS_STAGE = "Finding what can be seen from where"
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,17 +62,23 @@ class EndoscopeView:
         seed: int,
         threads: int,
         progress: Progress | None = None,
+        visible_sets: bool = False,
     ) -> None:
-        """Extract the fuzzy set, find what can be seen from where, set up the light.
+        """Extract the fuzzy set, set up the light.
 
-        instrument: mesh of the tool beside the scope, or None.
+        instrument: mesh of the tool beside the scope, or None. visible_sets: look up
+        what can be seen from where in place of tracing cones every frame: the same
+        pictures, see `FuzzySetRenderer.use_visible_sets`.
         """
         # one team for all stages: its threads are still awake when the next begins
         team = ThreadTeam(threads)
         self.renderer = FuzzySetRenderer(room.scene, threads=team)
         tell = progress or (lambda stage, share: None)
-        tell(SIGHT_STAGE, 0.0)
-        self.renderer.look_up_sight(progress=lambda share: tell(SIGHT_STAGE, share))
+        if visible_sets:
+            tell(VISIBLE_SETS_STAGE, 0.0)
+            self.renderer.use_visible_sets(
+                progress=lambda share: tell(VISIBLE_SETS_STAGE, share)
+            )
         self._shader = ScopeShader(room.surface, tier, seed=seed, threads=team)
         self._camera_pass = CameraPass(threads=team)
         self._begun: Errand[Frame] | None = None

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from benchmarks.peers.peer_process import PeerProcess
 from disk import UserError
 from renderers.fsr import FuzzySet
-from renderers.fsr.footprint import SIGMA_PER_SPACING
-from renderers.fsr.lit_splats import lit_splats
+from renderers.fsr.kernels.footprint import SIGMA_PER_SPACING
+from renderers.fsr.splats.shaded_set import ShadedSet
 from renderers.scene import Camera, Projection, Scene, TransferFunction
 
 NEAR_MM = 0.2
@@ -99,7 +99,7 @@ def splat_job(
     sigma_mm = SIGMA_PER_SPACING * float(spacing[0])
     distance = np.linalg.norm(positions - camera.eye_mm, axis=1)
     drawn = distance > NEAREST_SPLAT_SIGMAS * sigma_mm
-    rgba = lit_splats(fuzzy_set, scene)[drawn]
+    rgba = ShadedSet(fuzzy_set, scene).straight_rgba()[drawn]
     return view_job(camera, scene, budget_s) | {
         "points": peer.store(positions[drawn].astype(np.float32)),
         "rgba": peer.store(np.rint(np.clip(rgba, 0, 1) * 255).astype(np.uint8)),

@@ -14,7 +14,6 @@ from benchmarks.schema import Setting
 from benchmarks.timing import measure
 from renderers.fsr import FuzzySetRenderer
 from renderers.fsr.splats import SplatMode, SplatRasterizer
-from renderers.fsr.splats.splat_film import draw_film
 from renderers.scene import Camera, Image, Projection, image_error
 from renderers.scene.thread_team import ThreadTeam
 
@@ -53,16 +52,12 @@ class SplatTasks:
 
     def on_two_threads(self, source: SubjectSource, view: str, size: int) -> list[Task]:
         """Measure two threads, alone and culling one view ahead, against one."""
-        found = []
-        for mode in (SplatMode.GAUSSIAN, SplatMode.SHEET):
-            one = f"FSR {mode.value}"
-            for name, is_film in (("2 threads", False), ("2 threads, film", True)):
-                found.append(
-                    self._task(
-                        source, view, size, mode, 2, f"{one}, {name}", one, is_film
-                    )
-                )
-        return found
+        mode = SplatMode.GAUSSIAN
+        one = f"FSR {mode.value}"
+        return [
+            self._task(source, view, size, mode, 2, f"{one}, {name}", one, is_film)
+            for name, is_film in (("2 threads", False), ("2 threads, film", True))
+        ]
 
     def in_two_stages(self, source: SubjectSource, view: str, size: int) -> list[Task]:
         """Measure one thread that draws while another culls, against drawing alone.
@@ -70,17 +65,13 @@ class SplatTasks:
         As in 1995, where one process culled and another drew. Culling is hidden where
         the two take equally long.
         """
-        found = []
-        for mode in (SplatMode.GAUSSIAN, SplatMode.SHEET):
-            alone = f"FSR {mode.value}, drawing alone"
-            for name, is_film in (
-                (alone, False),
-                (f"FSR {mode.value}, culled meanwhile", True),
-            ):
-                found.append(
-                    self._stage(source, view, size, mode, name, alone, is_film)
-                )
-        return found
+        mode = SplatMode.GAUSSIAN
+        alone = f"FSR {mode.value}, drawing alone"
+        meanwhile = f"FSR {mode.value}, culled meanwhile"
+        return [
+            self._stage(source, view, size, mode, name, alone, is_film)
+            for name, is_film in ((alone, False), (meanwhile, True))
+        ]
 
     def _stage(
         self,
@@ -99,7 +90,7 @@ class SplatTasks:
             team = ThreadTeam(1)
             if is_film:
                 views = iter(lambda: (camera, mode), None)
-                film = draw_film(rasterizer, team, views)
+                film = rasterizer.film(views, team)
                 timing, image = measure(lambda: next(film), budget_s=self._budget_s)
                 film.close()
             else:
@@ -141,22 +132,14 @@ class SplatTasks:
             camera = _pinhole(source, view, size)
             # one picture of many: each is culled while another is drawn
             film = renderer.film(iter(lambda: camera, None))
-            stages: dict[str, float] = {}
 
             def picture() -> Image:
-                image = next(film) if is_film else renderer.render(camera)
-                for stage, seconds in renderer.stage_s.items():
-                    stages[stage] = min(seconds, stages.get(stage, seconds))
-                return image
+                return next(film) if is_film else renderer.render(camera)
 
             timing, image = measure(picture, budget_s=self._budget_s)
             counters = {key: float(n) for key, n in renderer.counters.items()}
-            whole = sum(stages.values())
-            for stage, seconds in stages.items():
-                counters[f"share {stage}"] = seconds / whole
             if counters["fragments"]:
                 ns = 1e9 / counters["fragments"]
-                counters["ns per fragment"] = threads * stages["draw"] * ns
                 counters["ns per fragment, frame"] = timing.cpu_s * ns
             made = Measured(timing, counters=counters)
             return self._compare(source, view, size, rgb_over_black(image.rgba), made)

@@ -102,7 +102,7 @@ class VisibilityPlan(Plan):
         if mode != NOTHING:
             rasterizer = SurfelRasterizer(self._distance)
         if mode == SETS:
-            rasterizer.look_from(self._sets)
+            rasterizer.use_visible_sets(self._sets)
         other = looked_up = 0.0
         listed = 0
         for camera in self._cameras:

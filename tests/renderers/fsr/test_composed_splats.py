@@ -4,9 +4,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from renderers.fsr import FuzzySetRenderer, Inclusion
-from renderers.fsr.composed_splats import render_among
-from renderers.fsr.splats import SplatMode
+from renderers.fsr import FuzzySetRenderer, Inclusion, render_among
 from renderers.scene import GBuffer
 from tests.boards import KAPPA, METAL, SIZE, board, camera, slab
 
@@ -19,7 +17,6 @@ def renderer() -> Iterator[FuzzySetRenderer]:
         scene,
         inclusion=Inclusion.opacity(scene.transfer_function, 1.0),
         threshold=0.0,
-        mode=SplatMode.SHEET,
     )
     yield made
     made.close()

@@ -1,4 +1,4 @@
-"""How a tile of the picture lies in memory, for those who draw it.
+"""How a tile of a G-buffer lies in memory while surfels are drawn into it.
 
 A tile is cut into squares of 4 x 4 pixels, row by row; the sixteen floats of one
 quantity in a square are neighbours, and so are all quantities of a square. A disc

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from renderers.fsr.tile_grid import tile_grid
+from renderers.fsr.view_bounds import tile_grid
 
 size = st.integers(1, 4000)
 side = st.integers(1, 130)

@@ -7,9 +7,8 @@ import pytest
 
 from anatomy import classic_transfer_function
 from renderers.fsr import FuzzySetRenderer
-from renderers.fsr.lit_splats import lit_splats, splat_peaks
+from renderers.fsr.splats.shaded_set import ShadedSet
 from renderers.scene import Light, PhongMaterial, Scene, Volume
-from tests.renderers.fsr.kernel_peaks import kernel_peaks
 
 
 def ball(lights: tuple[Light, ...] | None = None) -> Scene:
@@ -28,7 +27,7 @@ def test_splats_are_lit_as_a_formula_says(is_local: bool) -> None:
     scene = ball((near,) if is_local else None)
     fuzzy = FuzzySetRenderer(scene, threads=1).fuzzy_set
     places = fuzzy.rows.centers_mm()
-    colors = lit_splats(fuzzy, scene)
+    colors = ShadedSet(fuzzy, scene).straight_rgba()
     base, _ = scene.transfer_function.evaluate(fuzzy.value.astype(np.float64))
     normal = places / np.linalg.norm(places, axis=1, keepdims=True)
     lit = np.full_like(base, 0.3)
@@ -40,12 +39,3 @@ def test_splats_are_lit_as_a_formula_says(is_local: bool) -> None:
     # a ball's own normals differ from estimated ones by a few degrees
     assert np.abs(colors[:, :3] - base * lit).max() < 0.05
     assert np.all((colors[:, 3] > 0) & (colors[:, 3] <= 1))
-
-
-def test_peaks_are_the_kernels() -> None:
-    depths = np.concatenate([[0.0], np.geomspace(1e-6, 30, 500)])
-    found = splat_peaks(depths)
-    wanted = np.minimum(kernel_peaks(depths), 1)
-    np.testing.assert_allclose(found, wanted, rtol=1e-5, atol=1e-6)
-    assert found[0] == 0
-    assert found[-1] == 1

@@ -23,8 +23,8 @@ def test_pixels_beside_a_cut_are_where_tissue_begins(
     deflection = Deflection((CUT,))
     drawer = SurfelRasterizer(hollow, deflection=deflection)
     found = drawer.draw(view(), team)
-    assert drawer.counters["seam rays followed"] > 1000
-    assert drawer.counters["seam pixels settled"] > 200
+    assert drawer.counters["cut rays traced"] > 1000
+    assert drawer.counters["cut pixels corrected"] > 200
     origins, ways = view().rays()
     shown = found.coverage > 0
     depth = found.depth_mm[shown].astype(np.float64)
@@ -64,4 +64,4 @@ def test_without_a_cut_no_pixel_is_asked(
 ) -> None:
     drawer = SurfelRasterizer(hollow, deflection=Deflection(deflectors))
     drawer.draw(view(), team)
-    assert drawer.counters["seam rays followed"] == 0
+    assert drawer.counters["cut rays traced"] == 0

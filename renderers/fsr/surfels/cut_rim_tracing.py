@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.deformation import SEAM_MM
-from renderers.fsr.kernels.cut_rims import settle_rows
+from renderers.fsr.kernels.cut_rims import DeflectedField, trace_cut_rims
+from renderers.fsr.kernels.draw_surfels import Surface
 from renderers.scene import Camera, GBuffer, Volume
 from renderers.scene.deflection import Cut, Deflection, maps_of
 from renderers.scene.thread_team import ThreadTeam
@@ -18,55 +19,53 @@ PARTS_PER_THREAD = 8
 """Cuts lie unevenly over the rows."""
 
 
-class Seams:
-    """Settle pixels beside the cuts of a deflection.
+class CutRims:
+    """Trace the pixels beside the cuts of a deflection.
 
     distance: of the undeformed surface, mm, negative in air.
     """
 
     def __init__(self, distance: Volume, deflection: Deflection) -> None:
         self._distance = distance
-        self._maps = maps_of(deflection, distance)
-        self._stretch = deflection.stretch
+        self._field = DeflectedField(
+            distance.values,
+            1 / distance.spacing_mm,
+            maps_of(deflection, distance),
+            deflection.stretch,
+        )
         self._has_cuts = any(isinstance(d, Cut) for d in deflection.deflectors)
 
-    def settle(
+    def trace(
         self,
         camera: Camera,
         team: ThreadTeam,
         result: GBuffer,
-        settled: NDArray[np.uint8],
+        done: NDArray[np.uint8],
     ) -> tuple[int, int]:
-        """Change `result` in place; give the rays followed and the pixels settled.
+        """Change `result` in place; return the rays traced and the pixels corrected.
 
-        settled: one for each pixel, becomes 1 where a pixel was. The bits do not depend
-        on the team's size.
+        done: one for each pixel, becomes 1 where a pixel was corrected. The bits do not
+        depend on the team's size.
         """
         if not self._has_cuts:
             return 0, 0
         volume = self._distance
         common = (
-            volume.values,
-            1 / volume.spacing_mm,
-            self._maps,
-            self._stretch,
+            self._field,
             SEAM_MM,
             (camera.eye_mm - volume.origin_mm) @ volume.direction,
             camera.frame[1:] @ volume.direction,
             volume.direction,
             camera.lens_table(),
-            result.depth_mm,
-            result.normal,
-            result.coverage,
-            settled,
+            Surface(result.depth_mm, result.normal, result.coverage),
+            done,
         )
         height = result.size[0]
         parts = PARTS_PER_THREAD * team.threads if team.threads > 1 else 1
 
-        def settle_part(part: int) -> tuple[int, int]:
+        def trace_part(part: int) -> tuple[int, int]:
             first, last = height * part // parts, height * (part + 1) // parts
-            followed, found = settle_rows(*common, first, last)
-            return followed, found
+            return trace_cut_rims(*common, first, last)
 
-        counts = team.map(settle_part, range(parts))
+        counts = team.map(trace_part, range(parts))
         return sum(c[0] for c in counts), sum(c[1] for c in counts)
