@@ -7,7 +7,6 @@ A point on a face shared by two cells belongs to the cell with the larger index.
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,7 +68,7 @@ class CellGrid:
         s = self.side
         return cell // (cy * cx) * s, cell // cx % cy * s, cell % cx * s
 
-    def block(self, values: NDArray[Any], cell: int) -> NDArray[Any]:
+    def block(self, values: NDArray[np.generic], cell: int) -> NDArray[np.generic]:
         """Copy a cell's values with its ghosts, ``(side + 3,) * 3``.
 
         Beyond the volume's faces the outermost voxel is repeated.
@@ -103,7 +102,7 @@ class CellGrid:
                     found[z, y, x] = True
         return [int(cell) for cell in np.flatnonzero(found)]
 
-    def value_ranges(self, values: NDArray[Any]) -> NDArray[np.float32]:
+    def value_ranges(self, values: NDArray[np.generic]) -> NDArray[np.float32]:
         """Get the smallest and largest value of each cell, ``(cells, 2)``.
 
         Layer by layer: of a mapped file no more is in memory than one layer of cells.
@@ -170,7 +169,7 @@ class CellGrid:
 
 
 def cube_distances(
-    values: NDArray[Any], clear: NDArray[np.float32]
+    values: NDArray[np.generic], clear: NDArray[np.float32]
 ) -> NDArray[np.uint8]:
     """Get each cube's Chebyshev distance, in cubes, to the next one to be seen.
 
@@ -190,7 +189,7 @@ def cube_distances(
     return flat
 
 
-def _may_change(values: NDArray[Any]) -> bool:
+def _may_change(values: NDArray[np.generic]) -> bool:
     """Tell whether an array, or one that it is a view of, can be written to."""
     owner: object = values
     while isinstance(owner, np.ndarray):
@@ -201,7 +200,7 @@ def _may_change(values: NDArray[Any]) -> bool:
 
 
 def _sums_of(
-    values: NDArray[Any], starts: list[tuple[int, int, int]], width: int
+    values: NDArray[np.generic], starts: list[tuple[int, int, int]], width: int
 ) -> NDArray[np.uint64]:
     """Sum the bits of blocks that begin a voxel before `starts` (z, y, x)."""
     found = np.empty(len(starts), np.uint64)
@@ -222,7 +221,7 @@ class CellShare:
     def __init__(
         self,
         grid: CellGrid,
-        values: NDArray[Any],
+        values: NDArray[np.generic],
         cells: NDArray[np.int64] | None,
         *,
         wanted: NDArray[np.bool_] | None = None,
@@ -235,7 +234,7 @@ class CellShare:
         self._wanted = np.ones(grid.cells, np.bool_) if wanted is None else wanted
         self.dtype = values.dtype
         self._whole = cells is None
-        self._blocks: dict[int, NDArray[Any]] = {}
+        self._blocks: dict[int, NDArray[np.generic]] = {}
         self.replace(values)
         if cells is not None:
             self._blocks = {int(c): grid.block(values, int(c)) for c in cells}
@@ -244,7 +243,7 @@ class CellShare:
         """Count the blocks that lie apart from the volume."""
         return len(self._blocks)
 
-    def replace(self, values: NDArray[Any]) -> None:
+    def replace(self, values: NDArray[np.generic]) -> None:
         """Cut later blocks from other values: the volume after an edit."""
         if values.shape != self.grid.shape or values.dtype != self.dtype:
             raise UserError(
@@ -261,11 +260,11 @@ class CellShare:
             self._sums[chosen] = _sums_of(values, starts, self.grid.side + 3)
 
     @property
-    def values(self) -> NDArray[Any]:
+    def values(self) -> NDArray[np.generic]:
         """Get the volume that blocks are cut from."""
         return self._values
 
-    def block(self, cell: int) -> NDArray[Any]:
+    def block(self, cell: int) -> NDArray[np.generic]:
         """Get a cell's block; raise KeyError when another rank keeps it.
 
         Raise ValueError where the volume's array was edited since it was taken.
@@ -282,11 +281,11 @@ class CellShare:
                 )
         return block
 
-    def read(self, cell: int) -> NDArray[Any]:
+    def read(self, cell: int) -> NDArray[np.generic]:
         """Cut a cell's block from the volume, whoever keeps it."""
         return self.grid.block(self._values, cell)
 
-    def put(self, cell: int, block: NDArray[Any]) -> None:
+    def put(self, cell: int, block: NDArray[np.generic]) -> None:
         """Keep a block that came from another rank."""
         self._blocks[cell] = block
 
@@ -299,7 +298,7 @@ class CellShare:
         if cell in self._blocks:
             self._blocks[cell] = self.read(cell)
 
-    def decode(self, payload: bytes) -> NDArray[Any]:
+    def decode(self, payload: bytes) -> NDArray[np.generic]:
         """Read a block back from the bytes of a Data message."""
         width = self.grid.side + 3
         return np.frombuffer(payload, self.dtype).reshape(width, width, width)

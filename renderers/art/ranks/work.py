@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from typing import Any, Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,16 @@ from renderers.art.ranks.messages import ProtocolError
 from renderers.art.ranks.rays import P, RayPacket
 from renderers.art.regions import Gather, Region, region_payload
 
-Run = Callable[[Callable[[Any], Any], Sequence[Any]], Iterable[Any]]
-"""Something like `map`, which may use threads."""
+T = TypeVar("T")
+S = TypeVar("S")
+
+
+class Run(Protocol):
+    """Promise something like `map`, which may use threads."""
+
+    def __call__(self, work: Callable[[T], S], parts: Sequence[T], /) -> Iterable[S]:
+        """Return what the work gives for each part, in their order."""
+        ...
 
 
 class Work(Protocol[P]):
@@ -98,7 +106,7 @@ class MarchWork:
         self,
         march: March,
         leap: NDArray[np.uint8],
-        values: NDArray[Any],
+        values: NDArray[np.generic],
     ) -> None:
         """Go on with an edited volume; `renew` is called for each changed cell."""
         self._march = march
