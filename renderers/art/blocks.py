@@ -30,7 +30,7 @@ from renderers.art.regions import Gather, Region
 RAYS_A_BLOCK = BLOCK_COLUMNS * TILE_PX
 _STRIDE = RAYS_A_BLOCK + 1
 
-ROOM = 16
+MOST_WAITING = 16
 """Blocks that wait for cells until a thread ends its turns, to have them fetched."""
 
 
@@ -83,7 +83,7 @@ class Blocks:
         self.limit = min(taken + more, len(self.corners))
 
     def region(self, number: int) -> Region:
-        """Get a block as a region."""
+        """Return a block as a region."""
         return Region(*self.corners[number].tolist())
 
 
@@ -124,7 +124,7 @@ def draw_strip(
     rays keep their last samples. What waits is not in the picture; its memory is a
     strip's.
     """
-    rows = ROOM * _STRIDE
+    rows = MOST_WAITING * _STRIDE
     state = np.empty((3, rows, 4), np.float32)
     rays = RayArrays(
         np.empty(0, np.int32),
@@ -136,7 +136,7 @@ def draw_strip(
         np.empty(rows, np.float32),
         np.empty((rows if takes_along else 0, 4), np.float32),
     )
-    memory = BlockMemory(np.empty(ROOM, np.int32), rays)
+    memory = BlockMemory(np.empty(MOST_WAITING, np.int32), rays)
     kept, fresh, early = kernel(
         blocks.corners,
         blocks.turns,

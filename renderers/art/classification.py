@@ -16,7 +16,7 @@ _DIGITS = 23
 
 
 def clear_intervals(transfer_function: TransferFunction) -> NDArray[np.float32]:
-    """Get the intervals of density without any extinction, ``(k, 2)``."""
+    """Return the intervals of density without any extinction, ``(k, 2)``."""
     nodes = np.concatenate([[-np.inf], transfer_function.nodes, [np.inf]])
     kappa = transfer_function.kappa_per_mm
     kappa = np.concatenate([kappa[:1], kappa, kappa[-1:]])

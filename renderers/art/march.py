@@ -87,7 +87,7 @@ class March(Protocol):
 
     @property
     def drawer(self) -> "Drawer | None":
-        """Get what draws blocks at once; None where rays go by packets only."""
+        """Return what draws blocks at once; None where rays go by packets only."""
         ...
 
 
@@ -299,7 +299,7 @@ class _Marching(ABC):
 
     @property
     def drawer(self) -> Drawer | None:
-        """Get what draws blocks at once, where there is a kernel for it.
+        """Return what draws blocks at once, where there is a kernel for it.
 
         Fine pictures, of float32, go by packets: their rays march for most of the time,
         and a kernel more would have to be compiled.

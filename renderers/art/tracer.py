@@ -168,7 +168,7 @@ class ActiveRayTracer:
 
     @property
     def memory(self) -> int:
-        """Get the bytes kept to draw with, for all modes drawn so far."""
+        """Return the bytes kept to draw with, for all modes drawn so far."""
         return sum(work.bricks.bytes for _, _, work in self._made.values())
 
     def _trace(

@@ -65,7 +65,7 @@ class Bricks:
 
     @property
     def bytes(self) -> int:
-        """Get the memory of all bricks, of the distances and of the whole volume."""
+        """Return the memory of all bricks, of the distances and of the whole volume."""
         view = self.view
         return view.samples.nbytes + view.leap.nbytes + view.whole.nbytes
 
@@ -75,7 +75,7 @@ class Bricks:
         self.view = self.view._replace(leap=leap, whole=whole)
 
     def shows(self, cell: int) -> bool:
-        """Tell whether rays can read a cell."""
+        """Return whether rays can read a cell."""
         return bool(self.view.slots[cell] >= 0)
 
     def show(self, cell: int, slot: int, block: NDArray[np.generic]) -> None:

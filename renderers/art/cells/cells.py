@@ -44,24 +44,24 @@ class CellGrid:
 
     @property
     def shift(self) -> int:
-        """Get the binary logarithm of `side`."""
+        """Return the binary logarithm of `side`."""
         return self.side.bit_length() - 1
 
     @property
     def counts(self) -> tuple[int, int, int]:
-        """Get the number of cells along z, y, x."""
+        """Return the number of cells along z, y, x."""
         nz, ny, nx = self.shape
         s = self.side
         return -(-(nz - 1) // s), -(-(ny - 1) // s), -(-(nx - 1) // s)
 
     @property
     def cells(self) -> int:
-        """Get the number of cells."""
+        """Return the number of cells."""
         cz, cy, cx = self.counts
         return cz * cy * cx
 
     def start(self, cell: int) -> tuple[int, int, int]:
-        """Get the first voxel ``(z, y, x)`` of a cell."""
+        """Return the first voxel ``(z, y, x)`` of a cell."""
         _, cy, cx = self.counts
         if not 0 <= cell < self.cells:
             raise UserError(f"there is no cell {cell}; the volume has {self.cells}")
@@ -103,7 +103,7 @@ class CellGrid:
         return [int(cell) for cell in np.flatnonzero(found)]
 
     def value_ranges(self, values: NDArray[np.generic]) -> NDArray[np.float32]:
-        """Get the smallest and largest value of each cell, ``(cells, 2)``.
+        """Return the smallest and largest value of each cell, ``(cells, 2)``.
 
         Layer by layer: of a mapped file no more is in memory than one layer of cells.
         """
@@ -171,7 +171,7 @@ class CellGrid:
 def cube_distances(
     values: NDArray[np.generic], clear: NDArray[np.float32]
 ) -> NDArray[np.uint8]:
-    """Get each cube's Chebyshev distance, in cubes, to the next one to be seen.
+    """Return each cube's Chebyshev distance, in cubes, to the next one to be seen.
 
     Flat, x fastest, with three bytes to spare. Zero marks cubes that may hold
     something; distances saturate at 255. Whatever is clear in `CellGrid.occupied` is
@@ -190,7 +190,7 @@ def cube_distances(
 
 
 def _may_change(values: NDArray[np.generic]) -> bool:
-    """Tell whether an array, or one that it is a view of, can be written to."""
+    """Return whether an array, or one that it is a view of, can be written to."""
     owner: object = values
     while isinstance(owner, np.ndarray):
         if owner.flags.writeable:
@@ -261,11 +261,11 @@ class CellShare:
 
     @property
     def values(self) -> NDArray[np.generic]:
-        """Get the volume that blocks are cut from."""
+        """Return the volume that blocks are cut from."""
         return self._values
 
     def block(self, cell: int) -> NDArray[np.generic]:
-        """Get a cell's block; raise KeyError when another rank keeps it.
+        """Return a cell's block; raise KeyError when another rank keeps it.
 
         Raise ValueError where the volume's array was edited since it was taken.
         """

@@ -10,7 +10,7 @@ from renderers.art.cells.bricks import MOST_VOXELS, Bricks
 from renderers.art.cells.cache import CellCache
 from renderers.art.cells.cell_size import QUICK_SIDE, side_for
 from renderers.art.cells.cells import CellGrid, CellShare, cube_distances
-from renderers.art.cells.memory_budget import Room, demand_distances, room_for
+from renderers.art.cells.memory_budget import MemoryBudget, budget_for, demand_distances
 from renderers.art.kernels.build_bricks import SHORT
 from renderers.art.march import ClassicMarch, March, ScopeMarch
 from renderers.art.quality import Quality
@@ -47,7 +47,7 @@ Of less room than that, half is left free and half is for cells whose owner give
 
 
 def slots_of(cells: int, ranks: int, wanted: int | None) -> tuple[int, int]:
-    """Get a rank's slots and how many of them may be owned cells, where cells migrate.
+    """Return a rank's slots, and how many may be owned cells where cells migrate.
 
     wanted: slots; None for as many as there are cells. Raise ValueError when all ranks
     together could not hold every cell and still work.
@@ -121,13 +121,13 @@ class _Look:
         empty = ranges[~seen, 0]
         return cls(march, grid, seen, leap, span, float(empty[0]) if len(empty) else 0)
 
-    def room(self, limit: int) -> Room:
+    def budget(self, limit: int) -> MemoryBudget:
         """Fit what one rank draws with into so many bytes; ValueError if it cannot."""
         march, voxels = self.march, math.prod(self.grid.shape)
         number = 4 if self.span is None else 2
         channels = 4 if march.needs_gradients else 1
         wanted = march.seeks_values and voxels < MOST_VOXELS
-        return room_for(
+        return budget_for(
             self.grid.shape,
             int(np.count_nonzero(self.seen)),
             (self.grid.side + 1) ** 3 * channels * number,
@@ -220,10 +220,11 @@ def make_node(
         demand_distances(scene.volume.shape, limit)
     looked = _look(scene, mode, quality, cell_side, packet, deflection)
     seen, march = looked.seen, looked.march
-    roomy = True
+    fits_whole = True
     if ranks == 1 and policy.cache_cells is None and not policy.from_file:
-        room = looked.room(limit)
-        policy, roomy = replace(policy, cache_cells=room.cells), room.whole
+        budget = looked.budget(limit)
+        policy = replace(policy, cache_cells=budget.cells)
+        fits_whole = budget.whole
     migrates = policy.dataflow is Dataflow.MIGRATING and ranks > 1
     cache, home, owner, mine = _share_out(seen, rank, ranks, policy, migrates)
     is_full = cache.capacity >= int(np.count_nonzero(seen))
@@ -236,7 +237,7 @@ def make_node(
         cache.stamp,
         looked.span,
         gradients=march.needs_gradients,
-        whole=values if lone and roomy and march.seeks_values else None,
+        whole=values if lone and fits_whole and march.seeks_values else None,
     )
     if not looked.leap.any() and not seen.all():
         bricks.show_empty(np.flatnonzero(~seen), looked.empty_value)

@@ -75,7 +75,7 @@ class MarchTravel:
         return trip
 
     def is_own(self, trip: Trip) -> bool:
-        """Tell whether a trip's packet is whole and at home."""
+        """Return whether a trip's packet is whole and at home."""
         return self._trips.get(trip.number) is trip
 
     def move(self, trip: Trip) -> bool:
@@ -153,7 +153,7 @@ class MarchTravel:
         self._trips.clear()
 
     def tally(self) -> dict[str, int]:
-        """Get the kernels' counters and the rays sent."""
+        """Return the kernels' counters and the rays sent."""
         return self._work.tally() | {"rays_sent": self._rays_sent}
 
     def _pack(self, trip: Trip, rays: NDArray[np.intp], *, whole: bool) -> bytes:

@@ -90,7 +90,7 @@ class RayPacket:
 
     @property
     def result(self) -> NDArray[np.float32]:
-        """Get colour and alpha, or normal and coverage, of each ray, (n, 4)."""
+        """Return colour and alpha, or normal and coverage, of each ray, (n, 4)."""
         return self.value[:-1] + self.carry[:-1]
 
     def missing_cells(self) -> list[int]:
@@ -152,7 +152,7 @@ class RayStack(Generic[P]):
         return len(woken)
 
     def waited_for(self) -> set[int]:
-        """Get the cells that some packet waits for."""
+        """Return the cells that some packet waits for."""
         return set(self._inactive)
 
     def clear(self) -> None:

@@ -43,7 +43,7 @@ class Work(Protocol[P]):
         ...
 
     def tally(self) -> dict[str, int]:
-        """Get what moving rays has cost so far, by name."""
+        """Return what moving rays has cost so far, by name."""
         ...
 
     def result(self, packet: P) -> bytes:
@@ -130,7 +130,7 @@ class MarchWork:
         return int(np.count_nonzero(self.seen))
 
     def tally(self) -> dict[str, int]:
-        """Get the kernels' counters."""
+        """Return the kernels' counters."""
         moved = {name: int(n) for name, n in zip(COUNTERS, self.counters, strict=True)}
         return moved | {"ended_early": self.ended_early}
 

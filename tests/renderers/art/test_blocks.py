@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from renderers.art.blocks import ROOM, Blocks, Strip, draw_strip
+from renderers.art.blocks import MOST_WAITING, Blocks, Strip, draw_strip
 from renderers.art.kernels.march_types import BLOCK_COLUMNS, TILE_PX, BlockMemory
 from renderers.art.regions import Gather
 
@@ -108,7 +108,7 @@ def test_kept_blocks_wait_as_packets(along: bool) -> None:
     blocks.allow(1000)
     seen = np.zeros(size, np.int32)
     number = 0
-    for kept in (ROOM, 24 - ROOM, 0):
+    for kept in (MOST_WAITING, 24 - MOST_WAITING, 0):
         strip = draw(keep_all, blocks, along=along)
         assert strip.fresh == strip.early == 0
         assert len(strip.packets) == kept
