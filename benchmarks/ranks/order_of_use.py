@@ -7,6 +7,7 @@ import numpy as np
 from renderers.art.march import FrameRays
 from renderers.art.quality import Quality
 from renderers.art.ranks.messages import ProtocolError
+from renderers.art.ranks.policy import CellPolicy
 from renderers.art.ranks.prepare import MarchNode, make_node
 from renderers.art.ranks.rays import RayPacket
 from renderers.art.regions import deal_regions
@@ -27,7 +28,9 @@ def order_of_use(scene: Scene, quality: Quality, camera: Camera) -> dict[str, fl
     """
     rays = FrameRays.of(camera)
     regions = deal_regions(camera.width, camera.height, 0, 1)
-    march, node, work = make_node(scene, "classic", quality, from_file=True)
+    march, node, work = make_node(
+        scene, "classic", quality, policy=CellPolicy(from_file=True)
+    )
 
     def packets() -> list[RayPacket]:
         return [march.start(region, rays) for region in regions]
@@ -44,7 +47,9 @@ def order_of_use(scene: Scene, quality: Quality, camera: Camera) -> dict[str, fl
                 raise ProtocolError("a cell went that had room")
     without_s, with_s = best
     half = max(node.cache.fetches // 2, 1)
-    _, tight, _ = make_node(scene, "classic", quality, from_file=True, cache_cells=half)
+    _, tight, _ = make_node(
+        scene, "classic", quality, policy=CellPolicy(half, from_file=True)
+    )
     began = time.thread_time()
     _draw(tight, packets())
     whole_s = time.thread_time() - began

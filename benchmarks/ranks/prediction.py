@@ -33,7 +33,7 @@ from renderers.art.ranks.directory import Distances
 from renderers.art.ranks.ledger import Ledger
 from renderers.art.ranks.messages import CELL_KINDS
 from renderers.art.ranks.node import Node
-from renderers.art.ranks.policy import Dataflow
+from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.prepare import make_node
 from renderers.art.regions import deal_regions
 from renderers.snapshots.data_store import DataStore
@@ -90,7 +90,7 @@ class Predictor:
             self._mode,
             self._quality,
             cell_side=job.cell_side,
-            cache_cells=1,
+            policy=CellPolicy(1),
         )
         self._strands: dict[int, list[list[list[StrandPacket]]]] = {}
 
@@ -124,11 +124,9 @@ class Predictor:
                 self._quality,
                 rank=rank,
                 ranks=ranks,
-                dataflow=dataflow,
+                policy=CellPolicy(self._job.cache_cells, dataflow, self._job.from_file),
                 distances=_same_machine(ranks),
                 cell_side=self._job.cell_side,
-                cache_cells=self._job.cache_cells,
-                from_file=self._job.from_file,
             )
             if dataflow is Dataflow.RAYS:
                 found.append(ray_twin(node, begun, costs))

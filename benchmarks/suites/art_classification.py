@@ -1,8 +1,7 @@
 """Integrated transfer functions beside post-classified ones: time and error of both.
 
-The named qualities integrate, in steps of their own or, where those leave more than a
-quality aims at, in shorter ones. At equal steps, and at equal error: post-classified
-steps are halved until their error is no larger than that of integrated ones.
+At equal steps, and at equal error: post-classified steps are halved until their error
+is no larger than that of integrated ones.
 """
 
 from dataclasses import replace
@@ -78,16 +77,10 @@ class ClassificationPlan(Plan):
         return [
             task(f"{name}, post", partial(draw, "post"), settings("post")),
             task(
-                f"{name}, integrated, own step",
-                partial(draw, "integrated", aimed=False),
-                settings("integrated, own step"),
-                baseline=f"{name}, post",
-            ),
-            task(
                 f"{name}, integrated",
                 partial(draw, "integrated"),
                 settings("integrated"),
-                baseline=f"{name}, integrated, own step",
+                baseline=f"{name}, post",
             ),
             task(
                 f"post, error of {name}, integrated",
@@ -115,15 +108,11 @@ class ClassificationPlan(Plan):
         quantity: str,
         name: str,
         kind: ClassificationName,
-        *,
-        aimed: bool = True,
     ) -> Measured:
         quality = replace(Quality.named(name), classification=kind)
-        if not aimed:
-            quality = replace(quality, aim=None)
         found = self._measure(source, view, quantity, quality)
         assert found.error is not None
-        if kind == "integrated" and aimed:
+        if kind == "integrated":
             self._errors[source.name, view, quantity, name] = found.error.rmse
         return found
 

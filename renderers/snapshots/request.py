@@ -285,7 +285,6 @@ class SnapshotRequest(_Strict, frozen=True):
             named.renormalise,
             named.compact,
             classification=self.classification,
-            aim=named.aim if step is None else None,
         )
 
 

@@ -6,16 +6,16 @@ itself it checks alone (`Node.check`); docs/ranks.md lists both under their numb
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 from renderers.art.cells.cache import CellState
 from renderers.art.ranks.directory import ON_DISK, Directory
 from renderers.art.ranks.messages import CELL_KINDS, Message, MessageKind
 from renderers.art.ranks.node import Node
+from renderers.art.ranks.rays import P
 
 
 def audit(
-    nodes: Sequence[Node[Any]],
+    nodes: Sequence[Node[P]],
     flying: Iterable[Message],
     cells: Iterable[int] | None = None,
 ) -> None:
@@ -31,7 +31,7 @@ def audit(
     if about and all(node.is_finished for node in nodes):
         raise AssertionError(f"all ranks are done, and yet {about} are on their way")
     _bounds(nodes, about)
-    having: dict[int, list[Node[Any]]] = {}
+    having: dict[int, list[Node[P]]] = {}
     if cells is None:
         for node in nodes:
             for cell in node.cache.cells():
@@ -48,7 +48,7 @@ def audit(
 
 
 def _owners(
-    home: Directory, having: list[Node[Any]], cell: int, flying: list[Message]
+    home: Directory, having: list[Node[P]], cell: int, flying: list[Message]
 ) -> None:
     owners = [node.rank for node in having if node.cache.owns(cell)]
     versions = {n.cache.version(cell) for n in having if n.cache.holds(cell)}
@@ -71,7 +71,7 @@ def _owners(
 
 
 def _listed(
-    home: Directory, having: list[Node[Any]], cell: int, flying: list[Message]
+    home: Directory, having: list[Node[P]], cell: int, flying: list[Message]
 ) -> None:
     leaving = {m.target for m in flying if m.kind is MessageKind.INVALIDATE}
     asking = {m.source for m in flying if m.kind is MessageKind.REQUEST}
@@ -88,7 +88,7 @@ def _listed(
     )
 
 
-def _bounds(nodes: Sequence[Node[Any]], about: dict[int, list[Message]]) -> None:
+def _bounds(nodes: Sequence[Node[P]], about: dict[int, list[Message]]) -> None:
     data: Counter[int] = Counter()
     control: Counter[int] = Counter()
     for messages in about.values():

@@ -26,16 +26,16 @@ class Transport(Protocol):
 
     @property
     def rank(self) -> int:
-        """Get this rank."""
+        """Return this rank."""
         ...
 
     @property
     def ranks(self) -> int:
-        """Get the number of ranks."""
+        """Return the number of ranks."""
         ...
 
     def distances(self, rank: int) -> Sequence[int]:
-        """Get what separates a rank from each rank: 0 itself, 1 near, 2 far."""
+        """Return what separates a rank from each rank: 0 itself, 1 near, 2 far."""
         ...
 
     def send(self, message: Message) -> None:
@@ -70,7 +70,7 @@ class LoopBack:
         self._queues: dict[tuple[int, int], deque[bytes]] = {}
 
     def end(self, rank: int) -> "LoopBackEnd":
-        """Get the transport of one rank."""
+        """Return the transport of one rank."""
         return LoopBackEnd(self, rank)
 
     @property
@@ -107,7 +107,7 @@ class LoopBackEnd:
         self._joint = joint
 
     def distances(self, rank: int) -> Sequence[int]:
-        """Give all others the same distance."""
+        """Return all others the same distance."""
         return [int(other != rank) for other in range(self.ranks)]
 
     def send(self, message: Message) -> None:

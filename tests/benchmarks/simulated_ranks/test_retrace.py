@@ -37,7 +37,7 @@ def record(
     scene: Scene, camera: Camera, ranks: int, spare: int, dataflow: Dataflow, seed: int
 ) -> Recorded:
     """Draw two frames over a loop-back, and make nodes that can repeat it."""
-    march, _, lone = make_node(scene, "classic", QUALITY, cache_cells=1)
+    march, _, lone = make_node(scene, "classic", QUALITY, policy=CellPolicy(1))
     cells = -(-lone.occupied // ranks) + spare
     rays = FrameRays.of(camera)
     joint = LoopBack(ranks, seed)
@@ -60,8 +60,9 @@ def record(
             nodes.append(twin(node))
         else:
             _, owning, _ = make_node(
-                scene, "classic", QUALITY, rank=rank, ranks=ranks, dataflow=dataflow
-            )
+                scene, "classic", QUALITY, rank=rank, ranks=ranks,
+                policy=CellPolicy(dataflow=dataflow),
+            )  # fmt: skip
             nodes.append(ray_twin(owning, begun))
         packets = [record_packet(march.start(r, rays), lone) for r in regions[rank]]
         strands.append([packets] * FRAMES)

@@ -30,13 +30,10 @@ def test_rows_are_at_equal_steps_and_at_equal_error(
     for task in tasks:
         assert task.baseline is None or task.baseline in found
         found[task.mode] = task.measure()
-    assert len(found) == 12
+    assert len(found) == 9
     rmse = {name: made.error.rmse for name, made in found.items() if made.error}
     for name in ("preview", "snapshot", "final"):
         assert rmse[f"{name}, integrated"] < rmse[f"{name}, post"] / 2
-        own = found[f"{name}, integrated, own step"].counters["step_voxels"]
-        assert found[f"{name}, integrated"].counters["step_voxels"] < own
-        assert rmse[f"{name}, integrated"] < rmse[f"{name}, integrated, own step"]
         likeness = [found[f"{name}, {kind}"].counters["ssim"] for kind in KINDS]
         assert 0 < likeness[0] < likeness[1] < 1
         equal = found[f"post, error of {name}, integrated"]

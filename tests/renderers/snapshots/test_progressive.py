@@ -265,7 +265,7 @@ def test_coarse_pictures_come_first_and_parts_follow(
     """With parts at every look, each picture on the way is nearer to the last."""
     monkeypatch.setattr("renderers.snapshots.progressive.FIRST_S", -1.0)
     monkeypatch.setattr("renderers.snapshots.progressive.SHARE", 1e9)
-    monkeypatch.setattr("renderers.art.time_slices.SLICE_S", 1e-6)
+    monkeypatch.setattr("renderers.art.tracer.SLICE_S", 1e-6)
     assert scene.surface is not None
     camera = inside.with_size(200, 180)
     request = client.request_scope(scene.surface, camera, progressive=True)

@@ -196,7 +196,7 @@ def test_ranks_draw_what_one_tracer_draws(
         assert run_worker(client.spool.folder, once=True, team=team)
     tracer = ActiveRayTracer(scene, deflection=to_deflection(moved))
     drawn = client.wait(requests[0].id)
-    assert drawn.result.counters["bent"] > 0
+    assert drawn.result.counters["deflected"] > 0
     assert_array_equal(drawn.radiance(), tracer.render(outside).rgba)
     found = tracer.gbuffer(inside.with_size(48, 40))
     assert_array_equal(client.wait(requests[1].id).depth_mm(), found.depth_mm)
