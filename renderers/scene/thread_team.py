@@ -80,17 +80,17 @@ class ThreadTeam:
 
     @classmethod
     def of(cls, threads: "int | ThreadTeam") -> "ThreadTeam":
-        """Give a team of so many threads, or the team itself."""
+        """Return a team of so many threads, or the team itself."""
         return threads if isinstance(threads, ThreadTeam) else cls(threads)
 
     @property
     def bell(self) -> NDArray[np.int64]:
-        """Get what calls the others, see `map`: a number, by one more."""
+        """Return what calls the others, see `map`: a number, by one more."""
         return self._board.calls
 
     @property
     def busy(self) -> NDArray[np.int64]:
-        """Get how many of the others are at work."""
+        """Return how many of the others are at work."""
         return self._board.busy
 
     def map(
@@ -100,7 +100,7 @@ class ThreadTeam:
         *,
         rings: bool = False,
     ) -> list[Result]:
-        """Give `work(part)` of all parts in their order; the first error is raised.
+        """Return `work(part)` of all parts in their order; the first error is raised.
 
         rings: the first part rings `bell` in compiled code, where it does not hold the
         interpreter's lock: who is called before waits for that lock, and to be woken
@@ -148,7 +148,7 @@ class ThreadTeam:
         return errand
 
     def errand(self, work: Callable[[], Result]) -> Errand[Result]:
-        """Give an errand that nobody is called for: who comes by first does it."""
+        """Return an errand that nobody is called for: who comes by first does it."""
         return Errand(work, self._board)
 
     def rouse(self) -> None:
