@@ -51,7 +51,7 @@ def _lerp(builder: Any, x: Any, y: Any, f: Any) -> Any:
 
 
 def _y_weights(builder: Any, fy: Any, n: int) -> Any:
-    """Give (32767 - w, w) in the halves of i32 lanes, w the rounded y fraction."""
+    """Return (32767 - w, w) in the halves of i32 lanes, w the rounded y fraction."""
     scale = splat(builder, ir.Constant(ELEMENTS["f32"], float(_SCALE)), n)
     half = splat(builder, ir.Constant(ELEMENTS["f32"], 0.5), n)
     rounded = builder.fadd(builder.fmul(fy, scale), half)
@@ -62,7 +62,7 @@ def _y_weights(builder: Any, fy: Any, n: int) -> Any:
 
 
 def _starts(builder: Any, base: Any, y_step: Any, z_step: Any, shift: int) -> list[Any]:
-    """Give where the four lines of a cell along x begin, for its first voxel at 0."""
+    """Return where the four lines of a cell along x begin, for its first voxel at 0."""
     by = ir.Constant(I64, shift)
     along, deep = builder.shl(y_step, by), builder.shl(z_step, by)
     both = builder.add(along, deep)
@@ -127,7 +127,7 @@ def _reals(builder: Any, base: Any, *args: Any) -> list[Any]:
 
 
 def _cell_type(samples: Any, voxel: Any, *fractions: Any) -> Any:
-    """Give the type of what is interpolated, or None where arguments do not fit."""
+    """Return the type of what is interpolated, or None where arguments do not fit."""
     if stored(samples) is None or samples.dtype not in (types.int16, types.float32):
         return None
     if not isinstance(voxel, Vector) or voxel.element != "i32" or voxel.count < 4:

@@ -185,7 +185,7 @@ def select(mask: Any, x: Any, y: Any) -> Any:
 
 @width_function
 def full(x: Any, width: Any) -> Any:
-    """Give `width` copies of a scalar; its type is the element."""
+    """Return `width` copies of a scalar; its type is the element."""
     scalar = types.unliteral(x)
     element = next((name for name, kind in SCALARS.items() if kind == scalar), None)
     if element is None or not isinstance(width, types.IntegerLiteral):
@@ -200,7 +200,7 @@ def full(x: Any, width: Any) -> Any:
 
 @width_function
 def lanes(width: Any) -> Any:
-    """Give 0, 1, 2 ... width - 1 as 32-bit integers."""
+    """Return 0, 1, 2 ... width - 1 as 32-bit integers."""
     if not isinstance(width, types.IntegerLiteral):
         return None
     numbers = range(width.literal_value)
@@ -213,7 +213,7 @@ def lanes(width: Any) -> Any:
 
 @vector_function
 def lowest(x: Any) -> Any:
-    """Give the number of the lowest bit that is set in an int64, 64 if none is."""
+    """Return the number of the lowest bit that is set in an int64, 64 if none is."""
     if types.unliteral(x) != types.int64:
         return None
 

@@ -53,7 +53,7 @@ def unzip3(a: Any, b: Any, c: Any) -> Any:
 
 @vector_function
 def zip3(x: Any, y: Any, z: Any) -> Any:
-    """Give the three vectors that lie one after the other as x, y, z, x, y, z ..."""
+    """Return the three vectors that lie one after the other as x, y, z, x, y, z ..."""
     if not _are_alike(x, y, z):
         return None
 

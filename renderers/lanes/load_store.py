@@ -53,7 +53,7 @@ def _place(builder: Any, base: Any, index: Any, element: Any, count: int) -> Any
 
 
 def bytes_of(element: Any) -> int:
-    """Give the bytes of an element of LLVM's."""
+    """Return the bytes of an element of LLVM's."""
     widths = {ELEMENTS["f32"]: 4, ELEMENTS["f64"]: 8}
     return widths.get(element) or element.width // 8
 
@@ -114,7 +114,7 @@ def store(array: Any, index: Any, x: Any) -> Any:
 
 
 def is_plain(array: Any, element: str) -> bool:
-    """Say whether an array holds lanes of this element as they are."""
+    """Return whether an array holds lanes of this element as they are."""
     found = stored(array)
     return found is not None and found[0] == element and not found[2]
 

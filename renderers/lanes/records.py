@@ -56,7 +56,7 @@ def spread_in_groups(builder: Any, x: Any, which: int) -> Any:
 
 
 def byte_offsets(builder: Any, index: Any, shift: int) -> list[Any]:
-    """Give every lane of an i32 index, shifted left, as a 64-bit scalar."""
+    """Return every lane of an i32 index, shifted left, as a 64-bit scalar."""
     by = splat(builder, ir.Constant(I32, shift), index.type.count)
     moved = builder.shl(index, by)
     return [
@@ -79,7 +79,7 @@ def load_part(
 
 
 def is_rows(array: Any, index: Any) -> bool:
-    """Say whether a lane can read or write a row of four of an array."""
+    """Return whether a lane can read or write a row of four of an array."""
     found = stored(array)
     return (
         found is not None
@@ -91,13 +91,13 @@ def is_rows(array: Any, index: Any) -> bool:
 
 
 def row_type(array: Any) -> Any:
-    """Give the LLVM type of a row of four."""
+    """Return the LLVM type of a row of four."""
     return _INTEGER_ROW if array.dtype == types.int32 else _ROW
 
 
 @vector_function
 def rows4(array: Any, index: Any) -> Any:
-    """Give the four columns of rows ``index`` of an array of rows of four.
+    """Return the four columns of rows ``index`` of an array of rows of four.
 
     The array is float32 or int32. Indices are not negative, and rows end below 2 GiB.
     """
@@ -116,7 +116,7 @@ def rows4(array: Any, index: Any) -> Any:
 
 @vector_function
 def rows8(array: Any, index: Any) -> Any:
-    """Give the eight columns of rows ``index`` of an array of rows of eight.
+    """Return the eight columns of rows ``index`` of an array of rows of eight.
 
     As `rows4`; a lane's place is worked out once for both halves of its row.
     """

@@ -48,17 +48,17 @@ class Vector(types.Type):
         super().__init__(f"vector<{element} x {count}>")
 
     def like(self, element: str) -> "Vector":
-        """Give the type of as many lanes of another element."""
+        """Return the type of as many lanes of another element."""
         return Vector(element, self.count)
 
     @property
     def llvm(self) -> Any:
-        """Get the LLVM type."""
+        """Return the LLVM type."""
         return ir.VectorType(ELEMENTS[self.element], self.count)
 
     @property
     def is_real(self) -> bool:
-        """Say whether lanes are floating-point."""
+        """Return whether lanes are floating-point."""
         return self.element in REALS
 
 
@@ -136,7 +136,7 @@ def data(context: Any, builder: Any, kind: Any, array: Any) -> Any:
 
 
 def constant_lanes(numbers: Iterable[int]) -> Any:
-    """Give a constant vector of 32-bit integers."""
+    """Return a constant vector of 32-bit integers."""
     values = [ir.Constant(I32, n) for n in numbers]
     return ir.Constant(ir.VectorType(I32, len(values)), values)
 
@@ -173,7 +173,7 @@ def call_llvm(builder: Any, name: str, result: Any, args: Sequence[Any]) -> Any:
 
 
 def mangled(vector: Any) -> str:
-    """Give an LLVM vector type's name inside names of intrinsic functions."""
+    """Return an LLVM vector type's name inside names of intrinsic functions."""
     element = vector.element
     if element == ELEMENTS["f32"]:
         return f"v{vector.count}f32"

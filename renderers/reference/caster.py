@@ -164,7 +164,7 @@ def _cast_exactly(
     step_mm: float,
     gradient: NDArray[np.float64] | None,
 ) -> NDArray[np.float64]:
-    """Give one pixel by rule gauss, ``(4,)``."""
+    """Return one pixel by rule gauss, ``(4,)``."""
     volume = scene.volume
     (near,), (far,) = box_interval(volume, origin[None], way[None])
     if not near < far:

@@ -26,7 +26,7 @@ _CUBIC = np.linalg.inv(np.vander([0.0, 1 / 3, 2 / 3, 1.0]))
 
 
 def gauss_ray(medium: Medium, cuts: F64) -> tuple[F64, float]:
-    """Give the light ``(c,)`` and the transmittance of a ray.
+    """Return the light ``(c,)`` and the transmittance of a ray.
 
     cuts: increasing distances in mm, at each place where the medium is not smooth and
     as many between as are wanted: the ends of the steps.
@@ -47,7 +47,7 @@ def gauss_ray(medium: Medium, cuts: F64) -> tuple[F64, float]:
 
 
 def faces(start: F64, rate: F64, near: float, far: float) -> F64:
-    """Get where a ray passes from voxel to voxel, and both ends of it.
+    """Return where a ray passes from voxel to voxel, and both ends of it.
 
     start, rate: place in voxels at distance 0, and its change with distance.
     """
@@ -61,7 +61,7 @@ def faces(start: F64, rate: F64, near: float, far: float) -> F64:
 
 
 def kinks(density: Callable[[F64], F64], ends: F64, nodes: F64) -> F64:
-    """Get where a density passes a transfer function's nodes, between `ends`.
+    """Return where a density passes a transfer function's nodes, between `ends`.
 
     density: at distances; a cubic from each of the increasing `ends` to the next, which
     is halved until a root is known to rounding.

@@ -13,7 +13,6 @@ from renderers.scene.spine import Spine
 from renderers.scene.transfer import (
     TransferFunction,
     extinction_from_opacity,
-    opacity_from_extinction,
 )
 from renderers.scene.volume import AIR_HU, Volume
 
@@ -39,7 +38,6 @@ __all__ = [
     "extinction_from_opacity",
     "four_lights",
     "image_error",
-    "opacity_from_extinction",
     "rmse_codes",
     "save_png",
     "srgb_from_linear",

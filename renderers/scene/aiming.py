@@ -22,7 +22,7 @@ def aimed(
     up: ArrayLike,
     right_before: ArrayLike | None = None,
 ) -> NDArray[np.float64]:
-    """Give ``(4, 3)`` eye, right, up and forward of who looks from a place to another.
+    """Return ``(4, 3)`` eye, right, up and forward of a view from place to place.
 
     up: roughly upwards. Parallel to the view it tells nothing: then right stays as near
     as can be to `right_before`, if that is given, and else the world's axis that is

@@ -15,7 +15,7 @@ def mark_used(entry: Path) -> None:
 
 @contextmanager
 def kept_entry(entry: Path, most: int) -> Iterator[Path]:
-    """Give a place to write an entry to, which then appears whole.
+    """Return a place to write an entry to, which then appears whole.
 
     Of the files beside it with its ending, those not used for longest are removed
     until `most` are left. See `whole_file` for what is raised.
@@ -28,7 +28,7 @@ def kept_entry(entry: Path, most: int) -> Iterator[Path]:
 
 
 def _last_use(entry: Path) -> float:
-    """Give the time of last use; another process may have removed the file."""
+    """Return the time of last use; another process may have removed the file."""
     try:
         return entry.stat().st_mtime
     except FileNotFoundError:

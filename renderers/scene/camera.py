@@ -172,7 +172,7 @@ class Camera:
 
     @property
     def edge(self) -> float:
-        """Get the undistorted radius on the half of the shorter side.
+        """Return the undistorted radius on the half of the shorter side.
 
         A tangent (pinhole), radians (equidistant) or mm (orthographic).
         """
@@ -182,7 +182,7 @@ class Camera:
 
     @property
     def pixels_per_unit(self) -> float:
-        """Get the picture's pixels per tangent, radian or mm, in its middle."""
+        """Return the picture's pixels per tangent, radian or mm, in its middle."""
         edge = self.edge
         if not self.distortion.is_none:
             edge = float(self.distortion.of(np.array(edge)))
@@ -190,7 +190,7 @@ class Camera:
 
     @property
     def widest(self) -> float:
-        """Get the undistorted radius of the ray farthest from the axis."""
+        """Return the undistorted radius of the ray farthest from the axis."""
         half = min(self.width, self.height) / 2
         r = 1 + STOP_MARGIN_PX / half
         if self.projection is not Projection.EQUIDISTANT:
@@ -202,7 +202,7 @@ class Camera:
 
     @property
     def key(self) -> tuple[object, ...]:
-        """Get something that is equal exactly for cameras with the same rays."""
+        """Return something that is equal exactly for cameras with the same rays."""
         lens = self.extent, self.width, self.height, self.projection, self.distortion
         return self.frame.tobytes(), *lens
 
@@ -229,19 +229,19 @@ class Camera:
 
     @property
     def eye_mm(self) -> NDArray[np.float64]:
-        """Get the eye's world position ``(3,)``."""
+        """Return the eye's world position ``(3,)``."""
         eye: NDArray[np.float64] = self.frame[0]
         return eye
 
     @property
     def radians_per_pixel(self) -> float:
-        """Get the angle of one pixel at the centre (mm per pixel, orthographic)."""
+        """Return the angle of one pixel at the centre (mm per pixel, orthographic)."""
         if not self.distortion.is_none:
             return 1 / self.pixels_per_unit
         return 2 * self.edge / min(self.width, self.height)
 
     def lens_table(self) -> NDArray[np.float32]:
-        """Give camera-frame ray directions ``(height, width, 3)``, read-only.
+        """Return camera-frame ray directions ``(height, width, 3)``, read-only.
 
         Unit vectors, exactly zero outside the round stop of an equidistant lens.
         Orthographic: (x, y) is the ray origin's offset in mm along right and up and
@@ -254,7 +254,7 @@ class Camera:
     def rays(
         self, where: NDArray[np.bool_] | None = None
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Give world origins and unit directions, both ``(height, width, 3)``.
+        """Return world origins and unit directions, both ``(height, width, 3)``.
 
         Directions are zero where the lens sees nothing. where: ``(height, width)``, the
         pixels whose rays are given in their order, ``(n, 3)``; None for all.
@@ -273,7 +273,7 @@ class Camera:
     def project(
         self, points_mm: ArrayLike
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Give pixel positions ``(..., 2)`` (column, row) and distances ``(...)``.
+        """Return pixel positions ``(..., 2)`` (column, row) and distances ``(...)``.
 
         The centre of pixel (row i, column j) is (j + .5, i + .5). The distance is
         along the ray (along the view axis, orthographic); points behind a pinhole
@@ -307,7 +307,7 @@ class Camera:
     def _bent(
         self, rho: NDArray[np.float64], z: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Give how much farther from the middle a distorted lens puts a point."""
+        """Return how much farther from the middle a distorted lens puts a point."""
         u = np.arctan2(rho, z)
         if self.projection is Projection.PERSPECTIVE:
             with np.errstate(divide="ignore", invalid="ignore"):

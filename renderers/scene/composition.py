@@ -20,7 +20,7 @@ GREY = (0.4, 0.4, 0.4)
 
 
 def solids_seen(camera: Camera, placed: Iterable[PlacedMesh]) -> GBuffer:
-    """Give what a camera sees of meshes alone."""
+    """Return what a camera sees of meshes alone."""
     buffer = GBuffer.empty(camera.height, camera.width)
     for mesh, pose in placed:
         mesh.draw(buffer, camera, pose)

@@ -35,12 +35,12 @@ class Distortion:
 
     @property
     def is_none(self) -> bool:
-        """Tell whether the lens is as its law says."""
+        """Return whether the lens is as its law says."""
         return self.k1 == 0 and self.k2 == 0
 
     @property
     def fold(self) -> float:
-        """Get the radius from which the picture turns back on itself; inf for none.
+        """Return the radius from which the picture turns back on itself; inf for none.
 
         The first zero of the slope ``1 + 3 k1 u**2 + 5 k2 u**4``.
         """
@@ -54,17 +54,17 @@ class Distortion:
         return math.sqrt(2 / (root - b)) if root > b else math.inf
 
     def of(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Give D(u)."""
+        """Return D(u)."""
         s = u * u
         return u * (1 + s * (self.k1 + s * self.k2))
 
     def stretch(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Give D(u) / u, 1 at 0."""
+        """Return D(u) / u, 1 at 0."""
         s = u * u
         return 1 + s * (self.k1 + s * self.k2)
 
     def stretches(self, widest: float) -> tuple[float, float]:
-        """Give the least and the largest `stretch` from 0 to `widest`."""
+        """Return the least and the largest `stretch` from 0 to `widest`."""
         at = [0.0, widest]
         if self.k2 != 0 and 0 < -self.k1 / (2 * self.k2) < widest * widest:
             at.append(math.sqrt(-self.k1 / (2 * self.k2)))
@@ -72,7 +72,7 @@ class Distortion:
         return float(found.min()), float(found.max())
 
     def inverse(self, d: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Give u below the fold with D(u) = d; NaN beyond what the lens can show."""
+        """Return u below the fold with D(u) = d; NaN beyond what the lens can show."""
         if self.is_none:
             return d
         fold = self.fold

@@ -72,7 +72,7 @@ class Facets:
 def _corner_normals(
     corners: NDArray[np.float64], place: NDArray[np.intp]
 ) -> NDArray[np.float64]:
-    """Give a unit normal for each corner ``(n, 3, 3)`` of triangles ``(n, 3, 3)``.
+    """Return a unit normal for each corner ``(n, 3, 3)`` of triangles ``(n, 3, 3)``.
 
     It is the mean of the faces that share the place and do not meet at a crease, each
     weighted by its angle there: how a flat part is cut into triangles does not matter.
@@ -104,7 +104,7 @@ def _places(corners: NDArray[np.float64]) -> NDArray[np.intp]:
 
 
 def _is_closed(corners: NDArray[np.float64], place: NDArray[np.intp]) -> bool:
-    """Say whether each edge is passed once in each direction, round some volume."""
+    """Return whether each edge is passed once in each direction, round some volume."""
     place = place.reshape(-1, 3)
     ahead = np.roll(place, -1, axis=1)
     if np.any(place == ahead):

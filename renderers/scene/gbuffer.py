@@ -75,7 +75,7 @@ class GBuffer:
 
     @classmethod
     def empty(cls, height: int, width: int) -> "GBuffer":
-        """Give a buffer that shows nothing; its arrays may be filled in place."""
+        """Return a buffer that shows nothing; its arrays may be filled in place."""
         return cls(
             np.full((height, width), np.inf, np.float32),
             np.zeros((height, width, 3), np.float32),
@@ -85,7 +85,7 @@ class GBuffer:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Get ``(height, width)``."""
+        """Return ``(height, width)``."""
         height, width = self.depth_mm.shape
         return height, width
 
@@ -99,7 +99,7 @@ class GBuffer:
         )
 
     def every(self, step: int) -> "GBuffer":
-        """Give every so many-th pixel of every so many-th row."""
+        """Return every so many-th pixel of every so many-th row."""
         here = slice(None, None, step), slice(None, None, step)
         return GBuffer(
             np.ascontiguousarray(self.depth_mm[here]),

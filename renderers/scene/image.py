@@ -38,11 +38,11 @@ class Image:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Get ``(height, width)``."""
+        """Return ``(height, width)``."""
         return self.rgba.shape[0], self.rgba.shape[1]
 
     def over(self, background: tuple[float, float, float]) -> NDArray[np.float32]:
-        """Give linear RGB ``(h, w, 3)`` in front of a uniform background."""
+        """Return linear RGB ``(h, w, 3)`` in front of a uniform background."""
         rest = 1 - self.rgba[..., 3:4]
         return self.rgba[..., :3] + rest * np.asarray(background, dtype=np.float32)
 

@@ -44,7 +44,7 @@ class Light:
 
 
 def four_lights() -> tuple[Light, ...]:
-    """Give four infinite lights around the head: a white key, three dimmer fills.
+    """Return four infinite lights around the head: a white key, three dimmer fills.
 
     The paper used four infinite lights for its timings without saying where; these
     sit on a tetrahedron so that no side of a surface is black. The key, before, above

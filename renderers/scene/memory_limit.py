@@ -7,10 +7,10 @@ MEMORY_SHARE = 0.5
 
 
 def machine_memory() -> int:
-    """Give the bytes of memory of this machine."""
+    """Return the bytes of memory of this machine."""
     return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 
 
 def memory_limit() -> int:
-    """Give the bytes that one volume, or what is drawn with, may take."""
+    """Return the bytes that one volume, or what is drawn with, may take."""
     return int(MEMORY_SHARE * machine_memory())

@@ -63,7 +63,7 @@ class Mesh:
         object.__setattr__(self, "material", Material(self.material))
 
     def gbuffer(self, camera: Camera, world_from_mesh: NDArray[np.float64]) -> GBuffer:
-        """Give what the camera sees of the mesh, placed by a rigid 4x4 transform.
+        """Return what the camera sees of the mesh, placed by a rigid 4x4 transform.
 
         Normals face the eye.
         """
@@ -102,9 +102,9 @@ class Mesh:
         return list_facets_in_view(facets, int(self.material), camera, world_from_mesh)
 
     def spine(self, world_from_mesh: NDArray[np.float64]) -> Spine:
-        """Give the rods that cast the mesh's shadow, placed by a rigid 4x4 transform.
+        """Return what casts the mesh's shadow, placed by a rigid 4x4 transform.
 
-        The same mesh has the same rods, to the bit, wherever it is loaded.
+        The same mesh has the same capsules, to the bit, wherever it is loaded.
         """
         if not self._spine:
             pieces = self._cut_facets().pieces.astype(np.float64).reshape(-1, 3, 3)

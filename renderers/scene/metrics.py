@@ -38,7 +38,7 @@ def image_error(
 
 
 def rmse_codes(a: NDArray[np.uint8], b: NDArray[np.uint8]) -> float:
-    """Give the RMS difference of two encoded pictures in 8-bit codes."""
+    """Return the RMS difference of two encoded pictures in 8-bit codes."""
     return float(np.sqrt(np.mean((a.astype(np.float64) - b.astype(np.float64)) ** 2)))
 
 
@@ -46,7 +46,7 @@ def ssim(
     a: NDArray[np.uint8] | NDArray[np.float32],
     b: NDArray[np.uint8] | NDArray[np.float32],
 ) -> float:
-    """Give the mean structural similarity of two encoded pictures, in 8-bit codes.
+    """Return the mean structural similarity of two encoded pictures, in 8-bit codes.
 
     Codes need not be rounded: in a picture of even walls rounding alone costs 1e-3.
 

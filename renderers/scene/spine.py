@@ -1,7 +1,7 @@
-"""A long tool as a chain of round rods: what takes light away from the tissue.
+"""A long tool as a chain of round capsules: what takes light away from the tissue.
 
-A shadow needs no triangles. A tube of thousands of them is a few rods, and what a rod
-hides of a light that is no point has a closed form.
+A shadow needs no triangles. A tube of thousands of them is a few capsules, and what a
+capsule hides of a light that is no point has a closed form.
 """
 
 from dataclasses import dataclass
@@ -13,18 +13,18 @@ SLICE_MM = 2.0
 """Length along the tool over which its middle is taken."""
 
 BEND_MM = 0.1
-"""How far the middle may be off its rods."""
+"""How far the middle may be off its capsules."""
 
 _WIDTH_SHARE = 0.9
-"""A rod is as wide as this share of its surface lies from the axis at most: the widest
-corner would make a jaw's shadow too wide."""
+"""A capsule is as wide as this share of its surface lies from the axis at most: the
+widest corner would make a jaw's shadow too wide."""
 
 Doubles = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class Spine:
-    """Hold rods.
+    """Hold capsules.
 
     start_mm, end_mm: ``(n, 3)`` float64. radius_mm: ``(n,)``.
     is_free: ``(n, 2)``; whether the start and the end are ends of the tool, cut off
@@ -38,7 +38,7 @@ class Spine:
 
     @classmethod
     def through(cls, points_mm: Doubles, area: Doubles) -> "Spine":
-        """Lay rods through a surface given as points ``(n, 3)`` and their areas.
+        """Lay capsules through a surface given as points ``(n, 3)`` and their areas.
 
         Follows the middle of slices across the direction in which the surface is
         longest: for tools that are longer than wide and do not turn back.
@@ -72,7 +72,7 @@ class Spine:
         return cls(start + centre, end + centre, radius, is_free)
 
     def placed(self, world_from_mesh: Doubles) -> "Spine":
-        """Move the rods by a rigid 4x4 transform."""
+        """Move the capsules by a rigid 4x4 transform."""
         turn, shift = world_from_mesh[:3, :3], world_from_mesh[:3, 3]
         return Spine(
             self.start_mm @ turn.T + shift,
@@ -97,7 +97,7 @@ def _corners(line: Doubles, most_mm: float) -> list[int]:
 
 
 def _radii(points: Doubles, weight: Doubles, start: Doubles, end: Doubles) -> Doubles:
-    """Give each rod the distance of the surface that is nearest to its axis."""
+    """Return each capsule the distance of the surface that is nearest to its axis."""
     axis = end - start
     length = np.linalg.norm(axis, axis=1)
     axis = axis / length[:, None]
@@ -106,13 +106,13 @@ def _radii(points: Doubles, weight: Doubles, start: Doubles, end: Doubles) -> Do
     apart = np.linalg.norm(off - along[..., None] * axis, axis=2)
     owner = apart.argmin(axis=1)
     radii = np.empty(len(start))
-    for rod in range(len(start)):
-        mine = owner == rod
+    for capsule in range(len(start)):
+        mine = owner == capsule
         if not mine.any():
-            radii[rod] = np.median(apart.min(axis=1))
+            radii[capsule] = np.median(apart.min(axis=1))
             continue
-        order = np.argsort(apart[mine, rod])
+        order = np.argsort(apart[mine, capsule])
         summed = np.cumsum(weight[mine][order])
         at = np.searchsorted(summed, _WIDTH_SHARE * summed[-1])
-        radii[rod] = apart[mine, rod][order][min(at, len(order) - 1)]
+        radii[capsule] = apart[mine, capsule][order][min(at, len(order) - 1)]
     return radii

@@ -80,18 +80,18 @@ class ThreadTeam:
 
     @classmethod
     def of(cls, threads: "int | ThreadTeam") -> "ThreadTeam":
-        """Give a team of so many threads, or the team itself."""
+        """Return a team of so many threads, or the team itself."""
         return threads if isinstance(threads, ThreadTeam) else cls(threads)
 
     @property
     def busy(self) -> NDArray[np.int64]:
-        """Get how many of the others are at work."""
+        """Return how many of the others are at work."""
         return self._board.busy
 
     def map(
         self, work: Callable[[Part], Result], parts: Sequence[Part]
     ) -> list[Result]:
-        """Give `work(part)` of all parts in their order; the first error is raised.
+        """Return `work(part)` of all parts in their order; the first error is raised.
 
         Where the team is at work already, or closed, the caller works alone.
         """
@@ -136,7 +136,7 @@ class ThreadTeam:
         return errand
 
     def errand(self, work: Callable[[], Result]) -> Errand[Result]:
-        """Give an errand that nobody is called for: who comes by first does it."""
+        """Return an errand that nobody is called for: who comes by first does it."""
         return Errand(work, self._board)
 
     def rouse(self) -> None:

@@ -30,13 +30,6 @@ def extinction_from_opacity(
     return -np.log1p(-np.minimum(given, MAX_OPACITY)) / reference_mm
 
 
-def opacity_from_extinction(
-    kappa_per_mm: NDArray[np.float64], length_mm: float
-) -> NDArray[np.float64]:
-    """Give the opacity of a homogeneous segment (opacity correction)."""
-    return -np.expm1(-np.asarray(kappa_per_mm, dtype=np.float64) * length_mm)
-
-
 def _parted(nodes: NDArray[np.float64]) -> NDArray[np.float64]:
     """Put the first of two equal nodes lower, by what float32 can tell apart."""
     jumps = np.flatnonzero(np.diff(nodes) == 0)
@@ -98,7 +91,7 @@ class TransferFunction:
     def evaluate(
         self, density: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Give colour ``(..., 3)`` and extinction ``(...)`` at any densities."""
+        """Return colour ``(..., 3)`` and extinction ``(...)`` at any densities."""
         d = np.asarray(density, dtype=np.float64)
         color = np.stack(
             [np.interp(d, self.nodes, self.color[:, c]) for c in range(3)], axis=-1
@@ -116,7 +109,7 @@ class TransferFunction:
         return np.concatenate([color, kappa[:, None]], axis=1).astype(np.float32)
 
     def is_clear(self, low: float, high: float) -> bool:
-        """Tell whether no density in ``[low, high]`` has any extinction."""
+        """Return whether no density in ``[low, high]`` has any extinction."""
         inside = (self.nodes > low) & (self.nodes < high)
         ends = np.interp([low, high], self.nodes, self.kappa_per_mm)
         return not (np.any(self.kappa_per_mm[inside] > 0) or np.any(ends > 0))

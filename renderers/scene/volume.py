@@ -103,13 +103,13 @@ class Volume:
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Get the array shape ``(nz, ny, nx)``."""
+        """Return the array shape ``(nz, ny, nx)``."""
         nz, ny, nx = self.values.shape
         return nz, ny, nx
 
     @property
     def world_from_voxel(self) -> NDArray[np.float64]:
-        """Get the 4x4 transform from ``(i, j, k)`` (x, y, z order) to world mm."""
+        """Return the 4x4 transform from ``(i, j, k)`` (x, y, z order) to world mm."""
         matrix = np.eye(4)
         matrix[:3, :3] = self.direction * self.spacing_mm
         matrix[:3, 3] = self.origin_mm
@@ -117,18 +117,18 @@ class Volume:
 
     @property
     def voxel_from_world(self) -> NDArray[np.float64]:
-        """Get the 4x4 transform from world mm to voxel coordinates, read-only."""
+        """Return the 4x4 transform from world mm to voxel coordinates, read-only."""
         return self._voxel_from_world
 
     @property
     def center_mm(self) -> NDArray[np.float64]:
-        """Get the world position of the grid's centre."""
+        """Return the world position of the grid's centre."""
         middle = (np.array(self.shape[::-1]) - 1) / 2
         return self.origin_mm + self.direction @ (middle * self.spacing_mm)
 
     @property
     def value_range(self) -> tuple[float, float]:
-        """Get the smallest and largest value."""
+        """Return the smallest and largest value."""
         return float(self.values.min()), float(self.values.max())
 
     def sample(self, points_mm: NDArray[np.float64]) -> NDArray[np.float64]:

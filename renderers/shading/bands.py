@@ -69,7 +69,7 @@ class RowBands:
 
     @property
     def team(self) -> ThreadTeam:
-        """Get the team that shares the rows out."""
+        """Return the team that shares the rows out."""
         return self._team
 
     def close(self) -> None:

@@ -77,7 +77,7 @@ class VirtualLights:
 
     @staticmethod
     def dark_grid(size: tuple[int, int]) -> NDArray[np.float32]:
-        """Give a grid as `gather` does of ``(h, w)`` pixels, of no light at all."""
+        """Return a grid as `gather` does of ``(h, w)`` pixels, of no light at all."""
         height, width = size
         return np.zeros((5, height // STRIDE + 2, width // STRIDE + 2), np.float32)
 
@@ -89,7 +89,7 @@ class VirtualLights:
         points: NDArray[np.bool_] | None = None,
         grid: NDArray[np.float32] | None = None,
     ) -> NDArray[np.float32]:
-        """Give the grid ``(5, h // 8 + 2, w // 8 + 2)`` float32.
+        """Return the grid ``(5, h // 8 + 2, w // 8 + 2)`` float32.
 
         points: ``(h // 8 + 2, w // 8 + 2)``, those wanted; None for all. grid: of the
         same view, to be changed in place at these points alone.
@@ -133,7 +133,7 @@ class VirtualLights:
 
 @lru_cache(maxsize=4)
 def _spiral(count: int) -> tuple[NDArray[np.float64], float]:
-    """Give directions ``(count, 3)``, z along the axis, and a ray's solid angle."""
+    """Return directions ``(count, 3)``, z along the axis, and a ray's solid angle."""
     span = 1 - math.cos(CONE_HALF_ANGLE)
     cosine = 1 - (np.arange(count) + 0.5) / count * span
     sine = np.sqrt(1 - cosine**2)
@@ -144,7 +144,7 @@ def _spiral(count: int) -> tuple[NDArray[np.float64], float]:
 
 @lru_cache(maxsize=8)
 def _flux(count: int, power: float, spread: float) -> NDArray[np.float32]:
-    """Give what the source sends along each direction."""
+    """Return what the source sends along each direction."""
     local, patch = _spiral(count)
     flux: NDArray[np.float64] = power * np.exp(-spread * (1 - local[:, 2])) * patch
     return flux.astype(np.float32)

@@ -30,7 +30,7 @@ class Caster:
 
 
 def capsule_table(casters: Sequence[Caster], camera: Camera) -> NDArray[np.float32]:
-    """Give ``(n, 12)`` float32 rows in mm from the eye, world axes.
+    """Return ``(n, 12)`` float32 rows in mm from the eye, world axes.
 
     Only what lies before the plane of the fibre ends: light from there to what the
     lens sees never goes behind it. Where a capsule is cut by that plane its end counts

@@ -97,7 +97,7 @@ class HairLayer:
         return PlacedStrands(placed, colour, order)
 
     def _is_beyond(self, camera: Camera, widest: float) -> bool:
-        """Say whether all hairs are more than `widest` radians off the view axis."""
+        """Return whether all hairs are more than `widest` radians off the view axis."""
         # in plain numbers: this is all that most frames ask of hairs
         toward = (self._middle - camera.eye_mm).tolist()
         distance = math.hypot(*toward)

@@ -39,14 +39,14 @@ class ScopeLight:
 
     @classmethod
     def for_diameter(cls, diameter_mm: float) -> "ScopeLight":
-        """Give the light of a scope of that outer diameter (2.7 and 4 mm exist)."""
+        """Return the light of a scope of that outer diameter (2.7 and 4 mm exist)."""
         if not 1.0 <= diameter_mm <= 10.0:
             raise ValueError(f"a scope is 1 to 10 mm thick, got {diameter_mm} mm")
         # through (2.7, .95) and (4, 1.45)
         return cls(0.95 + (diameter_mm - 2.7) * (0.5 / 1.3))
 
     def sources(self, camera: Camera, count: int) -> NDArray[np.float32]:
-        """Give ``(count, 3)`` float32 mm from the eye, world axes.
+        """Return ``(count, 3)`` float32 mm from the eye, world axes.
 
         Half of them on the crescent to the right of the lens, half on the left.
         """
@@ -54,7 +54,7 @@ class ScopeLight:
         return np.ascontiguousarray(self.ring_radius_mm * ring.T, np.float32)
 
     def arcs(self, camera: Camera, count: int) -> NDArray[np.float32]:
-        """Give ``(count, 3)`` float32 mm, world axes: how far fibre ends reach.
+        """Return ``(count, 3)`` float32 mm, world axes: how far fibre ends reach.
 
         A source stands for a stretch of its crescent; an arc leads from it to the end
         of that stretch's chord. What a tool leaves of the light depends on it: with

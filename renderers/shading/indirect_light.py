@@ -16,9 +16,9 @@ from renderers.shading.kernels.indirect import (
     THIN,
     LitWalls,
     View,
+    blur_mirrored,
     follow_rows,
 )
-from renderers.shading.kernels.mirror_blur import blur_rows
 from renderers.shading.kernels.upsample import W as TOGETHER
 from renderers.shading.kernels.upsample import add_rows
 from renderers.shading.lattice_points import dilated
@@ -111,7 +111,7 @@ class IndirectLight:
             )
 
         def blur(first: int, last: int) -> None:
-            blur_rows(
+            blur_mirrored(
                 gbuffer.depth_mm,
                 gbuffer.normal,
                 gbuffer.material,
@@ -129,12 +129,12 @@ class IndirectLight:
         bands.run(len(fresh), blur)
 
     def wants(self, gbuffer: GBuffer) -> bool:
-        """Tell whether a view has any of what is added here."""
+        """Return whether a view has any of what is added here."""
         bits = self._bits
         return bits > 0 and not (bits == MIRROR and is_all_tissue(gbuffer.material))
 
     def reach(self, gbuffer: GBuffer) -> int:
-        """Get the points to either side that what is blurred at one is made of."""
+        """Return the points to either side that what is blurred at one is made of."""
         if not self._bits & MIRROR or is_all_tissue(gbuffer.material):
             return 0
         return (max(gbuffer.size[1] // BLUR_SHARE, self._stride) - 1) // self._stride
@@ -205,6 +205,6 @@ def view_of(gbuffer: GBuffer, camera: Camera) -> View:
 
 
 def is_all_tissue(material: NDArray[np.uint8]) -> bool:
-    """Tell whether no pixel shows anything but tissue, which is material 0."""
+    """Return whether no pixel shows anything but tissue, which is material 0."""
     # numpy finds the largest byte in half the time in which it finds any
     return int(material.max(initial=0)) == 0

@@ -57,12 +57,12 @@ SURFACES: dict[Material, Surface] = {
     Material.BONE: _of_optics(BONE, 1.0, 0.25),
 }
 
-# columns of the kernel's table, in the order of Surface's fields
-TISSUE_SHARE, RED, GREEN, BLUE, F0, ALPHA, RELIEF, RED_MM, GREEN_MM = range(9)
+F0 = 4
+"""Column of the kernel's table, whose columns are Surface's fields."""
 
 
 def material_table() -> NDArray[np.float32]:
-    """Give ``(materials, 9)`` float32 rows in the order of `Material`."""
+    """Return ``(materials, 9)`` float32 rows in the order of `Material`."""
     table = np.array([astuple(SURFACES[m]) for m in Material], dtype=np.float32)
     table.flags.writeable = False
     return table

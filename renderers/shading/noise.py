@@ -63,7 +63,7 @@ def stored_tile(tile: NDArray[np.float32]) -> NoiseTile:
 def tile_from_mm(
     wavelength_mm: float, voxels_per_wavelength: float, turn: int
 ) -> NDArray[np.float32]:
-    """Give the ``(3, 3)`` float32 map from millimetres to tile voxels of an octave.
+    """Return the ``(3, 3)`` float32 map from millimetres to tile voxels of an octave.
 
     turn: which of three fixed rotations (0, 1, 2).
     """

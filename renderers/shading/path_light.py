@@ -46,7 +46,7 @@ class PathLight:
     batches: NDArray[np.int32] | None = None
 
     def half_width(self, confidence: float) -> NDArray[np.float32]:
-        """Give how far the truth may be off in that share of cases, ``(h, w, 3)``.
+        """Return how far the truth may be off in that share of cases, ``(h, w, 3)``.
 
         Student's t: a few batches tell their own spread badly.
         """
@@ -62,7 +62,7 @@ class PathLight:
         return np.asarray(factor * self.standard_error, dtype=np.float32)
 
     def noise(self) -> float:
-        """Give the root mean square error over the mean irradiance, all pixels."""
+        """Return the root mean square error over the mean irradiance, all pixels."""
         mean = float(self.irradiance.mean())
         if mean == 0:
             return 0.0

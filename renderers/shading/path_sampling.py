@@ -69,11 +69,11 @@ class PathSampling:
 
     @property
     def is_complete(self) -> bool:
-        """Tell whether every block has light and an error."""
+        """Return whether every block has light and an error."""
         return not self._heap or self._heap[0][0] == LEAST_BATCHES
 
     def noise(self) -> float:
-        """Give `PathLight.noise` of what there is; inf before it is known.
+        """Return `PathLight.noise` of what there is; inf before it is known.
 
         Of the light as the picture shows it, where the walls have weights.
         """
@@ -97,11 +97,11 @@ class PathSampling:
         heapq.heappush(self._heap, self._urgency(number))
 
     def light(self) -> PathLight:
-        """Give the best estimate so far."""
+        """Return the best estimate so far."""
         return estimate(self._walls, self._total, self._squares, self._batches)
 
     def state(self) -> NDArray[np.float64]:
-        """Give all that going on takes, ``(h, w, 7)``: sums, squares, batches."""
+        """Return all that going on takes, ``(h, w, 7)``: sums, squares, batches."""
         counts = self._batches[..., None].astype(np.float64)
         return np.concatenate([self._total, self._squares, counts], axis=-1)
 

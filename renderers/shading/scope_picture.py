@@ -57,7 +57,7 @@ def scope_picture(
     frame_number: int = 0,
     casters: Sequence[Caster] = (),
 ) -> tuple[NDArray[np.uint8], float]:
-    """Give the sRGB picture ``(h, w, 3)`` uint8 of `camera`, and its gain.
+    """Return the sRGB picture ``(h, w, 3)`` uint8 of `camera`, and its gain.
 
     The G-buffer has the camera's size times ``shader.tier.supersampling``: render it
     with ``camera.with_size(...)`` of that size. casters: see `ScopeShader.shade`.

@@ -22,7 +22,7 @@ from renderers.shading.kernels.shade_rows import Shadows, shade_rows
 from renderers.shading.lattice_points import asked_points, dilated, pixels_of
 from renderers.shading.lit_walls import fibre_light, seen_field
 from renderers.shading.path_light import PathLight, demand_size
-from renderers.shading.surface_look import Look
+from renderers.shading.surface_look import surface_tables
 
 BOUNCE_FACTOR = 1.15
 """Fitted over five nasal views against a path tracer with four bounces; the virtual
@@ -34,16 +34,14 @@ class Lattice:
     """Hold the light found so far on a coarse lattice of a view's pixels.
 
     And what of a view's light asks for no G-buffer. lights: that bounce stands for.
-    walls: lit by them and by the scope. ends: of the fibres, see `_ends`. capsules:
-    tools in the light, see `capsule_table`. hairs: those in view. grid: of
-    `VirtualLights.gather`; gathered: the points that it has.
+    walls: lit by them and by the scope. shadows: of the tools in the light. hairs:
+    those in view. grid: of `VirtualLights.gather`; gathered: the points that it has.
     followed: of `IndirectLight.follow`.
     """
 
     lights: VirtualLights
     walls: LitWalls
-    ends: tuple[NDArray[np.float32], NDArray[np.float32]]
-    capsules: NDArray[np.float32]
+    shadows: Shadows
     hairs: PlacedStrands | None
     grid: NDArray[np.float32]
     gathered: NDArray[np.bool_]
@@ -75,8 +73,10 @@ class ScopeShader:
         self.tier = tier
         self.blood_bias = blood_bias
         self._bands = RowBands(threads)
-        self._look = Look.of(surface, seed)
-        self._tables = self._look.tables(blood_bias, tier.detail is Detail.FULL)
+        self._distance = surface.distance
+        self._tables = surface_tables(
+            surface, seed, blood_bias, tier.detail is Detail.FULL
+        )
         self.effects = tier.effects if effects is None else effects
         self._hairs = HairLayer(surface, seed) if self.effects.hairs else None
         self._indirect = IndirectLight(
@@ -93,7 +93,7 @@ class ScopeShader:
         only: NDArray[np.bool_] | None = None,
         lattice: Lattice | None = None,
     ) -> NDArray[np.float32]:
-        """Give linear radiance ``(h, w, 3)`` float32, black where nothing is seen.
+        """Return linear radiance ``(h, w, 3)`` float32, black where nothing is seen.
 
         bounce: light by way of other walls that stands in for the quick estimate of it
         (see `PathTracer`). casters: tools that stand in the light; none beside a
@@ -120,15 +120,13 @@ class ScopeShader:
                 f"{len(casters)} tools beside a lattice, which has its own; give them "
                 "to `lattice`"
             )
-        capsules = lattice.capsules
-        self.extend(lattice, gbuffer, camera, light, only)
+        self._extend(lattice, gbuffer, camera, only)
+        shadows = lattice.shadows
         if bounce is None:
-            radiance = self._paint(
-                seen, camera, light, lattice.ends, lattice.grid, capsules
-            )
+            radiance = self._paint(seen, camera, light, shadows, lattice.grid)
         elif bounce.irradiance.shape == (*gbuffer.size, 3):
             dark = VirtualLights.dark_grid(gbuffer.size)
-            radiance = self._paint(seen, camera, light, lattice.ends, dark, capsules)
+            radiance = self._paint(seen, camera, light, shadows, dark)
             reflected = self.reflectance(seen, camera, light)
             reflected *= bounce.irradiance
             radiance += reflected
@@ -153,13 +151,12 @@ class ScopeShader:
     def reflectance(
         self, gbuffer: GBuffer, camera: Camera, light: ScopeLight
     ) -> NDArray[np.float32]:
-        """Give the radiance ``(h, w, 3)`` that a unit of bounced irradiance makes."""
+        """Return the radiance ``(h, w, 3)`` that a unit of bounced irradiance makes."""
         demand_size(gbuffer, camera)
         gbuffer = gbuffer.read_only()
         dark = VirtualLights.dark_grid(gbuffer.size)
-        capsules = capsule_table((), camera)
-        ends = self._ends(camera, light)
-        found = self._paint(gbuffer, camera, light, ends, dark, capsules, lit=False)
+        shadows = self._shadows(camera, light, ())
+        found = self._paint(gbuffer, camera, light, shadows, dark, lit=False)
         found *= np.float32(1 / math.pi)
         return found
 
@@ -192,38 +189,34 @@ class ScopeShader:
         casters: tools that stand in the light.
         """
         lights = VirtualLights.trace(
-            self._look.distance, camera, light, self.tier.virtual_lights
+            self._distance, camera, light, self.tier.virtual_lights
         )
         grid = VirtualLights.dark_grid(size)
         followed = Followed.empty(size, self.tier.mirror_stride)
-        ends = self._ends(camera, light)
-        capsules = capsule_table(casters if self.effects.tool_shadow else (), camera)
+        shadows = self._shadows(camera, light, casters)
+        sources = light.sources(camera, self.tier.sources)
         hairs = None
         if self._hairs is not None:
-            hairs = self._hairs.place(camera, light, ends[0])
+            hairs = self._hairs.place(camera, light, sources)
         gathered = np.zeros(grid.shape[1:], np.bool_)
-        walls = self._indirect.lit_walls(camera, light, lights, ends[0], BOUNCE_FACTOR)
-        return Lattice(lights, walls, ends, capsules, hairs, grid, gathered, followed)
+        walls = self._indirect.lit_walls(camera, light, lights, sources, BOUNCE_FACTOR)
+        return Lattice(lights, walls, shadows, hairs, grid, gathered, followed)
 
-    def _ends(
-        self, camera: Camera, light: ScopeLight
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Give the sources at the fibres' ends, and the arcs that they stand for."""
-        count = self.tier.sources
-        return light.sources(camera, count), light.arcs(camera, count)
+    def _shadows(
+        self, camera: Camera, light: ScopeLight, casters: Sequence[Caster]
+    ) -> Shadows:
+        """Return what tools hide of the light of the fibres' ends."""
+        capsules = capsule_table(casters if self.effects.tool_shadow else (), camera)
+        return Shadows(light.arcs(camera, self.tier.sources), capsules)
 
-    def extend(
+    def _extend(
         self,
         lattice: Lattice,
         gbuffer: GBuffer,
         camera: Camera,
-        light: ScopeLight,
-        only: NDArray[np.bool_] | None = None,
+        only: NDArray[np.bool_] | None,
     ) -> None:
-        """Light those points of a lattice that the pixels of `only` ask for.
-
-        None for all.
-        """
+        """Light the points of a lattice that the pixels of `only`, or all, ask for."""
         fresh = asked_points(only, gbuffer.size, STRIDE) & ~lattice.gathered
         if fresh.any():
             lattice.lights.gather(gbuffer, camera, self._bands, fresh, lattice.grid)
@@ -242,17 +235,17 @@ class ScopeShader:
         gbuffer: GBuffer,
         camera: Camera,
         light: ScopeLight,
-        ends: tuple[NDArray[np.float32], NDArray[np.float32]],
+        shadows: Shadows,
         grid: NDArray[np.float32],
-        capsules: NDArray[np.float32],
         *,
         lit: bool = True,
     ) -> NDArray[np.float32]:
-        distance = self._look.distance
-        sources, arcs = ends
-        view, field = view_of(gbuffer, camera), seen_field(distance, camera)
-        eye_mm = (camera.eye_mm - distance.center_mm).astype(np.float32)
+        view, field = view_of(gbuffer, camera), seen_field(self._distance, camera)
+        eye_mm = (camera.eye_mm - self._distance.center_mm).astype(np.float32)
+        sources = light.sources(camera, self.tier.sources)
         beam = fibre_light(light, camera, sources)
+        # rounded before it is divided, as in all pictures so far
+        beam = beam._replace(each=np.float32(light.power) / np.float32(len(sources)))
         radiance = np.empty((*gbuffer.size, 3), np.float32)
         turns = np.zeros(1, np.int64)
 
@@ -263,7 +256,7 @@ class ScopeShader:
                 eye_mm,
                 np.float32(camera.radians_per_pixel),
                 beam,
-                Shadows(arcs, capsules),
+                shadows,
                 grid,
                 np.float32(BOUNCE_FACTOR),
                 self._tables,

@@ -125,7 +125,7 @@ def _normals(distance: Volume, places: Doubles) -> Doubles:
 
 
 def _is_faced(distance: Volume, places: Doubles, normals: Doubles) -> NDArray[np.bool_]:
-    """Tell whether there is another wall over a place within `ACROSS_MM`."""
+    """Return whether there is another wall over a place within `ACROSS_MM`."""
     t = np.full(len(places), 0.5)
     met = np.zeros(len(places), np.bool_)
     while np.any(going := ~met & (t < ACROSS_MM)):
@@ -140,7 +140,7 @@ def _is_faced(distance: Volume, places: Doubles, normals: Doubles) -> NDArray[np
 
 
 def _across(normals: Doubles) -> Doubles:
-    """Give a direction across each."""
+    """Return a direction across each."""
     axis = np.eye(3)[np.abs(normals).argmin(axis=1)]
     side = np.cross(normals, axis)
     result: Doubles = side / np.linalg.norm(side, axis=1, keepdims=True)

@@ -98,7 +98,7 @@ class TissueOptics:
     pigment_per_cm: float = 0.0
 
     def coefficients(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Give absorption and reduced scattering, 1/cm, at `WAVELENGTHS_NM`."""
+        """Return absorption and reduced scattering, 1/cm, at `WAVELENGTHS_NM`."""
         lam = WAVELENGTHS_NM
         oxy = np.interp(lam, _HAEMOGLOBIN[:, 0], _HAEMOGLOBIN[:, 1])
         deoxy = np.interp(lam, _HAEMOGLOBIN[:, 0], _HAEMOGLOBIN[:, 2])
@@ -117,7 +117,7 @@ class TissueOptics:
         return absorption, scattering
 
     def reflectance(self) -> NDArray[np.float64]:
-        """Give the total diffuse reflectance at `WAVELENGTHS_NM`."""
+        """Return the total diffuse reflectance at `WAVELENGTHS_NM`."""
         absorption, scattering = self.coefficients()
         n = _TISSUE_INDEX
         internal = -1.440 / n**2 + 0.710 / n + 0.668 + 0.0636 * n
@@ -130,13 +130,13 @@ class TissueOptics:
         return dipole
 
     def color(self) -> NDArray[np.float64]:
-        """Give the white-balanced linear RGB albedo ``(3,)``."""
+        """Return the white-balanced linear RGB albedo ``(3,)``."""
         white = _RGB_FROM_XYZ @ _xyz(np.ones_like(WAVELENGTHS_NM))
         rgb = _RGB_FROM_XYZ @ _xyz(self.reflectance()) / white
         return np.maximum(rgb, _SMALLEST_ALBEDO)
 
     def diffusion_lengths_mm(self) -> tuple[float, float]:
-        """Give ``1 / sqrt(3 mua (mua + mus'))`` around 620 nm (red), 545 nm (green)."""
+        """Return ``1 / sqrt(3 mua (mua + mus'))``: red (620 nm), green (545 nm)."""
         absorption, scattering = self.coefficients()
         length_mm = 10 / np.sqrt(3 * absorption * (absorption + scattering))
         red, green = (
@@ -172,17 +172,11 @@ def colour_table() -> NDArray[np.float32]:
 
 
 def colour_row(optics: TissueOptics) -> NDArray[np.float32]:
-    """Give a medium's row of `colour_table`: albedo, and two diffusion lengths."""
+    """Return a medium's row of `colour_table`: albedo, and two diffusion lengths."""
     row = np.empty(5, np.float32)
     row[:3] = optics.color()
     row[3:] = optics.diffusion_lengths_mm()
     return row
-
-
-def chromaticity(color: NDArray[np.float64]) -> tuple[float, float]:
-    """Give CIE 1931 ``(x, y)`` of a linear sRGB colour ``(3,)`` (white D65)."""
-    xyz = np.linalg.solve(_RGB_FROM_XYZ, np.asarray(color, dtype=np.float64))
-    return float(xyz[0] / xyz.sum()), float(xyz[1] / xyz.sum())
 
 
 def _xyz(reflectance: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -195,7 +189,7 @@ def _xyz(reflectance: NDArray[np.float64]) -> NDArray[np.float64]:
 def _colour_matching() -> tuple[
     NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]
 ]:
-    """Give the CIE 1931 functions as sums of two-sided Gaussians."""
+    """Return the CIE 1931 functions as sums of two-sided Gaussians."""
 
     def lobe(
         height: float, peak: float, below: float, above: float

@@ -25,25 +25,25 @@ class Deflection:
 
     @property
     def stretch(self) -> float:
-        """Get a bound on how far what is seen moves for a mm of place."""
+        """Return a bound on how far what is seen moves for a mm of place."""
         return math.prod(deflector.stretch for deflector in self.deflectors)
 
     def pull_back(self, points: ArrayLike) -> Points:
-        """Give which places of the undeformed tissue are seen at places x."""
+        """Return which places of the undeformed tissue are seen at places x."""
         q = np.array(points, dtype=np.float64)
         for deflector in reversed(self.deflectors):
             q = _within(deflector, q, deflector.pull_back)
         return q
 
     def push_forward(self, points: ArrayLike) -> Points:
-        """Give where places of the undeformed tissue are seen."""
+        """Return where places of the undeformed tissue are seen."""
         x = np.array(points, dtype=np.float64)
         for deflector in self.deflectors:
             x = _within(deflector, x, deflector.push_forward)
         return x
 
     def jacobian(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Give dq/dx at places x, ``(n, 3, 3)``."""
+        """Return dq/dx at places x, ``(n, 3, 3)``."""
         x = np.array(points, dtype=np.float64)
         result = np.broadcast_to(np.eye(3), (len(x), 3, 3)).copy()
         for deflector in reversed(self.deflectors):
@@ -53,7 +53,7 @@ class Deflection:
         return result
 
     def opening(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Give the distance (mm) from the nearest cut's face, negative in its gap."""
+        """Return the distance (mm) from the nearest cut's face, negative in its gap."""
         x = np.array(points, dtype=np.float64)
         least = np.full(len(x), np.inf)
         for deflector in reversed(self.deflectors):
@@ -62,7 +62,7 @@ class Deflection:
         return least
 
     def moves(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Tell which places are in the ball of any deflector; the others stay."""
+        """Return which places are in the ball of any deflector; the others stay."""
         places = np.asarray(points, dtype=np.float64)
         result = np.zeros(len(places), bool)
         for deflector in self.deflectors:

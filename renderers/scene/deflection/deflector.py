@@ -26,7 +26,7 @@ class FoldError(UserError):
 
 
 def weight(s2: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give w for squared distances from the centre in radii."""
+    """Return w for squared distances from the centre in radii."""
     return np.maximum(1 - s2, 0.0) ** 2
 
 
@@ -46,40 +46,40 @@ class Deflector(ABC):
 
     @abstractmethod
     def pull_back(self, points: Points) -> Points:
-        """Give which places of the undeformed tissue are seen at places x."""
+        """Return which places of the undeformed tissue are seen at places x."""
 
     @abstractmethod
     def push_forward(self, points: Points) -> Points:
-        """Give where places of the undeformed tissue are seen: the inverse."""
+        """Return where places of the undeformed tissue are seen: the inverse."""
 
     @abstractmethod
     def jacobian(self, points: Points) -> NDArray[np.float64]:
-        """Give dq/dx at places x, ``(n, 3, 3)``."""
+        """Return dq/dx at places x, ``(n, 3, 3)``."""
 
     @property
     @abstractmethod
     def stretch(self) -> float:
-        """Get a bound on how far q moves for a mm of x: of the Jacobian's norm."""
+        """Return a bound on how far q moves for a mm of x: of the Jacobian's norm."""
 
     def opening(self, points: Points) -> NDArray[np.float64]:
-        """Give how far places x are from a cut's faces: negative inside the gap.
+        """Return how far places x are from a cut's faces: negative inside the gap.
 
         Infinite where there is no cut.
         """
         return np.full(len(points), np.inf)
 
     def inside(self, points: Points) -> NDArray[np.bool_]:
-        """Tell which places are in the ball; it is mapped onto itself."""
+        """Return which places are in the ball; it is mapped onto itself."""
         square = np.sum((points - self.center_mm) ** 2, axis=-1)
         return np.asarray(square < self.radius_mm**2)
 
     def share(self, points: Points) -> NDArray[np.float64]:
-        """Give w."""
+        """Return w."""
         offset = points - self.center_mm
         return weight(np.sum(offset**2, axis=-1) / self.radius_mm**2)
 
     def slope(self, points: Points) -> NDArray[np.float64]:
-        """Give the gradient of w."""
+        """Return the gradient of w."""
         offset = (points - self.center_mm) / self.radius_mm
         rest = np.maximum(1 - np.sum(offset**2, axis=-1, keepdims=True), 0.0)
         return np.asarray(-4 * rest * offset / self.radius_mm)

@@ -38,11 +38,11 @@ class Translation(Deflector):
 
     @property
     def stretch(self) -> float:
-        """Get ``1 + |v| max |dw/dx|``."""
+        """Return ``1 + |v| max |dw/dx|``."""
         return 1 + float(np.linalg.norm(self.shift_mm)) * STEEPEST / self.radius_mm
 
     def pull_back(self, points: Points) -> Points:
-        """Give ``x - v w(x)``."""
+        """Return ``x - v w(x)``."""
         return points - self.shift_mm * self.share(points)[:, None]
 
     def push_forward(self, points: Points) -> Points:
@@ -51,7 +51,7 @@ class Translation(Deflector):
         return pushed(self, points, shift)
 
     def jacobian(self, points: Points) -> NDArray[np.float64]:
-        """Give ``I - v dw/dx``."""
+        """Return ``I - v dw/dx``."""
         slope = self.slope(points)
         return np.eye(3) - self.shift_mm[:, None] * slope[:, None, :]
 
@@ -79,7 +79,7 @@ class Rotation(Deflector):
 
     @property
     def stretch(self) -> float:
-        """Get ``1 + |angle| max 4 s^2 (1 - s^2)``: the shear of a turn."""
+        """Return ``1 + |angle| max 4 s^2 (1 - s^2)``: the shear of a turn."""
         return 1 + abs(self.angle_rad)
 
     def pull_back(self, points: Points) -> Points:
@@ -91,7 +91,7 @@ class Rotation(Deflector):
         return self._turned(points, self.angle_rad)
 
     def jacobian(self, points: Points) -> NDArray[np.float64]:
-        """Give the turn, and its shear: ``R + (u x R (x - c)) d(angle)/dx``."""
+        """Return the turn, and its shear: ``R + (u x R (x - c)) d(angle)/dx``."""
         angle = -self.angle_rad * self.share(points)
         turn = _turns(self.axis, angle)
         arm = np.einsum("nij,nj->ni", turn, points - self.center_mm)
@@ -127,16 +127,16 @@ class Scaling(Deflector):
 
     @property
     def stretch(self) -> float:
-        """Get the slope at the centre, or where a swelling ends most abruptly."""
+        """Return the slope at the centre, or where a swelling ends most abruptly."""
         return 1 + self._k if self._k > 0 else 1 + 0.8 * -self._k
 
     @property
     def _k(self) -> float:
-        """Get k of ``q = c + (x - c)(1 + k w)``."""
+        """Return k of ``q = c + (x - c)(1 + k w)``."""
         return 1 / self.factor - 1
 
     def pull_back(self, points: Points) -> Points:
-        """Give ``c + (x - c)(1 + k w)``."""
+        """Return ``c + (x - c)(1 + k w)``."""
         offset = points - self.center_mm
         return points + offset * (self._k * self.share(points))[:, None]
 
@@ -159,7 +159,7 @@ class Scaling(Deflector):
         )
 
     def jacobian(self, points: Points) -> NDArray[np.float64]:
-        """Give ``(1 + k w) I + k (x - c) dw/dx``."""
+        """Return ``(1 + k w) I + k (x - c) dw/dx``."""
         offset = points - self.center_mm
         size = 1 + self._k * self.share(points)
         shear = self._k * offset[:, :, None] * self.slope(points)[:, None, :]
@@ -192,7 +192,7 @@ class Cut(Deflector):
 
     @property
     def stretch(self) -> float:
-        """Get that of a translation by the pull."""
+        """Return that of a translation by the pull."""
         return 1 + self.pull_mm * STEEPEST / self.radius_mm
 
     def pull_back(self, points: Points) -> Points:
@@ -204,18 +204,18 @@ class Cut(Deflector):
         return pushed(self, points, self._shift(points))
 
     def jacobian(self, points: Points) -> NDArray[np.float64]:
-        """Give that of the side's translation."""
+        """Return that of the side's translation."""
         shift, slope = self._shift(points), self.slope(points)
         return np.eye(3) - shift[:, :, None] * slope[:, None, :]
 
     def opening(self, points: Points) -> NDArray[np.float64]:
-        """Give the distance beyond the face; infinite outside the ball."""
+        """Return the distance beyond the face; infinite outside the ball."""
         height = np.abs((points - self.center_mm) @ self.normal)
         beyond = height - self.pull_mm * self.share(points)
         return np.where(self.inside(points), beyond, np.inf)
 
     def side(self, points: Points) -> NDArray[np.float64]:
-        """Give 1 for places on the plane or where it points to, else -1."""
+        """Return 1 for places on the plane or where it points to, else -1."""
         return np.where((points - self.center_mm) @ self.normal >= 0, 1.0, -1.0)
 
     def _shift(self, points: Points) -> Points:
@@ -225,7 +225,7 @@ class Cut(Deflector):
 def _turns(
     axis: NDArray[np.float64], angle: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Give rotation matrices ``(n, 3, 3)`` about one unit axis (Rodrigues)."""
+    """Return rotation matrices ``(n, 3, 3)`` about one unit axis (Rodrigues)."""
     x, y, z = axis
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     sine, cosine = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]

@@ -131,7 +131,7 @@ def slope_of_opening(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def clear_way(inside: float, opening: float, stretch: float) -> float:
-    """Give how far (mm) a ray in air may go on without missing tissue.
+    """Return how far (mm) a ray in air may go on without missing tissue.
 
     inside: the distance that is seen, negative in air. stretch: mm that what is seen
     moves at most for a mm of the ray.
@@ -159,7 +159,7 @@ def turned(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def away(maps: Maps, point: NDArray[np.float64]) -> float:
-    """Give how far (mm) a point is from all balls, 0 inside any."""
+    """Return how far (mm) a point is from all balls, 0 inside any."""
     least = np.inf
     for k in range(len(maps)):
         x, y, z = point[0] - maps[k, 1], point[1] - maps[k, 2], point[2] - maps[k, 3]
@@ -169,7 +169,7 @@ def away(maps: Maps, point: NDArray[np.float64]) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def entry(maps: Maps, eye: NDArray[np.float64], way: NDArray[np.float64]) -> float:
-    """Give how far (mm) along a ray the first ball begins, infinite for none.
+    """Return how far (mm) along a ray the first ball begins, infinite for none.
 
     eye: (3,), where the ray begins. way: (3,) unit.
     """

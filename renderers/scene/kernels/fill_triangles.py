@@ -18,7 +18,7 @@ W = 8
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _quotient(u: Any, v: Any, w: Any, total: Any, places: Doubles, r: int) -> Any:
-    """Give depths along parallel rays."""
+    """Return depths along parallel rays."""
     return (u * places[r, 9] + v * places[r, 10] + w * places[r, 11]) / total
 
 

@@ -97,7 +97,7 @@ def edge_products(p: Doubles, projection: int, e: Doubles) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def is_outside(corners: Floats, eye: Doubles) -> bool:
-    """Say whether a point is outside what closed triangles bound; False if unsure.
+    """Return whether a point is outside what closed triangles bound; False if unsure.
 
     What goes in and out of it straight above the point, along the mesh's z, cancels.
     A line that meets an edge, or a point on the surface, is not decided.
@@ -255,7 +255,7 @@ def list_facets(
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def slope(ax: float, ay: float, bx: float, by: float) -> float:
-    """Give a side's columns a row; a level side adds nothing to its neighbours."""
+    """Return a side's columns a row; a level side adds nothing to its neighbours."""
     return (bx - ax) / (by - ay) if by != ay else 0.0
 
 
@@ -264,7 +264,7 @@ def row_span(
     corners: tuple[float, float, float, float, float, float],
     slopes: tuple[float, float, float], margin: float, y: int, left: int, right: int,
 ) -> tuple[int, int]:  # fmt: skip
-    """Give the columns of row y near a triangle's picture; all of them if BOXED."""
+    """Return the columns of row y near a triangle's picture; all of them if BOXED."""
     if margin < 0:
         return left, right
     px, py, qx, qy, rx, ry = corners

@@ -45,7 +45,7 @@ class CameraPass:
         gain: float | None = None,
         frame_number: int = 0,
     ) -> tuple[NDArray[np.uint8], float]:
-        """Give the sRGB picture ``(h, w, 3)`` uint8, and the gain it was exposed with.
+        """Return the sRGB picture ``(h, w, 3)`` uint8, and the gain of its exposure.
 
         gain: linear factor; None meters this picture (see `exposure.meter`).
         frame_number: picks the grain; pictures of different numbers differ in grain

@@ -59,7 +59,7 @@ class CameraSettings:
 
     @classmethod
     def plain(cls) -> "CameraSettings":
-        """Give a camera that only exposes and encodes."""
+        """Return a camera that only exposes and encodes."""
         return cls(
             defocus_px=0,
             glare=0,
@@ -80,7 +80,7 @@ class CameraSettings:
 def field_tables(
     settings: CameraSettings, extent: float, width: int, height: int
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Give the vignette factor and the stop's factor of every pixel, ``(h, w)``."""
+    """Return the vignette factor and the stop's factor of every pixel, ``(h, w)``."""
     half = min(width, height) / 2
     x = (np.arange(width) + 0.5 - width / 2) / half
     y = -(np.arange(height) + 0.5 - height / 2)[:, None] / half

@@ -25,7 +25,7 @@ _ROUNDS = 50
 
 
 def meter(radiance: NDArray[np.float32]) -> float:
-    """Give the gain that exposes a picture ``(h, w, 3)`` of linear radiance well.
+    """Return the gain that exposes a picture ``(h, w, 3)`` of linear radiance well.
 
     The gain g makes the mean of min(g Y, 1), weighted by exp(-(r / .5)^2) inside
     r < .95 of the round field, reach `TARGET`, unless the highlights would then
@@ -49,7 +49,7 @@ def meter(radiance: NDArray[np.float32]) -> float:
 def _field(
     height: int, width: int
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float32]]:
-    """Give the rows and columns of samples in the field, and their weights."""
+    """Return the rows and columns of samples in the field, and their weights."""
     stride = max(1, min(height, width) // _SAMPLES)
     half = min(height, width) / 2
     rows = np.arange(height)[stride // 2 :: stride]

@@ -11,7 +11,7 @@ SIDE = 256
 
 @lru_cache(maxsize=2)
 def grain_tile(seed: int) -> NDArray[np.float32]:
-    """Give periodic grain ``(3, 256, 256)``, unit sd, correlated over .7 px."""
+    """Return periodic grain ``(3, 256, 256)``, unit sd, correlated over .7 px."""
     white = np.random.default_rng(seed).standard_normal((SIDE, SIDE, 3))
     k = np.fft.fftfreq(SIDE)
     blur = np.exp(-2 * (math.pi * 0.7) ** 2 * (k[:, None] ** 2 + k**2))
@@ -26,7 +26,7 @@ def grain_tile(seed: int) -> NDArray[np.float32]:
 
 
 def grain_offset(frame_number: int) -> tuple[int, int]:
-    """Give the tile's row and column in the picture's first pixel."""
+    """Return the tile's row and column in the picture's first pixel."""
     turn = _hash(frame_number)
     return turn % SIDE, turn // SIDE % SIDE
 

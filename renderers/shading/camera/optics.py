@@ -68,12 +68,12 @@ class Optics:
 
     @property
     def has_bloom(self) -> bool:
-        """Say whether what exceeds white spreads."""
+        """Return whether what exceeds white spreads."""
         return bool(self.tone[-2:].any())
 
     @property
     def has_defocus(self) -> bool:
-        """Say whether anything is out of focus."""
+        """Return whether anything is out of focus."""
         return bool(self.tone[1] > 0)
 
 
@@ -130,7 +130,7 @@ def make_optics(
 
 
 def _gaussian(sigma_px: float, spacing: int) -> NDArray[np.float32]:
-    """Give the centre tap and one side of a normalised Gaussian."""
+    """Return the centre tap and one side of a normalised Gaussian."""
     reach = max(1, math.ceil(2.2 * sigma_px / spacing))
     taps = np.exp(-0.5 * (np.arange(reach + 1) * spacing / sigma_px) ** 2)
     taps /= taps[0] + 2 * taps[1:].sum()

@@ -2,17 +2,13 @@
 
 import math
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 import renderers.shading.kernels.pixel_block as block
 from renderers.lanes import load, maximum, sqrt, store
-from renderers.shading.kernels.elementary import Lanes, Three, resolved
+from renderers.lanes.arrays import Floats, f32
+from renderers.shading.kernels.elementary import Lanes, Three, load3, resolved, store3
 from renderers.shading.kernels.pixel_block import N
-
-f32 = np.float32
-Floats = NDArray[np.float32]
 
 WAVE_LONG = f32(6.5 / (2 * math.pi))
 WAVE_MIDDLE = f32(1.6 / (2 * math.pi))
@@ -47,16 +43,12 @@ def bump(w: Floats, short: bool) -> None:
     Waves too fine for a pixel (and the short octave, if `short` is not set) become
     roughness instead.
     """
-    nx = load(w, block.NX, N)
-    ny = load(w, block.NY, N)
-    nz = load(w, block.NZ, N)
+    nx, ny, nz = load3(w, block.NX)
     relief = load(w, block.RELIEF, N)
     foot = load(w, block.FOOT, N)
     w2 = resolved(foot, f32(1 / 1.6))
     rough = VARIANCE_MIDDLE * (f32(1) - w2 * w2)
-    gx = load(w, block.MIDDLE + N, N)
-    gy = load(w, block.MIDDLE + 2 * N, N)
-    gz = load(w, block.MIDDLE + 3 * N, N)
+    gx, gy, gz = load3(w, block.MIDDLE + N)
     s2 = relief * TISSUE_MIDDLE * w2
     ax, ay, az = s2 * gx, s2 * gy, s2 * gz
     s1 = relief * FILM_LONG
@@ -67,9 +59,7 @@ def bump(w: Floats, short: bool) -> None:
     if short:
         w3 = resolved(foot, f32(1 / 0.55))
         rough += VARIANCE_SHORT * (f32(1) - w3 * w3)
-        gx = load(w, block.SHORT + N, N)
-        gy = load(w, block.SHORT + 2 * N, N)
-        gz = load(w, block.SHORT + 3 * N, N)
+        gx, gy, gz = load3(w, block.SHORT + N)
         s3 = relief * TISSUE_SHORT * w3
         ax += s3 * gx
         ay += s3 * gy
@@ -81,13 +71,9 @@ def bump(w: Floats, short: bool) -> None:
     else:
         rough += VARIANCE_SHORT
     tx, ty, tz = bent(nx, ny, nz, ax, ay, az)
-    store(w, block.TX, tx)
-    store(w, block.TY, ty)
-    store(w, block.TZ, tz)
+    store3(w, block.TX, tx, ty, tz)
     hx, hy, hz = bent(nx, ny, nz, bx, by, bz)
-    store(w, block.HX, hx)
-    store(w, block.HY, hy)
-    store(w, block.HZ, hz)
+    store3(w, block.HX, hx, hy, hz)
     a2 = load(w, block.ROUGH, N) + relief * relief * rough
     a2 += load(w, block.SKIN, N) * maximum(f32(0.12) - a2, f32(0))
     store(w, block.A2, a2)

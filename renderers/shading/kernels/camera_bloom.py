@@ -2,15 +2,12 @@
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from renderers.lanes import load, row, store, store_spread
+from renderers.lanes.arrays import Floats, Longs, f32
 from renderers.shading.kernels.camera_blur import across, blur_along, find_rows
 from renderers.shading.kernels.camera_expose import Planes, extend_row
 
-f32 = np.float32
-Floats = NDArray[np.float32]
-Places = NDArray[np.int64]
 Count = int | np.int64
 W = 32
 ZERO, ONE = np.int64(0), np.int64(1)
@@ -60,13 +57,13 @@ def bloom_row(
     glare_share: np.float32,
     halo_share: np.float32,
     small: Floats,
-    places: Places,
+    places: Longs,
     width: int,
     wide: Floats,
     to: int,
     step: int,
 ) -> bool:
-    """Give the row `line` of glare and halo at full width; tell whether it has any.
+    """Return the row `line` of glare and halo at full width; tell whether it has any.
 
     small: a ring of as many rows of glare as taps reach, blurred along x, of which
     those before row `known` are done; and one more row, scratch. Rows must be asked

@@ -10,13 +10,10 @@ their flat index, and rings of them by that of their first row.
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from renderers.lanes import load, store
+from renderers.lanes.arrays import Floats, Longs
 
-f32 = np.float32
-Floats = NDArray[np.float32]
-Places = NDArray[np.int64]
 Count = int | np.int64
 W = 32
 
@@ -52,7 +49,7 @@ def find_rows(
     start: Count,
     ring: int,
     size: int,
-    places: Places,
+    places: Longs,
 ) -> None:
     """Give where the rows of the taps on either side of `row` lie in a ring of rows.
 
@@ -77,7 +74,7 @@ def across(source, places, taps, x):
 @njit(cache=True, nogil=True, error_model="numpy")
 def blur_across(
     source: Floats,
-    places: Places,
+    places: Longs,
     taps: Floats,
     blurred: Floats,
     to: int,

@@ -10,13 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from renderers.lanes import any_, full, load, maximum, minimum, store
+from renderers.lanes.arrays import Bytes, Floats, Ints, f32
 
-f32 = np.float32
-Floats = NDArray[np.float32]
-Integers = NDArray[np.int32]
 W = 32
 
 
@@ -28,10 +25,10 @@ class Lateral(NamedTuple):
     of zeros. row, row_part: ``(h,)`` the same for rows.
     """
 
-    runs: NDArray[np.int32]
-    part: NDArray[np.float32]
-    row: NDArray[np.int32]
-    row_part: NDArray[np.float32]
+    runs: Ints
+    part: Floats
+    row: Ints
+    row_part: Floats
 
 
 class Planes(NamedTuple):
@@ -41,9 +38,9 @@ class Planes(NamedTuple):
     is_lit: rows of `glare` that are not zero. margin, small_margin: of their rows.
     """
 
-    exposed: NDArray[np.float32]
-    glare: NDArray[np.float32]
-    is_lit: NDArray[np.uint8]
+    exposed: Floats
+    glare: Floats
+    is_lit: Bytes
     margin: int
     small_margin: int
 
@@ -93,7 +90,7 @@ def shift_row(
     lower: int,
     p: np.float32,
     q: np.float32,
-    runs: Integers,
+    runs: Ints,
     part: Floats,
     white: np.float32,
     exposed: Floats,

@@ -2,17 +2,15 @@
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-f32 = np.float32
-Floats = NDArray[np.float32]
+from renderers.lanes.arrays import Floats, Ints, f32
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sample_light(
     radiance: Floats,
-    rows: NDArray[np.int32],
-    columns: NDArray[np.int32],
+    rows: Ints,
+    columns: Ints,
     luminance: Floats,
     largest: Floats,
 ) -> None:

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from renderers.lanes import absolute, any_, full, load, maximum, minimum, store
+from renderers.lanes.arrays import Bytes, Floats, Longs, f32
 from renderers.shading.kernels.camera_bloom import bloom_row
 from renderers.shading.kernels.camera_blur import (
     across,
@@ -24,9 +24,6 @@ from renderers.shading.kernels.camera_blur import (
 from renderers.shading.kernels.camera_expose import Planes, clear_row, extend_row
 from renderers.shading.kernels.camera_tone import colour_row, contrast_row, encode_row
 
-f32 = np.float32
-Floats = NDArray[np.float32]
-Integers = NDArray[np.int64]
 Count = int | np.int64
 W = 32
 ZERO, ONE = np.int64(0), np.int64(1)
@@ -49,15 +46,15 @@ class SweepTables(NamedTuple):
     second has `spacing` pixels between its taps.
     """
 
-    vignette: NDArray[np.float32]
-    stop: NDArray[np.float32]
-    spans: NDArray[np.int64]
-    grain: NDArray[np.float32]
-    tone: NDArray[np.float32]
-    soft_taps: NDArray[np.float32]
-    rest_taps: NDArray[np.float32]
+    vignette: Floats
+    stop: Floats
+    spans: Longs
+    grain: Floats
+    tone: Floats
+    soft_taps: Floats
+    rest_taps: Floats
     spacing: int
-    halo_taps: NDArray[np.float32]
+    halo_taps: Floats
 
 
 class SweepRows(NamedTuple):
@@ -68,11 +65,11 @@ class SweepRows(NamedTuple):
     vectors to spare. line: ``(5, pitch)``. codes: a row of planes of bytes.
     """
 
-    work: NDArray[np.float32]
-    small: NDArray[np.float32]
-    glow: NDArray[np.float32]
-    line: NDArray[np.float32]
-    codes: NDArray[np.uint8]
+    work: Floats
+    small: Floats
+    glow: Floats
+    line: Floats
+    codes: Bytes
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -112,11 +109,11 @@ def copy_depth(depth: Floats, y: int, line: Floats, margin: int) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_row(
-    codes: NDArray[np.uint8],
+    codes: Bytes,
     margin: int,
     first: int,
     last: int,
-    picture: NDArray[np.uint8],
+    picture: Bytes,
     y: int,
 ) -> None:
     """Write pixels `first` to `last` of a row from planes of bytes, black the rest."""
@@ -140,7 +137,7 @@ def write_row(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def defocus_weights(depth, tone):
-    """Give the shares of the sharp, soft and softer picture at a depth."""
+    """Return the shares of the sharp, soft and softer picture at a depth."""
     smallest = tone[SOFT]
     out_of = absolute(tone[FOCUS] - f32(6) / maximum(depth, f32(0.05)))
     radius = tone[DEFOCUS] * maximum(out_of - f32(0.12), f32(0))
@@ -182,7 +179,7 @@ def mix_soft(
 @njit(cache=True, nogil=True, error_model="numpy")
 def add_softer(
     work: Floats,
-    places: Integers,
+    places: Longs,
     taps: Floats,
     pitch: int,
     first: int,
@@ -206,7 +203,7 @@ def sweep_rows(
     grain_row: int,
     grain_column: int,
     rows: SweepRows,
-    picture: NDArray[np.uint8],
+    picture: Bytes,
     first: int,
     last: int,
 ) -> None:

@@ -11,7 +11,6 @@ operations that wait for each other than Horner's, with the same bits everywhere
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from renderers.lanes import (
     any_,
@@ -26,10 +25,8 @@ from renderers.lanes import (
 )
 from renderers.lanes import f32 as to_f32
 from renderers.lanes import i32 as to_i32
+from renderers.lanes.arrays import Bytes, Floats, f32, i32
 
-f32 = np.float32
-i32 = np.int32
-Floats = NDArray[np.float32]
 W = 32
 
 ROUNDING = f32(3 << 22)
@@ -38,7 +35,7 @@ ROUNDING = f32(3 << 22)
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def exp2(x):
-    """Give 2**x to 4e-7 relative, for x up to 127; 2**-126 for any x below."""
+    """Return 2**x to 4e-7 relative, for x up to 127; 2**-126 for any x below."""
     y = maximum(x, f32(-126))
     z = y + ROUNDING
     r = y - (z - ROUNDING)
@@ -52,7 +49,7 @@ def exp2(x):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def log2(x):
-    """Give log2(x) to 1e-6 for positive normal x; -127 for zero."""
+    """Return log2(x) to 1e-6 for positive normal x; -127 for zero."""
     bits = as_i32(x)
     # brings the mantissa to sqrt(1/2)..sqrt(2)
     e = (bits - i32(0x3F3504F3)) >> i32(23)
@@ -153,7 +150,7 @@ def encode_row(
     noise_floor: np.float32,
     stop: Floats,
     start: int,
-    codes: NDArray[np.uint8],
+    codes: Bytes,
 ) -> None:
     """Add grain whose variance grows with light, apply the stop, encode as sRGB.
 

@@ -5,16 +5,13 @@ Positions are millimetres from the eye along world axes.
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 import renderers.shading.kernels.pixel_block as block
 from renderers.lanes import load, maximum, minimum, sqrt, store
-from renderers.shading.kernels.elementary import exp_negative
+from renderers.lanes.arrays import Floats, f32
+from renderers.shading.kernels.elementary import exp_negative, load3, store3
 from renderers.shading.kernels.pixel_block import N
 from renderers.shading.kernels.shadow import shadow
-
-f32 = np.float32
-Floats = NDArray[np.float32]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -68,9 +65,7 @@ def aim(
     away = f32(1) + (lx * fx + ly * fy + lz * fz)
     intensity = power * exp_negative(-spread * maximum(away, f32(0)))
     intensity *= minimum(k * k, f32(1 / 0.6))
-    store(w, block.LX, lx)
-    store(w, block.LY, ly)
-    store(w, block.LZ, lz)
+    store3(w, block.LX, lx, ly, lz)
     store(w, block.POWER, intensity)
     # a fibre bundle of .45 mm is no point: its angle widens the lobe
     store(w, block.SPREAD, f32(0.05) * (both * d))
@@ -79,9 +74,7 @@ def aim(
 @njit(cache=True, nogil=True, error_model="numpy")
 def illuminate(w: Floats, first: bool) -> None:
     """Add a source's diffuse irradiance. first: set instead of add."""
-    lx = load(w, block.LX, N)
-    ly = load(w, block.LY, N)
-    lz = load(w, block.LZ, N)
+    lx, ly, lz = load3(w, block.LX)
     intensity = load(w, block.POWER, N)
     # light wraps round an edge by about the way it creeps inside the tissue
     wrap = minimum(f32(0.25) * load(w, block.LR, N), f32(0.35))
@@ -107,15 +100,9 @@ def mirror(w: Floats, first: bool) -> None:
     are h.m / |m| with the film's normal and |m| / 2 with l and v. first: set instead
     of add.
     """
-    lx = load(w, block.LX, N)
-    ly = load(w, block.LY, N)
-    lz = load(w, block.LZ, N)
-    dx = load(w, block.DX, N)
-    dy = load(w, block.DY, N)
-    dz = load(w, block.DZ, N)
-    hx = load(w, block.HX, N)
-    hy = load(w, block.HY, N)
-    hz = load(w, block.HZ, N)
+    lx, ly, lz = load3(w, block.LX)
+    dx, dy, dz = load3(w, block.DX)
+    hx, hy, hz = load3(w, block.HX)
     hl = hx * lx + hy * ly + hz * lz
     hv = -(hx * dx + hy * dy + hz * dz)
     lv = -(dx * lx + dy * ly + dz * lz)

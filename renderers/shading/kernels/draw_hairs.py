@@ -7,11 +7,8 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-f32 = np.float32
-Floats = NDArray[np.float32]
-Doubles = NDArray[np.float64]
+from renderers.lanes.arrays import Doubles, Floats, Longs, f32
 
 PERSPECTIVE = 1
 """The value of `Projection`."""
@@ -126,7 +123,7 @@ def project_strands(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_strands(
-    placed: Floats, colour: Floats, order: NDArray[np.int64], depth: Floats,
+    placed: Floats, colour: Floats, order: Longs, depth: Floats,
     lens: Floats, per_unit: float, radiance: Floats, first: int, last: int,
 ) -> None:  # fmt: skip
     """Draw strands in `order` over rows ``first..last`` of the picture.

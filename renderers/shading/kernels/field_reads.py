@@ -1,19 +1,16 @@
 """Compiled: a distance field read at one place, and to the same bits at many."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from renderers.lanes import cell1, maximum, minimum, sqrt
+from renderers.lanes import cell1, full, greatest, maximum, minimum, sqrt
 from renderers.lanes import f32 as to_real
 from renderers.lanes import i32 as to_whole
-from renderers.shading.kernels.elementary import Lanes, Three
+from renderers.lanes.arrays import Floats, f32
+from renderers.shading.kernels.elementary import Lanes, Three, along_axes
 
-f32 = np.float32
-Floats = NDArray[np.float32]
 Place = tuple[np.float32, np.float32, np.float32]
 
 
@@ -24,14 +21,14 @@ class DistanceField(NamedTuple):
     are ``to_voxel @ (place - eye_mm) + eye``.
     """
 
-    values: NDArray[np.float32]
-    to_voxel: NDArray[np.float32]
-    eye: NDArray[np.float32]
+    values: Floats
+    to_voxel: Floats
+    eye: Floats
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def to_voxels(field: DistanceField, place: Place) -> Place:
-    """Return the voxel coordinates of a place in mm from the eye."""
+def to_voxels(field: DistanceField, place: Three) -> Three:
+    """Return voxel coordinates of a place, or of lanes of them, in mm from the eye."""
     _, m, eye = field
     x, y, z = place
     return (
@@ -85,39 +82,30 @@ def taps(values: Floats, x: Lanes, y: Lanes, z: Lanes) -> Lanes:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def is_outside(values: Floats, x: Lanes, y: Lanes, z: Lanes) -> Lanes:
-    """Say which voxel coordinates lie off the grid."""
+    """Return which voxel coordinates lie off the grid."""
     nz, ny, nx = values.shape
     out = (x < f32(0)) | (x > f32(nx - 1)) | (y < f32(0)) | (y > f32(ny - 1))
     return out | (z < f32(0)) | (z > f32(nz - 1))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def wall_normal(
-    values: Floats, m: Floats, x: np.float32, y: np.float32, z: np.float32
-) -> Place:
-    """Give the unit normal towards air at voxel coordinates, along world axes."""
-    h = f32(0.6)
-    gx = tap(values, x + h, y, z) - tap(values, x - h, y, z)
-    gy = tap(values, x, y + h, z) - tap(values, x, y - h, z)
-    gz = tap(values, x, y, z + h) - tap(values, x, y, z - h)
-    wx = m[0, 0] * gx + m[1, 0] * gy + m[2, 0] * gz
-    wy = m[0, 1] * gx + m[1, 1] * gy + m[2, 1] * gz
-    wz = m[0, 2] * gx + m[1, 2] * gy + m[2, 2] * gz
-    # distance grows into tissue: the normal towards air is against the gradient
-    scale = f32(-1) / f32(math.sqrt(wx * wx + wy * wy + wz * wz + f32(1e-12)))
-    return wx * scale, wy * scale, wz * scale
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def wall_normals(values: Floats, m: Floats, x: Lanes, y: Lanes, z: Lanes) -> Three:
-    """Give unit normals towards air at voxel coordinates, along world axes."""
+    """Return unit normals towards air at voxel coordinates, along world axes."""
     h = f32(0.6)
     gx = taps(values, x + h, y, z) - taps(values, x - h, y, z)
     gy = taps(values, x, y + h, z) - taps(values, x, y - h, z)
     gz = taps(values, x, y, z + h) - taps(values, x, y, z - h)
-    wx = m[0, 0] * gx + m[1, 0] * gy + m[2, 0] * gz
-    wy = m[0, 1] * gx + m[1, 1] * gy + m[2, 1] * gz
-    wz = m[0, 2] * gx + m[1, 2] * gy + m[2, 2] * gz
+    wx, wy, wz = along_axes(m, gx, gy, gz)
     # distance grows into tissue: the normal towards air is against the gradient
     scale = f32(-1) / sqrt(wx * wx + wy * wy + wz * wz + f32(1e-12))
     return wx * scale, wy * scale, wz * scale
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def wall_normal(
+    values: Floats, m: Floats, x: np.float32, y: np.float32, z: np.float32
+) -> Place:
+    """Return the unit normal towards air at one place."""
+    at = full(x, 4), full(y, 4), full(z, 4)
+    nx, ny, nz = wall_normals(values, m, at[0], at[1], at[2])
+    return greatest(nx), greatest(ny), greatest(nz)

@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from renderers.lanes import (
     full,
@@ -21,15 +20,17 @@ from renderers.lanes import (
     select,
     swapped,
 )
+from renderers.lanes.arrays import Bytes, Flags, Floats, f32
+from renderers.shading.kernels.elementary import along_axes
 from renderers.shading.kernels.field_reads import (
     DistanceField,
+    Place,
     tap,
     to_voxels,
     wall_normal,
 )
 from renderers.shading.kernels.path_tracing import (
     FibreLight,
-    Three,
     WallColour,
     albedo_at,
     direct,
@@ -39,10 +40,6 @@ from renderers.shading.kernels.path_tracing import (
 )
 from renderers.shading.kernels.sphere_trace import sphere_trace_rays
 from renderers.shading.kernels.thin_walls import likeness_to_wall, wall, with_cell
-
-f32 = np.float32
-Floats = NDArray[np.float32]
-Bytes = NDArray[np.uint8]
 
 LONGEST_MM = f32(60.0)
 THICKEST_MM = f32(2.5)
@@ -74,12 +71,12 @@ class View(NamedTuple):
     axes: ``(3, 3)`` rows right, up, forward.
     """
 
-    depth: NDArray[np.float32]
-    normal: NDArray[np.float32]
-    coverage: NDArray[np.float32]
-    material: NDArray[np.uint8]
-    lens: NDArray[np.float32]
-    axes: NDArray[np.float32]
+    depth: Floats
+    normal: Floats
+    coverage: Floats
+    material: Bytes
+    lens: Floats
+    axes: Floats
 
 
 class LitWalls(NamedTuple):
@@ -91,13 +88,13 @@ class LitWalls(NamedTuple):
     field: DistanceField
     light: FibreLight
     colour: WallColour
-    bounced: NDArray[np.float32]
+    bounced: Floats
     gain: np.float32
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def bounced(lights: Floats, at: Three, normal: Three) -> np.float32:
-    """Give the irradiance of virtual lights for albedo 1; see `VirtualLights`.
+def bounced(lights: Floats, at: Place, normal: Place) -> np.float32:
+    """Return the irradiance of virtual lights for albedo 1; see `VirtualLights`.
 
     So many together, which is a thirtieth of the time of one after the other; summed
     in pairs in the end, so that all lanes hold the same sum.
@@ -127,8 +124,8 @@ def bounced(lights: Floats, at: Three, normal: Three) -> np.float32:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def mirrored(at: Three, ray: Three, normal: Three) -> tuple[bool, Three, Three]:
-    """Give where a mirrored ray begins and its direction, if it goes anywhere."""
+def mirrored(at: Place, ray: Place, normal: Place) -> tuple[bool, Place, Place]:
+    """Return where a mirrored ray begins and its direction, if it goes anywhere."""
     k = f32(-2) * (ray[0] * normal[0] + ray[1] * normal[1] + ray[2] * normal[2])
     along = ray[0] + k * normal[0], ray[1] + k * normal[1], ray[2] + k * normal[2]
     return bool(k > f32(0)), lifted(at, normal), along
@@ -136,7 +133,7 @@ def mirrored(at: Three, ray: Three, normal: Three) -> tuple[bool, Three, Three]:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def follow_on(
-    at: Three, ray: Three, normal: Three, wanted: int, way: np.float32,
+    at: Place, ray: Place, normal: Place, wanted: int, way: np.float32,
     walls: LitWalls, found: Floats,
 ) -> None:  # fmt: skip
     """Find what a point mirrors and what its wall does with light: `FOUND` numbers.
@@ -211,7 +208,7 @@ def follow_on(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def follow(
-    at: Three, ray: Three, normal: Three, wanted: int, walls: LitWalls, found: Floats
+    at: Place, ray: Place, normal: Place, wanted: int, walls: LitWalls, found: Floats
 ) -> None:
     """Do as `follow_on` for a point by itself."""
     way = f32(-1)
@@ -223,7 +220,7 @@ def follow(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def wanted_of(material: int, effects: int) -> int:
-    """Say which of the effects a material shows; the rest are matt or hidden."""
+    """Return which of the effects a material shows; the rest are matt or hidden."""
     if material == METAL:
         return effects & MIRROR
     if material == TISSUE:
@@ -232,19 +229,15 @@ def wanted_of(material: int, effects: int) -> int:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def ray_of(lens: Floats, axes: Floats, y: int, x: int) -> Three:
-    """Give a pixel's ray along world axes."""
-    a, b, c = lens[y, x, 0], lens[y, x, 1], lens[y, x, 2]
-    return (
-        a * axes[0, 0] + b * axes[1, 0] + c * axes[2, 0],
-        a * axes[0, 1] + b * axes[1, 1] + c * axes[2, 1],
-        a * axes[0, 2] + b * axes[1, 2] + c * axes[2, 2],
-    )
+def ray_of(lens: Floats, axes: Floats, y: int, x: int) -> Place:
+    """Return a pixel's ray along world axes."""
+    ray: Place = along_axes(axes, lens[y, x, 0], lens[y, x, 1], lens[y, x, 2])
+    return ray
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def follow_rows(
-    view: View, effects: int, stride: int, walls: LitWalls, points: NDArray[np.bool_],
+    view: View, effects: int, stride: int, walls: LitWalls, points: Flags,
     grid: Floats, first: int, last: int,
 ) -> None:  # fmt: skip
     """Follow the light of every `stride`-th pixel, rows ``first..last`` of the grid.
@@ -294,3 +287,50 @@ def follow_rows(
             (of_wall[0], of_wall[1], of_wall[2]),
             wanted, ways[number, 0] if number >= 0 else f32(-1), walls, grid[gy, gx],
         )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def blur_mirrored(
+    depth: Floats, normal: Floats, material: Bytes, stride: int, reach: int,
+    points: Flags, grid: Floats, blurred: Floats, first: int, last: int,
+) -> None:  # fmt: skip
+    """Blur what metal mirrors at `points`, rows ``first..last``; copy the rest.
+
+    Ground steel is no looking-glass: its lobe is wider than the way from one lattice
+    point to the next. reach: pixels over which a weight falls to nothing.
+    """
+    height, width = depth.shape
+    rows, columns = grid.shape[0], grid.shape[1]
+    steps = (reach - 1) // stride
+    for gy in range(first, last):
+        y = min(gy * stride, height - 1)
+        for gx in range(columns):
+            if not points[gy, gx]:
+                continue
+            x = min(gx * stride, width - 1)
+            blurred[gy, gx] = grid[gy, gx]
+            if material[y, x] != METAL:
+                continue
+            total = f32(0)
+            red = green = blue = f32(0)
+            for j in range(max(gy - steps, 0), min(gy + steps + 1, rows)):
+                v = min(j * stride, height - 1)
+                for i in range(max(gx - steps, 0), min(gx + steps + 1, columns)):
+                    u = min(i * stride, width - 1)
+                    if material[v, u] != METAL:
+                        continue
+                    k = f32(reach - abs(j - gy) * stride)
+                    k *= f32(reach - abs(i - gx) * stride)
+                    apart = depth[v, u] / depth[y, x] - f32(1)
+                    k /= f32(1) + f32(100) * apart * apart
+                    same = f32(0)
+                    for c in range(3):
+                        same += normal[y, x, c] * normal[v, u, c]
+                    k *= max(same, f32(0))
+                    total += k
+                    red += k * grid[j, i, 0]
+                    green += k * grid[j, i, 1]
+                    blue += k * grid[j, i, 2]
+            blurred[gy, gx, 0] = red / total
+            blurred[gy, gx, 1] = green / total
+            blurred[gy, gx, 2] = blue / total

@@ -10,23 +10,19 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from renderers.lanes import any_, bits, full, lanes, maximum, select, sqrt
+from renderers.lanes.arrays import Bytes, Doubles, Flags, Floats, f32, i32, u64
+from renderers.shading.kernels.elementary import rotated
 from renderers.shading.kernels.field_reads import (
     DistanceField,
+    Place,
     is_outside,
     tap,
     taps,
     to_voxels,
     wall_normal,
 )
-
-f32 = np.float32
-i32 = np.int32
-u64 = np.uint64
-Floats = NDArray[np.float32]
-Three = tuple[np.float32, np.float32, np.float32]
 
 ARRIVED_MM = 0.02
 """A ray has met a wall that is nearer than this."""
@@ -47,8 +43,8 @@ class FibreLight(NamedTuple):
     spread: mu of the spot law. each: intensity of one source.
     """
 
-    sources: NDArray[np.float32]
-    forward: NDArray[np.float32]
+    sources: Floats
+    forward: Floats
     spread: np.float32
     each: np.float32
 
@@ -61,20 +57,20 @@ class WallColour(NamedTuple):
     of the factor on all blood.
     """
 
-    table: NDArray[np.float32]
-    blood: NDArray[np.uint8]
-    skin: NDArray[np.uint8]
-    skin_albedo: NDArray[np.float32]
-    bone: NDArray[np.float32]
+    table: Floats
+    blood: Bytes
+    skin: Bytes
+    skin_albedo: Floats
+    bone: Floats
     bias_root: np.float32
 
 
 class SeenPoints(NamedTuple):
     """Where light is followed from: ``(h, w, 3)`` mm from the eye, and normals."""
 
-    points: NDArray[np.float32]
-    normals: NDArray[np.float32]
-    shown: NDArray[np.bool_]
+    points: Floats
+    normals: Floats
+    shown: Flags
 
 
 class BatchPlan(NamedTuple):
@@ -99,15 +95,15 @@ def mixed(x: np.uint64) -> np.uint64:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def uniform(state: np.uint64) -> np.float32:
-    """Give a number in [0, 1) for a state; states a Weyl step apart are a sequence."""
+    """Return a number in [0, 1) for a state; a sequence is states a Weyl step apart."""
     return f32(mixed(state) >> u64(40)) * f32(2.0**-24)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cosine_direction(
     nx: np.float32, ny: np.float32, nz: np.float32, u: np.float32, v: np.float32
-) -> Three:
-    """Give a direction about a normal, its density proportional to the cosine.
+) -> Place:
+    """Return a direction about a normal, its density proportional to the cosine.
 
     u, v: in [0, 1), a point of the unit square.
     """
@@ -128,24 +124,21 @@ def cosine_direction(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lifted(at: Three, normal: Three) -> Three:
-    """Give the place from which a ray leaves a wall."""
+def lifted(at: Place, normal: Place) -> Place:
+    """Return the place from which a ray leaves a wall."""
     h = f32(LIFTED_MM)
     return at[0] + h * normal[0], at[1] + h * normal[1], at[2] + h * normal[2]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sphere_trace(
-    field: DistanceField, from_: Three, along: Three, longest: np.float32
+    field: DistanceField, from_: Place, along: Place, longest: np.float32
 ) -> np.float32:
     """Return how far the wall is along a ray, -1 if none comes within `longest` mm."""
     distance, m, _ = field
     nz, ny, nx = distance.shape
-    dx, dy, dz = along
     x0, y0, z0 = to_voxels(field, from_)
-    vx = m[0, 0] * dx + m[0, 1] * dy + m[0, 2] * dz
-    vy = m[1, 0] * dx + m[1, 1] * dy + m[1, 2] * dz
-    vz = m[2, 0] * dx + m[2, 1] * dy + m[2, 2] * dz
+    vx, vy, vz = rotated(m, along[0], along[1], along[2])
     t = f32(0)
     for _ in range(STEP_LIMIT):
         x = x0 + t * vx
@@ -169,9 +162,7 @@ def sphere_trace(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def nearest_code(
-    codes: NDArray[np.uint8], x: np.float32, y: np.float32, z: np.float32
-) -> int:
+def nearest_code(codes: Bytes, x: np.float32, y: np.float32, z: np.float32) -> int:
     """Return the code of the voxel nearest to voxel coordinates."""
     nz, ny, nx = codes.shape
     i = min(max(int(x + f32(0.5)), 0), nx - 1)
@@ -189,7 +180,7 @@ def table_row(colour: WallColour, x: np.float32, y: np.float32, z: np.float32) -
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def albedo_at(colour: WallColour, x: np.float32, y: np.float32, z: np.float32) -> Three:
+def albedo_at(colour: WallColour, x: np.float32, y: np.float32, z: np.float32) -> Place:
     """Return a wall's albedo red, green, blue at voxel coordinates."""
     albedo, skin = colour.table, colour.skin_albedo
     row = table_row(colour, x, y, z)
@@ -203,7 +194,7 @@ def albedo_at(colour: WallColour, x: np.float32, y: np.float32, z: np.float32) -
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def visible_sources(
-    field: DistanceField, at: Three, normal: Three, sources: Floats, first: int
+    field: DistanceField, at: Place, normal: Place, sources: Floats, first: int
 ) -> int:
     """Return which sources from `first` on a wall faces and sees: `ABREAST` bits.
 
@@ -225,9 +216,7 @@ def visible_sources(
     lz /= longest
     live = here & (normal[0] * lx + normal[1] * ly + normal[2] * lz > f32(0))
     x0, y0, z0 = to_voxels(field, lifted(at, normal))
-    vx = m[0, 0] * lx + m[0, 1] * ly + m[0, 2] * lz
-    vy = m[1, 0] * lx + m[1, 1] * ly + m[1, 2] * lz
-    vz = m[2, 0] * lx + m[2, 1] * ly + m[2, 2] * lz
+    vx, vy, vz = rotated(m, lx, ly, lz)
     t = full(f32(0), ABREAST)
     free = live
     for _ in range(STEP_LIMIT):
@@ -246,7 +235,7 @@ def visible_sources(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def direct(
-    field: DistanceField, at: Three, normal: Three, light: FibreLight
+    field: DistanceField, at: Place, normal: Place, light: FibreLight
 ) -> np.float32:
     """Return what the scope's sources lay on a wall, shadows included."""
     sources, forward, spread, each = light
@@ -275,10 +264,10 @@ def direct(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def walk(
-    at: Three, normal: Three, u: np.float32, v: np.float32, state: np.uint64,
+    at: Place, normal: Place, u: np.float32, v: np.float32, state: np.uint64,
     plan: BatchPlan, field: DistanceField, light: FibreLight, colour: WallColour,
-) -> Three:  # fmt: skip
-    """Give the irradiance red, green, blue that one path brings to a wall.
+) -> Place:  # fmt: skip
+    """Return the irradiance red, green, blue that one path brings to a wall.
 
     u, v: of the first direction. state: where the path's random numbers begin.
     """
@@ -320,7 +309,7 @@ def walk(
 @njit(cache=True, nogil=True, error_model="numpy")
 def walk_rows(
     seen: SeenPoints, plan: BatchPlan, field: DistanceField, light: FibreLight,
-    colour: WallColour, total: NDArray[np.float64], squares: NDArray[np.float64],
+    colour: WallColour, total: Doubles, squares: Doubles,
     left: int, right: int, first: int, last: int,
 ) -> None:  # fmt: skip
     """Add the mean of a batch of paths, and its square, to every shown pixel.

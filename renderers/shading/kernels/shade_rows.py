@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 import renderers.shading.kernels.pixel_block as block
 from renderers.lanes import (
@@ -27,8 +26,10 @@ from renderers.lanes import (
     unzip3,
     zip3,
 )
+from renderers.lanes.arrays import Floats, Longs, f32, i32
 from renderers.lanes.atomics import take_turn
 from renderers.shading.kernels.direct_light import light
+from renderers.shading.kernels.elementary import along_axes, rotated
 from renderers.shading.kernels.field_reads import DistanceField
 from renderers.shading.kernels.indirect import View
 from renderers.shading.kernels.path_tracing import FibreLight
@@ -45,23 +46,19 @@ from renderers.shading.kernels.virtual_lights import PLANES, lift, spread_grid
 TURN_ROWS = 2 * CELL
 """Rows of the picture that a thread shades at a time."""
 
-f32 = np.float32
-i32 = np.int32
-Floats = NDArray[np.float32]
-
 
 class Shadows(NamedTuple):
     """What casts shadows, and how far a source reaches; see `light`."""
 
-    arcs: NDArray[np.float32]
-    capsules: NDArray[np.float32]
+    arcs: Floats
+    capsules: Floats
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def shown_span(
     depth: Floats, coverage: Floats, first: int, last: int
 ) -> tuple[int, int]:
-    """Give the columns between which rows ``first..last`` show anything, by W."""
+    """Return the columns between which rows ``first..last`` show anything, by W."""
     width = depth.shape[1]
     start = width
     end = 0
@@ -97,13 +94,6 @@ def fetch(
     coverage 0.
     """
     width = depth.shape[1]
-    rx, ry, rz = axes[0, 0], axes[0, 1], axes[0, 2]
-    ux, uy, uz = axes[1, 0], axes[1, 1], axes[1, 2]
-    fx, fy, fz = axes[2, 0], axes[2, 1], axes[2, 2]
-    ex, ey, ez = eye[0], eye[1], eye[2]
-    m00, m01, m02 = to_voxel[0, 0], to_voxel[0, 1], to_voxel[0, 2]
-    m10, m11, m12 = to_voxel[1, 0], to_voxel[1, 1], to_voxel[1, 2]
-    m20, m21, m22 = to_voxel[2, 0], to_voxel[2, 1], to_voxel[2, 2]
     here = lanes(W)
     first, last = rows
     for i in range(0, N, W):
@@ -125,9 +115,7 @@ def fetch(
             load_where(lens, 3 * at + W, second),
             load_where(lens, 3 * at + 2 * W, third),
         )
-        dx = a * rx + b * ux + c * fx
-        dy = a * ry + b * uy + c * fy
-        dz = a * rz + b * uz + c * fz
+        dx, dy, dz = along_axes(axes, a, b, c)
         nx, ny, nz = unzip3(
             load_where(normal, 3 * at, here < i32(3 * left)),
             load_where(normal, 3 * at + W, second),
@@ -147,9 +135,10 @@ def fetch(
         store(w, block.PX + i, dx)
         store(w, block.PY + i, dy)
         store(w, block.PZ + i, dz)
-        store(w, block.UX + i, ex + (m00 * dx + m01 * dy + m02 * dz))
-        store(w, block.UY + i, ey + (m10 * dx + m11 * dy + m12 * dz))
-        store(w, block.UZ + i, ez + (m20 * dx + m21 * dy + m22 * dz))
+        ux, uy, uz = rotated(to_voxel, dx, dy, dz)
+        store(w, block.UX + i, eye[0] + ux)
+        store(w, block.UY + i, eye[1] + uy)
+        store(w, block.UZ + i, eye[2] + uz)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -165,7 +154,7 @@ def shade_rows(
     surface: SurfaceTables,
     lit: bool,
     radiance: Floats,
-    turns: NDArray[np.int64],
+    turns: Longs,
 ) -> None:
     """Write linear radiance ``(h, w, 3)`` of the rows whose turns this thread gets.
 

@@ -6,18 +6,14 @@ as `capsules.COLUMNS` says.
 
 import math
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 import renderers.shading.kernels.pixel_block as block
 from renderers.lanes import any_, full, load, maximum, minimum, sqrt, store
-from renderers.shading.kernels.elementary import Lanes
+from renderers.lanes.arrays import Floats, f32
+from renderers.shading.kernels.elementary import Lanes, load3
+from renderers.shading.kernels.field_reads import Place
 from renderers.shading.kernels.pixel_block import N
-
-f32 = np.float32
-Floats = NDArray[np.float32]
-Three = tuple[np.float32, np.float32, np.float32]
 
 BUNDLE_RADIUS_MM = 0.225
 """Of a fibre bundle's end: no shadow is sharper."""
@@ -29,7 +25,7 @@ LEAST = f32(1e-3)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def shadow(w: Floats, source: Three, arc: Three, capsules: Floats) -> None:
+def shadow(w: Floats, source: Place, arc: Place, capsules: Floats) -> None:
     """Take from a source's intensity what capsules hide of it.
 
     arc: half the line of fibre ends that the source stands for. Of a line of light
@@ -37,12 +33,8 @@ def shadow(w: Floats, source: Three, arc: Three, capsules: Floats) -> None:
     the line is straight and the capsule long, and right from contact (sharp) to far
     behind a thin capsule (faint). Where several hide something the most counts.
     """
-    px = load(w, block.PX, N)
-    py = load(w, block.PY, N)
-    pz = load(w, block.PZ, N)
-    lx = load(w, block.LX, N)
-    ly = load(w, block.LY, N)
-    lz = load(w, block.LZ, N)
+    px, py, pz = load3(w, block.PX)
+    lx, ly, lz = load3(w, block.LX)
     ux, uy, uz = arc
     # half the light's width, seen across a capsule at most
     widest = f32(math.sqrt(ux * ux + uy * uy + uz * uz + BUNDLE2))
@@ -99,7 +91,7 @@ def shadow(w: Floats, source: Three, arc: Three, capsules: Floats) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def spread_share(u: Lanes) -> Lanes:
-    """Give the integral of cos^2 from 0 to asin(u) over its largest value.
+    """Return the integral of cos^2 from 0 to asin(u) over its largest value.
 
     (asin u + u sqrt(1 - u^2)) / (pi / 2), by an odd cubic; off by .018 at most.
     """
@@ -114,12 +106,8 @@ def darken(w: Floats, capsules: Floats) -> None:
     distance times the cosine for an endless one (Hamilton, Morgan, NACA TN 2836, 1952),
     that of a strip of its width for an end. What the capsule itself sends back is left.
     """
-    px = load(w, block.PX, N)
-    py = load(w, block.PY, N)
-    pz = load(w, block.PZ, N)
-    nx = load(w, block.NX, N)
-    ny = load(w, block.NY, N)
-    nz = load(w, block.NZ, N)
+    px, py, pz = load3(w, block.PX)
+    nx, ny, nz = load3(w, block.NX)
     left = full(f32(1), N)
     for r in range(capsules.shape[0]):
         ax, ay, az = capsules[r, 3], capsules[r, 4], capsules[r, 5]

@@ -7,7 +7,6 @@ slide along one for fifty.
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from renderers.lanes import (
     any_,
@@ -21,15 +20,19 @@ from renderers.lanes import (
     rows8,
     select,
 )
-from renderers.shading.kernels.field_reads import DistanceField, is_outside, taps
+from renderers.lanes.arrays import Floats, f32
+from renderers.shading.kernels.elementary import rotated
+from renderers.shading.kernels.field_reads import (
+    DistanceField,
+    is_outside,
+    taps,
+    to_voxels,
+)
 from renderers.shading.kernels.path_tracing import (
     ARRIVED_MM,
     SHORTEST_STEP_MM,
     STEP_LIMIT,
 )
-
-f32 = np.float32
-Floats = NDArray[np.float32]
 
 W = 16
 _FREE = W // 4
@@ -46,7 +49,7 @@ def sphere_trace_rays(
     three of its unit direction, two to spare. found: ``(n + 1, 4)``, the first of four
     numbers for each, and a row to spare.
     """
-    distance, m, eye = field
+    distance, m, _ = field
     many = np.int32(rays.shape[0])
     zero = full(f32(0), W)
     x0, y0, z0, vx, vy, vz, t = zero, zero, zero, zero, zero, zero, zero
@@ -59,12 +62,14 @@ def sphere_trace_rays(
             fresh = ~live & (number < many)
             at = select(fresh, number, at)
             px, py, pz, dx, dy, dz, _, _ = rows8(rays, select(fresh, number, 0))
-            x0 = select(fresh, eye[0] + m[0, 0] * px + m[0, 1] * py + m[0, 2] * pz, x0)
-            y0 = select(fresh, eye[1] + m[1, 0] * px + m[1, 1] * py + m[1, 2] * pz, y0)
-            z0 = select(fresh, eye[2] + m[2, 0] * px + m[2, 1] * py + m[2, 2] * pz, z0)
-            vx = select(fresh, m[0, 0] * dx + m[0, 1] * dy + m[0, 2] * dz, vx)
-            vy = select(fresh, m[1, 0] * dx + m[1, 1] * dy + m[1, 2] * dz, vy)
-            vz = select(fresh, m[2, 0] * dx + m[2, 1] * dy + m[2, 2] * dz, vz)
+            px, py, pz = to_voxels(field, (px, py, pz))
+            dx, dy, dz = rotated(m, dx, dy, dz)
+            x0, y0, z0 = (
+                select(fresh, px, x0), select(fresh, py, y0), select(fresh, pz, z0)
+            )  # fmt: skip
+            vx, vy, vz = (
+                select(fresh, dx, vx), select(fresh, dy, vy), select(fresh, dz, vz)
+            )  # fmt: skip
             t = select(fresh, f32(0), t)
             left = select(fresh, np.int32(STEP_LIMIT), left)
             live |= fresh

@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 import renderers.shading.kernels.pixel_block as block
 from renderers.lanes import (
@@ -26,12 +25,15 @@ from renderers.lanes import (
     store,
 )
 from renderers.lanes import i32 as to_whole
-from renderers.shading.kernels.elementary import Lanes, exp_negative, resolved, smooth
+from renderers.lanes.arrays import Floats, Shorts, f32
+from renderers.shading.kernels.elementary import (
+    Lanes,
+    exp_negative,
+    load3,
+    resolved,
+    smooth,
+)
 from renderers.shading.kernels.pixel_block import N, W
-
-f32 = np.float32
-Floats = NDArray[np.float32]
-Shorts = NDArray[np.int16]
 
 MOTTLE_LONG = f32(0.26)
 MOTTLE_MIDDLE = f32(0.11)
@@ -57,7 +59,7 @@ class NoiseTile(NamedTuple):
     of them counts (about 2e-4).
     """
 
-    quads: NDArray[np.int16]
+    quads: Shorts
     unit: np.float32
 
 
@@ -138,9 +140,7 @@ def turn(w: Floats, unit: np.float32, to_tile: Floats, which: int, slot: int) ->
     m00, m01, m02 = s * m00, s * m01, s * m02
     m10, m11, m12 = s * m10, s * m11, s * m12
     m20, m21, m22 = s * m20, s * m21, s * m22
-    gx = load(w, slot + N, N)
-    gy = load(w, slot + 2 * N, N)
-    gz = load(w, slot + 3 * N, N)
+    gx, gy, gz = load3(w, slot + N)
     store(w, slot, s * load(w, slot, N))
     store(w, slot + N, m00 * gx + m10 * gy + m20 * gz)
     store(w, slot + 2 * N, m01 * gx + m11 * gy + m21 * gz)
@@ -172,7 +172,7 @@ def vessel(
     footprint: Lanes,
     flattest: np.float32,
 ) -> Lanes:
-    """Give the cover 0..1 of a vessel that follows the zero curve of a noise.
+    """Return the cover 0..1 of a vessel that follows the zero curve of a noise.
 
     value, slope: noise at the point and the length of its tangential gradient, 1/mm;
     their ratio is the distance to the curve in mm, so the width does not swell where
@@ -193,7 +193,7 @@ def vessel(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def across(nx: Lanes, ny: Lanes, nz: Lanes, gx: Lanes, gy: Lanes, gz: Lanes) -> Lanes:
-    """Give the length of a gradient's tangential part."""
+    """Return the length of a gradient's tangential part."""
     d = gx * nx + gy * ny + gz * nz
     return sqrt(maximum(gx * gx + gy * gy + gz * gz - d * d, f32(1e-12)))
 
@@ -204,26 +204,18 @@ def mottle(w: Floats, full_detail: bool) -> None:
 
     full_detail: with the short octave and the small vessels.
     """
-    nx = load(w, block.NX, N)
-    ny = load(w, block.NY, N)
-    nz = load(w, block.NZ, N)
+    nx, ny, nz = load3(w, block.NX)
     foot = load(w, block.FOOT, N)
     m1 = load(w, block.LONG, N)
     m2 = load(w, block.MIDDLE, N)
-    slope = across(
-        nx, ny, nz, load(w, block.LARGE + N, N), load(w, block.LARGE + 2 * N, N),
-        load(w, block.LARGE + 3 * N, N),
-    )  # fmt: skip
+    slope = across(nx, ny, nz, *load3(w, block.LARGE + N))
     radius = f32(0.042) * (f32(0.55) + f32(0.45) * m1)
     edge = f32(0.55) * radius + f32(0.02)
     value = load(w, block.LARGE, N)
     cover = f32(0.6) * vessel(value, slope, radius, edge, foot, f32(0.12))
     log_blood = MOTTLE_LONG * m1 + MOTTLE_MIDDLE * resolved(foot, f32(1 / 1.6)) * m2
     if full_detail:
-        slope = across(
-            nx, ny, nz, load(w, block.SMALL + N, N),
-            load(w, block.SMALL + 2 * N, N), load(w, block.SMALL + 3 * N, N),
-        )  # fmt: skip
+        slope = across(nx, ny, nz, *load3(w, block.SMALL + N))
         radius = f32(0.022) * (f32(0.5) + f32(0.6) * m2)
         edge = f32(0.6) * radius + f32(0.015)
         value = load(w, block.SMALL, N)

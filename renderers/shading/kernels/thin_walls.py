@@ -5,9 +5,8 @@ import math
 import numpy as np
 from numba import njit
 
-from renderers.shading.kernels.path_tracing import Three
-
-f32 = np.float32
+from renderers.lanes.arrays import f32
+from renderers.shading.kernels.field_reads import Place
 
 PARALLEL, SLANTED = f32(0.866), f32(0.5)
 """Cosines of angles between a wall's two faces: up to 30 degrees it is a wall as told
@@ -22,8 +21,8 @@ half a ball a third."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def slab(rho: np.float32, thickness: np.float32, length: np.float32) -> Three:
-    """Give a slab's transmittance and by how much less it reflects than an endless one.
+def slab(rho: np.float32, thickness: np.float32, length: np.float32) -> Place:
+    """Return a slab's transmittance, and what it reflects less than an endless one.
 
     rho: what the endless one reflects; length: mm in which diffuse light falls to 1/e.
     The law of Kubelka and Munk (Z. techn. Phys. 12, 1931). The third number is e.
@@ -38,7 +37,7 @@ def wall(
     thickness: np.float32, rho: np.float32, length: np.float32,
     bone_rho: np.float32, bone_length: np.float32,
 ) -> tuple[np.float32, np.float32]:  # fmt: skip
-    """Give what a wall of mucosa, bone and mucosa sends through, and sends back.
+    """Return what a wall of mucosa, bone and mucosa sends through, and sends back.
 
     Layers add as Stokes' plates do (Proc. R. Soc. 11, 1862).
     """
@@ -58,7 +57,7 @@ def wall(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def with_cell(through: np.float32, back: np.float32, rho: np.float32) -> np.float32:
-    """Give what a thin wall and the cell behind it send back of the light before them.
+    """Return what a thin wall and the cell behind it send back of light before them.
 
     What gets through goes round in the cell, whose other walls are endless mucosa, as
     in an integrating sphere: each time `CELL_SHARE` of it meets the thin wall. Without
@@ -71,8 +70,8 @@ def with_cell(through: np.float32, back: np.float32, rho: np.float32) -> np.floa
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def likeness_to_wall(normal: Three, behind: Three) -> np.float32:
-    """Give how much of a wall there is between two faces, by their normals: 0 to 1."""
+def likeness_to_wall(normal: Place, behind: Place) -> np.float32:
+    """Return how much of a wall is between two faces, by their normals: 0 to 1."""
     along = -(normal[0] * behind[0] + normal[1] * behind[1] + normal[2] * behind[2])
     share = (along - SLANTED) / (PARALLEL - SLANTED)
     return f32(min(max(share, f32(0)), f32(1)))

@@ -23,6 +23,7 @@ from renderers.lanes import (
 )
 from renderers.lanes import f32 as to_real
 from renderers.lanes import i32 as to_whole
+from renderers.lanes.arrays import Bytes, Floats, f32, i32
 from renderers.shading.kernels.bump_normals import bump
 from renderers.shading.kernels.elementary import Lanes
 from renderers.shading.kernels.pixel_block import ROWS, N, W
@@ -35,22 +36,26 @@ from renderers.shading.kernels.surface_noise import (
     turn,
 )
 
-f32 = np.float32
-i32 = np.int32
-Floats = NDArray[np.float32]
-
 
 class SurfaceTables(NamedTuple):
-    """What the look of a surface is made from; see `Look`."""
+    """What the look of a surface is made from.
+
+    tint: flat, blood code + 256 * skin code. colours: `colour_table` as flat rows of
+    eight floats. skin: ``(3,)`` linear albedo. materials: see `material_table`. tile,
+    vessel_tile: noise of mottle and ripples, and of vessels. to_tile: ``(5, 3, 3)`` mm
+    to tile voxels: three octaves of mottle, two of vessels. offsets: ``(2, 3)`` mm that
+    keep vessels from following the mottle. blood_bias: factor on all blood content.
+    full_detail: with the short octave and the small vessels.
+    """
 
     tint: NDArray[np.uint16]
-    colours: NDArray[np.float32]
-    skin: NDArray[np.float32]
-    materials: NDArray[np.float32]
+    colours: Floats
+    skin: Floats
+    materials: Floats
     tile: NoiseTile
     vessel_tile: NoiseTile
-    to_tile: NDArray[np.float32]
-    offsets: NDArray[np.float32]
+    to_tile: Floats
+    offsets: Floats
     blood_bias: np.float32
     full_detail: bool
 
@@ -133,7 +138,7 @@ def set_tissue(w: Floats, materials: Floats) -> None:
 @njit(cache=True, nogil=True, error_model="numpy")
 def set_materials(
     w: Floats,
-    material: NDArray[np.uint8],
+    material: Bytes,
     y0: int,
     x0: int,
     first: int,

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from renderers.lanes import (
     any_,
@@ -27,6 +26,8 @@ from renderers.lanes import (
     zip3,
 )
 from renderers.lanes import f32 as to_real
+from renderers.lanes.arrays import Flags, Floats, f32, i32
+from renderers.shading.kernels.elementary import along_axes
 from renderers.shading.kernels.field_reads import to_voxels
 from renderers.shading.kernels.indirect import (
     FILM,
@@ -40,11 +41,6 @@ from renderers.shading.kernels.indirect import (
     follow,
 )
 from renderers.shading.kernels.path_tracing import albedo_at, nearest_code
-
-f32 = np.float32
-i32 = np.int32
-Floats = NDArray[np.float32]
-Bytes = NDArray[np.uint8]
 
 W = 4
 """Pixels worked on together; divides the lattice's spacing."""
@@ -110,7 +106,7 @@ def interpolate(
 @njit(cache=True, nogil=True, error_model="numpy")
 def add_rows(
     view: View, effects: int, stride: int, walls: LitWalls, grid: Floats,
-    reflect: Floats, only: NDArray[np.bool_], radiance: Floats, first: int, last: int,
+    reflect: Floats, only: Flags, radiance: Floats, first: int, last: int,
 ) -> None:  # fmt: skip
     """Add the light that was found to rows ``first..last`` of the picture.
 
@@ -156,9 +152,7 @@ def add_rows(
                 continue
             nx, ny, nz = triples(normal, at, count)
             a, b, c = triples(lens, at, count)
-            rx = a * axes[0, 0] + b * axes[1, 0] + c * axes[2, 0]
-            ry = a * axes[0, 1] + b * axes[1, 1] + c * axes[2, 1]
-            rz = a * axes[0, 2] + b * axes[1, 2] + c * axes[2, 2]
+            rx, ry, rz = along_axes(axes, a, b, c)
             total = interpolate(
                 view, stride, grid, y, x, kinds, t, (nx, ny, nz), channels, found
             )  # fmt: skip

@@ -7,7 +7,6 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 import renderers.shading.kernels.pixel_block as block
 from renderers.lanes import (
@@ -27,7 +26,8 @@ from renderers.lanes import (
 )
 from renderers.lanes import count as count_of
 from renderers.lanes import f32 as to_real
-from renderers.shading.kernels.elementary import Four, Lanes
+from renderers.lanes.arrays import Flags, Floats, f32, i32
+from renderers.shading.kernels.elementary import Four, Lanes, along_axes, load3, rotated
 from renderers.shading.kernels.field_reads import (
     DistanceField,
     is_outside,
@@ -35,9 +35,6 @@ from renderers.shading.kernels.field_reads import (
     wall_normals,
 )
 from renderers.shading.kernels.pixel_block import CELL, ROWS, N, W
-
-f32 = np.float32
-i32 = np.int32
 
 PLANES = 5
 """Of the grid: irradiance, normal, depth."""
@@ -48,11 +45,11 @@ WIDTH = 16
 @njit(cache=True, nogil=True, error_model="numpy")
 def trace_lights(
     field: DistanceField,
-    directions: NDArray[np.float32],
-    flux: NDArray[np.float32],
+    directions: Floats,
+    flux: Floats,
     longest_mm: np.float32,
     step_limit: int,
-    lights: NDArray[np.float32],
+    lights: Floats,
 ) -> int:
     """March every direction from the eye to the wall; return how many arrived.
 
@@ -67,9 +64,7 @@ def trace_lights(
         dx = load_where(directions, r, live)
         dy = load_where(directions, rays + r, live)
         dz = load_where(directions, 2 * rays + r, live)
-        vx = m[0, 0] * dx + m[0, 1] * dy + m[0, 2] * dz
-        vy = m[1, 0] * dx + m[1, 1] * dy + m[1, 2] * dz
-        vz = m[2, 0] * dx + m[2, 1] * dy + m[2, 2] * dz
+        vx, vy, vz = rotated(m, dx, dy, dz)
         t = full(f32(0), WIDTH)
         arrived = t < f32(0)
         for _ in range(step_limit):
@@ -105,16 +100,16 @@ def trace_lights(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def gather_lights(
-    depth: NDArray[np.float32],
-    normal: NDArray[np.float32],
-    coverage: NDArray[np.float32],
-    lens: NDArray[np.float32],
-    axes: NDArray[np.float32],
-    lights: NDArray[np.float32],
+    depth: Floats,
+    normal: Floats,
+    coverage: Floats,
+    lens: Floats,
+    axes: Floats,
+    lights: Floats,
     count: int,
     stride: int,
-    points: NDArray[np.bool_],
-    grid: NDArray[np.float32],
+    points: Flags,
+    grid: Floats,
     first: int,
     last: int,
 ) -> None:
@@ -159,12 +154,10 @@ def gather_lights(
             store_where(grid, to + 3 * plane, nz, inside)
             store_where(grid, to + 4 * plane, t, inside)
             seen &= inside
-            px = t * (a * axes[0, 0] + b * axes[1, 0] + c * axes[2, 0])
-            py = t * (a * axes[0, 1] + b * axes[1, 1] + c * axes[2, 1])
-            pz = t * (a * axes[0, 2] + b * axes[1, 2] + c * axes[2, 2])
-            store_packed(place, met, px, seen)
-            store_packed(place, room + met, py, seen)
-            store_packed(place, 2 * room + met, pz, seen)
+            rx, ry, rz = along_axes(axes, a, b, c)
+            store_packed(place, met, t * rx, seen)
+            store_packed(place, room + met, t * ry, seen)
+            store_packed(place, 2 * room + met, t * rz, seen)
             store_packed(place, 3 * room + met, nx, seen)
             store_packed(place, 4 * room + met, ny, seen)
             store_packed(place, 5 * room + met, nz, seen)
@@ -194,9 +187,7 @@ def gather_lights(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def spread_grid(
-    grid: NDArray[np.float32], row: int, spread: NDArray[np.float32]
-) -> None:
+def spread_grid(grid: Floats, row: int, spread: Floats) -> None:
     """Repeat every point of two rows of the grid over the pixels of its cell.
 
     spread: ``(2, 5, n)``, n at least the picture's width and a cell more. Serves the
@@ -210,10 +201,8 @@ def spread_grid(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def corner(
-    spread: NDArray[np.float32], at: int, nx: Lanes, ny: Lanes, nz: Lanes, k: Lanes
-) -> Four:
-    """Give a corner's weight as a quotient, what it lights, and its depth."""
+def corner(spread: Floats, at: int, nx: Lanes, ny: Lanes, nz: Lanes, k: Lanes) -> Four:
+    """Return a corner's weight as a quotient, what it lights, and its depth."""
     n = spread.shape[2]
     # all rows of a block lie between the same points
     same = rows_alike(load(spread, at + n, W), ROWS) * nx
@@ -229,7 +218,7 @@ def corner(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lift(w: NDArray[np.float32], spread: NDArray[np.float32], y0: int, x0: int) -> None:
+def lift(w: Floats, spread: Floats, y0: int, x0: int) -> None:
     """Bring the bounce light to full size: bilinear, but not across edges.
 
     spread: of the block's two grid rows, see `spread_grid`. x0 must be a multiple of
@@ -240,9 +229,7 @@ def lift(w: NDArray[np.float32], spread: NDArray[np.float32], y0: int, x0: int) 
     left = f32(1) - right
     lower = to_real((here >> 4) + np.int32(y0 % CELL)) * f32(1 / CELL)
     k = f32(1) / load(w, block.T, N)
-    nx = load(w, block.NX, N)
-    ny = load(w, block.NY, N)
-    nz = load(w, block.NZ, N)
+    nx, ny, nz = load3(w, block.NX)
     total = full(f32(0), N)
     weight = full(f32(1e-6), N)
     row = f32(1) - lower

@@ -23,6 +23,6 @@ def test_bent_rays_are_the_reference_s_and_dearer_than_straight_ones(
     bent, straight = found[case, "bent rays"], found[case, "straight rays"]
     assert bent.counters is not None
     assert straight.counters is not None
-    assert bent.counters["bent"] > 0
-    assert "bent" not in straight.counters or straight.counters["bent"] == 0
+    assert bent.counters["deflected"] > 0
+    assert "deflected" not in straight.counters or straight.counters["deflected"] == 0
     assert bent.counters["samples"] > straight.counters["samples"]

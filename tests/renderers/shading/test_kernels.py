@@ -12,7 +12,7 @@ from renderers.shading import Effects, ScopeLight, ScopeShader, Tier
 from renderers.shading.bounce import VirtualLights
 from renderers.shading.kernels.surface_noise import TILE_SIZE, NoiseTile
 from renderers.shading.shader import BOUNCE_FACTOR
-from renderers.shading.surface_look import Look
+from renderers.shading.surface_look import surface_tables
 
 Array = NDArray[Any]
 SEED = 7
@@ -69,7 +69,7 @@ class Twin:
     def __init__(
         self, surface: AirSurface, buffer: GBuffer, camera: Camera, tier: Tier
     ) -> None:
-        self.look = Look.of(surface, SEED)
+        self.look = surface_tables(surface, SEED, 1.0, True)
         self.tier = tier
         self.camera = camera
         self.light = ScopeLight()
@@ -110,7 +110,7 @@ class Twin:
                 (0.05 * m3, (0, 1, 1), 0.022 * (0.5 + 0.6 * m2), 0.6, 0.45, 0.35),
             )
         ):
-            at = self.mm + look.vessel_offset_mm[o] + bend[:, None] * np.array(axes)
+            at = self.mm + look.offsets[o] + bend[:, None] * np.array(axes)
             value, gradient = tap(look.vessel_tile, look.to_tile[3 + o], at, True)
             gradient = gradient - dot(gradient, self.n)[:, None] * self.n
             slope = np.linalg.norm(gradient, axis=1)

@@ -1,14 +1,21 @@
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from renderers.shading.tissue_colour import (
+    _RGB_FROM_XYZ,
     FRESH_BLOOD,
     TABLE_SIZE,
     WAVELENGTHS_NM,
     TissueOptics,
-    chromaticity,
     colour_table,
 )
+
+
+def chromaticity(color: NDArray[np.float64]) -> tuple[float, float]:
+    """Give CIE 1931 ``(x, y)`` of a linear sRGB colour ``(3,)`` (white D65)."""
+    xyz = np.linalg.solve(_RGB_FROM_XYZ, np.asarray(color, dtype=np.float64))
+    return float(xyz[0] / xyz.sum()), float(xyz[1] / xyz.sum())
 
 
 def test_a_healthy_turbinate_has_the_measured_chromaticity() -> None:

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from renderers.shading.kernels.field_reads import DistanceField, wall_normal
+from renderers.shading.kernels.field_reads import DistanceField, Place, wall_normal
 from renderers.shading.kernels.path_tracing import (
     FibreLight,
-    Three,
     direct,
     lifted,
     sphere_trace,
@@ -31,8 +30,8 @@ def cave() -> NDArray[np.float32]:
 
 def one_by_one(
     field: DistanceField,
-    at: Three,
-    normal: Three,
+    at: Place,
+    normal: Place,
     sources: NDArray[np.float32],
 ) -> tuple[np.float32, int]:
     """Light a wall as `direct` does, each way looked for by itself."""
