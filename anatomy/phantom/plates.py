@@ -1,4 +1,4 @@
-"""Thin plates of bone: where each is, and its own thickness as a number.
+"""The skull base and other thin plates of bone: where each is, and its thickness.
 
 A plate of 0.1 mm is a fifth of a voxel: no set of voxels can say how thick it is. The
 number belongs to the plate. It lies behind the mucosa of the air beside it, and the
