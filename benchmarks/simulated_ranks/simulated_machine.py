@@ -29,7 +29,7 @@ class Spender(Protocol):
         ...
 
 
-Lot = tuple[SimulatedNode, Spender, list[list[Any]]]
+SimulatedRank = tuple[SimulatedNode, Spender, list[list[Any]]]
 """A rank's node, its work, and its packets by frame."""
 
 _DATA = MessageKind.DATA
@@ -130,7 +130,7 @@ class Machine:
         self,
         costs: Costs,
         torus: Torus,
-        ranks: Iterable[Lot],
+        ranks: Iterable[SimulatedRank],
         *,
         payload_bytes: int,
         lru_share: float = 0.0,

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from benchmarks.simulated_ranks.replay import ReplayWork, Visits
-from benchmarks.simulated_ranks.simulated_machine import Costs, Lot, Machine
+from benchmarks.simulated_ranks.simulated_machine import Costs, Machine, SimulatedRank
 from benchmarks.simulated_ranks.strands import (
     FEATURES,
     Strand,
@@ -297,13 +297,13 @@ def _cell_lots(
         yield node, work, frames
 
 
-def _ray_lots(setup: Setup, traces: Traces) -> list[Lot]:
+def _ray_lots(setup: Setup, traces: Traces) -> list[SimulatedRank]:
     """Make ranks between which rays travel, each with its share of the volume."""
     owner = deal_owners(np.ones(setup.orbit.cells, np.bool_), setup.ranks)
     prices = np.zeros(len(FEATURES))
     prices[FEATURES.index("samples")] = setup.sample_s
     begun: Begun = {}
-    lots: list[Lot] = []
+    lots: list[SimulatedRank] = []
     for rank, frames in enumerate(traces.deal_strands(setup)):
         work = StrandWork(CellCache(1), prices, slice_s=setup.costs.slice_s)
         travel = StrandTravel(work, rank, owner, begun)
