@@ -138,7 +138,7 @@ FOSSA_MM = 3.6
 
 
 def skull_base(parameters: PhantomParameters) -> Field:
-    """Give the height of the brain's lower limit: fovea, fossa, orbital roof."""
+    """Return the height of the brain's lower limit: fovea, fossa, orbital roof."""
     rise = Table(U, (10, 20, 32, 44), (0, 4.0, 7.0, 6.0), 4.0) * depth_table(
         [-5, 10, 35, 55], [0.3, 1.0, 0.8, 0.0], 4.0
     )

@@ -66,7 +66,7 @@ class Solid:
 
     @property
     def hu(self) -> float:
-        """Get the CT number."""
+        """Return the CT number."""
         return TISSUES[self.tissue].hu
 
 

@@ -56,7 +56,7 @@ def _check_link(link: Path, inside: Path) -> None:
 
 
 def is_dicom(file: Path) -> bool:
-    """Tell whether a file says that it is DICOM."""
+    """Return whether a file says that it is DICOM."""
     with foreign_file(file, "a DICOM file"), file.open("rb") as opened:
         return opened.read(PREAMBLE_BYTES + len(MAGIC))[PREAMBLE_BYTES:] == MAGIC
 

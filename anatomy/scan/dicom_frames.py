@@ -1,7 +1,7 @@
 """The slices inside a DICOM file: one, or many in an enhanced file.
 
-An enhanced file tells in functional groups where its frames lie: in those of a frame,
-or in those that all frames share. Elsewhere the file itself tells it.
+The functional groups of an enhanced file place its frames: those of one frame, or those
+that all frames share. In other files the main header does.
 """
 
 import importlib
@@ -70,7 +70,7 @@ class Frame:
     groups: tuple["Dataset", ...]
 
     def get(self, name: str) -> Any:
-        """Give a field's value; None where the file does not tell it."""
+        """Return a field's value; None where the file does not tell it."""
         for group in self.groups:
             items = group.get(GROUPS[name])
             if items and name in items[0]:
@@ -101,13 +101,13 @@ class Frame:
 
     @property
     def thickness_mm(self) -> float:
-        """Get the slice's thickness, NaN where it is not known."""
+        """Return the slice's thickness, NaN where it is not known."""
         thickness = self.number_of("SliceThickness", float("nan"))
         return thickness if thickness > 0 else float("nan")
 
     @property
     def stack(self) -> tuple[str, str]:
-        """Get what tells the stacks and the phases of one enhanced series apart."""
+        """Return what tells the stacks and the phases of one enhanced series apart."""
         if not self.groups:
             return "", ""
         return str(self.get("StackID")), str(self.get("TemporalPositionIndex"))
@@ -139,12 +139,12 @@ def check_whole(image: "Dataset", file: Path) -> None:
 
 
 def has_many_frames(image: "Dataset") -> bool:
-    """Tell whether a file holds more than one picture."""
+    """Return whether a file holds more than one picture."""
     return int(image.get("NumberOfFrames") or 1) > 1
 
 
 def frame_values(frames: list[Frame]) -> list[NDArray[np.float32]]:
-    """Give slices of one file in real units, each ``(rows, columns)``.
+    """Return slices of one file in real units, each ``(rows, columns)``.
 
     Raises ValueError naming the file where its pixels are cut off, in colour, or
     cannot be decoded.
@@ -165,8 +165,8 @@ def frame_values(frames: list[Frame]) -> list[NDArray[np.float32]]:
     for frame in frames:
         if frame.number >= len(stored):
             raise UserError(
-                f"{file} is cut off: it tells of slice {frame.number + 1} and holds "
-                f"the pixels of {len(stored)}"
+                f"{file} is cut off: its header lists slice {frame.number + 1}, "
+                f"and it holds the pixels of {len(stored)}"
             )
         raw = stored[frame.number]
         slope = frame.number_of("RescaleSlope", 1.0)
@@ -180,7 +180,7 @@ def frame_values(frames: list[Frame]) -> list[NDArray[np.float32]]:
 
 
 def _stored(image: "Dataset", file: Path) -> NDArray[Any]:
-    """Give the stored values of all frames, ``(n, rows, columns)``, not rescaled."""
+    """Return the stored values of all frames, ``(n, rows, columns)``, not rescaled."""
     count = max(int(image.get("NumberOfFrames") or 1), 1)
     if image.file_meta.TransferSyntaxUID.is_compressed:
         from pydicom.encaps import generate_frames

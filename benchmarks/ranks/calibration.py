@@ -46,7 +46,7 @@ _TIMES = 200
 
 
 def real_time() -> tuple[str, ...]:
-    """Get the words that start a command at real-time priority; none if it may not."""
+    """Return the words that start a command at real-time priority, where allowed."""
     try:
         os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
     except (AttributeError, PermissionError):
@@ -142,7 +142,7 @@ def _best_busy_s(job: RankJob, folder: Path, *launcher: str) -> float:
 
 
 def _net_s(parts: Sequence[PatternCost], poll_s: float, rest_s: float) -> float:
-    """Get the seconds of all ranks without those of looking in vain."""
+    """Return the seconds of all ranks without those of looking in vain."""
     return sum(p.spent_s - p.looks * poll_s - p.rests * rest_s for p in parts)
 
 

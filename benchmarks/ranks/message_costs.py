@@ -227,7 +227,7 @@ def _ask(pattern: Pattern, rank: Rank, frame: int) -> tuple[float, tuple[float, 
 
 
 def _quickest(act: Callable[[], object], times: int) -> float:
-    """Get the seconds of one, of the quickest of a few lots."""
+    """Return the seconds of one, of the quickest of a few lots."""
     lots = 5
     best = float("inf")
     for _ in range(lots):

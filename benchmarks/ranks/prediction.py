@@ -75,7 +75,7 @@ class Predicted:
 
     @property
     def busy_s(self) -> float:
-        """Get the processor time of all ranks."""
+        """Return the processor time of all ranks."""
         return sum(ledger.busy for ledger in self.ledgers)
 
 
@@ -245,7 +245,7 @@ class Predictor:
         return counters, walls, reports
 
     def _table_s(self) -> float:
-        """Get what a rank does before its first ray: the picture's lens, whole."""
+        """Return what a rank does before its first ray: the picture's lens, whole."""
         best = np.inf
         for request in self._job.requests:
             camera = traced_camera(request)

@@ -118,7 +118,7 @@ class Host:
 
     @property
     def ledgers(self) -> list[Ledger]:
-        """Get the ledgers in order of rank: time of processors, waiting apart."""
+        """Return the ledgers in order of rank: time of processors, waiting apart."""
         return [rank.ledger for rank in self._ranks]
 
     def run(self) -> list[float]:

@@ -25,7 +25,7 @@ class Spender(Protocol):
 
     @property
     def spent_s(self) -> float:
-        """Get the seconds of all work so far."""
+        """Return the seconds of all work so far."""
         ...
 
 
@@ -158,11 +158,11 @@ class Machine:
 
     @property
     def ledgers(self) -> list[Ledger]:
-        """Get the ledgers in order of rank."""
+        """Return the ledgers in order of rank."""
         return [rank.ledger for rank in self._ranks]
 
     def frame_ends(self) -> list[float]:
-        """Get the time at which the last rank finished each frame."""
+        """Return the time at which the last rank finished each frame."""
         return [max(ends) for ends in zip(*(r.ends for r in self._ranks), strict=True)]
 
     def flying(self) -> list[Message]:

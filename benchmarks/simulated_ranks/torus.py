@@ -8,7 +8,7 @@ _ROUTES_KEPT = 1 << 19
 
 
 def torus_shape(ranks: int) -> tuple[int, int, int]:
-    """Get the most cubic torus of so many ranks, longest side first."""
+    """Return the most cubic torus of so many ranks, longest side first."""
     if ranks < 1:
         raise ValueError(f"a torus needs at least 1 rank, got {ranks}")
     best = (ranks, 1, 1)
@@ -42,7 +42,7 @@ class Torus:
         self._route = lru_cache(_ROUTES_KEPT)(self._find_route)
 
     def place(self, rank: int) -> tuple[int, int, int]:
-        """Get a rank's coordinates."""
+        """Return a rank's coordinates."""
         nx, ny, _ = self.shape
         return rank % nx, rank // nx % ny, rank // (nx * ny)
 
@@ -51,7 +51,7 @@ class Torus:
         return self.distances(rank)[other]
 
     def distances(self, rank: int) -> bytes:
-        """Get the hops from a rank to each rank."""
+        """Return the hops from a rank to each rank."""
         if rank not in self._rows:
             here = self.place(rank)
             rings = [
