@@ -6,7 +6,7 @@ import msgspec
 
 from devices import DeviceError
 from disk import UserError
-from disk.schema_words import schema_words
+from disk.validation_message import validation_message
 
 FAMILIES = ("renderers.art.", "renderers.snapshots.", "renderers.lanes.")
 """Modules whose errors are sentences."""
@@ -15,7 +15,7 @@ FAMILIES = ("renderers.art.", "renderers.snapshots.", "renderers.lanes.")
 def sentence(error: Exception) -> str | None:
     """Put an expected error into one clear sentence; None for a defect of ours."""
     if isinstance(error, msgspec.ValidationError):
-        return f"The input is not valid: {schema_words(error, None)}."
+        return f"The input is not valid: {validation_message(error, None)}."
     if isinstance(error, MemoryError):
         return (
             f"The memory does not suffice ({error}); ask for a smaller "

@@ -44,7 +44,7 @@ class Task:
 
     @property
     def key(self) -> tuple[str, str, str, str]:
-        """Get the key its row will have."""
+        """Return the key its row will have."""
         return row_key(self.suite, self.case, self.mode, self.settings)
 
 

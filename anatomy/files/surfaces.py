@@ -56,7 +56,7 @@ class Surface:
         object.__setattr__(self, "faces", faces)
 
     def moved(self, transform: NDArray[np.float64]) -> "Surface":
-        """Give the surface under a 4x4 transform."""
+        """Return the surface under a 4x4 transform."""
         turned = self.vertices @ transform[:3, :3].T + transform[:3, 3]
         return Surface(turned, self.faces)
 

@@ -30,7 +30,7 @@ SHARED_MM = np.float32(1.5)
 def evaluate_points(
     points: Floats, t: Tables, work: Floats, marks: Floats, value: Floats
 ) -> None:
-    """Give the least part value at ``(3, n)`` RAS points, unclamped.
+    """Write the least part value at ``(3, n)`` RAS points, unclamped, to `value`.
 
     work: ``(POINT_ROWS + depth, n)`` scratch; marks: ``(rows, n)`` scratch.
     """

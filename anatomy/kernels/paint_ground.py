@@ -15,7 +15,7 @@ CLEAR = np.float32(4)
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _coverage(x: np.float32) -> np.float32:
-    """Give the normal distribution function, exactly 0 and 1 at +-CLEAR."""
+    """Return the normal distribution function, exactly 0 and 1 at +-CLEAR."""
     if x >= CLEAR:
         return F1
     if x <= -CLEAR:

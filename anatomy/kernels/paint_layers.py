@@ -12,7 +12,7 @@ from anatomy.kernels.tables import Doubles, Floats, Grids, Painted, WallLayers
 def layer_weights(
     a: float, total: float, mucosa: float, bone: float, blur: float, w: Doubles
 ) -> None:
-    """Give the weights of air, mucosa, bone and ground at depth `a` of a wall.
+    """Write the weights of air, mucosa, bone and ground at depth `a` of a wall to `w`.
 
     The wall is `total` mm thick with air on both sides: mucosa, bone and what is
     left of it between two equal shells. Interfaces share one coordinate, so the

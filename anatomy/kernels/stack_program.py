@@ -224,7 +224,7 @@ def run_program(
 def _gradient_noise(
     x: np.float32, y: np.float32, z: np.float32, perm: Ints, grad: Floats
 ) -> np.float32:
-    """Give Perlin's gradient noise with the quintic fade, period 256 cells."""
+    """Return Perlin's gradient noise with the quintic fade, period 256 cells."""
     fx, fy, fz = np.floor(x), np.floor(y), np.floor(z)
     ix, iy, iz = int(fx), int(fy), int(fz)
     x, y, z = x - fx, y - fy, z - fz

@@ -35,7 +35,7 @@ class Effort:
 
 
 def default_threads() -> int:
-    """Give the number of processors this process may use."""
+    """Return the number of processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
 
 

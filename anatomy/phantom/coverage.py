@@ -62,7 +62,7 @@ def blur_mm(edge_blur_mm: float, spacing_mm: float) -> float:
 def weights(
     depth_mm: float, total_mm: float, mucosa_mm: float, bone_mm: float, blur: float
 ) -> NDArray[np.float64]:
-    """Give the shares ``(4,)`` of air, mucosa, bone and ground in a wall.
+    """Return the shares ``(4,)`` of air, mucosa, bone and ground in a wall.
 
     depth_mm: signed distance to the near air surface; total_mm: thickness up to air
     on the far side; blur: standard deviation in mm of `blur_mm`.

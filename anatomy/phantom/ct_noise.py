@@ -45,7 +45,7 @@ def _difference(white: NDArray[np.float32], h: float) -> NDArray[np.float32]:
 
 
 def _deviation(h: float) -> float:
-    """Give the standard deviation of the difference for white noise of 1."""
+    """Return the standard deviation of the difference for white noise of 1."""
     margin = int(np.ceil(_REACH * COARSE_MM / h))
     point = np.zeros((2 * margin + 1,) * 3, dtype=np.float32)
     point[margin, margin, margin] = 1.0

@@ -1,4 +1,4 @@
-"""Disease of a sinus: thickened mucosa, fluid, cysts, or nothing left but content."""
+"""Disease: polyps, thickened mucosa, fluid, cysts, or nothing left but content."""
 
 from dataclasses import dataclass
 

@@ -36,7 +36,7 @@ SPUR_MM = 2.6
 
 
 def septum_face(parameters: PhantomParameters, side: Side) -> Field:
-    """Give the lateral position of the septum's mucosa, with a spur if there is one."""
+    """Return the lateral position of the septum's mucosa, with any spur."""
     face: Field = height_table(
         [0, 4, 12, 20, 30, 45], [2.0, 1.3, 1.4, 1.5, 1.77, 1.0], 1.5
     )

@@ -47,7 +47,7 @@ class Opacity(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def total(self) -> int:
-        """Get the side's Lund-Mackay score, 0 to 12."""
+        """Return the side's Lund-Mackay score, 0 to 12."""
         return sum(getattr(self, name) for name in (*SINUSES, "ostiomeatal"))
 
 
@@ -153,11 +153,11 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
         return hashlib.sha256(msgspec.json.encode(self, order="sorted")).hexdigest()
 
     def has(self, variant: str, side: Side) -> bool:
-        """Tell whether a side has a variant; name it without the side."""
+        """Return whether a side has a variant; name it without the side."""
         return f"{variant}:{side.name.lower()}" in self.variants
 
     def scale(self, sinus: SINUS_NAMES, side: Side) -> float:
-        """Give a sinus's size factor on one side, within what the model can carry."""
+        """Return a sinus's size factor on one side, within what the model can carry."""
         value = float(getattr(self, f"{sinus}_scale"))
         if side == Side.LEFT:
             value *= float(getattr(self.left, sinus))
@@ -167,7 +167,7 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
         return min(max(value, low), high)
 
     def opacity_of(self, side: Side) -> Opacity:
-        """Give the disease of one side."""
+        """Return the disease of one side."""
         return self.opacity[0 if side == Side.RIGHT else 1]
 
 

@@ -7,11 +7,11 @@ import numpy as np
 from anatomy.phantom import sinuses
 from anatomy.phantom.disease import Content, contents_of
 from anatomy.phantom.ethmoid import bulla_outlet, ethmoid, posterior_outlet
-from anatomy.phantom.frontal import frontal, frontal_recess
 from anatomy.phantom.nose import nasal_air
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.program import Row
 from anatomy.phantom.shapes import Field, Mark
+from anatomy.phantom.sinuses import frontal, frontal_recess
 from anatomy.phantom.sphenoid import onodi, onodi_outlet, sphenoid, sphenoid_ostium
 from anatomy.phantom.wall_noise import LIMITS_MM
 from anatomy.tissue import Label, Side

@@ -47,7 +47,7 @@ class Phantom:
 
     @property
     def spacing_mm(self) -> float:
-        """Get the edge of the cubic voxels."""
+        """Return the edge of the cubic voxels."""
         return float(self.ct.spacing_mm[0])
 
 

@@ -1,4 +1,4 @@
-"""Thin plates of bone: where each is, and its own thickness as a number.
+"""The skull base and other thin plates of bone: where each is, and its thickness.
 
 A plate of 0.1 mm is a fifth of a voxel: no set of voxels can say how thick it is. The
 number belongs to the plate. It lies behind the mucosa of the air beside it, and the
@@ -138,7 +138,7 @@ FOSSA_MM = 3.6
 
 
 def skull_base(parameters: PhantomParameters) -> Field:
-    """Give the height of the brain's lower limit: fovea, fossa, orbital roof."""
+    """Return the height of the brain's lower limit: fovea, fossa, orbital roof."""
     rise = Table(U, (10, 20, 32, 44), (0, 4.0, 7.0, 6.0), 4.0) * depth_table(
         [-5, 10, 35, 55], [0.3, 1.0, 0.8, 0.0], 4.0
     )

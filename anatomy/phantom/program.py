@@ -127,7 +127,7 @@ class Encoder:
         self._begun, self._level = len(self._code), 0
 
     def program(self) -> Program:
-        """Give what was collected as arrays."""
+        """Return what was collected as arrays."""
         return Program(
             np.array(self._code, dtype=np.int32).reshape(-1, 4),
             np.array([*self._constants, 0.0], dtype=np.float32),

@@ -32,7 +32,7 @@ class Field(ABC):
 
     @abstractmethod
     def evaluate(self, points: Array) -> Array:
-        """Give the values ``(n,)`` at ``(3, n)`` points, in the points' precision."""
+        """Return the values ``(n,)`` at ``(3, n)`` points, in the points' precision."""
 
     @abstractmethod
     def encode(self, encoder: Encoder) -> None:
@@ -69,7 +69,7 @@ class Field(ABC):
 
 @dataclass(frozen=True, slots=True)
 class Affine(Field):
-    """Give ``constant + u * gradient[0] + y * gradient[1] + z * gradient[2]``."""
+    """Return ``constant + u * gradient[0] + y * gradient[1] + z * gradient[2]``."""
 
     constant: float
     gradient: Point = (0.0, 0.0, 0.0)
@@ -130,7 +130,7 @@ class Table(Field):
             )
 
     def slope_changes(self) -> Array:
-        """Give the change of slope at each knot."""
+        """Return the change of slope at each knot."""
         slopes = np.diff(self.values) / np.diff(self.knots)
         return np.diff(np.concatenate([[0.0], slopes, [0.0]]))
 

@@ -83,7 +83,7 @@ def sphenoid_ostium() -> Field:
 
 
 def sphenoid_face() -> Field:
-    """Give the depth y of the wall between nose and sphenoid over the height."""
+    """Return the depth y of the wall between nose and sphenoid over the height."""
     return height_table(
         [16, 20, 22.5, 25, 44, 80], [-60, -59, -56.6, -53.6, -52, -47], 1.0
     )

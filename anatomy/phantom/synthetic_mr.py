@@ -55,7 +55,7 @@ def magnetic_resonance(
 
 
 def _bias(volume: Volume) -> NDArray[np.float32]:
-    """Give a coil's sensitivity: a slow wave along each axis."""
+    """Return a coil's sensitivity: a slow wave along each axis."""
     field = np.ones(volume.shape, dtype=np.float32)
     for axis, period in ((0, 160.0), (1, 210.0), (2, 180.0)):
         n = volume.shape[axis]

@@ -9,14 +9,14 @@ from anatomy.frame import lps_from_ras
 from anatomy.kernels import evaluate_blocks as kernels
 from anatomy.kernels.tables import POINT_ROWS
 from anatomy.phantom.air import distance_at_points
-from anatomy.phantom.face import outside
+from anatomy.phantom.head import outside
 from anatomy.phantom.model import Model, build_model
 from anatomy.phantom.nose import septum_face
-from anatomy.phantom.orbit import orbit
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.plates import skull_base
 from anatomy.phantom.program import Encoder
 from anatomy.phantom.shapes import Field, u, z
+from anatomy.phantom.surroundings import orbit
 from anatomy.phantom.vessels import (
     ethmoidal_arteries,
     internal_carotid,

@@ -24,7 +24,7 @@ _AIR = {
 
 
 def healthy(parameters: PhantomParameters) -> PhantomParameters:
-    """Give the same head without disease."""
+    """Return the same head without disease."""
     return msgspec.structs.replace(parameters, opacity=(Opacity(), Opacity()))
 
 
@@ -59,7 +59,7 @@ def lund_mackay(phantom: Phantom, twin: Phantom | None = None) -> dict[Side, Opa
 
 
 def _is_open(phantom: Phantom, side: Side) -> bool:
-    """Tell whether there is air along the lower infundibulum."""
+    """Return whether there is air along the lower infundibulum."""
     ends = np.array(infundibulum().points[-2:])
     along = np.linspace(0, 1, 25)[:, None]
     way = ends[0] * (1 - along) + ends[1] * along

@@ -190,7 +190,7 @@ def _optimized(
 
 
 def _matrix(transform: Any) -> NDArray[np.float64]:
-    """Give a centred rotation as 4x4: second's world from the first's."""
+    """Return a centred rotation as 4x4: second's world from the first's."""
     turn = np.array(transform.GetMatrix()).reshape(3, 3)
     center, shift = np.array(transform.GetCenter()), transform.GetTranslation()
     matrix = np.eye(4)

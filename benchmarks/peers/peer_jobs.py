@@ -73,7 +73,7 @@ class VolumeJobs:
 
 
 def dense_table(transfer: TransferFunction) -> NDArray[np.float64]:
-    """Give rows (density, r, g, b, extinction), the user's own nodes among them."""
+    """Return rows (density, r, g, b, extinction), the user's own nodes among them."""
     low, high = transfer.nodes[0], transfer.nodes[-1]
     even = np.linspace(low, high, int((high - low) * NODES_PER_HU) + 1)
     nodes = np.unique(np.concatenate([even, transfer.nodes]))

@@ -44,7 +44,7 @@ class Answer(msgspec.Struct, kw_only=True):
 
     @property
     def timing(self) -> Timing:
-        """Get the times as `Timing`."""
+        """Return the times as `Timing`."""
         return Timing(self.min_s, self.median_s, self.cpu_s, self.repeats)
 
 

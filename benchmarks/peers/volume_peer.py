@@ -45,7 +45,7 @@ class VolumePeer:
     def error(
         self, source: SubjectSource, view: str, quantity: str, step: float
     ) -> float:
-        """Get the RMSE of a picture, drawn unless it has been."""
+        """Return the RMSE of a picture, drawn unless it has been."""
         key = source.name, view, quantity, step
         if key not in self._errors:
             self.draw(source, view, quantity, step)

@@ -47,7 +47,7 @@ def sinus_volumes_ml(phantom: Phantom, side: Side) -> dict[str, float]:
 
 
 def anterior_share(phantom: Phantom, side: Side) -> float:
-    """Give the share of the ethmoid's air that is not behind the basal lamella."""
+    """Return the share of the ethmoid's air that is not behind the basal lamella."""
     rear = volume_ml(phantom, (Label.POSTERIOR_ETHMOID_AIR,), side)
     return 1 - rear / volume_ml(phantom, SINUSES["ethmoid"], side)
 

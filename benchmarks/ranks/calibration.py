@@ -11,11 +11,11 @@ from scipy.optimize import nnls
 
 from benchmarks.ranks.message_costs import (
     CELL_BYTES,
-    Asked,
-    AskJob,
-    AskReport,
     Pattern,
-    ask_ranks,
+    PatternCost,
+    PatternJob,
+    PatternReport,
+    run_patterns,
 )
 from benchmarks.ranks.mpi_frames import RankJob, busy_s, run_ranks
 from benchmarks.simulated_ranks.host import HostCosts
@@ -46,7 +46,7 @@ _TIMES = 200
 
 
 def real_time() -> tuple[str, ...]:
-    """Get the words that start a command at real-time priority; none if it may not."""
+    """Return the words that start a command at real-time priority, where allowed."""
     try:
         os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
     except (AttributeError, PermissionError):
@@ -60,14 +60,14 @@ def learn_host(folder: Path, *launcher: str) -> HostCosts:
 
     What depends on the pictures is left out: frame_s, packet_s and busy.
     """
-    reports = ask_ranks(
-        2, AskJob(patterns=PATTERNS * _LOTS, waits=True), folder, *launcher
+    reports = run_patterns(
+        2, PatternJob(patterns=PATTERNS * _LOTS, waits=True), folder, *launcher
     )
     poll_s = min(report.poll_s for report in reports)
     rest_s = min(report.rest_s for report in reports)
     message_s, bundle_s, byte_s = fit_messages(reports, poll_s, rest_s)
     cores = len(os.sched_getaffinity(0))
-    crowd = ask_ranks(2 * cores, AskJob(waits=True), folder, *launcher)
+    crowd = run_patterns(2 * cores, PatternJob(waits=True), folder, *launcher)
     # Of two ranks a processor each waits for the other's look and yield.
     turn_s = min(report.crowd_s for report in crowd) / 2
     switch_s = max(turn_s - min(report.crowd_s for report in reports), 0.0)
@@ -88,7 +88,7 @@ def learn_host(folder: Path, *launcher: str) -> HostCosts:
 
 
 def fit_messages(
-    reports: Sequence[AskReport], poll_s: float, rest_s: float
+    reports: Sequence[PatternReport], poll_s: float, rest_s: float
 ) -> tuple[float, float, float]:
     """Find what a message, a bundle and a byte cost by each pattern's quickest."""
     rows, seconds = [], []
@@ -114,7 +114,7 @@ def fit_messages(
     return message_s, bundle_s, byte_s
 
 
-def both_busy(job: RankJob, folder: Path, *launcher: str) -> float:
+def contention_factor(job: RankJob, folder: Path, *launcher: str) -> float:
     """Find how many times as long work takes while another process works.
 
     Each draws all of the job by itself, and says nothing to the other.
@@ -141,8 +141,8 @@ def _best_busy_s(job: RankJob, folder: Path, *launcher: str) -> float:
     return min(busy_s(reports, number) for number in range(job.rounds))
 
 
-def _net_s(parts: Sequence[Asked], poll_s: float, rest_s: float) -> float:
-    """Get the seconds of all ranks without those of looking in vain."""
+def _net_s(parts: Sequence[PatternCost], poll_s: float, rest_s: float) -> float:
+    """Return the seconds of all ranks without those of looking in vain."""
     return sum(p.spent_s - p.looks * poll_s - p.rests * rest_s for p in parts)
 
 

@@ -43,14 +43,14 @@ class Pattern(msgspec.Struct, frozen=True, kw_only=True):
     cell_bytes: int = CELL_BYTES
 
 
-class AskJob(msgspec.Struct, frozen=True, kw_only=True):
+class PatternJob(msgspec.Struct, frozen=True, kw_only=True):
     """Set patterns, tried one after another. waits: measure waiting, too."""
 
     patterns: tuple[Pattern, ...] = ()
     waits: bool = False
 
 
-class Asked(msgspec.Struct, frozen=True, kw_only=True):
+class PatternCost(msgspec.Struct, frozen=True, kw_only=True):
     """Say what one rank's part in a pattern cost.
 
     spent_s: of messages and of waiting. messages: sent; bundles: handed to MPI;
@@ -67,7 +67,7 @@ class Asked(msgspec.Struct, frozen=True, kw_only=True):
     latency_s: tuple[float, ...]
 
 
-class AskReport(msgspec.Struct, frozen=True, kw_only=True):
+class PatternReport(msgspec.Struct, frozen=True, kw_only=True):
     """Say what asking and waiting cost one rank.
 
     poll_s: a look that finds nothing, with the loop about it. rest_s: giving the
@@ -75,7 +75,7 @@ class AskReport(msgspec.Struct, frozen=True, kw_only=True):
     at once. sleep_s: being away on purpose; patience_s: what a rank yields for before.
     """
 
-    patterns: tuple[Asked, ...]
+    patterns: tuple[PatternCost, ...]
     poll_s: float = 0.0
     rest_s: float = 0.0
     crowd_s: float = 0.0
@@ -83,12 +83,16 @@ class AskReport(msgspec.Struct, frozen=True, kw_only=True):
     patience_s: float = 0.0
 
 
-def ask_ranks(ranks: int, job: AskJob, folder: Path, *launcher: str) -> list[AskReport]:
+def run_patterns(
+    ranks: int, job: PatternJob, folder: Path, *launcher: str
+) -> list[PatternReport]:
     """Ask with so many processes; RuntimeError says what they said if it fails."""
     (folder / "asking.json").write_bytes(msgspec.json.encode(job))
     start_ranks(ranks, "benchmarks.ranks.message_costs", folder, *launcher)
     return [
-        msgspec.json.decode((folder / f"asked-{n}.json").read_bytes(), type=AskReport)
+        msgspec.json.decode(
+            (folder / f"asked-{n}.json").read_bytes(), type=PatternReport
+        )
         for n in range(ranks)
     ]
 
@@ -98,7 +102,7 @@ def main(words: Sequence[str]) -> int:
     from renderers.art.ranks.mpi import YIELD_S, MpiTransport
 
     folder = Path(words[0])
-    job = msgspec.json.decode((folder / "asking.json").read_bytes(), type=AskJob)
+    job = msgspec.json.decode((folder / "asking.json").read_bytes(), type=PatternJob)
     transport = MpiTransport(folder=folder)
     counted = _Counted(transport)
     rank = Rank(counted, time.perf_counter)
@@ -122,7 +126,7 @@ def main(words: Sequence[str]) -> int:
             b - a for a, b in zip(before, after, strict=True)
         )
         found.append(
-            Asked(
+            PatternCost(
                 spent_s=spent_s,
                 messages=messages,
                 bundles=bundles,
@@ -132,7 +136,7 @@ def main(words: Sequence[str]) -> int:
                 latency_s=latency_s,
             )
         )
-    report = AskReport(
+    report = PatternReport(
         patterns=tuple(found),
         poll_s=poll_s,
         rest_s=rest_s,
@@ -223,7 +227,7 @@ def _ask(pattern: Pattern, rank: Rank, frame: int) -> tuple[float, tuple[float, 
 
 
 def _quickest(act: Callable[[], object], times: int) -> float:
-    """Get the seconds of one, of the quickest of a few lots."""
+    """Return the seconds of one, of the quickest of a few lots."""
     lots = 5
     best = float("inf")
     for _ in range(lots):

@@ -244,19 +244,19 @@ class _Memory(threading.Thread):
 
 
 def busy_s(reports: Sequence[RankReport], number: int) -> float:
-    """Get the time that all ranks spent on a round, waiting apart."""
+    """Return the time that all ranks spent on a round, waiting apart."""
     return sum(
         Ledger(**frame.ledger).busy for r in reports for frame in r.rounds[number]
     )
 
 
 def digest_of(gather: Gather) -> str:
-    """Get the SHA-256 of a picture's numbers."""
+    """Return the SHA-256 of a picture's numbers."""
     return hashlib.sha256(gather.value.tobytes() + gather.depth.tobytes()).hexdigest()
 
 
 def own_bytes() -> int:
-    """Get the memory that is this process's alone, as Linux counts it."""
+    """Return the memory that is this process's alone, as Linux counts it."""
     for line in Path("/proc/self/status").read_text().splitlines():
         name, _, value = line.partition(":")
         if name == "RssAnon":

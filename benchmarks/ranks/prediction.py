@@ -16,11 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from benchmarks.ranks.calibration import ROUNDS, both_busy, learn_host
+from benchmarks.ranks.calibration import ROUNDS, contention_factor, learn_host
 from benchmarks.ranks.mpi_frames import RankJob, RankReport, busy_s, run_ranks
 from benchmarks.simulated_ranks.host import Host, HostCosts
-from benchmarks.simulated_ranks.retrace import Retracing, ray_twin, twin
-from benchmarks.simulated_ranks.simulated_machine import Lot
+from benchmarks.simulated_ranks.retrace import (
+    Retracing,
+    simulated_node,
+    simulated_ray_node,
+)
+from benchmarks.simulated_ranks.simulated_machine import SimulatedRank
 from benchmarks.simulated_ranks.strands import (
     FEATURES,
     StrandPacket,
@@ -70,7 +74,7 @@ class Predicted:
 
     @property
     def busy_s(self) -> float:
-        """Get the processor time of all ranks."""
+        """Return the processor time of all ranks."""
         return sum(ledger.busy for ledger in self.ledgers)
 
 
@@ -129,9 +133,9 @@ class Predictor:
                 cell_side=self._job.cell_side,
             )
             if dataflow is Dataflow.RAYS:
-                found.append(ray_twin(node, begun, costs))
+                found.append(simulated_ray_node(node, begun, costs))
             else:
-                found.append(twin(node, costs))
+                found.append(simulated_node(node, costs))
         return found
 
     def retrace(self, ranks: int, number: int = 0) -> Retracing:
@@ -171,7 +175,7 @@ class Predictor:
         left_s = np.maximum(np.array(before_s) - table_s * frames, 0.0)
         (packet_s, start_s), _ = nnls(np.array(starts), left_s)
         plain = replace_job(plain, recorded=False)
-        busy = both_busy(plain, self._folder, *launcher)
+        busy = contention_factor(plain, self._folder, *launcher)
         host = learn_host(self._folder, *launcher)
         return Learned(
             np.array([start_s, *learned]),
@@ -187,7 +191,7 @@ class Predictor:
         if ranks > 1:
             shows = FEATURES.index("shows")
             work[shows] = max(work[shows] - learned.cut_s, 0.0)
-        lots: list[Lot] = []
+        lots: list[SimulatedRank] = []
         nodes = self.nodes(ranks, work)
         for node, frames in zip(nodes, self.strands(ranks), strict=True):
             spender = node.work
@@ -238,7 +242,7 @@ class Predictor:
         return counters, walls, reports
 
     def _table_s(self) -> float:
-        """Get what a rank does before its first ray: the picture's lens, whole."""
+        """Return what a rank does before its first ray: the picture's lens, whole."""
         best = np.inf
         for request in self._job.requests:
             camera = traced_camera(request)

@@ -31,7 +31,7 @@ def report_scaling(rows: Iterable[Row], folder: Path) -> list[Path]:
 
 
 def knee(rows: list[Row]) -> float:
-    """Get the smallest cache whose time is at most 1.02 times the plateau's."""
+    """Return the smallest cache whose time is at most 1.02 times the plateau's."""
     ordered = sorted(rows, key=lambda row: row.counters["cache"])
     plateau = ordered[-1].counters["simulated_s"]
     return min(

@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks.nasal_views import nasal_scene, path_views
 from benchmarks.plan import Measured, Plan, Task, UnavailableError, register
 from benchmarks.ranks.calibration import real_time
-from benchmarks.ranks.message_costs import AskJob, Pattern, ask_ranks
+from benchmarks.ranks.message_costs import Pattern, PatternJob, run_patterns
 from benchmarks.ranks.mpi_frames import RankJob, RankReport, run_ranks
 from benchmarks.ranks.orbits import folded_scene, orbit, write_folds
 from benchmarks.ranks.order_of_use import order_of_use
@@ -171,8 +171,8 @@ class DataflowPlan(Plan):
 
     def _latency(self, ranks: int) -> Task:
         def run() -> Measured:
-            job = AskJob(patterns=(Pattern(visits=400),))
-            reports = ask_ranks(ranks, job, self._folder, *real_time())
+            job = PatternJob(patterns=(Pattern(visits=400),))
+            reports = run_patterns(ranks, job, self._folder, *real_time())
             took = np.concatenate([r.patterns[0].latency_s for r in reports])
             median, late = np.percentile(took, (50, 95)).tolist()
             counters = {"median_us": 1e6 * median, "p95_us": 1e6 * late}

@@ -48,7 +48,7 @@ HUGE_FRAMES = 2
 
 
 def tile_of(ranks: int) -> int:
-    """Get the region's edge: 8 ranks balance with 32 pixels, 16 only with 16."""
+    """Return the region's edge: 8 ranks balance with 32 pixels, 16 only with 16."""
     return 32 if ranks <= 8 else 16
 
 
@@ -255,7 +255,7 @@ def _alone(outcome: Outcome, traces: Traces) -> dict[str, float]:
 
 
 def _spread(runs: list[dict[str, float]]) -> dict[str, float]:
-    """Get the median of each figure, and the range of those that runs differ in."""
+    """Return the median of each figure, and the range of those that runs differ in."""
     found: dict[str, float] = {}
     for name in runs[0]:
         values = [run[name] for run in runs]

@@ -235,7 +235,7 @@ def stage_times(view: EndoscopeView, seen: View) -> list[float]:
 
 
 class PacedPoses:
-    """Give the poses of a path when their time has come, as an arm does."""
+    """Return the poses of a path when their time has come, as an arm does."""
 
     def __init__(self, path: ProbePath) -> None:
         self._path = path

@@ -197,7 +197,7 @@ class ScopeStudio:
     def finish(
         self, gbuffer: GBuffer, camera: Camera, gain: float | None
     ) -> tuple[NDArray[np.uint8], float]:
-        """Give the picture on the monitor, and the gain it was exposed with."""
+        """Return the picture on the monitor, and the gain it was exposed with."""
         return scope_picture(
             gbuffer, camera, self._shader, self._camera_pass, self._light, gain
         )

@@ -191,7 +191,7 @@ class RefinementPlan(Plan):
 
     @cached_property
     def _walls(self) -> list[tuple[PathTracer, SeenWalls, Codes]]:
-        """Give views' walls with weights, and their light by many other paths."""
+        """Return views' walls with weights, and their light by many other paths."""
         found = []
         for view in acceptance_views(self._path_px)[: self._count]:
             scene = nasal_scene(view.head)
@@ -239,7 +239,7 @@ class RefinementPlan(Plan):
 
 
 def whole_of(walls: SeenWalls) -> tuple[int, int, int, int]:
-    """Give a view's rows and columns as a block."""
+    """Return a view's rows and columns as a block."""
     return 0, walls.shown.shape[0], 0, walls.shown.shape[1]
 
 

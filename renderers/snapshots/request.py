@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import Meta, Struct
 
 from disk import UserError
-from disk.schema_words import loose_json, schema_words
+from disk.validation_message import decode_untyped, validation_message
 from renderers.art.quality import ClassificationName, Quality
 from renderers.scene import (
     Camera,
@@ -333,7 +333,7 @@ def decode_request(record: bytes) -> SnapshotRequest:
     try:
         request = msgspec.json.decode(record, type=SnapshotRequest)
     except msgspec.ValidationError as error:
-        words = schema_words(error, SnapshotRequest, loose_json(record))
+        words = validation_message(error, SnapshotRequest, decode_untyped(record))
         raise UserError(words) from error
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise UserError(f"a request is JSON; {error}") from error

@@ -1,4 +1,4 @@
-"""What tells of a recorded session, and how a bundle's JSON is written."""
+"""The description of a recorded session, and how a bundle's JSON is written."""
 
 import json
 from pathlib import Path
@@ -18,7 +18,7 @@ class SessionInfo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     look: version of the picture's look; recordings from before it was counted have 1.
     structures_sha256: hash of what names the structures that were touched; "" in
         recordings from before they were named.
-    automatic: recorded unasked; may be removed when room is needed.
+    automatic: recorded without a request; removed when space runs short.
     """
 
     scenario_name: str

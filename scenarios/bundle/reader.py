@@ -93,7 +93,7 @@ class Recording(NamedTuple):
 def read_session(folder: Path) -> tuple[SessionInfo, list[Record], bool]:
     """Read a bundle: its description, its records in order, whether it is complete.
 
-    See `read_recording`, which tells of damage, too.
+    See `read_recording`, which also returns the damages.
     """
     return read_recording(folder)[:3]
 

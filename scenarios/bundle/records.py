@@ -30,7 +30,7 @@ class SampleRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         )
 
     def sample(self) -> Sample:
-        """Give the sample back, bit by bit."""
+        """Return the sample back, bit by bit."""
         if len(self.device_from_tip) != 16:
             raise UserError(
                 f"a pose has 16 numbers, the record has {len(self.device_from_tip)}"

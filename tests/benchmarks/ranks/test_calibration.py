@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 
 from benchmarks.ranks.calibration import PATTERNS, fit_messages, real_time
-from benchmarks.ranks.message_costs import Asked, AskReport
+from benchmarks.ranks.message_costs import PatternCost, PatternReport
 
 POLL_S, REST_S = 2e-6, 1e-6
 
 
-def reports(costs: tuple[float, float, float], seed: int) -> list[AskReport]:
+def reports(costs: tuple[float, float, float], seed: int) -> list[PatternReport]:
     """Make what two ranks would report where messages, bundles and bytes cost that."""
     random = np.random.default_rng(seed)
     found = []
@@ -20,7 +20,7 @@ def reports(costs: tuple[float, float, float], seed: int) -> list[AskReport]:
             looks, rests = (int(n) for n in random.integers(100, 5000, 2))
             exact = np.array(costs) @ (messages, bundles, size)
             parts.append(
-                Asked(
+                PatternCost(
                     spent_s=float(exact) + looks * POLL_S + rests * REST_S,
                     messages=messages,
                     bundles=bundles,
@@ -30,7 +30,7 @@ def reports(costs: tuple[float, float, float], seed: int) -> list[AskReport]:
                     latency_s=(),
                 )
             )
-        found.append(AskReport(patterns=tuple(parts)))
+        found.append(PatternReport(patterns=tuple(parts)))
     return found
 
 
@@ -47,7 +47,7 @@ def test_the_quickest_of_each_pattern_counts() -> None:
     costs = (9e-6, 1e-5, 2e-9)
     quick, slow = reports(costs, 1), reports((3e-5, 3e-5, 6e-9), 2)
     both = [
-        AskReport(patterns=b.patterns + a.patterns)
+        PatternReport(patterns=b.patterns + a.patterns)
         for a, b in zip(quick, slow, strict=True)
     ]
     found = fit_messages(both, POLL_S, REST_S)

@@ -1,6 +1,6 @@
 from pathlib import Path
 
-from benchmarks.ranks.message_costs import AskJob, Pattern, ask_ranks
+from benchmarks.ranks.message_costs import Pattern, PatternJob, run_patterns
 from tests.mpi.launching import NEEDS_RANKS
 
 pytestmark = NEEDS_RANKS
@@ -9,7 +9,7 @@ pytestmark = NEEDS_RANKS
 def test_what_is_missed_together_is_sent_as_one(tmp_path: Path) -> None:
     visits = 320
     patterns = tuple(Pattern(visits=visits, at_once=n, cell_bytes=64) for n in (1, 16))
-    reports = ask_ranks(2, AskJob(patterns=patterns, waits=True), tmp_path)
+    reports = run_patterns(2, PatternJob(patterns=patterns, waits=True), tmp_path)
     for report in reports:
         single, joint = report.patterns
         for part in report.patterns:

@@ -6,7 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.simulated_ranks.rank_recording import SAY, Recording
-from benchmarks.simulated_ranks.retrace import Retracing, ray_twin, twin
+from benchmarks.simulated_ranks.retrace import (
+    Retracing,
+    simulated_node,
+    simulated_ray_node,
+)
 from benchmarks.simulated_ranks.strands import (
     FEATURES,
     StrandPacket,
@@ -57,13 +61,13 @@ def record(
         )
         watched.append(Recording(node))
         if isinstance(node, Node):
-            nodes.append(twin(node))
+            nodes.append(simulated_node(node))
         else:
             _, owning, _ = make_node(
                 scene, "classic", QUALITY, rank=rank, ranks=ranks,
                 policy=CellPolicy(dataflow=dataflow),
             )  # fmt: skip
-            nodes.append(ray_twin(owning, begun))
+            nodes.append(simulated_ray_node(owning, begun))
         packets = [record_packet(march.start(r, rays), lone) for r in regions[rank]]
         strands.append([packets] * FRAMES)
     for frame in range(1, FRAMES + 1):

@@ -1,4 +1,4 @@
-"""What is wrong with a record, in the words of whoever wrote it.
+"""A validation error of msgspec as a sentence for whoever wrote the file.
 
 msgspec speaks of its schema: "Expected `int` >= 32 - at `$.paths`". A person needs the
 name, the value, what is allowed and the nearest known word.
@@ -32,7 +32,7 @@ _LONGEST_VALUE = 60
 
 
 def place_of(error: Exception) -> Place:
-    """Give the keys and indices to where a validation failed, as far as told."""
+    """Return the keys and indices of the value that failed, as far as known."""
     found = _AT.match(str(error))
     place: Place = []
     for name, index in _STEP.findall((found and found["place"]) or ""):
@@ -42,15 +42,15 @@ def place_of(error: Exception) -> Place:
     return place
 
 
-def loose_json(content: bytes) -> Any:
-    """Decode JSON to whatever it holds, for `schema_words`; UNSET if it is none."""
+def decode_untyped(content: bytes) -> Any:
+    """Decode JSON without a type, for `validation_message`; UNSET if it is none."""
     try:
         return msgspec.json.decode(content)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         return msgspec.UNSET
 
 
-def schema_words(error: Exception, kind: Any, value: Any = msgspec.UNSET) -> str:
+def validation_message(error: Exception, kind: Any, value: Any = msgspec.UNSET) -> str:
     """Say what is wrong; no full stop at the end.
 
     error: of msgspec, or of a record's own check. kind: the type that was wanted.
@@ -136,7 +136,7 @@ def _nearest(word: str, known: Iterable[str]) -> str:
 
 
 def _kinds(kind: Any, place: Place) -> Iterator[inspect.Type]:
-    """Give the types that may stand at a place."""
+    """Return the types that may stand at a place."""
     try:
         waiting = [inspect.type_info(kind)]
     except TypeError:
