@@ -278,10 +278,7 @@ class MicroScribe(Closing):
 
     def pose_age_s(self) -> float:
         """Return seconds since the newest pose's header arrived, inf before it."""
-        newest = self._thread.queue.newest
-        if newest is None:
-            return float("inf")
-        return time.monotonic() - newest.host_time_s
+        return time.monotonic() - self._thread.queue.newest_s()
 
     @property
     def stale(self) -> bool:
