@@ -58,7 +58,7 @@ class PulledSource(Closing):
         """Work out the pose that is due at that host time and go on to the next."""
 
     def _is_over(self) -> bool:
-        """Tell whether no pose will come any more."""
+        """Return whether no pose will come any more."""
         return False
 
     def read(self, timeout_s: float) -> Pose:

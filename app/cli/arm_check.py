@@ -54,32 +54,32 @@ class Arm(ConnectedArm, Protocol):
 
     @property
     def description(self) -> ArmDescription:
-        """Get what the arm told about itself."""
+        """Return what the arm told about itself."""
         ...
 
     @property
     def home_state(self) -> HomeState:
-        """Get whether its angle registers can be trusted."""
+        """Return whether its angle registers can be trusted."""
         ...
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """Get the newest counts of the six joints."""
+        """Return the newest counts of the six joints."""
         ...
 
     @property
     def frozen_joints(self) -> tuple[int, ...]:
-        """Get the joints, from 0, that stood still while others moved."""
+        """Return the joints, from 0, that stood still while others moved."""
         ...
 
     @property
     def clock_drift(self) -> float:
-        """Get how much faster the host's clock runs, s per s."""
+        """Return how much faster the host's clock runs, s per s."""
         ...
 
     @property
     def counters(self) -> dict[str, int]:
-        """Get what went wrong on the line, by name."""
+        """Return what went wrong on the line, by name."""
         ...
 
     def read(self, timeout_s: float) -> Pose:
@@ -188,7 +188,7 @@ def _clock(drift: float) -> Finding:
 
 
 def _timer(passed_s: float, host_s: float) -> Finding | None:
-    """Tell a timer that stands still, None for one that runs."""
+    """Return the finding of a timer that stands still, None for one that runs."""
     if passed_s >= STANDING * host_s:
         return None
     return Finding(
@@ -201,7 +201,7 @@ def _timer(passed_s: float, host_s: float) -> Finding | None:
 
 
 def _encoders(arm: Arm, travel: tuple[int, ...]) -> Finding:
-    """Tell dead encoders, from which no count came while others moved, from idle ones.
+    """Return the finding of the encoders: dead, idle (not moved) or all counting.
 
     Joints are told from 1, the one at the base.
     """

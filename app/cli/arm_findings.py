@@ -26,12 +26,12 @@ class ConnectedArm(Protocol):
 
     @property
     def baud(self) -> int:
-        """Get the rate at which the arm was found, bits per second."""
+        """Return the rate at which the arm was found, bits per second."""
         ...
 
     @property
     def round_trip_s(self) -> float:
-        """Get the median time from a poll to its whole answer, nan without polls."""
+        """Return the median time from a poll to its whole answer, nan without polls."""
         ...
 
 
@@ -42,7 +42,7 @@ def longest_poses_hz(baud: int) -> float:
 
 
 def line_findings(arm: ConnectedArm, rate_hz: float) -> list[Finding]:
-    """Tell the rate that was found, and the poses a second that it brought."""
+    """Return the rate that was found, and the poses a second that it brought."""
     wire_s = 1.0 / longest_poses_hz(arm.baud)
     trip = (
         f"{1e3 * arm.round_trip_s:.1f} ms from a poll to its pose; the line and the "
@@ -57,7 +57,7 @@ def line_findings(arm: ConnectedArm, rate_hz: float) -> list[Finding]:
 
 
 def adapter_findings(device: str) -> list[Finding]:
-    """Tell how long the adapter holds back what it received, where that is known."""
+    """Return how long the adapter holds back what it received, where known."""
     timer_ms = latency_ms(device)
     if timer_ms is None:
         return []
@@ -66,13 +66,13 @@ def adapter_findings(device: str) -> list[Finding]:
 
 
 def tip_finding(newest: Pose) -> Finding:
-    """Tell where the tip is, in the arm's own frame."""
+    """Return where the tip is, in the arm's own frame."""
     place = " ".join(f"{value:.1f}" for value in newest.tip_mm)
     return Finding("tip", f"{place} mm from the middle of the base, z upwards")
 
 
 def pedals_finding(maxima: Maxima, pressed: int) -> Finding:
-    """Tell which pedals the arm has and which of them were pressed (bits)."""
+    """Return which pedals the arm has and which of them were pressed (bits)."""
     built_in = [name for bit, name in enumerate(PEDALS) if maxima.buttons >> bit & 1]
     if not built_in:
         return Finding(

@@ -68,12 +68,12 @@ class OpenIGTLinkSource(Closing):
 
     @property
     def tool(self) -> str | None:
-        """Get the name of the tool that is followed, None while it is not known."""
+        """Return the name of the tool that is followed, None while it is not known."""
         return self._tool
 
     @property
     def counters(self) -> dict[str, int]:
-        """Get what happened on the line so far, by name."""
+        """Return what happened on the line so far, by name."""
         return {
             "connections": self._connections,
             "foreign": self._reader.foreign,

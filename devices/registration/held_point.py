@@ -48,7 +48,7 @@ class HeldPoint:
 
     @property
     def tip_mm(self) -> NDArray[np.float64]:
-        """Get the mean of the tip, (3,) mm."""
+        """Return the mean of the tip, (3,) mm."""
         return self.device_from_tip[:3, 3]
 
     @classmethod

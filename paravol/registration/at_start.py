@@ -88,7 +88,7 @@ class TippedPoses:
 
 
 def head_of(scenario: Scenario) -> str:
-    """Name the head that a registration belongs to."""
+    """Return the name of the head that a registration belongs to."""
     return f"{scenario.name}, seed {scenario.head.seed}"
 
 
@@ -101,18 +101,11 @@ def tracker_record(
     RegistrationError when the file holds none, or one of another tool or another head.
     """
     record = load_registration(file)
-    checks = [("head", head_of(scenario), record.head)]
-    if tool is not None:
-        checks.append(("tool", tool, record.arm_serial))
     if record.arm_model != TRACKER:
-        checks = [("device", TRACKER, record.arm_model)]
-    for what, wanted, found in checks:
-        if wanted != found:
-            raise RegistrationError(
-                RegistrationReason.FILE,
-                f"{file} registers the {what} {found!r}, this is {wanted!r}; make a "
-                "new one with `paravol register --input`.",
-            )
+        _refuse_other(file, "device", TRACKER, record.arm_model, " --input")
+    _refuse_other(file, "head", head_of(scenario), record.head, " --input")
+    if tool is not None:
+        _refuse_other(file, "tool", tool, record.arm_serial, " --input")
     return record
 
 
@@ -126,14 +119,17 @@ def registered_by_file(
     the file holds none, or one of another arm or another head.
     """
     record = load_registration(file)
-    for what, wanted, found in (
-        ("arm", arm.identity.serial, record.arm_serial),
-        ("head", head_of(scenario), record.head),
-    ):
-        if wanted != found:
-            raise RegistrationError(
-                RegistrationReason.FILE,
-                f"{file} registers the {what} {found!r}, this is {wanted!r}; make a "
-                "new one with `paravol register`.",
-            )
+    _refuse_other(file, "arm", arm.identity.serial, record.arm_serial)
+    _refuse_other(file, "head", head_of(scenario), record.head)
     return TippedPoses(source, np.array(record.tip_mm)), record.registration()
+
+
+def _refuse_other(
+    file: Path, what: str, wanted: str, found: str, option: str = ""
+) -> None:
+    if wanted != found:
+        raise RegistrationError(
+            RegistrationReason.FILE,
+            f"{file} registers the {what} {found!r}, this is {wanted!r}; make a new "
+            f"one with `paravol register{option}`.",
+        )

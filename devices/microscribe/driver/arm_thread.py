@@ -57,7 +57,7 @@ class ArmThread:
             )
 
     def _silence(self, timeout_s: float) -> str:
-        """Say why no pose came in that time, and what to do."""
+        """Return why no pose came in that time, and what to do."""
         supervisor, before = self._supervisor, self._at_last_pose
         began = (
             f"No pose came from the arm on {supervisor.port.name} in {timeout_s:g} s"
