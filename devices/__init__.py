@@ -10,7 +10,6 @@ from devices.registration.fiducial_fit import (
     RegistrationReason,
     register,
 )
-from devices.registration.touch import TouchCollector
 
 __all__ = [
     "BytePort",
@@ -24,7 +23,6 @@ __all__ = [
     "Registration",
     "RegistrationError",
     "RegistrationReason",
-    "TouchCollector",
     "load_probe_path",
     "register",
     "save_probe_path",

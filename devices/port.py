@@ -83,12 +83,12 @@ class BytePort(Protocol):
 
     @property
     def name(self) -> str:
-        """Get the name under which a person knows the port."""
+        """Return the name under which a person knows the port."""
         ...
 
     @property
     def waiting(self) -> int:
-        """Get how many bytes have arrived unread."""
+        """Return how many bytes have arrived unread."""
         ...
 
     def read(self, count: int, timeout_s: float) -> bytes:

@@ -10,7 +10,7 @@ from app.cli.root import DEVICES, Flag, Json, ScenarioName, Seed, app
 
 @app.command(group=DEVICES)
 def home(*, device: str, yes: Flag = False, json: Json = False) -> int:
-    """Tell an arm that stands in its rest to measure from there.
+    """Home an arm that stands in its rest position.
 
     Asks before it does: an arm that is homed elsewhere measures wrongly without a
     word.

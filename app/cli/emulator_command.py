@@ -73,7 +73,7 @@ def _print_lists(options: EmulatorOptions) -> None:
 
 
 def _happened(emulator: OpenEmulator) -> dict[str, Any]:
-    """Tell how often each fault happened and who tried to rewrite the memory."""
+    """Return how often each fault happened and the memory was to be rewritten."""
     return {
         "fired": dict(emulator.server.arm.fired),
         "memory_writes": emulator.server.arm.firmware.memory_writes,

@@ -11,7 +11,7 @@ from app.cli.root import Flag, Json, Seed
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True, slots=True)
 class EmulatorOptions:
-    """Hold the options of the emulated arm as they were typed.
+    """Options of the emulated arm, as they were typed.
 
     Parameters
     ----------

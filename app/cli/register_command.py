@@ -55,7 +55,7 @@ ALIKE_MM = 3.0
 
 @dataclass(frozen=True, slots=True)
 class RegisterOptions:
-    """Hold what the command line asked for; see `paravol register --help`."""
+    """Options of `paravol register`, as they were typed."""
 
     scenario: str
     device: str | None
@@ -115,7 +115,12 @@ def run_register(options: RegisterOptions, *, as_json: bool) -> int:
             touched, plan.landmarks, plan.skin, plan.targets, description, spread
         )
         record = describe_registration(
-            fit, touched, plan.landmarks, description, plan.head
+            fit,
+            touched,
+            plan.landmarks,
+            serial=description.identity.serial,
+            model=description.identity.model,
+            head=plan.head,
         )
     true = None if truth is None else truth.errors_mm(record, plan.targets)
     return _finish(options, record, true, asks=asks_later, as_json=as_json)
@@ -204,7 +209,7 @@ def _plan(options: RegisterOptions, guide: Stages) -> _Plan:
 
 
 def sinus_targets(landmarks: Collection[str]) -> tuple[str, ...]:
-    """Name the sinus openings that a head has; a sinus may be lacking.
+    """Return the names of the sinus openings that a head has; some may be lacking.
 
     Raises ValueError where it has none of them.
     """
@@ -307,7 +312,7 @@ def _at_terminal() -> bool:
 
 
 def _agreement(record: RegistrationRecord) -> list[tuple[str, str]]:
-    """Tell how well the measurements agree; what raised the expected errors."""
+    """Return how well the measurements agree, and what raised the expected errors."""
     agreement = record.agreement
     if agreement is None:
         return []

@@ -60,7 +60,7 @@ class Debouncer:
 
     @property
     def levels(self) -> int:
-        """Get the debounced levels, one bit a button, and the other bits raw."""
+        """Return the debounced levels, one bit a button, and the other bits raw."""
         return self._levels | (self._raw & ~self._mask)
 
     def feed(self, time_s: float, raw: int) -> tuple[ButtonEvent, ...]:
@@ -113,7 +113,7 @@ class PressCollector:
 
     @property
     def held(self) -> int:
-        """Get the number of poses of the press that is going on."""
+        """Return the number of poses of the press that is going on."""
         return len(self._held)
 
     def feed(self, pose: Pose) -> list[Pose] | None:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from devices.openigtlink.messages import ToolTransform, TransformReader
 from devices.port import Closing, DeviceError, DeviceReason
 from devices.pose import Pose
-from devices.source import PoseQueue
+from devices.pose_queue import PoseQueue
 
 PATIENCE_S = 5.0
 """Time for the first connection; a peer on the same network answers in milliseconds."""
@@ -68,12 +68,12 @@ class OpenIGTLinkSource(Closing):
 
     @property
     def tool(self) -> str | None:
-        """Get the name of the tool that is followed, None while it is not known."""
+        """Return the name of the tool that is followed, None while it is not known."""
         return self._tool
 
     @property
     def counters(self) -> dict[str, int]:
-        """Get what happened on the line so far, by name."""
+        """Return what happened on the line so far, by name."""
         return {
             "connections": self._connections,
             "foreign": self._reader.foreign,
@@ -184,7 +184,8 @@ class OpenIGTLinkSource(Closing):
             self._late += 1
             return
         self._newest_s = time_s
-        self._queue.put(Pose(time_s, arrived_s, transform.world_from_tool, 0))
+        pose = Pose(time_s, arrived_s, transform.world_from_tool, 0)
+        self._queue.put((pose,))
 
     def _aligned_s(self, stamp_s: float | None, arrived_s: float) -> float:
         """Bring a peer's stamp onto the host's monotonic clock."""

@@ -89,13 +89,13 @@ class PoseStreamer(Closing):
 
     @property
     def peers(self) -> int:
-        """Get how many peers are connected."""
+        """Return how many peers are connected."""
         with self._lock:
             return len(self._peers)
 
     @property
     def dropped(self) -> int:
-        """Get how many messages were lost because a peer read too slowly."""
+        """Return how many messages were lost because a peer read too slowly."""
         with self._lock:
             return self._dropped
 

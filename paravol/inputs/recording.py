@@ -42,7 +42,7 @@ class RecordingInput(FlightInput):
             self.has_instrument = True
         poses = [_pose_of(sample) for sample in samples]
         # Refused now, while nothing slow has begun.
-        RecordedArm(poses, name=str(file), is_paused=True).close()
+        RecordedArm(poses, name=str(file)).close()
         self._file = file
         self._poses = poses
         self.aim = RecordedSamples({sample.time_s: sample for sample in samples})

@@ -78,12 +78,12 @@ class SerialPort:
 
     @property
     def name(self) -> str:
-        """Get the name of the port in the operating system."""
+        """Return the name of the port in the operating system."""
         return self._name
 
     @property
     def waiting(self) -> int:
-        """Get how many bytes have arrived unread."""
+        """Return how many bytes have arrived unread."""
         try:
             if self._file is not None:
                 return self._file.waiting
@@ -208,42 +208,42 @@ class MicroScribe(Closing):
 
     @property
     def description(self) -> ArmDescription:
-        """Get what the arm told about itself."""
+        """Return what the arm told about itself."""
         return self._supervisor.sampler.description
 
     @property
     def home_state(self) -> HomeState:
-        """Get whether the arm's angle registers can be trusted."""
+        """Return whether the arm's angle registers can be trusted."""
         return self._supervisor.sampler.home_state
 
     @property
     def presence(self) -> Presence:
-        """Get whether the arm can be spoken to."""
+        """Return whether the arm can be spoken to."""
         return self._supervisor.presence
 
     @property
     def trouble(self) -> DeviceError | None:
-        """Get why the arm is lost, None while it is there."""
+        """Return why the arm is lost, None while it is there."""
         return self._supervisor.trouble
 
     @property
     def frozen_joints(self) -> tuple[int, ...]:
-        """Get the joints, from 0, whose encoders stood still while others moved."""
+        """Return the joints, from 0, whose encoders stood still while others moved."""
         return self._supervisor.sampler.tracker.watch.frozen
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """Get the newest counts of the six joints, continued over their wraps."""
+        """Return the newest counts of the six joints, continued over their wraps."""
         return self._supervisor.sampler.tracker.counts
 
     @property
     def baud(self) -> int:
-        """Get the rate at which the arm was found, bits per second."""
+        """Return the rate at which the arm was found, bits per second."""
         return self._supervisor.link.baud
 
     @property
     def round_trip_s(self) -> float:
-        """Get the median time from a poll to its whole answer, nan before the first.
+        """Return the median time from a poll to its whole answer, nan before the first.
 
         Of the newest polls; a stream has none.
         """
@@ -251,12 +251,12 @@ class MicroScribe(Closing):
 
     @property
     def clock_drift(self) -> float:
-        """Get how much faster the host's clock runs than the arm's, s per s."""
+        """Return how much faster the host's clock runs than the arm's, s per s."""
         return self._supervisor.sampler.tracker.alignment.drift
 
     @property
     def counters(self) -> dict[str, int]:
-        """Get what went wrong on the line so far, by name."""
+        """Return what went wrong on the line so far, by name."""
         return self._supervisor.counters
 
     def read(self, timeout_s: float) -> Pose:
@@ -278,14 +278,11 @@ class MicroScribe(Closing):
 
     def pose_age_s(self) -> float:
         """Return seconds since the newest pose's header arrived, inf before it."""
-        newest = self._thread.queue.newest
-        if newest is None:
-            return float("inf")
-        return time.monotonic() - newest.host_time_s
+        return time.monotonic() - self._thread.queue.newest_s()
 
     @property
     def stale(self) -> bool:
-        """Get whether the newest pose is older than a tenth of a second."""
+        """Return whether the newest pose is older than a tenth of a second."""
         return self.pose_age_s() > STALE_S
 
     def home(self) -> None:

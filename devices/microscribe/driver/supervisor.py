@@ -96,7 +96,7 @@ class ConnectionSupervisor:
 
     @property
     def counters(self) -> dict[str, int]:
-        """Get what went wrong on the line so far, by name."""
+        """Return what went wrong on the line so far, by name."""
         session, sampler = self.link.session, self.sampler
         packets = session.counters
         return {

@@ -10,13 +10,13 @@ from typing import Protocol
 
 from devices.microscribe.emulator.answer import After, Answer, AnswerKind
 from devices.microscribe.emulator.emulated_line import RATES, PacedOutput, misread
-from devices.microscribe.emulator.emulator_transcript import EmulatorTranscript
 from devices.microscribe.emulator.faults import FaultPlan, make_faults
 from devices.microscribe.emulator.firmware import (
     BITS_PER_BYTE,
     ArmFirmware,
     FirmwareState,
 )
+from devices.microscribe.emulator.transcript import Transcript
 from devices.microscribe.kinematics.profiles import ArmProfile
 from disk import UserError
 
@@ -65,7 +65,7 @@ class EmulatedArm:
         sync_repeats: int = 1,
         keep_framing_errors: bool = False,
         accepts_memory_writes: bool = False,
-        transcript: EmulatorTranscript | None = None,
+        transcript: Transcript | None = None,
     ) -> None:
         if rate not in RATES:
             raise UserError(f"rate must be one of {RATES}, got {rate}")
@@ -103,7 +103,7 @@ class EmulatedArm:
 
     @property
     def fired(self) -> dict[str, int]:
-        """Get how often each fault has happened, by its full name."""
+        """Return how often each fault has happened, by its full name."""
         return {fault.name(): fault.fired for fault in self._faults}
 
     def script_s(self, now_s: float) -> float:

@@ -80,7 +80,7 @@ class MicroScribeEmulator:
 
     @property
     def running(self) -> bool:
-        """Get whether the child lives."""
+        """Return whether the child lives."""
         return self._child.poll() is None
 
     def do(self, action: str) -> None:

@@ -36,7 +36,7 @@ class AngleRegisters:
 
     @property
     def home_angles(self) -> tuple[float, ...]:
-        """Get the joint angles at rest, six, radians; 0 without encoder."""
+        """Return the joint angles at rest, six, radians; 0 without encoder."""
         return tuple(
             count / scale if built_in else 0.0
             for count, scale, built_in in zip(

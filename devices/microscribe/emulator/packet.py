@@ -46,17 +46,17 @@ class MotionReport:
 
     @property
     def command(self) -> int:
-        """Get the standard command whose packets are sent."""
+        """Return the standard command whose packets are sent."""
         return self.arguments[2] & 0x3F
 
     @property
     def period_s(self) -> float:
-        """Get the least time between two packets."""
+        """Return the least time between two packets."""
         return int.from_bytes(self.arguments[:2], "big") / TICKS_PER_S
 
     @property
     def is_fixed_rate(self) -> bool:
-        """Get whether packets are sent whatever the arm does."""
+        """Return whether packets are sent whatever the arm does."""
         return not any(self.arguments[_BUTTONS:])
 
     def wants(self, now: Reading) -> bool:

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from devices.microscribe.emulator.actions import ActionSchedule, parse_action
 from devices.microscribe.emulator.emulated_arm import EmulatedArm, LiveMotion
-from devices.microscribe.emulator.emulator_transcript import EmulatorTranscript
 from devices.microscribe.emulator.faults import parse_fault
 from devices.microscribe.emulator.motion import StillMotion, orbit
 from devices.microscribe.emulator.placement import place_arm
@@ -21,6 +20,7 @@ from devices.microscribe.emulator.script import ArmScript
 from devices.microscribe.emulator.server import EmulatorServer, ServerPort
 from devices.microscribe.emulator.socket_port import SocketPort, parse_address
 from devices.microscribe.emulator.terminal_port import TerminalPort
+from devices.microscribe.emulator.transcript import Transcript
 from devices.microscribe.kinematics.profiles import ArmProfile, profile_named
 from devices.recording.probe_path import ProbePath
 from disk import UserError
@@ -85,7 +85,7 @@ def open_emulator(
             fast=options.fast,
             sync_repeats=options.sync_repeats,
             accepts_memory_writes=options.accepts_memory_writes,
-            transcript=None if log is None else EmulatorTranscript(log),
+            transcript=None if log is None else Transcript(log),
         )
         server = EmulatorServer(
             arm,

@@ -33,7 +33,7 @@ class Query(Enum):
 
     @property
     def words(self) -> str:
-        """Get what is asked for, as a person reads it."""
+        """Return what is asked for, as a person reads it."""
         return _WORDS.get(self, self.name.lower().replace("_", " "))
 
 

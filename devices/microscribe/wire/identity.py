@@ -43,7 +43,7 @@ class ArmIdentity:
 
     @property
     def has_beta(self) -> bool:
-        """Get whether the arm knows its second elbow angle."""
+        """Return whether the arm knows its second elbow angle."""
         return EXTENDED_MARK in self.comment
 
 
@@ -58,7 +58,7 @@ class Maxima:
 
     @property
     def counts_per_turn(self) -> tuple[int, ...]:
-        """Get counts per turn of the six joints; 1 where there is no encoder."""
+        """Return counts per turn of the six joints; 1 where there is no encoder."""
         return tuple(value + 1 for value in self.encoders)
 
     def encode(self) -> bytes:

@@ -56,12 +56,12 @@ class Line:
 
     @property
     def name(self) -> str:
-        """Get the port's name."""
+        """Return the port's name."""
         return self.port.name
 
     @property
     def byte_s(self) -> float:
-        """Get the seconds that one byte takes."""
+        """Return the seconds that one byte takes."""
         return BITS_PER_BYTE / max(self.baud, 1)
 
     def set_rate(self, baud: int) -> None:
@@ -71,7 +71,7 @@ class Line:
         self.port.reset_input()
 
     def send(self, command: Command) -> None:
-        """Say something to the arm."""
+        """Send a command to the arm."""
         self.port.write(command.data)
 
     def receive(self, count: int, timeout_s: float) -> list[Event]:

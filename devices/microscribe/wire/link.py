@@ -46,7 +46,7 @@ class ArmDescription:
 
     @property
     def encoders(self) -> Encoders:
-        """Get the resolution of the joints."""
+        """Return the resolution of the joints."""
         return Encoders(self.maxima.counts_per_turn)
 
 
@@ -78,17 +78,17 @@ class ArmLink:
 
     @property
     def port(self) -> BytePort:
-        """Get the port."""
+        """Return the port."""
         return self.line.port
 
     @property
     def baud(self) -> int:
-        """Get the rate in use."""
+        """Return the rate in use."""
         return self.line.baud
 
     @property
     def round_trip_s(self) -> float:
-        """Get the median time from a poll to its whole answer, nan before the first.
+        """Return the median time from a poll to its whole answer, nan before the first.
 
         No less than the line needs, which is slept through without a look.
         """

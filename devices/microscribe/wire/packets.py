@@ -40,27 +40,27 @@ class Layout:
 
     @property
     def header(self) -> int:
-        """Get the first byte of the packet."""
+        """Return the first byte of the packet."""
         return self.command | _HEADER
 
     @property
     def encoders(self) -> int:
-        """Get how many encoders follow."""
+        """Return how many encoders follow."""
         return _ENCODERS[self.command & 0b11]
 
     @property
     def analog(self) -> int:
-        """Get how many analog channels follow."""
+        """Return how many analog channels follow."""
         return _ANALOG[self.command >> 2 & 0b11]
 
     @property
     def timed(self) -> bool:
-        """Get whether the timer follows."""
+        """Return whether the timer follows."""
         return bool(self.command & _TIMESTAMP)
 
     @property
     def length(self) -> int:
-        """Get the bytes of a packet, header included."""
+        """Return the bytes of a packet, header included."""
         return _LENGTHS[self.command]
 
 

@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from devices import pose_queue
+from devices.controls.pedals import PressCollector
 from devices.microscribe import MicroScribe, MicroScribeEmulator
-from devices.microscribe.driver import pose_queue
 from devices.microscribe.driver.sampler import HomeState
 from devices.microscribe.driver.tracker import SampleTracker
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
@@ -24,7 +26,7 @@ from devices.pose import Pose, PoseSource
 from devices.recording.path_file import save_probe_path
 from devices.recording.probe_path import ProbePath
 from devices.registration.fiducial_fit import register
-from devices.registration.touch import TouchCollector
+from devices.registration.held_point import HeldPoint
 from tests.devices.memory_port import MemoryPort
 
 posix = pytest.mark.skipif(
@@ -51,21 +53,23 @@ def path_file(tmp_path: Path, short_path: ProbePath) -> Path:
 def test_a_registered_flight_follows_the_path(
     path_file: Path, short_path: ProbePath
 ) -> None:
-    touch = TouchCollector()
+    press = PressCollector(1)
+    touched: list[NDArray[np.float64]] = []
     flight: list[Pose] = []
     with (
         MicroScribeEmulator(path_file, fiducials_mm=FIDUCIALS, seed=3) as emulator,
         MicroScribe(emulator.port_name) as arm,
     ):
         for pose in arm:
-            touch.feed(pose)
+            if (held := press.feed(pose)) is not None:
+                touched.append(HeldPoint.of(held).tip_mm)
             if pose.buttons & PATH_PEDAL:
                 flight.append(pose)
             elif flight:
                 break
         assert arm.pose_age_s() < 5.0
         assert arm.counters["refused"] == arm.counters["framing"] == 0
-    registration = register(np.array(touch.points_mm), FIDUCIALS)
+    registration = register(np.array(touched), FIDUCIALS)
     assert registration.residual_rms_mm < 0.2
     begin_s = flight[0].time_s
     times = [pose.time_s - begin_s for pose in flight]

@@ -59,7 +59,7 @@ def test_a_built_arm_is_believed_elsewhere_but_truly_on_the_path() -> None:
     deviation = ParameterSpread(0.2, 2e-3, 2e-3).draw(np.random.default_rng(2))
     arm, path = _arm(deviation), _path()
     built = KinematicErrorModel.deviating(GEOMETRY, deviation)
-    angles, _ = arm.angles_at(float(path.t_s[20]))
+    angles = np.array(arm.track.at(float(path.t_s[20]))[0])
     truly = built.device_from_tip(angles)[:3, 3]
     np.testing.assert_allclose(truly, path.tip_mm[20], atol=1e-6)
     believed = GEOMETRY.device_from_tip(angles)[:3, 3]

@@ -1,5 +1,6 @@
 """Poses on their way from the thread that measures to whoever wants them."""
 
+import math
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -12,27 +13,26 @@ from devices.pose import Pose
 LARGEST_QUEUE = 1 << 14
 
 
-def _silence(timeout_s: float) -> str:
-    return f"No pose came within {timeout_s:g} seconds."
-
-
 class PoseQueue:
     """Every pose once and in order, or the newest; the two do not disturb each other.
 
-    ``refuse`` raises when no pose can be expected, ``over`` says so for those who
-    wait; ``silence`` tells why none came within some seconds.
+    Bounded: when nobody reads, the oldest are lost and the next ``read`` says so.
+    ``refuse`` raises when the device cannot give poses for now; ``silence`` tells why
+    none came within some seconds.
     """
 
     def __init__(
         self,
-        refuse: Callable[[], None],
-        over: Callable[[], bool],
-        silence: Callable[[float], str] = _silence,
+        name: str,
+        refuse: Callable[[], None] = lambda: None,
+        silence: Callable[[float], str] | None = None,
     ) -> None:
         self.newest: Pose | None = None
-        self._refuse = refuse
-        self._over = over
-        self._silence = silence
+        self._name = name
+        self._refuse_for_now = refuse
+        self._silence = silence or self._nothing_came
+        self._error: Exception | None = None
+        self._ended = False
         # Compiled: a condition with a list beside it costs the thread that measures
         # four times as much for each pose that somebody waits for.
         self._items: SimpleQueue[Pose | None] = SimpleQueue()
@@ -44,8 +44,13 @@ class PoseQueue:
 
     @property
     def is_awaited(self) -> bool:
-        """Get whether somebody waits for the very next pose."""
+        """Return whether somebody waits for the very next pose."""
         return bool(self._waiting)
+
+    @property
+    def is_over(self) -> bool:
+        """Return whether no more poses will come."""
+        return self._error is not None or self._ended
 
     def put(self, poses: Sequence[Pose]) -> None:
         """Add poses and wake who waits."""
@@ -59,14 +64,20 @@ class PoseQueue:
     def tell(self, loss: DeviceError) -> None:
         """Let a reader know of a loss that may pass, once, behind earlier poses."""
         self._loss = loss
-        self.wake()
+        self._wake()
 
-    def wake(self) -> None:
-        """Let those who wait see whether it is over."""
-        self._items.put(None)
+    def fail(self, error: Exception) -> None:
+        """Let readers raise ``error`` once they have read what came before it."""
+        self._error = error
+        self._wake()
+
+    def end(self) -> None:
+        """Let readers raise EOFError once they have read what came before."""
+        self._ended = True
+        self._wake()
 
     def read(self, timeout_s: float) -> Pose:
-        """Return the next pose; raise TimeoutError or what ``refuse`` raises."""
+        """Return the next pose; raise as ``PoseSource.read`` does."""
         self._confess()
         pose = self._next()
         if pose is None:
@@ -85,9 +96,28 @@ class PoseQueue:
         return poses
 
     def latest(self) -> Pose | None:
-        """Return the newest pose; raise what ``refuse`` raises."""
-        self._refuse()
+        """Return the newest pose, None before the first; raise if the device failed."""
+        self.refuse()
         return self.newest
+
+    def newest_s(self) -> float:
+        """Return the host time of the newest pose, -inf before the first."""
+        newest = self.newest
+        return -math.inf if newest is None else newest.host_time_s
+
+    def refuse(self) -> None:
+        """Raise when no pose can be expected."""
+        if self._error is not None:
+            raise self._error
+        if self._ended:
+            raise EOFError(f"{self._name} was closed")
+        self._refuse_for_now()
+
+    def _nothing_came(self, timeout_s: float) -> str:
+        return f"no pose came from {self._name} within {timeout_s:g} s"
+
+    def _wake(self) -> None:
+        self._items.put(None)
 
     def _next(self) -> Pose | None:
         """Take the next pose that is there already."""
@@ -98,9 +128,9 @@ class PoseQueue:
                 return None
             if item is not None:
                 return item
-            if self._over() and self._items.empty():
+            if self.is_over and self._items.empty():
                 # It stays for whoever else waits.
-                self.wake()
+                self._wake()
                 return None
 
     def _wait(self, timeout_s: float) -> Pose | None:
@@ -109,7 +139,7 @@ class PoseQueue:
         me = threading.get_ident()
         self._waiting.add(me)
         try:
-            while not (self._loss or self._over()):
+            while not (self._loss or self.is_over):
                 left = max(until - time.monotonic(), 0.0)
                 item = self._items.get(timeout=left)
                 if item is not None:
@@ -124,7 +154,7 @@ class PoseQueue:
         loss, self._loss = self._loss, None
         if loss is not None:
             raise loss
-        self._refuse()
+        self.refuse()
 
     def _confess(self) -> None:
         lost = self._lost - self._confessed

@@ -1,9 +1,9 @@
 import io
 
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
-from devices.microscribe.emulator.emulator_transcript import EmulatorTranscript
 from devices.microscribe.emulator.faults import parse_fault
 from devices.microscribe.emulator.motion import StillMotion
+from devices.microscribe.emulator.transcript import Transcript
 from devices.microscribe.kinematics.profiles import DX40937
 
 
@@ -14,7 +14,7 @@ def test_it_tells_time_direction_state_bytes_and_meaning() -> None:
         StillMotion(DX40937),
         faults=[parse_fault("f8_dropped_byte=0@packet:2")],
         now_s=100.0,
-        transcript=EmulatorTranscript(log),
+        transcript=Transcript(log),
     )
     for i, data in enumerate((b"\xc5IMMC", b"BEGIN", b"\xcb\x03", b"\x03", b"\xc7x\0")):
         arm.hear(data, 101.0 + i)

@@ -35,7 +35,7 @@ _LISTENING = ("SYNC", "WAIT_BEGIN")
 _TEXTS = (AnswerKind.STRING, AnswerKind.PRODUCT_ID, AnswerKind.ATTENTION)
 
 
-class EmulatorTranscript:
+class Transcript:
     """Write every byte of an emulated arm to a text stream."""
 
     def __init__(self, stream: TextIO) -> None:
