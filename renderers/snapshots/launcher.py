@@ -92,8 +92,8 @@ def expect_company(ranks: int) -> None:
         raise TransportError(
             f"This process is one of {launched}, but MPI sees only itself: launcher "
             "and MPI library do not belong together. Under Slurm name the plug-in of "
-            f"your MPI (srun --mpi=pmi2 for MPICH, pmix for Open MPI); else see {VARIABLE} "
-            "in docs/ranks.md."
+            "your MPI (srun --mpi=pmi2 for MPICH, pmix for Open MPI); else see "
+            f"{VARIABLE} in docs/ranks.md."
         )
 
 
