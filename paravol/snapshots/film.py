@@ -9,8 +9,7 @@ from disk import UserError
 from paravol.snapshots.head_scene import RenderSettings
 from paravol.snapshots.outputs import FILM, save_picture
 from paravol.snapshots.render_session import RenderSession
-from paravol.snapshots.stereo import exposed
-from paravol.snapshots.view_file import ViewFile
+from paravol.snapshots.view_file import ViewFile, exposed
 from paravol.video import VideoWriter
 from renderers.shading import AutoGain, meter
 

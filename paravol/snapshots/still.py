@@ -12,8 +12,7 @@ from paravol.snapshots.head_scene import RenderSettings
 from paravol.snapshots.outputs import RenderedPicture, save_picture
 from paravol.snapshots.path_state import key_of, load_state, save_state
 from paravol.snapshots.render_session import RenderSession
-from paravol.snapshots.stereo import both_eyes, exposed
-from paravol.snapshots.view_file import ViewFile
+from paravol.snapshots.view_file import ViewFile, both_eyes, exposed
 from paravol.snapshots.wall_confidence import WallConfidence, save_wall_confidence
 from renderers.snapshots.client import Snapshot
 from renderers.snapshots.request import SnapshotResult
