@@ -55,7 +55,7 @@ FULL_POSES_HZ = 90.0
 PEDALS = ("right", "left")
 
 
-class LinedArm(Protocol):
+class ConnectedArm(Protocol):
     """What is reported of an arm's line; `MicroScribe` has it."""
 
     @property
@@ -69,7 +69,7 @@ class LinedArm(Protocol):
         ...
 
 
-class Arm(LinedArm, Protocol):
+class Arm(ConnectedArm, Protocol):
     """What is looked at of an arm; `MicroScribe` has it."""
 
     @property
@@ -242,7 +242,7 @@ def longest_poses_hz(baud: int) -> float:
     return 1.0 / (wire_s + LinkTiming().latency)
 
 
-def line_findings(arm: LinedArm, rate_hz: float) -> list[Finding]:
+def line_findings(arm: ConnectedArm, rate_hz: float) -> list[Finding]:
     """Report the rate that was found, and the poses a second that it brought."""
     wire_s = 1.0 / longest_poses_hz(arm.baud)
     trip = (

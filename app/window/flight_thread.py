@@ -38,7 +38,7 @@ from paravol.registration.at_start import register_by_touch
 from paravol.session_info import LIVE_TIER, SEED, describe_session
 from paravol.session_setup import build_session, build_view, first_views
 from paravol.snapshots.moments import SnapshotRequestFactory
-from paravol.snapshots.snapshot_queue import KeptMoment, SnapshotQueue
+from paravol.snapshots.snapshot_queue import SelectedMoment, SnapshotQueue
 from paravol.view import EndoscopeView
 from paravol.view_keeper import ViewKeeper
 from scenarios import Sample, Session
@@ -267,7 +267,7 @@ class WindowFlight(QObject):
                 self.moment_kept.emit(time_s)
                 if self._snapshots is not None:
                     self._snapshots.draw(
-                        KeptMoment(time_s, frame.view, gain, frame.number)
+                        SelectedMoment(time_s, frame.view, gain, frame.number)
                     )
             if self._view_wanted.is_set():
                 self._view_wanted.clear()

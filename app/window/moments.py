@@ -42,8 +42,8 @@ class MomentView(QWidget):
         if picture.done is not None:
             return title, f"being drawn: {picture.done:.0%}"
         if picture.pixels is None:
-            return title, picture.told
-        return title, f"saved as snapshots/{Path(picture.told).name}"
+            return title, picture.message
+        return title, f"saved as snapshots/{Path(picture.message).name}"
 
     @Slot(object)
     def show_moment(self, picture: MomentPicture) -> None:

@@ -54,7 +54,7 @@ class _Served:
             target=run_worker,
             args=(self.folder,),
             # a view is asked for again and again, and always to be drawn
-            kwargs={"stopped": self._stop.is_set, "threads": 1, "kept_bytes": 0},
+            kwargs={"stopped": self._stop.is_set, "threads": 1, "cache_bytes": 0},
         )
         self._thread.start()
 

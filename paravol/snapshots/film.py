@@ -7,10 +7,9 @@ from pathlib import Path
 
 from disk import UserError
 from paravol.snapshots.head_scene import RenderSettings
-from paravol.snapshots.outputs import FILM, save_drawn
+from paravol.snapshots.outputs import FILM, save_picture
 from paravol.snapshots.render_session import RenderSession
-from paravol.snapshots.stereo import exposed
-from paravol.snapshots.view_file import ViewFile
+from paravol.snapshots.view_file import ViewFile, exposed
 from paravol.video import VideoWriter
 from renderers.shading import AutoGain, meter
 
@@ -80,7 +79,7 @@ def draw_film(
                 gain.follow(meter(picture.rgba[..., :3]), 1 / fps)
             complete = complete and picture.result.complete
             for folder in folders:
-                save_drawn(folder / f"frame-{number + 1:05d}.png", picture)
+                save_picture(folder / f"frame-{number + 1:05d}.png", picture)
             if session.interrupted:
                 if films:
                     session.say("No film: it was interrupted.")

@@ -103,7 +103,7 @@ def take_snapshots(
         number = selected.number
         request = requests.request(client, view, gain=frame.gain, number=number)
         jobs.append((client.submit(request), selected, frame))
-    taken = []
+    reports = []
     with running_worker(spool, ranks=ranks) as worker:
         for index, (job, selected, frame) in enumerate(jobs):
 
@@ -121,7 +121,7 @@ def take_snapshots(
             error = file.with_stem(f"{file.stem}-error")
             save_comparison(error, frame.pixels, pixels, found, title=name, text=text)
             result = snapshot.result
-            taken.append(
+            reports.append(
                 SnapshotReport(
                     name,
                     file.name,
@@ -133,4 +133,4 @@ def take_snapshots(
                 )
             )
     progress(stage, 1.0)
-    return taken
+    return reports

@@ -118,22 +118,22 @@ def demand_endings(files: tuple[Path, ...], *, film: bool) -> None:
         raise UserError(f"A picture goes to {', '.join(STILLS)}; got {file}.")
 
 
-def save_drawn(file: Path, drawn: RenderedPicture) -> None:
+def save_picture(file: Path, picture: RenderedPicture) -> None:
     """Write a picture as PNG, OpenEXR or, of its depth, NRRD."""
-    text = drawn.text()
+    text = picture.text()
     match file.suffix.lower():
         case ".png":
-            save_png(file, drawn.pixels, text)
+            save_png(file, picture.pixels, text)
         case ".exr":
             save_exr(
                 file,
-                drawn.rgba,
-                depth_mm=drawn.depth_mm,
-                samples=drawn.samples,
+                picture.rgba,
+                depth_mm=picture.depth_mm,
+                samples=picture.samples,
                 text={f"paravol{key}": value for key, value in text.items()},
             )
         case ".nrrd":
             unit = {"Unit": "mm along the ray; infinite where nothing is"}
-            save_depth_nrrd(file, drawn.depth_mm, text | unit)
+            save_depth_nrrd(file, picture.depth_mm, text | unit)
         case ending:
             raise UserError(f"A picture goes to {', '.join(STILLS)}; got {ending!r}.")

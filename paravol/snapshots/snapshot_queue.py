@@ -27,7 +27,7 @@ PATIENCE_S = 10.0
 
 
 @dataclass(frozen=True, slots=True)
-class KeptMoment:
+class SelectedMoment:
     """Name a frame of the flight that is wanted at high quality."""
 
     time_s: float
@@ -40,14 +40,14 @@ class KeptMoment:
 class MomentPicture:
     """Show a moment's picture as it is now; pixels ``(h, w, 3)`` uint8 sRGB.
 
-    done: the share that is finished; None where nothing more will come, and `told` says
-    where the picture is, or why there is none.
+    done: the share that is finished; None where nothing more will come. `message` says
+    then where the picture is, or why there is none.
     """
 
     time_s: float
     pixels: NDArray[np.uint8] | None
     done: float | None
-    told: str = ""
+    message: str = ""
 
 
 class _ClosedError(Exception):
@@ -58,7 +58,7 @@ class _ClosedError(Exception):
 class _Showing:
     """Pass a job's growing picture on, whenever it has grown or come further."""
 
-    moment: KeptMoment
+    moment: SelectedMoment
     growing: GrowingPicture
     show: Callable[[MomentPicture], None]
     done: float = 0.0
@@ -104,12 +104,12 @@ class SnapshotQueue(Closing):
         self._folder = folder
         self._show = show
         self._serving = serving
-        self._orders: queue.SimpleQueue[KeptMoment | None] = queue.SimpleQueue()
+        self._orders: queue.SimpleQueue[SelectedMoment | None] = queue.SimpleQueue()
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="snapshots", daemon=True)
         self._thread.start()
 
-    def draw(self, moment: KeptMoment) -> None:
+    def draw(self, moment: SelectedMoment) -> None:
         """Have a moment drawn after those before it."""
         self._orders.put(moment)
 
@@ -134,7 +134,9 @@ class SnapshotQueue(Closing):
             if moment is not None:
                 self._show(MomentPicture(moment.time_s, None, None, str(error)))
 
-    def _draw(self, client: SnapshotClient, worker: Worker, moment: KeptMoment) -> None:
+    def _draw(
+        self, client: SnapshotClient, worker: Worker, moment: SelectedMoment
+    ) -> None:
         request = self._requests.request(
             client,
             moment.view,
@@ -160,8 +162,7 @@ class SnapshotQueue(Closing):
             file = self._folder / f"moment-{moment.time_s:.2f}.png"
             text = {"Title": f"{moment.time_s:.2f} s", "Software": "PARAVOL"}
             save_png(file, pixels, text)
-            told = os.fspath(file)
-            self._show(MomentPicture(moment.time_s, pixels, None, told))
+            self._show(MomentPicture(moment.time_s, pixels, None, os.fspath(file)))
         except _ClosedError:
             return
         except (OSError, RuntimeError, UserError) as error:

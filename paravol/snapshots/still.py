@@ -9,11 +9,10 @@ import msgspec
 from paravol.snapshots.comparison import ComparisonReport, judge, splatted
 from paravol.snapshots.film import LEAST_S
 from paravol.snapshots.head_scene import RenderSettings
-from paravol.snapshots.outputs import RenderedPicture, save_drawn
+from paravol.snapshots.outputs import RenderedPicture, save_picture
 from paravol.snapshots.path_state import key_of, load_state, save_state
 from paravol.snapshots.render_session import RenderSession
-from paravol.snapshots.stereo import both_eyes, exposed
-from paravol.snapshots.view_file import ViewFile
+from paravol.snapshots.view_file import ViewFile, both_eyes, exposed
 from paravol.snapshots.wall_confidence import WallConfidence, save_wall_confidence
 from renderers.snapshots.client import Snapshot
 from renderers.snapshots.request import SnapshotResult
@@ -67,7 +66,7 @@ def draw_still(
     else:
         picture, job = _pair(session, view, settings, extras.stereo_mm)
     for file in files:
-        save_drawn(file, picture)
+        save_picture(file, picture)
     kept = extras.state
     if kept is not None and (job.folder / "paths.npy").exists():
         save_state(kept, job.state(), key)

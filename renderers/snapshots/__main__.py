@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.transport import TransportError
-from renderers.snapshots.launcher import expect_company, told_ranks
+from renderers.snapshots.launcher import expect_company, launched_ranks
 from renderers.snapshots.pruning import KEEP_S
 from renderers.snapshots.spool import LEASE_S, SAVE_EVERY_S, SpoolError
 
@@ -129,7 +129,9 @@ def main(arguments: list[str] | None = None) -> int:
         )
 
     try:
-        if options.backend == "mpi" or (options.backend == "auto" and told_ranks() > 1):
+        if options.backend == "mpi" or (
+            options.backend == "auto" and launched_ranks() > 1
+        ):
             return _run_ranks(options, serve)
         serve()
     except (SpoolError, TransportError, ValueError) as error:

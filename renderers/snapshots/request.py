@@ -17,10 +17,7 @@ from renderers.art.quality import ClassificationName, Quality
 from renderers.scene import (
     Camera,
     Distortion,
-    Light,
-    PhongMaterial,
     Projection,
-    TransferFunction,
 )
 from renderers.scene.deflection import (
     Cut,
@@ -350,28 +347,6 @@ def decode_request(record: bytes) -> SnapshotRequest:
     ):
         raise UserError("camera: mode scope needs an equidistant lens")
     return request
-
-
-def to_transfer_function(work: ClassicWork) -> TransferFunction:
-    """Build a request's transfer function."""
-    return TransferFunction(
-        np.array([node.density for node in work.nodes]),
-        np.array([node.color for node in work.nodes]),
-        np.array([node.kappa_per_mm for node in work.nodes]),
-    )
-
-
-def to_lights(work: ClassicWork) -> tuple[Light, ...]:
-    """Build a request's lights."""
-    return tuple(
-        Light(np.array(light.vector), np.array(light.color), light.is_local)
-        for light in work.lights
-    )
-
-
-def to_material(work: ClassicWork) -> PhongMaterial:
-    """Build a request's material."""
-    return PhongMaterial(work.ambient, work.diffuse, work.specular, work.shininess)
 
 
 def to_deflection(specs: tuple[DeflectorSpec, ...]) -> Deflection:

@@ -22,7 +22,7 @@ from renderers.snapshots.team import Traced
 
 V = TypeVar("V")
 
-KEPT_BYTES = 256 << 20
+CACHE_BYTES = 256 << 20
 """Of pictures, and again of what rays found; the least recently used go."""
 
 
@@ -59,7 +59,7 @@ class ResultCache:
     room: bytes of each; none are kept where it is 0.
     """
 
-    def __init__(self, room: int = KEPT_BYTES) -> None:
+    def __init__(self, room: int = CACHE_BYTES) -> None:
         self._pictures = _Recent[Picture](room)
         self._traces = _Recent[Traced](room)
 

@@ -10,8 +10,10 @@ from disk import UserError
 from renderers.scene import (
     AIR_HU,
     AirSurface,
+    Light,
     Material,
     Mesh,
+    PhongMaterial,
     Projection,
     Scene,
     TransferFunction,
@@ -27,9 +29,6 @@ from renderers.snapshots.request import (
     ScopeWork,
     SnapshotRequest,
     to_deflection,
-    to_lights,
-    to_material,
-    to_transfer_function,
 )
 
 LARGEST_VOLUME = 8 << 30
@@ -59,9 +58,16 @@ def load_scene(data: DataStore, request: SnapshotRequest) -> Scene:
     if isinstance(work, ClassicWork):
         return Scene(
             load_volume(data, work.volume, work.grid, background=AIR_HU),
-            to_transfer_function(work),
-            to_lights(work),
-            to_material(work),
+            TransferFunction(
+                np.array([node.density for node in work.nodes]),
+                np.array([node.color for node in work.nodes]),
+                np.array([node.kappa_per_mm for node in work.nodes]),
+            ),
+            tuple(
+                Light(np.array(light.vector), np.array(light.color), light.is_local)
+                for light in work.lights
+            ),
+            PhongMaterial(work.ambient, work.diffuse, work.specular, work.shininess),
         )
     distance = load_volume(data, work.distance, work.grid, "float32", background=1.0)
     blood = load_volume(data, work.blood, work.grid, "uint8", background=0.0)

@@ -210,7 +210,7 @@ class SerialTeam:
 
 
 @dataclass(frozen=True, slots=True)
-class _Kept:
+class _PreparedScene:
     scene: bytes
     family: bytes
     march: March
@@ -229,7 +229,7 @@ class _Prepared:
     def __init__(self, transport: Transport, policy: CellPolicy) -> None:
         self._transport = transport
         self._policy = policy
-        self._kept: _Kept | None = None
+        self._kept: _PreparedScene | None = None
 
     def node(self, request: SnapshotRequest, scene: Scene) -> tuple[March, FrameNode]:
         kept = self._kept
@@ -238,7 +238,7 @@ class _Prepared:
             self._kept = kept
         return kept.march, kept.node
 
-    def _edit(self, request: SnapshotRequest, scene: Scene) -> "_Kept | None":
+    def _edit(self, request: SnapshotRequest, scene: Scene) -> "_PreparedScene | None":
         kept, quality = self._kept, request.to_quality()
         if kept is None or kept.family != family_key(request):
             return None
@@ -256,7 +256,7 @@ class _Prepared:
             return None
         return replace(kept, scene=scene_key(request), march=march)
 
-    def _make(self, request: SnapshotRequest, scene: Scene) -> "_Kept":
+    def _make(self, request: SnapshotRequest, scene: Scene) -> "_PreparedScene":
         march, node, work = make_frame_node(
             scene,
             mode_of(request),
@@ -267,7 +267,9 @@ class _Prepared:
             distances=self._transport.distances,
             deflection=to_deflection(request.deflectors),
         )
-        return _Kept(scene_key(request), family_key(request), march, node, work)
+        return _PreparedScene(
+            scene_key(request), family_key(request), march, node, work
+        )
 
     def forget(self) -> None:
         self._kept = None

@@ -25,7 +25,7 @@ from renderers.snapshots.request import (
     SnapshotResult,
     decode_request,
 )
-from renderers.snapshots.result_cache import KEPT_BYTES, ResultCache
+from renderers.snapshots.result_cache import CACHE_BYTES, ResultCache
 from renderers.snapshots.saved_work import SavedWork, code_key, forget_saved
 from renderers.snapshots.scene_loader import camera_in_tissue, load_scene, load_tools
 from renderers.snapshots.spool import LEASE_S, SAVE_EVERY_S, Claim, JobState, Spool
@@ -48,7 +48,7 @@ def run_worker(
     lease_s: float = LEASE_S,
     keep_s: float = KEEP_S,
     save_every_s: float = SAVE_EVERY_S,
-    kept_bytes: int = KEPT_BYTES,
+    cache_bytes: int = CACHE_BYTES,
     stopped: Callable[[], bool] = _never,
 ) -> int:
     """Serve a spool folder; return the number of jobs that reached an end.
@@ -57,7 +57,7 @@ def run_worker(
     no sign of life within the lease is drawn before. team: those who trace; None for
     the threads of this process. keep_s: how long finished jobs stay in the folder.
     save_every_s: how often what is found is saved, for whoever takes the job over.
-    kept_bytes: room for pictures, and again for what rays found, that the same view is
+    cache_bytes: room for pictures, and again for what rays found, that the same view is
     not drawn again from; 0 draws every job.
     stopped: asked between bands; a job that is then going on is left to the next
     worker. Raise SpoolError when the folder cannot be used.
@@ -67,8 +67,8 @@ def run_worker(
     team = team or SerialTeam(threads)
     finisher = Finisher(spool.data, threads)
     code_key()
-    kept = ResultCache(kept_bytes)
-    worker = _Worker(spool, team, finisher, kept, save_every_s, stopped)
+    cache = ResultCache(cache_bytes)
+    worker = _Worker(spool, team, finisher, cache, save_every_s, stopped)
     served = 0
     try:
         while not stopped():
@@ -93,7 +93,7 @@ class _Worker:
     spool: Spool
     team: Team
     finisher: Finisher
-    kept: ResultCache
+    cache: ResultCache
     save_every_s: float
     stopped: Callable[[], bool]
 
@@ -166,7 +166,7 @@ class _Worker:
         loaded = time.perf_counter()
         folder = self.spool.attempt_folder(request.id, attempt)
         saved = SavedWork(self.spool, request, attempt, self.save_every_s)
-        picture, traced = self.kept.picture(request), self.kept.traced(request)
+        picture, traced = self.cache.picture(request), self.cache.traced(request)
         skipped = {
             "views_skipped": int(picture is not None),
             "traces_skipped": int(picture is not None or traced is not None),
@@ -179,17 +179,17 @@ class _Worker:
                 picture = refined(refinement, go_on, enough, preview.show_picture)
             counters = dict(refinement.counters)
             share = float(picture.samples.mean()) / 4
-            self.kept.keep_picture(request, picture)
+            self.cache.keep_picture(request, picture)
         elif picture is None and traced is None:
             traced = self._trace(request, scene, folder, go_on, enough, saved)
-            self.kept.keep_traced(request, traced)
+            self.cache.keep_traced(request, traced)
             counters = traced.counters
             share = 1.0 if traced.drawn is None else float(traced.drawn.mean())
         found = time.perf_counter()
         if picture is None:
             assert traced is not None
             picture = self.finisher.finish(request, scene, traced, go_on, enough, saved)
-            self.kept.keep_picture(request, picture)
+            self.cache.keep_picture(request, picture)
         reached(Step.PICTURE_SHADED)
         shaded = time.perf_counter()
         if not (heart.look() and go_on(1.0)):

@@ -14,9 +14,8 @@ from numpy.testing import assert_array_equal
 
 from paravol.snapshots.comparison import rays_passed, splatted
 from paravol.snapshots.head_scene import HeadScene, RenderSettings, placed
-from paravol.snapshots.outputs import RenderedPicture, save_drawn
-from paravol.snapshots.stereo import both_eyes
-from paravol.snapshots.view_file import ViewFile, load_view
+from paravol.snapshots.outputs import RenderedPicture, save_picture
+from paravol.snapshots.view_file import ViewFile, both_eyes, load_view
 from renderers.art import ActiveRayTracer, render_among
 from renderers.fsr import FuzzySetRenderer
 from renderers.fsr import render_among as splat_among
@@ -102,7 +101,7 @@ def test_a_view_with_a_tool_has_the_bits_of_render_among(
     )
     assert (drawn.depth_mm < bare.depth_mm).mean() > 0.02
     for name in ("a.exr", "a.nrrd", "a.png"):
-        save_drawn(tmp_path / name, drawn)
+        save_picture(tmp_path / name, drawn)
     with OpenEXR.File(str(tmp_path / "a.exr")) as file:
         assert_array_equal(file.channels()["Z"].pixels, drawn.depth_mm)
         assert_array_equal(file.channels()["RGBA"].pixels, drawn.rgba)

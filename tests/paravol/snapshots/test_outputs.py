@@ -7,7 +7,7 @@ import numpy as np
 from PIL import Image
 
 from paravol.snapshots.head_scene import RenderSettings
-from paravol.snapshots.outputs import RenderedPicture, save_drawn
+from paravol.snapshots.outputs import RenderedPicture, save_picture
 from tests.paravol.snapshots.darkroom import SIZE, Darkroom, view
 
 
@@ -28,7 +28,7 @@ def test_a_pair_is_as_complete_as_both_and_says_that_it_is_one(tmp_path: Path) -
         assert not pair.result.complete
         assert (pair.result.traced, pair.result.error) == (0.3, 4.0)
         assert pair.result.seconds == {"total": 3.5}
-        save_drawn(tmp_path / "a.png", pair)
+        save_picture(tmp_path / "a.png", pair)
         with Image.open(tmp_path / "a.png") as image:
             assert str(image.info["Stereo"]).startswith("left and right eye, 1.5 mm")
             assert image.info["Complete"] == "no: stopped early"

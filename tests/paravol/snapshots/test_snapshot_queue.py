@@ -12,7 +12,11 @@ from PIL import Image
 from disk import UserError
 from paravol.snapshots.moments import SnapshotRequestFactory
 from paravol.snapshots.rendering_service import Worker
-from paravol.snapshots.snapshot_queue import KeptMoment, MomentPicture, SnapshotQueue
+from paravol.snapshots.snapshot_queue import (
+    MomentPicture,
+    SelectedMoment,
+    SnapshotQueue,
+)
 from renderers.art.job_steps import Step, reached
 from renderers.scene import AirSurface, Camera, Volume
 from renderers.snapshots.worker import run_worker
@@ -32,9 +36,9 @@ def cave() -> AirSurface:
     return AirSurface(distance, tint, tint)
 
 
-def moment(time_s: float) -> KeptMoment:
+def moment(time_s: float) -> SelectedMoment:
     camera = Camera.looking_at([0, 0, 0], [1, 0.2, time_s / 10], size=(EDGE, EDGE))
-    return KeptMoment(time_s, View(camera, np.eye(4), np.eye(4), 5.0), 60.0, 3)
+    return SelectedMoment(time_s, View(camera, np.eye(4), np.eye(4), 5.0), 60.0, 3)
 
 
 class Told:
@@ -110,7 +114,7 @@ def test_moments_grow_one_after_the_other_and_are_saved(
     for time_s in (1.25, 2.5):
         mine = [picture for picture in told.pictures if picture.time_s == time_s]
         file = tmp_path / "snapshots" / f"moment-{time_s:.2f}.png"
-        assert mine[-1].told == str(file)
+        assert mine[-1].message == str(file)
         saved = np.asarray(Image.open(file))
         assert saved.shape == (EDGE, EDGE, 3)
         assert saved.std() > 5
@@ -144,7 +148,7 @@ def test_a_worker_that_dies_is_told_and_the_desk_goes_on(tmp_path: Path) -> None
         snapshots.draw(moment(2.0))
         told.wait_for(2)
     ends = [picture for picture in told.pictures if picture.done is None]
-    assert [end.told for end in ends] == [
+    assert [end.message for end in ends] == [
         "The snapshot worker ended with status 9."
     ] * 2
     assert all(end.pixels is None for end in ends)
@@ -163,7 +167,7 @@ def test_a_worker_that_cannot_start_is_told(tmp_path: Path) -> None:
     with SnapshotQueue(requests, tmp_path, told, none) as snapshots:
         snapshots.draw(moment(1.0))
         told.wait_for(1)
-    assert "No such file" in told.pictures[-1].told
+    assert "No such file" in told.pictures[-1].message
 
 
 @pytest.mark.parametrize("draws", [False, True])
