@@ -14,12 +14,19 @@ from benchmarks.plan import Measured, Task, register
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
 from devices import Pose, ProbePath, Registration
-from paravol.flight import Timing as LoopTiming
-from paravol.flight import fly
+from paravol.frame_loop import Timing as LoopTiming
+from paravol.frame_loop import fly
 from paravol.inputs.pose_completer import PATH_PEDAL, PathChannel
-from paravol.patient import OperatingRoom, prepare_room
-from paravol.session_info import LIVE_TIER, SEED, describe_session
-from paravol.session_setup import build_session, build_view, first_views, path_view
+from paravol.patient import PatientScene, load_patient
+from paravol.session_setup import (
+    LIVE_TIER,
+    SEED,
+    build_session,
+    build_view,
+    describe_session,
+    first_views,
+    path_view,
+)
 from paravol.view import EndoscopeView, Frame
 from renderers.scene import image_error
 from renderers.shading import meter
@@ -101,8 +108,8 @@ class FlightPlan:
         self._views.clear()
 
     @cached_property
-    def _room(self) -> OperatingRoom:
-        return prepare_room(bundled_flight()[0], _quietly)
+    def _room(self) -> PatientScene:
+        return load_patient(bundled_flight()[0], _quietly)
 
     def _seen(self, time_s: float) -> View:
         scenario, path = bundled_flight()

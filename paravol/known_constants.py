@@ -83,7 +83,7 @@ def _history(
 
 
 def _trouble(arm: ArmDescription, known: KnownArms) -> str:
-    """Say why constants are not to be believed; empty when they are."""
+    """Return why constants are not to be believed; empty when they are."""
     try:
         before = known.find(arm.identity.serial)
     except OSError:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from xxhash import xxh3_128_hexdigest
 
-from paravol.patient import OperatingRoom, Progress
+from paravol.patient import PatientScene, Progress
 from renderers.fsr import FuzzySetRenderer
 from renderers.scene import GBuffer, Mesh
 from renderers.scene.mesh_drawing import ListedFacets
@@ -54,7 +54,7 @@ class EndoscopeView:
 
     def __init__(
         self,
-        room: OperatingRoom,
+        patient: PatientScene,
         *,
         ring_radius_mm: float,
         instrument: Mesh | None,
@@ -62,18 +62,22 @@ class EndoscopeView:
         seed: int,
         threads: int,
         progress: Progress | None = None,
+        find_sight: bool = True,
     ) -> None:
         """Extract the fuzzy set, find what can be seen from where, set up the light.
 
-        instrument: mesh of the tool beside the scope, or None.
+        instrument: mesh of the tool beside the scope, or None. find_sight: take the
+        time to find what can be seen from where; frames are a little faster then, and
+        the same.
         """
         # one team for all stages: its threads are still awake when the next begins
         team = ThreadTeam(threads)
-        self.renderer = FuzzySetRenderer(room.scene, threads=team)
+        self.renderer = FuzzySetRenderer(patient.scene, threads=team)
         tell = progress or (lambda stage, share: None)
-        tell(SIGHT_STAGE, 0.0)
-        self.renderer.look_up_sight(progress=lambda share: tell(SIGHT_STAGE, share))
-        self._shader = ScopeShader(room.surface, tier, seed=seed, threads=team)
+        if find_sight:
+            tell(SIGHT_STAGE, 0.0)
+            self.renderer.look_up_sight(progress=lambda share: tell(SIGHT_STAGE, share))
+        self._shader = ScopeShader(patient.surface, tier, seed=seed, threads=team)
         self._camera_pass = CameraPass(threads=team)
         self._begun: Errand[Frame] | None = None
         self._light = ScopeLight(ring_radius_mm)
@@ -126,7 +130,7 @@ class EndoscopeView:
     def light(
         self, view: View, buffer: GBuffer, lattice: Lattice | None = None
     ) -> NDArray[np.float32]:
-        """Give linear radiance ``(h, w, 3)``: the third stage.
+        """Return linear radiance ``(h, w, 3)``: the third stage.
 
         lattice: of the view, where that is known.
         """

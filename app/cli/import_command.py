@@ -13,7 +13,7 @@ from anatomy.scan.imported import ImportedHead, import_head
 from anatomy.scan.imported_case import source_record, write_imported_case
 from anatomy.scan.scan import Modality, Scan, read_scan
 from app.cli.terminal import Stages, print_json, print_table
-from paravol.case_exercise import exercise_of, straight_path
+from paravol.case_scenario import scenario_of_case, straight_path
 from paravol.output_folder import claimed_case, remove_exercise
 from paravol.second_scan import check_second, lay_second
 
@@ -60,7 +60,7 @@ def run_import(options: ImportOptions, *, as_json: bool) -> int:
         record = write_imported_case(head, tuple(sources), out, others)
         if head.approach is not None:
             volumes = {"ct": head.ct, "distance": head.distance}
-            exercise_of(out, Case(volumes, head.landmarks, record))
+            scenario_of_case(out, Case(volumes, head.landmarks, record))
         stages("Writing the case", 1.0)
     _tell(options, head, record, quality, as_json=as_json)
     return 0

@@ -169,7 +169,7 @@ class OverviewScene:
 
     @property
     def is_open(self) -> bool:
-        """Tell whether the head is shown cut open."""
+        """Return whether the head is shown cut open."""
         return self._cutaway is not None
 
     def open_head(self, cutaway: Cutaway | None) -> None:

@@ -10,7 +10,7 @@ from app.window.qt_image import image_of
 from app.window.result_card import paint_result, panel_colour
 from app.window.style import ALARM, INK, QUIET, READY
 from app.window.window_scale import font_of
-from paravol.flight_end import FlightEnd
+from paravol.flight import FlightEnd
 
 _MARGIN = 14.0
 

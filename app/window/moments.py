@@ -34,7 +34,7 @@ class MomentView(QWidget):
 
     @property
     def caption(self) -> tuple[str, str]:
-        """Get what is written beside the picture: a title and a line of detail."""
+        """Return what is written beside the picture: a title and a line of detail."""
         picture = self._picture
         if picture is None:
             return "", ""

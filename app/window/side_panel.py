@@ -6,7 +6,7 @@ from app.window.keys import KeyHelp
 from app.window.moments import MomentView
 from app.window.overview_panel import OverviewView
 from app.window.slices_panel import SlicesView
-from paravol.flight_order import FlightOrder
+from paravol.flight import FlightOrder
 from renderers.scene import Mesh
 
 

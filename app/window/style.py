@@ -10,7 +10,7 @@ ALARM = "#ff4d5e"
 
 
 def style_sheet(scale: float) -> str:
-    """Give the rules of all that Qt draws itself; scale: on every length."""
+    """Return the rules of all that Qt draws itself; scale: on every length."""
 
     def points(size: float) -> str:
         return f"{size * scale:.1f}pt"

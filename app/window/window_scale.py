@@ -20,21 +20,21 @@ _FRAME = QSize(8, 40)
 
 
 def first_size(available: QSize) -> QSize:
-    """Give a size that fits a screen with this room, and makes use of it."""
+    """Return a size that fits a screen with this room, and makes use of it."""
     most = available - _FRAME
     wanted = (available * _LEFT_FREE).expandedTo(DESIGNED)
     return wanted.boundedTo(most)
 
 
 def scale_for(window: QSize) -> float:
-    """Give the factor on every font and fixed length in a window of this size."""
+    """Return the factor on every font and fixed length in a window of this size."""
     share = min(window.width() / DESIGNED.width(), window.height() / DESIGNED.height())
     low, high = SCALES
     return min(max(int(share / _STEP + 1e-6) * _STEP, low), high)
 
 
 def font_of(points: float, scale: float, *, bold: bool = False) -> QFont:
-    """Give a font for painting, its size in points at scale 1."""
+    """Return a font for painting, its size in points at scale 1."""
     font = QFont()
     font.setPointSizeF(points * scale)
     font.setBold(bold)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from devices import Pose
 from disk import UserError
-from paravol.flight import OrderedPoses
+from paravol.inputs.pose_sources import OrderedPoses
 from paravol.registration.walk import MEASURE_PEDAL, REDO_PEDAL
 
 HELP = (

@@ -14,7 +14,7 @@ from devices.registration.registration_error import (
     RegistrationReason,
 )
 from devices.registration.registration_file import RegistrationRecord, load_registration
-from paravol.flight import OrderedPoses
+from paravol.inputs.pose_sources import OrderedPoses
 from paravol.patient import Progress
 from scenarios import Scenario
 

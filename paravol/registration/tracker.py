@@ -24,7 +24,7 @@ from devices.registration.target_error import (
     fitzpatrick_rms_mm,
     refuse_weak_targets,
 )
-from paravol.flight import OrderedPoses
+from paravol.inputs.pose_sources import OrderedPoses
 from paravol.registration.at_start import TRACKER
 from paravol.registration.walk import Guide, RegistrationWalk
 

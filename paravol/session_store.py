@@ -27,7 +27,7 @@ class _Described(msgspec.Struct):
 
 
 @dataclass(frozen=True, slots=True)
-class KeptSessions:
+class SessionStore:
     """Keep sessions in a folder; remove the oldest where they are too much.
 
     Only sessions that say of themselves that nobody asked for them are ever removed,
@@ -39,7 +39,7 @@ class KeptSessions:
     limit_bytes: int = KEPT_BYTES
 
     @classmethod
-    def of_the_user(cls) -> "KeptSessions":
+    def of_the_user(cls) -> "SessionStore":
         """Keep them below the user's data directory."""
         data = platformdirs.user_data_path("paravol", appauthor=False)
         return cls(data / "sessions")
@@ -104,7 +104,7 @@ def _held(folder: Path) -> Iterator[None]:
 
 
 def _removable(folder: Path) -> str | None:
-    """Give when a session began, if nobody asked for it; None for all else."""
+    """Return when a session began, if nobody asked for it; None for all else."""
     if folder.is_symlink() or not folder.is_dir():
         return None
     try:
@@ -116,7 +116,7 @@ def _removable(folder: Path) -> str | None:
 
 
 def _size(folder: Path) -> int:
-    """Give the bytes of all files below a folder; what vanishes meanwhile has none."""
+    """Return the bytes of all files below a folder that can be read."""
     total = 0
     for path, _, files in os.walk(folder):
         for file in files:
