@@ -108,26 +108,28 @@ class FlightPlan:
         self._views.clear()
 
     @cached_property
-    def _room(self) -> PatientScene:
+    def _patient(self) -> PatientScene:
         return load_patient(bundled_flight()[0], _quietly)
 
     def _seen(self, time_s: float) -> View:
         scenario, path = bundled_flight()
-        return path_view(scenario, self._room, path, time_s, (self._size, self._size))
+        return path_view(
+            scenario, self._patient, path, time_s, (self._size, self._size)
+        )
 
     def _view(self, threads: int) -> EndoscopeView:
         if threads not in self._views:
             scenario, path = bundled_flight()
             view = build_view(
                 scenario,
-                self._room,
+                self._patient,
                 tier=LIVE_TIER,
                 seed=SEED,
                 has_instrument=True,
                 threads=threads,
             )
             size = (self._size, self._size)
-            view.warm_up(first_views(scenario, self._room, path, size), _quietly)
+            view.warm_up(first_views(scenario, self._patient, path, size), _quietly)
             self._views[threads] = view
         return self._views[threads]
 
@@ -166,9 +168,9 @@ class FlightPlan:
         view = self._view(2)
         registration = Registration(np.eye(4), 0.0, np.zeros(0))
         size = (self._size, self._size)
-        session = build_session(scenario, self._room, np.eye(4), size)
+        session = build_session(scenario, self._patient, np.eye(4), size)
         info = describe_session(
-            scenario, self._room, registration, size=self._size, has_instrument=True
+            scenario, self._patient, registration, size=self._size, has_instrument=True
         )
         cpu = time.process_time()
         with (

@@ -43,13 +43,13 @@ def main() -> None:
 def first_flight() -> list[Picture]:
     """Fly to the moments; the gain settles at each."""
     scenario, path = bundled_flight()
-    room: PatientScene = load_patient(scenario, lambda stage, share: None)
+    patient: PatientScene = load_patient(scenario, lambda stage, share: None)
     view: EndoscopeView = build_view(
-        scenario, room, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=2
+        scenario, patient, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=2
     )
     pictures = []
     for number, time_s in enumerate(MOMENTS_S):
-        seen = path_view(scenario, room, path, time_s, (SIDE, SIDE))
+        seen = path_view(scenario, patient, path, time_s, (SIDE, SIDE))
         pictures.append(view.draw(seen, number=number, elapsed_s=10.0).pixels)
     return pictures
 

@@ -56,12 +56,12 @@ from scenarios.bundle import EventRecord, SessionInfo, SessionRecorder
 
 @dataclass(frozen=True, slots=True)
 class FlightOrder:
-    """Say what is to be flown.
+    """Describe a flight that is to be flown.
 
-    size: of the square picture, pixels. record: folder of the recording, None where
-    nobody named one. stream: host and port at which tool poses are streamed, None for
-    nowhere. kept: where a flight is recorded that nobody named a folder for, None for
-    nowhere. patience_s: the flight ends when the device was away for so long.
+    size: of the square picture, pixels. record: folder of the recording, where one was
+    named. stream: host and port at which tool poses are streamed, None for no stream.
+    kept: store for flights without a named folder, None to record none of them.
+    patience_s: the flight ends when the device has been away for this long.
     """
 
     scenario: Scenario
@@ -80,7 +80,7 @@ class FlightEnd:
     """Hold a flight's result.
 
     title: how it ended. record: folder of its recording, None where there is none, and
-    `problem` says why. automatic: nobody named the folder.
+    `problem` says why. automatic: no folder was named.
     """
 
     title: str
@@ -159,7 +159,7 @@ class FlightObserver:
         """Hear that the device went away; it is waited for."""
 
     def on_return(self, away_s: float) -> None:
-        """Hear that the device is back, after so many seconds."""
+        """Hear that the device is back, after `away_s` seconds."""
 
 
 class DeviceLostError(UserError):
@@ -370,7 +370,7 @@ class Recording:
     def open(self, stack: ExitStack, info: SessionInfo) -> SessionRecorder:
         """Begin to record; the stack closes it.
 
-        A flight that nobody named a folder for goes on where it cannot be kept.
+        Without a named folder, a flight that cannot be kept goes on unrecorded.
         """
         order = self._order
         if order.record is not None:
@@ -378,12 +378,12 @@ class Recording:
             self.folder = order.record
             return recorder
         if order.kept is not None:
-            unasked = msgspec.structs.replace(info, automatic=True)
+            automatic = msgspec.structs.replace(info, automatic=True)
             place: Path | None = None
             try:
                 held = order.kept.new_session(order.scenario.name)
                 place = stack.enter_context(held)
-                recorder = stack.enter_context(SessionRecorder(place, unasked))
+                recorder = stack.enter_context(SessionRecorder(place, automatic))
             except OSError as error:
                 self.problem = f"{order.kept.folder} cannot be written ({error})."
                 if place is not None:

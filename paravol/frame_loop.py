@@ -18,13 +18,13 @@ from scenarios import Sample, Session, View
 from scenarios.bundle import FrameRecord, SampleRecord, SessionRecorder
 
 PATIENCE_S = 2.0
-"""How long the loop waits for a pose before it says that the device is silent. The
+"""How long the loop waits for a pose before it reports that the device is silent. The
 driver itself notices a lost line within about a second."""
 
 
 LONGEST_S = 0.25
-"""A machine that takes longer for a pose than the arm between two is ever further
-behind; it comes to a picture after this time all the same."""
+"""How long poses are gathered for a frame, at most: a machine that takes longer for a
+pose than the arm between two would otherwise never draw one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,8 +94,8 @@ def fly(
     Every pose is recorded and scored; each frame shows the newest one. Errors of the
     device pass through; what was recorded before is on disk.
     """
-    teller = _Teller(recorder, on_frame)
-    with _settled_memory(), _settled_view(view), suppress(EndedError):
+    frames = _FrameRecorder(recorder, on_frame)
+    with _frozen_garbage(), _settled(view), suppress(EndedError):
         number = 0
         begun = time.perf_counter()
         while True:
@@ -103,10 +103,10 @@ def fly(
             for pose in _arrived(source):
                 sample = completer.complete(pose)
                 if sample.time_s >= until_s:
-                    return teller.timing
+                    return frames.timing
                 if sample.time_s < 0.0:
                     begun = time.perf_counter()
-                    teller.start()
+                    frames.start()
                     continue
                 session.step(sample)
                 newest = pose, sample
@@ -116,16 +116,16 @@ def fly(
             pose, sample = newest
             before, begun = begun, time.perf_counter()
             seen = session.view(sample)
-            tell = partial(
-                teller.tell, number, recorder.samples - 1, pose, sample, seen
+            finish = partial(
+                frames.finish, number, recorder.samples - 1, pose, sample, seen
             )
-            view.begin(seen, number=number, elapsed_s=begun - before, then=tell)
+            view.begin(seen, number=number, elapsed_s=begun - before, then=finish)
             number += 1
-    return teller.timing
+    return frames.timing
 
 
-class _Teller:
-    """Record each finished frame and tell of it."""
+class _FrameRecorder:
+    """Record each finished frame and report it."""
 
     def __init__(self, recorder: SessionRecorder, on_frame: OnFrame) -> None:
         self.timing = Timing()
@@ -135,9 +135,9 @@ class _Teller:
 
     def start(self) -> None:
         """Count time from now on."""
-        self._started = self._told = time.perf_counter()
+        self._started = self._last = time.perf_counter()
 
-    def tell(
+    def finish(
         self,
         number: int,
         index: int,
@@ -146,20 +146,20 @@ class _Teller:
         seen: View,
         frame: Frame,
     ) -> None:
-        """Tell of one; index: of its sample among those recorded."""
-        before, self._told = self._told, time.perf_counter()
+        """Record a finished frame; index: of its sample among those recorded."""
+        before, self._last = self._last, time.perf_counter()
         age_ms = (time.monotonic() - pose.host_time_s) * 1e3
-        self.timing.frame_ms.append((self._told - before) * 1e3)
+        self.timing.frame_ms.append((self._last - before) * 1e3)
         self.timing.pose_age_ms.append(age_ms)
-        self.timing.wall_s = self._told - self._started
+        self.timing.wall_s = self._last - self._started
         gap, print_ = seen.clearance_mm, frame.fingerprint()
         self._recorder.add(FrameRecord(number, index, frame.gain, gap, print_))
         self._on_frame(FrameEvent(seen, frame, sample, number, age_ms))
 
 
 @contextmanager
-def _settled_view(view: EndoscopeView) -> Iterator[None]:
-    """Leave no frame in the making."""
+def _settled(view: EndoscopeView) -> Iterator[None]:
+    """Wait, at the end, for the frame in progress."""
     try:
         yield
     finally:
@@ -167,10 +167,10 @@ def _settled_view(view: EndoscopeView) -> Iterator[None]:
 
 
 @contextmanager
-def _settled_memory() -> Iterator[None]:
-    """Keep the collector of garbage off what was there before.
+def _frozen_garbage() -> Iterator[None]:
+    """Exclude the objects that exist already from garbage collection.
 
-    The compiler leaves half a million objects; looking through them takes as long as
+    The compiler leaves half a million; a collection that visits them takes as long as
     several frames.
     """
     gc.collect()
@@ -184,8 +184,7 @@ def _settled_memory() -> Iterator[None]:
 def _arrived(source: OrderedPoses) -> Iterator[Pose]:
     """Wait for one pose, then give all that have come in meanwhile.
 
-    What is measured later is left to the next frame, or a machine that is too slow for
-    the poses would never come to a picture.
+    What is measured later is left to the next frame.
     """
     pose = source.read(PATIENCE_S)
     looked_s = time.monotonic()

@@ -82,8 +82,8 @@ class PatientScene:
     others: further scans of the head on the scene's grid, by their names in the case.
     structures: what names the places that a tool touches.
     face: gives the distance to the skin of the whole head, mm, negative in the room,
-        on a coarse grid of its own; None where nobody knows it. A phantom's takes half
-        a second.
+        on a coarse grid of its own; None where it is unknown. A phantom's takes half a
+        second.
     """
 
     scene: Scene
@@ -257,7 +257,7 @@ class PatientScene:
 
 
 def no_progress(stage: str, share: float) -> None:
-    """Tell nobody."""
+    """Ignore progress."""
 
 
 def thread_count() -> int:

@@ -60,7 +60,7 @@ def streaming(address: tuple[str, int] | None) -> Iterator["PoseStreamer | None"
     if address is None:
         yield None
         return
-    # Its library is loaded only by whoever streams.
+    # Imported here: only streaming needs this library.
     from devices.openigtlink import PoseStreamer
 
     host, port = address

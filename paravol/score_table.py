@@ -1,4 +1,4 @@
-"""A score in words, the same wherever it is told."""
+"""A score as a table of names and texts."""
 
 from scenarios import Score
 from scenarios.scoring import PRESSURE_MM

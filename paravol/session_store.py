@@ -1,4 +1,4 @@
-"""Flights that are recorded unasked, the newest as far as there is room."""
+"""A folder of automatically recorded flights; the oldest make room for new ones."""
 
 import datetime
 import fcntl
@@ -30,9 +30,8 @@ class _Described(msgspec.Struct):
 class SessionStore:
     """Keep sessions in a folder; remove the oldest where they are too much.
 
-    Only sessions that say of themselves that nobody asked for them are ever removed,
-    and none that is being recorded: a link, a session that was recorded by name and
-    everything else in the folder stays.
+    Only sessions marked as automatic are ever removed, and none that is being recorded:
+    a link, a session that was recorded by name and everything else in the folder stays.
     """
 
     folder: Path
@@ -104,7 +103,7 @@ def _held(folder: Path) -> Iterator[None]:
 
 
 def _removable(folder: Path) -> str | None:
-    """Return when a session began, if nobody asked for it; None for all else."""
+    """Return when an automatic session began; None for everything else."""
     if folder.is_symlink() or not folder.is_dir():
         return None
     try:
@@ -126,7 +125,7 @@ def _size(folder: Path) -> int:
 
 
 def _remove(folder: Path) -> bool:
-    """Remove a session, unless somebody is recording it; tell whether it is gone."""
+    """Remove a session unless it is being recorded; return whether it is gone."""
     try:
         handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     except OSError:

@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 from xxhash import xxh3_128_hexdigest
 
-from paravol.patient import PatientScene, Progress
+from paravol.patient import PatientScene, Progress, no_progress
 from renderers.fsr import FuzzySetRenderer
 from renderers.scene import GBuffer, Mesh
 from renderers.scene.mesh_drawing import ListedFacets
@@ -43,7 +44,7 @@ class Frame:
     def fingerprint(self) -> str:
         """Hash the picture's bytes: 32 hexadecimal digits.
 
-        It tells pictures apart and is no proof against forgers. XXH3 takes 0.01 ms for
+        It is not cryptographic. XXH3 takes 0.01 ms for
         512 x 512 pixels where BLAKE2b takes 1.
         """
         return xxh3_128_hexdigest(self.pixels.data)
@@ -73,10 +74,10 @@ class EndoscopeView:
         # one team for all stages: its threads are still awake when the next begins
         team = ThreadTeam(threads)
         self.renderer = FuzzySetRenderer(patient.scene, threads=team)
-        tell = progress or (lambda stage, share: None)
+        report = progress or no_progress
         if find_sight:
-            tell(SIGHT_STAGE, 0.0)
-            self.renderer.look_up_sight(progress=lambda share: tell(SIGHT_STAGE, share))
+            report(SIGHT_STAGE, 0.0)
+            self.renderer.look_up_sight(progress=partial(report, SIGHT_STAGE))
         self._shader = ScopeShader(patient.surface, tier, seed=seed, threads=team)
         self._camera_pass = CameraPass(threads=team)
         self._begun: Errand[Frame] | None = None

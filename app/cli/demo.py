@@ -93,7 +93,7 @@ def run_demo(options: DemoOptions, *, as_json: bool) -> int:
             patience_s=LOST_PATIENCE_S,
         )
         flown = Flight(order, observer).run()
-        assert flown is not None  # nobody but the path ends it
+        assert flown is not None  # only the path ends it
         snapshots = take_snapshots(
             observer.kept,
             ViewAsker(

@@ -1,4 +1,4 @@
-"""`paravol replay`: run, check, tell."""
+"""`paravol replay`: run, check, report."""
 
 from dataclasses import asdict
 from pathlib import Path

@@ -47,7 +47,7 @@ def run_train(
     registration: a file of `paravol register`; without it fiducials are touched.
     roll: the words of `paravol.inputs.arm_roll`.
     record: folder of the recording; None keeps it below the user's data directory for
-    as long as there is room. The result is told on standard output.
+    as long as there is room. The result is printed.
     seconds: close by itself that long after the first picture.
     Raises ValueError for bad input, UserError where no window can open, the device's
     error when the arm fails, KeyboardInterrupt after Ctrl-C.
@@ -139,7 +139,7 @@ def _check(
             raise UserError(f"--screenshot must name a .png file, got {screenshot}.")
         if not screenshot.absolute().parent.is_dir():
             raise UserError(f"There is no folder {screenshot.absolute().parent}.")
-    # Asked now: nobody wants to hear it after having registered the arm.
+    # Checked now, not after the arm was registered.
     if (
         record is not None
         and record.exists()

@@ -42,7 +42,7 @@ class OverviewScene:
     def __init__(
         self, plotter: BasePlotter, endoscope: Endoscope, instrument: Mesh | None
     ) -> None:
-        """Put the tools in; they stay hidden until `follow` tells where they are."""
+        """Put the tools in; they stay hidden until `follow` places them."""
         self._plotter = plotter
         plotter.renderer.set_background(BACKGROUND)
         length = endoscope.shaft_length_mm

@@ -1,8 +1,8 @@
 """A flight that a window watches: it runs in a thread of its own.
 
 Everything slow happens here (head, renderers, arm, registration, frames), so that the
-window answers at any time. What happens is told by signals, which Qt delivers in the
-window's thread; of the frames only the newest is kept for it.
+window answers at any time. Events are signals, which Qt delivers in the window's
+thread; of the frames only the newest is kept for it.
 """
 
 import threading
@@ -41,7 +41,7 @@ class DisplayedFrame:
 
 
 class FlightThread(QObject, FlightObserver):
-    """Run one flight in a thread; tell a window about it."""
+    """Run one flight in a thread and report to a window."""
 
     staged = Signal(str, float)
     """A preparation and its done share, 0 to 1."""
@@ -64,7 +64,7 @@ class FlightThread(QObject, FlightObserver):
     away = Signal()
     """The device was unplugged; it is being looked for."""
     back = Signal(float)
-    """It is there again, after so many seconds."""
+    """It is there again; the seconds it was away."""
     landed = Signal(object)
     """The flight is over: the path's end was reached or the trainee ended it; the
     `FlightEnd`."""
@@ -109,12 +109,12 @@ class FlightThread(QObject, FlightObserver):
             if flown is not None:
                 self.landed.emit(self.flight.result)
         except Exception as error:
-            # Nobody sees what a thread raises; whoever started the flight does.
+            # An exception of a thread is lost; the window raises this one.
             self.error = error
         self.finished.emit()
 
     def on_progress(self, stage: str, share: float) -> None:
-        """Tell the window; some stages report every step of thousands."""
+        """Report a stage; some report every step of thousands."""
         staged = stage, round(share, 2)
         if staged != self._staged:
             self._staged = staged
@@ -131,14 +131,14 @@ class FlightThread(QObject, FlightObserver):
         self.head_ready.emit(head_model(patient.surface, targets, cut_open, face))
 
     def on_touch(self, stage: str, share: float) -> None:
-        """Tell the window of each fiducial once."""
+        """Report each fiducial once."""
         touched = round(share * len(self.flight.order.scenario.fiducials))
         if touched != self._touched:
             self._touched = touched
             self.touching.emit(touched)
 
     def on_start(self, residual_mm: float | None) -> None:
-        """Tell the window; make ready to draw kept moments, where they can be kept."""
+        """Report the start; prepare to draw kept moments, where they can be kept."""
         self.registered.emit(residual_mm)
         folder, order = self.flight.recording.folder, self.flight.order
         if folder is None or self._patient is None:

@@ -20,13 +20,12 @@ from app.window.flight_thread import DisplayedFrame, FlightThread
 from app.window.gauges import Gauges
 from app.window.keys import HandEvents
 from app.window.notices import Notices
-from app.window.readings import Readings
-from app.window.screen import FullScreen
 from app.window.side_panel import SideColumn
 from app.window.style import style_sheet
-from app.window.window_scale import first_size, scale_for
+from app.window.window_size import FullScreen, first_size, scale_for
 from disk import UserError
 from paravol.flight import FlightEnd
+from paravol.readings import Readings
 from paravol.slice_views import SliceViews
 from renderers.scene import Mesh
 
@@ -313,7 +312,7 @@ class TraineeWindow(QMainWindow):
             self.shut()
 
     def _warn(self) -> None:
-        """Ring the picture when the scope presses on tissue, or nobody can know."""
+        """Ring the picture when the scope presses on tissue or it is not live."""
         frame, pressed = self._frame, ""
         if frame is not None and self._readings().is_pressing:
             pressed = f"pressing: {frame.view.touched}"

@@ -3,8 +3,7 @@
 from PySide6.QtCore import QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter
 
-from app.window.style import INK, PANEL, QUIET
-from app.window.window_scale import font_of
+from app.window.style import INK, PANEL, QUIET, font_of
 from paravol.flight import FlightEnd
 
 CLOSE_HINT = "Q closes the window."

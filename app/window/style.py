@@ -1,4 +1,6 @@
-"""The window's colours: dark, because the picture is what one looks at."""
+"""The window's colours and fonts: dark, because the picture is what one looks at."""
+
+from PySide6.QtGui import QFont
 
 BACKGROUND = "#0d1117"
 PANEL = "#161b22"
@@ -25,3 +27,11 @@ QLabel#figure {{ color: {INK}; font-size: {points(16)}; font-weight: 600; }}
 QLabel#figure[alarming="true"] {{ color: {ALARM}; }}
 QLabel#key {{ color: {INK}; padding-right: {round(6 * scale)}px; }}
 """
+
+
+def font_of(points: float, scale: float, *, bold: bool = False) -> QFont:
+    """Return a font for painting, its size in points at scale 1."""
+    font = QFont()
+    font.setPointSizeF(points * scale)
+    font.setBold(bold)
+    return font

@@ -45,7 +45,7 @@ class LinkInput(FlightInput):
     @contextmanager
     def open(self, patient: PatientScene) -> Iterator[OrderedPoses]:
         """Connect to the peer."""
-        # Its library is loaded only by whoever flies with it.
+        # Imported here: only this input needs the library.
         from devices.openigtlink import OpenIGTLinkSource
 
         with OpenIGTLinkSource(*self._address, self._tool) as source:

@@ -16,14 +16,14 @@ PATH_PEDAL = 2
 """Button bit that is down while a recorded path is being flown."""
 
 AWAY_MM = np.array([0.0, -400.0, -400.0])
-"""Where a second tool waits that nobody holds: far in front of the face."""
+"""Where an absent second tool is placed: far in front of the face."""
 
 
 PEDAL_NAMES = {Button.RIGHT_PEDAL: "right pedal", Button.LEFT_PEDAL: "left pedal"}
 
 
 class PoseCompleter(Protocol):
-    """What the second channel says at a moment: roll and the second tool."""
+    """Adds the second channel to poses: roll and the second tool."""
 
     def complete(self, pose: Pose) -> Sample:
         """Join a pose with the second channel's state at its time."""
@@ -49,9 +49,9 @@ class PathChannel:
 
 @dataclass(slots=True)
 class HandChannel:
-    """Serve a free hand: roll from whoever knows it, no second tool.
+    """Serve a free hand: roll from a source, no second tool.
 
-    Where nobody knows the roll for the moment, the last one is held, at first 0.
+    While the source does not know the roll, the last one is held, at first 0.
     """
 
     roll: RollSource = field(default_factory=HorizonRoll)
@@ -93,14 +93,14 @@ class KeyboardRoll:
 
 @dataclass(slots=True)
 class PedalListener:
-    """Pass samples on and tell of every press and release, with its sample."""
+    """Pass samples on and report every press and release, with its sample."""
 
     completer: PoseCompleter
     on_event: Callable[[ButtonEvent, Sample], None]
     _debouncer: Debouncer = field(default_factory=Debouncer)
 
     def complete(self, pose: Pose) -> Sample:
-        """Complete a pose; tell what its buttons say."""
+        """Complete a pose and report the edges of its buttons."""
         sample = self.completer.complete(pose)
         for event in self._debouncer.feed_pose(pose):
             self.on_event(event, sample)

@@ -1,4 +1,4 @@
-"""Where poses come from in a flight, and what may stand between: loss, end, power."""
+"""Sources of poses that handle a lost device, the end of a flight, a loss of power."""
 
 import math
 import threading
@@ -11,7 +11,7 @@ from devices import DeviceError, DeviceReason, Pose
 from devices.microscribe.driver.sampler import HomeState
 
 SLICE_S = 0.1
-"""How long a wait for a pose may keep the window from closing."""
+"""Longest wait for a pose between two looks whether the flight was ended."""
 
 POWER_SLICE_S = 0.5
 """An arm without power is noticed after that long."""
@@ -26,7 +26,7 @@ class OrderedPoses(Protocol):
 
 
 class EndedError(Exception):
-    """Whoever flies has ended the flight; a source of poses raises it."""
+    """The flight was ended; a source of poses raises it."""
 
 
 class ClosedError(EndedError):
@@ -62,13 +62,13 @@ class CancellableSource:
                     raise
 
 
-def _nobody(_: object) -> None:
-    """Tell nobody."""
+def _ignore(_: object) -> None:
+    """Ignore an event."""
 
 
 @dataclass(slots=True)
 class ReconnectingSource:
-    """Pass poses on; wait while the device is away and tell when it went and came.
+    """Pass poses on; wait while the device is away, and report its loss and return.
 
     A driver that looks for its lost device raises the loss once and then has no poses
     for a while; one that has given up raises whenever it is read, which passes.
@@ -79,13 +79,13 @@ class ReconnectingSource:
 
     source: OrderedPoses
     patience_s: float = math.inf
-    on_loss: Callable[[DeviceError], None] = _nobody
-    on_return: Callable[[float], None] = _nobody
+    on_loss: Callable[[DeviceError], None] = _ignore
+    on_return: Callable[[float], None] = _ignore
     _loss: DeviceError | None = None
     _until_s: float = math.inf
     _last_s: float | None = None
     _early: Pose | None = None
-    """Came before its loss was told."""
+    """A pose that came before the loss was reported."""
 
     def read(self, timeout_s: float) -> Pose:
         """Return the next pose; raise TimeoutError when a present device is silent.

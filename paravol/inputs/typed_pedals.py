@@ -26,7 +26,7 @@ _READ_BYTES = 4096
 
 
 def typed_in_terminal() -> str | None:
-    """Return what was typed since the last call, None when nobody can type any more.
+    """Return what was typed since the last call, None at the end of the input.
 
     Nothing waits in a buffer of ours, so that a later question finds its answer.
     """

@@ -14,7 +14,7 @@ from app.__main__ import main
 from app.window.style import ALARM
 from devices import load_probe_path
 from devices.microscribe import MicroScribeEmulator
-from paravol.flight import FlightOrder, save_frame_view
+from paravol.flight import Flight, FlightObserver, FlightOrder, save_frame_view
 from paravol.frame_loop import FrameEvent
 from paravol.inputs import choose_input
 from paravol.inputs.flight_input import in_the_patient
@@ -379,3 +379,72 @@ def test_an_arm_that_stays_away_leaves_a_picture_that_says_so(
     report = replay_session(bundle, threads=2, progress=lambda stage, share: None)
     assert report.frames > 0
     assert report.is_exact
+
+
+class Kept(FlightObserver):
+    """Writes down what it hears, and asks for a moment and a view."""
+
+    def __init__(self) -> None:
+        self.flight: Flight | None = None
+        self.heard: list[str] = []
+        self.frames: list[FrameEvent] = []
+        self.view = ""
+
+    def on_patient(self, patient: PatientScene) -> None:
+        self.heard.append("patient")
+
+    def on_start(self, residual_mm: float | None) -> None:
+        assert residual_mm is None
+        self.heard.append("start")
+
+    def on_frame(self, event: FrameEvent) -> None:
+        self.frames.append(event)
+        if len(self.frames) == 2 and self.flight is not None:
+            self.flight.keep_moment()
+            self.flight.keep_view()
+
+    def on_moment(self, event: FrameEvent) -> None:
+        self.heard.append(f"moment of frame {event.number}")
+
+    def on_view_saved(self, message: str, where: str) -> None:
+        self.view = where
+
+
+def test_a_flight_without_a_window_is_observed_recorded_and_replayed(
+    short_scenario: Path, tmp_path: Path
+) -> None:
+    scenario, folder = load_scenario(str(short_scenario))
+    path_file = folder / scenario.path
+    path = load_probe_path(path_file)
+    played = choose_input(f"recording:{path_file}", None, scenario, path, path_file)
+    record = tmp_path / "flight.paravol"
+    observer = Kept()
+    flight = Flight(FlightOrder(scenario, path, played, SIZE, 1, record), observer)
+    observer.flight = flight
+    flown = flight.run()
+    assert flown is not None
+    assert flight.result is not None
+    assert flight.result.title == "The path is flown"
+    assert flight.result.score == flown.score
+    assert observer.heard == ["patient", "start", "moment of frame 2"]
+    assert [f.number for f in observer.frames] == list(range(len(observer.frames)))
+    assert load_view(Path(observer.view)).to_camera().key == (
+        observer.frames[2].view.camera.key
+    )
+    report = replay_session(record, threads=1, progress=lambda stage, share: None)
+    assert report.is_exact
+    assert report.score == flown.score
+    assert report.frames == len(observer.frames) == len(flown.timing.frame_ms)
+    records = read_session(record)[1]
+    (event,) = (r for r in records if isinstance(r, EventRecord))
+    assert (event.kind, event.text) == ("snapshot", "frame 2")
+
+
+def test_a_flight_that_is_cancelled_before_leaves_nothing(tmp_path: Path) -> None:
+    scenario, _ = load_scenario("first_flight")
+    record = tmp_path / "flight.paravol"
+    flight = Flight(flight_order(scenario, record), FlightObserver())
+    flight.cancel()
+    assert flight.run() is None
+    assert flight.result is None
+    assert not record.exists()

@@ -1,4 +1,4 @@
-"""What the trainee's window says in words and figures. Knows no window."""
+"""What the trainee's window says in words and figures."""
 
 import math
 from dataclasses import dataclass

@@ -1,13 +1,13 @@
-"""How large a window is at first, and how large what it shows is drawn in it."""
+"""How large a window is, and how large what it shows is drawn in it."""
 
-from PySide6.QtCore import QSize
-from PySide6.QtGui import QFont
+from PySide6.QtCore import QRect, QSize
+from PySide6.QtWidgets import QWidget
 
 DESIGNED = QSize(1280, 800)
 """At this size of the window everything has its own size."""
 
 SCALES = (0.85, 6.0)
-"""Smaller nobody can read it; larger there is no screen."""
+"""Smaller is unreadable; no screen needs larger."""
 
 _STEP = 0.05
 """Between two scales: laying out anew for each pixel would make a drag slow."""
@@ -33,9 +33,21 @@ def scale_for(window: QSize) -> float:
     return min(max(int(share / _STEP + 1e-6) * _STEP, low), high)
 
 
-def font_of(points: float, scale: float, *, bold: bool = False) -> QFont:
-    """Return a font for painting, its size in points at scale 1."""
-    font = QFont()
-    font.setPointSizeF(points * scale)
-    font.setBold(bold)
-    return font
+class FullScreen:
+    """Switch a window between its own size and the screen's."""
+
+    def __init__(self, window: QWidget) -> None:
+        self._window = window
+        self._left = QRect()
+
+    def switch(self) -> None:
+        """Fill the screen, or go back to the size that was left."""
+        window = self._window
+        if window.isFullScreen():
+            window.showNormal()
+            window.setGeometry(self._left)
+            return
+        self._left = window.geometry()
+        window.showFullScreen()
+        # Without a window manager nothing else does it.
+        window.setGeometry(window.screen().geometry())
