@@ -34,6 +34,12 @@ SKIN_MM = 2.0
 Progress = Callable[[str, float], None]
 """Called with what is being done and the done share, 0 to 1."""
 
+StrPath = str | os.PathLike[str]
+
+
+def no_progress(stage: str, share: float) -> None:
+    """Ignore progress."""
+
 
 @dataclass(frozen=True, slots=True)
 class Look:
@@ -183,7 +189,7 @@ class PatientScene:
         return Look(pixels, buffer.depth_mm, camera, chosen, instrument_pose)
 
     def snapshot(
-        self, look: Look, *, ranks: int = 1, progress: Progress | None = None
+        self, look: Look, *, ranks: int = 1, progress: Progress = no_progress
     ) -> HighQualityPicture:
         """Have a look drawn again at high quality, by a worker process of its own.
 
@@ -196,7 +202,6 @@ class PatientScene:
         from paravol.snapshots.spool_folder import own_spool
         from renderers.snapshots.client import SnapshotClient
 
-        report = progress or no_progress
         tools = []
         if look.instrument_pose is not None:
             tools.append((instrument(), look.instrument_pose))
@@ -214,7 +219,7 @@ class PatientScene:
             )
             job = client.submit(request)
             snapshot = client.wait(
-                job, partial(report, "Snapshot"), watch=worker.ensure_alive
+                job, partial(progress, "Snapshot"), watch=worker.ensure_alive
             )
             pixels = snapshot.pixels()
             return HighQualityPicture(
@@ -256,10 +261,6 @@ class PatientScene:
         return ActiveRayTracer(self.scene, threads=thread_count())
 
 
-def no_progress(stage: str, share: float) -> None:
-    """Ignore progress."""
-
-
 def thread_count() -> int:
     """Return the number of processors that this process may use."""
     return len(os.sched_getaffinity(0))
@@ -290,8 +291,14 @@ def load_patient(scenario: Scenario, progress: Progress) -> PatientScene:
     return load_phantom(head.seed, head.spacing_mm, progress)
 
 
-def load_phantom(seed: int, spacing_mm: float, progress: Progress) -> PatientScene:
-    """Build a phantom, or fetch it from the cache."""
+def load_phantom(
+    seed: int = 1, spacing_mm: float = 0.5, progress: Progress = no_progress
+) -> PatientScene:
+    """Return a virtual patient, from the user's cache or built in about a minute.
+
+    seed: decides the anatomy; 1 is the patient of the bundled flight. spacing_mm: of
+    the voxels. progress: called with what is being done and the share, 0 to 1.
+    """
     phantom = sinus_phantom(
         PhantomParameters(seed=seed),
         spacing_mm=spacing_mm,
@@ -315,8 +322,12 @@ def load_phantom(seed: int, spacing_mm: float, progress: Progress) -> PatientSce
     )
 
 
-def load_case(folder: Path, progress: Progress) -> PatientScene:
-    """Read a patient from a case folder; UserError where it cannot be flown."""
+def load_case(folder: StrPath, progress: Progress = no_progress) -> PatientScene:
+    """Read a patient from a case, made by `paravol import` or `paravol phantom`.
+
+    UserError where the folder holds no case, or one that cannot be flown.
+    """
+    folder = Path(folder)
     stage = "Head: reading the case"
     progress(stage, 0.0)
     case = read_case(folder)

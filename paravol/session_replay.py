@@ -1,6 +1,5 @@
 """Run a recorded session again, without the device: same frames, same score."""
 
-import os
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass
@@ -12,7 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from disk import UserError
-from paravol.patient import PatientScene, Progress, load_patient
+from paravol.patient import (
+    PatientScene,
+    Progress,
+    StrPath,
+    load_patient,
+    no_progress,
+    thread_count,
+)
 from paravol.session_setup import build_session, build_view
 from paravol.video import VideoWriter
 from renderers.shading import LOOK_VERSION
@@ -91,19 +97,17 @@ class ReplayedFrame:
 class Replay:
     """Run a recorded session again: iterate over `frames` once, then ask to `report`.
 
-    patient: the one that was flown through, where the caller has it already. Raises
-    UserError when the session cannot be read, or was flown through another head than
-    this version of the program builds.
+    The arguments are those of `replay_session`.
     """
 
     def __init__(
         self,
-        folder: Path,
-        threads: int,
-        progress: Progress,
+        folder: StrPath,
+        threads: int | None = None,
+        progress: Progress = no_progress,
         patient: PatientScene | None = None,
     ) -> None:
-        self._folder = folder
+        self._folder = folder = Path(folder)
         self._progress = progress
         self.recording = read_recording(folder)
         info = self.recording.info
@@ -124,7 +128,7 @@ class Replay:
             tier=info.tier,
             seed=info.seed,
             has_instrument=info.has_instrument,
-            threads=threads,
+            threads=threads or thread_count(),
         )
         self._same_look = info.look == LOOK_VERSION
         self._same_names = patient.structures_sha256 == info.structures_sha256 != ""
@@ -208,21 +212,23 @@ class Replay:
 
 
 def replay_session(
-    folder: Path,
+    folder: StrPath,
     *,
-    threads: int,
-    progress: Progress,
-    video: Path | None = None,
+    threads: int | None = None,
+    progress: Progress = no_progress,
+    video: StrPath | None = None,
     patient: PatientScene | None = None,
 ) -> ReplayReport:
-    """Draw every recorded frame again and score every sample again; see `Replay`.
+    """Draw every recorded frame again, score every sample again and compare.
 
-    video: an ``.mp4`` file, written with the pictures.
+    video: an ``.mp4`` file to write. patient: the one that was flown through, where it
+    is loaded already. threads: None for all processors; they change no picture.
+    UserError when the session cannot be read, or was flown through another head.
     """
     replayed = Replay(folder, threads, progress, patient)
     size = replayed.recording.info.picture_size
     frame: ReplayedFrame | None = None
-    with VideoWriter(video, size, VIDEO_FPS) if video else nullcontext() as film:
+    with VideoWriter(Path(video), size, VIDEO_FPS) if video else nullcontext() as film:
         for frame in replayed.frames():
             if film is not None:
                 film.show_until(frame.rgb, frame.time_s)
@@ -247,7 +253,14 @@ class RecordedSession:
     score: Score | None
 
 
-def read_session(folder: str | os.PathLike[str]) -> RecordedSession:
+def replay_frames(
+    folder: StrPath, patient: PatientScene | None = None
+) -> Iterator[ReplayedFrame]:
+    """Yield a session's frames as they are drawn again; errors as `replay_session`."""
+    return Replay(folder, patient=patient).frames()
+
+
+def read_session(folder: StrPath) -> RecordedSession:
     """Read a recorded session; UserError where the folder holds none."""
     recording = read_recording(Path(folder))
     samples = [r.sample() for r in recording.records if isinstance(r, SampleRecord)]

@@ -7,12 +7,12 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from devices import ProbePath, Registration
+from devices import ProbePath, Registration, load_probe_path
 from paravol.patient import PatientScene, Progress
 from paravol.versions import versions
 from paravol.view import EndoscopeView
 from renderers.shading import LOOK_VERSION, Tier
-from scenarios import Sample, Scenario, Session, View, tip_frame
+from scenarios import Sample, Scenario, Session, View, load_scenario, tip_frame
 from scenarios.bundle import SessionInfo
 
 SEED = 1
@@ -127,3 +127,18 @@ def path_view(
         at.buttons,
     )
     return build_session(scenario, patient, np.eye(4), size).view(sample)
+
+
+def flight_pose(
+    time_s: float, scenario: str = "first_flight"
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return where a scenario's recorded path has the scope and the suction tube.
+
+    time_s: seconds from the path's beginning, held within it. scenario: a bundled name
+    or a ``.toml`` file. Return ``world_from_tip`` and ``world_from_instrument``, 4x4;
+    they belong to the scenario's own patient, ``phantom(seed=1)`` for the bundled one.
+    """
+    described, folder = load_scenario(scenario)
+    at = load_probe_path(folder / described.path).sample(time_s)
+    instrument_pose = tip_frame(at.instrument_tip_mm, at.instrument_axis)
+    return tip_frame(at.tip_mm, at.axis), instrument_pose
