@@ -1,7 +1,5 @@
 """Which errors are the user's or the world's, and how they are told to a person."""
 
-from pathlib import Path
-
 import msgspec
 
 from devices import DeviceError
@@ -35,12 +33,3 @@ def sentence(error: Exception) -> str | None:
     if isinstance(error, UserError | TimeoutError | DeviceError):
         return str(error)
     return None
-
-
-class DeviceLostError(UserError):
-    """The arm failed in flight; the recording up to then is kept."""
-
-    def __init__(self, error: Exception, bundle: Path) -> None:
-        super().__init__(
-            f"{error} What was flown until then is in {bundle} and can be replayed."
-        )

@@ -10,8 +10,8 @@ from anatomy.case import Case, CaseRecord
 from anatomy.scan.imported import ImportedHead, import_head
 from anatomy.scan.imported_case import source_record, write_imported_case
 from anatomy.scan.scan import Modality, Scan, read_scan
-from paravol.case_exercise import exercise_of, straight_path
 from paravol.case_options import ImportOptions
+from paravol.case_scenario import scenario_of_case, straight_path
 from paravol.output_folder import claimed_case, remove_exercise
 from paravol.patient import Progress
 from paravol.second_scan import check_second, lay_second
@@ -47,7 +47,7 @@ def import_case(file: Path, options: ImportOptions, progress: Progress) -> Impor
         record = write_imported_case(head, tuple(sources), out, others)
         if head.approach is not None:
             volumes = {"ct": head.ct, "distance": head.distance}
-            exercise_of(out, Case(volumes, head.landmarks, record))
+            scenario_of_case(out, Case(volumes, head.landmarks, record))
         progress("Writing the case", 1.0)
     return ImportedCase(head, record, quality)
 

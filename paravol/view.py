@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 from xxhash import xxh3_128_hexdigest
 
-from paravol.patient import OperatingRoom, Progress
+from paravol.patient import PatientScene, Progress, no_progress
 from renderers.fsr import FuzzySetRenderer
 from renderers.scene import GBuffer, Mesh
 from renderers.scene.mesh_drawing import ListedFacets
@@ -43,7 +44,7 @@ class Frame:
     def fingerprint(self) -> str:
         """Hash the picture's bytes: 32 hexadecimal digits.
 
-        It tells pictures apart and is no proof against forgers. XXH3 takes 0.01 ms for
+        It is not cryptographic. XXH3 takes 0.01 ms for
         512 x 512 pixels where BLAKE2b takes 1.
         """
         return xxh3_128_hexdigest(self.pixels.data)
@@ -54,7 +55,7 @@ class EndoscopeView:
 
     def __init__(
         self,
-        room: OperatingRoom,
+        patient: PatientScene,
         *,
         ring_radius_mm: float,
         instrument: Mesh | None,
@@ -72,14 +73,12 @@ class EndoscopeView:
         """
         # one team for all stages: its threads are still awake when the next begins
         team = ThreadTeam(threads)
-        self.renderer = FuzzySetRenderer(room.scene, threads=team)
-        tell = progress or (lambda stage, share: None)
+        self.renderer = FuzzySetRenderer(patient.scene, threads=team)
+        report = progress or no_progress
         if visible_sets:
-            tell(VISIBLE_SETS_STAGE, 0.0)
-            self.renderer.use_visible_sets(
-                progress=lambda share: tell(VISIBLE_SETS_STAGE, share)
-            )
-        self._shader = ScopeShader(room.surface, tier, seed=seed, threads=team)
+            report(VISIBLE_SETS_STAGE, 0.0)
+            self.renderer.use_visible_sets(progress=partial(report, VISIBLE_SETS_STAGE))
+        self._shader = ScopeShader(patient.surface, tier, seed=seed, threads=team)
         self._camera_pass = CameraPass(threads=team)
         self._begun: Errand[Frame] | None = None
         self._light = ScopeLight(ring_radius_mm)
@@ -132,7 +131,7 @@ class EndoscopeView:
     def light(
         self, view: View, buffer: GBuffer, lattice: Lattice | None = None
     ) -> NDArray[np.float32]:
-        """Give linear radiance ``(h, w, 3)``: the third stage.
+        """Return linear radiance ``(h, w, 3)``: the third stage.
 
         lattice: of the view, where that is known.
         """

@@ -27,11 +27,11 @@ from devices.registration.target_error import (
     refuse_weak_targets,
 )
 from disk import UserError
-from paravol.inputs.homed_poses import HomedPoses
+from paravol.inputs.input_choice import peer_address
 from paravol.inputs.open_arm import arm_at, demand_port
-from paravol.inputs.peer_address import peer_address
+from paravol.inputs.pose_sources import HomedSource
 from paravol.inputs.typed_pedals import HELP, TypedPedals
-from paravol.patient import prepare_room
+from paravol.patient import load_patient
 from paravol.registration.at_start import head_of
 from paravol.registration.fit import Touched, describe_registration, fit_registration
 from paravol.registration.rehearsed_arm import (
@@ -104,7 +104,7 @@ def run_register(options: RegisterOptions, *, as_json: bool) -> int:
         arm, truth = stack.enter_context(_open(options, plan))
         guide("Opening the arm", 1.0)
         spread = ParameterSpread.of_model(arm.description.identity.model)
-        walk = RegistrationWalk(HomedPoses(arm), guide)
+        walk = RegistrationWalk(HomedSource(arm), guide)
         five_joints = arm.description.maxima.encoders[5] == 0
         pivot = walk.pivot(along_axis=five_joints) if options.pivot else None
         held = walk.touch(list(plan.landmarks))
@@ -198,7 +198,7 @@ def _check(options: RegisterOptions) -> None:
 
 def _plan(options: RegisterOptions, guide: Stages) -> _Plan:
     scenario, _ = load_scenario(options.scenario)
-    room = prepare_room(scenario, guide)
+    room = load_patient(scenario, guide)
     names = options.targets or sinus_targets(room.landmarks)
     return _Plan(
         head=head_of(scenario),

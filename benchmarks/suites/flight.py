@@ -14,12 +14,19 @@ from benchmarks.plan import Measured, Plan, Task, register
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
 from devices import Pose, ProbePath, Registration
-from paravol.flight import Timing as LoopTiming
-from paravol.flight import fly
+from paravol.frame_loop import Timing as LoopTiming
+from paravol.frame_loop import fly
 from paravol.inputs.pose_completer import PATH_PEDAL, PathChannel
-from paravol.patient import OperatingRoom, prepare_room
-from paravol.session_info import LIVE_TIER, SEED, describe_session
-from paravol.session_setup import build_session, build_view, first_views, path_view
+from paravol.patient import PatientScene, load_patient
+from paravol.session_setup import (
+    LIVE_TIER,
+    SEED,
+    build_session,
+    build_view,
+    describe_session,
+    first_views,
+    path_view,
+)
 from paravol.view import EndoscopeView, Frame
 from renderers.scene import image_error
 from renderers.shading import meter
@@ -101,26 +108,28 @@ class FlightPlan(Plan):
         self._views.clear()
 
     @cached_property
-    def _room(self) -> OperatingRoom:
-        return prepare_room(bundled_flight()[0], _quietly)
+    def _patient(self) -> PatientScene:
+        return load_patient(bundled_flight()[0], _quietly)
 
     def _seen(self, time_s: float) -> View:
         scenario, path = bundled_flight()
-        return path_view(scenario, self._room, path, time_s, (self._size, self._size))
+        return path_view(
+            scenario, self._patient, path, time_s, (self._size, self._size)
+        )
 
     def _view(self, threads: int) -> EndoscopeView:
         if threads not in self._views:
             scenario, path = bundled_flight()
             view = build_view(
                 scenario,
-                self._room,
+                self._patient,
                 tier=LIVE_TIER,
                 seed=SEED,
                 has_instrument=True,
                 threads=threads,
             )
             size = (self._size, self._size)
-            view.warm_up(first_views(scenario, self._room, path, size), _quietly)
+            view.warm_up(first_views(scenario, self._patient, path, size), _quietly)
             self._views[threads] = view
         return self._views[threads]
 
@@ -159,9 +168,9 @@ class FlightPlan(Plan):
         view = self._view(2)
         registration = Registration(np.eye(4), 0.0, np.zeros(0))
         size = (self._size, self._size)
-        session = build_session(scenario, self._room, np.eye(4), size)
+        session = build_session(scenario, self._patient, np.eye(4), size)
         info = describe_session(
-            scenario, self._room, registration, size=self._size, has_instrument=True
+            scenario, self._patient, registration, size=self._size, has_instrument=True
         )
         cpu = time.process_time()
         with (

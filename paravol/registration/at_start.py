@@ -17,7 +17,7 @@ from devices.registration.fiducial_fit import (
 from devices.registration.held_point import HeldPoint, HoldError
 from devices.registration.pivot import shifted_to_tip
 from devices.registration.registration_file import RegistrationRecord, load_registration
-from paravol.flight import OrderedPoses
+from paravol.inputs.pose_sources import OrderedPoses
 from paravol.patient import Progress
 from scenarios import Scenario
 

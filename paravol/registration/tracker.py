@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from devices import register
 from devices.registration.registration_file import RegistrationRecord
 from devices.registration.target_error import fitzpatrick_rms_mm, refuse_weak_targets
-from paravol.flight import OrderedPoses
+from paravol.inputs.pose_sources import OrderedPoses
 from paravol.registration.at_start import TRACKER
 from paravol.registration.fit import Fit, Touched, describe_registration
 from paravol.registration.walk import Guide, RegistrationWalk

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from disk import UserError
-from paravol.patient import Progress, case_room, prepare_room
+from paravol.patient import Progress, load_case, load_phantom
 from paravol.snapshots.view_file import (
     CaseHead,
     Head,
@@ -26,8 +26,6 @@ from renderers.snapshots.request import (
     Samples,
     SnapshotRequest,
 )
-from scenarios import Scenario
-from scenarios.scenario import Head as ScenarioHead
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,12 +62,10 @@ class HeadScene:
                     f"The view is of the case {head.folder}, which is not there; say "
                     "with --case where it lies now."
                 )
-            room = case_room(Path(head.folder), progress)
+            room = load_case(Path(head.folder), progress)
         else:
             assert isinstance(head, PhantomHead)
-            chosen = ScenarioHead(seed=head.seed, spacing_mm=head.spacing_mm)
-            nobody = Scenario(name="", title="", path="", head=chosen)
-            room = prepare_room(nobody, progress)
+            room = load_phantom(head.seed, head.spacing_mm, progress)
         return cls(room.scene, room.surface_sha256)
 
     def demand(self, view: ViewFile) -> None:

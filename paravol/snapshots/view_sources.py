@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from devices import load_probe_path
 from disk import UserError
-from paravol.case_exercise import exercise_of
-from paravol.patient import OperatingRoom, Progress, prepare_room
-from paravol.session_info import SEED
-from paravol.session_setup import build_session, path_view
+from paravol.case_scenario import scenario_of_case
+from paravol.patient import PatientScene, Progress, load_patient
+from paravol.session_setup import SEED, build_session, path_view
 from paravol.snapshots.head_scene import HeadScene
 from paravol.snapshots.view_file import (
     CaseHead,
@@ -71,7 +70,7 @@ def session_views(
             f"{folder} was flown through the case {scenario.head.case}, which is not "
             "there; say with --case where it lies now."
         )
-    room = prepare_room(scenario, progress)
+    room = load_patient(scenario, progress)
     if room.surface_sha256 != info.surface_sha256:
         raise UserError(
             f"{folder} was flown through another head (surface "
@@ -102,8 +101,8 @@ def case_views(
     folder: Path, times_s: NDArray[np.float64], size: int, progress: Progress
 ) -> tuple[HeadScene, list[ViewFile]]:
     """Return what a scope sees along a case's exercise; ValueError after its end."""
-    scenario, place = load_scenario(str(exercise_of(folder)))
-    room = prepare_room(scenario, progress)
+    scenario, place = load_scenario(str(scenario_of_case(folder)))
+    room = load_patient(scenario, progress)
     path = load_probe_path(place / scenario.path)
     _demand_within(times_s, path.duration_s, folder)
     views = [
@@ -160,7 +159,7 @@ def placed_view(
 def view_of(
     view: View,
     scenario: Scenario,
-    room: OperatingRoom,
+    room: PatientScene,
     *,
     gain: float | None = None,
     number: int = 0,

@@ -22,10 +22,10 @@ from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import build_phantom
 from app.__main__ import main
 from devices import load_probe_path
-from paravol.case_exercise import exercise_of
+from paravol.case_scenario import scenario_of_case
 from paravol.inputs.flight_input import in_the_patient
-from paravol.patient import prepare_room
-from paravol.session_info import describe_session
+from paravol.patient import load_patient
+from paravol.session_setup import describe_session
 from paravol.snapshots.view_file import ViewFile
 from scenarios import Sample, load_scenario, tip_frame
 from scenarios.bundle import SampleRecord, SessionRecorder
@@ -42,8 +42,8 @@ def nose(folder: Path, seed: int) -> Path:
 
 def session_through(case: Path, folder: Path) -> Path:
     """Record one sample in the middle of the case's exercise."""
-    scenario, place = load_scenario(str(exercise_of(case)))
-    room = prepare_room(scenario, lambda stage, share: None)
+    scenario, place = load_scenario(str(scenario_of_case(case)))
+    room = load_patient(scenario, lambda stage, share: None)
     path = load_probe_path(place / scenario.path)
     at = path.sample(0.4 * path.duration_s)
     sample = Sample(

@@ -1,7 +1,16 @@
 import numpy as np
 
 from devices import Pose, ProbePath
-from paravol.inputs.pose_completer import PATH_PEDAL, HandChannel, PathChannel
+from devices.controls.pedals import Button, ButtonEvent
+from paravol.inputs.pose_completer import (
+    PATH_PEDAL,
+    HandChannel,
+    KeyboardRoll,
+    PathChannel,
+    PedalListener,
+    pedal_record,
+)
+from scenarios import Sample
 from tests.devices.controls.rolls import SetRoll
 
 
@@ -53,3 +62,35 @@ def test_a_roll_that_nobody_knows_is_the_last_one_known() -> None:
     assert channel.complete(pose(0.1, 0)).roll_deg == -15.0
     channel.roll = SetRoll()
     assert channel.complete(pose(0.2, 0)).roll_deg == -15.0
+
+
+def test_the_keyboard_turns_on_top_of_the_channel() -> None:
+    roll = KeyboardRoll(HandChannel(SetRoll(30.0)))
+    assert roll.complete(pose(0.0, 0)).roll_deg == 30.0
+    roll.turn_deg -= 5.0
+    assert roll.complete(pose(0.1, 0)).roll_deg == 25.0
+
+
+def test_pedals_are_told_with_their_sample_and_samples_pass_unchanged() -> None:
+    told: list[tuple[ButtonEvent, Sample]] = []
+    watch = PedalListener(
+        HandChannel(), lambda event, sample: told.append((event, sample))
+    )
+    twin = HandChannel()
+    # Both pedals; the right one chatters on its way down and on its way up.
+    levels = [0, 1, 0, 1, 1, 1, 3, 3, 2, 3, 2, 2, 2, 2, 0, 0, 0]
+    for number, buttons in enumerate(levels):
+        pose = Pose(5.0 + 0.008 * number, 0.0, np.eye(4), buttons)
+        sample, plain = watch.complete(pose), twin.complete(pose)
+        assert sample.time_s == plain.time_s
+        assert sample.buttons == buttons
+    texts = [pedal_record(event, sample.time_s).text for event, sample in told]
+    assert texts == [
+        "right pedal down",
+        "left pedal down",
+        "right pedal up",
+        "left pedal up",
+    ]
+    first, sample = told[0]
+    assert first == ButtonEvent(5.008, Button.RIGHT_PEDAL, True)
+    assert pedal_record(first, sample.time_s).time_s == sample.time_s

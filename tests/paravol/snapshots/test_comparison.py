@@ -5,9 +5,8 @@ import pytest
 from PIL import Image
 
 from devices import load_probe_path
-from paravol.patient import prepare_room
-from paravol.session_info import LIVE_TIER, SEED
-from paravol.session_setup import build_view, first_views
+from paravol.patient import load_patient
+from paravol.session_setup import LIVE_TIER, SEED, build_view, first_views
 from paravol.snapshots.comparison import difference, save_comparison, splatted
 from paravol.snapshots.head_scene import HeadScene
 from paravol.snapshots.view_sources import view_of
@@ -69,7 +68,7 @@ def test_a_view_with_a_tool_is_drawn_as_the_window_draws_it(
 ) -> None:
     """To the bit, the shadow of the tool included."""
     scenario, folder = load_scenario(str(coarse_scenario))
-    room = prepare_room(scenario, lambda stage, share: None)
+    room = load_patient(scenario, lambda stage, share: None)
     path = load_probe_path(folder / scenario.path)
     seen = first_views(scenario, room, path, (SIZE, SIZE))[-1]
     drawer = build_view(

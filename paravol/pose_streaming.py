@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from devices import Pose
 from disk import UserError
-from paravol.flight import Aim
+from paravol.inputs.pose_completer import PoseCompleter
 from scenarios import Sample, tip_frame
 
 if TYPE_CHECKING:
@@ -22,17 +22,17 @@ INSTRUMENT = "InstrumentToPatient"
 
 
 @dataclass(slots=True)
-class StreamedAim:
+class StreamingCompleter:
     """Pass samples on and publish where their tools are in the patient."""
 
-    aim: Aim
+    completer: PoseCompleter
     streamer: "PoseStreamer"
     world_from_device: NDArray[np.float64]
     has_instrument: bool
 
     def complete(self, pose: Pose) -> Sample:
         """Complete a pose and publish it; never waits for those who listen."""
-        sample = self.aim.complete(pose)
+        sample = self.completer.complete(pose)
         world_from_tip = self.world_from_device @ sample.device_from_tip
         self.streamer.publish(SCOPE, world_from_tip, pose.host_time_s)
         if self.has_instrument:
@@ -60,7 +60,7 @@ def streaming(address: tuple[str, int] | None) -> Iterator["PoseStreamer | None"
     if address is None:
         yield None
         return
-    # Its library is loaded only by whoever streams.
+    # Imported here: only streaming needs this library.
     from devices.openigtlink import PoseStreamer
 
     host, port = address

@@ -1,4 +1,4 @@
-"""What the trainee's window says in words and figures. Knows no window."""
+"""What the trainee's window says in words and figures."""
 
 import math
 from dataclasses import dataclass
@@ -31,21 +31,21 @@ class Readings:
 
     @property
     def is_contact(self) -> bool:
-        """Tell whether the scope is in tissue."""
+        """Return whether the scope is in tissue."""
         return self.clearance_mm is not None and self.clearance_mm < 0.0
 
     @property
     def is_pressing(self) -> bool:
-        """Tell whether the scope presses into tissue, and does not only touch it."""
+        """Return whether the scope presses into tissue, and does not only touch it."""
         return self.clearance_mm is not None and self.clearance_mm < -PRESSURE_MM
 
     @property
     def is_alarming(self) -> bool:
-        """Tell whether the scope touches or is about to."""
+        """Return whether the scope touches or is about to."""
         return self.clearance_mm is not None and self.clearance_mm < NEAR_MM
 
     def texts(self) -> dict[str, str]:
-        """Give caption and text of every gauge, in order."""
+        """Return caption and text of every gauge, in order."""
         return {
             "Frame rate": _figure(self.fps, "{:.0f} fps"),
             "Pose age": _figure(self.pose_age_ms, "{:.0f} ms"),

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.window.readings import FREE_MM, NEAR_MM, UNKNOWN, Readings
+from paravol.readings import FREE_MM, NEAR_MM, UNKNOWN, Readings
 
 
 @given(st.floats(-20.0, FREE_MM))

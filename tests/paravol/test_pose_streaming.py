@@ -6,10 +6,10 @@ from pyigtl import OpenIGTLinkClient
 
 from devices import Pose
 from paravol.inputs.pose_completer import AWAY_MM, HandChannel
-from paravol.pose_stream import (
+from paravol.pose_streaming import (
     INSTRUMENT,
     SCOPE,
-    StreamedAim,
+    StreamingCompleter,
     listening_address,
     streaming,
 )
@@ -24,14 +24,14 @@ def test_every_sample_is_streamed_in_the_patients_frame() -> None:
     pose[:3, 3] = 10.0, 20.0, 30.0
     with streaming(("127.0.0.1", 0)) as streamer:
         assert streamer is not None
-        aim = StreamedAim(HandChannel(), streamer, world_from_device, True)
+        completer = StreamingCompleter(HandChannel(), streamer, world_from_device, True)
         twin = HandChannel()
         client = OpenIGTLinkClient(streamer.host, streamer.port)
         try:
             wait_for_peers(streamer)
             for number in range(3):
                 measured = Pose(number * 0.01, 50.0 + number * 0.01, pose, 0)
-                sample, plain = aim.complete(measured), twin.complete(measured)
+                sample, plain = completer.complete(measured), twin.complete(measured)
                 assert sample.time_s == plain.time_s
                 scope = client.wait_for_message(SCOPE, timeout=PATIENCE_S)
                 tool = client.wait_for_message(INSTRUMENT, timeout=PATIENCE_S)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from anatomy.scan.approach import Approach, air_reach
-from paravol.case_exercise import BEFORE_MM, straight_path
+from paravol.case_scenario import BEFORE_MM, straight_path
 from renderers.scene.volume import Volume
 
 

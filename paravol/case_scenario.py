@@ -36,8 +36,8 @@ ASIDE_MM = 60.0
 NOSTRILS = ("nostril, right", "nostril, left")
 
 
-def exercise_of(folder: Path, case: Case | None = None) -> Path:
-    """Give the scenario file of a case, writing it if there is none.
+def scenario_of_case(folder: Path, case: Case | None = None) -> Path:
+    """Return the scenario file of a case, writing it if there is none.
 
     case: what is in the folder, where the caller has it already.
     Raises ValueError for a folder that is no case or has nowhere to enter.
@@ -153,7 +153,7 @@ def _face(case: Case, approach: Approach) -> dict[str, NDArray[np.float64]]:
 
 
 def _box_front(case: Case) -> dict[str, NDArray[np.float64]]:
-    """Give four corners of the case's front, no two distances alike."""
+    """Return four corners of the case's front, no two distances alike."""
     low = case.ct.origin_mm
     high = low + (np.array(case.ct.shape[::-1]) - 1) * case.ct.spacing_mm
     wide, _, tall = high - low

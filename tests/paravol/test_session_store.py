@@ -5,7 +5,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from paravol.kept_sessions import KeptSessions
+from paravol.session_store import SessionStore
 from scenarios.bundle import SessionInfo
 
 INFO = SessionInfo(
@@ -39,7 +39,7 @@ def test_the_oldest_go_first_until_the_rest_is_within_the_limit(tmp_path: Path) 
     new = put(tmp_path / "a.paravol", 9, 3000)
     old = put(tmp_path / "b.paravol", 1, 3000)
     middle = put(tmp_path / "c.paravol", 5, 3000)
-    kept = KeptSessions(tmp_path, limit_bytes=8000)
+    kept = SessionStore(tmp_path, limit_bytes=8000)
     assert kept.make_room() == [old]
     assert kept.make_room() == []
     assert new.exists()
@@ -48,7 +48,7 @@ def test_the_oldest_go_first_until_the_rest_is_within_the_limit(tmp_path: Path) 
 
 
 def test_what_somebody_named_or_put_there_stays(tmp_path: Path) -> None:
-    kept = KeptSessions(tmp_path / "sessions", limit_bytes=0)
+    kept = SessionStore(tmp_path / "sessions", limit_bytes=0)
     named = put(kept.folder / "mine.paravol", 1, 3000, automatic=False)
     elsewhere = put(tmp_path / "saved.paravol", 1, 3000)
     (kept.folder / "link.paravol").symlink_to(elsewhere)
@@ -65,7 +65,7 @@ def test_what_somebody_named_or_put_there_stays(tmp_path: Path) -> None:
 
 
 def test_a_session_that_is_being_recorded_is_not_removed(tmp_path: Path) -> None:
-    kept = KeptSessions(tmp_path, limit_bytes=0)
+    kept = SessionStore(tmp_path, limit_bytes=0)
     with kept.new_session("first flight/../x") as folder:
         assert folder.parent == tmp_path
         (folder / "session.json").write_bytes(msgspec.json.encode(INFO))
@@ -80,11 +80,11 @@ def test_the_users_own_place_is_below_the_data_directory(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
-    assert KeptSessions.of_the_user().folder == tmp_path / "paravol" / "sessions"
+    assert SessionStore.of_the_user().folder == tmp_path / "paravol" / "sessions"
 
 
 def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
     (tmp_path / "sessions").write_text("a file")
-    kept = KeptSessions(tmp_path / "sessions")
+    kept = SessionStore(tmp_path / "sessions")
     with pytest.raises(OSError, match="sessions"), kept.new_session("x"):
         pass

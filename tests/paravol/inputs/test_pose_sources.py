@@ -1,6 +1,7 @@
-"""Poses through losses: all of them, in order, and every absence told once."""
+"""Poses through losses, ends and power cuts: all of them, in order, each told once."""
 
 import math
+import threading
 import time
 
 import numpy as np
@@ -10,11 +11,17 @@ from hypothesis import strategies as st
 
 from devices import DeviceError, DeviceReason, Pose
 from devices.microscribe import MicroScribe
+from devices.microscribe.driver.sampler import HomeState
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.in_memory import EmulatedPort, MemoryLine, SystemClock
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937
-from paravol.inputs.reconnecting_source import LastingPoses
+from paravol.inputs.pose_sources import (
+    CancellableSource,
+    ClosedError,
+    HomedSource,
+    ReconnectingSource,
+)
 
 
 def pose(time_s: float) -> Pose:
@@ -57,7 +64,7 @@ def test_no_pose_is_lost_and_every_absence_is_told(
         answers += [loss(), *[None] * absent]
     story: list[str] = []
     source = Source(answers)
-    lasting = LastingPoses(
+    lasting = ReconnectingSource(
         source,
         on_loss=lambda _: story.append("lost"),
         on_return=lambda gap_s: story.append(f"back {gap_s:g}"),
@@ -77,14 +84,14 @@ def test_no_pose_is_lost_and_every_absence_is_told(
 
 def test_a_pose_that_comes_with_the_loss_is_not_lost() -> None:
     gaps: list[float] = []
-    lasting = LastingPoses(Source([loss(), pose(3.0)]), on_return=gaps.append)
+    lasting = ReconnectingSource(Source([loss(), pose(3.0)]), on_return=gaps.append)
     assert lasting.read(1.0).time_s == 3.0
     assert gaps == [0.0]
 
 
 def test_a_device_that_nobody_looks_for_fails_at_once_and_untold() -> None:
     told: list[DeviceError] = []
-    lasting = LastingPoses(Source([loss(), loss()]), on_loss=told.append)
+    lasting = ReconnectingSource(Source([loss(), loss()]), on_loss=told.append)
     with pytest.raises(DeviceError, match="went away"):
         lasting.read(1.0)
     assert not told
@@ -92,13 +99,13 @@ def test_a_device_that_nobody_looks_for_fails_at_once_and_untold() -> None:
 
 def test_a_second_failure_ends_the_wait() -> None:
     unhomed = DeviceError(DeviceReason.NOT_HOMED, "Home it.")
-    lasting = LastingPoses(Source([loss(), None, None, unhomed]))
+    lasting = ReconnectingSource(Source([loss(), None, None, unhomed]))
     with pytest.raises(DeviceError, match="Home it"):
         lasting.read(1.0)
 
 
 def test_a_present_device_may_not_be_silent_but_an_absent_one_may() -> None:
-    lasting = LastingPoses(Source([None, loss(), None, None, pose(1.0)]))
+    lasting = ReconnectingSource(Source([None, loss(), None, None, pose(1.0)]))
     with pytest.raises(TimeoutError):
         lasting.read(1.0)
     # told to look only, it does not wait
@@ -108,7 +115,7 @@ def test_a_present_device_may_not_be_silent_but_an_absent_one_may() -> None:
 
 
 def test_patience_ends_with_the_loss() -> None:
-    lasting = LastingPoses(Source([loss(), None, None]), patience_s=0.0)
+    lasting = ReconnectingSource(Source([loss(), None, None]), patience_s=0.0)
     with pytest.raises(DeviceError, match="went away"):
         lasting.read(1.0)
 
@@ -142,7 +149,7 @@ def test_the_drivers_own_losses_are_survived() -> None:
             story.append("lost")
             plug.move(is_in=True)
 
-        lasting = LastingPoses(
+        lasting = ReconnectingSource(
             arm, math.inf, on_loss, on_return=lambda gap_s: story.append("back")
         )
         before = lasting.read(5.0)
@@ -152,3 +159,70 @@ def test_the_drivers_own_losses_are_survived() -> None:
             after = lasting.read(5.0)
         assert after.time_s > before.time_s
     assert story == ["lost", "back"]
+
+
+class FallingSilent:
+    """Poses that are there already, then silence."""
+
+    def __init__(self, count: int) -> None:
+        self._poses = [pose(i / 100) for i in range(count)]
+
+    def read(self, timeout_s: float) -> Pose:
+        if self._poses:
+            return self._poses.pop(0)
+        time.sleep(timeout_s)
+        raise TimeoutError("silence")
+
+
+def test_a_cancellable_source_passes_poses_in_order_and_silence_is_told() -> None:
+    source = CancellableSource(FallingSilent(5), threading.Event())
+    assert [source.read(1.0).time_s for _ in range(5)] == [i / 100 for i in range(5)]
+    with pytest.raises(TimeoutError, match="silence"):
+        source.read(0.0)
+    with pytest.raises(TimeoutError, match="silence"):
+        source.read(0.25)
+
+
+def test_closing_ends_a_wait_for_a_silent_arm() -> None:
+    closed = threading.Event()
+    source = CancellableSource(FallingSilent(0), closed)
+    threading.Timer(0.05, closed.set).start()
+    # Without the event the wait would outlast the test's own limit.
+    with pytest.raises(ClosedError):
+        source.read(1e6)
+
+
+class PoweredArm:
+    """An arm that gives its poses and then none."""
+
+    def __init__(self, state: HomeState, poses: list[Pose]) -> None:
+        self.home_state = state
+        self.poses = poses
+        self.asked: list[float] = []
+
+    def read(self, timeout_s: float) -> Pose:
+        self.asked.append(timeout_s)
+        if self.poses:
+            return self.poses.pop(0)
+        raise TimeoutError("the arm said nothing")
+
+
+def test_poses_of_an_arm_with_power_pass() -> None:
+    pose = Pose(1.0, 1.0, np.eye(4), 0)
+    source = HomedSource(PoweredArm(HomeState.ASSUMED, [pose]))
+    assert source.read(60.0) is pose
+
+
+def test_an_arm_without_power_ends_the_wait_at_once() -> None:
+    arm = PoweredArm(HomeState.UNKNOWN, [])
+    with pytest.raises(DeviceError, match="begin again") as caught:
+        HomedSource(arm).read(60.0)
+    assert caught.value.reason is DeviceReason.NOT_HOMED
+    assert len(arm.asked) == 1
+
+
+def test_a_silent_arm_is_told_after_the_timeout() -> None:
+    arm = PoweredArm(HomeState.HOMED, [])
+    with pytest.raises(TimeoutError):
+        HomedSource(arm).read(0.0)
+    assert arm.asked == [0.0]

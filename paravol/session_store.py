@@ -1,4 +1,4 @@
-"""Flights that are recorded unasked, the newest as far as there is room."""
+"""A folder of automatically recorded flights; the oldest make room for new ones."""
 
 import datetime
 import fcntl
@@ -27,19 +27,18 @@ class _Described(msgspec.Struct):
 
 
 @dataclass(frozen=True, slots=True)
-class KeptSessions:
+class SessionStore:
     """Keep sessions in a folder; remove the oldest where they are too much.
 
-    Only sessions that say of themselves that nobody asked for them are ever removed,
-    and none that is being recorded: a link, a session that was recorded by name and
-    everything else in the folder stays.
+    Only sessions marked as automatic are ever removed, and none that is being recorded:
+    a link, a session that was recorded by name and everything else in the folder stays.
     """
 
     folder: Path
     limit_bytes: int = KEPT_BYTES
 
     @classmethod
-    def of_the_user(cls) -> "KeptSessions":
+    def of_the_user(cls) -> "SessionStore":
         """Keep them below the user's data directory."""
         data = platformdirs.user_data_path("paravol", appauthor=False)
         return cls(data / "sessions")
@@ -104,7 +103,7 @@ def _held(folder: Path) -> Iterator[None]:
 
 
 def _removable(folder: Path) -> str | None:
-    """Give when a session began, if nobody asked for it; None for all else."""
+    """Return when an automatic session began; None for everything else."""
     if folder.is_symlink() or not folder.is_dir():
         return None
     try:
@@ -116,7 +115,7 @@ def _removable(folder: Path) -> str | None:
 
 
 def _size(folder: Path) -> int:
-    """Give the bytes of all files below a folder; what vanishes meanwhile has none."""
+    """Return the bytes of all files below a folder that can be read."""
     total = 0
     for path, _, files in os.walk(folder):
         for file in files:
@@ -126,7 +125,7 @@ def _size(folder: Path) -> int:
 
 
 def _remove(folder: Path) -> bool:
-    """Remove a session, unless somebody is recording it; tell whether it is gone."""
+    """Remove a session unless it is being recorded; return whether it is gone."""
     try:
         handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     except OSError:

@@ -1,11 +1,11 @@
-"""A score in words, the same wherever it is told."""
+"""A score as a table of names and texts."""
 
 from scenarios import Score
 from scenarios.scoring import PRESSURE_MM
 
 
 def score_rows(score: Score) -> list[tuple[str, str]]:
-    """Give the name and the text of each of a score's figures, in order."""
+    """Return the name and the text of each of a score's figures, in order."""
     rows = [
         ("time", f"{score.duration_s:.1f} s"),
         ("path length", f"{score.path_length_mm:.0f} mm"),
@@ -20,13 +20,13 @@ def score_rows(score: Score) -> list[tuple[str, str]]:
 
 
 def clearance(score: Score) -> str:
-    """Give the smallest gap; none is known without a sample."""
+    """Return the smallest gap; none is known without a sample."""
     gap_mm = score.min_clearance_mm
     return "unknown" if gap_mm == float("inf") else f"{gap_mm:.2f} mm"
 
 
 def contact_rows(score: Score) -> list[tuple[str, str]]:
-    """Say how often, how long, how deep and what was touched."""
+    """Return how often, how long, how deep and what was touched."""
     if not score.contacts:
         return [("contacts", "none")]
     share = score.contact_s / score.duration_s if score.duration_s > 0.0 else 0.0

@@ -1,4 +1,4 @@
-from paravol.told_score import score_rows
+from paravol.score_table import score_rows
 from scenarios import Score
 
 

@@ -18,11 +18,11 @@ from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QApplication, QLabel
 from paravol.environment import prepare_environment
 prepare_environment()
-from paravol.flight_order import FlightOrder
+from paravol.flight import FlightOrder
 from paravol.inputs import choose_input
 from paravol.snapshots.snapshot_queue import MomentPicture
 from app.window.main_window import TraineeWindow
-from app.window.flight_thread import WindowFlight
+from app.window.flight_thread import FlightThread
 from devices import load_probe_path
 from scenarios import load_scenario
 
@@ -30,7 +30,7 @@ application = QApplication([])
 scenario, folder = load_scenario("first_flight")
 path = load_probe_path(folder / scenario.path)
 mouse = choose_input("mouse", None, scenario, path, folder / scenario.path)
-flight = WindowFlight(FlightOrder(scenario, path, mouse, 64, 1, None))
+flight = FlightThread(FlightOrder(scenario, path, mouse, 64, 1, None))
 window = TraineeWindow(flight, None, edge_samples=0)
 window.show()
 # with all that the column ever holds
