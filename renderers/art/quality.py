@@ -26,6 +26,9 @@ class Quality:
         what its middle has. "integrated": it has what the transfer function says all
         along from the density at its one end to that at its other: jumps and thin
         spikes are met at any step, for more work a step.
+    tolerance: what integrated steps may leave out, root mean square over lines through
+        the scene; where `step_voxels` leaves more, steps are shortened for the scene
+        (`step_estimation`). None takes `step_voxels` as it is.
     """
 
     step_voxels: float
@@ -34,6 +37,7 @@ class Quality:
     compact: bool = False
     skip_empty: bool = True
     classification: ClassificationName = "post"
+    tolerance: float | None = None
 
     def __post_init__(self) -> None:
         if not 1 / 256 <= self.step_voxels <= 4:
@@ -44,6 +48,10 @@ class Quality:
             raise UserError(
                 f"classification must be post or integrated, got "
                 f"{self.classification!r}"
+            )
+        if self.tolerance is not None and not 0 < self.tolerance < 1:
+            raise UserError(
+                f"the tolerance must be between 0 and 1, got {self.tolerance!r}"
             )
 
     @classmethod
@@ -57,9 +65,13 @@ class Quality:
 
 
 QUALITIES = {
-    "preview": Quality(1.0, 1 / 255, compact=True, classification="integrated"),
-    "snapshot": Quality(0.5, 1 / 1024, compact=True, classification="integrated"),
-    "final": Quality(0.25, 1e-4, classification="integrated"),
+    "preview": Quality(
+        1.0, 1 / 255, compact=True, classification="integrated", tolerance=2.2e-3
+    ),
+    "snapshot": Quality(
+        0.5, 1 / 1024, compact=True, classification="integrated", tolerance=1e-3
+    ),
+    "final": Quality(0.25, 1e-4, classification="integrated", tolerance=5e-4),
     "reference": Quality(1 / 32, 0.0, classification="integrated"),
 }
 """Named settings, for pictures within an RMSE of 4e-3, 1.5e-3 and 5e-4. A cutoff is at

@@ -282,6 +282,7 @@ class SnapshotRequest(_Strict, frozen=True):
             named.renormalise,
             named.compact,
             classification=self.classification,
+            tolerance=named.tolerance if step is None else None,
         )
 
 

@@ -27,6 +27,7 @@ from renderers.art.ranks.node import Node
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.rays import RayPacket
 from renderers.art.ranks.work import MarchWork
+from renderers.art.step_estimation import with_estimated_step
 from renderers.lanes.self_check import demand_vectors
 from renderers.scene import Scene
 from renderers.scene.deflection import Deflection
@@ -218,6 +219,8 @@ def make_node(
     limit = memory_limit() if memory_bytes is None else memory_bytes
     if ranks == 1:
         demand_distances(scene.volume.shape, limit)
+    if mode == "classic":
+        quality = with_estimated_step(scene, quality)
     looked = _look(scene, mode, quality, cell_side, packet, deflection)
     seen, march = looked.seen, looked.march
     fits_whole = True
@@ -270,6 +273,8 @@ def edit_node(
     removed does neither, unless it was the densest.
     """
     grid, before = work.bricks.grid, work.share.values
+    if mode == "classic":
+        quality = with_estimated_step(scene, quality)
     looked = _Look.at(scene, mode, quality, grid.side, None, deflection)
     values = looked.march.volume.values
     if looked.grid != grid or values.dtype != before.dtype:
