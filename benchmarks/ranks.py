@@ -16,8 +16,8 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
+from benchmarks.frame_series import FrameSeries
 from benchmarks.simulated_ranks.rank_recording import Recording
-from renderers.art.ranks.frame_series import FrameSeries
 from renderers.art.ranks.ledger import Ledger
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.rank import Rank
