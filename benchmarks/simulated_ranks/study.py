@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from benchmarks.simulated_ranks.audit import audit
 from benchmarks.simulated_ranks.replay import ReplayWork, Visits
 from benchmarks.simulated_ranks.simulated_machine import Costs, Machine, SimulatedRank
 from benchmarks.simulated_ranks.strands import (
@@ -18,7 +19,6 @@ from benchmarks.simulated_ranks.trace import FrameTrace, Orbit
 from benchmarks.simulated_ranks.trips import Begun, StrandRayNode, StrandTravel
 from renderers.art.cells.cache import CellCache
 from renderers.art.march import COUNTERS
-from renderers.art.ranks.audit import audit
 from renderers.art.ranks.directory import Directory, deal_owners, homes
 from renderers.art.ranks.ledger import Ledger
 from renderers.art.ranks.messages import Message, MessageKind

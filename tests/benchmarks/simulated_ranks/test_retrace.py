@@ -26,9 +26,9 @@ from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.prepare import make_node
 from renderers.art.ranks.rank import Rank
 from renderers.art.ranks.ray_travel import make_frame_node
-from renderers.art.ranks.transport import LoopBack
 from renderers.art.regions import Gather, deal_regions
 from renderers.scene import Camera, Scene
+from tests.loop_back import LoopBack
 
 QUALITY = Quality(0.5, 1 / 1024)
 FRAMES = 2

@@ -5,19 +5,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.simulated_ranks.audit import audit
 from renderers.art import ActiveRayTracer
 from renderers.art.cells.cells import CellShare
 from renderers.art.march import FrameRays, March
 from renderers.art.quality import Quality
-from renderers.art.ranks.audit import audit
 from renderers.art.ranks.messages import MessageKind
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.prepare import MarchNode, edit_node, make_node, slots_of
-from renderers.art.ranks.transport import LoopBack
 from renderers.art.ranks.work import MarchWork
 from renderers.art.regions import Gather, deal_regions
 from renderers.art.tracer import classic_image
 from renderers.scene import Camera, Scene
+from tests.loop_back import LoopBack
 
 QUALITY = Quality(0.5, 1 / 1024)
 RANKS = 3

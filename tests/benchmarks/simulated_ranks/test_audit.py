@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from benchmarks.simulated_ranks.audit import audit
 from benchmarks.simulated_ranks.replay import ReplayWork, Visits
 from renderers.art.cells.cache import CellCache
-from renderers.art.ranks.audit import audit
 from renderers.art.ranks.directory import Directory, ring_distances
 from renderers.art.ranks.messages import Message, MessageKind
 from renderers.art.ranks.node import Node

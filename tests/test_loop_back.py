@@ -3,7 +3,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from renderers.art.ranks.messages import Message, MessageKind
-from renderers.art.ranks.transport import LoopBack, TransportError
+from renderers.art.ranks.transport import TransportError
+from tests.loop_back import LoopBack
 
 
 @given(
