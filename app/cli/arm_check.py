@@ -7,12 +7,10 @@ motion; the error of a registration shows those.
 
 import time
 from collections.abc import Callable, Mapping
-from typing import Protocol
 
 import numpy as np
 
 from app.cli.arm_findings import (
-    ConnectedArm,
     adapter_findings,
     line_findings,
     pedals_finding,
@@ -20,7 +18,6 @@ from app.cli.arm_findings import (
 )
 from app.cli.doctor import tell
 from app.cli.terminal import Stages
-from devices import Pose
 from devices.microscribe import MicroScribe
 from devices.microscribe.driver.clock_alignment import LARGEST_DRIFT
 from devices.microscribe.driver.encoder_watch import MOVED_COUNTS
@@ -29,6 +26,7 @@ from devices.microscribe.kinematics.arm import JOINTS
 from devices.microscribe.wire.link import ArmDescription
 from paravol.finding import Finding
 from paravol.known_constants import constants_findings
+from paravol.registration.walk import Guide
 
 LOOK_S = 15.0
 """Encoders and clocks are judged by five seconds and more."""
@@ -37,54 +35,6 @@ PATIENCE_S = 5.0
 
 STANDING = 0.5
 """An arm's timer that passes less than this share of the host's time stands still."""
-
-
-class Guide(Protocol):
-    """What tells a person what to do; `app.cli.terminal.Stages` is one."""
-
-    def __call__(self, stage: str, share: float) -> None: ...
-
-    def say(self, text: str) -> None:
-        """Print one line."""
-        ...
-
-
-class Arm(ConnectedArm, Protocol):
-    """What is looked at of an arm; `MicroScribe` has it."""
-
-    @property
-    def description(self) -> ArmDescription:
-        """Return what the arm told about itself."""
-        ...
-
-    @property
-    def home_state(self) -> HomeState:
-        """Return whether its angle registers can be trusted."""
-        ...
-
-    @property
-    def counts(self) -> tuple[int, ...]:
-        """Return the newest counts of the six joints."""
-        ...
-
-    @property
-    def frozen_joints(self) -> tuple[int, ...]:
-        """Return the joints, from 0, that stood still while others moved."""
-        ...
-
-    @property
-    def clock_drift(self) -> float:
-        """Return how much faster the host's clock runs, s per s."""
-        ...
-
-    @property
-    def counters(self) -> dict[str, int]:
-        """Return what went wrong on the line, by name."""
-        ...
-
-    def read(self, timeout_s: float) -> Pose:
-        """Return the next pose."""
-        ...
 
 
 def run_arm_check(
@@ -106,7 +56,7 @@ def run_arm_check(
 
 
 def check_arm(
-    arm: Arm,
+    arm: MicroScribe,
     guide: Guide,
     look_s: float,
     now: Callable[[], float] = time.monotonic,
@@ -138,7 +88,7 @@ def check_arm(
     return [
         _about(arm.description),
         _home(arm.home_state),
-        *line_findings(arm, rate_hz),
+        *line_findings(arm.baud, arm.round_trip_s, rate_hz),
         tip_finding(last),
         pedals_finding(arm.description.maxima, pressed),
         _line(arm.counters),
@@ -200,7 +150,7 @@ def _timer(passed_s: float, host_s: float) -> Finding | None:
     )
 
 
-def _encoders(arm: Arm, travel: tuple[int, ...]) -> Finding:
+def _encoders(arm: MicroScribe, travel: tuple[int, ...]) -> Finding:
     """Return the finding of the encoders: dead, idle (not moved) or all counting.
 
     Joints are told from 1, the one at the base.

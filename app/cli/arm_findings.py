@@ -3,8 +3,6 @@
 Its line, its adapter, its tip and its pedals.
 """
 
-from typing import Protocol
-
 from devices import Pose
 from devices.microscribe.wire.commands import POSE_LAYOUT
 from devices.microscribe.wire.identity import Maxima
@@ -21,37 +19,26 @@ FULL_POSES_HZ = 90.0
 PEDALS = ("right", "left")
 
 
-class ConnectedArm(Protocol):
-    """What is told of an arm's line; `MicroScribe` has it."""
-
-    @property
-    def baud(self) -> int:
-        """Return the rate at which the arm was found, bits per second."""
-        ...
-
-    @property
-    def round_trip_s(self) -> float:
-        """Return the median time from a poll to its whole answer, nan without polls."""
-        ...
-
-
 def longest_poses_hz(baud: int) -> float:
     """Return how many polled poses a second a line of that rate carries at most."""
     wire_s = (1 + POSE_LAYOUT.length) * BITS_PER_BYTE / baud
     return 1.0 / (wire_s + LinkTiming().latency)
 
 
-def line_findings(arm: ConnectedArm, rate_hz: float) -> list[Finding]:
-    """Return the rate that was found, and the poses a second that it brought."""
-    wire_s = 1.0 / longest_poses_hz(arm.baud)
+def line_findings(baud: int, round_trip_s: float, rate_hz: float) -> list[Finding]:
+    """Return the rate that was found, and the poses a second that it brought.
+
+    ``round_trip_s`` is the median time from a poll to its whole answer.
+    """
+    wire_s = 1.0 / longest_poses_hz(baud)
     trip = (
-        f"{1e3 * arm.round_trip_s:.1f} ms from a poll to its pose; the line and the "
+        f"{1e3 * round_trip_s:.1f} ms from a poll to its pose; the line and the "
         f"arm need {1e3 * wire_s:.1f} ms"
     )
     poses = f"{rate_hz:.0f} per second"
     return [
-        _rate(arm.baud),
-        Finding("poses", poses, remedy=_slowness(arm.baud, rate_hz)),
+        _rate(baud),
+        Finding("poses", poses, remedy=_slowness(baud, rate_hz)),
         Finding("round trip", trip),
     ]
 

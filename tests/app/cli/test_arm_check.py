@@ -3,6 +3,7 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from app.__main__ import main
 from app.cli.arm_check import PATIENCE_S, check_arm, run_arm_check
+from devices.microscribe import MicroScribe
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.faults import parse_fault
 from devices.microscribe.emulator.in_memory import DrivenClock, MemoryLine
@@ -62,7 +64,7 @@ def look(
     plans = [parse_fault(fault) for fault in faults]
     emulated = EmulatedArm(profile, motion, faults=plans)
     arm = DrivenArm(MemoryLine(emulated, DrivenClock()))
-    found = check_arm(arm, guide or Guide(), 12.0)
+    found = check_arm(cast(MicroScribe, arm), guide or Guide(), 12.0)
     return {finding.name: finding for finding in found}
 
 
@@ -161,7 +163,7 @@ def test_a_timer_that_stands_still_ends_the_look() -> None:
     motion.arm = EmulatedArm(DX40937, motion)
     clock = DrivenClock()
     arm = DrivenArm(MemoryLine(motion.arm, clock))
-    findings = check_arm(arm, Guide(), 3.0, clock.now)
+    findings = check_arm(cast(MicroScribe, arm), Guide(), 3.0, clock.now)
     found = {finding.name: finding for finding in findings}
     assert clock.now() < 3.0 + 2.0 * PATIENCE_S
     assert "stands still: 0.0 s of it in 8.0 s" in found["clock"].value

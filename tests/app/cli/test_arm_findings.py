@@ -1,6 +1,6 @@
 """The line of an arm in figures, and why it is slow where it is."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -23,14 +23,8 @@ from devices.microscribe.wire.sign_on import RATES
 from tests.devices.microscribe.rare_faults.every_fault import parse_any_fault
 
 
-@dataclass
-class Line:
-    baud: int = 115200
-    round_trip_s: float = 0.0035
-
-
 def test_a_fast_line_is_told_without_a_remedy() -> None:
-    found = line_findings(Line(), 99.6)
+    found = line_findings(115200, 0.0035, 99.6)
     assert [(f.name, f.value) for f in found] == [
         ("rate", "115200 baud"),
         ("poses", "100 per second"),
@@ -43,7 +37,7 @@ def test_a_fast_line_is_told_without_a_remedy() -> None:
 
 
 def test_9600_baud_is_said_to_carry_no_more() -> None:
-    rate, poses, _ = line_findings(Line(9600, 0.0195), 51.0)
+    rate, poses, _ = line_findings(9600, 0.0195, 51.0)
     assert rate.value == "9600 baud"
     assert "did not answer at 115200" in rate.remedy
     assert "17 bytes of 10 bits" in rate.remedy
@@ -68,7 +62,7 @@ def test_what_9600_baud_carries_is_what_an_arm_there_brings() -> None:
 
 
 def test_a_fast_line_that_brings_few_poses_is_held_up_elsewhere() -> None:
-    _, poses, _ = line_findings(Line(115200, 0.017), 58.0)
+    _, poses, _ = line_findings(115200, 0.017, 58.0)
     assert "adapter" in poses.remedy
 
 
