@@ -2,6 +2,7 @@
 
 import math
 import threading
+import time
 from abc import abstractmethod
 from collections.abc import Iterator
 from typing import Protocol
@@ -34,7 +35,44 @@ class LiveSource(PoseSource, Protocol):
         ...
 
 
-class PulledSource(Closing):
+class QueuedSource(Closing):
+    """A live source whose poses come from a queue; see ``LiveSource``."""
+
+    _queue: PoseQueue
+    _silence_s = math.inf
+    """How long an iteration waits for the next pose."""
+
+    def read(self, timeout_s: float) -> Pose:
+        """Return the next pose, none lost.
+
+        Raise TimeoutError when none came in time, EOFError after ``close``,
+        DeviceError when the device failed and DeviceError(OVERRUN) when more than
+        16384 poses were left unread. Poses measured before a failure come first.
+        """
+        return self._queue.read(timeout_s)
+
+    def drain(self) -> list[Pose]:
+        """Return every pose that is waiting, oldest first; raise as ``read`` does."""
+        return self._queue.drain()
+
+    def latest(self) -> Pose | None:
+        """Return the newest pose, None before the first; raise if the device failed."""
+        return self._queue.latest()
+
+    def pose_age_s(self) -> float:
+        """Return seconds since the newest pose arrived, inf before the first."""
+        return time.monotonic() - self._queue.newest_s()
+
+    def __iter__(self) -> Iterator[Pose]:
+        """Iterate over poses until the source ends; raise if it fails."""
+        try:
+            while True:
+                yield self.read(self._silence_s)
+        except EOFError:
+            return
+
+
+class PulledSource(QueuedSource):
     """A live source without a thread: its poses are worked out when they are asked for.
 
     Each pose belongs to its due moment, however late it is asked for, so what is read
@@ -119,11 +157,3 @@ class PulledSource(Closing):
     def _refuse_when_over(self) -> None:
         if self._is_over():
             raise EOFError(f"{self._name} has come to its end")
-
-    def __iter__(self) -> Iterator[Pose]:
-        """Iterate over poses until the source ends, however long one takes."""
-        try:
-            while True:
-                yield self.read(math.inf)
-        except EOFError:
-            return

@@ -7,7 +7,6 @@ motion; the error of a registration shows those.
 
 import time
 from collections.abc import Callable, Mapping
-from typing import Protocol
 
 import numpy as np
 
@@ -108,7 +107,7 @@ class Arm(ConnectedArm, Protocol):
 
 
 def check_arm(
-    arm: Arm,
+    arm: MicroScribe,
     guide: Guide,
     look_s: float,
     now: Callable[[], float] = time.monotonic,
@@ -140,7 +139,7 @@ def check_arm(
     return [
         _about(arm.description),
         _home(arm.home_state),
-        *line_findings(arm, rate_hz),
+        *line_findings(arm.baud, arm.round_trip_s, rate_hz),
         tip_finding(last),
         pedals_finding(arm.description.maxima, pressed),
         _line(arm.counters),

@@ -4,12 +4,12 @@ import math
 import socket
 import threading
 import time
-from collections.abc import Iterator
 
 from devices.openigtlink.messages import ToolTransform, TransformReader
-from devices.port import Closing, DeviceError, DeviceReason
+from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
 from devices.pose_queue import PoseQueue
+from devices.source import QueuedSource
 
 PATIENCE_S = 5.0
 """Time for the first connection; a peer on the same network answers in milliseconds."""
@@ -28,7 +28,7 @@ TICK_S = 1e-6
 _READ_BYTES = 65536
 
 
-class OpenIGTLinkSource(Closing):
+class OpenIGTLinkSource(QueuedSource):
     """Poses of one tool of a peer; see ``LiveSource``.
 
     ``device_from_tip`` is the tool in the peer's world, in LPS. ``time_s`` follows the
@@ -83,39 +83,11 @@ class OpenIGTLinkSource(Closing):
             "late": self._late,
         }
 
-    def read(self, timeout_s: float) -> Pose:
-        """Return the next pose, none lost.
-
-        Raise TimeoutError when none came in time, EOFError after ``close`` and
-        DeviceError(OVERRUN) when more than 16384 poses were left unread.
-        """
-        return self._queue.read(timeout_s)
-
-    def drain(self) -> list[Pose]:
-        """Return every pose that is waiting, oldest first; raise as ``read`` does."""
-        return self._queue.drain()
-
-    def latest(self) -> Pose | None:
-        """Return the newest pose, None before the first."""
-        return self._queue.latest()
-
-    def pose_age_s(self) -> float:
-        """Return seconds since the newest pose arrived, inf before the first."""
-        return time.monotonic() - self._queue.newest_s()
-
     def close(self) -> None:
         """Leave the peer; harmless when repeated."""
         self._stop.set()
         if self._thread is not threading.current_thread():
             self._thread.join()
-
-    def __iter__(self) -> Iterator[Pose]:
-        """Iterate over poses until the source is closed, however long one takes."""
-        try:
-            while True:
-                yield self.read(math.inf)
-        except EOFError:
-            return
 
     def _first_connection(self, patience_s: float) -> socket.socket:
         until = time.monotonic() + patience_s

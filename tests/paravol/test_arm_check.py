@@ -3,6 +3,7 @@ import sys
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -75,7 +76,7 @@ def look(
     plans = [parse_any_fault(fault) for fault in faults]
     emulated = EmulatedArm(profile, motion, faults=plans)
     arm = DrivenArm(MemoryLine(emulated, DrivenClock()))
-    found = check_arm(arm, guide or Guide(), 12.0)
+    found = check_arm(cast(MicroScribe, arm), guide or Guide(), 12.0)
     return {finding.name: finding for finding in found}
 
 
@@ -174,7 +175,7 @@ def test_a_timer_that_stands_still_ends_the_look() -> None:
     motion.arm = EmulatedArm(DX40937, motion)
     clock = DrivenClock()
     arm = DrivenArm(MemoryLine(motion.arm, clock))
-    findings = check_arm(arm, Guide(), 3.0, clock.now)
+    findings = check_arm(cast(MicroScribe, arm), Guide(), 3.0, clock.now)
     found = {finding.name: finding for finding in findings}
     assert clock.now() < 3.0 + 2.0 * PATIENCE_S
     assert "stands still: 0.0 s of it in 8.0 s" in found["clock"].value

@@ -8,8 +8,7 @@ import atexit
 import errno
 import os
 import sys
-import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import serial
 from serial.tools import list_ports
@@ -27,9 +26,9 @@ from devices.microscribe.wire.line import LinkTiming
 from devices.microscribe.wire.link import ArmDescription
 from devices.microscribe.wire.sign_on import RATES
 from devices.microscribe.wire.terminal_file import TerminalFile
-from devices.port import BytePort, Closing, DeviceError, DeviceReason
-from devices.pose import Pose
+from devices.port import BytePort, DeviceError, DeviceReason
 from devices.serial_adapters import absence_remedy, permission_remedy
+from devices.source import QueuedSource
 from disk import UserError
 
 # pyserial lets errors of the terminal itself pass through untranslated.
@@ -44,9 +43,6 @@ _OPEN_ERRORS = (*_PORT_ERRORS, ValueError)
 
 # Longer than the search for a lost line takes, which then says so itself.
 SILENCE_S = 15.0
-
-# The tip may be elsewhere by then: a calm hand moves millimetres.
-STALE_S = 0.1
 
 
 class SerialPort:
@@ -163,7 +159,7 @@ class SerialPorts:
         return SerialPort(name)
 
 
-class MicroScribe(Closing):
+class MicroScribe(QueuedSource):
     """A MicroScribe arm that yields poses in its own frame, mm.
 
     ``read`` and iteration give every pose once and in order; ``latest`` gives the
@@ -180,6 +176,8 @@ class MicroScribe(Closing):
     there again. ``read`` then raises the loss once and goes on waiting, ``latest``
     keeps its last pose, whose age grows.
     """
+
+    _silence_s = SILENCE_S
 
     def __init__(
         self,
@@ -204,6 +202,7 @@ class MicroScribe(Closing):
         opened = SerialPort(port) if isinstance(port, str) else port
         self._supervisor = ConnectionSupervisor(opened, settings, replug)
         self._thread = ArmThread(self._supervisor)
+        self._queue = self._thread.queue
         atexit.register(self.close)
 
     @property
@@ -259,32 +258,6 @@ class MicroScribe(Closing):
         """Return what went wrong on the line so far, by name."""
         return self._supervisor.counters
 
-    def read(self, timeout_s: float) -> Pose:
-        """Return the next pose, none lost.
-
-        Raise TimeoutError when none came in time, EOFError after ``close``,
-        DeviceError when the device failed and DeviceError(OVERRUN) when more than
-        16384 poses were left unread. Poses measured before a failure come first.
-        """
-        return self._thread.queue.read(timeout_s)
-
-    def drain(self) -> list[Pose]:
-        """Return every pose that is waiting, oldest first; raise as ``read`` does."""
-        return self._thread.queue.drain()
-
-    def latest(self) -> Pose | None:
-        """Return the newest pose, None before the first; raise if the device failed."""
-        return self._thread.queue.latest()
-
-    def pose_age_s(self) -> float:
-        """Return seconds since the newest pose's header arrived, inf before it."""
-        return time.monotonic() - self._thread.queue.newest_s()
-
-    @property
-    def stale(self) -> bool:
-        """Return whether the newest pose is older than a tenth of a second."""
-        return self.pose_age_s() > STALE_S
-
     def home(self) -> None:
         """Load the rest counts; the arm must stand in its rest now."""
         self._thread.home()
@@ -293,14 +266,6 @@ class MicroScribe(Closing):
         """End the session and release the port; harmless when repeated."""
         self._thread.stop()
         atexit.unregister(self.close)
-
-    def __iter__(self) -> Iterator[Pose]:
-        """Iterate over poses until the arm is closed; raise if it fails."""
-        try:
-            while True:
-                yield self.read(SILENCE_S)
-        except EOFError:
-            return
 
 
 def _port_remedy(name: str, error: Exception) -> str:

@@ -7,29 +7,20 @@ what happened to it), the arm's state, the bytes, what they mean.
 from typing import TextIO
 
 from devices.microscribe.emulator.answer import Answer, AnswerKind
+from devices.microscribe.wire.commands import Query
 from devices.microscribe.wire.identity import readable
 
-_CONFIGURATION = {
-    0xC0: "parameters",
+_CONFIGURATION = {query.value: query.words for query in Query} | {
     0xC1: "home reference",
     0xC2: "HOME",
     0xC3: "set home (calibration memory)",
     0xC4: "set baud",
     0xC5: "END",
-    0xC6: "maxima",
     0xC7: "set parameters (calibration memory)",
-    0xC8: "product name",
-    0xC9: "product id",
-    0xCA: "model",
-    0xCB: "serial number",
-    0xCC: "comment",
-    0xCD: "parameter format",
-    0xCE: "firmware",
     0xCF: "report on motion",
     0xD0: "set home reference (calibration memory)",
     0xD1: "restore factory (calibration memory)",
     0xD2: "marker",
-    0xD3: "extended parameters",
 }
 _LISTENING = ("SYNC", "WAIT_BEGIN")
 _TEXTS = (AnswerKind.STRING, AnswerKind.PRODUCT_ID, AnswerKind.ATTENTION)
