@@ -1,7 +1,7 @@
 """Ranks and cells on simulated machines, beside the measurements of the 1995 paper.
 
 Every time here is simulated, except that the row's own says how long the simulation
-took. The nodes are those that ship; the machine is `renderers.art.simulator`.
+took. The nodes are those that ship; the machine is simulated.
 """
 
 import statistics
