@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from benchmarks.schema import Clock, Setting, row_key
 from benchmarks.timing import Timing
@@ -48,8 +49,31 @@ class Task:
         return row_key(self.suite, self.case, self.mode, self.settings)
 
 
+Suite = Callable[[bool], "Plan"]
+"""Makes a plan; the argument is True for the quick sizes."""
+
+SUITES: dict[str, Suite] = {}
+
+
 class Plan(ABC):
-    """Be a suite that is about to run."""
+    """Be a suite that is about to run.
+
+    A class names its suite, as in ``class ArtPlan(Plan, suite="art")``: `paravol bench`
+    then runs it. Nothing is computed before its tasks are measured.
+    """
+
+    suite: ClassVar[str]
+
+    def __init_subclass__(cls, *, suite: str = "") -> None:
+        if suite in SUITES:
+            raise UserError(f"two benchmark suites are called {suite!r}")
+        if suite:
+            cls.suite = suite
+            SUITES[suite] = cls
+
+    @abstractmethod
+    def __init__(self, quick: bool) -> None:
+        """Choose the quick sizes or the whole ones."""
 
     @abstractmethod
     def tasks(self) -> list[Task]:
@@ -58,15 +82,15 @@ class Plan(ABC):
     def close(self) -> None:  # noqa: B027 (most have nothing to end)
         """End child processes and threads."""
 
-
-Suite = Callable[[bool], Plan]
-"""Makes a plan; the argument is True for the quick sizes. Nothing is computed yet."""
-
-SUITES: dict[str, Suite] = {}
-
-
-def register(name: str, suite: Suite) -> None:
-    """Add a suite to those that `paravol bench` runs."""
-    if name in SUITES:
-        raise UserError(f"two benchmark suites are called {name!r}")
-    SUITES[name] = suite
+    def task(
+        self,
+        case: str,
+        mode: str,
+        measure: Callable[[], Measured],
+        settings: dict[str, Setting],
+        baseline: str | None = None,
+        clock: Clock = "cpu",
+        cost_s: float = 6.0,
+    ) -> Task:
+        """Make a task of this suite."""
+        return Task(self.suite, case, mode, measure, settings, baseline, clock, cost_s)

@@ -67,7 +67,7 @@ BUILT_IN = (
     takeover,
     anatomy,
 )
-"""Importing a suite's module registers it."""
+"""Importing a suite's module adds it to `SUITES`."""
 
 QUICK_LIMIT_S = 165.0
 """A quick run begins nothing that would probably end later than this. Of n suites the

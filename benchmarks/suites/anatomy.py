@@ -10,7 +10,7 @@ from anatomy.phantom.lattice import DEFAULT_FIELD_MM, Lattice
 from anatomy.phantom.model import build_model
 from anatomy.phantom.phantom import Phantom
 from benchmarks.phantom_figures.sinus_volumes import surface_errors_mm
-from benchmarks.plan import Measured, Plan, Task, register
+from benchmarks.plan import Measured, Plan, Task
 from benchmarks.timing import measure
 from renderers.scene import Volume
 
@@ -23,7 +23,7 @@ POINTS = 20_000
 HEAD = PhantomParameters()
 
 
-class AnatomyPlan(Plan):
+class AnatomyPlan(Plan, suite="anatomy"):
     """List and make the measurements of suite `anatomy`."""
 
     def __init__(self, quick: bool) -> None:
@@ -60,8 +60,7 @@ class AnatomyPlan(Plan):
                 },
             )
 
-        return Task(
-            "anatomy",
+        return self.task(
             WHOLE,
             f"{spacing:g} mm",
             run,
@@ -84,8 +83,7 @@ class AnatomyPlan(Plan):
             share = effort.part_evaluations / effort.parts_seen
             return Measured(timing, counters={"share of parts evaluated": share})
 
-        return Task(
-            "anatomy",
+        return self.task(
             AIR,
             mode,
             run,
@@ -103,13 +101,10 @@ class AnatomyPlan(Plan):
             rate = POINTS / timing.min_s
             return Measured(timing, counters={"points per second": rate})
 
-        return Task("anatomy", QUERIES, mode, run, {"points": POINTS}, cost_s=5.0)
+        return self.task(QUERIES, mode, run, {"points": POINTS}, cost_s=5.0)
 
 
 def output_bytes(phantom: Phantom) -> int:
     """Sum the bytes of a phantom's volumes."""
     volumes = (getattr(phantom, name) for name in phantom.__slots__)
     return sum(v.values.nbytes for v in volumes if isinstance(v, Volume))
-
-
-register("anatomy", AnatomyPlan)

@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import partial
 
 from benchmarks.peers.volume_peer import PEER, PEER_REFERENCE_STEP, VolumePeer
-from benchmarks.plan import Measured, Plan, Task, register
+from benchmarks.plan import Measured, Plan, Task
 from benchmarks.references import (
     REFERENCE_NAME,
     SURFACE_NAME,
@@ -41,7 +41,7 @@ divided by their opacity where they are cut, which lowers these errors (the peer
 SURFACE_SIZE = 512
 
 
-class ArtPlan(Plan):
+class ArtPlan(Plan, suite="art"):
     """List and make the measurements of suite `art`."""
 
     def __init__(self, quick: bool) -> None:
@@ -96,8 +96,8 @@ class ArtPlan(Plan):
                 "reference": REFERENCE_NAME,
             }
             clock: Clock = "wall" if settings.get("threads") == 2 else "cpu"
-            return Task(
-                "art", case, mode, measured, ours | settings, baseline, clock=clock
+            return self.task(
+                case, mode, measured, ours | settings, baseline, clock=clock
             )
 
         def draw(
@@ -234,8 +234,7 @@ class ArtPlan(Plan):
                 | {"frames_per_second": 1 / timing.min_s},
             )
 
-        return Task(
-            "art",
+        return self.task(
             f"{source.name}/{view}/surface",
             alone if threads == 1 else f"ART {name}, two threads",
             own,
@@ -250,6 +249,3 @@ class ArtPlan(Plan):
             baseline=None if threads == 1 else alone,
             clock="cpu" if threads == 1 else "wall",
         )
-
-
-register("art", ArtPlan)

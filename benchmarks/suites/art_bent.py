@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from benchmarks.plan import Measured, Plan, Task, register
+from benchmarks.plan import Measured, Plan, Task
 from benchmarks.scenes import SubjectSource, subjects
 from benchmarks.schema import Setting
 from benchmarks.suites.float64_check import float64_check
@@ -15,7 +15,7 @@ SUITE = "art-bent"
 QUALITY = "snapshot"
 
 
-class BentPlan(Plan):
+class BentPlan(Plan, suite=SUITE):
     """List and make the measurements of suite `art-bent`."""
 
     def __init__(self, quick: bool) -> None:
@@ -55,9 +55,8 @@ class BentPlan(Plan):
         }
         case = f"{source.name}/inside/deflected"
         return [
-            Task(SUITE, case, straight, lambda: draw(None), settings),
-            Task(
-                SUITE,
+            self.task(case, straight, lambda: draw(None), settings),
+            self.task(
                 case,
                 bent,
                 lambda: draw(pulled_and_cut(source)),
@@ -79,6 +78,3 @@ def pulled_and_cut(source: SubjectSource) -> Deflection:
             Cut(middle, radius_mm, aside, 0.2 * radius_mm),
         )
     )
-
-
-register(SUITE, BentPlan)

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.plan import Measured, Plan, Task, register
+from benchmarks.plan import Measured, Plan, Task
 from benchmarks.references import REFERENCE_QUALITY, rgb_over_black
 from benchmarks.scenes import VIEWS, Subject, SubjectSource, subjects
 from benchmarks.schema import Setting
@@ -46,7 +46,7 @@ def thin_shell() -> TransferFunction:
     )
 
 
-class ClassificationPlan(Plan):
+class ClassificationPlan(Plan, suite="art-classification"):
     """List and make the measurements of suite `art-classification`."""
 
     def __init__(self, quick: bool) -> None:
@@ -71,7 +71,7 @@ class ClassificationPlan(Plan):
         self, source: SubjectSource, view: str, quantity: str, name: str
     ) -> list[Task]:
         step = Quality.named(name).step_voxels
-        task = partial(Task, "art-classification", f"{source.name}/{view}/{quantity}")
+        task = partial(self.task, f"{source.name}/{view}/{quantity}")
         draw = partial(self._draw, source, view, quantity, name)
         settings = partial(self._settings, quantity, step)
         return [
@@ -170,6 +170,3 @@ def scene_of(subject: Subject, quantity: str) -> Scene:
     if quantity != "thin shell":
         return subject.in_mode(quantity)
     return replace(subject.in_mode("wall"), transfer_function=thin_shell())
-
-
-register("art-classification", ClassificationPlan)

@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 
 from benchmarks.nasal_views import nasal_scene, path_views
-from benchmarks.plan import Measured, Plan, Task, UnavailableError, register
+from benchmarks.plan import Measured, Plan, Task, UnavailableError
 from benchmarks.ranks.calibration import real_time
 from benchmarks.ranks.message_costs import Pattern, PatternJob, run_patterns
 from benchmarks.ranks.mpi_frames import RankJob, RankReport, run_ranks
@@ -39,7 +39,7 @@ LARGE_FLOWS = (Dataflow.STATIC, Dataflow.MIGRATING, Dataflow.REPLICATED)
 Reports = list[RankReport]
 
 
-class DataflowPlan(Plan):
+class DataflowPlan(Plan, suite="art-dataflow"):
     """List and make the measurements of suite `art-dataflow`."""
 
     def __init__(self, quick: bool) -> None:
@@ -122,8 +122,7 @@ class DataflowPlan(Plan):
             }
             return Measured(Timing.of(warm, warm), counters=counters)
 
-        return Task(
-            "art-dataflow",
+        return self.task(
             f"ways/orbit/{ranks} ranks",
             way.value,
             run,
@@ -147,8 +146,7 @@ class DataflowPlan(Plan):
             self._same_bits(reports)
             return Measured(Timing.of(walls, walls), counters=counters)
 
-        return Task(
-            "art-dataflow",
+        return self.task(
             "prediction/orbit/migrating",
             f"{ranks} ranks",
             run,
@@ -165,9 +163,7 @@ class DataflowPlan(Plan):
             timing = Timing(seconds, seconds, seconds, 1)
             return Measured(timing, counters=counters)
 
-        return Task(
-            "art-dataflow", "order of use/orbit", "1 rank", run, self._settings(1)
-        )
+        return self.task("order of use/orbit", "1 rank", run, self._settings(1))
 
     def _latency(self, ranks: int) -> Task:
         def run() -> Measured:
@@ -179,8 +175,7 @@ class DataflowPlan(Plan):
             timing = Timing(median, median, median, len(took))
             return Measured(timing, counters=counters)
 
-        return Task(
-            "art-dataflow",
+        return self.task(
             "request to cell/no rays/mpi",
             f"{ranks} ranks",
             run,
@@ -222,8 +217,7 @@ class DataflowPlan(Plan):
             counters |= {f"frame_{k:02}": n for k, n in enumerate(by_frame)}
             return Measured(Timing.of(walls[1:], walls[1:]), counters=counters)
 
-        return Task(
-            "art-dataflow",
+        return self.task(
             f"coherence/{animation}/4 ranks",
             f"caches of {share:g} of the cells, tiles of {tile}",
             run,
@@ -240,8 +234,7 @@ class DataflowPlan(Plan):
                 raise RuntimeError(f"{dataflow.value} cells drew other pictures")
             return measured
 
-        return Task(
-            "art-dataflow",
+        return self.task(
             f"larger than memory/{LARGE_SIDE}/{LARGE_RANKS} ranks",
             _from_file(dataflow),
             run,
@@ -323,6 +316,3 @@ def large_requests(side: int, folder: Path) -> tuple[SnapshotRequest, ...]:
 
 def _total(reports: Reports, number: int, frame: int, name: str) -> float:
     return float(sum(r.rounds[number][frame].tally.get(name, 0) for r in reports))
-
-
-register("art-dataflow", DataflowPlan)

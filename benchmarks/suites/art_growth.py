@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.plan import Measured, Plan, Task, register
+from benchmarks.plan import Measured, Plan, Task
 from benchmarks.timing import measure
 from renderers.art import ActiveRayTracer, Quality
 from renderers.art.cells.cell_size import SIDES
@@ -79,7 +79,7 @@ def exponent(of: list[float], costs: list[float]) -> float:
     return float(slope[0])
 
 
-class GrowthPlan(Plan):
+class GrowthPlan(Plan, suite="art-growth"):
     """List and make the measurements of suite `art-growth`."""
 
     def __init__(self, quick: bool) -> None:
@@ -117,8 +117,7 @@ class GrowthPlan(Plan):
     def _sides(self, kappa: float, side: int) -> Task:
         """Draw shells, or a haze that fills all cells, from cells of one side."""
         case = f"{'shells' if kappa == 1 else 'haze'}/four lights/cells"
-        return Task(
-            "art-growth",
+        return self.task(
             case,
             f"cells of {side}",
             partial(self._measure_cells, kappa, side),
@@ -159,8 +158,7 @@ class GrowthPlan(Plan):
         kappa: float = USUAL_KAPPA,
     ) -> Task:
         case = f"shells/{'four lights' if lit else 'no lights'}/{sweep}"
-        return Task(
-            "art-growth",
+        return self.task(
             case,
             f"{at:g}",
             partial(self._measure, case, at, lit, size, pixels, step, kappa),
@@ -201,6 +199,3 @@ class GrowthPlan(Plan):
             places, costs = zip(*measured, strict=True)
             counters["exponent"] = exponent(list(places), list(costs))
         return Measured(timing, counters=counters)
-
-
-register("art-growth", GrowthPlan)

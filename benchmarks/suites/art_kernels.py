@@ -12,7 +12,7 @@ from functools import partial
 import msgspec
 
 from benchmarks.machine import ROOT
-from benchmarks.plan import Measured, Plan, Task, UnavailableError, register
+from benchmarks.plan import Measured, Plan, Task, UnavailableError
 from benchmarks.references import SURFACE_NAME, depth_error, surface_counters
 from benchmarks.scenes import SubjectSource, phantom_subject
 from benchmarks.suites.art import SAMPLE_LIMIT_NS
@@ -43,7 +43,7 @@ class _Sizes:
     spacing_mm: float
 
 
-class KernelPlan(Plan):
+class KernelPlan(Plan, suite="art-kernels"):
     """List and make the measurements of suite `art-kernels`."""
 
     def __init__(self, quick: bool) -> None:
@@ -61,8 +61,7 @@ class KernelPlan(Plan):
         """List the tasks, this processor's first."""
         first = next(iter(TARGETS))
         found = [
-            Task(
-                "art-kernels",
+            self.task(
                 f"shells/{lights}/instructions",
                 target,
                 partial(self._trace, target, lit),
@@ -135,8 +134,7 @@ class KernelPlan(Plan):
             }
             return Measured(timing, depth_error(found, reference), "mm", counters)
 
-        return Task(
-            "art-kernels",
+        return self.task(
             f"{self._head.name}/inside/surface",
             alone if threads == 1 else f"{alone}, two threads",
             look,
@@ -150,6 +148,3 @@ class KernelPlan(Plan):
             baseline=None if threads == 1 else alone,
             clock="cpu" if threads == 1 else "wall",
         )
-
-
-register("art-kernels", KernelPlan)

@@ -1,7 +1,7 @@
 """Ranks and cells on simulated machines, beside the measurements of the 1995 paper.
 
 Every time here is simulated, except that the row's own says how long the simulation
-took. The nodes are those that ship; the machine is `renderers.art.simulator`.
+took. The nodes are those that ship; the machine is simulated.
 """
 
 import statistics
@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from benchmarks.plan import Measured, Plan, Task, register
+from benchmarks.plan import Measured, Plan, Task
 from benchmarks.schema import Setting
 from benchmarks.simulated_ranks.simulated_machine import T3D, TODAY, Costs
 from benchmarks.simulated_ranks.study import (
@@ -52,7 +52,7 @@ def tile_of(ranks: int) -> int:
     return 32 if ranks <= 8 else 16
 
 
-class ScalingPlan(Plan):
+class ScalingPlan(Plan, suite="art-scaling"):
     """List and make the simulated runs."""
 
     def __init__(self, quick: bool) -> None:
@@ -183,7 +183,7 @@ class ScalingPlan(Plan):
             return Measured(Timing(wall, wall, cpu, 1), counters=_spread(found))
 
         settings = self._settings(setup) | {"deal": "curve" if setup.by_curve else ""}
-        return Task("art-scaling", case, mode, run, settings, cost_s=ranks / 2)
+        return self.task(case, mode, run, settings, cost_s=ranks / 2)
 
     def _setup(
         self, ranks: int, orbit: Orbit, frames: int, costs: Costs, cache: float = 3.0
@@ -217,7 +217,7 @@ class ScalingPlan(Plan):
             return Measured(Timing(wall, wall, cpu, 1), counters=counters)
 
         settings = self._settings(setup)
-        return Task("art-scaling", case, mode, run, settings, cost_s=3.0)
+        return self.task(case, mode, run, settings, cost_s=3.0)
 
     @staticmethod
     def _settings(setup: Setup) -> dict[str, Setting]:
@@ -289,6 +289,3 @@ def _counters(outcome: Outcome) -> dict[str, float]:
 
 def _nothing(outcome: Outcome) -> dict[str, float]:
     return {}
-
-
-register("art-scaling", ScalingPlan)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.machine import ROOT
-from benchmarks.plan import Measured, Plan, Task, UnavailableError, register
+from benchmarks.plan import Measured, Plan, Task, UnavailableError
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
 from devices.microscribe.driver.driver import MicroScribe
@@ -37,7 +37,7 @@ AT_ONCE = MotionReports(period_ticks=1, confirmed_only=False)
 CONFIRMED = MotionReports(period_ticks=1)
 
 
-class DevicesPlan(Plan):
+class DevicesPlan(Plan, suite="devices"):
     """List and make the measurements of suite `devices`."""
 
     def __init__(self, quick: bool) -> None:
@@ -71,7 +71,7 @@ class DevicesPlan(Plan):
 
         settings: dict[str, Setting] = {"seconds": seconds}
         cost_s = seconds + 5.0
-        return Task("devices", case, mode, measure, settings, cost_s=cost_s)
+        return self.task(case, mode, measure, settings, cost_s=cost_s)
 
 
 def measure_reader(
@@ -180,6 +180,3 @@ def _cpu_clock(name: str) -> Callable[[], float]:
     assert thread.ident is not None
     clock = time.pthread_getcpuclockid(thread.ident)
     return lambda: time.clock_gettime(clock)
-
-
-register("devices", DevicesPlan)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.nasal_views import Judge, acceptance_views, bundled_flight, path_views
-from benchmarks.plan import Measured, Plan, Task, register
+from benchmarks.plan import Measured, Plan, Task
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
 from devices import Pose, ProbePath, Registration
@@ -42,7 +42,7 @@ POSE_HZ = 200.0
 STAGES = ("surface", "instrument", "light", "gain", "camera", "hash")
 
 
-class FlightPlan(Plan):
+class FlightPlan(Plan, suite="flight"):
     """List and make the measurements of suite `flight`."""
 
     def __init__(self, quick: bool) -> None:
@@ -65,8 +65,7 @@ class FlightPlan(Plan):
             "reference": "ART snapshot, same shading and gain",
         }
         return [
-            Task(
-                "flight",
+            self.task(
                 "first_flight/path/frame",
                 one,
                 lambda: self._stages(1),
@@ -74,8 +73,7 @@ class FlightPlan(Plan):
                 clock="wall",
                 cost_s=30.0,
             ),
-            Task(
-                "flight",
+            self.task(
                 "first_flight/path/frame",
                 two,
                 lambda: self._stages(2),
@@ -84,8 +82,7 @@ class FlightPlan(Plan):
                 clock="wall",
                 cost_s=30.0,
             ),
-            Task(
-                "flight",
+            self.task(
                 "first_flight/loop/frame",
                 two,
                 self._loop,
@@ -93,8 +90,7 @@ class FlightPlan(Plan):
                 clock="wall",
                 cost_s=self._flown_s + 10.0,
             ),
-            Task(
-                "flight",
+            self.task(
                 "first_flight/likeness",
                 "FSR live",
                 self._likeness,
@@ -286,6 +282,3 @@ def _unit(picture: NDArray[np.uint8]) -> NDArray[np.float32]:
 
 def _quietly(stage: str, share: float) -> None:
     """Report nothing."""
-
-
-register("flight", FlightPlan)

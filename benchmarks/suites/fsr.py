@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.peers.peer_process import PeerProcess
-from benchmarks.plan import Measured, Plan, Task, register
+from benchmarks.plan import Measured, Plan, Task
 from benchmarks.references import (
     SURFACE_NAME,
     depth_error,
@@ -27,7 +27,7 @@ FULL_SIZE = 512
 QUICK_SIZE = 192
 
 
-class FsrPlan(Plan):
+class FsrPlan(Plan, suite="fsr"):
     """List and make the measurements of suite `fsr`."""
 
     def __init__(self, quick: bool) -> None:
@@ -92,8 +92,7 @@ class FsrPlan(Plan):
 
         case = f"{source.name}/{view}/surface"
         return [
-            Task(
-                "fsr",
+            self.task(
                 case,
                 ART_SURFACE,
                 lambda: find(
@@ -101,8 +100,7 @@ class FsrPlan(Plan):
                 ),
                 settings | {"series": "ART", "step_voxels": 0.5},
             ),
-            Task(
-                "fsr",
+            self.task(
                 case,
                 "FSR surfels",
                 lambda: find(lambda: self._renderer(source, 1).gbuffer),
@@ -162,12 +160,11 @@ class FsrPlan(Plan):
             }
 
         return [
-            Task("fsr", case, ray, lambda: draw(1, "ART"), settings(1, ray)),
-            Task(
-                "fsr", case, one, lambda: draw(1, "FSR"), settings(1, one), baseline=ray
+            self.task(case, ray, lambda: draw(1, "ART"), settings(1, ray)),
+            self.task(
+                case, one, lambda: draw(1, "FSR"), settings(1, one), baseline=ray
             ),
-            Task(
-                "fsr",
+            self.task(
                 case,
                 two,
                 lambda: draw(2, "FSR"),
@@ -206,6 +203,3 @@ class ScopeStudio:
         """End the threads."""
         self._shader.close()
         self._camera_pass.close()
-
-
-register("fsr", FsrPlan)

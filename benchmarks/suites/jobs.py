@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.plan import Measured, Plan, Task, UnavailableError, register
+from benchmarks.plan import Measured, Plan, Task, UnavailableError
 from benchmarks.scenes import subjects
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing, measure
@@ -63,7 +63,7 @@ class _Served:
         self._thread.join(PATIENCE_S)
 
 
-class JobsPlan(Plan):
+class JobsPlan(Plan, suite="jobs"):
     """List and make the measurements of suite `jobs`."""
 
     def __init__(self, quick: bool) -> None:
@@ -102,8 +102,7 @@ class JobsPlan(Plan):
         settings: dict[str, Setting] = {"size": size or self._size, "threads": 1}
         if baseline is not None:
             settings["reference"] = baseline
-        return Task(
-            "jobs",
+        return self.task(
             case,
             mode,
             call,
@@ -259,6 +258,3 @@ class JobsPlan(Plan):
 
 def _go(_: float) -> bool:
     return True
-
-
-register("jobs", JobsPlan)

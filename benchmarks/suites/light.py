@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.nasal_views import NasalView, acceptance_views, nasal_scene
-from benchmarks.plan import Measured, Plan, Task, register
+from benchmarks.plan import Measured, Plan, Task
 from benchmarks.schema import Setting
 from benchmarks.timing import measure
 from renderers.art import ActiveRayTracer
@@ -31,7 +31,7 @@ class Lit:
     light: PathLight
 
 
-class LightPlan(Plan):
+class LightPlan(Plan, suite="light"):
     """List and make the measurements of suite `light`."""
 
     def __init__(self, quick: bool) -> None:
@@ -50,8 +50,7 @@ class LightPlan(Plan):
             "reference": PATHS,
         }
         found = [
-            Task(
-                "light",
+            self.task(
                 case,
                 PATHS,
                 self._paths,
@@ -66,8 +65,7 @@ class LightPlan(Plan):
         for tier in Tier:
             runs[f"{tier.virtual_lights} {QUICK}"] = partial(self._shaded, tier)
         found += [
-            Task(
-                "light",
+            self.task(
                 case,
                 name,
                 run,
@@ -142,6 +140,3 @@ class LightPlan(Plan):
         assert timing is not None
         error = image_error(np.concatenate(found), np.concatenate(truth))
         return Measured(timing, error, "mean radiance", counters)
-
-
-register("light", LightPlan)

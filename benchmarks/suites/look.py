@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.nasal_views import NasalView, acceptance_views, nasal_scene, path_views
-from benchmarks.plan import Measured, Plan, Task, register
+from benchmarks.plan import Measured, Plan, Task
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing, measure
 from renderers.art import ActiveRayTracer
@@ -51,7 +51,7 @@ class Shown:
     casters: tuple[Caster, ...]
 
 
-class LookPlan(Plan):
+class LookPlan(Plan, suite="look"):
     """List and make the measurements of suite `look`."""
 
     def __init__(self, quick: bool) -> None:
@@ -80,8 +80,7 @@ class LookPlan(Plan):
                     runs[name] = partial(self._shaded, tier, less)
             for name, run in runs.items():
                 found.append(
-                    Task(
-                        "look",
+                    self.task(
                         case,
                         name,
                         run,
@@ -92,8 +91,7 @@ class LookPlan(Plan):
                 )
         settings = {"size": self._size, "threads": 1, "reference": "ray tracer"}
         found += [
-            Task(
-                "look",
+            self.task(
                 "nose/views/rims",
                 name,
                 partial(self._rims, name),
@@ -201,6 +199,3 @@ def _sum(timings: list[Timing]) -> Timing:
         sum(t.cpu_s for t in timings),
         min(t.repeats for t in timings),
     )
-
-
-register("look", LookPlan)

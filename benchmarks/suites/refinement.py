@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.nasal_views import acceptance_views, nasal_scene
-from benchmarks.plan import Measured, Plan, Task, register
+from benchmarks.plan import Measured, Plan, Task
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
 from renderers.art import ActiveRayTracer
@@ -88,7 +88,7 @@ def encoded(picture: Picture, seen: NDArray[np.bool_], gain: float) -> Codes:
     return np.asarray(np.clip(light, 0, 1) ** (1 / 2.2))
 
 
-class RefinementPlan(Plan):
+class RefinementPlan(Plan, suite="refinement"):
     """List and make the measurements of suite `refinement`."""
 
     def __init__(self, quick: bool) -> None:
@@ -106,10 +106,9 @@ class RefinementPlan(Plan):
         }
         case = "nose/views/refinement"
         return [
-            Task("refinement", case, WHOLE, self._whole, settings, cost_s=20.0),
+            self.task(case, WHOLE, self._whole, settings, cost_s=20.0),
             *(
-                Task(
-                    "refinement",
+                self.task(
                     case,
                     f"four samples for {share:.1%}",
                     partial(self._refined, share),
@@ -120,8 +119,7 @@ class RefinementPlan(Plan):
                 for share in SHARES
             ),
             *(
-                Task(
-                    "refinement",
+                self.task(
                     case,
                     f"to {tolerance:g} codes",
                     partial(self._refined, 1.0, tolerance),
@@ -132,8 +130,7 @@ class RefinementPlan(Plan):
                 for tolerance in TOLERANCES
             ),
             *(
-                Task(
-                    "refinement",
+                self.task(
                     "nose/views/paths",
                     name,
                     partial(self._paths, name),
@@ -241,6 +238,3 @@ class RefinementPlan(Plan):
 def whole_of(walls: SeenWalls) -> tuple[int, int, int, int]:
     """Return a view's rows and columns as a block."""
     return 0, walls.shown.shape[0], 0, walls.shown.shape[1]
-
-
-register("refinement", RefinementPlan)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from benchmarks.peers.peer_process import PeerProcess
-from benchmarks.plan import Measured, Plan, Task, register
+from benchmarks.plan import Measured, Plan, Task
 from benchmarks.scenes import VIEWS, SubjectSource, phantom_subject
 from benchmarks.schema import Setting
 from benchmarks.suites.splat_tasks import SplatTasks
@@ -25,7 +25,7 @@ CUBES = (128, 256)
 NUMPY = "numpy and scipy"
 
 
-class SplatsPlan(Plan):
+class SplatsPlan(Plan, suite="splats"):
     """List and make the measurements of suite `splats`."""
 
     def __init__(self, quick: bool) -> None:
@@ -104,9 +104,8 @@ class SplatsPlan(Plan):
         case = f"phantom_{size}/extraction"
         settings: dict[str, Setting] = {"voxels": size**3, "threads": 1}
         return [
-            Task("splats", case, NUMPY, plain, settings | {"series": NUMPY}),
-            Task(
-                "splats",
+            self.task(case, NUMPY, plain, settings | {"series": NUMPY}),
+            self.task(
                 case,
                 "FSR extraction",
                 own,
@@ -162,6 +161,3 @@ def plain_extraction(
     )
     included: NDArray[np.bool_] = t >= threshold
     return included
-
-
-register("splats", SplatsPlan)

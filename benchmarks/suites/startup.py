@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 
 from benchmarks.machine import ROOT
-from benchmarks.plan import Measured, Plan, Task, UnavailableError, register
+from benchmarks.plan import Measured, Plan, Task, UnavailableError
 from benchmarks.timing import Timing
 from renderers.snapshots.launcher import find_launcher
 
@@ -66,7 +66,7 @@ def run_child(arguments: list[str], environment: dict[str, str] | None = None) -
     return Run(wall, used.ru_utime + used.ru_stime)
 
 
-class StartupPlan(Plan):
+class StartupPlan(Plan, suite="startup"):
     """List and make the measurements of suite `startup`."""
 
     def __init__(self, quick: bool) -> None:
@@ -93,8 +93,7 @@ class StartupPlan(Plan):
         frame = [python, "-m", "benchmarks.suites.first_frame"]
         found.append(self._task("first frame", CACHED, frame, cost_s=20.0))
         found.append(
-            Task(
-                "startup",
+            self.task(
                 "first frame",
                 "kernels compiled",
                 lambda: self._compiled(frame),
@@ -125,8 +124,7 @@ class StartupPlan(Plan):
         baseline: str | None = None,
         cost_s: float = 5.0,
     ) -> Task:
-        return Task(
-            "startup",
+        return self.task(
             case,
             mode,
             lambda: self._measured(
@@ -158,8 +156,7 @@ class StartupPlan(Plan):
                     lambda: run_child(arguments), self._repeats, warm_up=True
                 )
 
-        return Task(
-            "startup",
+        return self.task(
             "worker",
             "1 rank" if ranks == 1 else f"{ranks} ranks",
             start,
@@ -168,6 +165,3 @@ class StartupPlan(Plan):
             clock="wall",
             cost_s=10.0,
         )
-
-
-register("startup", StartupPlan)

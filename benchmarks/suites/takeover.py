@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.nasal_views import acceptance_views, nasal_scene
-from benchmarks.plan import Measured, Plan, Task, UnavailableError, register
+from benchmarks.plan import Measured, Plan, Task, UnavailableError
 from benchmarks.scenes import subjects
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
@@ -32,7 +32,7 @@ LEASE_S = 0.05
 UNIT = "linear light"
 
 
-class TakeoverPlan(Plan):
+class TakeoverPlan(Plan, suite="takeover"):
     """List and make the measurements of suite `takeover`."""
 
     def __init__(self, quick: bool) -> None:
@@ -47,8 +47,7 @@ class TakeoverPlan(Plan):
         """List the tasks, baselines first."""
         settings: dict[str, Setting] = {"dies_at": DIES_AT, "threads": 1}
         return [
-            Task(
-                "takeover",
+            self.task(
                 case,
                 mode,
                 partial(self._measure, case, mode),
@@ -131,6 +130,3 @@ class TakeoverPlan(Plan):
             lease_s=LEASE_S,
             save_every_s=self._every_s,
         )
-
-
-register("takeover", TakeoverPlan)

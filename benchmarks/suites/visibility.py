@@ -4,7 +4,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from benchmarks.plan import Measured, Plan, Task, register
+from benchmarks.plan import Measured, Plan, Task
 from benchmarks.scenes import SubjectSource, subjects
 from benchmarks.schema import Setting
 from benchmarks.timing import measure
@@ -26,7 +26,7 @@ FIRST_S, LAST_S = 2.0, 23.0
 """Where the bundled flight is inside the nose."""
 
 
-class VisibilityPlan(Plan):
+class VisibilityPlan(Plan, suite="visibility"):
     """List and make the measurements of suite `visibility`."""
 
     def __init__(self, quick: bool) -> None:
@@ -45,8 +45,7 @@ class VisibilityPlan(Plan):
             "reference": NOTHING,
         }
         drawn = [
-            Task(
-                "visibility",
+            self.task(
                 case,
                 mode,
                 partial(self._draw, mode),
@@ -56,8 +55,7 @@ class VisibilityPlan(Plan):
             )
             for mode in (NOTHING, CONES, SETS)
         ]
-        built = Task(
-            "visibility",
+        built = self.task(
             f"{self._source.name}/airway/sets",
             BUILD,
             self._build,
@@ -142,6 +140,3 @@ class VisibilityPlan(Plan):
                 "megabytes": sets.bits.nbytes / 1e6,
             },
         )
-
-
-register("visibility", VisibilityPlan)
