@@ -1,7 +1,8 @@
 """Run a recorded session again, without the device: same frames, same score."""
 
-from collections.abc import Callable, Iterator
-from contextlib import nullcontext
+from collections import deque
+from collections.abc import Callable, Generator, Iterator
+from contextlib import ExitStack, closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from paravol.patient import (
 )
 from paravol.session_setup import build_session, build_view
 from paravol.video import VideoWriter
+from paravol.view import Frame
 from renderers.shading import LOOK_VERSION
 from scenarios import Sample, Scenario, Score
 from scenarios.bundle import (
@@ -137,10 +139,16 @@ class Replay:
         self._pictures: list[int] = []
         self._clearances: list[int] = []
 
-    def frames(self) -> Iterator[ReplayedFrame]:
-        """Draw every recorded frame again, in order, and score every sample."""
+    def frames(
+        self, then: Callable[[ReplayedFrame], None] | None = None
+    ) -> Generator[ReplayedFrame, None, None]:
+        """Draw every recorded frame again, in order, and score every sample.
+
+        then: called with each frame by the thread that finishes it, while the next one
+        is begun.
+        """
         records, places = self.recording.records, self.recording.places
-        making: Callable[[], ReplayedFrame] | None = None
+        finished: deque[ReplayedFrame] = deque()
         try:
             for index, record in enumerate(records):
                 if isinstance(record, SampleRecord):
@@ -153,42 +161,45 @@ class Replay:
                     and place < len(self.samples)
                 ):
                     # A frame is recorded when it is finished; newer samples have come.
-                    # While one is developed, the next is begun.
-                    before, making = making, self._begin(record, self.samples[place])
-                    if before is not None:
-                        yield before()
+                    self._begin(record, self.samples[place], finished, then)
+                    while finished:
+                        yield finished.popleft()
                 self._progress("Replaying", (index + 1) / len(records))
-            if making is not None:
-                yield making()
         finally:
             # interrupted, no frame is left in the making
             self._view.settle()
+        yield from finished
 
     def _begin(
-        self, record: FrameRecord, sample: Sample
-    ) -> Callable[[], ReplayedFrame]:
-        """Begin to draw a frame; return what waits for it."""
+        self,
+        record: FrameRecord,
+        sample: Sample,
+        finished: deque[ReplayedFrame],
+        then: Callable[[ReplayedFrame], None] | None,
+    ) -> None:
+        """Begin to draw a frame; the one before is finished afterwards."""
         seen = self._session.view(sample)
-        errand = self._view.begin(
-            seen, number=record.number, elapsed_s=0.0, gain=record.gain
-        )
-        self._count += 1
-        if seen.clearance_mm != record.clearance_mm:
-            self._clearances.append(record.number)
 
-        def finished() -> ReplayedFrame:
-            frame = errand.result()
+        def finish(frame: Frame) -> None:
             is_same = None
             if self._same_look:
                 is_same = frame.fingerprint() == record.xxh3_128
                 if not is_same:
                     self._pictures.append(record.number)
             depth_mm = frame.gbuffer.depth_mm
-            return ReplayedFrame(
+            made = ReplayedFrame(
                 record.number, sample.time_s, frame.pixels, depth_mm, is_same
             )
+            if then is not None:
+                then(made)
+            finished.append(made)
 
-        return finished
+        self._view.begin(
+            seen, number=record.number, elapsed_s=0.0, gain=record.gain, then=finish
+        )
+        self._count += 1
+        if seen.clearance_mm != record.clearance_mm:
+            self._clearances.append(record.number)
 
     def report(self) -> ReplayReport:
         """Return what the replay found."""
@@ -227,14 +238,20 @@ def replay_session(
     """
     replayed = Replay(folder, threads, progress, patient)
     size = replayed.recording.info.picture_size
-    frame: ReplayedFrame | None = None
-    with VideoWriter(Path(video), size, VIDEO_FPS) if video else nullcontext() as film:
-        for frame in replayed.frames():
-            if film is not None:
-                film.show_until(frame.rgb, frame.time_s)
-        if film is not None and frame is not None:
+    film: VideoWriter | None = None
+
+    def show(frame: ReplayedFrame) -> None:
+        if film is not None:
+            film.show_until(frame.rgb, frame.time_s)
+
+    with ExitStack() as stack:
+        if video is not None:
+            film = stack.enter_context(VideoWriter(Path(video), size, VIDEO_FPS))
+        frames = stack.enter_context(closing(replayed.frames(show)))
+        last = deque(frames, maxlen=1)
+        if film is not None and last:
             # the last frame was still to be seen when the flight ended
-            film.show_until(frame.rgb, replayed.samples[-1].time_s)
+            film.show_until(last[0].rgb, replayed.samples[-1].time_s)
     return replayed.report()
 
 
