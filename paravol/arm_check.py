@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from devices import Pose
+from devices.microscribe import MicroScribe
 from devices.microscribe.driver.clock_alignment import LARGEST_DRIFT
 from devices.microscribe.driver.encoder_watch import MOVED_COUNTS
 from devices.microscribe.driver.sampler import HomeState
@@ -18,10 +19,10 @@ from devices.microscribe.kinematics.arm import JOINTS
 from devices.microscribe.wire.commands import POSE_LAYOUT
 from devices.microscribe.wire.identity import Maxima
 from devices.microscribe.wire.line import BITS_PER_BYTE, LinkTiming
-from devices.microscribe.wire.link import ArmDescription
 from devices.microscribe.wire.sign_on import RATES
 from devices.serial_adapters import LEAST_LATENCY_MS, latency_ms, latency_remedy
 from paravol.finding import Finding
+from paravol.registration.walk import Guide
 
 LOOK_S = 15.0
 """Encoders and clocks are judged by five seconds and more."""
@@ -34,16 +35,6 @@ STANDING = 0.5
 """An arm's timer that passes less than this share of the host's time stands still."""
 
 
-class Guide(Protocol):
-    """Instructions and progress for a person; `app.cli.terminal.Stages` is one."""
-
-    def __call__(self, stage: str, share: float) -> None: ...
-
-    def say(self, text: str) -> None:
-        """Print one line."""
-        ...
-
-
 FULL_RATE = max(RATES)
 
 
@@ -52,58 +43,6 @@ FULL_POSES_HZ = 90.0
 
 
 PEDALS = ("right", "left")
-
-
-class ConnectedArm(Protocol):
-    """What is reported of an arm's line; `MicroScribe` has it."""
-
-    @property
-    def baud(self) -> int:
-        """Return the rate at which the arm was found, bits per second."""
-        ...
-
-    @property
-    def round_trip_s(self) -> float:
-        """Return the median time from a poll to its whole answer, nan without polls."""
-        ...
-
-
-class Arm(ConnectedArm, Protocol):
-    """What is looked at of an arm; `MicroScribe` has it."""
-
-    @property
-    def description(self) -> ArmDescription:
-        """Return what the arm told about itself."""
-        ...
-
-    @property
-    def home_state(self) -> HomeState:
-        """Return whether its angle registers can be trusted."""
-        ...
-
-    @property
-    def counts(self) -> tuple[int, ...]:
-        """Return the newest counts of the six joints."""
-        ...
-
-    @property
-    def frozen_joints(self) -> tuple[int, ...]:
-        """Return the joints, from 0, that stood still while others moved."""
-        ...
-
-    @property
-    def clock_drift(self) -> float:
-        """Return how much faster the host's clock runs, s per s."""
-        ...
-
-    @property
-    def counters(self) -> dict[str, int]:
-        """Return what went wrong on the line, by name."""
-        ...
-
-    def read(self, timeout_s: float) -> Pose:
-        """Return the next pose."""
-        ...
 
 
 def check_arm(
@@ -201,7 +140,7 @@ def _timer(passed_s: float, host_s: float) -> Finding | None:
     )
 
 
-def _encoders(arm: Arm, travel: tuple[int, ...]) -> Finding:
+def _encoders(arm: MicroScribe, travel: tuple[int, ...]) -> Finding:
     """Report dead encoders, without counts while others moved, and idle ones.
 
     Joints are numbered from 1, the one at the base.
@@ -241,17 +180,20 @@ def longest_poses_hz(baud: int) -> float:
     return 1.0 / (wire_s + LinkTiming().latency)
 
 
-def line_findings(arm: ConnectedArm, rate_hz: float) -> list[Finding]:
-    """Report the rate that was found, and the poses a second that it brought."""
-    wire_s = 1.0 / longest_poses_hz(arm.baud)
+def line_findings(baud: int, round_trip_s: float, rate_hz: float) -> list[Finding]:
+    """Return the rate that was found, and the poses a second that it brought.
+
+    round_trip_s: the median time from a poll to its whole answer.
+    """
+    wire_s = 1.0 / longest_poses_hz(baud)
     trip = (
-        f"{1e3 * arm.round_trip_s:.1f} ms from a poll to its pose; the line and the "
+        f"{1e3 * round_trip_s:.1f} ms from a poll to its pose; the line and the "
         f"arm need {1e3 * wire_s:.1f} ms"
     )
     poses = f"{rate_hz:.0f} per second"
     return [
-        _rate(arm.baud),
-        Finding("poses", poses, remedy=_slowness(arm.baud, rate_hz)),
+        _rate(baud),
+        Finding("poses", poses, remedy=_slowness(baud, rate_hz)),
         Finding("round trip", trip),
     ]
 

@@ -17,11 +17,8 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-<<<<<<< HEAD:benchmarks/ranks/mpi_frames.py
 from benchmarks.machine import ROOT
-=======
 from benchmarks.ranks.frame_series import FrameSeries
->>>>>>> w-art:benchmarks/ranks.py
 from benchmarks.simulated_ranks.rank_recording import Recording
 from renderers.art.ranks.ledger import Ledger
 from renderers.art.ranks.policy import CellPolicy, Dataflow

@@ -1,7 +1,7 @@
 import json
 import sys
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from app.__main__ import main
 from app.cli.doctor import run_arm_check
 from devices import Pose
+from devices.microscribe import MicroScribe
 from devices.microscribe.driver.supervisor import ArmSettings, ConnectionSupervisor
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.in_memory import DrivenClock, MemoryLine
@@ -248,14 +249,8 @@ def test_constants_are_accepted_of_an_arm_only(
     assert "needs --device" in capsys.readouterr().err
 
 
-@dataclass
-class Line:
-    baud: int = 115200
-    round_trip_s: float = 0.0035
-
-
 def test_a_fast_line_is_told_without_a_remedy() -> None:
-    found = line_findings(Line(), 99.6)
+    found = line_findings(115200, 0.0035, 99.6)
     assert [(f.name, f.value) for f in found] == [
         ("rate", "115200 baud"),
         ("poses", "100 per second"),
@@ -268,7 +263,7 @@ def test_a_fast_line_is_told_without_a_remedy() -> None:
 
 
 def test_9600_baud_is_said_to_carry_no_more() -> None:
-    rate, poses, _ = line_findings(Line(9600, 0.0195), 51.0)
+    rate, poses, _ = line_findings(9600, 0.0195, 51.0)
     assert rate.value == "9600 baud"
     assert "did not answer at 115200" in rate.remedy
     assert "17 bytes of 10 bits" in rate.remedy
@@ -293,7 +288,7 @@ def test_what_9600_baud_carries_is_what_an_arm_there_brings() -> None:
 
 
 def test_a_fast_line_that_brings_few_poses_is_held_up_elsewhere() -> None:
-    _, poses, _ = line_findings(Line(115200, 0.017), 58.0)
+    _, poses, _ = line_findings(115200, 0.017, 58.0)
     assert "adapter" in poses.remedy
 
 
