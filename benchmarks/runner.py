@@ -5,6 +5,7 @@ from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
+import benchmarks.suites  # noqa: F401 (importing them fills `SUITES`)
 from app.cli.terminal import Stages, print_json
 from benchmarks.chart import draw_charts
 from benchmarks.machine import commit, is_same_machine, machine
@@ -22,52 +23,8 @@ from benchmarks.schema import (
     save_results,
     seconds_by,
 )
-from benchmarks.suites import (
-    anatomy,
-    art,
-    art_bent,
-    art_classification,
-    art_dataflow,
-    art_growth,
-    art_kernels,
-    art_scaling,
-    devices,
-    flight,
-    fsr,
-    jobs,
-    light,
-    look,
-    refinement,
-    splats,
-    startup,
-    takeover,
-    visibility,
-)
 from disk import UserError
 from paravol.versions import versions
-
-BUILT_IN = (
-    art,
-    art_bent,
-    art_dataflow,
-    art_classification,
-    art_growth,
-    art_kernels,
-    art_scaling,
-    devices,
-    fsr,
-    refinement,
-    splats,
-    visibility,
-    flight,
-    light,
-    jobs,
-    look,
-    startup,
-    takeover,
-    anatomy,
-)
-"""Importing a suite's module adds it to `SUITES`."""
 
 QUICK_LIMIT_S = 165.0
 """A quick run begins nothing that would probably end later than this. Of n suites the

@@ -19,6 +19,7 @@ from devices.microscribe.kinematics.arm import JOINTS
 from devices.microscribe.wire.commands import POSE_LAYOUT
 from devices.microscribe.wire.identity import Maxima
 from devices.microscribe.wire.line import BITS_PER_BYTE, LinkTiming
+from devices.microscribe.wire.link import ArmDescription
 from devices.microscribe.wire.sign_on import RATES
 from devices.serial_adapters import LEAST_LATENCY_MS, latency_ms, latency_remedy
 from paravol.finding import Finding

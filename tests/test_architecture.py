@@ -379,6 +379,10 @@ def defined(path: Path) -> list[tuple[ast.stmt, str]]:
     return [(node, name) for node, name in found if not name.startswith("__")]
 
 
+FAULT_PORT = {"send_foreign"}
+"""What the emulated arm's rare faults act through; they stand with the tests."""
+
+
 def test_what_only_tests_reach_is_no_source() -> None:
     """Product is named again in the product, benchmarks there or in examples."""
     product = [p for p in SOURCES if p.relative_to(ROOT).parts[0] != "benchmarks"]
@@ -393,7 +397,7 @@ def test_what_only_tests_reach_is_no_source() -> None:
             f"{at(path, node)} {name}"
             for path in sources
             for node, name in defined(path)
-            if mentioned[name] <= own_words(node).count(name)
+            if mentioned[name] <= own_words(node).count(name) and name not in FAULT_PORT
         ]
     assert not wrong
 

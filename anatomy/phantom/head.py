@@ -88,10 +88,9 @@ def _ears() -> Field:
     return shifted(ear, abs(u) - u, 0.0)
 
 
-RIM_NORMAL = (0.0, 0.8, -0.6)
 RIM_OFFSET_MM = 12.64
-"""The nostrils' plane, points with ``RIM_NORMAL . p > RIM_OFFSET_MM`` below the nose;
-its slope is that of a nasal tip lifted as for surgery."""
+"""The nostrils' plane, ``0.8 y - 0.6 z > RIM_OFFSET_MM`` below the nose; its slope is
+that of a nasal tip lifted as for surgery."""
 
 
 def outside() -> Field:

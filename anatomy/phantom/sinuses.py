@@ -24,11 +24,6 @@ SINUS_UNEVENNESS = 0.4
 """Share of the nose's unevenness on sinus walls: they are thin, and both their faces
 move, so more of it would open holes towards the nose."""
 
-OSTIUM_CENTERS: dict[str, Point] = {
-    "maxillary": (13.0, -27.4, 23.2),
-    "frontal": (8.0, -11.5, 54.5),
-    "sphenoid": (3.6, -53.5, 34.5),
-}
 MOLAR_ROOTS: tuple[Point, ...] = (
     (18.5, -21.5, -5.2),
     (20.5, -26.5, -4.6),

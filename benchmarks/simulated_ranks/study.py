@@ -25,7 +25,7 @@ from renderers.art.ranks.messages import Message, MessageKind
 from renderers.art.ranks.node import MOST_PENDING, Node
 from renderers.art.ranks.policy import Dataflow
 from renderers.art.ranks.prepare import MOST_WORKING
-from renderers.art.regions import curve_key, skew_of
+from renderers.art.regions import skew_of
 
 PAPER_S = {
     128: {1: 2153, 2: 1062, 4: 557, 8: 281, 16: 142},
@@ -38,6 +38,14 @@ _SAMPLES = COUNTERS.index("samples")
 
 _STORY = 32
 """Messages a simulated rank remembers; thousands of ranks share this memory."""
+
+
+def morton_number(column: int, row: int) -> int:
+    """Return a square's number on the Morton curve: near there is near on screen."""
+    key = 0
+    for bit in range(max(column, row).bit_length()):
+        key |= (column >> bit & 1) << 2 * bit | (row >> bit & 1) << 2 * bit + 1
+    return key
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +187,7 @@ class Traces:
         wide = self.orbit.image // self.orbit.packet
         frame = self.frame(number)
         whole, done = frame.samples, 0
-        packets = sorted(frame, key=lambda p: curve_key(p[0] % wide, p[0] // wide))
+        packets = sorted(frame, key=lambda p: morton_number(p[0] % wide, p[0] // wide))
         for _, cells, samples in packets:
             work = int(samples.sum())
             rank = (2 * done + work) * setup.ranks // (2 * whole)

@@ -14,16 +14,23 @@ from renderers.art.march import COUNTERS
 from renderers.art.ranks.messages import ProtocolError
 from renderers.art.ranks.ray_node import RayNode
 from renderers.art.ranks.ray_travel import (
-    FRONT_BYTES,
     HEADER_BYTES,
-    RAY_BYTES,
-    RETURN_BYTES,
 )
 
 _HEADER = np.dtype([("origin", "<u4"), ("number", "<u4"), ("strands", "<u4")])
 _STRAND = np.dtype([("index", "<u4"), ("at", "<u4")])
 
 _NO_WORK = np.zeros(len(COUNTERS))
+
+RAY_BYTES = 92
+"""Of a ray on its way: number, geometry, samples, cursor, two sums and depth. Those
+that take their last sample along (`RayPacket.front`) have `FRONT_BYTES` more."""
+
+FRONT_BYTES = 16
+"""Of a ray's last sample, where it takes that along."""
+
+RETURN_BYTES = 40
+"""Of a ray that comes home: number, two sums and depth."""
 
 
 @dataclass(slots=True, eq=False)

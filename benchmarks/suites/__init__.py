@@ -1,1 +1,43 @@
 """The suites of `paravol bench`: each lists and makes its measurements."""
+
+from benchmarks.suites.anatomy import AnatomyPlan
+from benchmarks.suites.art import ArtPlan
+from benchmarks.suites.art_bent import BentPlan
+from benchmarks.suites.art_classification import ClassificationPlan
+from benchmarks.suites.art_dataflow import DataflowPlan
+from benchmarks.suites.art_growth import GrowthPlan
+from benchmarks.suites.art_kernels import KernelPlan
+from benchmarks.suites.art_scaling import ScalingPlan
+from benchmarks.suites.devices import DevicesPlan
+from benchmarks.suites.flight import FlightPlan
+from benchmarks.suites.fsr import FsrPlan
+from benchmarks.suites.jobs import JobsPlan
+from benchmarks.suites.light import LightPlan
+from benchmarks.suites.look import LookPlan
+from benchmarks.suites.refinement import RefinementPlan
+from benchmarks.suites.splats import SplatsPlan
+from benchmarks.suites.startup import StartupPlan
+from benchmarks.suites.takeover import TakeoverPlan
+from benchmarks.suites.visibility import VisibilityPlan
+
+__all__ = [
+    "AnatomyPlan",
+    "ArtPlan",
+    "BentPlan",
+    "ClassificationPlan",
+    "DataflowPlan",
+    "DevicesPlan",
+    "FlightPlan",
+    "FsrPlan",
+    "GrowthPlan",
+    "JobsPlan",
+    "KernelPlan",
+    "LightPlan",
+    "LookPlan",
+    "RefinementPlan",
+    "ScalingPlan",
+    "SplatsPlan",
+    "StartupPlan",
+    "TakeoverPlan",
+    "VisibilityPlan",
+]

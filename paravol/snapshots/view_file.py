@@ -31,7 +31,6 @@ from renderers.snapshots.scene_loader import rigid_pose
 
 T = TypeVar("T")
 
-VIEW_SCHEMA: Literal["paravol.view/1"] = "paravol.view/1"
 LARGEST_VIEW = 256 * 1024
 """Bytes of a view file, at most."""
 

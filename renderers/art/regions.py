@@ -61,14 +61,6 @@ def skew_of(ranks: int) -> int:
     )
 
 
-def curve_key(column: int, row: int) -> int:
-    """Return a square's number on the Morton curve: near there is near on screen."""
-    key = 0
-    for bit in range(max(column, row).bit_length()):
-        key |= (column >> bit & 1) << 2 * bit | (row >> bit & 1) << 2 * bit + 1
-    return key
-
-
 def region_edge(ranks: int) -> int:
     """Return the pixels along a region that suit a number of ranks."""
     return LONE_REGION_PX if ranks == 1 else REGION_PX

@@ -95,7 +95,7 @@ def _stream_bytes(period_ticks: int) -> bytes:
     return head.ljust(1 + _MOTION_ARGUMENTS, b"\0")
 
 
-_ALLOWED = frozenset(
+ALLOWED = frozenset(
     (
         SIGN_ON_BYTES,
         BEGIN_BYTES,
@@ -114,7 +114,7 @@ class Command:
     data: bytes
 
     def __post_init__(self) -> None:
-        if self.data not in _ALLOWED:
+        if self.data not in ALLOWED:
             raise UserError(f"{self.data.hex(' ')} is no command the host may send")
 
 
@@ -141,8 +141,3 @@ def stream(period_ticks: int) -> Command:
             f"period must be 0..{LONGEST_PERIOD} ticks of 1/900 s, got {period_ticks}"
         )
     return Command(_stream_bytes(period_ticks))
-
-
-def every_command() -> frozenset[Command]:
-    """Return everything that can be said."""
-    return frozenset(Command(data) for data in _ALLOWED)

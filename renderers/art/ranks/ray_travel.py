@@ -27,16 +27,6 @@ _NOWHERE = Region(0, 0, 0, 0)
 
 HEADER_BYTES = _HEADER.itemsize
 
-RAY_BYTES = 92
-"""Of a ray on its way: number, geometry, samples, cursor, two sums and depth. Those
-that take their last sample along (`RayPacket.front`) have `FRONT_BYTES` more."""
-
-FRONT_BYTES = 16
-"""Of a ray's last sample, where it takes that along."""
-
-RETURN_BYTES = 40
-"""Of a ray that comes home: number, two sums and depth."""
-
 
 @dataclass(slots=True, eq=False)
 class Trip:

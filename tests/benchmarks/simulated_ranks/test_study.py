@@ -12,8 +12,8 @@ from benchmarks.simulated_ranks.study import (
     simulated_slots,
 )
 from benchmarks.simulated_ranks.trace import Orbit
+from benchmarks.simulated_ranks.trips import RAY_BYTES
 from renderers.art.ranks.policy import Dataflow
-from renderers.art.ranks.ray_travel import RAY_BYTES
 
 SMALL = Orbit(side=32, image=64, packet=4)
 
