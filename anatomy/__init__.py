@@ -1,10 +1,9 @@
 """The patient: a synthetic sinus phantom, its tissues, landmarks and files."""
 
 from anatomy.files.cache import sinus_phantom
-from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.parameters import Opacity, PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom, distance_at
 from anatomy.phantom.population import draw_parameters
-from anatomy.phantom.sinus_opacity import Opacity
 from anatomy.phantom.synthetic_mr import magnetic_resonance
 from anatomy.phantom.variants import with_variants
 from anatomy.presets import bone_transfer_function, classic_transfer_function

@@ -75,7 +75,7 @@ class OpeningRecord(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class TransferRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """Hold the transfer function that the scan's histogram asks for.
+    """Hold the transfer function that fits the scan's histogram.
 
     nodes: CT numbers. color: linear RGB at each. kappa_per_mm: extinction at each.
     """
@@ -97,7 +97,7 @@ class TransferRecord(msgspec.Struct, frozen=True, kw_only=True):
         )
 
     def function(self) -> TransferFunction:
-        """Give the function; ValueError where the numbers are none."""
+        """Return the function; ValueError where the numbers are none."""
         return TransferFunction(
             np.array(self.nodes), np.array(self.color), np.array(self.kappa_per_mm)
         )
@@ -156,12 +156,12 @@ class Case:
 
     @property
     def ct(self) -> Volume:
-        """Get the CT numbers."""
+        """Return the CT numbers."""
         return self.volumes["ct"]
 
     @property
     def labels(self) -> Volume:
-        """Get what each voxel is."""
+        """Return what each voxel is."""
         return self.volumes["labels"]
 
 
@@ -290,7 +290,7 @@ def segment_fields(names: Mapping[int, str]) -> dict[str, str]:
 
 
 def values_hash(values: NDArray[Any]) -> str:
-    """Give the SHA-256 of an array's values in C order."""
+    """Return the SHA-256 of an array's values in C order."""
     return hashlib.sha256(np.ascontiguousarray(values).data).hexdigest()
 
 

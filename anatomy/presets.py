@@ -6,7 +6,7 @@ from renderers.scene.transfer import TransferFunction
 
 
 def classic_transfer_function() -> TransferFunction:
-    """Give the preset for mode `classic`: red mucosa, ivory bone, clear air.
+    """Return the preset for mode `classic`: red mucosa, ivory bone, clear air.
 
     The ramp into mucosa is centred on -480 HU, half way from air: there alone its
     place does not depend on the scanner's blur. All its colours are one: a surface is
@@ -27,7 +27,7 @@ def classic_transfer_function() -> TransferFunction:
 
 
 def bone_transfer_function() -> TransferFunction:
-    """Give the preset that shows bone through faint soft tissue.
+    """Return the preset that shows bone through faint soft tissue.
 
     Thin walls reach 100-400 HU at clinical resolution, so its ramp starts there. Bone
     has one colour, see `classic_transfer_function`.

@@ -44,7 +44,11 @@ def _run(words: list[str]) -> int:
     from cyclopts import CycloptsError
 
     from app.cli.commands import app
+    from app.cli.renamed_options import renamed_option
 
+    if renamed := renamed_option(words):
+        print(f"paravol: {renamed} See paravol {words[0]} --help.", file=sys.stderr)
+        return 2
     try:
         outcome = app(
             words, result_action="return_value", exit_on_error=False, print_error=False

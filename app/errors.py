@@ -1,12 +1,10 @@
 """Which errors are the user's or the world's, and how they are told to a person."""
 
-from pathlib import Path
-
 import msgspec
 
 from devices import DeviceError
 from disk import UserError
-from disk.schema_words import schema_words
+from disk.validation_message import validation_message
 
 FAMILIES = ("renderers.art.", "renderers.snapshots.", "renderers.lanes.")
 """Modules whose errors are sentences."""
@@ -15,7 +13,7 @@ FAMILIES = ("renderers.art.", "renderers.snapshots.", "renderers.lanes.")
 def sentence(error: Exception) -> str | None:
     """Put an expected error into one clear sentence; None for a defect of ours."""
     if isinstance(error, msgspec.ValidationError):
-        return f"The input is not valid: {schema_words(error, None)}."
+        return f"The input is not valid: {validation_message(error, None)}."
     if isinstance(error, MemoryError):
         return (
             f"The memory does not suffice ({error}); ask for a smaller "
@@ -35,12 +33,3 @@ def sentence(error: Exception) -> str | None:
     if isinstance(error, UserError | TimeoutError | DeviceError):
         return str(error)
     return None
-
-
-class DeviceLostError(UserError):
-    """The arm failed in flight; the recording up to then is kept."""
-
-    def __init__(self, error: Exception, bundle: Path) -> None:
-        super().__init__(
-            f"{error} What was flown until then is in {bundle} and can be replayed."
-        )

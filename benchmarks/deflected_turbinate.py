@@ -62,7 +62,7 @@ VIEWS = {
 
 
 def turbinate_scene(phantom: Phantom) -> Scene:
-    """Get what is deformed."""
+    """Return what is deformed."""
     surface = AirSurface(phantom.distance, phantom.blood, phantom.skin)
     return Scene(phantom.ct, classic_transfer_function(), surface=surface)
 

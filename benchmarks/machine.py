@@ -40,7 +40,7 @@ def machine() -> Machine:
 
 
 def is_same_machine(a: Machine, b: Machine) -> bool:
-    """Tell whether times of the two may be compared; the load may differ."""
+    """Return whether times of the two may be compared; the load may differ."""
     return (a.cpu, a.cores) == (b.cpu, b.cores)
 
 

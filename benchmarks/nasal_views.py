@@ -90,7 +90,7 @@ _VIEWS = (
 
 
 def acceptance_views(size: int) -> list[NasalView]:
-    """Give the six views in which a surgeon should know where he is."""
+    """Return the six views in which a surgeon should know where he is."""
     views = []
     for name, head, eye, target, diameter_mm, angle_deg, roll_deg in _VIEWS:
         eye_mm, target_mm = lps_from_ras(np.array([eye, target], np.float64))
@@ -109,13 +109,13 @@ def acceptance_views(size: int) -> list[NasalView]:
 
 @cache
 def bundled_flight() -> tuple[Scenario, ProbePath]:
-    """Give the scenario that the demonstration flies, and its path."""
+    """Return the scenario that the demonstration flies, and its path."""
     scenario, folder = load_scenario("first_flight")
     return scenario, load_probe_path(folder / scenario.path)
 
 
 def path_views(size: int, count: int) -> list[NasalView]:
-    """Give views in the middle of `count` equal parts of the bundled flight."""
+    """Return views in the middle of `count` equal parts of the bundled flight."""
     scenario, path = bundled_flight()
     scope = scenario.scope.endoscope()
     light = ScopeLight(scenario.scope.ring_radius_mm)
@@ -155,7 +155,7 @@ class Judge:
         self._camera_pass = CameraPass(threads=threads)
 
     def compare(self, view: NasalView) -> tuple[Agreement, Picture, Picture]:
-        """Give the agreement, the splatted picture and the ray-traced one."""
+        """Return the agreement, the splatted picture and the ray-traced one."""
         truth = self._tracer.gbuffer(view.camera)
         found = self._splats.gbuffer(view.camera)
         traced, gain = self._finish(view, truth, None)

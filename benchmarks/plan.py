@@ -1,8 +1,9 @@
 """What is to be measured: tasks in suites, before anything runs."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import ClassVar
 
 from benchmarks.schema import Clock, Setting, row_key
 from benchmarks.timing import Timing
@@ -44,30 +45,52 @@ class Task:
 
     @property
     def key(self) -> tuple[str, str, str, str]:
-        """Get the key its row will have."""
+        """Return the key its row will have."""
         return row_key(self.suite, self.case, self.mode, self.settings)
 
 
-class Plan(Protocol):
-    """Promise what the runner needs of a suite that is about to run."""
-
-    def tasks(self) -> list[Task]:
-        """List the tasks, baselines before those that name them."""
-        ...
-
-    def close(self) -> None:
-        """End child processes and threads."""
-        ...
-
-
-Suite = Callable[[bool], Plan]
-"""Makes a plan; the argument is True for the quick sizes. Nothing is computed yet."""
+Suite = Callable[[bool], "Plan"]
+"""Makes a plan; the argument is True for the quick sizes."""
 
 SUITES: dict[str, Suite] = {}
 
 
-def register(name: str, suite: Suite) -> None:
-    """Add a suite to those that `paravol bench` runs."""
-    if name in SUITES:
-        raise UserError(f"two benchmark suites are called {name!r}")
-    SUITES[name] = suite
+class Plan(ABC):
+    """Be a suite that is about to run.
+
+    A class names its suite, as in ``class ArtPlan(Plan, suite="art")``: `paravol bench`
+    then runs it. Nothing is computed before its tasks are measured.
+    """
+
+    suite: ClassVar[str]
+
+    def __init_subclass__(cls, *, suite: str = "") -> None:
+        if suite in SUITES:
+            raise UserError(f"two benchmark suites are called {suite!r}")
+        if suite:
+            cls.suite = suite
+            SUITES[suite] = cls
+
+    @abstractmethod
+    def __init__(self, quick: bool) -> None:
+        """Choose the quick sizes or the whole ones."""
+
+    @abstractmethod
+    def tasks(self) -> list[Task]:
+        """List the tasks, baselines before those that name them."""
+
+    def close(self) -> None:  # noqa: B027 (most have nothing to end)
+        """End child processes and threads."""
+
+    def task(
+        self,
+        case: str,
+        mode: str,
+        measure: Callable[[], Measured],
+        settings: dict[str, Setting],
+        baseline: str | None = None,
+        clock: Clock = "cpu",
+        cost_s: float = 6.0,
+    ) -> Task:
+        """Make a task of this suite."""
+        return Task(self.suite, case, mode, measure, settings, baseline, clock, cost_s)

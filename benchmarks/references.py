@@ -34,7 +34,7 @@ class References:
     def picture(
         self, view: str, quantity: str, scene: Callable[[], Scene], camera: Camera
     ) -> NDArray[np.float32]:
-        """Give linear RGB over black, ``(h, w, 3)``."""
+        """Return linear RGB over black, ``(h, w, 3)``."""
         key = view, quantity, camera.width
         if key not in self._pictures:
             tracer = ActiveRayTracer(scene(), REFERENCE_QUALITY, threads=2)
@@ -42,7 +42,7 @@ class References:
         return self._pictures[key]
 
     def gbuffer(self, view: str, scene: Callable[[], Scene], camera: Camera) -> GBuffer:
-        """Give the air surface behind each pixel."""
+        """Return the air surface behind each pixel."""
         key = view, camera.width
         if key not in self._buffers:
             tracer = ActiveRayTracer(scene(), SURFACE_QUALITY, threads=2)

@@ -6,32 +6,12 @@ from contextlib import closing
 from pathlib import Path
 
 from app.cli.terminal import Stages, print_json
-from benchmarks import (
-    suite_anatomy,
-    suite_art,
-    suite_art_bent,
-    suite_art_classification,
-    suite_art_dataflow,
-    suite_art_growth,
-    suite_art_kernels,
-    suite_art_scaling,
-    suite_devices,
-    suite_flight,
-    suite_fsr,
-    suite_jobs,
-    suite_light,
-    suite_look,
-    suite_refinement,
-    suite_splats,
-    suite_startup,
-    suite_takeover,
-    suite_visibility,
-)
 from benchmarks.chart import draw_charts
 from benchmarks.machine import commit, is_same_machine, machine
+from benchmarks.measurements import write_measurements
 from benchmarks.plan import SUITES, Measured, Suite, Task, UnavailableError
+from benchmarks.ranks.scaling_report import report_scaling
 from benchmarks.report import print_results
-from benchmarks.scaling_report import report_scaling
 from benchmarks.schema import (
     Results,
     Row,
@@ -42,31 +22,52 @@ from benchmarks.schema import (
     save_results,
     seconds_by,
 )
+from benchmarks.suites import (
+    anatomy,
+    art,
+    art_bent,
+    art_classification,
+    art_dataflow,
+    art_growth,
+    art_kernels,
+    art_scaling,
+    devices,
+    flight,
+    fsr,
+    jobs,
+    light,
+    look,
+    refinement,
+    splats,
+    startup,
+    takeover,
+    visibility,
+)
 from disk import UserError
 from paravol.versions import versions
 
 BUILT_IN = (
-    suite_art,
-    suite_art_bent,
-    suite_art_dataflow,
-    suite_art_classification,
-    suite_art_growth,
-    suite_art_kernels,
-    suite_art_scaling,
-    suite_devices,
-    suite_fsr,
-    suite_refinement,
-    suite_splats,
-    suite_visibility,
-    suite_flight,
-    suite_light,
-    suite_jobs,
-    suite_look,
-    suite_startup,
-    suite_takeover,
-    suite_anatomy,
+    art,
+    art_bent,
+    art_dataflow,
+    art_classification,
+    art_growth,
+    art_kernels,
+    art_scaling,
+    devices,
+    fsr,
+    refinement,
+    splats,
+    visibility,
+    flight,
+    light,
+    jobs,
+    look,
+    startup,
+    takeover,
+    anatomy,
 )
-"""Importing a suite's module registers it."""
+"""Importing a suite's module adds it to `SUITES`."""
 
 QUICK_LIMIT_S = 165.0
 """A quick run begins nothing that would probably end later than this. Of n suites the
@@ -110,6 +111,7 @@ def run_bench(
             )
             raise
     charts = draw_charts(results.rows, out) + report_scaling(results.rows, out)
+    charts.append(write_measurements(results, out))
     if as_json:
         print_json(results)
     else:

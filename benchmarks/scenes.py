@@ -68,7 +68,7 @@ class Subject:
     views: dict[str, ViewPoint]
 
     def in_mode(self, quantity: str) -> Scene:
-        """Get the scene as one of `CLASSIC_QUANTITIES` shows it."""
+        """Return the scene as one of `CLASSIC_QUANTITIES` shows it."""
         if quantity == "shaded":
             return self.scene
         plain = PhongMaterial(ambient=1.0, diffuse=0.0, specular=0.0)
@@ -102,7 +102,7 @@ class SubjectSource:
 
     @cached_property
     def subject(self) -> Subject:
-        """Get the subject, built once."""
+        """Return the subject, built once."""
         return self._build()
 
 
@@ -120,7 +120,7 @@ def subjects(quick: bool) -> tuple[SubjectSource, ...]:
 
 
 def phantom_subject(spacing_mm: float) -> Subject:
-    """Give the default phantom: from the left nasal valve, and from the front."""
+    """Return the default phantom: from the left nasal valve, and from the front."""
     phantom = sinus_phantom(spacing_mm=spacing_mm)
     surface = AirSurface(phantom.distance, phantom.blood, phantom.skin)
     scene = Scene(phantom.ct, classic_transfer_function(), surface=surface)
@@ -135,7 +135,7 @@ def phantom_subject(spacing_mm: float) -> Subject:
 
 
 def head_ct_subject() -> Subject:
-    """Give the coarse real CT: from the nasopharynx forwards, and from the front.
+    """Return the coarse real CT: from the nasopharynx forwards, and from the front.
 
     Raises UnavailableError where the file is absent.
     """
@@ -183,7 +183,7 @@ def head_ct_volume(path: Path) -> Volume:
 
 
 def data_folder() -> Path:
-    """Give the folder that real scans are looked for in; it need not exist."""
+    """Return the folder that real scans are looked for in; it need not exist."""
     named = os.environ.get(DATA_VARIABLE)
     return Path(named) if named else ROOT.parent / "shared" / "data"
 

@@ -69,17 +69,17 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def key(self) -> tuple[str, str, str, str]:
-        """Get what tells one measurement from another."""
+        """Return what tells one measurement from another."""
         return row_key(self.suite, self.case, self.mode, self.settings)
 
     @property
     def seconds(self) -> float:
-        """Get the smallest time by the row's own clock."""
+        """Return the smallest time by the row's own clock."""
         return seconds_by(self.clock, self)
 
     @property
     def is_noisy(self) -> bool:
-        """Tell whether something else kept the machine busy meanwhile."""
+        """Return whether something else kept the machine busy meanwhile."""
         return self.time_s.median > (1 + NOISY_SPREAD) * self.time_s.min
 
 
@@ -111,17 +111,17 @@ class Results(msgspec.Struct, kw_only=True):
 def row_key(
     suite: str, case: str, mode: str, settings: dict[str, Setting]
 ) -> tuple[str, str, str, str]:
-    """Give the identity of a measurement, whatever machine and commit ran it."""
+    """Return the identity of a measurement, whatever machine and commit ran it."""
     return suite, case, mode, msgspec.json.encode(settings, order="sorted").decode()
 
 
 def seconds_by(clock: Clock, row: Row) -> float:
-    """Give the smallest time of a row by either clock."""
+    """Return the smallest time of a row by either clock."""
     return row.cpu_s if clock == "cpu" else row.time_s.min
 
 
 def ratio_of(baseline_s: float, own_s: float) -> float:
-    """Give how many times faster than the baseline; ValueError for no time at all."""
+    """Return how many times faster than the baseline; ValueError for no time at all."""
     for name, value in (("baseline", baseline_s), ("own", own_s)):
         if not (math.isfinite(value) and value > 0):
             raise UserError(f"the {name} time must be positive seconds, got {value}")

@@ -4,12 +4,12 @@ from devices.port import BytePort, DeviceError, DeviceReason
 from devices.pose import Pose, PoseFlag, PoseSource
 from devices.recording.path_file import load_probe_path, save_probe_path
 from devices.recording.probe_path import ProbePath, ProbeSample
-from devices.registration.fiducial_fit import Registration, register
-from devices.registration.registration_error import (
+from devices.registration.fiducial_fit import (
+    Registration,
     RegistrationError,
     RegistrationReason,
+    register,
 )
-from devices.registration.touch import TouchCollector
 
 __all__ = [
     "BytePort",
@@ -23,7 +23,6 @@ __all__ = [
     "Registration",
     "RegistrationError",
     "RegistrationReason",
-    "TouchCollector",
     "load_probe_path",
     "register",
     "save_probe_path",

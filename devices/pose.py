@@ -117,12 +117,12 @@ class Pose:
 
     @property
     def tip_mm(self) -> NDArray[np.float64]:
-        """Get the tip, (3,) mm, device frame."""
+        """Return the tip, (3,) mm, device frame."""
         return self.device_from_tip[:3, 3]
 
     @property
     def pointing(self) -> NDArray[np.float64]:
-        """Get the unit direction from the hand to the tip, (3,), device frame."""
+        """Return the unit direction from the hand to the tip, (3,), device frame."""
         return -self.device_from_tip[:3, 2]
 
 

@@ -35,7 +35,7 @@ class SerialAdapter:
 
     @property
     def best_name(self) -> str:
-        """Get the name to give to a command."""
+        """Return the name to give to a command."""
         return self.by_id or self.name
 
 

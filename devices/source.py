@@ -2,17 +2,14 @@
 
 import math
 import threading
+import time
 from abc import abstractmethod
-from collections import deque
 from collections.abc import Iterator
 from typing import Protocol
 
-from devices.closing import Closing
-from devices.port import Clock, DeviceError, DeviceReason, HostClock
+from devices.port import Clock, Closing, HostClock
 from devices.pose import Pose, PoseSource
-
-LARGEST_QUEUE = 1 << 14
-"""Almost three minutes at 100 Hz: who is further behind is not going to catch up."""
+from devices.pose_queue import PoseQueue
 
 SLICE_S = 0.02
 """Longest sleep at a stretch: a source may be closed or changed meanwhile."""
@@ -38,100 +35,44 @@ class LiveSource(PoseSource, Protocol):
         ...
 
 
-class PoseQueue:
-    """Poses between the thread that measures and the one that reads.
+class QueuedSource(Closing):
+    """A live source whose poses come from a queue; see ``LiveSource``."""
 
-    Bounded: when nobody reads, the oldest are lost and the next ``read`` says so.
-    """
-
-    def __init__(self, name: str) -> None:
-        self._name = name
-        self._changed = threading.Condition()
-        self._poses: deque[Pose] = deque()
-        self._latest: Pose | None = None
-        self._lost = 0
-        self._error: Exception | None = None
-        self._ended = False
-
-    def put(self, pose: Pose) -> None:
-        """Append a pose."""
-        with self._changed:
-            if len(self._poses) == LARGEST_QUEUE:
-                self._poses.popleft()
-                self._lost += 1
-            self._poses.append(pose)
-            self._latest = pose
-            self._changed.notify_all()
-
-    def fail(self, error: Exception) -> None:
-        """Let readers raise ``error`` once they have read what came before it."""
-        with self._changed:
-            self._error = error
-            self._changed.notify_all()
-
-    def end(self) -> None:
-        """Let readers raise EOFError once they have read what came before."""
-        with self._changed:
-            self._ended = True
-            self._changed.notify_all()
-
-    def clear(self) -> None:
-        """Forget every pose that is waiting, and the newest one."""
-        with self._changed:
-            self._poses.clear()
-            self._latest = None
-            self._lost = 0
+    _queue: PoseQueue
+    _silence_s = math.inf
+    """How long an iteration waits for the next pose."""
 
     def read(self, timeout_s: float) -> Pose:
-        """Return the next pose; raise as ``PoseSource.read`` does."""
-        with self._changed:
-            self._confess()
-            self._changed.wait_for(
-                lambda: self._poses or self._error or self._ended,
-                min(max(timeout_s, 0.0), threading.TIMEOUT_MAX),
-            )
-            if self._poses:
-                return self._poses.popleft()
-            self._refuse()
-        raise TimeoutError(f"no pose came from {self._name} within {timeout_s:g} s")
+        """Return the next pose, none lost.
+
+        Raise TimeoutError when none came in time, EOFError after ``close``,
+        DeviceError when the device failed and DeviceError(OVERRUN) when more than
+        16384 poses were left unread. Poses measured before a failure come first.
+        """
+        return self._queue.read(timeout_s)
 
     def drain(self) -> list[Pose]:
-        """Return every pose that is waiting, oldest first."""
-        with self._changed:
-            self._confess()
-            if not self._poses:
-                self._refuse()
-            poses = list(self._poses)
-            self._poses.clear()
-            return poses
+        """Return every pose that is waiting, oldest first; raise as ``read`` does."""
+        return self._queue.drain()
 
     def latest(self) -> Pose | None:
-        """Return the newest pose, None before the first."""
-        with self._changed:
-            self._refuse()
-            return self._latest
+        """Return the newest pose, None before the first; raise if the device failed."""
+        return self._queue.latest()
 
-    def newest_s(self) -> float:
-        """Return the host time of the newest pose, -inf before the first."""
-        with self._changed:
-            return -math.inf if self._latest is None else self._latest.host_time_s
+    def pose_age_s(self) -> float:
+        """Return seconds since the newest pose arrived, inf before the first."""
+        return time.monotonic() - self._queue.newest_s()
 
-    def _confess(self) -> None:
-        if self._lost:
-            lost, self._lost = self._lost, 0
-            raise DeviceError(
-                DeviceReason.OVERRUN,
-                f"{lost} poses were lost because nobody read them in time.",
-            )
-
-    def _refuse(self) -> None:
-        if self._error is not None:
-            raise self._error
-        if self._ended:
-            raise EOFError(f"{self._name} was closed")
+    def __iter__(self) -> Iterator[Pose]:
+        """Iterate over poses until the source ends; raise if it fails."""
+        try:
+            while True:
+                yield self.read(self._silence_s)
+        except EOFError:
+            return
 
 
-class PulledSource(Closing):
+class PulledSource(QueuedSource):
     """A live source without a thread: its poses are worked out when they are asked for.
 
     Each pose belongs to its due moment, however late it is asked for, so what is read
@@ -155,7 +96,7 @@ class PulledSource(Closing):
         """Work out the pose that is due at that host time and go on to the next."""
 
     def _is_over(self) -> bool:
-        """Tell whether no pose will come any more."""
+        """Return whether no pose will come any more."""
         return False
 
     def read(self, timeout_s: float) -> Pose:
@@ -210,17 +151,9 @@ class PulledSource(Closing):
             if self._is_closed:
                 return math.inf
             while (due := self._due_s()) <= now_s:
-                self._queue.put(self._make(due))
+                self._queue.put((self._make(due),))
             return due
 
     def _refuse_when_over(self) -> None:
         if self._is_over():
             raise EOFError(f"{self._name} has come to its end")
-
-    def __iter__(self) -> Iterator[Pose]:
-        """Iterate over poses until the source ends, however long one takes."""
-        try:
-            while True:
-                yield self.read(math.inf)
-        except EOFError:
-            return

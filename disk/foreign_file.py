@@ -57,5 +57,5 @@ def _reason(error: Exception) -> str:
     # our own parsers say what is wrong in words, a library says what broke in it
     if isinstance(error, UserError) and lines:
         return lines[0][:LONGEST].rstrip(". ")
-    told = f" ({lines[-1][:LONGEST].rstrip('. ')})" if lines else ""
-    return f"it is damaged, cut off or something else{told}"
+    detail = f" ({lines[-1][:LONGEST].rstrip('. ')})" if lines else ""
+    return f"it is damaged, cut off or something else{detail}"

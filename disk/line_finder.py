@@ -9,7 +9,7 @@ _KEY = re.compile(r"""\s*(?:"([^"]*)"|'([^']*)'|([\w-]+))\s*=""")
 
 
 def json_line(text: str, place: list[str | int]) -> int:
-    """Give the line, from 1, of the value at `place`, or of what it would stand in.
+    """Return the line, from 1, of the value at `place`, or of what it would stand in.
 
     text: valid JSON.
     """
@@ -23,7 +23,7 @@ def json_line(text: str, place: list[str | int]) -> int:
 
 
 def toml_line(text: str, place: list[str | int]) -> int:
-    """Give the line, from 1, of the key at `place`, or of the table it belongs to.
+    """Return the line, from 1, of the key at `place`, or of the table it belongs to.
 
     Keys inside of inline tables and lists count as the line of these.
     """

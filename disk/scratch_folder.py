@@ -13,7 +13,7 @@ _OWNER = ".owner"
 
 @contextmanager
 def scratch_folder(parent: Path, prefix: str) -> Iterator[Path]:
-    """Give a folder below `parent` that is gone afterwards.
+    """Return a folder below `parent` that is gone afterwards.
 
     What killed processes left there is removed first. An owner holds a lock, which the
     system takes from it when it dies, however it dies; a process number may be
@@ -53,7 +53,7 @@ def _claim(parent: Path, prefix: str) -> tuple[Path, int]:
 
 
 def _is_owned(folder: Path) -> bool:
-    """Tell whether the process that made a folder lives."""
+    """Return whether the process that made a folder lives."""
     try:
         lock = os.open(folder / _OWNER, os.O_RDWR)
     except FileNotFoundError:

@@ -8,7 +8,7 @@ import msgspec
 
 from disk.foreign_file import ForeignFileError, foreign_file
 from disk.line_finder import json_line, toml_line
-from disk.schema_words import loose_json, place_of, schema_words
+from disk.validation_message import decode_untyped, place_of, validation_message
 
 _T = TypeVar("_T")
 
@@ -24,23 +24,23 @@ def decode_json(content: bytes, kind: type[_T], file: Path | str, what: str) -> 
             try:
                 return msgspec.json.decode(content, type=kind)
             except msgspec.ValidationError as error:
-                found = loose_json(content)
+                found = decode_untyped(content)
                 if found is msgspec.UNSET:
                     # no JSON at all, further on
                     msgspec.json.decode(content)
-                line = json_line(content.decode(), _reached(error))
-                words = schema_words(error, kind, found)
-                raise _told(file, line, words, what) from error
+                line = json_line(content.decode(), _place(error))
+                words = validation_message(error, kind, found)
+                raise _error(file, line, words, what) from error
         except msgspec.DecodeError as error:
             if isinstance(error, msgspec.ValidationError):
-                words = schema_words(error, kind)
+                words = validation_message(error, kind)
                 raise ForeignFileError(
                     f"{file} is not valid as {what}: {words}."
                 ) from error
             byte = re.search(r"\(byte (\d+)\)", str(error))
             at = int(byte[1]) if byte else len(content)
             line = content.count(b"\n", 0, at) + 1
-            raise _told(file, line, str(error), what) from error
+            raise _error(file, line, str(error), what) from error
 
 
 def decode_toml(content: bytes, kind: type[_T], file: Path | str, what: str) -> _T:
@@ -50,23 +50,25 @@ def decode_toml(content: bytes, kind: type[_T], file: Path | str, what: str) -> 
             return msgspec.toml.decode(content, type=kind)
         except msgspec.ValidationError as error:
             found = msgspec.toml.decode(content)
-            line = toml_line(content.decode(), _reached(error))
-            raise _told(file, line, schema_words(error, kind, found), what) from error
+            line = toml_line(content.decode(), _place(error))
+            raise _error(
+                file, line, validation_message(error, kind, found), what
+            ) from error
         except msgspec.DecodeError as error:
             raise ForeignFileError(
                 f"{file} is not valid as {what}: {error}."
             ) from error
 
 
-def _reached(error: msgspec.ValidationError) -> list[str | int]:
-    """Give the place of what is wrong; an unknown name stands in the place told."""
+def _place(error: msgspec.ValidationError) -> list[str | int]:
+    """Return the place of what is wrong; an unknown name stands in that place."""
     place = place_of(error)
     if unknown := re.match(r"Object contains unknown field `([^`]*)`", str(error)):
         return [*place, unknown[1]]
     return place
 
 
-def _told(file: Path | str, line: int, words: str, what: str) -> ForeignFileError:
+def _error(file: Path | str, line: int, words: str, what: str) -> ForeignFileError:
     end = "" if words.endswith("?") else "."
     return ForeignFileError(
         f"{file}, line {line}, is not valid as {what}: {words}{end}"

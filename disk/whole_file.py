@@ -16,7 +16,7 @@ def whole_file(
     mode: int = 0o644,
     makes_folder: bool = True,
 ) -> Iterator[Path]:
-    """Give a place beside `path` to write to; what is written then takes its place.
+    """Return a place beside `path` to write to; what is written then takes its place.
 
     prefix, ending: of the other file's name; None for the same ending, for writers that
     go by it. mode: of the file in the end; readable by all. makes_folder: False where

@@ -2,8 +2,8 @@
 
     python examples/make_classic_pictures.py
 
-Bone from the front and the nasal passage from the nasopharynx, each as points, as
-single splats and in sheets, under the four infinite lights of 1995.
+Bone from the front and the nasal passage from the nasopharynx, each as points and
+as single splats, under the four infinite lights of 1995.
 """
 
 import math
@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from anatomy import bone_transfer_function, classic_transfer_function, sinus_phantom
-from renderers.fsr import FuzzySetRenderer
-from renderers.fsr.splats import SplatMode
+from renderers.fsr import FuzzySetRenderer, SplatMode
 from renderers.scene import Camera, Projection, Scene, srgb_from_linear
 
 SIDE = 400
@@ -51,7 +50,7 @@ def main() -> None:
 
 
 def in_all_modes(scene: Scene, camera: Camera) -> NDArray[np.uint8]:
-    """Give one view drawn three ways side by side, with their names."""
+    """Give one view drawn both ways side by side, with their names."""
     renderer = FuzzySetRenderer(scene)
     panels = []
     for mode in SplatMode:

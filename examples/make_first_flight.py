@@ -4,7 +4,7 @@
 
 The way goes nostril, inferior turbinate, middle meatus, sphenoethmoidal recess,
 nasopharynx and back. Waypoints are named landmarks of the default head plus a standoff;
-between them `scenarios.planning` bends the motion so that the straight shaft of a
+between them `shaft_planner.py` bends the motion so that the straight shaft of a
 2.7 mm scope stays clear of tissue. A suction tube comes along beside the scope. Then a
 hand is added: physiological tremor of 8-12 Hz and a slow drift.
 """
@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from shaft_planner import Keepout, ShaftPlanner, Waypoint
 
 from anatomy import PhantomParameters, sinus_phantom
 from devices import ProbePath, save_probe_path
 from renderers.scene import Volume
 from scenarios import Endoscope, shaft_clearance, tip_frame
-from scenarios.planning import Keepout, ShaftPlanner, Waypoint
 
 Floats = NDArray[np.float64]
 

@@ -22,7 +22,7 @@ from benchmarks.nasal_views import (
     bundled_flight,
     nasal_scene,
 )
-from paravol.patient import prepare_room
+from paravol.patient import load_patient
 from paravol.session_setup import first_views
 from renderers.art import ActiveRayTracer
 from renderers.scene import Camera, GBuffer, rmse_codes, save_png
@@ -104,8 +104,8 @@ def sitting(view: NasalView) -> Sitting:
 def with_tool() -> Sitting:
     """Trace a place of the bundled flight with the suction tube before the lens."""
     scenario, path = bundled_flight()
-    room = prepare_room(scenario, lambda stage, share: None)
-    *_, seen = first_views(scenario, room, path, (SIZE, SIZE))
+    patient = load_patient(scenario, lambda stage, share: None)
+    *_, seen = first_views(scenario, patient, path, (SIZE, SIZE))
     fine = seen.camera.with_size(2 * SIZE, 2 * SIZE)
     found = ActiveRayTracer(nasal_scene("default"), threads=1).gbuffer(fine)
     tube = suction_tube()

@@ -19,9 +19,8 @@ from benchmarks.nasal_views import (
     bundled_flight,
     nasal_scene,
 )
-from paravol.patient import OperatingRoom, prepare_room
-from paravol.session_info import LIVE_TIER, SEED
-from paravol.session_setup import build_view, path_view
+from paravol.patient import PatientScene, load_patient
+from paravol.session_setup import LIVE_TIER, SEED, build_view, path_view
 from paravol.view import EndoscopeView
 from renderers.art import ActiveRayTracer
 from renderers.fsr import FuzzySetRenderer
@@ -44,13 +43,13 @@ def main() -> None:
 def first_flight() -> list[Picture]:
     """Fly to the moments; the gain settles at each."""
     scenario, path = bundled_flight()
-    room: OperatingRoom = prepare_room(scenario, lambda stage, share: None)
+    patient: PatientScene = load_patient(scenario, lambda stage, share: None)
     view: EndoscopeView = build_view(
-        scenario, room, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=2
+        scenario, patient, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=2
     )
     pictures = []
     for number, time_s in enumerate(MOMENTS_S):
-        seen = path_view(scenario, room, path, time_s, (SIDE, SIDE))
+        seen = path_view(scenario, patient, path, time_s, (SIDE, SIDE))
         pictures.append(view.draw(seen, number=number, elapsed_s=10.0).pixels)
     return pictures
 

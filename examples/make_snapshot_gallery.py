@@ -75,9 +75,9 @@ def taken(folder: Path) -> dict[str, NDArray[np.uint8]]:
         "--against fsr: difference": right_of(folder / "a-error.png")[-SIZE:],
         "--confidence": right_of(doubt),
     }
-    truth = folder / "truth.png"
-    shoot(VIEW, truth, "--truth", "--paths", "64", "--samples", "1")
-    panels["--truth, 64 paths"] = pixels_of(truth)
+    traced = folder / "path-traced.png"
+    shoot(VIEW, traced, "--path-traced", "--path-samples", "64", "--samples", "1")
+    panels["--path-traced, 64 paths"] = pixels_of(traced)
     for caption, change in CHANGES.items():
         file = folder / f"{len(panels)}.png"
         shoot(VIEW | change, file)

@@ -4,9 +4,9 @@
 
 ``--seeds``: how many drawn heads, seeds 0 upwards; ``--spacing``: their voxels, mm. The
 default head is measured at 0.5 mm, its ways at 0.35 and 0.25 mm. Takes about a second a
-drawn head. How it is measured: ``anatomy/queries/survey.py``,
-``anatomy/queries/ways.py`` and ``anatomy/queries/wall_peaks.py``; the tests use the
-same. Times and memory are measured by ``paravol bench --suite anatomy``.
+drawn head. How it is measured: the modules in
+``benchmarks/phantom_figures/``; the tests use the same. Times and memory are
+measured by ``paravol bench --suite anatomy``.
 """
 
 import argparse
@@ -15,7 +15,14 @@ import sys
 import numpy as np
 
 from anatomy import PhantomParameters, build_phantom, draw_parameters
-from anatomy.queries.survey import (
+from benchmarks.phantom_figures.passage_widths import (
+    cell_diameters_mm,
+    entrance_radii_mm,
+    half_head,
+    nearest_mm,
+    ostium_diameters_mm,
+)
+from benchmarks.phantom_figures.sinus_volumes import (
     SIDES,
     SINUSES,
     anterior_share,
@@ -24,14 +31,7 @@ from anatomy.queries.survey import (
     spine_distances_mm,
     surface_errors_mm,
 )
-from anatomy.queries.wall_peaks import lamina_peaks, septa_head, septum_peaks
-from anatomy.queries.ways import (
-    cell_diameters_mm,
-    entrance_radii_mm,
-    half_head,
-    nearest_mm,
-    ostium_diameters_mm,
-)
+from benchmarks.phantom_figures.wall_peaks import lamina_peaks, septa_head, septum_peaks
 
 DEFAULT = PhantomParameters()
 SEPTA_SEEDS = range(1, 9)

@@ -14,7 +14,7 @@ from scipy.ndimage import map_coordinates
 
 from devices import ProbePath
 from disk import UserError
-from paravol.patient import OperatingRoom
+from paravol.patient import PatientScene
 from renderers.fsr import FuzzySetRenderer
 from renderers.scene import AirSurface, Camera, Scene, Volume, srgb_from_linear
 
@@ -72,7 +72,7 @@ class Cutaway:
         )
 
     def draw(self, camera: Camera) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-        """Give sRGB pixels ``(h, w, 3)`` and depths ``(h, w)`` along the rays, mm.
+        """Return sRGB pixels ``(h, w, 3)`` and depths ``(h, w)`` along the rays, mm.
 
         Light comes from the eye and from above. Depth is infinite where nothing is met.
         """
@@ -115,7 +115,7 @@ class Cutaway:
 
 
 def opened_distance(distance: Volume, plane_mm: float, towards: float) -> Volume:
-    """Give the signed distance of what is left behind a plane across x, air outside.
+    """Return the signed distance of what is left behind a plane across x, air outside.
 
     distance: mm, negative in air. towards: sign of x where all becomes air. Exact
     within the voxels beside the new surface, as surfels need it.
@@ -132,11 +132,11 @@ def opened_distance(distance: Volume, plane_mm: float, towards: float) -> Volume
     return distance.with_values(np.minimum(distance.values, left), distance.background)
 
 
-def cutter(room: OperatingRoom, path: ProbePath) -> Callable[[], Cutaway]:
-    """Prepare to cut a room's head open beside the way that a scope takes into it."""
-    if room.way_in is not None:
-        way = room.way_in
+def cutter(patient: PatientScene, path: ProbePath) -> Callable[[], Cutaway]:
+    """Prepare to cut a head open beside the way that a scope takes into it."""
+    if patient.way_in is not None:
+        way = patient.way_in
         steps = np.linspace(0, way.free_mm, 20)[:, None]
-        return partial(Cutaway, room.scene, way.pivot_mm + steps * way.axis)
+        return partial(Cutaway, patient.scene, way.pivot_mm + steps * way.axis)
     times = np.linspace(0, path.duration_s, 50)
-    return partial(Cutaway, room.scene, [path.sample(t).tip_mm for t in times])
+    return partial(Cutaway, patient.scene, [path.sample(t).tip_mm for t in times])

@@ -1,216 +1,430 @@
-"""The live loop: poses in, frames out, everything recorded."""
+"""One flight: open the patient and the input, register, fly, close the recording.
 
-import gc
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+The demonstration and the trainee's window fly by the same `Flight`; what they do with
+it, they do as a `FlightObserver`.
+"""
+
+import math
+import shlex
+import shutil
+import tempfile
+import threading
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass
 from functools import partial
-from typing import Any, Protocol
+from pathlib import Path
 
-import numpy as np
+import msgspec
 
-from devices import Pose
-from paravol.view import EndoscopeView, Frame
-from scenarios import Sample, Session, View
-from scenarios.bundle import FrameRecord, SampleRecord, SessionRecorder
-
-PATIENCE_S = 2.0
-"""How long the loop waits for a pose before it says that the device is silent. The
-driver itself notices a lost line within about a second."""
-
-
-LONGEST_S = 0.25
-"""A machine that takes longer for a pose than the arm between two is ever further
-behind; it comes to a picture after this time all the same."""
+from devices import DeviceError, ProbePath, Registration
+from devices.controls.pedals import Button, ButtonEvent
+from disk import UserError
+from paravol.frame_loop import FrameEvent, Timing, fly
+from paravol.inputs.flight_input import FlightInput
+from paravol.inputs.pose_completer import (
+    KeyboardRoll,
+    PedalListener,
+    PoseCompleter,
+    pedal_record,
+)
+from paravol.inputs.pose_sources import (
+    CancellableSource,
+    ClosedError,
+    EndedError,
+    OrderedPoses,
+    ReconnectingSource,
+)
+from paravol.patient import PatientScene, load_patient
+from paravol.pose_streaming import StreamingCompleter, streaming
+from paravol.registration.at_start import register_by_touch
+from paravol.score_table import score_rows
+from paravol.session_setup import (
+    LIVE_TIER,
+    SEED,
+    build_session,
+    build_view,
+    describe_session,
+    first_views,
+)
+from paravol.session_store import KEPT_BYTES, SessionStore
+from paravol.snapshots.view_file import save_view
+from paravol.snapshots.view_sources import view_of
+from paravol.view import EndoscopeView
+from scenarios import Sample, Scenario, Score, Session
+from scenarios.bundle import EventRecord, SessionInfo, SessionRecorder
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
-    """Hold a finished frame and what it shows.
+class FlightOrder:
+    """Describe a flight that is to be flown.
 
-    number: counts frames from 0. pose_age_ms: from the newest pose's measurement to
-    now, when the picture is there.
+    size: of the square picture, pixels. record: folder of the recording, where one was
+    named. stream: host and port at which tool poses are streamed, None for no stream.
+    kept: store for flights without a named folder, None to record none of them.
+    patience_s: the flight ends when the device has been away for this long.
     """
 
-    view: View
-    frame: Frame
-    sample: Sample
-    number: int
-    pose_age_ms: float
+    scenario: Scenario
+    path: ProbePath
+    input: FlightInput
+    size: int
+    threads: int
+    record: Path | None
+    stream: tuple[str, int] | None = None
+    kept: SessionStore | None = None
+    patience_s: float = math.inf
 
 
-OnFrame = Callable[[Shown], None]
-"""Called with each finished frame, in order, not by the thread that reads poses."""
+@dataclass(frozen=True, slots=True)
+class FlightEnd:
+    """Hold a flight's result.
 
-
-class EndedError(Exception):
-    """Whoever flies has ended the flight; a source of poses raises it."""
-
-
-class Aim(Protocol):
-    """What the second channel says at a moment: roll and the second tool."""
-
-    def complete(self, pose: Pose) -> Sample:
-        """Join a pose with the second channel's state at its time."""
-        ...
-
-
-class OrderedPoses(Protocol):
-    """Poses in the order in which they were measured."""
-
-    def read(self, timeout_s: float) -> Pose:
-        """Return the next pose; TimeoutError when none comes in time."""
-        ...
-
-
-@dataclass(slots=True)
-class Timing:
-    """Gather what a flight took, frame by frame.
-
-    frame_ms: from one finished picture to the next. pose_age_ms: from a pose's
-    measurement to its finished picture.
+    title: how it ended. record: folder of its recording, None where there is none, and
+    `problem` says why. automatic: no folder was named.
     """
 
-    frame_ms: list[float] = field(default_factory=list)
-    pose_age_ms: list[float] = field(default_factory=list)
-    wall_s: float = 0.0
+    title: str
+    score: Score
+    record: Path | None = None
+    automatic: bool = False
+    problem: str = ""
 
-    @property
-    def fps(self) -> float:
-        """Get the mean number of frames per second of wall time."""
-        return len(self.frame_ms) / self.wall_s if self.wall_s > 0 else 0.0
+    def rows(self) -> list[tuple[str, str]]:
+        """Return the figures' names and texts, in order."""
+        return score_rows(self.score)
 
-    def figures(self) -> dict[str, Any]:
-        """Give frames, fps and the percentiles of frame time and pose age."""
-        return {
-            "frames": len(self.frame_ms),
-            "fps": self.fps,
-            "frame_ms": self.percentiles(self.frame_ms),
-            "pose_age_ms": self.percentiles(self.pose_age_ms),
-        }
+    def where(self) -> str:
+        """Return a line that says where the recording is."""
+        if self.record is None:
+            return f"Not recorded: {self.problem or 'nobody asked for it'}"
+        return f"Recorded in {self.record}"
 
-    @staticmethod
-    def percentiles(values: list[float]) -> dict[str, float]:
-        """Give the 50th, 95th and 99th percentile by name; zeros for nothing."""
-        cuts = np.percentile(values, (50, 95, 99)) if values else np.zeros(3)
-        return dict(zip(("p50", "p95", "p99"), (float(c) for c in cuts), strict=True))
-
-
-def fly(
-    source: OrderedPoses,
-    aim: Aim,
-    session: Session,
-    view: EndoscopeView,
-    recorder: SessionRecorder,
-    *,
-    until_s: float,
-    on_frame: OnFrame,
-) -> Timing:
-    """Fly until a sample's time reaches `until_s`, or the source says `EndedError`.
-
-    Every pose is recorded and scored; each frame shows the newest one. Errors of the
-    device pass through; what was recorded before is on disk.
-    """
-    teller = _Teller(recorder, on_frame)
-    with _settled_memory(), _settled_view(view), suppress(EndedError):
-        number = 0
-        begun = time.perf_counter()
-        while True:
-            newest: tuple[Pose, Sample] | None = None
-            for pose in _arrived(source):
-                sample = aim.complete(pose)
-                if sample.time_s >= until_s:
-                    return teller.timing
-                if sample.time_s < 0.0:
-                    begun = time.perf_counter()
-                    teller.start()
-                    continue
-                session.step(sample)
-                newest = pose, sample
-                recorder.add(SampleRecord.of(sample))
-            if newest is None:
-                continue
-            pose, sample = newest
-            before, begun = begun, time.perf_counter()
-            seen = session.view(sample)
-            tell = partial(
-                teller.tell, number, recorder.samples - 1, pose, sample, seen
+    def lines(self) -> list[str]:
+        """Return what can be done with the recording, for a terminal."""
+        lines = [self.where()]
+        if self.record is not None:
+            command = f"paravol replay {shlex.quote(str(self.record))}"
+            lines.append(f"Fly it again: {command}")
+        if self.record is not None and self.automatic:
+            lines.append(
+                f"The newest {KEPT_BYTES / 1e9:g} GB of such flights are kept; "
+                "--record NAME.paravol keeps one for good."
             )
-            view.begin(seen, number=number, elapsed_s=begun - before, then=tell)
-            number += 1
-    return teller.timing
+        return lines
 
 
-class _Teller:
-    """Record each finished frame and tell of it."""
+@dataclass(frozen=True, slots=True)
+class FinishedFlight:
+    """Hold what a flight leaves: its parts, for reports and snapshots."""
 
-    def __init__(self, recorder: SessionRecorder, on_frame: OnFrame) -> None:
-        self.timing = Timing()
-        self._recorder = recorder
-        self._on_frame = on_frame
-        self.start()
-
-    def start(self) -> None:
-        """Count time from now on."""
-        self._started = self._told = time.perf_counter()
-
-    def tell(
-        self,
-        number: int,
-        index: int,
-        pose: Pose,
-        sample: Sample,
-        seen: View,
-        frame: Frame,
-    ) -> None:
-        """Tell of one; index: of its sample among those recorded."""
-        before, self._told = self._told, time.perf_counter()
-        age_ms = (time.monotonic() - pose.host_time_s) * 1e3
-        self.timing.frame_ms.append((self._told - before) * 1e3)
-        self.timing.pose_age_ms.append(age_ms)
-        self.timing.wall_s = self._told - self._started
-        gap, print_ = seen.clearance_mm, frame.fingerprint()
-        self._recorder.add(FrameRecord(number, index, frame.gain, gap, print_))
-        self._on_frame(Shown(seen, frame, sample, number, age_ms))
+    patient: PatientScene
+    view: EndoscopeView
+    info: SessionInfo
+    timing: Timing
+    score: Score
 
 
-@contextmanager
-def _settled_view(view: EndoscopeView) -> Iterator[None]:
-    """Leave no frame in the making."""
-    try:
-        yield
-    finally:
-        view.settle()
+class FlightObserver:
+    """Hear of a flight while it goes on; override what is of interest.
 
-
-@contextmanager
-def _settled_memory() -> Iterator[None]:
-    """Keep the collector of garbage off what was there before.
-
-    The compiler leaves half a million objects; looking through them takes as long as
-    several frames.
+    All methods are called by the thread that flies, but for `on_frame` and `on_moment`,
+    which are called by the thread that finished the frame.
     """
-    gc.collect()
-    gc.freeze()
-    try:
-        yield
-    finally:
-        gc.unfreeze()
+
+    def on_progress(self, stage: str, share: float) -> None:
+        """Hear of a preparation and its done share, 0 to 1."""
+
+    def on_patient(self, patient: PatientScene) -> None:
+        """Hear that the head is there."""
+
+    def on_touch(self, stage: str, share: float) -> None:
+        """Hear of the share of fiducials that were touched; with every pose."""
+
+    def on_start(self, residual_mm: float | None) -> None:
+        """Hear that the recording begins.
+
+        residual_mm: of the registration, rms; None when nothing had to be touched.
+        """
+
+    def on_frame(self, event: FrameEvent) -> None:
+        """Hear of a finished frame, in order."""
+
+    def on_moment(self, event: FrameEvent) -> None:
+        """Hear that a snapshot of this frame was asked for."""
+
+    def on_view_saved(self, message: str, where: str) -> None:
+        """Hear that a view was saved as a file, or not, and where it is or why."""
+
+    def on_loss(self, loss: DeviceError) -> None:
+        """Hear that the device went away; it is waited for."""
+
+    def on_return(self, away_s: float) -> None:
+        """Hear that the device is back, after `away_s` seconds."""
 
 
-def _arrived(source: OrderedPoses) -> Iterator[Pose]:
-    """Wait for one pose, then give all that have come in meanwhile.
+class DeviceLostError(UserError):
+    """The device failed in flight; the recording up to then is kept."""
 
-    What is measured later is left to the next frame, or a machine that is too slow for
-    the poses would never come to a picture.
+    def __init__(self, error: Exception, bundle: Path) -> None:
+        super().__init__(
+            f"{error} What was flown until then is in {bundle} and can be replayed."
+        )
+
+
+class Flight:
+    """Fly once. `end`, `cancel` and what asks for a frame may be called by any thread.
+
+    roll: turns the light post by hand. recording: where the flight is recorded.
+    result: how it ended; None before, and where not a single pose was flown.
     """
-    pose = source.read(PATIENCE_S)
-    looked_s = time.monotonic()
-    yield pose
-    while pose.host_time_s < looked_s and time.monotonic() < looked_s + LONGEST_S:
+
+    def __init__(self, order: FlightOrder, observer: FlightObserver) -> None:
+        self.order = order
+        self.roll = KeyboardRoll(order.input.completer)
+        self.recording = Recording(order)
+        self.result: FlightEnd | None = None
+        self._observer = observer
+        self._closed = threading.Event()
+        self._ended = threading.Event()
+        self._moment_wanted = threading.Event()
+        self._view_wanted = threading.Event()
+
+    def end(self) -> None:
+        """End the flight as if its path were flown."""
+        self._ended.set()
+
+    def cancel(self) -> None:
+        """End whatever goes on, preparations included."""
+        self._closed.set()
+
+    def keep_moment(self) -> None:
+        """Ask for a snapshot of the next frame's moment."""
+        self._moment_wanted.set()
+
+    def keep_view(self) -> None:
+        """Ask for the next frame's view as a file."""
+        self._view_wanted.set()
+
+    def run(self) -> FinishedFlight | None:
+        """Fly to the end; None where that came before the first pose.
+
+        Raises `DeviceLostError` when the device failed in flight, DeviceError or
+        TimeoutError when it failed before or nothing is recorded, UserError for input
+        that cannot be flown.
+        """
         try:
-            pose = source.read(0.0)
-        except TimeoutError:
+            return self._run()
+        except EndedError:
+            return None
+
+    def _run(self) -> FinishedFlight | None:
+        order, observer = self.order, self._observer
+        scenario, has_instrument = order.scenario, order.input.has_instrument
+        patient = load_patient(scenario, self._progress)
+        observer.on_patient(patient)
+        size = (order.size, order.size)
+        view = build_view(
+            scenario,
+            patient,
+            tier=LIVE_TIER,
+            seed=SEED,
+            has_instrument=has_instrument,
+            threads=order.threads,
+            progress=self._progress,
+        )
+        view.warm_up(first_views(scenario, patient, order.path, size), self._progress)
+        self._progress("Opening the input", 0.0)
+        with ExitStack() as stack:
+            streamer = stack.enter_context(streaming(order.stream))
+            poses = stack.enter_context(order.input.open(patient))
+            self._progress("Opening the input", 1.0)
+            source = ReconnectingSource(
+                CancellableSource(poses, self._closed, self._ended),
+                order.patience_s,
+                observer.on_loss,
+                observer.on_return,
+            )
+            registration, residual_mm = self._register(source)
+            order.input.placed(registration)
+            info = describe_session(
+                scenario,
+                patient,
+                registration,
+                size=order.size,
+                has_instrument=has_instrument,
+            )
+            matrix = registration.world_from_device
+            session = build_session(scenario, patient, matrix, size)
+            recorder = self.recording.open(stack, info)
+            observer.on_start(residual_mm)
+            completer: PoseCompleter = PedalListener(
+                self.roll, partial(self._on_pedal, recorder)
+            )
+            if streamer is not None:
+                completer = StreamingCompleter(
+                    completer, streamer, matrix, has_instrument
+                )
+            timing = self._follow(source, completer, session, view, recorder, patient)
+            if not recorder.samples:
+                return None
+            score = session.score()
+            recorder.close({"score": asdict(score), "timing": timing.figures()})
+        was_ended = self._ended.is_set() or self._closed.is_set()
+        title = "The flight is over" if was_ended else "The path is flown"
+        self.result = self.recording.end(title, score)
+        return FinishedFlight(patient, view, info, timing, score)
+
+    def _progress(self, stage: str, share: float) -> None:
+        if self._closed.is_set():
+            raise ClosedError
+        self._observer.on_progress(stage, share)
+
+    def _register(self, source: OrderedPoses) -> tuple[Registration, float | None]:
+        """Ask for the fiducials to be touched, unless the input lies in the patient.
+
+        With the residual in mm rms, where it was measured.
+        """
+        known = self.order.input.registration
+        if known is not None:
+            return known, None
+        fiducials = self.order.scenario.fiducial_positions()
+        registration = register_by_touch(source, fiducials, self._observer.on_touch)
+        return registration, registration.residual_rms_mm
+
+    def _on_pedal(
+        self, recorder: SessionRecorder, event: ButtonEvent, sample: Sample
+    ) -> None:
+        """Record a pedal; the right one keeps the moment."""
+        if sample.time_s < 0.0:
             return
-        yield pose
+        recorder.add(pedal_record(event, sample.time_s))
+        if event.is_down and event.button == Button.RIGHT_PEDAL:
+            self.keep_moment()
+
+    def _follow(
+        self,
+        source: ReconnectingSource,
+        completer: PoseCompleter,
+        session: Session,
+        view: EndoscopeView,
+        recorder: SessionRecorder,
+        patient: PatientScene,
+    ) -> Timing:
+        """Fly until the path ends, somebody ends it or the device is lost for good."""
+        observer = self._observer
+
+        def note(text: str, later_s: float = 0.0) -> None:
+            time_s = session.score().duration_s + later_s
+            recorder.add(EventRecord(time_s, "device", text))
+
+        def on_loss(loss: DeviceError) -> None:
+            note(str(loss))
+            observer.on_loss(loss)
+
+        def on_return(away_s: float) -> None:
+            note(f"The device is back after {away_s:.1f} s.", away_s)
+            observer.on_return(away_s)
+
+        def on_frame(event: FrameEvent) -> None:
+            if self._moment_wanted.is_set():
+                self._moment_wanted.clear()
+                text = f"frame {event.number}"
+                recorder.add(EventRecord(event.sample.time_s, "snapshot", text))
+                observer.on_moment(event)
+            if self._view_wanted.is_set():
+                self._view_wanted.clear()
+                observer.on_view_saved(*save_frame_view(self.order, patient, event))
+            observer.on_frame(event)
+
+        source.on_loss, source.on_return = on_loss, on_return
+        try:
+            return fly(
+                source,
+                completer,
+                session,
+                view,
+                recorder,
+                until_s=self.order.input.until_s,
+                on_frame=on_frame,
+            )
+        except (DeviceError, TimeoutError) as error:
+            note(str(error))
+            if recorder.samples:
+                self.result = self.recording.end("The arm was lost", session.score())
+            if self.recording.folder is None:
+                raise
+            raise DeviceLostError(error, self.recording.folder) from error
+
+
+class Recording:
+    """Open the recording of a flight and remember where it is.
+
+    folder: None where none is kept. problem: why, one sentence.
+    """
+
+    def __init__(self, order: FlightOrder) -> None:
+        self._order = order
+        self.folder: Path | None = None
+        self.problem = ""
+
+    def open(self, stack: ExitStack, info: SessionInfo) -> SessionRecorder:
+        """Begin to record; the stack closes it.
+
+        Without a named folder, a flight that cannot be kept goes on unrecorded.
+        """
+        order = self._order
+        if order.record is not None:
+            recorder = stack.enter_context(SessionRecorder(order.record, info))
+            self.folder = order.record
+            return recorder
+        if order.kept is not None:
+            automatic = msgspec.structs.replace(info, automatic=True)
+            place: Path | None = None
+            try:
+                held = order.kept.new_session(order.scenario.name)
+                place = stack.enter_context(held)
+                recorder = stack.enter_context(SessionRecorder(place, automatic))
+            except OSError as error:
+                self.problem = f"{order.kept.folder} cannot be written ({error})."
+                if place is not None:
+                    shutil.rmtree(place, ignore_errors=True)
+            else:
+                self.folder = place
+                return recorder
+        scratch = tempfile.TemporaryDirectory(prefix="paravol-train-")
+        folder = Path(stack.enter_context(scratch))
+        return stack.enter_context(SessionRecorder(folder, info))
+
+    def end(self, title: str, score: Score) -> FlightEnd:
+        """Return how the flight ended."""
+        automatic = self._order.record is None
+        return FlightEnd(title, score, self.folder, automatic, self.problem)
+
+
+def save_frame_view(
+    order: FlightOrder, patient: PatientScene, event: FrameEvent
+) -> tuple[str, str]:
+    """Write the view of a frame, with its gain, for `paravol snapshot --view`.
+
+    It lies in the recording that was asked for, or in the working directory. Return a
+    message and where the file is, or why there is none: a disk that refuses ends no
+    flight.
+    """
+    folder = Path() if order.record is None else order.record / "snapshots"
+    time_s = event.sample.time_s
+    file = folder / f"view-{time_s:.2f}.view.json"
+    view = view_of(
+        event.view,
+        order.scenario,
+        patient,
+        gain=event.frame.gain,
+        number=event.number,
+        seed=SEED,
+        has_instrument=order.input.has_instrument,
+    )
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        save_view(file, view)
+    except OSError as error:
+        return "The view was not saved", str(error)
+    return f"Saved the view at {time_s:.1f} s", str(file)

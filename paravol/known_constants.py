@@ -12,8 +12,8 @@ from paravol.finding import Finding
 
 ACCEPT = "--accept-constants"
 
-MOST_TOLD = 4
-"""Changes beyond that many are counted and not told one by one."""
+MOST_LISTED = 4
+"""Most changes that are listed; the rest are counted."""
 
 
 def demand_known_constants(arm: ArmDescription, port: str) -> None:
@@ -83,7 +83,7 @@ def _history(
 
 
 def _trouble(arm: ArmDescription, known: KnownArms) -> str:
-    """Say why constants are not to be believed; empty when they are."""
+    """Return why constants are not to be believed; empty when they are."""
     try:
         before = known.find(arm.identity.serial)
     except OSError:
@@ -99,10 +99,10 @@ def _trouble(arm: ArmDescription, known: KnownArms) -> str:
     told = changes(before, arm)
     if not told:
         return ""
-    more = f", {len(told) - MOST_TOLD} more" if len(told) > MOST_TOLD else ""
+    more = f", {len(told) - MOST_LISTED} more" if len(told) > MOST_LISTED else ""
     return (
         f"its constants changed since {before.seen}: "
-        f"{', '.join(told[:MOST_TOLD])}{more}"
+        f"{', '.join(told[:MOST_LISTED])}{more}"
     )
 
 

@@ -1,13 +1,16 @@
-"""The head on the table, ready to be drawn: phantom or case, scene, landmarks."""
+"""A patient: a phantom or a case, its scene and landmarks, and pictures of it."""
 
 import hashlib
+import os
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cache, cached_property, partial
 from pathlib import Path
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from anatomy import PhantomParameters, classic_transfer_function, sinus_phantom
 from anatomy.case import read_case
@@ -16,8 +19,14 @@ from anatomy.scan.approach import Approach
 from anatomy.tissue import Label
 from disk import UserError
 from paravol.slice_views import SECOND, SliceViews
-from renderers.scene import AirSurface, Scene, Volume
-from scenarios import Scenario, Structures
+from renderers.scene import AirSurface, Camera, Mesh, Scene, Volume
+from scenarios import Endoscope, Scenario, Structures, View, tip_frame
+
+if TYPE_CHECKING:
+    from paravol.snapshots.comparison import Difference
+    from paravol.view import EndoscopeView
+    from renderers.art import ActiveRayTracer
+    from renderers.fsr import SplatActor
 
 SKIN_MM = 2.0
 """Voxels of a phantom's whole head: it is only looked at from outside."""
@@ -25,21 +34,62 @@ SKIN_MM = 2.0
 Progress = Callable[[str, float], None]
 """Called with what is being done and the done share, 0 to 1."""
 
+StrPath = str | os.PathLike[str]
+
+
+def no_progress(stage: str, share: float) -> None:
+    """Ignore progress."""
+
 
 @dataclass(frozen=True, slots=True)
-class OperatingRoom:
-    """Hold what every picture of a session shares.
+class Look:
+    """Hold what the endoscope sees from one place.
 
-    landmarks: world positions ``(3,)`` in mm by name; paired ones carry their side,
-        as in ``"maxillary ostium right"``.
+    rgb: ``(h, w, 3)`` uint8 sRGB, row 0 at the top. depth_mm: ``(h, w)`` float32, along
+    each pixel's ray, +inf where nothing is met. camera: its ``rays()`` give the rays,
+    patient LPS, mm. gain: of the camera, for
+    `PatientScene.look` to expose another picture alike. instrument_pose: as it was
+    given.
+    """
+
+    rgb: NDArray[np.uint8]
+    depth_mm: NDArray[np.float32]
+    camera: Camera
+    gain: float
+    instrument_pose: NDArray[np.float64] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class HighQualityPicture:
+    """Hold the ray tracer's best picture of a `Look`.
+
+    rgb, depth_mm: as those of `Look`. seconds: it took. difference: of the look's
+    picture from this one, in 8-bit codes.
+    """
+
+    rgb: NDArray[np.uint8]
+    depth_mm: NDArray[np.float32]
+    seconds: float
+    difference: "Difference"
+
+
+@dataclass(frozen=True)
+class PatientScene:
+    """Hold a patient's head and draw it.
+
+    World is the patient's LPS frame in mm; volumes are indexed ``[z, y, x]``.
+    scene: its ``volume`` is the CT, ``surface.distance`` the signed distance to the
+        wall of the airway, mm, negative in air.
+    landmarks: positions ``(3,)`` by name; paired ones carry their side, as in
+        ``"maxillary ostium, right"``.
     surface_sha256: hash of the air distance values and where they lie.
     way_in: where a scope enters a patient's own head; None for a phantom, whose
         landmarks say it.
     others: further scans of the head on the scene's grid, by their names in the case.
     structures: what names the places that a tool touches.
     face: gives the distance to the skin of the whole head, mm, negative in the room,
-        on a coarse grid of its own; None where nobody knows it. A phantom's takes half
-        a second.
+        on a coarse grid of its own; None where it is unknown. A phantom's takes half a
+        second.
     """
 
     scene: Scene
@@ -52,17 +102,22 @@ class OperatingRoom:
 
     @property
     def surface(self) -> AirSurface:
-        """Get the surface that the endoscope sees."""
+        """Return the surface that the endoscope sees."""
         assert self.scene.surface is not None
         return self.scene.surface
 
+    @property
+    def structures_sha256(self) -> str:
+        """Return a hash of what names the structures; "" where none are named."""
+        return "" if self.structures is None else self.structures.sha256()
+
     def slice_views(self) -> SliceViews:
-        """Get what navigation slices are cut from."""
+        """Return what navigation slices are cut from."""
         volumes = {"ct": self.scene.volume, **self.others}
         return SliceViews.of(volumes, self.scene.transfer_function)
 
     def positions(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
-        """Look landmarks up; ValueError names an unknown one and those there are."""
+        """Look landmarks up; UserError names an unknown one and those there are."""
         unknown = [name for name in names if name not in self.landmarks]
         if unknown:
             raise UserError(
@@ -71,18 +126,182 @@ class OperatingRoom:
             )
         return {name: self.landmarks[name] for name in names}
 
+    def pose(
+        self, eye: str | ArrayLike, target: str | ArrayLike, forward_mm: float = 0.0
+    ) -> NDArray[np.float64]:
+        """Return the pose of a scope that looks from one place at another.
 
-def prepare_room(scenario: Scenario, progress: Progress) -> OperatingRoom:
+        eye, target: names of landmarks, or points ``(3,)``. forward_mm: moves the tip
+        from the eye towards the target. Return ``world_from_tip``, 4x4: +z runs back up
+        the shaft. UserError for an unknown landmark or two equal places.
+        """
+        first, second = (
+            self.positions((place,))[place]
+            if isinstance(place, str)
+            else np.asarray(place, np.float64)
+            for place in (eye, target)
+        )
+        length = float(np.linalg.norm(second - first))
+        if length == 0.0:
+            raise UserError(f"the eye and the target are one place, {first.tolist()}")
+        forward = (second - first) / length
+        return tip_frame(first + forward_mm * forward, forward)
+
+    def look(
+        self,
+        place: NDArray[np.float64] | Camera,
+        *,
+        renderer: Literal["fsr", "art"] = "fsr",
+        size: int = 512,
+        gain: float | None = None,
+        instrument_pose: NDArray[np.float64] | None = None,
+    ) -> Look:
+        """Draw what the endoscope sees, lit and exposed as in the trainer.
+
+        place: ``world_from_tip`` of a straight scope of 80 degrees, 4x4, or a camera of
+        any place, lens and size; `Endoscope.camera` makes that of other scopes.
+        renderer: "fsr" splats, as the live picture does; "art" casts rays. Both are
+        shaded alike. size: of the square picture, pixels. gain: of the camera; None
+        exposes automatically. instrument_pose: ``world_from_instrument`` of a suction
+        tube, 4x4; None for none. The
+        first picture takes seconds longer: the scene is prepared for it.
+        """
+        from renderers.shading import meter
+
+        camera = place
+        if not isinstance(camera, Camera):
+            camera = Endoscope().camera(np.asarray(place), 0.0, (size, size))
+        view, tool = self._view, np.eye(4)
+        view.instrument = None
+        if instrument_pose is not None:
+            view.instrument, tool = instrument(), np.asarray(instrument_pose)
+        seen = View(camera, np.eye(4), tool, 0.0)
+        if renderer == "fsr":
+            buffer = view.tissue(seen)
+        elif renderer == "art":
+            buffer = self._tracer.gbuffer(camera)
+        else:
+            raise UserError(f"the renderer is 'fsr' or 'art', got {renderer!r}")
+        view.add_instrument(seen, buffer)
+        radiance = view.light(seen, buffer)
+        chosen = meter(radiance) if gain is None else gain
+        pixels = view.expose(seen, buffer, radiance, gain=chosen, number=0)
+        return Look(pixels, buffer.depth_mm, camera, chosen, instrument_pose)
+
+    def snapshot(
+        self, look: Look, *, ranks: int = 1, progress: Progress = no_progress
+    ) -> HighQualityPicture:
+        """Have a look drawn again at high quality, by a worker process of its own.
+
+        ranks: processes that share the work, over MPI where more than one. Takes from
+        seconds to a minute. UserError when the worker cannot do it.
+        """
+        from paravol.session_setup import SEED
+        from paravol.snapshots.comparison import difference
+        from paravol.snapshots.rendering_service import running_worker
+        from paravol.snapshots.spool_folder import own_spool
+        from renderers.snapshots.client import SnapshotClient
+
+        tools = []
+        if look.instrument_pose is not None:
+            tools.append((instrument(), look.instrument_pose))
+        with ExitStack() as stack:
+            spool = stack.enter_context(own_spool())
+            client = SnapshotClient(spool, name="paravol in Python")
+            worker = stack.enter_context(running_worker(spool, ranks=ranks))
+            request = client.request_scope(
+                self.surface,
+                look.camera,
+                ring_radius_mm=Endoscope().ring_radius_mm,
+                seed=SEED,
+                gain=look.gain,
+                instruments=tools,
+            )
+            job = client.submit(request)
+            snapshot = client.wait(
+                job, partial(progress, "Snapshot"), watch=worker.ensure_alive
+            )
+            pixels = snapshot.pixels()
+            return HighQualityPicture(
+                pixels,
+                snapshot.depth_mm(),
+                snapshot.result.seconds["total"],
+                difference(look.rgb, pixels),
+            )
+
+    def splat_actor(self) -> "SplatActor":
+        """Return the head as splats for a VTK or pyvista scene.
+
+        Show it with ``actor.show_in(plotter.renderer)``, which keeps splats in order.
+        """
+        from renderers.fsr import SplatActor, extract_fuzzy_set
+
+        return SplatActor(extract_fuzzy_set(self.scene), self.scene)
+
+    @cached_property
+    def _view(self) -> "EndoscopeView":
+        from paravol.session_setup import LIVE_TIER, SEED
+        from paravol.view import EndoscopeView
+        from renderers.shading import Tier
+
+        return EndoscopeView(
+            self,
+            ring_radius_mm=Endoscope().ring_radius_mm,
+            instrument=None,
+            tier=Tier[LIVE_TIER],
+            seed=SEED,
+            threads=thread_count(),
+            visible_sets=False,
+        )
+
+    @cached_property
+    def _tracer(self) -> "ActiveRayTracer":
+        from renderers.art import ActiveRayTracer
+
+        return ActiveRayTracer(self.scene, threads=thread_count())
+
+
+def thread_count() -> int:
+    """Return the number of processors that this process may use."""
+    return len(os.sched_getaffinity(0))
+
+
+@cache
+def instrument(name: str = "suction tube") -> Mesh:
+    """Return an instrument's triangles, mm; +z of its frame runs back up the shaft.
+
+    UserError names the instruments there are.
+    """
+    if name != "suction tube":
+        raise UserError(f"There is no instrument {name!r}; there is: suction tube.")
+    # Imported here: building meshes loads a large library.
+    from scenarios.instruments import suction_tube
+
+    return suction_tube()
+
+
+def load_patient(scenario: Scenario, progress: Progress) -> PatientScene:
     """Build the scenario's head, fetch it from the cache, or read its case.
 
-    Raises ValueError for a case that cannot be flown.
+    Raises UserError for a case that cannot be flown.
     """
     head = scenario.head
     if head.case:
-        return case_room(Path(head.case), progress)
+        return load_case(Path(head.case), progress)
+    return load_phantom(head.seed, head.spacing_mm, progress)
+
+
+def load_phantom(
+    seed: int = 1, spacing_mm: float = 0.5, progress: Progress = no_progress
+) -> PatientScene:
+    """Return a virtual patient, from the user's cache or built in about a minute.
+
+    seed: decides the anatomy; 1 is the patient of the bundled flight. spacing_mm: of
+    the voxels. progress: called with what is being done and the share, 0 to 1.
+    """
     phantom = sinus_phantom(
-        PhantomParameters(seed=head.seed),
-        spacing_mm=head.spacing_mm,
+        PhantomParameters(seed=seed),
+        spacing_mm=spacing_mm,
         progress=lambda stage, share: progress(f"Head: {stage}", share),
     )
     surface = AirSurface(phantom.distance, phantom.blood, phantom.skin)
@@ -92,7 +311,7 @@ def prepare_room(scenario: Scenario, progress: Progress) -> OperatingRoom:
         for name, landmark in phantom.landmarks.items()
     }
     label_names = {int(v): v.name.lower().replace("_", " ") for v in Label}
-    return OperatingRoom(
+    return PatientScene(
         scene,
         landmarks,
         surface_hash(surface),
@@ -103,8 +322,12 @@ def prepare_room(scenario: Scenario, progress: Progress) -> OperatingRoom:
     )
 
 
-def case_room(folder: Path, progress: Progress) -> OperatingRoom:
-    """Read a patient from a case folder; ValueError where it cannot be flown."""
+def load_case(folder: StrPath, progress: Progress = no_progress) -> PatientScene:
+    """Read a patient from a case, made by `paravol import` or `paravol phantom`.
+
+    UserError where the folder holds no case, or one that cannot be flown.
+    """
+    folder = Path(folder)
     stage = "Head: reading the case"
     progress(stage, 0.0)
     case = read_case(folder)
@@ -128,7 +351,7 @@ def case_room(folder: Path, progress: Progress) -> OperatingRoom:
     others = {name: volumes[name] for name in SECOND if name in volumes}
     label_names = {int(v): name for v, name in case.record.label_names.items()}
     skin = volumes.get("face")
-    return OperatingRoom(
+    return PatientScene(
         scene,
         landmarks,
         surface_hash(surface),

@@ -1,7 +1,6 @@
 """A second scan of the same head, laid onto the first."""
 
 from dataclasses import dataclass
-from typing import Any
 
 from anatomy.scan.imported import ImportedHead
 from anatomy.scan.scan import Modality, Scan
@@ -19,7 +18,7 @@ class SecondScan:
     """
 
     on_grid: Volume
-    quality: dict[str, Any]
+    quality: dict[str, float]
 
 
 def check_second(first: Scan, second: Scan) -> None:

@@ -1,23 +1,60 @@
 """The parts of a session, built from its description or from its scenario."""
 
+import datetime
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from devices import ProbePath
-from paravol.patient import OperatingRoom, Progress
+from devices import ProbePath, Registration, load_probe_path
+from paravol.patient import PatientScene, Progress
+from paravol.versions import versions
 from paravol.view import EndoscopeView
-from renderers.shading import Tier
-from scenarios import Sample, Scenario, Session, View, tip_frame
+from renderers.shading import LOOK_VERSION, Tier
+from scenarios import Sample, Scenario, Session, View, load_scenario, tip_frame
+from scenarios.bundle import SessionInfo
+
+SEED = 1
+"""Of the tissue's fine detail: the same patient looks the same in every session."""
+
+LIVE_TIER = "LIVE"
 
 TOOL_AHEAD_MM, TOOL_ASIDE_MM = 12.0, 3.0
 """Where a tool is well in view."""
 
 
+def describe_session(
+    scenario: Scenario,
+    patient: PatientScene,
+    registration: Registration,
+    *,
+    size: int,
+    has_instrument: bool,
+) -> SessionInfo:
+    """Gather what a replay needs to know."""
+    return SessionInfo(
+        scenario_name=scenario.name,
+        scenario=msgspec.json.encode(scenario).decode(),
+        picture_size=(size, size),
+        tier=LIVE_TIER,
+        seed=SEED,
+        world_from_device=registration.world_from_device.ravel().tolist(),
+        registration_rms_mm=registration.residual_rms_mm,
+        surface_sha256=patient.surface_sha256,
+        has_instrument=has_instrument,
+        created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        versions=versions(),
+        look=LOOK_VERSION,
+        structures_sha256=""
+        if patient.structures is None
+        else patient.structures.sha256(),
+    )
+
+
 def build_session(
     scenario: Scenario,
-    room: OperatingRoom,
+    patient: PatientScene,
     world_from_device: NDArray[np.float64],
     size: tuple[int, int],
 ) -> Session:
@@ -25,16 +62,16 @@ def build_session(
     return Session(
         scenario.scope.endoscope(),
         world_from_device,
-        room.surface.distance,
-        room.positions(scenario.targets),
+        patient.surface.distance,
+        patient.positions(scenario.targets),
         size,
-        room.structures,
+        patient.structures,
     )
 
 
 def build_view(
     scenario: Scenario,
-    room: OperatingRoom,
+    patient: PatientScene,
     *,
     tier: str,
     seed: int,
@@ -47,7 +84,7 @@ def build_view(
     from scenarios.instruments import suction_tube
 
     return EndoscopeView(
-        room,
+        patient,
         ring_radius_mm=scenario.scope.ring_radius_mm,
         instrument=suction_tube() if has_instrument else None,
         tier=Tier[tier],
@@ -58,28 +95,28 @@ def build_view(
 
 
 def first_views(
-    scenario: Scenario, room: OperatingRoom, path: ProbePath, size: tuple[int, int]
+    scenario: Scenario, patient: PatientScene, path: ProbePath, size: tuple[int, int]
 ) -> list[View]:
-    """Give views that need all that a session needs, to be drawn before it begins.
+    """Return views that need all that a session needs, to be drawn before it begins.
 
     From inside the nose, from before the nostril with its hairs, and with a tool in
     front of the lens.
     """
-    inside = path_view(scenario, room, path, path.duration_s / 2, size)
+    inside = path_view(scenario, patient, path, path.duration_s / 2, size)
     eye, right, _, forward = inside.camera.frame
     tip = eye + TOOL_AHEAD_MM * forward + TOOL_ASIDE_MM * right
     beside = replace(inside, world_from_instrument=tip_frame(tip, forward))
-    return [inside, path_view(scenario, room, path, 0.0, size), beside]
+    return [inside, path_view(scenario, patient, path, 0.0, size), beside]
 
 
 def path_view(
     scenario: Scenario,
-    room: OperatingRoom,
+    patient: PatientScene,
     path: ProbePath,
     time_s: float,
     size: tuple[int, int],
 ) -> View:
-    """Give the view a scope on the path would have, without any arm."""
+    """Return the view a scope on the path would have, without any arm."""
     at = path.sample(time_s)
     sample = Sample(
         time_s,
@@ -89,4 +126,19 @@ def path_view(
         at.instrument_axis,
         at.buttons,
     )
-    return build_session(scenario, room, np.eye(4), size).view(sample)
+    return build_session(scenario, patient, np.eye(4), size).view(sample)
+
+
+def flight_pose(
+    time_s: float, scenario: str = "first_flight"
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return where a scenario's recorded path has the scope and the suction tube.
+
+    time_s: seconds from the path's beginning, held within it. scenario: a bundled name
+    or a ``.toml`` file. Return ``world_from_tip`` and ``world_from_instrument``, 4x4;
+    they belong to the scenario's own patient, ``phantom(seed=1)`` for the bundled one.
+    """
+    described, folder = load_scenario(scenario)
+    at = load_probe_path(folder / described.path).sample(time_s)
+    instrument_pose = tip_frame(at.instrument_tip_mm, at.instrument_axis)
+    return tip_frame(at.tip_mm, at.axis), instrument_pose

@@ -36,7 +36,7 @@ class Plane(Enum):
 
     @property
     def letters(self) -> tuple[str, str, str, str]:
-        """Give what is at the left, right, top and bottom of the picture."""
+        """Return what is at the left, right, top and bottom of the picture."""
         return _LETTERS[self]
 
 
@@ -55,7 +55,7 @@ class Show(Enum):
     BOTH = "both"
 
     def next(self) -> "Show":
-        """Give the one that a switch goes on to."""
+        """Return the one that a switch goes on to."""
         every = list(Show)
         return every[(every.index(self) + 1) % len(every)]
 
@@ -91,7 +91,7 @@ class SliceViews:
     def picture(
         self, plane: Plane, at_mm: NDArray[np.float64], show: Show
     ) -> NDArray[np.uint8]:
-        """Give the whole slice nearest to a point, ``(h, w, 3)`` sRGB, a voxel a pixel.
+        """Return the slice nearest to a point, ``(h, w, 3)`` sRGB, a voxel a pixel.
 
         Raises ValueError for MR where the case has none.
         """
@@ -107,7 +107,7 @@ class SliceViews:
         return gray if show is Show.MR else self._with_bone(gray, ct)
 
     def place(self, plane: Plane, at_mm: NDArray[np.float64]) -> tuple[float, float]:
-        """Give the column and the row of a point in a plane's picture."""
+        """Return the column and the row of a point in a plane's picture."""
         i, j, k = (np.asarray(at_mm) - self.ct.origin_mm) / self.ct.spacing_mm
         top = self.ct.shape[0] - 1
         places = {
@@ -137,7 +137,7 @@ class SliceViews:
 def cut(
     volume: Volume, plane: Plane, at_mm: NDArray[np.float64]
 ) -> NDArray[np.generic]:
-    """Give a volume's slice nearest to a point, as it hangs; within the volume."""
+    """Return a volume's slice nearest to a point, as it hangs; within the volume."""
     at = (np.asarray(at_mm) - volume.origin_mm) / volume.spacing_mm
     axis = plane.value
     number = int(np.clip(round(float(at[2 - axis])), 0, volume.shape[axis] - 1))

@@ -8,7 +8,7 @@ _NAMED = ("paravol-ess", "numpy", "numba", "scipy", "vtk", "trimesh", "mpi4py")
 
 
 def versions() -> dict[str, str]:
-    """Give the versions of Python, the machine and the packages that matter."""
+    """Return the versions of Python, the machine and the packages that matter."""
     found = {
         "python": platform.python_version(),
         "platform": f"{sys.platform}-{platform.machine()}",

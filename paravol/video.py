@@ -64,7 +64,7 @@ class VideoWriter:
 
     def __enter__(self) -> Self:
         try:
-            self._partial.touch()  # the encoder tells a refusal late, in many lines
+            self._partial.touch()  # the encoder reports a refusal late, in many lines
         except OSError as error:
             error.filename = str(self._path)
             raise

@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 from xxhash import xxh3_128_hexdigest
 
-from paravol.patient import OperatingRoom, Progress
+from paravol.patient import PatientScene, Progress, no_progress
 from renderers.fsr import FuzzySetRenderer
 from renderers.scene import GBuffer, Mesh
 from renderers.scene.mesh_drawing import ListedFacets
@@ -25,7 +26,7 @@ from renderers.shading.bands import RowBands
 from renderers.shading.shader import Lattice
 from scenarios import View
 
-SIGHT_STAGE = "Finding what can be seen from where"
+VISIBLE_SETS_STAGE = "Finding what can be seen from where"
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +44,7 @@ class Frame:
     def fingerprint(self) -> str:
         """Hash the picture's bytes: 32 hexadecimal digits.
 
-        It tells pictures apart and is no proof against forgers. XXH3 takes 0.01 ms for
+        It is not cryptographic. XXH3 takes 0.01 ms for
         512 x 512 pixels where BLAKE2b takes 1.
         """
         return xxh3_128_hexdigest(self.pixels.data)
@@ -54,7 +55,7 @@ class EndoscopeView:
 
     def __init__(
         self,
-        room: OperatingRoom,
+        patient: PatientScene,
         *,
         ring_radius_mm: float,
         instrument: Mesh | None,
@@ -62,18 +63,22 @@ class EndoscopeView:
         seed: int,
         threads: int,
         progress: Progress | None = None,
+        visible_sets: bool = False,
     ) -> None:
-        """Extract the fuzzy set, find what can be seen from where, set up the light.
+        """Extract the fuzzy set, set up the light.
 
-        instrument: mesh of the tool beside the scope, or None.
+        instrument: mesh of the tool beside the scope, or None. visible_sets: look up
+        what can be seen from where in place of tracing cones every frame: the same
+        pictures, see `FuzzySetRenderer.use_visible_sets`.
         """
         # one team for all stages: its threads are still awake when the next begins
         team = ThreadTeam(threads)
-        self.renderer = FuzzySetRenderer(room.scene, threads=team)
-        tell = progress or (lambda stage, share: None)
-        tell(SIGHT_STAGE, 0.0)
-        self.renderer.look_up_sight(progress=lambda share: tell(SIGHT_STAGE, share))
-        self._shader = ScopeShader(room.surface, tier, seed=seed, threads=team)
+        self.renderer = FuzzySetRenderer(patient.scene, threads=team)
+        report = progress or no_progress
+        if visible_sets:
+            report(VISIBLE_SETS_STAGE, 0.0)
+            self.renderer.use_visible_sets(progress=partial(report, VISIBLE_SETS_STAGE))
+        self._shader = ScopeShader(patient.surface, tier, seed=seed, threads=team)
         self._camera_pass = CameraPass(threads=team)
         self._begun: Errand[Frame] | None = None
         self._light = ScopeLight(ring_radius_mm)
@@ -126,7 +131,7 @@ class EndoscopeView:
     def light(
         self, view: View, buffer: GBuffer, lattice: Lattice | None = None
     ) -> NDArray[np.float32]:
-        """Give linear radiance ``(h, w, 3)``: the third stage.
+        """Return linear radiance ``(h, w, 3)``: the third stage.
 
         lattice: of the view, where that is known.
         """

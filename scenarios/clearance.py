@@ -42,7 +42,7 @@ def shaft_clearance(
         shaft is a capsule: its end sphere is centred one radius behind the tip.
     """
     # Imported here: this module's names are needed where nothing is compiled.
-    from scenarios.kernels.least_air import least_air
+    from renderers.scene.kernels.least_air import least_air
 
     count = int((length_mm - radius_mm + _STEP_MM / 2) / _STEP_MM) + 1
     if count < 1:

@@ -56,7 +56,7 @@ class Endoscope:
         roll_deg: float,
         size: tuple[int, int],
     ) -> Camera:
-        """Give the camera of a tip pose; `size` is ``(width, height)``.
+        """Return the camera of a tip pose; `size` is ``(width, height)``.
 
         world_from_tip: 4x4; +z of the tip frame runs back up the shaft. Its x and y
             axes are ignored, a five-joint arm does not measure them.
@@ -102,7 +102,7 @@ def tip_frame(
 def _upright(
     axis: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Give unit right and up of a picture looking along `axis`, nearest to upright."""
+    """Return unit right and up of a picture along `axis`, nearest to upright."""
     reference = SUPERIOR if abs(axis @ SUPERIOR) < _PARALLEL else ANTERIOR
     right = _cross(axis, reference)
     right /= math.sqrt(right @ right)
@@ -110,7 +110,7 @@ def _upright(
 
 
 def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give the cross product ``(3,)``; numpy's own takes 26 times as long."""
+    """Return the cross product ``(3,)``; numpy's own takes 26 times as long."""
     ax, ay, az = a.tolist()
     bx, by, bz = b.tolist()
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])

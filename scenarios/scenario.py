@@ -84,7 +84,7 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     moments: tuple[Moment, ...] = ()
 
     def fiducial_positions(self) -> dict[str, NDArray[np.float64]]:
-        """Give the fiducials' positions ``(3,)`` by name, in order."""
+        """Return the fiducials' positions ``(3,)`` by name, in order."""
         return {f.name: np.array(f.position_mm) for f in self.fiducials}
 
 

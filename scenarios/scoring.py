@@ -114,7 +114,7 @@ class Scorer:
             self._nearest[name] = min(self._nearest.get(name, distance), distance)
 
     def score(self) -> Score:
-        """Give the score so far."""
+        """Return the score so far."""
         first = self._last_s if self._first_s is None else self._first_s
         return Score(
             duration_s=self._last_s - first,
@@ -139,5 +139,5 @@ class Scorer:
 
 
 def _length(vector: NDArray[np.float64]) -> float:
-    """Give the bits of `np.linalg.norm` in a third of its time."""
+    """Return the bits of `np.linalg.norm` in a third of its time."""
     return math.sqrt(vector.dot(vector))

@@ -96,7 +96,7 @@ class Session:
         self._stepped = sample, placed
 
     def view(self, sample: Sample) -> View:
-        """Give the view of a sample without scoring it."""
+        """Return the view of a sample without scoring it."""
         placed = self._placed(sample)
         return View(
             self.endoscope.camera(placed.world_from_tip, sample.roll_deg, self.size),
@@ -107,7 +107,7 @@ class Session:
         )
 
     def _placed(self, sample: Sample) -> _Placed:
-        """Give the tip's pose in the patient and the gap around the shaft."""
+        """Return the tip's pose in the patient and the gap around the shaft."""
         if self._stepped is not None and self._stepped[0] is sample:
             # a frame shows the sample that was scored last
             return self._stepped[1]
@@ -125,5 +125,5 @@ class Session:
         return _Placed(world_from_tip, clearance.gap_mm, touched)
 
     def score(self) -> Score:
-        """Give the score so far."""
+        """Return the score so far."""
         return self._scorer.score()

@@ -40,7 +40,7 @@ THROUGH_MM = 3.0
 """Mucosa is at most this thick where it covers a named structure."""
 
 NEAR_MM = 12.0
-"""A landmark farther away than this tells nothing about a place."""
+"""A landmark farther away than this does not name a place."""
 
 _STEP_MM = 0.25
 _DEPTHS_MM = np.arange(_STEP_MM, THROUGH_MM + _STEP_MM, 2 * _STEP_MM)
@@ -104,7 +104,7 @@ class Structures:
         return digest.hexdigest()
 
     def _wall(self, at_mm: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-        """Give how far the wall is and its unit direction, ``(3,)``; zero for none."""
+        """Return the wall's distance and unit direction ``(3,)``, zero for none."""
         values = self.distance.sample(at_mm + _AROUND_MM)
         slope: NDArray[np.float64] = values[1:4] - values[4:]
         length = math.sqrt(slope.dot(slope))
@@ -123,7 +123,7 @@ class Structures:
 def _nearest(
     volume: Volume, places_mm: NDArray[np.float64], outside: float
 ) -> NDArray[Any]:
-    """Give the values of the voxels nearest to ``(n, 3)`` LPS places."""
+    """Return the values of the voxels nearest to ``(n, 3)`` LPS places."""
     matrix = volume.voxel_from_world
     index = np.rint(places_mm @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.intp)
     size = volume.shape[::-1]

@@ -1,5 +1,7 @@
 """VTK windows without a screen, for tests that read back what VTK draws."""
 
+import subprocess
+import sys
 from typing import Any
 
 import numpy as np
@@ -15,6 +17,31 @@ from vtkmodules.vtkRenderingCore import (
 )
 
 from renderers.scene import Camera, Projection
+
+_PROBE = (
+    "from vtkmodules.vtkRenderingCore import vtkRenderWindow;"
+    "import vtkmodules.vtkRenderingOpenGL2;"
+    "w = vtkRenderWindow(); w.SetOffScreenRendering(1); w.SetSize(8, 8);"
+    "w.Render(); raise SystemExit(0 if w.SupportsOpenGL() else 1)"
+)
+
+
+def opengl_works(timeout_s: float = 60.0) -> bool:
+    """Try an off-screen window in a child process.
+
+    Without an OpenGL library VTK ends the process that opens one, so never this one.
+    """
+    try:
+        child = subprocess.run(
+            [sys.executable, "-c", _PROBE],
+            timeout=timeout_s,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return False
+    return child.returncode == 0
 
 
 def make_window(view: Camera) -> tuple[vtkRenderWindow, vtkRenderer]:

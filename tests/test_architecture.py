@@ -3,6 +3,7 @@
 import ast
 import re
 import tokenize
+from collections import Counter
 from functools import cache
 from pathlib import Path
 
@@ -13,6 +14,7 @@ PACKAGES = (
 )
 SOURCES = sorted(p for name in PACKAGES for p in (ROOT / name).rglob("*.py"))
 TESTS = sorted((ROOT / "tests").rglob("*.py"))
+EXAMPLES = sorted((ROOT / "examples").rglob("*.py"))
 FACES = [p for p in SOURCES if p.name == "__init__.py"]
 KERNELS = [p for p in SOURCES if p.parent.name == "kernels" and p.name != "__init__.py"]
 LANES = [p for p in SOURCES if p.is_relative_to(ROOT / "renderers" / "lanes")]
@@ -269,3 +271,153 @@ def test_tests_mirror_the_tree() -> None:
             if not tested.exists() and not (ROOT / place.parent / name).is_dir():
                 wrong.append(at(path, 1))
     assert not wrong
+
+
+MOST_PARAMETERS = 12
+MOST_LINES = 100
+MOST_LINES_OF_A_KERNEL = 150
+
+
+def functions(path: Path) -> list[ast.FunctionDef | ast.AsyncFunctionDef]:
+    kinds = ast.FunctionDef | ast.AsyncFunctionDef
+    return [node for node in nodes(path) if isinstance(node, kinds)]
+
+
+def test_a_function_has_few_parameters() -> None:
+    """Arrays that belong together travel as a NamedTuple with typed fields."""
+    wrong = []
+    for path in SOURCES:
+        for node in functions(path):
+            given = node.args
+            count = len(given.posonlyargs) + len(given.args) + len(given.kwonlyargs)
+            if count > MOST_PARAMETERS:
+                wrong.append(f"{at(path, node)} {node.name} has {count} parameters")
+    assert not wrong
+
+
+def test_a_function_fits_two_screens() -> None:
+    wrong = []
+    for path in SOURCES:
+        most = MOST_LINES_OF_A_KERNEL if path in KERNELS else MOST_LINES
+        for node in functions(path):
+            count = (node.end_lineno or node.lineno) - node.lineno + 1
+            if count > most:
+                wrong.append(f"{at(path, node)} {node.name} has {count} lines")
+    assert not wrong
+
+
+def test_a_folder_holds_more_than_one_module() -> None:
+    wrong = []
+    for folder in {path.parent for path in SOURCES}:
+        modules = [p for p in folder.glob("*.py") if p.name != "__init__.py"]
+        below = [p for p in folder.iterdir() if (p / "__init__.py").is_file()]
+        if len(modules) + len(below) < 2:
+            wrong.append(at(folder, 1))
+    assert not wrong
+
+
+def test_renderers_are_three_folders_deep_at_most() -> None:
+    top = ROOT / "renderers"
+    assert not [
+        at(path, 1)
+        for path in SOURCES
+        if path.is_relative_to(top) and len(path.relative_to(top).parts) > 3 + 1
+    ]
+
+
+def test_a_module_has_its_name_alone_in_its_package() -> None:
+    """Tabs of an editor, tracebacks and profiles show the stem only."""
+    places: dict[tuple[str, str], list[str]] = {}
+    for path in SOURCES:
+        if path.stem not in ("__init__", "__main__"):
+            top = path.relative_to(ROOT).parts[0]
+            places.setdefault((top, path.stem), []).append(at(path, 1))
+    assert not [found for found in places.values() if len(found) > 1]
+
+
+@cache
+def words(path: Path) -> list[str]:
+    """Give every identifier that a file mentions, as name, attribute or text."""
+    found = []
+    for node in nodes(path):
+        match node:
+            case ast.Name(id=name) | ast.Attribute(attr=name):
+                found.append(name)
+            case ast.keyword(arg=str(name)):
+                found.append(name)
+            case ast.Constant(value=str(name)) if name.isidentifier():
+                found.append(name)
+    return found
+
+
+def own_words(node: ast.AST) -> list[str]:
+    names = [n.id for n in ast.walk(node) if isinstance(n, ast.Name)]
+    return names + [n.attr for n in ast.walk(node) if isinstance(n, ast.Attribute)]
+
+
+def defined(path: Path) -> list[tuple[ast.stmt, str]]:
+    """Give what a module defines, and the methods of classes that inherit nothing.
+
+    What a decorator or a base class may call by itself is left out.
+    """
+    found: list[tuple[ast.stmt, str]] = []
+    for node in parsed(path).body:
+        match node:
+            case ast.FunctionDef(name=name, decorator_list=[]):
+                found.append((node, name))
+            case ast.Assign(targets=[ast.Name(id=name)]):
+                found.append((node, name))
+            case ast.AnnAssign(target=ast.Name(id=name)):
+                found.append((node, name))
+            case ast.ClassDef(name=name, bases=bases, body=body, decorator_list=[]):
+                found.append((node, name))
+                found += [
+                    (inner, inner.name)
+                    for inner in body
+                    if isinstance(inner, ast.FunctionDef) and not bases
+                ]
+    return [(node, name) for node, name in found if not name.startswith("__")]
+
+
+def test_what_only_tests_reach_is_no_source() -> None:
+    """Product is named again in the product, benchmarks there or in examples."""
+    product = [p for p in SOURCES if p.relative_to(ROOT).parts[0] != "benchmarks"]
+    measuring = [p for p in SOURCES if p not in product]
+    wrong = []
+    for sources, readers in (
+        (product, product),
+        (measuring, SOURCES + EXAMPLES),
+    ):
+        mentioned = Counter(word for path in readers for word in words(path))
+        wrong += [
+            f"{at(path, node)} {name}"
+            for path in sources
+            for node, name in defined(path)
+            if mentioned[name] <= own_words(node).count(name)
+        ]
+    assert not wrong
+
+
+def test_files_that_the_documents_name_are_there() -> None:
+    wrong = []
+    for path in sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]):
+        text = path.read_text(encoding="utf-8")
+        named = re.findall(r"`((?:[a-z_]+/)+[\w.]*)`", text)
+        linked = re.findall(r"\]\(([\w./-]+)\)", text)
+        wrong += [
+            f"{at(path, 1)} {name}"
+            for name in named
+            if name.split("/")[0] in (*PACKAGES, "tests", "docs", "examples")
+            and not (ROOT / name).exists()
+        ]
+        wrong += [
+            f"{at(path, 1)} {link}"
+            for link in linked
+            if not (path.parent / link).exists()
+        ]
+    assert not wrong
+
+
+def test_the_architecture_is_told_in_250_lines() -> None:
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= 250

@@ -36,7 +36,7 @@ _VOLUMES = (
 
 
 def default_folder() -> Path:
-    """Give the user's cache folder for phantoms."""
+    """Return the user's cache folder for phantoms."""
     return Path(platformdirs.user_cache_dir("paravol")) / "phantoms"
 
 
@@ -51,7 +51,7 @@ def code_version() -> str:
 def entry_path(
     folder: Path, parameters: PhantomParameters, spacing_mm: float, field_mm: Box
 ) -> Path:
-    """Give the file that holds one phantom of the present code."""
+    """Return the file that holds one phantom of the present code."""
     key = msgspec.json.encode(
         [parameters.digest(), float(spacing_mm), field_mm, code_version()]
     )
@@ -66,7 +66,7 @@ def sinus_phantom(
     field_mm: Box | None = None,
     folder: Path | None = None,
 ) -> Phantom:
-    """Give a virtual patient, from the cache or newly built (and then kept).
+    """Return a virtual patient, from the cache or newly built (and then kept).
 
     parameters: None is the default head. folder: None is `default_folder`. A broken
     entry is built again; a folder that cannot be written to costs time, not the

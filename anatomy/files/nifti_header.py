@@ -94,7 +94,7 @@ def _header(head: bytes, order: Literal["little", "big"]) -> NiftiHeader:
 
 
 def _first_byte(told: float) -> int:
-    """Give where the values begin; NaN and nonsense count as right after the header."""
+    """Return where the values begin; nonsense counts as right after the header."""
     return int(told) if HEADER_BYTES <= told < 2**53 else HEADER_BYTES
 
 
@@ -120,7 +120,7 @@ def _qform(record: Any) -> NDArray[np.float64]:
 def frame_notes(path: Path, volume: Volume) -> list[str]:
     """Tell where a NIfTI file's two frames disagree, and which one was taken.
 
-    volume: as read from the file. Nothing is told of other files. Raises ValueError
+    volume: as read from the file. Other files give no notes. Raises ValueError
     where the frames name different sides of the patient, so that left may be right.
     """
     if not path.name.lower().endswith(NIFTI_ENDINGS):
@@ -152,7 +152,7 @@ def frame_notes(path: Path, volume: Volume) -> list[str]:
 def _apart_mm(
     one: NDArray[np.float64], other: NDArray[np.float64], volume: Volume
 ) -> float:
-    """Give how far two frames put a corner of the volume apart."""
+    """Return how far two frames put a corner of the volume apart."""
     nz, ny, nx = volume.shape
     ends = np.array(np.meshgrid([0, nx - 1], [0, ny - 1], [0, nz - 1])).reshape(3, 8)
     corners = (one - other) @ np.vstack([ends, np.ones(8)])

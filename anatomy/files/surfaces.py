@@ -1,11 +1,17 @@
 """Triangle surfaces in the files that other programs read: PLY, VTP and STL.
 
+trimesh reads PLY and STL and writes STL. It writes PLY in float32, which would round
+positions, so that writer is ours; and so are those of VTP, because a number in the head
+of a damaged file makes VTK's reader end the process.
+
 Every file that is written says ``SPACE=LPS`` where 3D Slicer looks for it: in a comment
 of PLY, in the header of STL, in the field data of VTP. A file that says RAS is turned,
 one that says nothing is taken for LPS, as Slicer takes it.
 """
 
 import base64
+import io
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
@@ -13,12 +19,16 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy.files.ply import ply_bytes, read_ply
-from anatomy.files.stl import read_stl, stl_bytes
 from anatomy.files.volumes import write_file
 from disk import UserError, foreign_file
 
 SPACES = ("LPS", "RAS")
+
+Content = tuple[NDArray[np.float64], NDArray[np.int32], str]
+"""Points, triangles, and the space that the file names, or LPS."""
+
+MOST_HEADER_BYTES = 65_536
+"""Bytes of a PLY file in which its header must end."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +56,7 @@ class Surface:
         object.__setattr__(self, "faces", faces)
 
     def moved(self, transform: NDArray[np.float64]) -> "Surface":
-        """Give the surface under a 4x4 transform."""
+        """Return the surface under a 4x4 transform."""
         turned = self.vertices @ transform[:3, :3].T + transform[:3, 3]
         return Surface(turned, self.faces)
 
@@ -59,11 +69,11 @@ def save_surface(surface: Surface, path: Path | str) -> None:
     target = Path(path)
     match target.suffix.lower():
         case ".ply":
-            content = ply_bytes(surface.vertices, surface.faces, "SPACE=LPS")
+            content = _ply_bytes(surface)
         case ".vtp":
             content = _vtp_bytes(surface)
         case ".stl":
-            content = stl_bytes(surface.vertices, surface.faces, "SPACE=LPS")
+            content = _stl_bytes(surface)
         case other:
             raise UserError(
                 f"{target} must end in .ply, .vtp or .stl, got {other or 'no ending'}"
@@ -83,9 +93,9 @@ def load_surface(path: Path | str) -> Surface:
     with foreign_file(source, "a surface"):
         match source.suffix.lower():
             case ".ply":
-                vertices, faces, space = read_ply(source.read_bytes())
+                vertices, faces, space = _read_ply(source.read_bytes())
             case ".stl":
-                vertices, faces, space = read_stl(source.read_bytes())
+                vertices, faces, space = _read_stl(source.read_bytes())
             case ".vtp":
                 vertices, faces, space = _read_vtp(source.read_bytes())
             case _:
@@ -95,6 +105,58 @@ def load_surface(path: Path | str) -> Surface:
         if space == "RAS":
             vertices = vertices * (-1.0, -1.0, 1.0)
         return Surface(vertices, faces)
+
+
+def _ply_bytes(surface: Surface) -> bytes:
+    header = (
+        "ply\nformat binary_little_endian 1.0\ncomment SPACE=LPS\n"
+        f"element vertex {len(surface.vertices)}\n"
+        "property double x\nproperty double y\nproperty double z\n"
+        f"element face {len(surface.faces)}\n"
+        "property list uchar int vertex_indices\nend_header\n"
+    )
+    records = np.empty(len(surface.faces), [("n", "u1"), ("v", "<i4", 3)])
+    records["n"], records["v"] = 3, surface.faces
+    return (
+        header.encode() + surface.vertices.astype("<f8").tobytes() + records.tobytes()
+    )
+
+
+def _read_ply(content: bytes) -> Content:
+    # Imported here: a second that most commands can save.
+    from trimesh.exchange.ply import load_ply
+
+    end = content.find(b"end_header", 0, MOST_HEADER_BYTES)
+    if not content.startswith(b"ply") or end < 0:
+        raise UserError("it has no PLY header")
+    found = re.search(rb"^comment\s+SPACE=(\w+)", content[:end], re.MULTILINE)
+    read = load_ply(io.BytesIO(content), skip_materials=True)
+    if "vertices" not in read or read.get("faces") is None:
+        raise UserError("it must hold vertices and faces")
+    return read["vertices"], read["faces"], found[1].decode() if found else "LPS"
+
+
+def _stl_bytes(surface: Surface) -> bytes:
+    import trimesh
+
+    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    # the header's 80 bytes say nothing else
+    return b"SPACE=LPS".ljust(80) + trimesh.exchange.stl.export_stl(mesh)[80:]
+
+
+def _read_stl(content: bytes) -> Content:
+    import trimesh
+
+    mesh = trimesh.load_mesh(io.BytesIO(content), file_type="stl", process=False)
+    if not len(mesh.faces):
+        raise UserError("it has no triangles")
+    vertices, faces = np.unique(
+        mesh.triangles.reshape(-1, 3), axis=0, return_inverse=True
+    )
+    # 3D Slicer writes the space into the header
+    found = re.search(rb"SPACE=(\w{3})", content[:80])
+    space = found[1].decode() if found else "LPS"
+    return vertices, faces.reshape(-1, 3).astype(np.int32), space
 
 
 def _vtp_bytes(surface: Surface) -> bytes:
@@ -129,9 +191,7 @@ def _encoded(values: NDArray[np.generic]) -> str:
     return base64.b64encode(np.array([len(raw)], "<u8").tobytes() + raw).decode()
 
 
-def _read_vtp(
-    content: bytes,
-) -> tuple[NDArray[np.float64], NDArray[np.int32], str]:
+def _read_vtp(content: bytes) -> Content:
     if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
         raise UserError("a VTP declares no entities")
     try:

@@ -75,8 +75,8 @@ def check_header(reader: Any, name: str, pixel_type: str) -> None:
     spacing = reader.GetSpacing()
     if any(s < 0 for s in spacing):
         raise UserError(
-            f"{name} has a negative spacing {spacing}; a flipped axis is told by the "
-            "direction matrix"
+            f"{name} has a negative spacing {spacing}; a flipped axis belongs into "
+            "the direction matrix"
         )
     # NaN is neither
     if not all(0 < s < float("inf") for s in spacing):
@@ -93,7 +93,7 @@ def check_header(reader: Any, name: str, pixel_type: str) -> None:
 
 
 def _is_alone(name: str) -> bool:
-    """Tell whether the values lie in the header's own file."""
+    """Return whether the values lie in the header's own file."""
     return not name.lower().endswith((".nhdr", ".mhd", ".hdr", ".img"))
 
 
@@ -141,7 +141,7 @@ def _check_length(name: str, need: int) -> None:
 
 
 def _has_loose_axis(name: str) -> bool:
-    """Tell whether an NRRD gives an axis no direction; the reader would invent one."""
+    """Return whether an NRRD gives an axis no direction, which the reader invents."""
     with open(name, "rb") as file:
         header = file.read(MOST_HEADER_BYTES).partition(b"\n\n")[0]
     for line in header.lower().splitlines():

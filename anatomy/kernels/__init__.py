@@ -1,1 +1,1 @@
-"""Compiled code of the anatomy: fields, distances, tissues."""
+"""Compiled: the fields, distances and tissues of the phantom."""

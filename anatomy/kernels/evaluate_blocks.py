@@ -1,18 +1,16 @@
-"""Compiled evaluation of one head at the points of a block.
+"""Evaluation of one head at the points of a block.
 
 A point's value has the same bits in any brick, on any thread, in any field of view:
 the programs treat each point alone, and lattice coordinates are ``index * spacing``
 with one global index.
 """
 
-from typing import Any
-
 import numpy as np
 from numba import njit
 
 from anatomy.kernels.paint_ground import paint_ground
 from anatomy.kernels.stack_program import noise_rows, run_program, side_points
-from anatomy.phantom.kernel_tables import Grids, Tables
+from anatomy.kernels.tables import POINT_ROWS, Bools, Floats, Grids, Tables
 
 F0, F1, HALF = np.float32(0), np.float32(1), np.float32(0.5)
 FAR = np.float32(99)
@@ -26,13 +24,13 @@ NASAL = 1
 """The nasal cavities' number, less 10 times the side."""
 SHARED_MM = np.float32(1.5)
 """Blending and unevenness part the nose's surface from the pharynx's by up to this."""
-POINT_ROWS = 12
-"""Rows of scratch before the stack: side's point 4, noise 2, point 3, ground 3."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def evaluate_points(points: Any, t: Tables, work: Any, marks: Any, value: Any) -> None:
-    """Give the least part value at ``(3, n)`` RAS points, unclamped.
+def evaluate_points(
+    points: Floats, t: Tables, work: Floats, marks: Floats, value: Floats
+) -> None:
+    """Write the least part value at ``(3, n)`` RAS points, unclamped, to `value`.
 
     work: ``(POINT_ROWS + depth, n)`` scratch; marks: ``(rows, n)`` scratch.
     """
@@ -50,14 +48,14 @@ def evaluate_points(points: Any, t: Tables, work: Any, marks: Any, value: Any) -
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def evaluate_span(
-    points: Any,
+    points: Floats,
     t: Tables,
-    side: Any,
+    side: np.float32,
     begin: int,
     end: int,
-    work: Any,
-    marks: Any,
-    out: Any,
+    work: Floats,
+    marks: Floats,
+    out: Floats,
 ) -> None:
     """Evaluate one field without unevenness at ``(3, n)`` RAS points, of one side."""
     n = points.shape[1]
@@ -69,24 +67,24 @@ def evaluate_span(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _smoothstep(x: Any) -> Any:
+def _smoothstep(x: np.float32) -> np.float32:
     x = min(max(x, F0), F1)
     return x * x * (np.float32(3) - np.float32(2) * x)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def evaluate_block(
-    p: Any,
+    p: Floats,
     n: int,
     layer: int,
-    active: Any,
-    seen: Any,
-    band: Any,
-    sharp: Any,
+    active: Bools,
+    seen: Bools,
+    band: np.float32,
+    sharp: np.float32,
     t: Tables,
-    work: Any,
-    fresh: Any,
-    kept: Any,
+    work: Floats,
+    fresh: Floats,
+    kept: Floats,
     o: Grids,
 ) -> None:
     """Evaluate everything at `n` points ``p[:, :n]`` into the flat arrays of `o`.
@@ -135,7 +133,7 @@ def evaluate_block(
     o.plate[:n] = 255
     for i in range(n):
         near = near or o.air[i] >= -band
-    hu, clear, most = work[9], work[10], work[11]
+    hu = work[9]
     if near:
         side_points(p, n, F0, t.septum, side_p)
         begin, end = t.common[0], t.common[1]
@@ -150,21 +148,7 @@ def evaluate_block(
             for i in range(n):
                 if stack[0, i] < F0:
                     o.plate[i] = np.uint8(q)
-        paint_ground(
-            n,
-            layer,
-            t,
-            seen,
-            sharp,
-            side_p,
-            noise,
-            stack,
-            kept,
-            clear,
-            hu,
-            most,
-            o.ground,
-        )
+        paint_ground(n, layer, t, seen, sharp, work, kept, o.ground)
     for i in range(n):
         a = o.air[i]
         inside = a < band

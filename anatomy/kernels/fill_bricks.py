@@ -1,4 +1,4 @@
-"""Compiled filling of a lattice in groups of bricks, without what cannot reach them.
+"""Filling of a lattice in groups of bricks, without what cannot reach them.
 
 A voxel has the same bits in any brick, on any thread, in any field of view: programs
 treat each point alone, lattice coordinates are ``index * spacing`` with one global
@@ -6,19 +6,27 @@ index, and only values that would be clamped are left out.
 """
 
 import math
-from typing import Any
+from typing import cast
 
 import numpy as np
 from numba import njit
 
-from anatomy.kernels.evaluate_blocks import FAR, PART_ROWS, POINT_ROWS, evaluate_block
+from anatomy.kernels.evaluate_blocks import FAR, PART_ROWS, evaluate_block
 from anatomy.kernels.paint_ground import CLEAR
 from anatomy.kernels.stack_program import run_program, side_points
-from anatomy.phantom.kernel_tables import Grids, Tables
+from anatomy.kernels.tables import (
+    POINT_ROWS,
+    Bools,
+    Floats,
+    Grids,
+    Longs,
+    Sampling,
+    Scratch,
+    Tables,
+)
 
 F0, F1 = np.float32(0), np.float32(1)
-I0: Any = np.int64(0)
-I1: Any = np.int64(1)
+I0, I1 = cast(int, np.int64(0)), cast(int, np.int64(1))
 """A literal would compile all that takes it once more."""
 
 GROUP = 4
@@ -27,15 +35,15 @@ GROUP = 4
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _in_reach(
-    p: Any,
-    radius: Any,
-    band: Any,
-    sharp: Any,
+    p: Floats,
+    radius: np.float32,
+    band: np.float32,
+    sharp: np.float32,
     t: Tables,
-    work: Any,
-    marks: Any,
-    active: Any,
-    seen: Any,
+    work: Floats,
+    marks: Floats,
+    active: Bools,
+    seen: Bools,
 ) -> int:
     """Keep, of parts and solids, those whose values matter within `radius` of a point.
 
@@ -93,7 +101,9 @@ def _in_reach(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _middle(origin: Any, spacing: float, low: Any, high: Any, p: Any) -> Any:
+def _middle(
+    origin: Longs, spacing: float, low: Longs, high: Longs, p: Floats
+) -> np.float32:
     """Put the middle of voxels `low` to before `high` into p; give their radius."""
     square = 0.0
     for axis in range(3):
@@ -107,24 +117,17 @@ def _middle(origin: Any, spacing: float, low: Any, high: Any, p: Any) -> Any:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _fill_brick(
-    low: Any,
-    high: Any,
-    origin: Any,
-    spacing: float,
-    band: Any,
-    sharp: Any,
+    low: Longs,
+    high: Longs,
+    at: Sampling,
     t: Tables,
-    work: Any,
-    fresh: Any,
-    kept: Any,
-    active: Any,
-    seen: Any,
-    flat: Grids,
+    scratch: Scratch,
     g: Grids,
 ) -> None:
     """Evaluate voxels `low` to before `high`, both x, y, z, into the grids."""
-    p = work[6:9]
-    n: Any = I0
+    origin, spacing, flat = at.origin, at.spacing, scratch.flat
+    p = scratch.work[6:9]
+    n = I0
     for z in range(low[2], high[2]):
         for y in range(low[1], high[1]):
             for x in range(low[0], high[0]):
@@ -133,7 +136,20 @@ def _fill_brick(
                 p[2, n] = (origin[2] + z) * spacing
                 n += 1
     layer = (high[0] - low[0]) * (high[1] - low[1])
-    evaluate_block(p, n, layer, active, seen, band, sharp, t, work, fresh, kept, flat)
+    evaluate_block(
+        p,
+        n,
+        layer,
+        scratch.parts[1],
+        scratch.solids[1],
+        at.band,
+        at.sharp,
+        t,
+        scratch.work,
+        scratch.fresh,
+        scratch.kept,
+        flat,
+    )
     i = 0
     for z in range(low[2], high[2]):
         for y in range(low[1], high[1]):
@@ -154,19 +170,11 @@ def fill_groups(
     last: int,
     edge: int,
     skipping: bool,
-    origin: Any,
-    spacing: float,
-    band: Any,
-    sharp: Any,
+    at: Sampling,
     t: Tables,
-    work: Any,
-    fresh: Any,
-    kept: Any,
-    choice: Any,
-    seen: Any,
-    flat: Grids,
+    scratch: Scratch,
     g: Grids,
-    counters: Any,
+    counters: Longs,
 ) -> None:
     """Evaluate groups `first` to `last` of ``GROUP^3`` bricks into the grids.
 
@@ -174,13 +182,11 @@ def fill_groups(
     exceeds `band` is left out: its values would all be clamped. What cannot reach the
     group is not tried on its bricks.
 
-    sharp: 1 / (standard deviation of the voxel's blur in mm), for the ground's edges.
-    origin: ``(3,)`` int64 global lattice index of voxel 0, RAS order x, y, z; the
-    arrays run along -x and -y (their world is LPS). choice ``(2, parts)`` and seen
-    ``(2, solids)``: scratch, of the group and of the brick, as is all else between
-    `t` and `g`. counters: bricks seen, bricks with a part in reach, part
-    evaluations, parts seen.
+    counters: bricks seen, bricks with a part in reach, part evaluations, parts seen.
     """
+    origin, spacing, band, sharp = at.origin, at.spacing, at.band, at.sharp
+    work, fresh = scratch.work, scratch.fresh
+    choice, seen = scratch.parts, scratch.solids
     size = np.array(g.air.shape)[::-1]
     groups = (size + GROUP * edge - 1) // (GROUP * edge)
     low, high = np.empty(3, np.int64), np.empty(3, np.int64)
@@ -214,19 +220,4 @@ def fill_groups(
                     counters[1] += count > 0
                     counters[2] += count
                     counters[3] += t.parts.shape[0]
-                    _fill_brick(
-                        low,
-                        high,
-                        origin,
-                        spacing,
-                        band,
-                        sharp,
-                        t,
-                        work,
-                        fresh,
-                        kept,
-                        active,
-                        solid,
-                        flat,
-                        g,
-                    )
+                    _fill_brick(low, high, at, t, scratch, g)

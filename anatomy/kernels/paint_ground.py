@@ -1,13 +1,12 @@
-"""Compiled painting of the solids behind mucosa and bone shells."""
+"""Composite the solids behind mucosa and bone shells, as the scan shows them."""
 
 import math
-from typing import Any
 
 import numpy as np
 from numba import njit
 
 from anatomy.kernels.stack_program import run_program
-from anatomy.phantom.kernel_tables import Tables
+from anatomy.kernels.tables import POINT_ROWS, Bools, Bytes, Floats, Tables
 
 F0, F1 = np.float32(0), np.float32(1)
 CLEAR = np.float32(4)
@@ -15,8 +14,8 @@ CLEAR = np.float32(4)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _coverage(x: Any) -> Any:
-    """Give the normal distribution function, exactly 0 and 1 at +-CLEAR."""
+def _coverage(x: np.float32) -> np.float32:
+    """Return the normal distribution function, exactly 0 and 1 at +-CLEAR."""
     if x >= CLEAR:
         return F1
     if x <= -CLEAR:
@@ -29,22 +28,20 @@ def paint_ground(
     n: int,
     layer: int,
     t: Tables,
-    seen: Any,
-    sharp: Any,
-    side_p: Any,
-    noise: Any,
-    stack: Any,
-    kept: Any,
-    clear: Any,
-    hu: Any,
-    most: Any,
-    label: Any,
+    seen: Bools,
+    sharp: np.float32,
+    work: Floats,
+    kept: Floats,
+    label: Bytes,
 ) -> None:
     """Composite the solids from the last to the first until nothing shows through.
 
-    layer: see `run_program`. seen: which solids may reach the block. clear: what
-    still shows through, scratch; most: the greatest share so far, scratch.
+    layer: see `run_program`. seen: which solids may reach the block. work: see
+    `Scratch`, with the side's points; row 9 becomes HU.
     """
+    side_p, noise, stack = work[0:4], work[4:6], work[POINT_ROWS:]
+    # clear: what still shows through; most: the greatest share so far
+    hu, clear, most = work[9], work[10], work[11]
     clear[:n], hu[:n], most[:n] = F1, F0, F0
     label[:n] = 0
     for q in range(t.solids.shape[0] - 1, -1, -1):

@@ -1,17 +1,18 @@
-"""Compiled partial-volume coverage of the layers behind an air surface."""
+"""Partial-volume coverage of the layers behind an air surface."""
 
 import math
-from typing import Any
 
 import numpy as np
 from numba import njit
 
+from anatomy.kernels.tables import Doubles, Floats, Grids, Painted, WallLayers
+
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def layer_weights(
-    a: float, total: float, mucosa: float, bone: float, blur: float, w: Any
+    a: float, total: float, mucosa: float, bone: float, blur: float, w: Doubles
 ) -> None:
-    """Give the weights of air, mucosa, bone and ground at depth `a` of a wall.
+    """Write the weights of air, mucosa, bone and ground at depth `a` of a wall to `w`.
 
     The wall is `total` mm thick with air on both sides: mucosa, bone and what is
     left of it between two equal shells. Interfaces share one coordinate, so the
@@ -38,52 +39,35 @@ def paint_layers(
     first: int,
     last: int,
     blur: float,
-    band: Any,
-    distance: Any,
-    gap: Any,
-    part: Any,
-    structure: Any,
-    ground_hu: Any,
-    ground: Any,
-    plate: Any,
-    part_layers: Any,
-    structure_layers: Any,
-    plate_layers: Any,
-    first_open: int,
-    ground_kind: Any,
-    tissue_hu: Any,
-    hu: Any,
-    labels: Any,
-    cover: Any,
+    band: np.float32,
+    distance: Floats,
+    g: Grids,
+    layers: WallLayers,
+    out: Painted,
 ) -> None:
-    """Paint slices `first` to `last` of HU, labels and bone cover.
-
-    part_layers, structure_layers: rows of mucosa mm, bone mm, air label, mucosa
-    label, bone label; a structure's row wins over the part's where it has
-    one, but structures before `first_open` are solids and do not name the air.
-    plate_layers: rows of bone mm and bone label; where a plate is, they win over
-    both, and over grounds without a shell.
-    ground_kind: by part and ground, bit 0 for grounds that carry no bone shell of
-    that part, bit 1 for bone.
-    tissue_hu: air, mucosa, bone.
-    """
+    """Paint slices `first` to `last` of HU, labels and bone cover."""
+    gap, part, structure, plate = g.gap, g.part, g.structure, g.plate
+    ground_hu, ground, ground_kind = g.ground_hu, g.ground, layers.ground_kind
+    part_layers, structure_layers = layers.parts, layers.structures
+    plate_layers, tissue_hu = layers.plates, layers.tissue_hu
+    hu, labels, cover = out.hu, out.labels, out.bone_cover
     w = np.empty(4)
     for z in range(first, last):
         for y in range(distance.shape[1]):
             for x in range(distance.shape[2]):
                 a = distance[z, y, x]
-                p, s, g = part[z, y, x], structure[z, y, x], ground[z, y, x]
+                p, s, behind = part[z, y, x], structure[z, y, x], ground[z, y, x]
                 if p == 255:
                     hu[z, y, x] = ground_hu[z, y, x]
-                    labels[z, y, x] = g
-                    cover[z, y, x] = 255 if ground_kind[0, g] & 2 else 0
+                    labels[z, y, x] = behind
+                    cover[z, y, x] = 255 if ground_kind[0, behind] & 2 else 0
                     continue
                 row = structure_layers[s] if s != 255 else part_layers[p]
                 mucosa, bone, kind = row[0], row[1], row[4]
                 q = plate[z, y, x]
                 if q != 255:
                     bone, kind = plate_layers[q, 0], plate_layers[q, 1]
-                elif ground_kind[p, g] & 1:
+                elif ground_kind[p, behind] & 1:
                     bone = 0.0
                 other = gap[z, y, x]
                 total = 1e3
@@ -102,14 +86,14 @@ def paint_layers(
                     + w[3] * ground_hu[z, y, x]
                 )
                 hu[z, y, x] = np.int16(math.floor(value + 0.5))
-                solid = w[2] + (w[3] if ground_kind[p, g] & 2 else 0.0)
+                solid = w[2] + (w[3] if ground_kind[p, behind] & 2 else 0.0)
                 cover[z, y, x] = np.uint8(255.0 * min(max(solid, 0.0), 1.0) + 0.5)
                 if a < 0:
-                    if s == 255 or s < first_open:
+                    if s == 255 or s < layers.first_open:
                         row = part_layers[p]
                     labels[z, y, x] = np.uint8(row[2])
                 elif w[3] >= w[1] and w[3] >= w[2]:
-                    labels[z, y, x] = g
+                    labels[z, y, x] = behind
                 elif w[1] >= w[2]:
                     labels[z, y, x] = np.uint8(row[3])
                 else:

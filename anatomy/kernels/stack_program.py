@@ -1,26 +1,29 @@
-"""Compiled stack programs and solid noise over blocks of points.
+"""Stack programs and solid noise over blocks of points.
 
 Every loop treats one point by itself, in float32, without reassociation: a point's
 value has the same bits in any block, whatever vector code its loop became.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 from numba import njit
+
+from anatomy.kernels.tables import Floats, Ints
 
 F0, F1, HALF = np.float32(0), np.float32(1), np.float32(0.5)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _smooth_min(a: Any, b: Any, k: Any, share: Any) -> Any:
+def _smooth_min(
+    a: np.float32, b: np.float32, k: np.float32, share: np.float32
+) -> np.float32:
     e = max(k - abs(a - b), F0)
     return min(a, b) - e * e * share
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _table(c: Any, o: int, count: int, q: Any, n: int, r: Any) -> None:
+def _table(c: Floats, o: int, count: int, q: Floats, n: int, r: Floats) -> None:
     r[:n] = c[o]
     w2 = c[o + 1]
     for k in range(count):
@@ -32,7 +35,7 @@ def _table(c: Any, o: int, count: int, q: Any, n: int, r: Any) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _layered_table(
-    c: Any, o: int, count: int, axis: int, p: Any, n: int, layer: int, r: Any
+    c: Floats, o: int, count: int, axis: int, p: Floats, n: int, layer: int, r: Floats
 ) -> None:
     """Tabulate over y or z where layers of points share their z and their row of y."""
     q = p[axis]
@@ -50,7 +53,7 @@ def _layered_table(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _chain(c: Any, o: int, count: int, p: Any, n: int, out: Any) -> None:
+def _chain(c: Floats, o: int, count: int, p: Floats, n: int, out: Floats) -> None:
     out[:n] = np.float32(1e9)
     pu, py, pz = p[0], p[1], p[2]
     for k in range(count):
@@ -65,7 +68,7 @@ def _chain(c: Any, o: int, count: int, p: Any, n: int, out: Any) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _cells(c: Any, o: int, count: int, p: Any, n: int, out: Any) -> None:
+def _cells(c: Floats, o: int, count: int, p: Floats, n: int, out: Floats) -> None:
     half, k, share = c[o], c[o + 1], c[o + 2]
     s = o + 3
     for i in range(n):
@@ -91,16 +94,16 @@ def _cells(c: Any, o: int, count: int, p: Any, n: int, out: Any) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def run_program(
-    code: Any,
-    c: Any,
+    code: Ints,
+    c: Floats,
     start: int,
     stop: int,
-    p: Any,
-    noise: Any,
+    p: Floats,
+    noise: Floats,
     n: int,
     layer: int,
-    s: Any,
-    m: Any,
+    s: Floats,
+    m: Floats,
 ) -> None:
     """Run rows `start` to `stop` for `n` points ``p[:, :n]``; leave s[0], marks m.
 
@@ -218,8 +221,10 @@ def run_program(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _gradient_noise(x: Any, y: Any, z: Any, perm: Any, grad: Any) -> Any:
-    """Give Perlin's gradient noise with the quintic fade, period 256 cells."""
+def _gradient_noise(
+    x: np.float32, y: np.float32, z: np.float32, perm: Ints, grad: Floats
+) -> np.float32:
+    """Return Perlin's gradient noise with the quintic fade, period 256 cells."""
     fx, fy, fz = np.floor(x), np.floor(y), np.floor(z)
     ix, iy, iz = int(fx), int(fy), int(fz)
     x, y, z = x - fx, y - fy, z - fz
@@ -244,7 +249,13 @@ def _gradient_noise(x: Any, y: Any, z: Any, perm: Any, grad: Any) -> Any:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def noise_rows(
-    p: Any, n: int, octaves: Any, limits: Any, perm: Any, grad: Any, out: Any
+    p: Floats,
+    n: int,
+    octaves: Floats,
+    limits: Floats,
+    perm: Ints,
+    grad: Floats,
+    out: Floats,
 ) -> None:
     """Sum octaves into their rows; each row is bounded softly by its limit.
 
@@ -276,7 +287,9 @@ def noise_rows(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def side_points(p: Any, n: int, side: Any, septum: Any, out: Any) -> None:
+def side_points(
+    p: Floats, n: int, side: np.float32, septum: Floats, out: Floats
+) -> None:
     """Turn RAS points into (u, y, z, x); side 0 gives the distance to the midline."""
     amplitude, y0, iy, z0, iz = septum[0], septum[1], septum[2], septum[3], septum[4]
     for i in range(n):

@@ -1,16 +1,18 @@
-"""Compiled redistancing: start values at the zero set, then fast sweeping."""
-
-from typing import Any
+"""Redistancing: start values at the zero set, then fast sweeping."""
 
 import numpy as np
 from numba import njit
+
+from anatomy.kernels.tables import Bytes, Floats
 
 ASLEEP, FIXED, TISSUE, AIR = 0, 1, 2, 3
 """States of a voxel: nothing to do; given; awake in tissue; awake in air."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _wake(a: Any, inside: bool, z: int, y: int, x: int, state: Any, rows: Any) -> None:
+def _wake(
+    a: Floats, inside: bool, z: int, y: int, x: int, state: Bytes, rows: Bytes
+) -> None:
     """Wake the neighbours of a fixed voxel that are on its side of the surface."""
     nz, ny, nx = a.shape
     for axis in range(3):
@@ -27,7 +29,13 @@ def _wake(a: Any, inside: bool, z: int, y: int, x: int, state: Any, rows: Any) -
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def start_values(
-    a: Any, h: Any, deepest: Any, farthest: Any, d: Any, state: Any, rows: Any
+    a: Floats,
+    h: np.float32,
+    deepest: np.float32,
+    farthest: np.float32,
+    d: Floats,
+    state: Bytes,
+    rows: Bytes,
 ) -> None:
     """Fill unsigned distances next to sign changes of `a`, and their limits elsewhere.
 
@@ -73,7 +81,13 @@ def start_values(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sweep(
-    d: Any, state: Any, rows: Any, mine: int, h: Any, far: Any, rounds: int
+    d: Floats,
+    state: Bytes,
+    rows: Bytes,
+    mine: int,
+    h: np.float32,
+    far: np.float32,
+    rounds: int,
 ) -> None:
     """Solve the eikonal equation outwards from the fixed values (Zhao 2005).
 

@@ -8,15 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from anatomy.frame import lps_from_ras
 from anatomy.kernels import evaluate_blocks as kernels
 from anatomy.kernels import fill_bricks as filling
+from anatomy.kernels.tables import POINT_ROWS, Grids, Sampling, Scratch
 from anatomy.phantom.coverage import blur_mm
-from anatomy.phantom.kernel_tables import Grids
 from anatomy.phantom.lattice import Lattice
 from anatomy.phantom.model import BAND_MM, Model
-from anatomy.phantom.rows import Row
+from anatomy.phantom.program import Row
 from disk import UserError
 
 BRICK_VOXELS = 8
@@ -34,7 +35,7 @@ class Effort:
 
 
 def default_threads() -> int:
-    """Give the number of processors this process may use."""
+    """Return the number of processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
 
 
@@ -100,28 +101,30 @@ def evaluate_lattice(
 
     def fill(first: int, last: int) -> None:
         points = edge**3
-        work = np.zeros(
-            (kernels.POINT_ROWS + model.stack_depth, points), dtype=np.float32
-        )
-        fresh = np.empty((model.mark_rows, points), dtype=np.float32)
         counters = np.zeros(4, dtype=np.int64)
         spread = blur_mm(model.parameters.edge_blur_mm, lattice.spacing_mm)
+        sampling = Sampling(
+            lattice.ras_start,
+            lattice.spacing_mm / scale,
+            np.float32(BAND_MM),
+            np.float32(scale / spread),
+        )
+        scratch = Scratch(
+            np.zeros((POINT_ROWS + model.stack_depth, points), dtype=np.float32),
+            np.empty((model.mark_rows, points), dtype=np.float32),
+            np.empty((model.mark_rows, points), dtype=np.float32),
+            np.empty((2, len(model.parts)), dtype=np.bool_),
+            np.empty((2, len(model.surroundings)), dtype=np.bool_),
+            empty_grids((points,)),
+        )
         filling.fill_groups(
             first,
             last,
             edge,
             skipping,
-            lattice.ras_start,
-            lattice.spacing_mm / scale,
-            np.float32(BAND_MM),
-            np.float32(scale / spread),
+            sampling,
             model.tables,
-            work,
-            fresh,
-            np.empty_like(fresh),
-            np.empty((2, len(model.parts)), dtype=np.bool_),
-            np.empty((2, len(model.surroundings)), dtype=np.bool_),
-            empty_grids((points,)),
+            scratch,
             grids,
             counters,
         )
@@ -144,7 +147,7 @@ def evaluate_at_points(model: Model, points_mm: NDArray[np.float64]) -> Grids:
     flat = (lps_from_ras(points_mm) / scale).T.astype(np.float32)
     n = flat.shape[1]
     grids = empty_grids((n,))
-    rows = kernels.POINT_ROWS + model.stack_depth
+    rows = POINT_ROWS + model.stack_depth
     for start in range(0, n, _CHUNK):
         stop = min(start + _CHUNK, n)
         size = stop - start
@@ -160,11 +163,11 @@ def evaluate_at_points(model: Model, points_mm: NDArray[np.float64]) -> Grids:
             np.zeros((rows, size), dtype=np.float32),
             np.empty((model.mark_rows, size), dtype=np.float32),
             np.empty((model.mark_rows, size), dtype=np.float32),
-            Grids(*(grid[start:stop] for grid in grids)),
+            Grids._make(grid[start:stop] for grid in grids),
         )
     for grid in (grids.air, grids.gap):
         np.multiply(grid, np.float32(scale), out=grid)
-    return Grids(*(grid.reshape(1, 1, n) for grid in grids))
+    return Grids._make(grid.reshape(1, 1, n) for grid in grids)
 
 
 def outside_at_points(
@@ -181,7 +184,7 @@ def outside_at_points(
         chunk = lps_from_ras(np.asarray(points_mm[start : start + _CHUNK])) / scale
         block = np.ascontiguousarray(chunk.T, dtype=np.float32)
         n = block.shape[1]
-        work = np.zeros((kernels.POINT_ROWS + model.stack_depth, n), dtype=np.float32)
+        work = np.zeros((POINT_ROWS + model.stack_depth, n), dtype=np.float32)
         marks = np.full((model.mark_rows, n), kernels.FAR, dtype=np.float32)
         unused = np.empty(n, dtype=np.float32)
         kernels.evaluate_span(
@@ -204,9 +207,40 @@ def distance_at_points(
     for start in range(0, flat.shape[1], _CHUNK):
         block = np.ascontiguousarray(flat[:, start : start + _CHUNK])
         n = block.shape[1]
-        work = np.zeros((kernels.POINT_ROWS + model.stack_depth, n), dtype=np.float32)
+        work = np.zeros((POINT_ROWS + model.stack_depth, n), dtype=np.float32)
         marks = np.full((model.mark_rows, n), np.inf, dtype=np.float32)
         kernels.evaluate_points(
             block, model.tables, work, marks, result[start : start + n]
         )
     return scale * result.reshape(points.shape[:-1]).astype(np.float64)
+
+
+LARGEST_SLIVER_ML = 0.08
+"""Less than the smallest ethmoid cell, more than a pocket of a meatus that the
+unevenness of its walls has closed."""
+
+
+def remove_slivers(
+    air: NDArray[np.float32], part: NDArray[np.uint8], spacing_mm: float
+) -> int:
+    """Turn air that is cut off from the nose into tissue, in place; count the pieces.
+
+    The largest component is the airway. Pieces of `LARGEST_SLIVER_ML` and more stay:
+    they are sinuses that lost their drainage, which a caller must see. Pieces that
+    touch the volume's border stay, too: outside they may be joined to the nose.
+    """
+    pieces, count = ndimage.label(air < 0)
+    if count <= 1:
+        return 0
+    sizes = np.bincount(pieces.ravel())
+    sizes[0] = 0
+    limit = LARGEST_SLIVER_ML * 1000 / spacing_mm**3
+    small = sizes < limit
+    small[0] = False
+    small[np.argmax(sizes)] = False
+    for axis in range(3):
+        ends = np.take(pieces, [0, -1], axis=axis)
+        small[np.unique(ends)] = False
+    specks = small[pieces]
+    air[specks] = -air[specks]
+    return int(np.count_nonzero(small))

@@ -8,16 +8,15 @@ a wall then does not depend on the voxel.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.kernels import paint_layers as kernels
 from anatomy.kernels.evaluate_blocks import OUTSIDE_ROW, PHARYNX_ROW
-from anatomy.phantom.kernel_tables import Grids
+from anatomy.kernels.tables import Grids, Painted, WallLayers
 from anatomy.phantom.model import BAND_MM, Model
-from anatomy.phantom.rows import Row
+from anatomy.phantom.program import Row
 from anatomy.tissue import TISSUES, Label
 
 _BONY = (
@@ -55,15 +54,6 @@ _STRUCTURES: dict[int, tuple[float, float, int, int, int]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Painted:
-    """Hold CT numbers, labels and bone cover (255 is all bone)."""
-
-    hu: NDArray[np.int16]
-    labels: NDArray[np.uint8]
-    bone_cover: NDArray[np.uint8]
-
-
 def blur_mm(edge_blur_mm: float, spacing_mm: float) -> float:
     """Join the scanner's blur and the voxel's box into one standard deviation."""
     return math.sqrt(edge_blur_mm**2 + spacing_mm**2 / 12)
@@ -72,7 +62,7 @@ def blur_mm(edge_blur_mm: float, spacing_mm: float) -> float:
 def weights(
     depth_mm: float, total_mm: float, mucosa_mm: float, bone_mm: float, blur: float
 ) -> NDArray[np.float64]:
-    """Give the shares ``(4,)`` of air, mucosa, bone and ground in a wall.
+    """Return the shares ``(4,)`` of air, mucosa, bone and ground in a wall.
 
     depth_mm: signed distance to the near air surface; total_mm: thickness up to air
     on the far side; blur: standard deviation in mm of `blur_mm`.
@@ -101,8 +91,8 @@ def paint(
         ]
     )
     structure_layers = np.zeros((max(_STRUCTURES) + 1, 5))
-    for row, layers in _STRUCTURES.items():
-        structure_layers[row] = layers
+    for row, layer in _STRUCTURES.items():
+        structure_layers[row] = layer
     plate_layers = np.array([[p.thickness_mm, p.label] for p in model.plates])
     shell = np.zeros((max(len(model.parts), 1), 256), dtype=np.uint8)
     shell[:, list(_BONY)] = 2
@@ -111,10 +101,19 @@ def paint(
         for variant, bare in _DEHISCENT.items():
             if model.parameters.has(variant, part.side):
                 shell[k, bare] |= 1
-    tissue_hu = np.array([TISSUES[n].hu for n in ("air", "mucosa", "thin bone")])
-    hu = np.empty(distance.shape, dtype=np.int16)
-    labels = np.empty(distance.shape, dtype=np.uint8)
-    cover = np.empty(distance.shape, dtype=np.uint8)
+    layers = WallLayers(
+        part_layers,
+        structure_layers,
+        PHARYNX_ROW,
+        plate_layers,
+        shell,
+        np.array([TISSUES[n].hu for n in ("air", "mucosa", "thin bone")]),
+    )
+    painted = Painted(
+        np.empty(distance.shape, dtype=np.int16),
+        np.empty(distance.shape, dtype=np.uint8),
+        np.empty(distance.shape, dtype=np.uint8),
+    )
     blur = blur_mm(model.parameters.edge_blur_mm, spacing_mm)
 
     def slices(first: int, last: int) -> None:
@@ -124,22 +123,10 @@ def paint(
             blur,
             np.float32(BAND_MM * model.parameters.head_scale),
             distance,
-            grids.gap,
-            grids.part,
-            grids.structure,
-            grids.ground_hu,
-            grids.ground,
-            grids.plate,
-            part_layers,
-            structure_layers,
-            plate_layers,
-            PHARYNX_ROW,
-            shell,
-            tissue_hu,
-            hu,
-            labels,
-            cover,
+            grids,
+            layers,
+            painted,
         )
 
     run(slices, distance.shape[0])
-    return Painted(hu, labels, cover)
+    return painted

@@ -4,14 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from anatomy.phantom.honeycomb import Cells, Unevenness
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.shapes import (
+    Cells,
     Chain,
     Field,
     Point,
     Table,
     U,
+    Unevenness,
     depth_table,
     height_table,
     smooth_max,
@@ -21,7 +22,6 @@ from anatomy.phantom.shapes import (
     z,
 )
 from anatomy.phantom.vessels import ethmoidal_arteries
-from anatomy.phantom.walls import lateral_wall
 from anatomy.tissue import Side
 
 BULLA: Point = (9.8, -28.2, 30.0)
@@ -44,20 +44,20 @@ class Ethmoid:
 
 
 def ethmoid_roof(parameters: PhantomParameters) -> Field:
-    """Give the height of the fovea ethmoidalis over the depth."""
+    """Return the height of the fovea ethmoidalis over the depth."""
     rise = parameters.roof_mm
     return depth_table([15, 40, 56], [52.5 + rise, 49.1 + 0.8 * rise, 47.0])
 
 
 def fovea(parameters: PhantomParameters) -> Field:
-    """Give the roof's height; it falls towards the olfactory fossa."""
+    """Return the roof's height; it falls towards the olfactory fossa."""
     return ethmoid_roof(parameters) + Table(
         U, (4, 7, 11, 17), (-1.8, -0.4, 0.2, -0.6), 2.0
     )
 
 
 def lamina_papyracea(parameters: PhantomParameters, side: Side) -> Field:
-    """Give the lateral position of the middle of the orbit's medial wall."""
+    """Return the lateral position of the middle of the orbit's medial wall."""
     scale = parameters.scale("ethmoid", side)
     width = np.array([12.7, 14.4, 15.5, 16.4, 16.7]) - MEDIAL_MM
     table = depth_table(
@@ -68,14 +68,14 @@ def lamina_papyracea(parameters: PhantomParameters, side: Side) -> Field:
 
 
 def basal_lamella() -> Field:
-    """Give the depth y of the basal lamella over the height."""
+    """Return the depth y of the basal lamella over the height."""
     return height_table(
         [18, 22, 27, 33, 39, 45, 52], [-50, -47.8, -45.2, -40.6, -32.6, -34.4, -35.6]
     )
 
 
 def medial_wall() -> Field:
-    """Give the lateral position of the cells' inner wall over the height."""
+    """Return the lateral position of the cells' inner wall over the height."""
     return height_table([22, 30, 45, 50], [6.9, 5.9, 5.0, 4.6])
 
 
@@ -193,3 +193,13 @@ def bulla_outlet() -> Field:
 def posterior_outlet() -> Field:
     """Build the posterior cells' outlet to the superior meatus."""
     return Chain(((6.2, -42, 33.5), POSTERIOR_ROOT), (1.2, 1.2))
+
+
+def lateral_wall() -> Field:
+    """Return the lateral position of the nasal cavity's side wall over the height.
+
+    It steps inwards where the ethmoid begins: the roof of the middle meatus.
+    """
+    return height_table(
+        [-20, 2, 8, 20, 25, 29, 60], [11.5, 12.6, 13.2, 13.0, 10.9, 4.3, 3.3], 1.0
+    )

@@ -59,15 +59,15 @@ class Lattice:
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Get the array shape ``(nz, ny, nx)``."""
+        """Return the array shape ``(nz, ny, nx)``."""
         return self.count[2], self.count[1], self.count[0]
 
     @property
     def origin_mm(self) -> NDArray[np.float64]:
-        """Get the world position of voxel 0."""
+        """Return the world position of voxel 0."""
         return np.array(self.first, dtype=np.float64) * self.spacing_mm
 
     @property
     def ras_start(self) -> NDArray[np.int64]:
-        """Get the lattice index of voxel 0 in RAS, where x and y run backwards."""
+        """Return the lattice index of voxel 0 in RAS, where x and y run backwards."""
         return np.array([-self.first[0], -self.first[1], self.first[2]], dtype=np.int64)

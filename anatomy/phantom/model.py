@@ -5,16 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy.phantom.honeycomb import Mark
-from anatomy.phantom.kernel_tables import Tables
-from anatomy.phantom.noise import noise_tables
+from anatomy.kernels.tables import Tables
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.parts import Part, side_parts
 from anatomy.phantom.plates import Plate, plates
-from anatomy.phantom.program import Encoder
-from anatomy.phantom.rows import Row
-from anatomy.phantom.shapes import Field, smooth_min
+from anatomy.phantom.program import Encoder, Row
+from anatomy.phantom.shapes import Field, Mark, smooth_min
 from anatomy.phantom.surroundings import Solid, common_marks, solids
+from anatomy.phantom.wall_noise import noise_tables
 from anatomy.tissue import TISSUES, Side
 
 BAND_MM = 3.0

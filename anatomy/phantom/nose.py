@@ -4,19 +4,20 @@ Coordinates and sizes follow radiological averages of adult noses; where none wa
 found they were chosen so that the views of a nasal endoscopy come out.
 """
 
-from anatomy.phantom.ethmoid import ethmoid_roof
+from anatomy.phantom.disease import polyps
+from anatomy.phantom.ethmoid import ethmoid_roof, lateral_wall
 from anatomy.phantom.head import head_outside
-from anatomy.phantom.honeycomb import Mark, Unevenness
 from anatomy.phantom.parameters import PhantomParameters
-from anatomy.phantom.polyps import polyps
-from anatomy.phantom.rows import Row
+from anatomy.phantom.program import Row
 from anatomy.phantom.shapes import (
     Affine,
     Chain,
     Field,
+    Mark,
     Point,
     Table,
     U,
+    Unevenness,
     depth_table,
     height_table,
     smooth_max,
@@ -25,8 +26,8 @@ from anatomy.phantom.shapes import (
     y,
     z,
 )
+from anatomy.phantom.sphenoid import sphenoid_face
 from anatomy.phantom.turbinates import turbinates
-from anatomy.phantom.walls import lateral_wall, sphenoid_face
 from anatomy.phantom.warp import bump
 from anatomy.tissue import Side
 
@@ -35,7 +36,7 @@ SPUR_MM = 2.6
 
 
 def septum_face(parameters: PhantomParameters, side: Side) -> Field:
-    """Give the lateral position of the septum's mucosa, with a spur if there is one."""
+    """Return the lateral position of the septum's mucosa, with any spur."""
     face: Field = height_table(
         [0, 4, 12, 20, 30, 45], [2.0, 1.3, 1.4, 1.5, 1.77, 1.0], 1.5
     )

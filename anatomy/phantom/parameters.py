@@ -5,9 +5,51 @@ from typing import Literal
 
 import msgspec
 
-from anatomy.phantom.sinus_opacity import Opacity
 from anatomy.tissue import Side
 from disk import UserError
+
+SINUSES = (
+    "maxillary",
+    "anterior_ethmoid",
+    "posterior_ethmoid",
+    "sphenoid",
+    "frontal",
+)
+
+
+class Opacity(msgspec.Struct, frozen=True, kw_only=True):
+    """Hold the Lund-Mackay scores of one side, and the polyps' grade.
+
+    A sinus is 0 (clear), 1 (partly opaque) or 2 (without air); the ostiomeatal complex
+    is 0 (open) or 2 (blocked). polyps: 0 none; 1 within the middle meatus; 2 below the
+    middle turbinate; 3 down to the lower edge of the inferior turbinate; 4 filling the
+    lower cavity.
+    """
+
+    maxillary: int = 0
+    anterior_ethmoid: int = 0
+    posterior_ethmoid: int = 0
+    sphenoid: int = 0
+    frontal: int = 0
+    ostiomeatal: int = 0
+    polyps: int = 0
+
+    def __post_init__(self) -> None:
+        for name in self.__struct_fields__:
+            allowed = {"ostiomeatal": (0, 2), "polyps": (0, 1, 2, 3, 4)}.get(
+                name, (0, 1, 2)
+            )
+            value = getattr(self, name)
+            if value not in allowed:
+                raise UserError(
+                    f"the score of {name} must be one of {allowed}, got {value}"
+                )
+
+    @property
+    def total(self) -> int:
+        """Return the side's Lund-Mackay score, 0 to 12."""
+        return sum(getattr(self, name) for name in (*SINUSES, "ostiomeatal"))
+
 
 AGGER = ("agger-nasi:left", "agger-nasi:right")
 SINUS_NAMES = Literal["maxillary", "frontal", "sphenoid", "ethmoid"]
@@ -54,7 +96,7 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
     unevenness: factor on the natural waviness of the walls; 0 gives planes.
     uncinectomy: whether the uncinate process has been removed.
     variants: names such as ``"onodi:left"``, see `anatomy.phantom.variants`.
-    opacity: what disease fills, see `anatomy.phantom.sinus_opacity`.
+    opacity: what disease fills, see `Opacity`.
     edge_blur_mm: standard deviation of the scanner's point spread function.
     ct_noise_hu: standard deviation of the CT's noise; 12 is a soft kernel, 50 a bone
     kernel.
@@ -111,11 +153,11 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
         return hashlib.sha256(msgspec.json.encode(self, order="sorted")).hexdigest()
 
     def has(self, variant: str, side: Side) -> bool:
-        """Tell whether a side has a variant; name it without the side."""
+        """Return whether a side has a variant; name it without the side."""
         return f"{variant}:{side.name.lower()}" in self.variants
 
     def scale(self, sinus: SINUS_NAMES, side: Side) -> float:
-        """Give a sinus's size factor on one side, within what the model can carry."""
+        """Return a sinus's size factor on one side, within what the model can carry."""
         value = float(getattr(self, f"{sinus}_scale"))
         if side == Side.LEFT:
             value *= float(getattr(self.left, sinus))
@@ -125,7 +167,7 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
         return min(max(value, low), high)
 
     def opacity_of(self, side: Side) -> Opacity:
-        """Give the disease of one side."""
+        """Return the disease of one side."""
         return self.opacity[0 if side == Side.RIGHT else 1]
 
 

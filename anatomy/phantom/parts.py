@@ -7,15 +7,17 @@ import numpy as np
 from anatomy.phantom import sinuses
 from anatomy.phantom.disease import Content, contents_of
 from anatomy.phantom.ethmoid import bulla_outlet, ethmoid, posterior_outlet
-from anatomy.phantom.frontal import frontal, frontal_recess
-from anatomy.phantom.honeycomb import Mark
-from anatomy.phantom.noise import LIMITS_MM
 from anatomy.phantom.nose import nasal_air
 from anatomy.phantom.parameters import PhantomParameters
-from anatomy.phantom.rows import Row
-from anatomy.phantom.shapes import Field
+from anatomy.phantom.program import Row
+from anatomy.phantom.shapes import Field, Mark
+from anatomy.phantom.sinuses import frontal, frontal_recess
 from anatomy.phantom.sphenoid import onodi, onodi_outlet, sphenoid, sphenoid_ostium
+from anatomy.phantom.wall_noise import LIMITS_MM
 from anatomy.tissue import Label, Side
+
+UNEVEN_MM = LIMITS_MM[0] * sinuses.SINUS_UNEVENNESS
+"""How far unevenness moves the wall of a large sinus."""
 
 DUCT = 0
 """The cavity of parts that join two others: they have no far side of a wall."""
@@ -51,17 +53,14 @@ class Part:
     sinus: str = ""
 
 
-def healthy_parts(parameters: PhantomParameters, side: Side) -> list[Part]:
-    """List the parts of one side without disease."""
-    cells = ethmoid(parameters, side)
-    t, thin = parameters.mucosa_mm, parameters.cell_bone_mm
-    uneven = LIMITS_MM[0] * sinuses.SINUS_UNEVENNESS
-    septa = Wall(t, thin, Label.ETHMOID_SEPTUM)
-    face = Wall(t, 0.3, Label.SPHENOID_WALL)
-    anterior, posterior = Label.ANTERIOR_ETHMOID_AIR, Label.POSTERIOR_ETHMOID_AIR
-    variant = Label.VARIANT_CELL_AIR
+@dataclass(frozen=True, slots=True)
+class _Builder:
+    """Make parts of one side."""
+
+    side: Side
 
     def body(
+        self,
         name: str,
         number: int,
         field: Field,
@@ -71,89 +70,84 @@ def healthy_parts(parameters: PhantomParameters, side: Side) -> list[Part]:
         noise_mm: float = 0.0,
         sinus: str = "",
     ) -> Part:
-        cavity = 10 * int(side) + number
-        return Part(name, side, field, label, cavity, wall, steepness, noise_mm, sinus)
+        """Make a part with a cavity of its own number."""
+        cavity = 10 * int(self.side) + number
+        return Part(
+            name, self.side, field, label, cavity, wall, steepness, noise_mm, sinus
+        )
+
+    def duct(
+        self, name: str, field: Field, label: Label, wall: Wall, sinus: str = ""
+    ) -> Part:
+        """Make a part that joins two others."""
+        return Part(name, self.side, field, label, DUCT, wall, 1.2, 0.0, sinus)
+
+
+def healthy_parts(parameters: PhantomParameters, side: Side) -> list[Part]:
+    """List the parts of one side without disease."""
+    t = parameters.mucosa_mm
+    septa = Wall(t, parameters.cell_bone_mm, Label.ETHMOID_SEPTUM)
+    parts = _main_parts(parameters, side, septa)
+    return parts + _variant_parts(parameters, side, septa)
+
+
+def _main_parts(parameters: PhantomParameters, side: Side, septa: Wall) -> list[Part]:
+    """List the parts that every side has."""
+    body, duct = _Builder(side).body, _Builder(side).duct
+    cells, t = ethmoid(parameters, side), parameters.mucosa_mm
+    face = Wall(t, 0.3, Label.SPHENOID_WALL)
+    uncinate = Wall(0.5, 0.25, Label.UNCINATE)
+    nasal, fore, rear = Label.NASAL_AIR, "anterior_ethmoid", "posterior_ethmoid"
+    anterior, posterior = Label.ANTERIOR_ETHMOID_AIR, Label.POSTERIOR_ETHMOID_AIR
+    cavity = nasal_air(parameters, side)
+    maxillary = sinuses.lining(sinuses.maxillary(parameters, side))
+    hollow = sinuses.lining(sphenoid(parameters, side))
+    front, back = Mark(Row.SINUS, cells.anterior), Mark(Row.SINUS, cells.posterior)
+    large, small = Wall(t, 0.7), Wall(0.5, 0.25)
+    infundibulum, ostium = sinuses.infundibulum(), sinuses.maxillary_ostium()
+    air, complex_ = Label.MAXILLARY_AIR, "ostiomeatal"
+    return [
+        body("nose", 1, cavity, nasal, Wall(1.0, 0.5), 2.4, 1.9),
+        body("maxillary sinus", 2, maxillary, air, large, 1.9, UNEVEN_MM, "maxillary"),
+        body(
+            "sphenoid sinus",
+            4,
+            hollow,
+            Label.SPHENOID_AIR,
+            face,
+            1.9,
+            UNEVEN_MM,
+            "sphenoid",
+        ),
+        body("anterior ethmoid", 5, front, anterior, septa, 1.7, 0.2, fore),
+        body("posterior ethmoid", 6, back, posterior, septa, 1.7, 0.2, rear),
+        duct("infundibulum", infundibulum, nasal, uncinate, complex_),
+        duct("maxillary ostium", ostium, nasal, small, complex_),
+        duct("hiatus", sinuses.hiatus(), nasal, uncinate, complex_),
+        duct("frontal recess", frontal_recess(), anterior, Wall(t, 0.3), fore),
+        duct("sphenoid ostium", sphenoid_ostium(), nasal, face),
+        duct("bulla outlet", bulla_outlet(), anterior, septa, fore),
+        duct("posterior outlet", posterior_outlet(), posterior, septa, rear),
+    ]
+
+
+def _variant_parts(
+    parameters: PhantomParameters, side: Side, septa: Wall
+) -> list[Part]:
+    """List the parts that only some sides have: cells with outlets, frontal sinuses."""
+    body, duct = _Builder(side).body, _Builder(side).duct
+    variant, fore, rear = (
+        Label.VARIANT_CELL_AIR,
+        "anterior_ethmoid",
+        "posterior_ethmoid",
+    )
+    anterior, posterior = Label.ANTERIOR_ETHMOID_AIR, Label.POSTERIOR_ETHMOID_AIR
+    parts = []
 
     def cell(name: str, number: int, field: Field, sinus: str) -> Part:
         marked = Mark(Row.SINUS, field)
         return body(name, number, marked, variant, septa, 1.8, 0.0, sinus)
 
-    def duct(
-        name: str, field: Field, label: Label, wall: Wall, sinus: str = ""
-    ) -> Part:
-        return Part(name, side, field, label, DUCT, wall, 1.2, 0.0, sinus)
-
-    ostiomeatal = "ostiomeatal"
-    fore, rear = "anterior_ethmoid", "posterior_ethmoid"
-    uncinate = Wall(0.5, 0.25, Label.UNCINATE)
-    parts = [
-        body(
-            "nose",
-            1,
-            nasal_air(parameters, side),
-            Label.NASAL_AIR,
-            Wall(1.0, 0.5),
-            2.4,
-            1.9,
-        ),
-        body(
-            "maxillary sinus",
-            2,
-            sinuses.lining(sinuses.maxillary(parameters, side)),
-            Label.MAXILLARY_AIR,
-            Wall(t, 0.7),
-            1.9,
-            uneven,
-            "maxillary",
-        ),
-        body(
-            "sphenoid sinus",
-            4,
-            sinuses.lining(sphenoid(parameters, side)),
-            Label.SPHENOID_AIR,
-            face,
-            1.9,
-            uneven,
-            "sphenoid",
-        ),
-        body(
-            "anterior ethmoid",
-            5,
-            Mark(Row.SINUS, cells.anterior),
-            anterior,
-            septa,
-            noise_mm=0.2,
-            sinus=fore,
-        ),
-        body(
-            "posterior ethmoid",
-            6,
-            Mark(Row.SINUS, cells.posterior),
-            posterior,
-            septa,
-            noise_mm=0.2,
-            sinus=rear,
-        ),
-        duct(
-            "infundibulum",
-            sinuses.infundibulum(),
-            Label.NASAL_AIR,
-            uncinate,
-            ostiomeatal,
-        ),
-        duct(
-            "maxillary ostium",
-            sinuses.maxillary_ostium(),
-            Label.NASAL_AIR,
-            Wall(0.5, 0.25),
-            ostiomeatal,
-        ),
-        duct("hiatus", sinuses.hiatus(), Label.NASAL_AIR, uncinate, ostiomeatal),
-        duct("frontal recess", frontal_recess(), anterior, Wall(t, 0.3), fore),
-        duct("sphenoid ostium", sphenoid_ostium(), Label.NASAL_AIR, face),
-        duct("bulla outlet", bulla_outlet(), anterior, septa, fore),
-        duct("posterior outlet", posterior_outlet(), posterior, septa, rear),
-    ]
     for name, number, build, outlet, label, sinus in (
         ("agger-nasi", 7, sinuses.agger_nasi, sinuses.agger_outlet, anterior, fore),
         ("haller", 8, sinuses.haller, sinuses.haller_outlet, anterior, fore),
@@ -175,9 +169,9 @@ def healthy_parts(parameters: PhantomParameters, side: Side) -> list[Part]:
                 3,
                 sinuses.lining(lobes),
                 Label.FRONTAL_AIR,
-                Wall(t, 1.5),
+                Wall(parameters.mucosa_mm, 1.5),
                 1.8,
-                uneven,
+                UNEVEN_MM,
                 "frontal",
             )
         )

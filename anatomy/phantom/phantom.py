@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.phantom import air
+from anatomy.phantom.air import remove_slivers
 from anatomy.phantom.coverage import paint
-from anatomy.phantom.grain import ct_noise
+from anatomy.phantom.ct_noise import ct_noise
 from anatomy.phantom.lattice import Box, Lattice, field_for
 from anatomy.phantom.model import build_model
 from anatomy.phantom.parameters import PhantomParameters
-from anatomy.phantom.slivers import remove_slivers
 from anatomy.queries.landmarks import Landmark, landmarks
 from anatomy.redistance import FARTHEST_MM, redistance
 from anatomy.tissue import Label, Side
@@ -47,7 +47,7 @@ class Phantom:
 
     @property
     def spacing_mm(self) -> float:
-        """Get the edge of the cubic voxels."""
+        """Return the edge of the cubic voxels."""
         return float(self.ct.spacing_mm[0])
 
 
@@ -87,11 +87,11 @@ def build_phantom(
 
     painted = paint(model, grids, distance, spacing_mm, run)
     if parameters.ct_noise_hu > 0:
-        grain = ct_noise(lattice, parameters.seed, parameters.ct_noise_hu)
-        grain += painted.hu
-        np.rint(grain, out=grain)
-        np.clip(grain, -1024, 3071, out=grain)
-        painted.hu[...] = grain
+        noise = ct_noise(lattice, parameters.seed, parameters.ct_noise_hu)
+        noise += painted.hu
+        np.rint(noise, out=noise)
+        np.clip(noise, -1024, 3071, out=noise)
+        painted.hu[...] = noise
     sides = _sides(lattice, grids.part, painted.labels, model.tables.parts[:, 2])
 
     def volume(values: NDArray[np.generic], background: float) -> Volume:

@@ -1,4 +1,4 @@
-"""Thin plates of bone: where each is, and its own thickness as a number.
+"""The skull base and other thin plates of bone: where each is, and its thickness.
 
 A plate of 0.1 mm is a fifth of a voxel: no set of voxels can say how thick it is. The
 number belongs to the plate. It lies behind the mucosa of the air beside it, and the
@@ -12,12 +12,25 @@ from anatomy.phantom.ethmoid import (
     basal_lamella,
     ethmoid_block,
     ethmoid_roof,
+    fovea,
     lamina_papyracea,
     medial_wall,
 )
 from anatomy.phantom.parameters import PhantomParameters
-from anatomy.phantom.shapes import Field, depth_table, smooth_max, smooth_min, u, y, z
-from anatomy.phantom.skull_base import FOSSA_MM, below_base
+from anatomy.phantom.program import Row
+from anatomy.phantom.shapes import (
+    Affine,
+    Field,
+    Recall,
+    Table,
+    U,
+    depth_table,
+    smooth_max,
+    smooth_min,
+    u,
+    y,
+    z,
+)
 from anatomy.phantom.warp import one_side
 from anatomy.tissue import Label, Side
 
@@ -118,3 +131,31 @@ def _lateral_zone(parameters: PhantomParameters) -> Field:
 def _under_fossa(parameters: PhantomParameters) -> Field:
     """Be negative above the reach of the plate under the olfactory fossa."""
     return ethmoid_roof(parameters) - (parameters.keros_mm + UNDER_MM) - z
+
+
+FOSSA_MM = 3.6
+"""Half width of both olfactory fossae together, at the lateral lamellae."""
+
+
+def skull_base(parameters: PhantomParameters) -> Field:
+    """Return the height of the brain's lower limit: fovea, fossa, orbital roof."""
+    rise = Table(U, (10, 20, 32, 44), (0, 4.0, 7.0, 6.0), 4.0) * depth_table(
+        [-5, 10, 35, 55], [0.3, 1.0, 0.8, 0.0], 4.0
+    )
+    fossa = Table(U, (FOSSA_MM - 0.3, FOSSA_MM + 0.7), (1.0, 0.0), 0.3)
+    reach = depth_table([6, 12, 34, 42], [0.0, 1.0, 1.0, 0.0], 3.0)
+    sella = Table(U, (0, 5, 8), (1.0, 1.0, 0.0), 2.0) * depth_table(
+        [63, 68, 77, 81], [0.0, 1.0, 1.0, -0.3], 2.0
+    )
+    # Over the sphenoid the planum lies lower than the fovea's line would lead.
+    return (
+        fovea(parameters)
+        + rise
+        - fossa * reach * Affine(parameters.keros_mm - 0.9)
+        - sella * Affine(4.2)
+    )
+
+
+def below_base(parameters: PhantomParameters) -> Field:
+    """Recall the depth below the skull base, which the common marks leave."""
+    return Recall(Row.BASE, skull_base(parameters) - z)

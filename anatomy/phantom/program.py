@@ -38,6 +38,26 @@ class Op(IntEnum):
     RECALL = 18
 
 
+class Row(IntEnum):
+    """Name the rows of marks that parts leave; the kernels know the same numbers."""
+
+    INFERIOR = 0
+    MIDDLE = 1
+    SUPERIOR = 2
+    UNCINATE = 3
+    TORUS = 4
+    POLYP = 5
+    PHARYNX = 6
+    OUTSIDE = 7
+    SINUS = 8
+    SEPTUM = 9
+    SKIN = 10
+    REAR = 11
+    FACE = 12
+    BASE = 13
+    FIRST_GROUND = 14
+
+
 STACK_CHANGE = {
     Op.AFFINE: 1,
     Op.TABLE: 1,
@@ -107,7 +127,7 @@ class Encoder:
         self._begun, self._level = len(self._code), 0
 
     def program(self) -> Program:
-        """Give what was collected as arrays."""
+        """Return what was collected as arrays."""
         return Program(
             np.array(self._code, dtype=np.int32).reshape(-1, 4),
             np.array([*self._constants, 0.0], dtype=np.float32),

@@ -16,7 +16,6 @@ from anatomy.phantom.shapes import (
     z,
 )
 from anatomy.phantom.vessels import CANAL_WALL_MM, internal_carotid, optic_nerve
-from anatomy.phantom.walls import sphenoid_face
 from anatomy.tissue import Side
 
 
@@ -80,4 +79,11 @@ def sphenoid_ostium() -> Field:
     """Build the sphenoid ostium in the sphenoethmoidal recess."""
     return Chain(
         ((3.1, -47.0, 29.5), (3.4, -51.0, 33.8), (5.2, -58, 34.5)), (1.6, 1.65, 1.55)
+    )
+
+
+def sphenoid_face() -> Field:
+    """Return the depth y of the wall between nose and sphenoid over the height."""
+    return height_table(
+        [16, 20, 22.5, 25, 44, 80], [-60, -59, -56.6, -53.6, -52, -47], 1.0
     )

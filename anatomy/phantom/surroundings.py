@@ -6,18 +6,21 @@ distance |x| from the septum's plane, unless the sides differ.
 
 from dataclasses import dataclass
 
-from anatomy.phantom import orbit, plates, skull
+from anatomy.phantom import plates
 from anatomy.phantom.disease import SHELL_MM, Content
-from anatomy.phantom.ethmoid import ethmoid_block, ethmoid_roof
+from anatomy.phantom.ethmoid import ethmoid_block, ethmoid_roof, lamina_papyracea
 from anatomy.phantom.head import head_outside
-from anatomy.phantom.honeycomb import Mark, Recall
 from anatomy.phantom.parameters import PhantomParameters
-from anatomy.phantom.rows import Row
+from anatomy.phantom.plates import below_base, skull_base
+from anatomy.phantom.program import Row
 from anatomy.phantom.shapes import (
     Affine,
     Chain,
     Ellipsoid,
     Field,
+    Mark,
+    Point,
+    Recall,
     Table,
     U,
     depth_table,
@@ -29,13 +32,13 @@ from anatomy.phantom.shapes import (
     z,
 )
 from anatomy.phantom.sinuses import MOLAR_ROOTS
-from anatomy.phantom.skull_base import below_base, skull_base
 from anatomy.phantom.sphenoid import sphenoid
 from anatomy.phantom.turbinates import middle_bow, middle_lean
 from anatomy.phantom.vessels import (
     ethmoidal_arteries,
     internal_carotid,
     nasolacrimal_duct,
+    optic_nerve,
     sphenopalatine_artery,
 )
 from anatomy.phantom.warp import extruded, one_side
@@ -63,7 +66,7 @@ class Solid:
 
     @property
     def hu(self) -> float:
-        """Get the CT number."""
+        """Return the CT number."""
         return TISSUES[self.tissue].hu
 
 
@@ -92,8 +95,8 @@ def solids(
             filled.append(Solid(body, content.tissue, content.label, steepness=2.0))
     return [
         *_head(parameters),
-        *skull.solids(Solid),
-        *orbit.solids(parameters, Solid),
+        *_skull(),
+        *_orbits(parameters),
         *_vessels(parameters),
         *_midface(parameters),
         *filled,
@@ -347,3 +350,118 @@ def common_marks(parameters: PhantomParameters) -> list[tuple[Row, Field]]:
         ),
         (Row.BASE, skull_base(parameters) - z),
     ]
+
+
+def mandible() -> Field:
+    """Build the lower jaw of one side: ramus, body and alveolar arch."""
+    ramus = Chain(((47, -60, 24), (44, -64, -10), (42, -56, -30)), (3.6, 4.5, 5.0))
+    body = Chain(
+        ((42, -56, -30), (38, -40, -42), (25, -15, -50), (9, -7, -54), (0, -6, -55)),
+        (5.0, 5.2, 5.2, 5.4, 5.8),
+    )
+    arch = Chain(
+        ((42, -54, -27), (26, -32, -36), (20, -20, -38), (10, -9, -39), (0, -6, -39)),
+        (3.8, 4.6, 4.4, 3.8, 3.6),
+    )
+    return smooth_min(5.0, ramus, body, arch)
+
+
+def lower_teeth() -> Field:
+    """Build the crowns and roots of the lower teeth, below the upper ones."""
+    teeth = [
+        Chain(((a, b, -26.5), (a, b, -38)), (r, 0.4 * r))
+        for a, b, r in (
+            (3.2, -7, 2.8),
+            (9.0, -9, 2.8),
+            (14.5, -13.5, 3.2),
+            (18.5, -20, 3.8),
+            (21.5, -28, 4.2),
+            (23.5, -37, 4.2),
+        )
+    ]
+    return smooth_max(0.5, smooth_min(0.0, *teeth), z + 24.4)
+
+
+def _skull() -> list[Solid]:
+    """List the solids of jaw, rear skull base and spine.
+
+    They close the head of a wide field of view; none reaches into the nose's own.
+    """
+    cerebellum = Ellipsoid((24, -126, 30), (36, 34, 26))
+    stem = Chain(((0, -100, 40), (0, -104, 10), (0, -110, -125)), (12.0, 9.0, 5.0))
+    hind = smooth_min(6.0, cerebellum, stem)
+    occiput = smooth_max(4.0, cerebellum - 6.0, z - 47.0)
+    petrous = Chain(((20, -86, 24), (44, -92, 26), (58, -98, 6)), (6.0, 9.0, 11.0))
+    spine = Chain(((0, -96, -14), (0, -92, -60), (0, -96, -125)), (9.0, 9.5, 10.0))
+    arches = Chain(((0, -118, -18), (0, -122, -60), (0, -126, -125)), (8.0, 8.0, 9.0))
+    column = smooth_min(3.0, spine, arches)
+    zygomatic = Chain(((56, -56, 25), (61, -72, 25), (60, -88, 24)), (2.2, 2.4, 4.0))
+    return [
+        Solid(column, "cancellous bone", Label.THICK_BONE),
+        Solid(column, "bone", Label.THICK_BONE, 0.5, -0.5),
+        Solid(occiput, "bone", Label.THICK_BONE),
+        Solid(petrous, "bone", Label.THICK_BONE),
+        Solid(hind - 1.6, "csf", Label.CSF),
+        Solid(hind, "brain", Label.BRAIN),
+        Solid(mandible(), "cancellous bone", Label.THICK_BONE),
+        Solid(mandible(), "bone", Label.THICK_BONE, 0.7, -0.7),
+        Solid(lower_teeth(), "tooth", Label.TEETH),
+        Solid(zygomatic, "bone", Label.THICK_BONE),
+    ]
+
+
+GLOBE: Point = (31.0, -10.0, 38.0)
+GLOBE_RADIUS_MM = 12.0
+APEX: Point = (16.5, -51.0, 42.0)
+
+
+def cone() -> Field:
+    """Build the space inside the periorbita, without its medial wall."""
+    return Chain(((31, -11, 38), (27, -24, 38.6), APEX), (17.6, 14.5, 2.5))
+
+
+def orbit(parameters: PhantomParameters, side: Side, skin: Field) -> Field:
+    """Build the orbit of one side; the lamina papyracea bounds it medially.
+
+    skin: the distance from the face, which bounds it in front.
+    """
+    wall = lamina_papyracea(parameters, side) + parameters.cell_bone_mm / 2
+    return smooth_max(1.0, cone(), smooth_max(1.0, wall - u, 3.0 - skin * 1.6))
+
+
+def muscles() -> Field:
+    """Build the four straight muscles and the superior oblique."""
+    x, front, top = GLOBE
+    bellies = [
+        Chain(((19.6, -12, 38), (18.6, -28, 39), (16.5, -47, 41.5)), (1.0, 2.0, 1.0)),
+        Chain(((x - 1, -12, 25.7), (26, -28, 28.5), (17.5, -47, 40)), (1.0, 2.1, 1.0)),
+        Chain(((x - 1, -12, 50.6), (26, -28, 48.6), (17.5, -47, 43.5)), (1.0, 2.0, 1)),
+        Chain(((43.2, -14, 38), (36, -30, 39), (18, -47, 41.5)), (1.0, 2.0, 1.0)),
+        Chain(((22, -6, 49), (19.5, -26, 47), (17, -47, 43.5)), (0.9, 1.4, 0.8)),
+    ]
+    gland = Ellipsoid((x + 9, front + 3, top + 10), (4.0, 6.0, 2.5))
+    return smooth_min(0.0, *bellies, gland)
+
+
+def _orbits(parameters: PhantomParameters) -> list[Solid]:
+    found = []
+    for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
+        inside = one_side(orbit(parameters, side, skin()), sign)
+        # Beside the ethmoid the cells' own shell is the wall: no other bone there.
+        beside = smooth_min(0.0, lamina_papyracea(parameters, side) - u + 3.0, -19 - y)
+        shell = smooth_max(0.0, inside, beside)
+        found.append(
+            Solid(shell, "bone", Label.THICK_BONE, level_mm=1.3, steepness=2.4)
+        )
+        found.append(Solid(inside, "fat", Label.FAT, steepness=2.4))
+    globe = Ellipsoid(GLOBE, (GLOBE_RADIUS_MM,) * 3)
+    lens = Ellipsoid((GLOBE[0], GLOBE[1] + 8.0, GLOBE[2]), (4.5, 2.0, 4.5))
+    found += [
+        Solid(globe, "muscle", Label.GLOBE),
+        Solid(globe, "vitreous", Label.GLOBE, level_mm=-0.9),
+        Solid(lens, "lens", Label.LENS),
+        Solid(muscles(), "muscle", Label.EXTRAOCULAR_MUSCLE),
+        Solid(optic_nerve(), "csf", Label.OPTIC_NERVE),
+        Solid(optic_nerve(), "optic nerve", Label.OPTIC_NERVE, level_mm=-0.7),
+    ]
+    return found

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from anatomy.phantom.grain import white_noise
+from anatomy.phantom.ct_noise import white_noise
 from anatomy.phantom.phantom import Phantom
 from anatomy.tissue import TISSUE_OF, TISSUES
 from disk import UserError
@@ -55,7 +55,7 @@ def magnetic_resonance(
 
 
 def _bias(volume: Volume) -> NDArray[np.float32]:
-    """Give a coil's sensitivity: a slow wave along each axis."""
+    """Return a coil's sensitivity: a slow wave along each axis."""
     field = np.ones(volume.shape, dtype=np.float32)
     for axis, period in ((0, 160.0), (1, 210.0), (2, 180.0)):
         n = volume.shape[axis]

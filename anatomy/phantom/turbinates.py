@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass
 
-from anatomy.phantom.honeycomb import Mark
 from anatomy.phantom.parameters import PhantomParameters
-from anatomy.phantom.rows import Row
+from anatomy.phantom.program import Row
 from anatomy.phantom.shapes import (
     Chain,
     Field,
     FlatTube,
+    Mark,
     depth_table,
     height_table,
     smooth_max,
@@ -31,14 +31,14 @@ class Turbinates:
 
 
 def middle_bow() -> Field:
-    """Give how far the middle turbinate's lamella is bowed sideways."""
+    """Return how far the middle turbinate's lamella is bowed sideways."""
     return depth_table(
         [10, 16, 24, 33, 42, 51], [-0.4, 0.0, 0.6, 0.9, 0.6, 0.0], 3.0
     ) * height_table([12, 22, 30, 38, 46], [0.1, 0.7, 1.0, 0.7, 0.1], 3.0)
 
 
 def middle_lean(parameters: PhantomParameters, side: Side) -> Field:
-    """Give the lateral position of the middle turbinate's lamella over the height.
+    """Return the lateral position of the middle turbinate's lamella over the height.
 
     A paradoxical turbinate curves outwards to its lower edge instead of inwards.
     """

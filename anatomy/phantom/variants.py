@@ -136,7 +136,7 @@ def _scaled(
     left = scale if "left" in sides else left
     if right == 0 and left > 0:
         raise UserError(
-            f"a head without a right {sinus} sinus alone cannot be asked for; "
+            f"a head without a right {sinus} sinus alone cannot be built; "
             f"leave out the side or take the left"
         )
     ratio = left / right if right > 0 else 1.0

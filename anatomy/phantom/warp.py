@@ -45,7 +45,7 @@ class Warp(Field):
 
 @dataclass(frozen=True, slots=True)
 class Signed(Field):
-    """Give the distance from the septum's plane, positive to the patient's right.
+    """Return the distance from the septum's plane, positive to the patient's right.
 
     In numpy it needs a fourth row of points; without one it is u, the right side.
     """
@@ -68,7 +68,7 @@ def extruded(
     du: Field | float = 0.0,
     dz: Field | float = 0.0,
 ) -> Field:
-    """Give the distance to a line of ``(u, z)`` points drawn out along y."""
+    """Return the distance to a line of ``(u, z)`` points drawn out along y."""
     chain = Chain(tuple((a, 0.0, b) for a, b in line), (0.0,) * len(line))
     return Warp(as_field(du), -y, as_field(dz), chain)
 
@@ -82,7 +82,7 @@ def one_side(field: Field, sign: float) -> Field:
 def bump(
     knots_y: tuple[float, float, float], knots_z: tuple[float, float, float]
 ) -> Field:
-    """Give a hill of height 1 over the (y, z) plane, 0 beyond the outer knots."""
+    """Return a hill of height 1 over the (y, z) plane, 0 beyond the outer knots."""
     rounding = 0.2 * min(knots_y[1] - knots_y[0], knots_z[1] - knots_z[0])
     along = Table(1, knots_y, (0.0, 1.0, 0.0), rounding)
     return along * height_table(list(knots_z), [0.0, 1.0, 0.0], rounding)

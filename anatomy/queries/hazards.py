@@ -7,15 +7,16 @@ from numpy.typing import NDArray
 
 from anatomy.frame import lps_from_ras
 from anatomy.kernels import evaluate_blocks as kernels
+from anatomy.kernels.tables import POINT_ROWS
 from anatomy.phantom.air import distance_at_points
-from anatomy.phantom.face import outside
+from anatomy.phantom.head import outside
 from anatomy.phantom.model import Model, build_model
 from anatomy.phantom.nose import septum_face
-from anatomy.phantom.orbit import orbit
 from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.plates import skull_base
 from anatomy.phantom.program import Encoder
 from anatomy.phantom.shapes import Field, u, z
-from anatomy.phantom.skull_base import skull_base
+from anatomy.phantom.surroundings import orbit
 from anatomy.phantom.vessels import (
     ethmoidal_arteries,
     internal_carotid,
@@ -133,7 +134,7 @@ def _evaluate(
     for start in range(0, flat.shape[1], _CHUNK):
         block = np.ascontiguousarray(flat[:, start : start + _CHUNK])
         n = block.shape[1]
-        rows = kernels.POINT_ROWS + model.stack_depth
+        rows = POINT_ROWS + model.stack_depth
         work = np.zeros((rows, n), dtype=np.float32)
         marks = np.full((model.mark_rows, n), np.inf, dtype=np.float32)
         out = result[start : start + n]

@@ -21,7 +21,7 @@ class Landmark:
 
     @property
     def key(self) -> str:
-        """Get the name with its side, such as ``middle turbinate head, left``."""
+        """Return the name with its side, such as ``middle turbinate head, left``."""
         if self.side == Side.MIDLINE:
             return self.name
         return f"{self.name}, {self.side.name.lower()}"

@@ -4,9 +4,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.parameters import SINUSES, Opacity, PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
-from anatomy.phantom.sinus_opacity import SINUSES, Opacity
 from anatomy.phantom.sinuses import infundibulum
 from anatomy.queries.landmarks import septal_shift
 from anatomy.tissue import AIR_LABELS, Label, Side
@@ -25,7 +24,7 @@ _AIR = {
 
 
 def healthy(parameters: PhantomParameters) -> PhantomParameters:
-    """Give the same head without disease."""
+    """Return the same head without disease."""
     return msgspec.structs.replace(parameters, opacity=(Opacity(), Opacity()))
 
 
@@ -60,7 +59,7 @@ def lund_mackay(phantom: Phantom, twin: Phantom | None = None) -> dict[Side, Opa
 
 
 def _is_open(phantom: Phantom, side: Side) -> bool:
-    """Tell whether there is air along the lower infundibulum."""
+    """Return whether there is air along the lower infundibulum."""
     ends = np.array(infundibulum().points[-2:])
     along = np.linspace(0, 1, 25)[:, None]
     way = ends[0] * (1 - along) + ends[1] * along

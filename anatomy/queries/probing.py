@@ -7,12 +7,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.kernels.tables import Grids, Painted
 from anatomy.phantom import air
-from anatomy.phantom.coverage import UNCINATE_MM, Painted, paint
-from anatomy.phantom.kernel_tables import Grids
+from anatomy.phantom.coverage import UNCINATE_MM, paint
 from anatomy.phantom.model import Model, build_model
 from anatomy.phantom.parameters import PhantomParameters
-from anatomy.phantom.rows import Row
+from anatomy.phantom.program import Row
 from anatomy.queries.hazards import hazard_distances
 from anatomy.tissue import Label
 from disk import UserError
@@ -132,7 +132,7 @@ def _plate_of(label: Label, thickness_mm: float) -> tuple[str, float]:
 def _first_order(
     model: Model, points: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Give values and central differences of the air function."""
+    """Return values and central differences of the air function."""
     steps = _STEP_MM * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
     values = air.distance_at_points(model, points[:, None, :] + steps)
     gradient = (values[:, 1:4] - values[:, 4:7]) / (2 * _STEP_MM)

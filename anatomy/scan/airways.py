@@ -1,7 +1,7 @@
 """The air of a scanned head: what is outside, what is the airway, what are cavities.
 
 A nostril is a hole in the head, so the airway and the room are one connected air. They
-are told apart by width: a ball of 8 mm radius rolls everywhere outside and nowhere
+are separated by width: a ball of 8 mm radius rolls everywhere outside and nowhere
 inside the nose.
 """
 
@@ -59,7 +59,7 @@ class Opening:
 
     @property
     def is_nostril(self) -> bool:
-        """Tell whether one nostril, or both together, can be so large."""
+        """Return whether one nostril, or both together, can be so large."""
         low, high = NOSTRIL_MM2
         return low <= self.area_mm2 <= high
 
@@ -155,14 +155,14 @@ def find_airways(ct: Volume, outside: Volume | None = None) -> Airways:
 
 
 def air_distance(airways: Airways) -> Volume:
-    """Give the signed distance to the air surface: float32 mm, negative in air."""
+    """Return the signed distance to the air surface: float32 mm, negative in air."""
     field = airways.field
     distance = redistance(field.values, float(field.spacing_mm[0]))
     return field.with_values(distance, FARTHEST_MM)
 
 
 def head_distance(airways: Airways) -> Volume:
-    """Give the signed distance to the head's outside: float32 mm, negative in the room.
+    """Return the signed distance to the head's outside: mm, negative in the room.
 
     Air inside the head counts as tissue, so that only skin is a surface.
     """
@@ -174,7 +174,7 @@ def head_distance(airways: Airways) -> Volume:
 
 
 def skin_weight(airways: Airways) -> NDArray[np.uint8]:
-    """Give 255 at the face and 0 deep inside the nose."""
+    """Return 255 at the face and 0 deep inside the nose."""
     shallow, deep = SKIN_MM
     t = np.clip((deep - airways.outside_mm.values) / (deep - shallow), 0, 1)
     result: NDArray[np.uint8] = np.rint(255 * t * t * (3 - 2 * t)).astype(np.uint8)
@@ -182,7 +182,7 @@ def skin_weight(airways: Airways) -> NDArray[np.uint8]:
 
 
 def box_around(airways: Airways, margin_mm: float) -> NDArray[np.float64]:
-    """Give corners ``(2, 3)`` LPS of a box around the airway and what is beside it.
+    """Return corners ``(2, 3)`` LPS of a box around the airway and what is beside it.
 
     Cavities count whose middle lies within the margin of the airway's own box.
     """
@@ -202,7 +202,7 @@ def box_around(airways: Airways, margin_mm: float) -> NDArray[np.float64]:
 
 
 def part_middles(parts: NDArray[np.int32]) -> NDArray[np.float64]:
-    """Give the mean index ``(n + 1, 3)``, z y x, of each numbered part; row 0 is none.
+    """Return the mean index z y x of each numbered part, ``(n + 1, 3)``; row 0 is none.
 
     One pass over the marked voxels instead of one over all for each sum.
     """
@@ -228,7 +228,7 @@ def _remove_specks(field: NDArray[np.float32], spacing: float) -> None:
 
 
 def _distance_to(mask: NDArray[np.bool_], spacing: float) -> NDArray[np.float32]:
-    """Give the distance in mm to the nearest marked voxel, 0 in it."""
+    """Return the distance in mm to the nearest marked voxel, 0 in it."""
     sitk = importlib.import_module("SimpleITK")
     image = sitk.GetImageFromArray(mask.astype(np.uint8))
     distance = sitk.SignedMaurerDistanceMap(image, False, False, False)

@@ -106,7 +106,7 @@ def air_reach(
     way: NDArray[np.float64],
     most_mm: float,
 ) -> float:
-    """Give how far from a point along a unit vector there is no tissue, in mm.
+    """Return how far from a point along a unit vector there is no tissue, in mm.
 
     Beyond the volume nothing is known to be in the way.
     """
@@ -175,7 +175,7 @@ def _ways() -> NDArray[np.float64]:
 def _free_lengths(
     distance: Volume, points: NDArray[np.float64], ways: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Give the free length in mm from each point along each way, ``(n, m)``."""
+    """Return the free length in mm from each point along each way, ``(n, m)``."""
     spacing = float(distance.spacing_mm[0])
     start = (points - distance.origin_mm) / spacing
     top = np.array(distance.shape[::-1]) - 1

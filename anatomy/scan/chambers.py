@@ -1,7 +1,7 @@
 """The wide air spaces of a scanned head: sinuses, whether or not their ostia show.
 
 A scan of a millimetre closes some ostia and opens others, so that a sinus may be one
-air with the nasal passages. Width tells them apart: a ball that fits into a sinus does
+air with the nasal passages. Width separates them: a ball that fits into a sinus does
 not fit between septum and turbinates.
 """
 
@@ -52,7 +52,7 @@ class Chamber:
 
     @property
     def side(self) -> Side:
-        """Get the side it belongs to."""
+        """Return the side it belongs to."""
         if abs(self.aside_mm) < ASIDE_MM:
             return Side.MIDLINE
         return Side.LEFT if self.aside_mm > 0 else Side.RIGHT

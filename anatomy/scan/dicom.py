@@ -67,7 +67,7 @@ class DicomSeries:
     def lies_as(
         self, axes: NDArray[np.float64], spacing_mm: NDArray[np.float64]
     ) -> bool:
-        """Tell whether a slice lies as those of the series do, but for rounding."""
+        """Return whether a slice lies as those of the series do, but for rounding."""
         return bool(
             np.abs(self.axes - axes).max() < SAME_WAY
             and np.abs(self.spacing_mm - spacing_mm).max() < SAME_SPACING_MM

@@ -1,13 +1,15 @@
 """The files of an examination's folder, and none from elsewhere."""
 
-import importlib
 import os
 import zlib
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from disk import UserError, foreign_file
 from renderers.scene.memory_limit import memory_limit
+
+if TYPE_CHECKING:
+    from pydicom import Dataset
 
 MOST_FILES = 20_000
 """A head at 0.3 mm has about a thousand slices."""
@@ -54,18 +56,19 @@ def _check_link(link: Path, inside: Path) -> None:
 
 
 def is_dicom(file: Path) -> bool:
-    """Tell whether a file says that it is DICOM."""
+    """Return whether a file says that it is DICOM."""
     with foreign_file(file, "a DICOM file"), file.open("rb") as opened:
         return opened.read(PREAMBLE_BYTES + len(MAGIC))[PREAMBLE_BYTES:] == MAGIC
 
 
-def read_dicom(file: Path, *, pixels: bool = True) -> Any:
+def read_dicom(file: Path, *, pixels: bool = True) -> "Dataset":
     """Read a DICOM file with pydicom; pixels: their bytes, too.
 
     Raises ValueError naming a file that is damaged, or that unpacks to more than
     memory holds.
     """
-    pydicom = importlib.import_module("pydicom")
+    import pydicom
+
     with foreign_file(file, "a DICOM file"):
         meta = pydicom.filereader.read_file_meta_info(file)
         deflated = pydicom.uid.DeflatedExplicitVRLittleEndian

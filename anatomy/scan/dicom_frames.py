@@ -1,20 +1,23 @@
 """The slices inside a DICOM file: one, or many in an enhanced file.
 
-An enhanced file tells in functional groups where its frames lie: in those of a frame,
-or in those that all frames share. Elsewhere the file itself tells it.
+The functional groups of an enhanced file place its frames: those of one frame, or those
+that all frames share. In other files the main header does.
 """
 
 import importlib
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from disk import UserError
 from renderers.scene.volume import AIR_HU
+
+if TYPE_CHECKING:
+    from pydicom import Dataset
 
 GROUPS = {
     "ImagePositionPatient": "PlanePositionSequence",
@@ -62,12 +65,12 @@ class Frame:
     """
 
     file: Path
-    image: Any
+    image: "Dataset"
     number: int
-    groups: tuple[Any, ...]
+    groups: tuple["Dataset", ...]
 
     def get(self, name: str) -> Any:
-        """Give a field's value; None where the file does not tell it."""
+        """Return a field's value; None where the file does not tell it."""
         for group in self.groups:
             items = group.get(GROUPS[name])
             if items and name in items[0]:
@@ -98,19 +101,19 @@ class Frame:
 
     @property
     def thickness_mm(self) -> float:
-        """Get the slice's thickness, NaN where it is not known."""
+        """Return the slice's thickness, NaN where it is not known."""
         thickness = self.number_of("SliceThickness", float("nan"))
         return thickness if thickness > 0 else float("nan")
 
     @property
     def stack(self) -> tuple[str, str]:
-        """Get what tells the stacks and the phases of one enhanced series apart."""
+        """Return what tells the stacks and the phases of one enhanced series apart."""
         if not self.groups:
             return "", ""
         return str(self.get("StackID")), str(self.get("TemporalPositionIndex"))
 
 
-def frames_of(image: Any, file: Path) -> list[Frame]:
+def frames_of(image: "Dataset", file: Path) -> list[Frame]:
     """List the slices of a file, none where it is no image with places in the patient.
 
     image: pydicom's dataset of the file, with or without its pixels.
@@ -125,7 +128,7 @@ def frames_of(image: Any, file: Path) -> list[Frame]:
     return frames if is_placed and "Rows" in image else []
 
 
-def check_whole(image: Any, file: Path) -> None:
+def check_whole(image: "Dataset", file: Path) -> None:
     """Refuse a file whose header ends before it says what it holds.
 
     Passed over as no image, it would leave a hole, or at an end not even that.
@@ -135,13 +138,13 @@ def check_whole(image: Any, file: Path) -> None:
         raise UserError(f"{file} is cut off: its header ends too early")
 
 
-def has_many_frames(image: Any) -> bool:
-    """Tell whether a file holds more than one picture."""
+def has_many_frames(image: "Dataset") -> bool:
+    """Return whether a file holds more than one picture."""
     return int(image.get("NumberOfFrames") or 1) > 1
 
 
 def frame_values(frames: list[Frame]) -> list[NDArray[np.float32]]:
-    """Give slices of one file in real units, each ``(rows, columns)``.
+    """Return slices of one file in real units, each ``(rows, columns)``.
 
     Raises ValueError naming the file where its pixels are cut off, in colour, or
     cannot be decoded.
@@ -162,8 +165,8 @@ def frame_values(frames: list[Frame]) -> list[NDArray[np.float32]]:
     for frame in frames:
         if frame.number >= len(stored):
             raise UserError(
-                f"{file} is cut off: it tells of slice {frame.number + 1} and holds "
-                f"the pixels of {len(stored)}"
+                f"{file} is cut off: its header lists slice {frame.number + 1}, "
+                f"and it holds the pixels of {len(stored)}"
             )
         raw = stored[frame.number]
         slope = frame.number_of("RescaleSlope", 1.0)
@@ -176,12 +179,13 @@ def frame_values(frames: list[Frame]) -> list[NDArray[np.float32]]:
     return values
 
 
-def _stored(image: Any, file: Path) -> NDArray[Any]:
-    """Give the stored values of all frames, ``(n, rows, columns)``, not rescaled."""
+def _stored(image: "Dataset", file: Path) -> NDArray[Any]:
+    """Return the stored values of all frames, ``(n, rows, columns)``, not rescaled."""
     count = max(int(image.get("NumberOfFrames") or 1), 1)
     if image.file_meta.TransferSyntaxUID.is_compressed:
-        encaps = importlib.import_module("pydicom.encaps")
-        pieces = encaps.generate_frames(image.PixelData, number_of_frames=count)
+        from pydicom.encaps import generate_frames
+
+        pieces = generate_frames(image.PixelData, number_of_frames=count)
         return np.stack([_decoded(piece, image, file) for piece in pieces])
     bits = int(image.BitsAllocated)
     need = int(image.Rows) * int(image.Columns) * count * bits // 8
@@ -194,9 +198,10 @@ def _stored(image: Any, file: Path) -> NDArray[Any]:
     return pixels.reshape(count, int(image.Rows), int(image.Columns))
 
 
-def _decoded(piece: bytes, image: Any, file: Path) -> NDArray[Any]:
+def _decoded(piece: bytes, image: "Dataset", file: Path) -> NDArray[Any]:
     """Decode one compressed frame with SimpleITK, which reads whole files."""
-    pydicom = importlib.import_module("pydicom")
+    import pydicom
+
     single = pydicom.Dataset()
     for name in COPIED:
         if name in image:
@@ -208,6 +213,7 @@ def _decoded(piece: bytes, image: Any, file: Path) -> NDArray[Any]:
     single["PixelData"].VR = "OB"
     single.file_meta = pydicom.dataset.FileMetaDataset()
     single.file_meta.TransferSyntaxUID = image.file_meta.TransferSyntaxUID
+    # typed as Any, for it carries no annotations
     sitk = importlib.import_module("SimpleITK")
     with tempfile.TemporaryDirectory() as folder:
         name = f"{folder}/frame.dcm"

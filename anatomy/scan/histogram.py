@@ -1,4 +1,4 @@
-"""The transfer function that a scan's own histogram asks for.
+"""The transfer function that fits a scan's own histogram.
 
 A head has three levels: air, soft tissue and bone. The first two are peaks. Bone is a
 long tail that starts where the flank of the soft tissues ends; its ramp is placed
@@ -58,12 +58,12 @@ class Peaks:
 
     @property
     def bone_begins(self) -> float:
-        """Get the number from which on tissue counts as bone."""
+        """Return the number from which on tissue counts as bone."""
         return self.soft + BONE_SPREADS * self.flank
 
 
 def counts_of(ct: Volume) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Give the histogram: middles of the bins, and shares of all voxels."""
+    """Return the histogram: middles of the bins, and shares of all voxels."""
     values = np.asarray(ct.values)
     counts, edges = np.histogram(values, BINS, RANGE_HU)
     return (edges[:-1] + edges[1:]) / 2, counts / max(values.size, 1)
@@ -104,7 +104,7 @@ def find_peaks(ct: Volume, *, bone: bool = True) -> Peaks:
 
 
 def transfer_of(peaks: Peaks) -> TransferFunction:
-    """Give the function of mode `classic` for these peaks: clear air, red mucosa, bone.
+    """Return the function of mode `classic` for peaks: clear air, red mucosa, bone.
 
     Its ramp into mucosa is centred half-way between air and soft tissue: there alone
     its place does not depend on the scanner's blur.

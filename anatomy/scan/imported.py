@@ -88,12 +88,12 @@ class ImportedHead:
 
     @property
     def labels(self) -> Volume:
-        """Get which air each voxel belongs to."""
+        """Return which air each voxel belongs to."""
         return self.spaces.labels
 
     @property
     def spacing_mm(self) -> float:
-        """Get the edge of the voxels."""
+        """Return the edge of the voxels."""
         return float(self.ct.spacing_mm[0])
 
 

@@ -1,7 +1,7 @@
 """The plane that mirrors a head onto itself: what is right, left and in the middle.
 
 Scans are rarely straight: the head is turned in its rest. Sides and the nose's middle
-are therefore told by the head's own symmetry, not by the scanner's axes.
+are therefore found by the head's own symmetry, not by the scanner's axes.
 """
 
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ class Midplane:
     agreement: float
 
     def aside(self, points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Give how far points ``(..., 3)`` lie to the patient's left, in mm."""
+        """Return how far points ``(..., 3)`` lie to the patient's left, in mm."""
         result: NDArray[np.float64] = points_mm @ self.normal - self.offset_mm
         return result
 
@@ -84,7 +84,7 @@ def _coarse(
 
 
 def _turn(yaw_deg: float, roll_deg: float) -> NDArray[np.float64]:
-    """Give the head's axes as columns, x y z: turned about z, inclined about y."""
+    """Return the head's axes as columns, x y z: turned about z, inclined about y."""
     turn = Rotation.from_euler("ZY", (yaw_deg, roll_deg), degrees=True)
     return np.asarray(turn.as_matrix(), dtype=np.float64)
 
@@ -105,7 +105,7 @@ def _turned(
 def _mirrored(
     values: NDArray[np.float32], seen: NDArray[np.float32]
 ) -> tuple[float, float]:
-    """Give the best correlation of a volume with its mirror image in x, and where.
+    """Return the best correlation of a volume with its mirror image in x, and where.
 
     The place is in voxels from the middle. All reflections are tried at once: a sum
     over f(x) g(s - x) is a convolution of rows.

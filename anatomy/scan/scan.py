@@ -206,7 +206,7 @@ def _guess(volume: Volume) -> Modality:
 
 
 def _is_cut_off(volume: Volume, levels: Levels) -> bool:
-    """Tell whether a window took the air's own level away.
+    """Return whether a window took the air's own level away.
 
     No MR has its air far from zero, and all of it at exactly the lowest value.
     """
@@ -247,7 +247,7 @@ def _finite(
 
 
 def patient_box(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Give the corners of the patient-aligned box around a volume."""
+    """Return the corners of the patient-aligned box around a volume."""
     nz, ny, nx = volume.shape
     ends = np.array(np.meshgrid([0, nx - 1], [0, ny - 1], [0, nz - 1])).reshape(3, 8)
     matrix = volume.world_from_voxel

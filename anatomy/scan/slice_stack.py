@@ -62,7 +62,7 @@ class SliceStack:
 
     @property
     def normal(self) -> NDArray[np.float64]:
-        """Get the slices' normal."""
+        """Return the slices' normal."""
         normal = np.cross(self.row_direction, self.column_direction)
         result: NDArray[np.float64] = normal / np.linalg.norm(normal)
         return result
@@ -120,7 +120,7 @@ class Layout:
 
     @property
     def is_regular(self) -> bool:
-        """Get whether the pixels can be used as they are."""
+        """Return whether the pixels can be used as they are."""
         uneven = float(np.abs(self.steps_mm - self.steps_mm.mean()).max())
         return uneven < SAME_PLACE_MM and self.shear_mm < SAME_PLACE_MM
 

@@ -38,7 +38,7 @@ class _Section:
 
     @property
     def step(self) -> float:
-        """Get the one step, averaged over all."""
+        """Return the one step, averaged over all."""
         return sum(self.steps) / sum(self.counts)
 
     def takes(self, step: float) -> bool:
@@ -118,7 +118,7 @@ def _sections(
 
 
 def _whole(step: float, base: float) -> int:
-    """Give how many times as long a step is; 0 where it is no whole multiple."""
+    """Return how many times as long a step is; 0 where it is no whole multiple."""
     times = step / base
     count = round(times)
     allowed = min(WHOLE_MULTIPLE * count, MOST_DEPARTURE)

@@ -8,7 +8,7 @@ purpose: a registration that does not come back to the same place is refused.
 import importlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,10 @@ from anatomy.scan.scan import isotropic, patient_box
 from anatomy.tissue import SURFACE_HU
 from disk import UserError
 from renderers.scene.volume import Volume
+
+Image: TypeAlias = Any
+Transform: TypeAlias = Any
+"""Of SimpleITK, which carries no types."""
 
 WORKING_MM = 2.0
 """Voxels on which the scans are compared; the optimum is found to a tenth of one."""
@@ -71,8 +75,8 @@ def register_volumes(
     Both hold CT numbers or what was brought onto their scale. Raises ValueError, with
     the figure that is bad, when the scans cannot be brought together.
     """
-    sitk = importlib.import_module("SimpleITK")
-    fixed, moving = _image(sitk, first), _image(sitk, second)
+    sitk = _simple_itk()
+    fixed, moving = _image(first), _image(second)
     start = sitk.CenteredTransformInitializer(
         # the head, not the air around it, has its middle laid onto the other's
         sitk.Cast(fixed > SURFACE_HU, sitk.sitkFloat32),
@@ -87,19 +91,19 @@ def register_volumes(
             progress("Registering the second scan", done / rounds)
 
     report(0)
-    best = _optimized(sitk, fixed, moving, sitk.Euler3DTransform(start), LEVELS)
+    best = _optimized(fixed, moving, sitk.Euler3DTransform(start), LEVELS)
     report(1)
     returns = []
     for number, (shift, turn) in enumerate(STARTS_OFF, start=2):
         off = sitk.Euler3DTransform(best)
         angles = np.add(best.GetParameters()[:3], np.radians(turn))
         off.SetParameters([*angles, *np.add(best.GetParameters()[3:], shift)])
-        again = _optimized(sitk, fixed, moving, off, LEVELS[1:])
+        again = _optimized(fixed, moving, off, LEVELS[1:])
         returns.append(_apart_mm(best, again, first.center_mm))
         report(number)
     return_mm = max(returns)
     second_from_first = _matrix(best)
-    shared, overlap = _agreement(sitk, fixed, moving, best)
+    shared, overlap = _agreement(fixed, moving, best)
     if overlap < LEAST_OVERLAP:
         raise UserError(
             f"the second scan covers only {overlap:.0%} of the first one's tissue; "
@@ -118,7 +122,7 @@ def register_volumes(
 
 def resampled(second: Volume, registration: VolumeRegistration, grid: Volume) -> Volume:
     """Sample the second scan on a grid of the first one's world, trilinear, int16."""
-    sitk = importlib.import_module("SimpleITK")
+    sitk = _simple_itk()
     second_from_first = np.linalg.inv(registration.first_from_second)
     transform = sitk.AffineTransform(3)
     transform.SetMatrix(second_from_first[:3, :3].ravel().tolist())
@@ -133,21 +137,26 @@ def resampled(second: Volume, registration: VolumeRegistration, grid: Volume) ->
     resample.SetInterpolator(sitk.sitkLinear)
     resample.SetDefaultPixelValue(second.background)
     resample.SetOutputPixelType(sitk.sitkFloat32)
-    values = sitk.GetArrayFromImage(resample.Execute(_as_image(sitk, second)))
+    values = sitk.GetArrayFromImage(resample.Execute(_as_image(second)))
     whole = np.clip(np.rint(values), -32768, 32767).astype(np.int16)
     return grid.with_values(whole, second.background)
 
 
-def _image(sitk: Any, volume: Volume) -> Any:
+def _simple_itk() -> Any:
+    """Import SimpleITK late: it takes half a second."""
+    return importlib.import_module("SimpleITK")
+
+
+def _image(volume: Volume) -> Image:
     """Bring a scan to the working size, limited to where tissues differ."""
     low, high = patient_box(volume)
     coarse = isotropic(volume, WORKING_MM, low, high)
     values = np.clip(coarse.values, -1000.0, 1000.0)
-    return _as_image(sitk, coarse.with_values(values, coarse.background))
+    return _as_image(coarse.with_values(values, coarse.background))
 
 
-def _as_image(sitk: Any, volume: Volume) -> Any:
-    image = sitk.GetImageFromArray(volume.values)
+def _as_image(volume: Volume) -> Image:
+    image = _simple_itk().GetImageFromArray(volume.values)
     image.SetSpacing(volume.spacing_mm.tolist())
     image.SetOrigin(volume.origin_mm.tolist())
     image.SetDirection(volume.direction.ravel().tolist())
@@ -155,12 +164,9 @@ def _as_image(sitk: Any, volume: Volume) -> Any:
 
 
 def _optimized(
-    sitk: Any,
-    fixed: Any,
-    moving: Any,
-    start: Any,
-    levels: tuple[Level, ...],
-) -> Any:
+    fixed: Image, moving: Image, start: Transform, levels: tuple[Level, ...]
+) -> Transform:
+    sitk = _simple_itk()
     method = sitk.ImageRegistrationMethod()
     # sums in one order, for the same result every time
     method.SetNumberOfThreads(1)
@@ -189,8 +195,8 @@ def _optimized(
     return start
 
 
-def _matrix(transform: Any) -> NDArray[np.float64]:
-    """Give a centred rotation as 4x4: second's world from the first's."""
+def _matrix(transform: Transform) -> NDArray[np.float64]:
+    """Return a centred rotation as 4x4: second's world from the first's."""
     turn = np.array(transform.GetMatrix()).reshape(3, 3)
     center, shift = np.array(transform.GetCenter()), transform.GetTranslation()
     matrix = np.eye(4)
@@ -199,7 +205,7 @@ def _matrix(transform: Any) -> NDArray[np.float64]:
     return matrix
 
 
-def _apart_mm(one: Any, other: Any, middle: NDArray[np.float64]) -> float:
+def _apart_mm(one: Transform, other: Transform, middle: NDArray[np.float64]) -> float:
     corners = np.array(np.meshgrid(*[[-1, 1]] * 3)).reshape(3, 8) / np.sqrt(3)
     points = middle[:, None] + REACH_MM * corners
     ends = [m[:3, :3] @ points + m[:3, 3:] for m in (_matrix(one), _matrix(other))]
@@ -207,9 +213,10 @@ def _apart_mm(one: Any, other: Any, middle: NDArray[np.float64]) -> float:
 
 
 def _agreement(
-    sitk: Any, fixed: Any, moving: Any, transform: Any
+    fixed: Image, moving: Image, transform: Transform
 ) -> tuple[float, float]:
     """Measure shared information and overlap on the working grid."""
+    sitk = _simple_itk()
     outside = -2000.0
     moved = sitk.GetArrayFromImage(
         sitk.Resample(moving, fixed, transform, sitk.sitkLinear, outside)

@@ -5,12 +5,12 @@ As in app/cli/commands.py, nothing heavy is imported before a command runs.
 
 from pathlib import Path
 
-from app.cli.root import Flag, Json, ScenarioName, Seed, app
+from app.cli.root import DEVICES, Flag, Json, ScenarioName, Seed, app
 
 
-@app.command
+@app.command(group=DEVICES)
 def home(*, device: str, yes: Flag = False, json: Json = False) -> int:
-    """Tell an arm that stands in its rest to measure from there.
+    """Home an arm that stands in its rest position.
 
     Asks before it does: an arm that is homed elsewhere measures wrongly without a
     word.
@@ -27,7 +27,7 @@ def home(*, device: str, yes: Flag = False, json: Json = False) -> int:
     return run_home(device, yes=yes, as_json=json)
 
 
-@app.command
+@app.command(group=DEVICES)
 def register(
     *,
     scenario: ScenarioName = "first_flight",

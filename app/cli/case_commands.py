@@ -4,25 +4,15 @@ Nothing heavy is imported here: every command fetches its own modules when it ru
 """
 
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
-from app.cli.root import Flag, Json, Place, Seed, app
+from app.cli.root import FLATTENED, PATIENTS, Json, Place, Seed, app
+from paravol.case_options import ImportOptions, PhantomOptions
 
 
-@app.command(name="import")
+@app.command(name="import", group=PATIENTS)
 def import_scan(
-    scan: Path,
-    *,
-    out: Path,
-    series: int | None = None,
-    modality: Literal["ct", "mr"] | None = None,
-    spacing: float = 0.5,
-    pivot: Place | None = None,
-    second: Path | None = None,
-    allow_gaps: Flag = False,
-    nonfinite_air: Flag = False,
-    force: Flag = False,
-    json: Json = False,
+    scan: Path, *, options: Annotated[ImportOptions, FLATTENED], json: Json = False
 ) -> int:
     """Make a case of a patient's own CT or MR, to be flown through.
 
@@ -33,101 +23,32 @@ def import_scan(
     ----------
     scan
         A DICOM folder, or an NRRD, NIfTI or MetaImage file.
-    out
-        Folder for the case, which 3D Slicer opens.
-    series
-        Which series of a folder that holds several.
-    modality
-        What the numbers mean, where the file does not say and the guess is wrong.
-    spacing
-        Voxel edge in millimetres.
-    pivot
-        Where the scope enters: x y z in millimetres, patient LPS; a nostril when
-        left out.
-    second
-        A second scan of the same head, CT or MR; it is registered to the first.
-    allow_gaps
-        Bridge missing slices by interpolation.
-    nonfinite_air
-        Take voxels that are no numbers for air.
-    force
-        Write over the case, and its exercise, that the folder holds.
     """
-    from app.cli.import_command import ImportOptions, run_import
+    from app.cli.import_command import run_import
 
-    options = ImportOptions(
-        scan,
-        out,
-        series,
-        modality,
-        spacing,
-        pivot,
-        second,
-        allow_gaps,
-        nonfinite_air,
-        force,
-    )
-    return run_import(options, as_json=json)
+    return run_import(scan, options, as_json=json)
 
 
-@app.command
+@app.command(group=PATIENTS)
 def phantom(
     *,
-    out: Path,
+    options: Annotated[PhantomOptions, FLATTENED],
     seed: Seed = 1,
-    average: bool = False,
-    variant: tuple[str, ...] = (),
-    without: tuple[str, ...] = (),
-    lund_mackay: tuple[str, ...] = (),
-    spacing: float = 0.5,
-    noise: float = 12.0,
-    mr: bool = False,
-    force: Flag = False,
     json: Json = False,
 ) -> int:
     """Write a virtual patient as a case folder that 3D Slicer opens.
 
     Parameters
     ----------
-    out
-        Folder for ct.nrrd, labels.seg.nrrd, landmarks.mrk.json and case.json.
     seed
         Draws a patient: sizes, septum, skull base, cells and variants.
-    average
-        Take the average adult instead; the seed then draws the cells alone.
-    variant
-        Add a variant, such as onodi:left, haller or keros-3; may be repeated.
-    without
-        Remove a variant, such as agger-nasi:right; may be repeated.
-    lund_mackay
-        Add disease, such as maxillary:left=2,ostiomeatal:left=2 or polyps=3.
-    spacing
-        Voxel edge in millimetres.
-    noise
-        Standard deviation of the CT's noise in HU: 12 is a soft kernel, 50 a bone one.
-    mr
-        Write t1.nrrd and t2.nrrd too.
-    force
-        Write over the case that the folder holds.
     """
     from app.cli.phantom_command import run_phantom
 
-    return run_phantom(
-        out=out,
-        seed=seed,
-        spacing_mm=spacing,
-        as_json=json,
-        average=average,
-        variants=variant,
-        without=without,
-        lund_mackay=lund_mackay,
-        noise_hu=noise,
-        resonance=mr,
-        force=force,
-    )
+    return run_phantom(seed, options, as_json=json)
 
 
-@app.command
+@app.command(group=PATIENTS)
 def export(
     case: Path,
     *,
@@ -151,7 +72,7 @@ def export(
     return run_export(case=case, out=out, ending=format, as_json=json)
 
 
-@app.command
+@app.command(group=PATIENTS)
 def face(
     surface: Path,
     *,
@@ -181,7 +102,7 @@ def face(
     )
 
 
-@app.command
+@app.command(group=PATIENTS)
 def slices(
     case: Path,
     *,

@@ -3,12 +3,19 @@
 Nothing heavy is imported here: every command fetches its own modules when it runs.
 """
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Annotated
 
 from app.cli import arm_commands, case_commands, picture_commands
-from app.cli.emulator_options import NOTHING_TYPED, EmulatorWords
+from app.cli.emulator_options import NOTHING_TYPED, EmulatorOptions
 from app.cli.root import (
+    DEVICES,
+    FLATTENED,
+    FLY,
+    MACHINE,
+    PICTURES,
+    SESSIONS,
     Flag,
     Json,
     Oversubscribe,
@@ -21,11 +28,14 @@ from app.cli.root import (
     thread_count,
 )
 from disk import UserError
+from paravol.snapshots.worker_options import WorkerOptions
+
+ONE_RANK = WorkerOptions()
 
 __all__ = ["app", "arm_commands", "case_commands", "picture_commands"]
 
 
-@app.command
+@app.command(group=FLY)
 def demo(
     *,
     out: Path = Path("out/demo"),
@@ -67,7 +77,7 @@ def demo(
     return run_demo(options, as_json=json)
 
 
-@app.command
+@app.command(group=SESSIONS)
 def replay(
     session: Path,
     *,
@@ -113,7 +123,7 @@ def replay(
     )
 
 
-@app.command
+@app.command(group=FLY)
 def train(
     *,
     scenario: ScenarioName = "first_flight",
@@ -173,20 +183,13 @@ def train(
     )
 
 
-@app.command
+@app.command(group=PICTURES)
 def worker(
     *,
     spool: Path,
     create: Flag = False,
-    ranks: Ranks = 1,
+    options: Annotated[WorkerOptions, FLATTENED] = ONE_RANK,
     oversubscribe: Oversubscribe = False,
-    threads: int | None = None,
-    dataflow: Literal["migrating", "static", "replicated", "rays"] | None = None,
-    from_file: Flag = False,
-    cache_cells: int | None = None,
-    lease: float | None = None,
-    keep_days: float | None = None,
-    once: Flag = False,
 ) -> int:
     """Serve snapshot requests from a spool folder.
 
@@ -199,43 +202,23 @@ def worker(
         Folder shared with the program that asks for snapshots.
     create
         Make the folder if it is missing.
-    threads
-        Threads that trace (without MPI), shade and expose; 2 by default.
-    dataflow
-        How ranks share the volume's cells: migrating as in the 1995 paper (the
-        default), static, the whole volume on every rank, or rays that travel.
-    from_file
-        No rank has to keep cells, which are read from the volume's file: for volumes
-        larger than all memory.
-    cache_cells
-        Cells that a rank keeps at most; all by default.
-    lease
-        Seconds of silence until a worker counts as dead, 15 by default; 60 on a
-        network disk.
-    keep_days
-        Days that finished jobs stay in the folder, 7 by default.
-    once
-        Stop when nothing is left that no living worker does.
     """
-    from paravol.snapshots.rendering_service import WorkerOptions, run_worker_command
+    from paravol.snapshots.rendering_service import run_worker_command
     from paravol.snapshots.spool_folder import demand_spool
 
     demand_spool(spool, create=create)
-    ranks = rank_count(ranks, oversubscribe=oversubscribe)
-    options = WorkerOptions(
-        ranks, once, threads, dataflow, from_file, cache_cells, lease, keep_days
-    )
-    return run_worker_command(spool, options)
+    ranks = rank_count(options.ranks, oversubscribe=oversubscribe)
+    return run_worker_command(spool, replace(options, ranks=ranks))
 
 
-@app.command
-def emulator(*, words: EmulatorWords = NOTHING_TYPED) -> int:
+@app.command(group=DEVICES)
+def emulator(*, options: EmulatorOptions = NOTHING_TYPED) -> int:
     """Emulate a MicroScribe behind a pseudo-terminal and print the port's name.
 
     Any program that talks to the arm over a serial port can open it:
 
         paravol emulator
-        paravol emulator --profile dx --path hand.path.json
+        paravol emulator --profile dx --probe-path hand.path.json
         paravol emulator --motion orbit --listen 4455
         paravol emulator --fault f8_dropped_byte@12.5 --fault f30
         paravol emulator --fault flipped_bit@p:0.01 --seed 7
@@ -247,10 +230,10 @@ def emulator(*, words: EmulatorWords = NOTHING_TYPED) -> int:
     """
     from app.cli.emulator_command import run_emulator
 
-    return run_emulator(words)
+    return run_emulator(options)
 
 
-@app.command
+@app.command(group=MACHINE)
 def bench(
     *,
     suite: tuple[str, ...] = (),
@@ -271,7 +254,8 @@ def bench(
     quick
         Small sizes, for a first look.
     out
-        Folder for results.json and the pictures; an interrupted run goes on there.
+        Folder for results.json, measurements.md and the pictures; an interrupted run
+        goes on there.
     fresh
         Start over instead of going on.
     """
@@ -282,7 +266,7 @@ def bench(
     )
 
 
-@app.command
+@app.command(group=MACHINE)
 def doctor(
     *, device: str | None = None, accept_constants: bool = False, json: Json = False
 ) -> int:
@@ -298,7 +282,7 @@ def doctor(
         Keep the arm's constants though they changed or are unusual.
     """
     if device is not None:
-        from app.cli.arm_check import run_arm_check
+        from app.cli.doctor import run_arm_check
 
         return run_arm_check(device, as_json=json, accept_constants=accept_constants)
     if accept_constants:

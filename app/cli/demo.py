@@ -6,26 +6,24 @@ from pathlib import Path
 from typing import Any
 
 from app.cli.terminal import Stages, print_json, print_table
-from app.errors import DeviceLostError
 from devices import DeviceError, ProbePath, load_probe_path
 from disk import UserError
-from paravol.device_log import DeviceLog
-from paravol.flight import Shown, Timing, fly
-from paravol.inputs.open_arm import demand_port, open_arm
-from paravol.inputs.pose_completer import PathChannel
-from paravol.inputs.reconnecting_source import LastingPoses
+from paravol.flight import FinishedFlight, Flight, FlightObserver, FlightOrder
+from paravol.frame_loop import FrameEvent
+from paravol.inputs.arm import ArmInput
+from paravol.inputs.open_arm import demand_port
 from paravol.output_folder import claimed_folder, remove_old_session
-from paravol.patient import OperatingRoom, prepare_room
-from paravol.registration.at_start import register_by_touch
-from paravol.replay import ReplayReport, replay_session
-from paravol.session_info import LIVE_TIER, SEED, describe_session
-from paravol.session_setup import build_session, build_view, first_views
-from paravol.snapshots.moments import Keepsake, TakenSnapshot, ViewAsker, take_snapshots
-from paravol.told_score import score_rows
+from paravol.score_table import score_rows
+from paravol.session_replay import ReplayReport, replay_session
+from paravol.snapshots.moments import (
+    SelectedFrame,
+    SnapshotReport,
+    SnapshotRequestFactory,
+    take_snapshots,
+)
 from paravol.versions import versions
-from renderers.scene import Mesh
 from scenarios import Scenario, Score, load_scenario
-from scenarios.bundle import SessionInfo, SessionRecorder, write_json
+from scenarios.bundle import write_json
 
 LOST_PATIENCE_S = 60.0
 """An arm that was unplugged must be there again by then."""
@@ -44,16 +42,28 @@ class DemoOptions:
     faults: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class FlownDemo:
-    """Hold what the flight itself left."""
+class _Observer(FlightObserver):
+    """Show how far the flight is; keep the frames of the scenario's moments."""
 
-    info: SessionInfo
-    timing: Timing
-    score: Score
-    splats: int
-    instrument: Mesh | None
-    kept: list[Keepsake]
+    def __init__(self, scenario: Scenario, path: ProbePath, stages: Stages) -> None:
+        self.kept = [SelectedFrame(moment) for moment in scenario.moments]
+        self._duration_s = path.duration_s
+        self._stages = stages
+
+    def on_progress(self, stage: str, share: float) -> None:
+        self._stages(stage, share)
+
+    def on_touch(self, stage: str, share: float) -> None:
+        self._stages(stage, share)
+
+    def on_frame(self, event: FrameEvent) -> None:
+        time_s = event.sample.time_s
+        self._stages("Flying", time_s / self._duration_s)
+        for selected in self.kept:
+            selected.offer(event.number, event.view, event.frame, time_s)
+
+    def on_loss(self, loss: DeviceError) -> None:
+        self._stages.say(f"{loss} It is waited for {LOST_PATIENCE_S:g} s.")
 
 
 def run_demo(options: DemoOptions, *, as_json: bool) -> int:
@@ -64,20 +74,38 @@ def run_demo(options: DemoOptions, *, as_json: bool) -> int:
     scenario, folder = load_scenario(options.scenario)
     path_file = folder / scenario.path
     path = load_probe_path(path_file)
+    arm = ArmInput(
+        scenario,
+        path,
+        path_file,
+        options.device,
+        follows_path=True,
+        faults=options.faults,
+    )
     with ExitStack() as stack:
         out = stack.enter_context(claimed_folder(options.out))
         stages = stack.enter_context(Stages())
         bundle = out / "flight.paravol"
         remove_old_session(bundle)
-        room = prepare_room(scenario, stages)
-        flown = _fly(options, scenario, path, path_file, room, bundle, stages)
+        observer = _Observer(scenario, path, stages)
+        order = FlightOrder(
+            scenario,
+            path,
+            arm,
+            options.size,
+            options.threads,
+            bundle,
+            patience_s=LOST_PATIENCE_S,
+        )
+        flown = Flight(order, observer).run()
+        assert flown is not None  # only the path ends it
         snapshots = take_snapshots(
-            flown.kept,
-            ViewAsker(
-                room.surface,
+            observer.kept,
+            SnapshotRequestFactory(
+                flown.patient.surface,
                 scenario.scope.ring_radius_mm,
                 flown.info.seed,
-                flown.instrument,
+                flown.view.instrument,
             ),
             folder=out / "snapshots",
             ranks=options.ranks,
@@ -88,7 +116,7 @@ def run_demo(options: DemoOptions, *, as_json: bool) -> int:
             threads=options.threads,
             progress=stages,
             video=out / "flight.mp4",
-            room=room,
+            patient=flown.patient,
         )
     summary = _summary(scenario, flown, snapshots, report)
     write_json(out / "summary.json", summary)
@@ -99,83 +127,16 @@ def run_demo(options: DemoOptions, *, as_json: bool) -> int:
     return 0 if report.is_exact else 1
 
 
-def _fly(
-    options: DemoOptions,
-    scenario: Scenario,
-    path: ProbePath,
-    path_file: Path,
-    room: OperatingRoom,
-    bundle: Path,
-    stages: Stages,
-) -> FlownDemo:
-    kept = [Keepsake(moment) for moment in scenario.moments]
-    with ExitStack() as stack:
-        view = build_view(
-            scenario,
-            room,
-            tier=LIVE_TIER,
-            seed=SEED,
-            has_instrument=True,
-            threads=options.threads,
-            progress=stages,
-        )
-        size = (options.size, options.size)
-        view.warm_up(first_views(scenario, room, path, size), stages)
-        stages("Opening the arm", 0.0)
-        arm = stack.enter_context(
-            open_arm(scenario, path_file, device=options.device, faults=options.faults)
-        )
-        stages("Opening the arm", 1.0)
-        poses = LastingPoses(arm, LOST_PATIENCE_S)
-        registration = register_by_touch(poses, scenario.fiducial_positions(), stages)
-        info = describe_session(
-            scenario, room, registration, size=options.size, has_instrument=True
-        )
-        session = build_session(scenario, room, registration.world_from_device, size)
-        recorder = stack.enter_context(SessionRecorder(bundle, info))
-
-        def on_frame(shown: Shown) -> None:
-            time_s = shown.sample.time_s
-            stages("Flying", time_s / path.duration_s)
-            for keepsake in kept:
-                keepsake.offer(shown.number, shown.view, shown.frame, time_s)
-
-        log = DeviceLog(recorder, session)
-
-        def on_loss(loss: DeviceError) -> None:
-            log.lost(loss)
-            stages.say(f"{loss} It is waited for {LOST_PATIENCE_S:g} s.")
-
-        poses.on_loss, poses.on_return = on_loss, log.returned
-        try:
-            timing = fly(
-                poses,
-                PathChannel(path),
-                session,
-                view,
-                recorder,
-                until_s=path.duration_s,
-                on_frame=on_frame,
-            )
-        except (DeviceError, TimeoutError) as error:
-            log.lost(error)
-            raise DeviceLostError(error, bundle) from error
-        score = session.score()
-        recorder.close({"score": asdict(score), "timing": timing.figures()})
-    splats = view.renderer.splat_count
-    return FlownDemo(info, timing, score, splats, view.instrument, kept)
-
-
 def _summary(
     scenario: Scenario,
-    flown: FlownDemo,
-    snapshots: list[TakenSnapshot],
+    flown: FinishedFlight,
+    snapshots: list[SnapshotReport],
     report: ReplayReport,
 ) -> dict[str, Any]:
     return {
         "scenario": scenario.name,
         **flown.timing.figures(),
-        "splats": flown.splats,
+        "splats": flown.view.renderer.splat_count,
         "registration_rms_mm": flown.info.registration_rms_mm,
         "snapshots": [asdict(s) for s in snapshots],
         **asdict(flown.score),

@@ -1,45 +1,48 @@
-"""`paravol doctor`: what this machine can do, what is missing, what brings it."""
+"""`paravol doctor`: print what this machine, or an arm, can do and what is missing."""
 
 import os
-import platform
-import subprocess
-import sys
 from dataclasses import asdict
-from pathlib import Path
 
-from app.cli.terminal import print_json, print_table
+from app.cli.terminal import Stages, print_json, print_table
 from app.opengl import OpenGL, display_name, probe_offscreen, probe_window
-from devices.serial_adapters import (
-    LEAST_LATENCY_MS,
-    SerialAdapter,
-    latency_remedy,
-    permission_remedy,
-    serial_adapters,
-)
+from paravol.arm_check import LOOK_S, adapter_findings, check_arm
 from paravol.finding import Finding
-from paravol.versions import versions
-from renderers.art.ranks.transport import TransportError
-from renderers.snapshots.launcher import find_launcher
-
-VECTOR_FLAGS = ("sse4_2", "avx", "avx2", "fma", "avx512f", "neon", "asimd")
-LEAST_MEMORY_GB = 3.0
-"""The demo's processes together stay below this."""
-
-_VERSION_PATIENCE_S = 20.0
+from paravol.known_constants import constants_findings
+from paravol.machine_check import machine_findings, program_findings
 
 
 def run_doctor(*, as_json: bool) -> int:
     """Print the findings; 1 when something required is missing."""
-    return tell("This machine", examine(), as_json=as_json)
+    return print_findings("This machine", examine(), as_json=as_json)
 
 
-def tell(title: str, findings: list[Finding], *, as_json: bool) -> int:
+def run_arm_check(
+    device: str,
+    *,
+    as_json: bool,
+    look_s: float = LOOK_S,
+    accept_constants: bool = False,
+) -> int:
+    """Look at the arm on a port while it is moved; 1 when it is not fit to fly with.
+
+    ``accept_constants`` keeps the arm's constants though they changed. Raise
+    DeviceError when there is none, TimeoutError when it falls silent.
+    """
+    from devices.microscribe import MicroScribe
+
+    with Stages() as guide, MicroScribe(device) as arm:
+        findings = constants_findings(arm.description, device, accept=accept_constants)
+        findings += check_arm(arm, guide, look_s) + adapter_findings(device)
+    return print_findings(f"The arm on {device}", findings, as_json=as_json)
+
+
+def print_findings(title: str, findings: list[Finding], *, as_json: bool) -> int:
     """Print findings as a table or as JSON; 1 when something required is missing."""
     missing = [f.name for f in findings if f.is_missing]
     if as_json:
         print_json({"findings": [asdict(f) for f in findings], "missing": missing})
     else:
-        print_table(title, [(f.name, _told(f)) for f in findings])
+        print_table(title, [(f.name, _described(f)) for f in findings])
         if missing:
             print(f"Required and missing: {', '.join(missing)}.")
         else:
@@ -51,166 +54,25 @@ def examine() -> list[Finding]:
     """Look at everything; takes a few seconds, most of them for OpenGL."""
     offscreen, window = probe_offscreen(), probe_window()
     return [
-        _python(),
-        _processor(),
-        _memory(),
-        *_packages(),
-        _kernel_cache(),
-        _kernels(),
-        _phantom_cache(),
+        *machine_findings(),
         _opengl("OpenGL off screen", offscreen),
         Finding("display", display_name() or "none"),
         _opengl("window", window),
-        _mpi(),
-        _ffmpeg(),
-        serial_ports(),
+        *program_findings(),
         *_choices(offscreen, window),
     ]
 
 
-def _told(finding: Finding) -> str:
+def _described(finding: Finding) -> str:
     mark = "MISSING: " if finding.is_missing else ""
     remedy = f"\n{finding.remedy}" if finding.remedy else ""
     return f"{mark}{finding.value}{remedy}"
-
-
-def _python() -> Finding:
-    is_old = sys.version_info < (3, 11)
-    return Finding(
-        "Python",
-        f"{platform.python_version()} in {sys.prefix}",
-        is_old,
-        "Python 3.11 or newer is needed." if is_old else "",
-    )
-
-
-def _processor() -> Finding:
-    told = _table_of(Path("/proc/cpuinfo"))
-    model = told.get("model name") or platform.processor() or platform.machine()
-    words = (told.get("flags") or told.get("Features") or "").split()
-    flags = " ".join(flag for flag in VECTOR_FLAGS if flag in words)
-    usable = len(os.sched_getaffinity(0))
-    return Finding(
-        "processor",
-        f"{model}, {usable} of {os.cpu_count()} cores usable; {flags or 'no flags'}",
-    )
-
-
-def _memory() -> Finding:
-    page = os.sysconf("SC_PAGE_SIZE")
-    total = page * os.sysconf("SC_PHYS_PAGES") / 1e9
-    free = page * os.sysconf("SC_AVPHYS_PAGES") / 1e9
-    told = _table_of(Path("/proc/meminfo")).get("MemAvailable", "")
-    if told.endswith(" kB"):
-        free = float(told.removesuffix(" kB")) * 1024 / 1e9
-    is_small = total < LEAST_MEMORY_GB
-    return Finding(
-        "memory",
-        f"{total:.1f} GB, {free:.1f} GB available",
-        is_small,
-        f"At least {LEAST_MEMORY_GB:g} GB are needed." if is_small else "",
-    )
-
-
-def _packages() -> list[Finding]:
-    found = []
-    for name, version in versions().items():
-        if name in ("python", "platform", "paravol-ess"):
-            continue
-        is_absent = version == "not installed"
-        is_optional = name == "mpi4py"
-        remedy = ""
-        if is_absent:
-            extra = "'paravol-ess[mpi]'" if is_optional else "paravol-ess"
-            remedy = f"pip install {extra} brings it."
-        found.append(Finding(name, version, is_absent and not is_optional, remedy))
-    return found
-
-
-def _kernel_cache() -> Finding:
-    from paravol.environment import prepare_environment
-
-    folder = prepare_environment()
-    if not folder.exists():
-        return Finding("compiled kernels", f"{folder}, not made yet")
-    return Finding("compiled kernels", f"{folder}, {_megabytes(folder):.0f} MB")
-
-
-def _kernels() -> Finding:
-    from renderers.lanes.self_check import vector_problem
-
-    problem = vector_problem()
-    if problem:
-        remedy = f"{problem} The versions in requirements.lock are known to work."
-        return Finding("vector kernels", "do not run", True, remedy)
-    return Finding("vector kernels", "checked against numpy")
-
-
-def _phantom_cache() -> Finding:
-    from anatomy.files.cache import default_folder
-
-    folder = default_folder()
-    heads = list(folder.glob("*.npz"))
-    return Finding(
-        "phantoms", f"{folder}, {len(heads)} kept, {_megabytes(folder):.0f} MB"
-    )
 
 
 def _opengl(name: str, opengl: OpenGL) -> Finding:
     if not opengl.works:
         return Finding(name, "not available", remedy=opengl.problem)
     return Finding(name, f"{opengl.vendor}, {opengl.renderer}, {opengl.version}")
-
-
-def _mpi() -> Finding:
-    try:
-        launcher = find_launcher()
-    except TransportError as error:
-        return Finding("MPI", "not to be used", remedy=str(error))
-    if launcher is None:
-        return Finding(
-            "MPI",
-            "no mpiexec",
-            remedy="Snapshots use one rank; pip install 'paravol-ess[mpi]' brings MPI.",
-        )
-    return Finding(
-        "MPI", f"{launcher.path}: {_first_line([launcher.path, '--version'])}"
-    )
-
-
-def _ffmpeg() -> Finding:
-    from imageio_ffmpeg import get_ffmpeg_exe
-
-    try:
-        program = get_ffmpeg_exe()
-    except RuntimeError:
-        return Finding(
-            "ffmpeg",
-            "none",
-            is_missing=True,
-            remedy="On Debian, apt install ffmpeg brings it.",
-        )
-    return Finding("ffmpeg", _first_line([program, "-version"]))
-
-
-def serial_ports(adapters: list[SerialAdapter] | None = None) -> Finding:
-    """Tell which ports an arm may be at, and what keeps it from being well there."""
-    if adapters is None:
-        from devices.microscribe.driver.driver import SerialPorts
-
-        adapters = serial_adapters(SerialPorts().names())
-    told, remedies = [], []
-    for adapter in adapters:
-        names = f"{adapter.by_id} ({adapter.name})" if adapter.by_id else adapter.name
-        timer = adapter.latency_ms
-        told.append(names + (f", latency timer {timer} ms" if timer else ""))
-        if not adapter.is_allowed:
-            told[-1] += ", not yours to open"
-            remedies.append(f"{adapter.name}: {permission_remedy(adapter.name)}.")
-        elif timer is not None and timer > LEAST_LATENCY_MS:
-            remedies.append(latency_remedy(adapter.name))
-    none = "none; a MicroScribe needs one, or a USB adapter"
-    return Finding("serial ports", "\n".join(told) or none, remedy="\n".join(remedies))
 
 
 def _choices(offscreen: OpenGL, window: OpenGL) -> list[Finding]:
@@ -226,38 +88,3 @@ def _choices(offscreen: OpenGL, window: OpenGL) -> list[Finding]:
         Finding("endoscope picture", f"CPU rasterizer, {threads} threads"),
         Finding("graphics card", offscreen.renderer if gpu else "none found"),
     ]
-
-
-def _first_line(command: list[str]) -> str:
-    """Give the first line that says something about a version."""
-    try:
-        done = subprocess.run(
-            command,
-            capture_output=True,
-            text=True,
-            errors="replace",
-            timeout=_VERSION_PATIENCE_S,
-        )
-    except (OSError, subprocess.TimeoutExpired) as error:
-        return f"does not answer ({error})"
-    lines = [line.strip() for line in done.stdout.splitlines()]
-    told = [line for line in lines if "ersion" in line] or lines or ["says nothing"]
-    return " ".join(told[0].split())
-
-
-def _table_of(path: Path) -> dict[str, str]:
-    """Read the first ``name : value`` of each name; empty where there is no file."""
-    found: dict[str, str] = {}
-    try:
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return found
-    for line in text.splitlines():
-        name, colon, value = line.partition(":")
-        if colon:
-            found.setdefault(name.strip(), value.strip())
-    return found
-
-
-def _megabytes(folder: Path) -> float:
-    return sum(f.stat().st_size for f in folder.rglob("*") if f.is_file()) / 1e6

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from app.cli.emulator_options import EmulatorWords
+from app.cli.emulator_options import EmulatorOptions
 from app.cli.terminal import print_json
 from devices import ProbePath, load_probe_path
 from devices.microscribe.emulator.actions import list_actions
@@ -16,7 +16,7 @@ from devices.microscribe.emulator.faults import list_faults
 from devices.microscribe.emulator.process import stop_on_signals
 from devices.microscribe.emulator.setup import (
     MOTIONS,
-    EmulatorOptions,
+    EmulatorSettings,
     OpenEmulator,
     open_emulator,
 )
@@ -30,37 +30,41 @@ BUNDLED = "first_flight"
 _PATH_PEDAL = 2
 
 
-def run_emulator(words: EmulatorWords) -> int:
+def run_emulator(options: EmulatorOptions) -> int:
     """Emulate until Ctrl-C or until a fault unplugs the arm for good.
 
     The name of the port goes to standard output, alone on its line, and again when
     the arm is plugged in elsewhere. Everything else goes to standard error. For
     machines every line is a JSON object, and a last one tells what happened.
     """
-    if words.list_faults or words.list_actions:
-        _print_lists(words)
+    if options.list_faults or options.list_actions:
+        _print_lists(options)
         return 0
-    options = _options(words)
+    settings = _settings(options)
 
     def announce(port: str) -> None:
-        about = {"profile": options.profile, "faults": words.fault, "actions": words.do}
-        print(json.dumps({"port": port, **about}) if words.json else port, flush=True)
+        about = {
+            "profile": settings.profile,
+            "faults": options.fault,
+            "actions": options.do,
+        }
+        print(json.dumps({"port": port, **about}) if options.json else port, flush=True)
 
-    with open_emulator(options, announce) as emulator, stop_on_signals(emulator):
-        if not words.json:
+    with open_emulator(settings, announce) as emulator, stop_on_signals(emulator):
+        if not options.json:
             print("Ctrl-C ends the emulated arm.", file=sys.stderr)
         emulator.server.run()
-    if words.json:
+    if options.json:
         print(json.dumps(_happened(emulator)))
     else:
         _report(emulator)
     return 0
 
 
-def _print_lists(words: EmulatorWords) -> None:
-    lists = {"faults": list_faults()} if words.list_faults else {}
-    lists |= {"actions": list_actions()} if words.list_actions else {}
-    if words.json:
+def _print_lists(options: EmulatorOptions) -> None:
+    lists = {"faults": list_faults()} if options.list_faults else {}
+    lists |= {"actions": list_actions()} if options.list_actions else {}
+    if options.json:
         print_json(lists)
         return
     for lines in lists.values():
@@ -69,38 +73,38 @@ def _print_lists(words: EmulatorWords) -> None:
 
 
 def _happened(emulator: OpenEmulator) -> dict[str, Any]:
-    """Tell how often each fault happened and who tried to rewrite the memory."""
+    """Return how often each fault happened and the memory was to be rewritten."""
     return {
         "fired": dict(emulator.server.arm.fired),
-        "memory_writes": emulator.server.arm.far_end.memory_writes,
+        "memory_writes": emulator.server.arm.firmware.memory_writes,
         "memory_writes_granted": emulator.accepts_memory_writes,
     }
 
 
-def _options(words: EmulatorWords) -> EmulatorOptions:
-    if words.path is not None and words.motion is not None:
-        raise UserError("give --path or --motion, not both")
-    options = EmulatorOptions(
-        profile=words.profile,
-        motion=words.motion or MOTIONS[0],
-        seed=words.seed,
-        faults=words.fault,
-        actions=words.do,
-        listen=words.listen,
-        link=words.link,
-        transcript=words.transcript,
-        fast=words.fast,
-        sync_repeats=words.sync_repeats,
-        accepts_memory_writes=words.accept_memory_writes,
+def _settings(options: EmulatorOptions) -> EmulatorSettings:
+    if options.probe_path is not None and options.motion is not None:
+        raise UserError("give --probe-path or --motion, not both")
+    settings = EmulatorSettings(
+        profile=options.profile,
+        motion=options.motion or MOTIONS[0],
+        seed=options.seed,
+        faults=options.fault,
+        actions=options.do,
+        listen=options.listen,
+        link=options.link,
+        transcript=options.transcript,
+        fast=options.fast,
+        sync_repeats=options.sync_repeats,
+        accepts_memory_writes=options.accept_memory_writes,
     )
-    if words.path is not None:
-        return replace(options, path=load_motion(words.path))
-    if words.motion is not None:
-        return options
+    if options.probe_path is not None:
+        return replace(settings, path=load_motion(options.probe_path))
+    if options.motion is not None:
+        return settings
     # As in a training session: fiducials first.
     scenario, folder = load_scenario(BUNDLED)
     return replace(
-        options,
+        settings,
         path=load_probe_path(folder / scenario.path),
         fiducials_mm=np.array([f.position_mm for f in scenario.fiducials]),
     )

@@ -10,12 +10,12 @@ from app.cli.root import Flag, Json, Seed
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True, slots=True)
-class EmulatorWords:
-    """Hold the options of the emulated arm as they were typed.
+class EmulatorOptions:
+    """Options of the emulated arm, as they were typed.
 
     Parameters
     ----------
-    path
+    probe_path
         What to follow: a .path.json file or a recorded session NAME.paravol. The
         bundled path, fiducials first, when neither path nor motion is given.
     motion
@@ -29,7 +29,7 @@ class EmulatorWords:
     link
         Symbolic link to the terminal, kept right when it is plugged in elsewhere.
     fault
-        Misbehave in one of thirty ways; --list-faults names them all.
+        Misbehave as NAME[=VARIANT][@WHEN]; --list-faults names all faults.
     do
         Do something to the arm, as NAME@SECONDS[+DURATION]; see --list-actions.
     seed
@@ -51,7 +51,7 @@ class EmulatorWords:
         Print JSON: an object a line for every port and one at the end, or the lists.
     """
 
-    path: Path | None = None
+    probe_path: Path | None = None
     motion: str | None = None
     profile: str = "dx40937"
     listen: str | None = None
@@ -68,4 +68,4 @@ class EmulatorWords:
     json: Json = False
 
 
-NOTHING_TYPED = EmulatorWords()
+NOTHING_TYPED = EmulatorOptions()

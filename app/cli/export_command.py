@@ -1,19 +1,12 @@
 """`paravol export`: a case's surfaces as PLY, VTP or STL."""
 
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-
-from anatomy.case import Case, read_case
+from anatomy.case import read_case
 from anatomy.files.surfaces import Surface, save_surface
 from app.cli.terminal import Stages, print_json, print_table
+from app.vtk.case_surfaces import case_surfaces
 from paravol.output_folder import claimed_folder
-from renderers.scene import Volume
-
-SMALLEST_VOXELS = 200
-"""A label of fewer voxels has no surface worth a file."""
 
 
 def run_export(*, case: Path, out: Path, ending: str, as_json: bool) -> int:
@@ -34,55 +27,3 @@ def run_export(*, case: Path, out: Path, ending: str, as_json: bool) -> int:
     else:
         print_table(str(out), [(f, f"{n:,} triangles") for f, n in counts.items()])
     return 0
-
-
-def case_surfaces(case: Case) -> Iterator[tuple[float, str, Surface]]:
-    """Give each surface of a case with the done share and its name.
-
-    ``air`` is what the endoscope sees, ``skin`` the outside of the head; then one for
-    each label, around its voxels.
-    """
-    for name, volume in (("air", "distance"), ("skin", "face")):
-        if volume in case.volumes:
-            surface = zero_set(case.volumes[volume])
-            if surface is not None:
-                yield 0.0, name, surface
-    labels = case.labels
-    values, counts = np.unique(labels.values, return_counts=True)
-    large = [int(v) for v in values[counts >= SMALLEST_VOXELS] if v != 0]
-    for number, value in enumerate(large):
-        mask = np.where(labels.values == value, -0.5, 0.5).astype(np.float32)
-        surface = zero_set(labels.with_values(mask, 0.5))
-        if surface is not None:
-            name = case.record.label_names.get(str(value), f"label {value}")
-            yield (number + 1) / len(large), name, surface
-
-
-def zero_set(volume: Volume) -> Surface | None:
-    """Contour where a volume changes sign, None where it does not.
-
-    Triangles face the positive side's outside: their normals point into the negative.
-    """
-    # Imported here: a command that refuses its input need not wait for it.
-    import pyvista as pv
-
-    nz, ny, nx = volume.shape
-    grid: Any = pv.ImageData(dimensions=(nx, ny, nz))
-    grid.point_data["value"] = np.asarray(volume.values, np.float32).ravel()
-    mesh = grid.contour([0.0], scalars="value", compute_normals=False)
-    if not mesh.n_points:
-        return None
-    # contoured in voxels and placed here: no axis can be lost on the way
-    matrix = volume.world_from_voxel
-    points = np.asarray(mesh.points, np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
-    faces = np.asarray(mesh.regular_faces, np.int32)
-    corners = points[faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    sizes = np.linalg.norm(normals, axis=1)
-    sure = sizes > np.percentile(sizes, 50)
-    middle = corners[sure].mean(axis=1)
-    step = 0.3 * float(volume.spacing_mm.min())
-    ahead = volume.sample(middle + step * normals[sure] / sizes[sure, None])
-    if np.mean(ahead < 0) < 0.5:
-        faces = faces[:, ::-1]
-    return Surface(points, np.ascontiguousarray(faces))

@@ -1,21 +1,16 @@
-"""`paravol import`: a patient's own scan as a case that can be flown through."""
+"""`paravol import`: make a case of a scan, print what was found."""
 
-from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
-from typing import Any
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
-from anatomy.case import Case, CaseRecord
-from anatomy.scan.imported import ImportedHead, import_head
-from anatomy.scan.imported_case import source_record, write_imported_case
-from anatomy.scan.scan import Modality, Scan, read_scan
+from anatomy.case import CaseRecord
+from anatomy.scan.imported import ImportedHead
 from app.cli.terminal import Stages, print_json, print_table
-from paravol.case_exercise import exercise_of, straight_path
-from paravol.output_folder import claimed_case, remove_exercise
-from paravol.second_scan import check_second, lay_second
+from paravol.case_import import ImportedCase, import_case
+from paravol.case_options import ImportOptions
 
 LISTED_CAVITIES = 6
 
@@ -23,73 +18,18 @@ LISTED_OPENING_MM2 = 5.0
 """Smaller ones are a voxel or two."""
 
 
-@dataclass(frozen=True, slots=True)
-class ImportOptions:
-    """Hold what the command line asked for; see `paravol import --help`."""
-
-    scan: Path
-    out: Path
-    series: int | None
-    modality: str | None
-    spacing_mm: float
-    pivot_mm: tuple[float, float, float] | None
-    second: Path | None
-    allow_gaps: bool
-    nonfinite_air: bool
-    force: bool = False
-
-
-def run_import(options: ImportOptions, *, as_json: bool) -> int:
-    """Import, write, tell what was found."""
-    with Stages() as stages, claimed_case(options.out, force=options.force) as out:
-        scan, second = _read(options, stages)
-        pivot = None if options.pivot_mm is None else np.array(options.pivot_mm)
-        head = import_head(scan, options.spacing_mm, stages, pivot)
-        if head.approach is not None:
-            straight_path(head.approach, head.distance)  # refused before it is written
-        sources = [source_record(scan, options.scan.resolve().name)]
-        others = {}
-        quality: dict[str, Any] = {}
-        if options.second is not None and second is not None:
-            laid = lay_second(head, scan, second, stages)
-            sources.append(source_record(second, options.second.resolve().name))
-            others["mr"] = laid.on_grid
-            quality = laid.quality
-        stages("Writing the case", 0.0)
-        remove_exercise(out)
-        record = write_imported_case(head, tuple(sources), out, others)
-        if head.approach is not None:
-            volumes = {"ct": head.ct, "distance": head.distance}
-            exercise_of(out, Case(volumes, head.landmarks, record))
-        stages("Writing the case", 1.0)
-    _tell(options, head, record, quality, as_json=as_json)
+def run_import(scan: Path, options: ImportOptions, *, as_json: bool) -> int:
+    """Import, write, print what was found."""
+    with Stages() as stages:
+        imported = import_case(scan, options, stages)
+    _print_report(options, imported, as_json=as_json)
     return 0
 
 
-def _read(options: ImportOptions, stages: Stages) -> tuple[Scan, Scan | None]:
-    """Read both scans first: nobody wants to hear later that the second is none."""
-    read = partial(
-        read_scan,
-        allow_gaps=options.allow_gaps,
-        nonfinite_is_air=options.nonfinite_air,
-        progress=stages,
-    )
-    modality = None if options.modality is None else Modality(options.modality.upper())
-    first = read(options.scan, series=options.series, modality=modality)
-    second = None if options.second is None else read(options.second)
-    if second is not None:
-        check_second(first, second)
-    return first, second
-
-
-def _tell(
-    options: ImportOptions,
-    head: ImportedHead,
-    record: CaseRecord,
-    quality: dict[str, Any],
-    *,
-    as_json: bool,
+def _print_report(
+    options: ImportOptions, imported: ImportedCase, *, as_json: bool
 ) -> None:
+    head, record, quality = imported.head, imported.record, imported.quality
     nz, ny, nx = head.ct.shape
     nostrils = {
         name: mark.position_mm
@@ -140,7 +80,7 @@ def _cavities(head: ImportedHead) -> str:
 
 
 def _openings(head: ImportedHead) -> str:
-    """Say where the airway meets the room: at the nostrils, or elsewhere as well."""
+    """Describe where the airway meets the room: at the nostrils, or elsewhere too."""
     openings = [o for o in head.airways.openings if o.area_mm2 >= LISTED_OPENING_MM2]
     if not openings:
         return "the airway is closed to the room"
@@ -163,5 +103,5 @@ def _entrance(head: ImportedHead) -> str:
     return f"{_place(approach.pivot_mm)}, free for {approach.free_mm:.0f} mm"
 
 
-def _place(point: np.ndarray[Any, np.dtype[np.float64]]) -> str:
+def _place(point: NDArray[np.float64]) -> str:
     return "(" + ", ".join(f"{v:.1f}" for v in point) + ")"

@@ -9,37 +9,40 @@ from pathlib import Path
 
 FILES = ("commands.py", "arm_commands.py", "case_commands.py", "picture_commands.py")
 
+GROUPS = ("FLY", "PATIENTS", "PICTURES", "SESSIONS", "DEVICES", "MACHINE")
+"""Names of the groups in `app.cli.root`, in their order."""
+
 _HEAD = """Usage: paravol COMMAND [OPTIONS]
 
 Endoscopic sinus surgery trainer: fly, replay, snapshot, measure.
 
-Commands:
 """
 
 _FOOT = """
 paravol COMMAND --help explains a command; paravol --version names the version;
---debug shows where an error was raised.
+--debug shows where an error was raised; --install-completion completes words in the
+shell.
 Start with: paravol demo
 """
 
 
 def overview() -> str:
-    """Give the help text: every command with the first line of its docstring."""
-    rows = []
+    """Return the help text: by groups, every command with its first line."""
+    rows: dict[str, list[str]] = {group: [] for group in GROUPS}
     for file in FILES:
         source = Path(__file__).with_name(file).read_text(encoding="utf-8")
         for node in ast.parse(source).body:
             if isinstance(node, ast.FunctionDef) and node.decorator_list:
                 first = (ast.get_docstring(node) or "").partition("\n")[0]
-                rows.append(f"  {_name(node):<10} {first}")
-    return _HEAD + "\n".join(sorted(rows)) + "\n" + _FOOT
+                words = _decorator_words(node)
+                name = words.get("name", node.name)
+                rows[words["group"]].append(f"  {name:<10} {first}")
+    parts = ["\n".join([f"{group.title()}:", *sorted(rows[group])]) for group in GROUPS]
+    return _HEAD + "\n\n".join(parts) + "\n" + _FOOT
 
 
-def _name(node: ast.FunctionDef) -> str:
-    """Give the command's name: "import" cannot be a function's."""
-    for decorator in node.decorator_list:
-        if isinstance(decorator, ast.Call):
-            for keyword in decorator.keywords:
-                if keyword.arg == "name" and isinstance(keyword.value, ast.Constant):
-                    return str(keyword.value.value)
-    return node.name
+def _decorator_words(node: ast.FunctionDef) -> dict[str, str]:
+    """Return the command's group, and its name where that cannot be a function's."""
+    (decorator,) = node.decorator_list
+    assert isinstance(decorator, ast.Call)
+    return {str(k.arg): ast.unparse(k.value).strip("'") for k in decorator.keywords}

@@ -1,7 +1,5 @@
 """`paravol phantom`: a virtual patient as a case folder."""
 
-from pathlib import Path
-
 import msgspec
 
 from anatomy import (
@@ -15,44 +13,30 @@ from anatomy.case import write_case
 from anatomy.phantom.variants import variant_names, without_variants
 from app.cli.terminal import Stages, print_json
 from disk import UserError
+from paravol.case_options import PhantomOptions
 from paravol.output_folder import claimed_case, remove_exercise
 
 
-def run_phantom(
-    *,
-    out: Path,
-    seed: int,
-    spacing_mm: float,
-    as_json: bool,
-    average: bool = False,
-    variants: tuple[str, ...] = (),
-    without: tuple[str, ...] = (),
-    lund_mackay: tuple[str, ...] = (),
-    noise_hu: float = 12.0,
-    resonance: bool = False,
-    force: bool = False,
-) -> int:
-    """Build the phantom of `seed` and write it.
+def run_phantom(seed: int, options: PhantomOptions, *, as_json: bool) -> int:
+    """Build the phantom of a seed and write it.
 
-    average: the average adult with that seed's cells, in place of a drawn patient.
-    lund_mackay: scores such as ``"maxillary:left=2"``, see `parse_scores`.
-    force: write over the case that `out` holds. Raise ValueError for a name, side or
-    score that there is not.
+    Raise UserError for a name, side or score that there is not.
     """
-    patient = PhantomParameters(seed=seed) if average else draw_parameters(seed)
-    patient = without_variants(with_variants(patient, variants), without)
+    out = options.out
+    patient = PhantomParameters(seed=seed) if options.average else draw_parameters(seed)
+    patient = without_variants(with_variants(patient, options.variant), options.without)
     patient = msgspec.structs.replace(
-        patient, opacity=parse_scores(lund_mackay), ct_noise_hu=noise_hu
+        patient, opacity=parse_scores(options.lund_mackay), ct_noise_hu=options.noise
     )
-    with Stages() as stages, claimed_case(out, force=force):
+    with Stages() as stages, claimed_case(out, force=options.force):
         phantom = sinus_phantom(
             patient,
-            spacing_mm=spacing_mm,
+            spacing_mm=options.spacing,
             progress=lambda stage, share: stages(f"Head: {stage}", share),
         )
         stages("Writing the case", 0.0)
         remove_exercise(out)
-        write_case(phantom, out, resonance=resonance)
+        write_case(phantom, out, resonance=options.mr)
         stages("Writing the case", 1.0)
     nz, ny, nx = phantom.ct.shape
     files = sorted(file.name for file in out.iterdir() if file.is_file())
@@ -66,7 +50,7 @@ def run_phantom(
             }
         )
     else:
-        print(f"{out}: {nx} x {ny} x {nz} voxels of {spacing_mm:g} mm")
+        print(f"{out}: {nx} x {ny} x {nz} voxels of {options.spacing:g} mm")
         print("  " + ", ".join(files))
         print("  " + ", ".join(variant_names(patient)))
     return 0

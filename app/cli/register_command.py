@@ -27,11 +27,11 @@ from devices.registration.target_error import (
     refuse_weak_targets,
 )
 from disk import UserError
-from paravol.inputs.homed_poses import HomedPoses
+from paravol.inputs.input_choice import peer_address
 from paravol.inputs.open_arm import arm_at, demand_port
-from paravol.inputs.peer_address import peer_address
+from paravol.inputs.pose_sources import HomedSource
 from paravol.inputs.typed_pedals import HELP, TypedPedals
-from paravol.patient import prepare_room
+from paravol.patient import load_patient
 from paravol.registration.at_start import head_of
 from paravol.registration.fit import Touched, describe_registration, fit_registration
 from paravol.registration.rehearsed_arm import (
@@ -55,7 +55,7 @@ ALIKE_MM = 3.0
 
 @dataclass(frozen=True, slots=True)
 class RegisterOptions:
-    """Hold what the command line asked for; see `paravol register --help`."""
+    """Options of `paravol register`, as they were typed."""
 
     scenario: str
     device: str | None
@@ -104,7 +104,7 @@ def run_register(options: RegisterOptions, *, as_json: bool) -> int:
         arm, truth = stack.enter_context(_open(options, plan))
         guide("Opening the arm", 1.0)
         spread = ParameterSpread.of_model(arm.description.identity.model)
-        walk = RegistrationWalk(HomedPoses(arm), guide)
+        walk = RegistrationWalk(HomedSource(arm), guide)
         five_joints = arm.description.maxima.encoders[5] == 0
         pivot = walk.pivot(along_axis=five_joints) if options.pivot else None
         held = walk.touch(list(plan.landmarks))
@@ -115,7 +115,12 @@ def run_register(options: RegisterOptions, *, as_json: bool) -> int:
             touched, plan.landmarks, plan.skin, plan.targets, description, spread
         )
         record = describe_registration(
-            fit, touched, plan.landmarks, description, plan.head
+            fit,
+            touched,
+            plan.landmarks,
+            serial=description.identity.serial,
+            model=description.identity.model,
+            head=plan.head,
         )
     true = None if truth is None else truth.errors_mm(record, plan.targets)
     return _finish(options, record, true, asks=asks_later, as_json=as_json)
@@ -193,7 +198,7 @@ def _check(options: RegisterOptions) -> None:
 
 def _plan(options: RegisterOptions, guide: Stages) -> _Plan:
     scenario, _ = load_scenario(options.scenario)
-    room = prepare_room(scenario, guide)
+    room = load_patient(scenario, guide)
     names = options.targets or sinus_targets(room.landmarks)
     return _Plan(
         head=head_of(scenario),
@@ -204,7 +209,7 @@ def _plan(options: RegisterOptions, guide: Stages) -> _Plan:
 
 
 def sinus_targets(landmarks: Collection[str]) -> tuple[str, ...]:
-    """Name the sinus openings that a head has; a sinus may be lacking.
+    """Return the names of the sinus openings that a head has; some may be lacking.
 
     Raises ValueError where it has none of them.
     """
@@ -307,7 +312,7 @@ def _at_terminal() -> bool:
 
 
 def _agreement(record: RegistrationRecord) -> list[tuple[str, str]]:
-    """Tell how well the measurements agree; what raised the expected errors."""
+    """Return how well the measurements agree, and what raised the expected errors."""
     agreement = record.agreement
     if agreement is None:
         return []

@@ -1,4 +1,4 @@
-"""`paravol replay`: run, check, tell."""
+"""`paravol replay`: run, check, report."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING
 
 from app.cli.terminal import Stages, print_json, print_table
 from disk import UserError
-from paravol.told_score import score_rows
+from paravol.score_table import score_rows
 
 if TYPE_CHECKING:
-    from paravol.replay import ReplayReport
+    from paravol.session_replay import ReplayReport
 
 
 def run_replay(
     folder: Path, *, check: bool, video: Path | None, threads: int, as_json: bool
 ) -> int:
     """Replay a session; with `check`, 1 unless everything came out the same."""
-    from paravol.replay import replay_session
+    from paravol.session_replay import replay_session
 
     with Stages() as stages:
         report = replay_session(folder, threads=threads, progress=stages, video=video)
@@ -68,7 +68,7 @@ def run_view_at(
 
 
 def _state(report: "ReplayReport") -> list[str]:
-    """Say whether the recording is whole; a line for each damaged part."""
+    """Return whether the recording is whole, a line for each damaged part."""
     lines = []
     for lost in report.damages:
         where = f"damaged, bytes {lost.first_byte:,} to {lost.end_byte:,}"

@@ -2,9 +2,9 @@
 
 from functools import partial
 from importlib.metadata import version
-from typing import Annotated
+from typing import Annotated, Literal
 
-from cyclopts import App, Parameter
+from cyclopts import App, Group, Parameter
 from cyclopts.validators import Number
 
 app = App(
@@ -16,6 +16,16 @@ app = App(
     # Ctrl-C is told by main(), which also sets the exit status.
     suppress_keyboard_interrupt=False,
 )
+
+FLY = Group("Fly", sort_key=1)
+PATIENTS = Group("Patients", sort_key=2)
+PICTURES = Group("Pictures", sort_key=3)
+SESSIONS = Group("Sessions", sort_key=4)
+DEVICES = Group("Devices", sort_key=5)
+MACHINE = Group("Machine", sort_key=6)
+
+FLATTENED = Parameter(name="*", negative="")
+"""For a dataclass whose fields are options of the command."""
 
 Threads = Annotated[
     int,
@@ -53,8 +63,22 @@ Oversubscribe = Annotated[
 ]
 
 
+@app.command(name="--install-completion", group=MACHINE)
+def install_completion(
+    shell: Literal["bash", "zsh", "fish", "powershell"] | None = None,
+) -> None:
+    """Install completion of commands and options for your shell.
+
+    Parameters
+    ----------
+    shell
+        The shell; the one this command runs in when left out.
+    """
+    print(f"Installed {app.install_completion(shell=shell)}; start a new shell.")
+
+
 def rank_count(asked: int, *, oversubscribe: bool) -> int:
-    """Give as many ranks as there are processors for; say so where these are fewer.
+    """Return at most a rank a processor; print a line where more are asked for.
 
     More only wait for one another: 99 on two processors take a hundred times as long.
     """

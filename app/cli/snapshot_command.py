@@ -1,24 +1,20 @@
 """`paravol snapshot`: high-quality pictures of a session, a case, a scan or a view."""
 
 import warnings
-from dataclasses import asdict, replace
-from typing import Any
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
-from app.cli.confidence_map import demand_walls, save_doubt
-from app.cli.drawing import Drawing
-from app.cli.film import LEAST_S, draw_film
-from app.cli.live_comparison import demand_splats, judge, splatted
 from app.cli.snapshot_options import SnapshotOptions, check, demand_places
 from app.cli.terminal import Stages, print_json
 from disk import UserError
 from paravol.snapshots.camera_path import load_camera_path, views_along
-from paravol.snapshots.outputs import Drawn, save_drawn
-from paravol.snapshots.path_state import key_of, load_state, save_state
-from paravol.snapshots.stereo import both_eyes, exposed
-from paravol.snapshots.studio import Fineness, Studio
+from paravol.snapshots.comparison import demand_splats
+from paravol.snapshots.film import FilmReport, draw_film
+from paravol.snapshots.head_scene import HeadScene, RenderSettings
+from paravol.snapshots.render_session import render_session
+from paravol.snapshots.still import Extras, StillReport, draw_still
 from paravol.snapshots.view_file import (
     CaseHead,
     ClassicLook,
@@ -29,69 +25,77 @@ from paravol.snapshots.view_file import (
     save_view,
 )
 from paravol.snapshots.view_sources import case_views, placed_view, session_views
+from paravol.snapshots.wall_confidence import rated_surface
 from renderers.scene import UpWarning
-from renderers.snapshots.client import Snapshot
-from renderers.snapshots.request import TruthSpec
+from renderers.snapshots.request import PathTracingSpec
 
 INTERRUPTED = 130
 MOST_FRAMES = 20_000
 
 
-def run_snapshot(options: SnapshotOptions, *, as_json: bool) -> int:
-    """Render and save; ValueError when the ways to ask are mixed."""
+def run_snapshot(options: SnapshotOptions) -> int:
+    """Render and save; return the exit status."""
     check(options)
     demand_places(options)
-    fineness = _fineness(options)
+    settings = _render_settings(options)
     with Stages() as stages:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", UpWarning)
-            studio, views = _views(options, stages)
-        told = list(dict.fromkeys(str(found.message) for found in caught))
+            head, views = _views(options, stages)
+        messages = list(dict.fromkeys(str(found.message) for found in caught))
         for view in views[:1] + views[-1:]:
-            studio.demand(view)
+            head.demand(view)
             _demand_light(options, view)
             if options.against == "fsr":
                 demand_splats(view)
         if options.confidence is not None:
-            demand_walls(studio)
+            rated_surface(head)
         if options.save_view is not None:
             save_view(options.save_view, views[0])
-        with Drawing(studio, options.ranks, stages, options.spool) as drawing:
+        report: StillReport | FilmReport
+        with render_session(
+            head, stages, stages.say, ranks=options.ranks, spool=options.spool
+        ) as session:
             if options.is_film:
-                report = draw_film(
-                    drawing, views, fineness, options.files, options.fps, stages
-                )
+                report = draw_film(session, views, settings, options.files, options.fps)
             else:
-                report = _still(drawing, studio, views[0], fineness, options)
-    report["warnings"] = told
-    if as_json:
-        print_json(report)
+                extras = Extras(
+                    options.state, options.stereo, options.against, options.confidence
+                )
+                report = draw_still(
+                    session, views[0], settings, options.files, extras, options.threads
+                )
+    if options.json:
+        print_json({**msgspec.to_builtins(report), "warnings": messages})
     else:
-        _tell(report, refined=options.tolerance is not None)
-    return INTERRUPTED if drawing.interrupted else 0
+        _print_report(report, messages, refined=options.tolerance is not None)
+    return INTERRUPTED if session.interrupted else 0
 
 
-def _fineness(options: SnapshotOptions) -> Fineness:
-    truth = None
-    if options.truth:
-        truth = TruthSpec(paths=options.paths, noise=options.noise)
-    return Fineness(
+def _render_settings(options: SnapshotOptions) -> RenderSettings:
+    spec = None
+    if options.path_traced:
+        spec = PathTracingSpec(paths=options.path_samples, noise=options.noise)
+    return RenderSettings(
         options.quality,
         options.samples,
-        truth,
-        options.time_limit_s,
+        spec,
+        options.time_limit,
         options.classification or "integrated",
         options.tolerance,
     )
 
 
-def _views(options: SnapshotOptions, stages: Stages) -> tuple[Studio, list[ViewFile]]:
-    times = np.array([options.time_s])
+def _views(
+    options: SnapshotOptions, stages: Stages
+) -> tuple[HeadScene, list[ViewFile]]:
+    """Return the head, and a view of it for each picture."""
+    times = np.array([options.time])
     path = None
-    if options.until_s is not None:
-        times = np.arange(options.time_s, options.until_s, 1 / options.fps)
-    elif options.path is not None:
-        path = load_camera_path(options.path)
+    if options.until is not None:
+        times = np.arange(options.time, options.until, 1 / options.fps)
+    elif options.camera_path is not None:
+        path = load_camera_path(options.camera_path)
         first, last = path.span_s
         times = np.arange(first, last + 0.5 / options.fps, 1 / options.fps)
         times = np.minimum(times, last)
@@ -102,185 +106,104 @@ def _views(options: SnapshotOptions, stages: Stages) -> tuple[Studio, list[ViewF
         )
     at = times if path is None else times[:1]
     if path is not None and (options.session is not None or options.eye is None):
-        at = np.array([options.time_s])
-    studio, views = _sights(options, at, stages)
+        at = np.array([options.time])
+    head, views = _views_at(options, at, stages)
     if options.classic:
-        views = [_classic(view) for view in views]
-    return studio, views if path is None else views_along(path, views[0], times)
+        views = [msgspec.structs.replace(view, look=ClassicLook()) for view in views]
+    return head, views if path is None else views_along(path, views[0], times)
 
 
-def _sights(
-    options: SnapshotOptions, times: Any, stages: Stages
-) -> tuple[Studio, list[ViewFile]]:
+def _views_at(
+    options: SnapshotOptions, times: NDArray[np.float64], stages: Stages
+) -> tuple[HeadScene, list[ViewFile]]:
     if options.session is not None:
         return session_views(options.session, times, options.side, options.case, stages)
     if options.view is not None:
         view = load_view(options.view)
         if options.case is not None:
-            head = CaseHead(str(options.case))
-            view = msgspec.structs.replace(view, head=head)
+            view = msgspec.structs.replace(view, head=CaseHead(str(options.case)))
         if options.size is not None:
-            size = options.size, options.size
-            view = msgspec.structs.replace(view, size_px=size)
-        return Studio.of(view.head, stages), [view]
+            view = msgspec.structs.replace(view, size_px=(options.size, options.size))
+        return HeadScene.of(view.head, stages), [view]
     if options.eye is None:
         assert options.case is not None
         return case_views(options.case, times, options.side, stages)
     assert options.target is not None
-    place: Head
+    head: Head
     if options.volume is not None:
-        place = ScanHead(str(options.volume.resolve()))
+        head = ScanHead(str(options.volume.resolve()))
     else:
         assert options.case is not None
-        place = CaseHead(str(options.case.resolve()))
+        head = CaseHead(str(options.case.resolve()))
     classic = options.classic or options.volume is not None
     lens = options.lens
     if classic and lens == "equidistant":
         lens = "perspective"
     view = placed_view(
-        place,
+        head,
         options.eye,
         options.target,
         up=options.up,
         size=options.side,
         lens=lens,
-        half_side_mm=options.half_side_mm,
+        half_side_mm=options.half_side,
         distortion=options.distortion,
         classic=classic,
     )
-    return Studio.of(place, stages), [view]
+    return HeadScene.of(head, stages), [view]
 
 
 def _demand_light(options: SnapshotOptions, view: ViewFile) -> None:
-    """Raise ValueError where the endoscope's light is asked for, and there is none."""
-    asked = "--truth" if options.truth else "--tolerance"
-    if (options.truth or options.tolerance is not None) and isinstance(
+    """Raise UserError where the endoscope's light is asked for, and there is none."""
+    name = "--path-traced" if options.path_traced else "--tolerance"
+    if (options.path_traced or options.tolerance is not None) and isinstance(
         view.look, ClassicLook
     ):
         raise UserError(
-            f"{asked} is about the endoscope's light, and the view is in mode classic; "
+            f"{name} is about the endoscope's light, and the view is in mode classic; "
             "leave it out, or look in mode scope."
         )
 
 
-def _classic(view: ViewFile) -> ViewFile:
-    return msgspec.structs.replace(view, look=ClassicLook())
-
-
-def _still(
-    drawing: Drawing,
-    studio: Studio,
-    view: ViewFile,
-    fineness: Fineness,
-    options: SnapshotOptions,
-) -> dict[str, Any]:
-    """Draw one picture and all that was asked for beside it."""
-    key = key_of(studio, view, fineness)
-    if options.state is not None and fineness.truth is not None:
-        state = load_state(options.state, key)
-        if state is not None:
-            digest = drawing.client.put(state)
-            truth = msgspec.structs.replace(fineness.truth, state=digest)
-            fineness = replace(fineness, truth=truth)
-    if options.stereo_mm is None:
-        drawn, job = drawing.draw(view, fineness, "Rendering the snapshot")
+def _print_report(
+    report: StillReport | FilmReport, messages: list[str], *, refined: bool
+) -> None:
+    files, error = ", ".join(report.files), None
+    if isinstance(report, FilmReport):
+        print(f"{files}: {report.frames} pictures, {report.seconds:.1f} s")
     else:
-        drawn, job = _pair(drawing, view, fineness, options.stereo_mm)
-    for file in options.files:
-        save_drawn(file, drawn)
-    report: dict[str, Any] = {
-        "file": str(options.files[0]),
-        "files": [str(file) for file in options.files],
-        "complete": drawn.result.complete,
-        "result": drawn.result,
-    }
-    if options.state is not None and (job.folder / "paths.npy").exists():
-        save_state(options.state, job.state(), key)
-        report["state"] = str(options.state)
-    if options.against is not None and not drawing.interrupted:
-        report["against"] = _against(drawing, studio, drawn, fineness, options)
-    if options.confidence is not None:
-        doubt = save_doubt(studio, drawn, options.confidence, options.threads)
-        report["confidence"] = asdict(doubt)
-    return report
-
-
-def _pair(
-    drawing: Drawing, view: ViewFile, fineness: Fineness, apart_mm: float
-) -> tuple[Drawn, Snapshot]:
-    """Draw two eyes; they share the time, and what stops one stops both."""
-    half = fineness.seconds and replace(fineness, seconds=fineness.seconds / 2)
-    eyes = both_eyes(view, apart_mm)
-    left, job = drawing.draw(eyes[0], half or fineness, "Rendering the left eye")
-    if drawing.interrupted:
-        half = replace(fineness, seconds=LEAST_S)
-    # one camera, one exposure
-    other = exposed(eyes[1], left.result.gain)
-    right, _ = drawing.draw(other, half or fineness, "Rendering the right eye")
-    return left.beside(right, apart_mm), job
-
-
-def _against(
-    drawing: Drawing,
-    studio: Studio,
-    drawn: Drawn,
-    fineness: Fineness,
-    options: SnapshotOptions,
-) -> dict[str, Any]:
-    first = options.files[0]
-    file = first.with_name(f"{first.stem}-error.png")
-    if options.against == "fsr":
-        quick = splatted(
-            studio, drawn.view, drawn.result.gain, options.threads, fineness.samples
-        )
-        return asdict(judge(quick, drawn, file, ("live (FSR)", "snapshot (ART)")))
-    fast = replace(fineness, truth=None, seconds=None)
-    view = exposed(drawn.view, drawn.result.gain)
-    other, _ = drawing.draw(view, fast, "Rendering with the quick bounce light")
-    names = ("quick bounce light", "light by paths")
-    return asdict(judge(other.pixels, drawn, file, names, other.rgba))
-
-
-def _tell(report: dict[str, Any], *, refined: bool) -> None:
-    """Say in a few lines what came out."""
-    if "frames" in report:
+        result, error = report.result, report.result.error
         print(
-            f"{', '.join(report['files'])}: {report['frames']} pictures, "
-            f"{report['seconds']:.1f} s"
-        )
-    else:
-        result = report["result"]
-        print(
-            f"{', '.join(report['files'])}: {result.width} x {result.height}, "
+            f"{files}: {result.width} x {result.height}, "
             f"{result.seconds['total']:.1f} s"
         )
-        if result.error is not None and refined:
+        if error is not None and refined:
             print(
                 f"four samples for {(4 * result.traced - 1) / 3:.0%} of the pixels, "
-                f"one for the others: error estimated at {result.error:.2f} codes rms"
+                f"one for the others: error estimated at {error:.2f} codes rms"
             )
         if result.camera_in_tissue:
             print("the camera stands in tissue: it sees nothing but what it stands in")
         if result.noise is not None:
             print(f"light by paths: noise {result.noise:.2%} of the light (1 sd, rms)")
-    for line in report["warnings"]:
+    for line in messages:
         print(f"warning: {line}")
-    if not report["complete"]:
-        error = getattr(report.get("result"), "error", None)
+    if not report.complete:
         off = "" if error is None else f", its error estimated at {error:.1f} codes rms"
         print(
             f"stopped early: this is the best picture so far{off}; its metadata say so"
         )
-    if "against" in report:
-        found = report["against"]
-        codes = found["codes"]
-        line = f"RMSE {codes['rmse']:.2f} codes, SSIM {codes['ssim']:.4f}"
-        if found["light"] is not None:
-            line += f", linear light {found['light']:.2%} of its mean"
-        print(f"{found['file']}: {line}")
-    if "confidence" in report:
-        found = report["confidence"]
+    if isinstance(report, FilmReport):
+        return
+    if report.against is not None:
+        codes, light = report.against.codes, report.against.light
+        line = f"RMSE {codes.rmse:.2f} codes, SSIM {codes.ssim:.4f}"
+        if light is not None:
+            line += f", linear light {light:.2%} of its mean"
+        print(f"{report.against.file}: {line}")
+    if report.confidence is not None:
+        found = report.confidence
         print(
-            f"{found['file']}: {found['sure']:.1%} of the field sure to hide no wall "
-            f"(walls from {found['resolved_mm']:g} mm are never lost)"
+            f"{found.file}: {found.sure:.1%} of the field sure to hide no wall "
+            f"(walls from {found.resolved_mm:g} mm are never lost)"
         )

@@ -1,204 +1,302 @@
-"""What `paravol snapshot` was asked for, and what cannot be asked for together."""
+"""The options of `paravol snapshot`, and what cannot be asked for together.
 
-import math
+Nothing heavy is imported here, so that `paravol snapshot --help` comes at once.
+"""
+
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
-from app.cli.confidence_map import demand_map
+from cyclopts import Group, Parameter
+from cyclopts.validators import Number
+
+from app.cli.root import Flag, Json, Oversubscribe, Place, Ranks, Threads
 from disk import UserError, demand_place
-from paravol.snapshots.outputs import demand_endings
-from paravol.snapshots.spool_folder import demand_spool
-from paravol.snapshots.view_sources import Lens, Place
-from renderers.art.quality import ClassificationName
-from renderers.snapshots.client import QualityName, Samples
 
-FPS, HALF_SIDE_MM, PATHS = 25.0, 40.0, 256
-UP = (0.0, 0.0, 1.0)
-"""What is taken where nothing is said."""
+WHAT = Parameter(group=Group("What is shown", sort_key=1))
+CAMERA = Parameter(group=Group("Camera", sort_key=2))
+FILM = Parameter(group=Group("Film", sort_key=3))
+QUALITY = Parameter(group=Group("Quality", sort_key=4))
+PATH_TRACING = Parameter(group=Group("Path tracing", sort_key=5))
+OUTPUT = Parameter(group=Group("Output", sort_key=6))
+MACHINE = Parameter(group=Group("Machine", sort_key=7))
 
 
-@dataclass(frozen=True, slots=True)
+def within(low: float, high: float) -> Parameter:
+    """Make the parameter that refuses numbers outside a range."""
+    return Parameter(validator=Number(gte=low, lte=high))
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True, slots=True)
 class SnapshotOptions:
-    """Hold what the command line asked for; see `paravol snapshot --help`."""
+    """Hold what the command line asked for."""
 
-    session: Path | None
-    case: Path | None
-    volume: Path | None
-    view: Path | None
-    time_s: float
-    until_s: float | None
-    path: Path | None
-    fps: float
-    eye: Place | None
-    target: Place | None
-    up: Place
-    lens: Lens
-    half_side_mm: float
-    distortion: tuple[float, float]
-    classic: bool
-    out: tuple[Path, ...]
-    save_view: Path | None
-    size: int | None
-    samples: Samples
-    quality: QualityName
-    classification: ClassificationName | None
-    truth: bool
-    paths: int
-    noise: float
-    state: Path | None
-    time_limit_s: float | None
-    tolerance: float | None
-    against: Literal["fsr", "fast"] | None
-    confidence: Path | None
-    stereo_mm: float | None
-    spool: Path | None
-    ranks: int
-    threads: int
+    session: Annotated[Path | None, Parameter(parse=False)] = None
+    case: Annotated[Path | None, WHAT] = None
+    """A case folder: seen from --eye, or along its exercise at --time; with a session
+    or a view, where the case it is of lies now."""
+    volume: Annotated[Path | None, WHAT] = None
+    """A scan (DICOM folder, NRRD, NIfTI, MetaImage) with --eye and --target."""
+    view: Annotated[Path | None, WHAT] = None
+    """A view file, as --save-view writes."""
+    time: Annotated[float, WHAT, Parameter(validator=Number(gte=0, lt=inf))] = 0.0
+    """Seconds into the session, or along the case's exercise."""
+    classic: Annotated[Flag, WHAT] = False
+    """Draw by the head's transfer function, not as an endoscope sees it; tools of a
+    session or a view file stand in it as metal."""
+
+    eye: Annotated[Place | None, CAMERA] = None
+    """Where to look from: x y z in millimetres, patient LPS."""
+    target: Annotated[Place | None, CAMERA] = None
+    """Where to look at."""
+    up: Annotated[Place, CAMERA] = (0.0, 0.0, 1.0)
+    """Roughly upwards, for --eye."""
+    lens: Annotated[Literal["equidistant", "perspective", "orthographic"], CAMERA] = (
+        "equidistant"
+    )
+    """For --eye; an endoscope's is equidistant."""
+    half_side: Annotated[float, CAMERA, within(0.01, 1e4)] = 40.0
+    """Millimetres from the middle of an orthographic picture to its edge."""
+    distortion: Annotated[tuple[float, float], CAMERA] = (0.0, 0.0)
+    """For --eye: k1 and k2 of the lens, barrel where k1 is negative."""
+    stereo: Annotated[float | None, CAMERA, within(0.01, 1000)] = None
+    """Two eyes so many millimetres apart, side by side."""
+
+    until: Annotated[float | None, FILM] = None
+    """Render a film from --time to this second."""
+    camera_path: Annotated[Path | None, FILM] = None
+    """A file of camera keys: the view is moved along it."""
+    fps: Annotated[float, FILM, within(0.1, 240)] = 25.0
+    """Pictures per second."""
+
+    size: Annotated[int | None, QUALITY, within(16, 8192)] = None
+    """Width and height in pixels; 512, or a view file's own, if none is given."""
+    samples: Annotated[Literal[1, 4], QUALITY] = 4
+    """Rays of each pixel."""
+    quality: Annotated[
+        Literal["preview", "snapshot", "final", "reference"], QUALITY
+    ] = "snapshot"
+    """Step and cut-off of rays."""
+    classification: Annotated[Literal["post", "integrated"] | None, QUALITY] = None
+    """With --classic: colours of a step by all that the density passes from end to end
+    (integrated, the default), which misses no thin shell, or by its middle alone
+    (post), which is quicker."""
+    tolerance: Annotated[float | None, QUALITY, within(0, 255)] = None
+    """Take four samples of a pixel only where they matter most, until the error is
+    estimated at so many of 255 codes; 0 takes all, the worst first."""
+    time_limit: Annotated[float | None, QUALITY, within(0.01, 86_400)] = None
+    """Seconds after which the best picture so far is taken."""
+
+    path_traced: Annotated[Flag, PATH_TRACING] = False
+    """Follow the light from wall to wall by random paths; slow, its noise is shown."""
+    path_samples: Annotated[int, PATH_TRACING, within(32, 2**20)] = 256
+    """Paths of each ray, on average."""
+    noise: Annotated[float, PATH_TRACING, within(0, 1)] = 0.0
+    """Stop when the noise is this share of the light."""
+    state: Annotated[Path | None, PATH_TRACING] = None
+    """Keep the paths in this .npz, and continue from those in it."""
+
+    out: Annotated[tuple[Path, ...], OUTPUT] = ()
+    """File to write, may be repeated: .png, .exr (linear light, depth, sample count),
+    .nrrd (depth); for films .mp4 or a folder of PNGs."""
+    save_view: Annotated[Path | None, OUTPUT] = None
+    """Write the view as a file, too."""
+    against: Annotated[Literal["fsr", "fast"] | None, OUTPUT] = None
+    """Compare with the live picture (fsr), or --path-traced with the quick bounce light
+    (fast); the error map lands beside the first file."""
+    confidence: Annotated[Path | None, OUTPUT] = None
+    """Write where the picture may hide a thin wall: .png or .nrrd."""
+    json: Annotated[Json, OUTPUT] = False
+
+    spool: Annotated[Path | None, MACHINE] = None
+    """Let workers draw that serve this folder, such as `paravol worker --spool DIR`,
+    and wait for them."""
+    ranks: Annotated[Ranks, MACHINE] = 1
+    oversubscribe: Annotated[Oversubscribe, MACHINE] = False
+    threads: Annotated[Threads, MACHINE] = 0
 
     @property
     def side(self) -> int:
-        """Get the picture's edge in pixels, where no view file has its own."""
+        """Return the picture's edge in pixels, where no view file has its own."""
         return 512 if self.size is None else self.size
 
     @property
     def is_film(self) -> bool:
-        """Tell whether pictures in a row are asked for."""
-        return self.path is not None or self.until_s is not None
+        """Return whether pictures in a row are asked for."""
+        return self.camera_path is not None or self.until is not None
+
+    @property
+    def follows_time(self) -> bool:
+        """Return whether the view is a moment's: of a session or a case's exercise."""
+        return self.session is not None or (
+            self.case is not None and self.eye is None and self.view is None
+        )
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """Get the files to write."""
+        """Return the files to write."""
         if self.out:
             return self.out
         return (Path("out/snapshot.mp4" if self.is_film else "out/snapshot.png"),)
 
 
+NOTHING_TYPED = SnapshotOptions()
+
+
 def check(options: SnapshotOptions) -> None:
-    """Refuse a mixture before anything slow begins."""
-    sources = [options.case, options.volume, options.view]
-    if options.session is not None:
-        # a session may need to be told where its case lies now
-        sources = [options.session, options.volume, options.view]
-    elif options.view is not None:
-        sources = [options.volume, options.view]
-    if sum(one is not None for one in sources) != 1:
-        raise UserError(
-            "Give either a session folder or --case or --volume or --view, one of them "
-            "alone."
-        )
-    if (options.eye is None) != (options.target is None):
-        raise UserError("--eye x y z and --target x y z go together, in mm (LPS).")
-    if options.volume is not None and options.eye is None:
-        raise UserError("A scan needs --eye x y z and --target x y z, in mm (LPS).")
-    own = options.session is not None or options.view is not None
-    if own and options.eye is not None:
-        raise UserError(
-            "A session's moment and a view file have their own view; --eye and "
-            "--target belong to --case."
-        )
-    if options.lens != "equidistant" and options.eye is None:
-        raise UserError("--lens belongs to --eye and --target.")
-    plain = options.classic or options.volume is not None
-    if options.distortion != (0, 0) and options.eye is None:
-        raise UserError("--distortion belongs to --eye and --target.")
-    if options.lens != "equidistant" and not plain:
-        raise UserError(
-            f"An endoscope's lens is equidistant; --lens {options.lens} needs "
-            "--classic."
-        )
-    if options.classification and not (plain or options.view is not None):
-        raise UserError(
-            "--classification is about transfer functions; it needs --classic, "
-            "--volume or --view."
-        )
-    if options.spool is not None and options.ranks != 1:
-        raise UserError(
-            "--ranks belongs to pictures that are drawn here; the workers of --spool "
-            "have their own."
-        )
+    """Raise UserError for options that do not go together, before the slow work."""
+    from paravol.snapshots.outputs import demand_endings
+    from paravol.snapshots.wall_confidence import demand_map
+
+    for is_wrong, sentence in (
+        *_about_the_view(options),
+        *_about_the_film(options),
+        *_about_the_light(options),
+        *_without_effect(options),
+    ):
+        if is_wrong:
+            raise UserError(sentence)
     demand_endings(options.files, film=options.is_film)
     if options.confidence is not None:
         demand_map(options.confidence)
-    _check_film(options)
-    _check_truth(options)
-    for name, value, low, high in (
-        ("--size", options.size, 8, 8192),
-        ("--fps", options.fps, 0.1, 240.0),
-        ("--half-side", options.half_side_mm, 0.01, 1e4),
-        ("--time-limit", options.time_limit_s, 0.01, 86_400.0),
-        ("--tolerance", options.tolerance, 0.0, 255.0),
-        ("--stereo", options.stereo_mm, 0.01, 1000.0),
-        ("--ranks", options.ranks, 1, 1024),
-        ("--paths", options.paths, 32, 1_048_576),
-        ("--noise", options.noise, 0.0, 1.0),
-    ):
-        if value is not None and not low <= value <= high:
-            raise UserError(f"{name} must be {low:g} to {high:.12g}, got {value:g}.")
-    _check_idle(options)
 
 
-def _check_film(options: SnapshotOptions) -> None:
+Rules = list[tuple[bool, str]]
+"""Whether a rule is broken, and the sentence for it."""
+
+
+def _about_the_view(options: SnapshotOptions) -> Rules:
+    # a session or a view may need to be told where its case lies now
+    has_own_view = options.session is not None or options.view is not None
+    sources = [options.session, options.view, options.volume]
+    sources += [] if has_own_view else [options.case]
+    is_placed = options.eye is not None
+    return [
+        (
+            sum(source is not None for source in sources) != 1,
+            "Give either a session folder or --case or --volume or --view, one of them "
+            "alone.",
+        ),
+        (
+            is_placed != (options.target is not None),
+            "--eye x y z and --target x y z go together, in mm (LPS).",
+        ),
+        (
+            options.volume is not None and not is_placed,
+            "A scan needs --eye x y z and --target x y z, in mm (LPS).",
+        ),
+        (
+            has_own_view and is_placed,
+            "A session's moment and a view file have their own view; --eye and "
+            "--target belong to --case.",
+        ),
+    ]
+
+
+def _about_the_film(options: SnapshotOptions) -> Rules:
     if not options.is_film:
-        return
-    extras = {
-        "--against": options.against,
-        "--confidence": options.confidence,
-        "--stereo": options.stereo_mm,
-        "--state": options.state,
-    }
-    for name, value in extras.items():
-        if value is not None:
-            raise UserError(f"{name} is for a single picture, not for one in a row.")
-    if options.path is not None and options.until_s is not None:
-        raise UserError("Give either --path or --until, one of them alone.")
-    if options.until_s is not None and not _moves(options):
-        raise UserError(
+        return []
+    until = options.until
+    return [
+        *(
+            (
+                getattr(options, name) is not None,
+                f"--{name} is for a single picture, not for one in a row.",
+            )
+            for name in ("against", "confidence", "stereo", "state")
+        ),
+        (
+            options.camera_path is not None and until is not None,
+            "Give either --camera-path or --until, one of them alone.",
+        ),
+        (
+            until is not None and not options.follows_time,
             "--until follows a session or a case's exercise; a view that stands still "
-            "is moved by --path."
-        )
-    if options.until_s is not None and not options.until_s > options.time_s:
-        raise UserError(
-            f"--until must be later than --time, got {options.until_s:g} s after "
-            f"{options.time_s:g} s."
-        )
-    if options.side % 2 and any(file.suffix for file in options.files):
-        raise UserError(f"A film needs an even --size, got {options.side}.")
+            "is moved by --camera-path.",
+        ),
+        (
+            until is not None and not until > options.time,
+            f"--until must be later than --time, got {until} s after {options.time} s.",
+        ),
+        (
+            options.side % 2 == 1 and any(file.suffix for file in options.files),
+            f"A film needs an even --size, got {options.side}.",
+        ),
+    ]
 
 
-def _check_idle(options: SnapshotOptions) -> None:
-    """Refuse what would change nothing: whoever says it means something by it."""
-    if not (math.isfinite(options.time_s) and options.time_s >= 0):
-        raise UserError(f"--time must be 0 s or later, got {options.time_s:g}.")
-    for name, said, wants in (
+def _about_the_light(options: SnapshotOptions) -> Rules:
+    state, is_traced = options.state, options.path_traced
+    one_ray = options.samples != 4 or options.volume is not None
+    return [
         (
-            "--time",
-            options.time_s != 0 and not _moves(options),
-            "a session or a case's exercise",
-        ),
-        ("--fps", options.fps != FPS and not options.is_film, "--until and --path"),
-        ("--up", options.up != UP and options.eye is None, "--eye and --target"),
-        (
-            "--half-side",
-            options.half_side_mm != HALF_SIDE_MM and options.lens != "orthographic",
-            "--lens orthographic",
+            is_traced and options.classic,
+            "--path-traced follows the endoscope's light, not --classic's.",
         ),
         (
-            "--paths",
-            options.paths != PATHS and not options.truth,
-            "--truth",
+            state is not None and state.suffix != ".npz",
+            f"--state goes to a .npz file, got {state}.",
         ),
-        ("--noise", options.noise != 0 and not options.truth, "--truth"),
-    ):
-        if said:
-            raise UserError(f"{name} belongs to {wants}.")
+        (
+            options.tolerance is not None and (is_traced or options.classic or one_ray),
+            "--tolerance spares samples of an endoscope's picture with --samples 4; it "
+            "goes without --path-traced, --classic and --volume.",
+        ),
+        (
+            options.stereo is not None
+            and any((options.against, options.confidence, state)),
+            "--stereo goes without --against, --confidence and --state.",
+        ),
+    ]
+
+
+def _without_effect(options: SnapshotOptions) -> Rules:
+    """List the options that would change nothing: who gives one expects something."""
+    is_placed = options.eye is not None
+    is_classic = options.classic or options.volume is not None
+    paths = options.path_traced, "--path-traced"
+    placed = is_placed, "--eye and --target"
+    needs = [
+        ("lens", *placed),
+        ("lens", is_classic, "--classic: an endoscope's lens is equidistant"),
+        ("distortion", *placed),
+        ("up", *placed),
+        ("half_side", options.lens == "orthographic", "--lens orthographic"),
+        ("time", options.follows_time, "a session or a case's exercise"),
+        ("fps", options.is_film, "--until and --camera-path"),
+        (
+            "classification",
+            is_classic or options.view is not None,
+            "transfer functions, so to --classic, --volume or --view",
+        ),
+        ("path_samples", *paths),
+        ("noise", *paths),
+        ("state", *paths),
+        ("against", options.against != "fast" or options.path_traced, "--path-traced"),
+        (
+            "ranks",
+            options.spool is None,
+            "pictures that are drawn here, not to --spool",
+        ),
+    ]
+    return [
+        (
+            not has_effect and getattr(options, name) != getattr(NOTHING_TYPED, name),
+            f"--{name.replace('_', '-')} {getattr(options, name)} belongs to {wanted}.",
+        )
+        for name, has_effect, wanted in needs
+    ]
 
 
 def demand_places(options: SnapshotOptions) -> None:
     """Raise OSError for a file that could not be written when the picture is there.
 
-    ValueError for a spool folder that is none.
+    UserError for a spool folder that is none.
     """
+    from paravol.snapshots.spool_folder import demand_spool
+
     for file in options.files:
         demand_place(file if file.suffix else file / "frame-00001.png")
     if options.spool is not None:
@@ -206,30 +304,3 @@ def demand_places(options: SnapshotOptions) -> None:
     for other in (options.save_view, options.confidence, options.state):
         if other is not None:
             demand_place(other)
-
-
-def _moves(options: SnapshotOptions) -> bool:
-    """Tell whether the view is a moment's: of a session or a case's exercise."""
-    return options.session is not None or (
-        options.case is not None and options.eye is None and options.view is None
-    )
-
-
-def _check_truth(options: SnapshotOptions) -> None:
-    if options.truth and options.classic:
-        raise UserError("--truth follows the endoscope's light, not --classic's.")
-    if not options.truth and (options.state is not None or options.against == "fast"):
-        raise UserError("--state and --against fast belong to --truth.")
-    if options.state is not None and options.state.suffix != ".npz":
-        raise UserError(f"--state goes to a .npz file, got {options.state}.")
-    if options.tolerance is not None and (
-        options.truth or options.classic or options.samples != 4 or options.volume
-    ):
-        raise UserError(
-            "--tolerance spares samples of an endoscope's picture with --samples 4; it "
-            "goes without --truth, --classic and --volume."
-        )
-    if options.stereo_mm is not None and (
-        options.against or options.confidence or options.state
-    ):
-        raise UserError("--stereo goes without --against, --confidence and --state.")

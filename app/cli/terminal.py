@@ -2,10 +2,12 @@
 
 import json
 import sys
-from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Self
 
 import msgspec
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
 
 
 class Stages:
@@ -18,8 +20,9 @@ class Stages:
     def __init__(self, *, quiet: bool = False) -> None:
         """quiet: show nothing."""
         self._quiet = quiet
-        self._bars: Any = None
-        self._tasks: dict[str, Any] = {}
+        self._bars: Progress | None = None
+        self._tasks: dict[str, TaskID] = {}
+        self._named: set[str] = set()
 
     def __enter__(self) -> Self:
         if not self._quiet and sys.stderr.isatty():
@@ -42,12 +45,7 @@ class Stages:
             self._bars.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         if self._bars is not None:
             self._bars.stop()
             self._bars = None
@@ -57,8 +55,8 @@ class Stages:
         if self._quiet:
             return
         if self._bars is None:
-            if stage not in self._tasks:
-                self._tasks[stage] = None
+            if stage not in self._named:
+                self._named.add(stage)
                 print(f"{stage} ...", file=sys.stderr, flush=True)
             return
         if stage not in self._tasks:

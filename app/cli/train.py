@@ -13,7 +13,7 @@ from app.opengl import probe_window
 from disk import UserError
 
 if TYPE_CHECKING:
-    from paravol.flight_end import FlightEnd
+    from paravol.flight import FlightEnd
 
 SIZES = (64, 2048)
 """Smallest and largest picture, pixels."""
@@ -47,7 +47,7 @@ def run_train(
     registration: a file of `paravol register`; without it fiducials are touched.
     roll: the words of `paravol.inputs.arm_roll`.
     record: folder of the recording; None keeps it below the user's data directory for
-    as long as there is room. The result is told on standard output.
+    as long as there is room. The result is printed.
     seconds: close by itself that long after the first picture.
     Raises ValueError for bad input, UserError where no window can open, the device's
     error when the arm fails, KeyboardInterrupt after Ctrl-C.
@@ -55,14 +55,14 @@ def run_train(
     from devices import load_probe_path
     from paravol.inputs import choose_input
     from paravol.inputs.open_arm import demand_port
-    from paravol.pose_stream import listening_address
+    from paravol.pose_streaming import listening_address
     from scenarios import load_scenario
 
     _check(size, record, seconds, screenshot)
     if case is not None:
-        from paravol.case_exercise import exercise_of
+        from paravol.case_scenario import scenario_of_case
 
-        scenario = str(exercise_of(case))
+        scenario = str(scenario_of_case(case))
     exercise, folder = load_scenario(scenario)
     path_file = folder / exercise.path
     path = load_probe_path(path_file)
@@ -76,19 +76,19 @@ def run_train(
     # Only here: where libraries are missing, loading Qt fails.
     from PySide6.QtWidgets import QApplication
 
-    from app.window.flight_thread import WindowFlight
+    from app.window.flight_thread import FlightThread
     from app.window.main_window import TraineeWindow
-    from paravol.flight_order import FlightOrder
-    from paravol.kept_sessions import KeptSessions
+    from paravol.flight import FlightOrder
+    from paravol.session_store import SessionStore
     from scenarios.instruments import suction_tube
 
     application = QApplication(["paravol"])
-    kept = KeptSessions.of_the_user()
+    kept = SessionStore.of_the_user()
     order = FlightOrder(exercise, path, flown, size, threads, record, stream, kept)
-    flight = WindowFlight(order)
+    thread = FlightThread(order)
     instrument = suction_tube() if flown.has_instrument else None
     window = TraineeWindow(
-        flight,
+        thread,
         instrument,
         edge_samples=0 if graphics.is_software else EDGE_SAMPLES,
         seconds=seconds,
@@ -103,13 +103,13 @@ def run_train(
 
     with _errors_of_slots(window.shut) as errors, _on_interrupt(interrupt):
         window.show()
-        flight.start()
+        thread.start()
         application.exec()
-    flight.stop(CLOSE_PATIENCE_S)
+    thread.stop(CLOSE_PATIENCE_S)
     window.release()
-    if flight.end is not None:
-        _tell(exercise.title, flight.end)
-    errors += [flight.error] if flight.error is not None else []
+    if thread.flight.result is not None:
+        _tell(exercise.title, thread.flight.result)
+    errors += [thread.error] if thread.error is not None else []
     if errors:
         raise errors[0]
     if interrupted:
@@ -139,7 +139,7 @@ def _check(
             raise UserError(f"--screenshot must name a .png file, got {screenshot}.")
         if not screenshot.absolute().parent.is_dir():
             raise UserError(f"There is no folder {screenshot.absolute().parent}.")
-    # Asked now: nobody wants to hear it after having registered the arm.
+    # Checked now, not after the arm was registered.
     if (
         record is not None
         and record.exists()

@@ -1,4 +1,4 @@
-"""The head of the overview as triangles: airway and skin, told apart by their tint."""
+"""The head of the overview as triangles: airway and skin, each with its tint."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ AROUND_MM = 45.0
 class HeadModel:
     """Hold the head as triangles; may be built in any thread.
 
-    mesh: point array ``rgba`` tells mucosa from face.
+    mesh: point array ``rgba`` is the tint of mucosa or face.
     targets: positions ``(3,)`` by name.
     cut_open: makes the head's cutaway, in seconds; None where there is none.
     focus_mm: corners ``(2, 3)`` of what the first view shows; None for all.
@@ -47,7 +47,7 @@ def head_model(
     cut_open: Callable[[], Cutaway] | None = None,
     face: Volume | None = None,
 ) -> HeadModel:
-    """Contour the air surface coarsely; tell the cavity's wall from the face.
+    """Contour the air surface coarsely; tint the cavity's wall and the face.
 
     The face is what borders on air that lies open to the front. The phantom carries
     dry skin as well, but only round the nostrils. face: the distance to the skin of

@@ -42,7 +42,7 @@ class OverviewScene:
     def __init__(
         self, plotter: BasePlotter, endoscope: Endoscope, instrument: Mesh | None
     ) -> None:
-        """Put the tools in; they stay hidden until `follow` tells where they are."""
+        """Put the tools in; they stay hidden until `follow` places them."""
         self._plotter = plotter
         plotter.renderer.set_background(BACKGROUND)
         length = endoscope.shaft_length_mm
@@ -169,7 +169,7 @@ class OverviewScene:
 
     @property
     def is_open(self) -> bool:
-        """Tell whether the head is shown cut open."""
+        """Return whether the head is shown cut open."""
         return self._cutaway is not None
 
     def open_head(self, cutaway: Cutaway | None) -> None:

@@ -8,9 +8,8 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.window.qt_image import image_of
 from app.window.result_card import paint_result, panel_colour
-from app.window.style import ALARM, INK, QUIET, READY
-from app.window.window_scale import font_of
-from paravol.flight_end import FlightEnd
+from app.window.style import ALARM, INK, QUIET, READY, font_of
+from paravol.flight import FlightEnd
 
 _MARGIN = 14.0
 
@@ -34,7 +33,7 @@ class PictureView(QWidget):
         self._scale = 1.0
 
     def set_scale(self, scale: float) -> None:
-        """Write so many times as large."""
+        """Scale the text; 1 is the designed size."""
         self._scale = scale
         self.update()
 

@@ -3,7 +3,7 @@
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
-from app.window.readings import UNKNOWN, Readings
+from paravol.readings import UNKNOWN, Readings
 
 
 class Gauges(QWidget):
@@ -27,7 +27,7 @@ class Gauges(QWidget):
             self._figures[caption] = figure
 
     def set_scale(self, scale: float) -> None:
-        """Draw so many times as large."""
+        """Scale the layout; 1 is the designed size."""
         self._row.setContentsMargins(*(round(n * scale) for n in (24, 5, 24, 6)))
 
     def show_readings(self, readings: Readings) -> None:

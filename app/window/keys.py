@@ -1,4 +1,4 @@
-"""Keys of the trainee's window: what they do, and who is told of them."""
+"""Keys of the trainee's window: what they do, and where they go."""
 
 import time
 
@@ -36,13 +36,13 @@ class KeyHelp(QWidget):
             for row, (key, does) in enumerate(keys.items()):
                 name = QLabel(key)
                 name.setObjectName("key")
-                told = QLabel(does)
-                told.setWordWrap(True)
+                effect = QLabel(does)
+                effect.setWordWrap(True)
                 table.addWidget(name, row, left)
-                table.addWidget(told, row, left + 1)
+                table.addWidget(effect, row, left + 1)
 
     def set_scale(self, scale: float) -> None:
-        """Draw so many times as large."""
+        """Scale the layout; 1 is the designed size."""
         self._table.setHorizontalSpacing(round(4 * scale))
         self._table.setVerticalSpacing(round(2 * scale))
 

@@ -16,18 +16,16 @@ from PySide6.QtWidgets import (
 
 from app.vtk.head_model import HeadModel
 from app.window.endoscope_panel import PictureView
-from app.window.flight_thread import WindowFlight
+from app.window.flight_thread import DisplayedFrame, FlightThread
 from app.window.gauges import Gauges
 from app.window.keys import HandEvents
 from app.window.notices import Notices
-from app.window.readings import Readings
-from app.window.screen import FullScreen
 from app.window.side_panel import SideColumn
 from app.window.style import style_sheet
-from app.window.window_scale import first_size, scale_for
+from app.window.window_size import FullScreen, first_size, scale_for
 from disk import UserError
-from paravol.flight_end import FlightEnd
-from paravol.flight_order import Instant
+from paravol.flight import FlightEnd
+from paravol.readings import Readings
 from paravol.slice_views import SliceViews
 from renderers.scene import Mesh
 
@@ -46,7 +44,7 @@ class TraineeWindow(QMainWindow):
 
     def __init__(
         self,
-        flight: WindowFlight,
+        thread: FlightThread,
         instrument: Mesh | None,
         *,
         edge_samples: int,
@@ -61,9 +59,10 @@ class TraineeWindow(QMainWindow):
         screenshot: PNG file for a picture of the window when it closes.
         """
         super().__init__()
-        self._order = order = flight.order
-        self._flight = flight
-        self._instant: Instant | None = None
+        self._thread = thread
+        self._flight = thread.flight
+        self._order = order = thread.flight.order
+        self._frame: DisplayedFrame | None = None
         self._registration_mm: float | None = None
         self._is_away = False
         self._is_under_way = False
@@ -89,19 +88,19 @@ class TraineeWindow(QMainWindow):
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._refresh)
         self._timer.start(OVERVIEW_MS)
-        flight.staged.connect(self._on_stage)
-        flight.head_ready.connect(self._on_head)
-        flight.slices_ready.connect(self._on_slices)
-        flight.touching.connect(self._on_touching)
-        flight.registered.connect(self._on_registered)
-        flight.arrived.connect(self._on_frame)
-        flight.moment_kept.connect(self._on_moment)
-        flight.view_kept.connect(self._on_view_kept)
-        flight.pictured.connect(self._moments.show_moment)
-        flight.away.connect(self._on_away)
-        flight.back.connect(self._on_back)
-        flight.landed.connect(self._on_landed)
-        flight.finished.connect(self._on_finished)
+        thread.staged.connect(self._on_stage)
+        thread.head_ready.connect(self._on_head)
+        thread.slices_ready.connect(self._on_slices)
+        thread.touching.connect(self._on_touching)
+        thread.registered.connect(self._on_registered)
+        thread.arrived.connect(self._on_frame)
+        thread.moment_kept.connect(self._on_moment)
+        thread.view_kept.connect(self._on_view_kept)
+        thread.pictured.connect(self._moments.show_moment)
+        thread.away.connect(self._on_away)
+        thread.back.connect(self._on_back)
+        thread.landed.connect(self._on_landed)
+        thread.finished.connect(self._on_finished)
         self._on_stage("Starting", 0.0)
 
     def _lay_out(self) -> None:
@@ -159,7 +158,7 @@ class TraineeWindow(QMainWindow):
                 )
             case Qt.Key.Key_Space:
                 self._keep_moment()
-            case Qt.Key.Key_V if self._instant is not None:
+            case Qt.Key.Key_V if self._frame is not None:
                 self._flight.keep_view()
             case _:
                 super().keyPressEvent(event)
@@ -188,9 +187,9 @@ class TraineeWindow(QMainWindow):
     def _end_flight(self) -> None:
         """End the flight and show its result, or close where none has begun."""
         self._notices.answered()
-        if self._instant is None:
+        if self._frame is None:
             self.shut()
-        self._flight.end_flight()
+        self._flight.end()
 
     def release(self) -> None:
         """Free the overview's graphics memory."""
@@ -203,7 +202,7 @@ class TraineeWindow(QMainWindow):
         os.replace(partial, path)
 
     def _keep_moment(self) -> None:
-        if self._flight.end is not None or self._instant is None:
+        if self._flight.result is not None or self._frame is None:
             return
         if self._flight.recording.folder is None:
             self._notices.notify(
@@ -261,15 +260,15 @@ class TraineeWindow(QMainWindow):
 
     @Slot()
     def _on_frame(self) -> None:
-        instant = self._flight.take()
-        if instant is None:
+        frame = self._thread.take()
+        if frame is None:
             return
-        if self._instant is None and self._seconds is not None:
+        if self._frame is None and self._seconds is not None:
             QTimer.singleShot(round(self._seconds * 1e3), self.shut)
-        self._instant = instant
+        self._frame = frame
         self._is_overview_stale = True
         self._warn()
-        self.picture.show_picture(instant.pixels)
+        self.picture.show_picture(frame.pixels)
 
     @Slot(float)
     def _on_moment(self, time_s: float) -> None:
@@ -309,25 +308,25 @@ class TraineeWindow(QMainWindow):
     @Slot()
     def _on_finished(self) -> None:
         self._is_under_way = False
-        if self._flight.error is not None:
+        if self._thread.error is not None:
             self.shut()
 
     def _warn(self) -> None:
-        """Ring the picture when the scope presses on tissue, or nobody can know."""
-        instant, pressed = self._instant, ""
-        if instant is not None and self._readings().is_pressing:
-            pressed = f"pressing: {instant.view.touched}"
+        """Ring the picture when the scope presses on tissue or it is not live."""
+        frame, pressed = self._frame, ""
+        if frame is not None and self._readings().is_pressing:
+            pressed = f"pressing: {frame.view.touched}"
         self.picture.warn("not live" if self._is_away else pressed)
 
     def _readings(self) -> Readings:
-        instant = self._instant
-        if instant is None:
+        frame = self._frame
+        if frame is None:
             return Readings(registration_mm=self._registration_mm)
         return Readings(
-            None if self._is_away else instant.fps,
-            None if self._is_away else instant.pose_age_ms,
-            instant.view.clearance_mm,
-            instant.time_s,
+            None if self._is_away else frame.fps,
+            None if self._is_away else frame.pose_age_ms,
+            frame.view.clearance_mm,
+            frame.time_s,
             self._registration_mm,
         )
 
@@ -343,9 +342,9 @@ class TraineeWindow(QMainWindow):
         """Draw, and not again before the budget allows."""
         self._is_overview_stale = False
         begun = time.monotonic()
-        if self._instant is not None:
-            self._overview.scene.follow(self._instant.view)
-            self._slices.follow(self._instant.view.world_from_tip[:3, 3])
+        if self._frame is not None:
+            self._overview.scene.follow(self._frame.view)
+            self._slices.follow(self._frame.view.world_from_tip[:3, 3])
         self._overview.draw()
         ended = time.monotonic()
         self._overview_due_s = ended + (ended - begun) / OVERVIEW_SHARE

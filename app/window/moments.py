@@ -7,8 +7,7 @@ from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
 from PySide6.QtWidgets import QWidget
 
 from app.window.qt_image import image_of
-from app.window.style import ALARM, BACKGROUND, EDGE, INK, QUIET, READY
-from app.window.window_scale import font_of
+from app.window.style import ALARM, BACKGROUND, EDGE, INK, QUIET, READY, font_of
 from paravol.snapshots.snapshot_queue import MomentPicture
 
 HEIGHT_PX = 120
@@ -28,13 +27,13 @@ class MomentView(QWidget):
         self._picture: MomentPicture | None = None
 
     def set_scale(self, scale: float) -> None:
-        """Draw so many times as large."""
+        """Scale the layout; 1 is the designed size."""
         self._scale = scale
         self.setFixedHeight(round(HEIGHT_PX * scale))
 
     @property
     def caption(self) -> tuple[str, str]:
-        """Get what is written beside the picture: a title and a line of detail."""
+        """Return what is written beside the picture: a title and a line of detail."""
         picture = self._picture
         if picture is None:
             return "", ""
@@ -42,8 +41,8 @@ class MomentView(QWidget):
         if picture.done is not None:
             return title, f"being drawn: {picture.done:.0%}"
         if picture.pixels is None:
-            return title, picture.told
-        return title, f"saved as snapshots/{Path(picture.told).name}"
+            return title, picture.message
+        return title, f"saved as snapshots/{Path(picture.message).name}"
 
     @Slot(object)
     def show_moment(self, picture: MomentPicture) -> None:

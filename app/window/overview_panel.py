@@ -42,7 +42,7 @@ class OverviewView(QWidget):
     changed = Signal()
     """Its size, its camera or the head: it should be drawn again."""
     _cut = Signal(object)
-    """A `Cutaway` is made; told by the thread that made it."""
+    """A `Cutaway` is ready; emitted by the thread that made it."""
 
     def __init__(
         self, endoscope: Endoscope, instrument: Mesh | None, edge_samples: int
@@ -69,7 +69,7 @@ class OverviewView(QWidget):
         self._cut.connect(self._on_cut)
 
     def set_scale(self, scale: float) -> None:
-        """Write labels so many times as large."""
+        """Scale the text; 1 is the designed size."""
         # VTK's sizes of text are in points, at 72 to the inch.
         window = self._plotter.render_window
         assert window is not None
@@ -90,10 +90,10 @@ class OverviewView(QWidget):
         if self._is_open and self._cutaway is None:
             if not self._is_cutting:
                 self._is_cutting = True
-                cut_open, tell = self._head.cut_open, self._cut.emit
+                cut_open, report = self._head.cut_open, self._cut.emit
                 # seconds of work that nothing waits for
                 threading.Thread(
-                    target=lambda: tell(cut_open()), name="cut", daemon=True
+                    target=lambda: report(cut_open()), name="cut", daemon=True
                 ).start()
             return "Opening the head"
         self._show()

@@ -6,7 +6,7 @@ from PySide6.QtGui import QImage
 
 
 def image_of(pixels: NDArray[np.uint8]) -> QImage:
-    """Give ``(h, w, 3)`` uint8 sRGB as an image that owns its memory."""
+    """Return ``(h, w, 3)`` uint8 sRGB as an image that owns its memory."""
     height, width = pixels.shape[:2]
     borrowed = QImage(
         np.ascontiguousarray(pixels).data,

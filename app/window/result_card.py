@@ -3,9 +3,8 @@
 from PySide6.QtCore import QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter
 
-from app.window.style import INK, PANEL, QUIET
-from app.window.window_scale import font_of
-from paravol.flight_end import FlightEnd
+from app.window.style import INK, PANEL, QUIET, font_of
+from paravol.flight import FlightEnd
 
 CLOSE_HINT = "Q closes the window."
 
@@ -14,7 +13,7 @@ _MARGIN = 20.0
 
 
 def panel_colour() -> QColor:
-    """Give the ground of what is written over the picture."""
+    """Return the ground of what is written over the picture."""
     colour = QColor(PANEL)
     colour.setAlphaF(0.9)
     return colour

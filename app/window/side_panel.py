@@ -6,7 +6,7 @@ from app.window.keys import KeyHelp
 from app.window.moments import MomentView
 from app.window.overview_panel import OverviewView
 from app.window.slices_panel import SlicesView
-from paravol.flight_order import FlightOrder
+from paravol.flight import FlightOrder
 from renderers.scene import Mesh
 
 
@@ -40,7 +40,7 @@ class SideColumn(QWidget):
         self._column.addWidget(self._keys)
 
     def set_scale(self, scale: float) -> None:
-        """Draw so many times as large."""
+        """Scale the layout; 1 is the designed size."""
         self._column.setContentsMargins(*(round(n * scale) for n in (18, 10, 18, 8)))
         self._column.setSpacing(round(5 * scale))
         for part in (self.overview, self.slices, self.moments, self._keys):

@@ -7,8 +7,7 @@ from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
 from app.window.qt_image import image_of
-from app.window.style import INK
-from app.window.window_scale import font_of
+from app.window.style import INK, font_of
 from paravol.slice_views import Plane, Show, SliceViews
 
 HEIGHT_PX = 150
@@ -33,7 +32,7 @@ class SlicesView(QWidget):
         self._images: dict[Plane, QImage] = {}
 
     def set_scale(self, scale: float) -> None:
-        """Draw so many times as large."""
+        """Scale the layout; 1 is the designed size."""
         self._scale = scale
         self.setFixedHeight(round(HEIGHT_PX * scale))
 

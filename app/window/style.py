@@ -1,4 +1,6 @@
-"""The window's colours: dark, because the picture is what one looks at."""
+"""The window's colours and fonts: dark, because the picture is what one looks at."""
+
+from PySide6.QtGui import QFont
 
 BACKGROUND = "#0d1117"
 PANEL = "#161b22"
@@ -10,7 +12,7 @@ ALARM = "#ff4d5e"
 
 
 def style_sheet(scale: float) -> str:
-    """Give the rules of all that Qt draws itself; scale: on every length."""
+    """Return the rules of all that Qt draws itself; scale: on every length."""
 
     def points(size: float) -> str:
         return f"{size * scale:.1f}pt"
@@ -25,3 +27,11 @@ QLabel#figure {{ color: {INK}; font-size: {points(16)}; font-weight: 600; }}
 QLabel#figure[alarming="true"] {{ color: {ALARM}; }}
 QLabel#key {{ color: {INK}; padding-right: {round(6 * scale)}px; }}
 """
+
+
+def font_of(points: float, scale: float, *, bold: bool = False) -> QFont:
+    """Return a font for painting, its size in points at scale 1."""
+    font = QFont()
+    font.setPointSizeF(points * scale)
+    font.setBold(bold)
+    return font

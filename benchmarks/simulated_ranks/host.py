@@ -13,7 +13,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from benchmarks.simulated_ranks.simulated_machine import Lot, SimulatedNode, Spender
+from benchmarks.simulated_ranks.simulated_machine import (
+    SimulatedNode,
+    SimulatedRank,
+    Spender,
+)
 from renderers.art.ranks.ledger import AT_HOME, Ledger
 from renderers.art.ranks.messages import Message, MessageKind, ProtocolError
 
@@ -90,7 +94,7 @@ class Host:
         self,
         costs: HostCosts,
         cores: int,
-        ranks: Iterable[Lot],
+        ranks: Iterable[SimulatedRank],
         *,
         payload_bytes: int,
     ) -> None:
@@ -114,7 +118,7 @@ class Host:
 
     @property
     def ledgers(self) -> list[Ledger]:
-        """Get the ledgers in order of rank: time of processors, waiting apart."""
+        """Return the ledgers in order of rank: time of processors, waiting apart."""
         return [rank.ledger for rank in self._ranks]
 
     def run(self) -> list[float]:

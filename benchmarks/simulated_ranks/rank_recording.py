@@ -78,7 +78,7 @@ class Recording:
         return said
 
     def events(self) -> NDArray[np.int64]:
-        """Get all events, one row each, by `COLUMNS`."""
+        """Return all events, one row each, by `COLUMNS`."""
         return np.array(self._rows, np.int64).reshape(-1, len(COLUMNS))
 
     def _say(self, said: list[Message]) -> None:
@@ -89,7 +89,7 @@ class Recording:
 
 
 def fields(message: Message) -> tuple[int, ...]:
-    """Get what tells messages apart: of a payload its size, and only that of rays."""
+    """Return what identifies a message, with the size of a payload of rays."""
     travels = message.kind in (MessageKind.RAYS, MessageKind.RETURN)
     return (
         int(message.kind),

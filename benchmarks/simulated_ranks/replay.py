@@ -45,7 +45,7 @@ class ReplayWork:
         self._checks = checks
 
     def tally(self) -> dict[str, int]:
-        """Get the number of visits."""
+        """Return the number of visits."""
         return {"cells_entered": self.visited}
 
     def run(self, packets: list[Visits], clock: int) -> list[list[int] | None]:

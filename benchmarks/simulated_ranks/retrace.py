@@ -29,7 +29,7 @@ from renderers.art.ranks.prepare import MarchNode
 Frames = Sequence[Sequence[StrandPacket]]
 
 
-def twin(
+def simulated_node(
     node: Node[Any], costs: NDArray[np.float64] | None = None
 ) -> Node[StrandPacket]:
     """Make a simulated node like one that has not drawn yet.
@@ -50,7 +50,7 @@ def twin(
     )
 
 
-def ray_twin(
+def simulated_ray_node(
     node: MarchNode,
     begun: Begun,
     costs: NDArray[np.float64] | None = None,

@@ -25,11 +25,11 @@ class Spender(Protocol):
 
     @property
     def spent_s(self) -> float:
-        """Get the seconds of all work so far."""
+        """Return the seconds of all work so far."""
         ...
 
 
-Lot = tuple[SimulatedNode, Spender, list[list[Any]]]
+SimulatedRank = tuple[SimulatedNode, Spender, list[list[Any]]]
 """A rank's node, its work, and its packets by frame."""
 
 _DATA = MessageKind.DATA
@@ -130,7 +130,7 @@ class Machine:
         self,
         costs: Costs,
         torus: Torus,
-        ranks: Iterable[Lot],
+        ranks: Iterable[SimulatedRank],
         *,
         payload_bytes: int,
         lru_share: float = 0.0,
@@ -158,11 +158,11 @@ class Machine:
 
     @property
     def ledgers(self) -> list[Ledger]:
-        """Get the ledgers in order of rank."""
+        """Return the ledgers in order of rank."""
         return [rank.ledger for rank in self._ranks]
 
     def frame_ends(self) -> list[float]:
-        """Get the time at which the last rank finished each frame."""
+        """Return the time at which the last rank finished each frame."""
         return [max(ends) for ends in zip(*(r.ends for r in self._ranks), strict=True)]
 
     def flying(self) -> list[Message]:

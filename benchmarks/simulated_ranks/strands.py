@@ -50,7 +50,7 @@ class StrandPacket:
     has_front: bool = False
 
     def fresh(self) -> "StrandPacket":
-        """Get the packet before its first move."""
+        """Return the packet before its first move."""
         strands = [Strand(s.cells, s.work, s.rays) for s in self.strands]
         return StrandPacket(
             strands, self.rays, self.entry, self.size, has_front=self.has_front
@@ -116,11 +116,11 @@ class StrandWork:
 
     @property
     def spent_s(self) -> float:
-        """Get the seconds that all work so far has cost."""
+        """Return the seconds that all work so far has cost."""
         return float(self.features @ self._costs)
 
     def tally(self) -> dict[str, int]:
-        """Get the number of visits."""
+        """Return the number of visits."""
         return {"cells_entered": int(self.features[_VISITS])}
 
     def run(self, packets: list[StrandPacket], clock: int) -> list[list[int] | None]:

@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from benchmarks.simulated_ranks.audit import audit
 from benchmarks.simulated_ranks.replay import ReplayWork, Visits
-from benchmarks.simulated_ranks.simulated_machine import Costs, Lot, Machine
+from benchmarks.simulated_ranks.simulated_machine import Costs, Machine, SimulatedRank
 from benchmarks.simulated_ranks.strands import (
     FEATURES,
     Strand,
@@ -18,7 +19,6 @@ from benchmarks.simulated_ranks.trace import FrameTrace, Orbit
 from benchmarks.simulated_ranks.trips import Begun, StrandRayNode, StrandTravel
 from renderers.art.cells.cache import CellCache
 from renderers.art.march import COUNTERS
-from renderers.art.ranks.audit import audit
 from renderers.art.ranks.directory import Directory, deal_owners, homes
 from renderers.art.ranks.ledger import Ledger
 from renderers.art.ranks.messages import Message, MessageKind
@@ -89,7 +89,7 @@ class Outcome:
     events: int
 
     def shares(self) -> dict[str, float]:
-        """Get each part of the ledger as a share of all ranks' time."""
+        """Return each part of the ledger as a share of all ranks' time."""
         whole = self.seconds * len(self.ledgers)
         total: dict[str, float] = {}
         for ledger in self.ledgers:
@@ -99,7 +99,7 @@ class Outcome:
 
     @property
     def overhead(self) -> float:
-        """Get the share of send start-ups, messages and directory in the time."""
+        """Return the share of send start-ups, messages and directory in the time."""
         shares = self.shares()
         return shares["send"] + shares["receive"] + shares["directory"]
 
@@ -112,7 +112,7 @@ class Traces:
         self._frames: dict[int, FrameTrace] = {}
 
     def frame(self, number: int) -> FrameTrace:
-        """Get a frame."""
+        """Return a frame."""
         if number not in self._frames:
             self._frames[number] = self.orbit.frame(number)
         return self._frames[number]
@@ -122,12 +122,12 @@ class Traces:
         return sum(self.frame(k).samples for k in range(frames))
 
     def touch_share(self, frames: int, touch_s: float, sample_s: float) -> float:
-        """Get what it costs to note each ray's use of each cell, of all work's time."""
+        """Return the share of work's time that noting each use of a cell costs."""
         touches = sum(self.frame(k).crossings for k in range(frames))
         return touches * touch_s / (self.samples(frames) * sample_s)
 
     def deal_strands(self, setup: Setup) -> list[list[list[StrandPacket]]]:
-        """Give each rank its packets as strands, by frame, dealt as by `deal`."""
+        """Deal each rank its packets as strands, by frame, dealt as by `deal`."""
         orbit = self.orbit
         wide, tile = orbit.image // orbit.packet, max(setup.tile // orbit.packet, 1)
         skew = skew_of(setup.ranks)
@@ -152,7 +152,7 @@ class Traces:
         return dealt
 
     def deal(self, setup: Setup) -> list[list[list[Visits]]]:
-        """Give each rank its packets, by frame."""
+        """Deal each rank its packets, by frame."""
         wide = self.orbit.image // self.orbit.packet
         tile = max(setup.tile // self.orbit.packet, 1)
         skew = skew_of(setup.ranks)
@@ -188,8 +188,10 @@ class Traces:
             dealt[min(rank, setup.ranks - 1)][number].append(visits)
 
     def balance(self, setup: Setup) -> float:
-        """Get the mean over the largest load of a rank, frame by frame: the most that
-        the deal of the screen allows, whatever messages cost."""
+        """Return the mean load of a rank over the largest, frame by frame.
+
+        No more efficiency is possible for this deal of the screen.
+        """
         loads = np.zeros((setup.ranks, setup.frames))
         for rank, frames in enumerate(self.deal(replace(setup, sample_s=1.0))):
             loads[rank] = [sum(sum(p.seconds) for p in f) for f in frames]
@@ -197,7 +199,7 @@ class Traces:
 
 
 def payload_bytes(orbit: Orbit) -> int:
-    """Get a cell's bytes on its way: one a voxel, with the ghosts of `CellGrid`."""
+    """Return a cell's bytes on its way: one a voxel, with the ghosts of `CellGrid`."""
     return (orbit.cell + 3) ** 3
 
 
@@ -297,13 +299,13 @@ def _cell_lots(
         yield node, work, frames
 
 
-def _ray_lots(setup: Setup, traces: Traces) -> list[Lot]:
+def _ray_lots(setup: Setup, traces: Traces) -> list[SimulatedRank]:
     """Make ranks between which rays travel, each with its share of the volume."""
     owner = deal_owners(np.ones(setup.orbit.cells, np.bool_), setup.ranks)
     prices = np.zeros(len(FEATURES))
     prices[FEATURES.index("samples")] = setup.sample_s
     begun: Begun = {}
-    lots: list[Lot] = []
+    lots: list[SimulatedRank] = []
     for rank, frames in enumerate(traces.deal_strands(setup)):
         work = StrandWork(CellCache(1), prices, slice_s=setup.costs.slice_s)
         travel = StrandTravel(work, rank, owner, begun)
@@ -312,7 +314,7 @@ def _ray_lots(setup: Setup, traces: Traces) -> list[Lot]:
 
 
 def simulated_slots(setup: Setup) -> tuple[int, int]:
-    """Get a rank's slots and its quota of owned cells.
+    """Return a rank's slots and its quota of owned cells.
 
     Where homes are static a rank's share of the volume is set apart from its cache, so
     that every way has the same memory.
@@ -329,7 +331,7 @@ def simulated_slots(setup: Setup) -> tuple[int, int]:
 
 
 def paper_sample_s(traces: Traces, frames: int, side: int) -> float:
-    """Get the one factor that makes one rank need what the paper's needed.
+    """Return the one factor that makes one rank need what the paper's needed.
 
     128 voxels: one rank's time. 256: four ranks', at full efficiency; that table has
     no smaller number.

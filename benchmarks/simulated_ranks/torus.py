@@ -1,14 +1,14 @@
-"""A torus of ranks in three dimensions: ways, hops, and links that are busy."""
+"""A torus of ranks in three dimensions: routes, hops, and links that are busy."""
 
 import math
 from functools import lru_cache
 
-_WAYS_KEPT = 1 << 19
-"""Ways looked up once; 4,096 ranks have 16 million, too many to remember."""
+_ROUTES_KEPT = 1 << 19
+"""Routes looked up once; 4,096 ranks have 16 million, too many to remember."""
 
 
 def torus_shape(ranks: int) -> tuple[int, int, int]:
-    """Get the most cubic torus of so many ranks, longest side first."""
+    """Return the most cubic torus of so many ranks, longest side first."""
     if ranks < 1:
         raise ValueError(f"a torus needs at least 1 rank, got {ranks}")
     best = (ranks, 1, 1)
@@ -26,7 +26,7 @@ class Torus:
     """Carry messages by dimension-order routing, the shorter way around each ring.
 
     A link carries one message at a time in each direction. A message takes its whole
-    way at once when the last of its links is free (wormhole routing without virtual
+    route at once when the last of its links is free (wormhole routing without virtual
     channels, a cautious reading of the T3D's network).
     """
 
@@ -39,10 +39,10 @@ class Torus:
         self._hop_s = hop_s
         self._free = [0.0] * (6 * ranks)
         self._rows: dict[int, bytes] = {}
-        self._way = lru_cache(_WAYS_KEPT)(self._find_way)
+        self._route = lru_cache(_ROUTES_KEPT)(self._find_route)
 
     def place(self, rank: int) -> tuple[int, int, int]:
-        """Get a rank's coordinates."""
+        """Return a rank's coordinates."""
         nx, ny, _ = self.shape
         return rank % nx, rank // nx % ny, rank // (nx * ny)
 
@@ -51,7 +51,7 @@ class Torus:
         return self.distances(rank)[other]
 
     def distances(self, rank: int) -> bytes:
-        """Get the hops from a rank to each rank."""
+        """Return the hops from a rank to each rank."""
         if rank not in self._rows:
             here = self.place(rank)
             rings = [
@@ -65,27 +65,27 @@ class Torus:
 
     def carry(self, source: int, target: int, size: int, now_s: float) -> float:
         """Send `size` bytes; get the time at which the last of them has arrived."""
-        way = self._way(source, target)
+        route = self._route(source, target)
         free = self._free
         begin_s = now_s
-        for link in way:
+        for link in route:
             if free[link] > begin_s:
                 begin_s = free[link]
         held_s = size / self._bytes_per_s
-        for link in way:
+        for link in route:
             free[link] = begin_s + held_s
-        self.carried += size * len(way)
-        return begin_s + len(way) * self._hop_s + held_s
+        self.carried += size * len(route)
+        return begin_s + len(route) * self._hop_s + held_s
 
-    def _find_way(self, source: int, target: int) -> tuple[int, ...]:
+    def _find_route(self, source: int, target: int) -> tuple[int, ...]:
         at, end = list(self.place(source)), self.place(target)
         nx, ny, _ = self.shape
-        way = []
+        route = []
         for axis, size in enumerate(self.shape):
             forward = (end[axis] - at[axis]) % size
             step = 1 if 2 * forward <= size else -1
             while at[axis] != end[axis]:
                 rank = at[0] + nx * (at[1] + ny * at[2])
-                way.append(6 * rank + 2 * axis + (step > 0))
+                route.append(6 * rank + 2 * axis + (step > 0))
                 at[axis] = (at[axis] + step) % size
-        return tuple(way)
+        return tuple(route)

@@ -54,7 +54,7 @@ class Orbit:
     def strands(
         self, number: int
     ) -> Iterator[tuple[int, dict[tuple[int, ...], NDArray[np.float64]]]]:
-        """Give each packet that meets the volume: number, and its rays by the cells
+        """Return each packet that meets the volume: number, and its rays by the cells
         they meet, in order. Of each cell the samples, then the number of rays."""
         wide = self.image // self.packet
         each, samples_each = self.thin**2, self.thin**3 / 2
@@ -180,7 +180,7 @@ class FrameTrace:
         self._samples = samples[order]
 
     def __iter__(self) -> Iterator[tuple[int, list[int], NDArray[np.int64]]]:
-        """Give each packet that meets the volume: number, cells, samples in each."""
+        """Return each packet that meets the volume: number, cells, samples in each."""
         numbers, starts = np.unique(self._packets, return_index=True)
         ends = np.append(starts[1:], len(self._packets))
         for number, a, b in zip(numbers, starts, ends, strict=True):

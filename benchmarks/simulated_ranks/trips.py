@@ -62,7 +62,7 @@ class StrandTravel:
 
     @property
     def spent_s(self) -> float:
-        """Get the seconds that all work so far has cost."""
+        """Return the seconds that all work so far has cost."""
         return self.strands.spent_s
 
     def start(self, packet: StrandPacket) -> StrandTrip:
@@ -75,7 +75,7 @@ class StrandTravel:
         return trip
 
     def is_own(self, trip: StrandTrip) -> bool:
-        """Tell whether a trip's packet is whole and at home."""
+        """Return whether a trip's packet is whole and at home."""
         return self._trips.get(trip.number) is trip
 
     def move(self, trip: StrandTrip) -> bool:
@@ -160,7 +160,7 @@ class StrandTravel:
         self._trips.clear()
 
     def tally(self) -> dict[str, int]:
-        """Get the number of visits, and of rays sent."""
+        """Return the number of visits, and of rays sent."""
         return self.strands.tally() | {"rays_sent": self._rays_sent}
 
 

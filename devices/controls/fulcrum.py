@@ -170,22 +170,22 @@ class FulcrumControl:
 
     @property
     def depth_mm(self) -> float:
-        """Get how far the tip is beyond the fulcrum."""
+        """Return how far the tip is beyond the fulcrum."""
         return self._depth_mm
 
     @property
     def tilt_deg(self) -> float:
-        """Get the angle between shaft and axis."""
+        """Return the angle between shaft and axis."""
         return math.hypot(*self._tilt_deg)
 
     @property
     def roll_deg(self) -> float:
-        """Get the turn about the shaft, right-handed about its pointing direction."""
+        """Return the turn about the shaft, right-handed about its direction."""
         return self._roll_deg
 
     @property
     def pointing(self) -> NDArray[np.float64]:
-        """Get the unit direction from the hand to the tip, (3,)."""
+        """Return the unit direction from the hand to the tip, (3,)."""
         return self._pointing(self._tilt_deg)
 
     def _pointing(self, tilt_deg: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -84,7 +84,7 @@ class EventSource(Protocol):
 
     @property
     def description(self) -> InputDescription:
-        """Get which controls there are."""
+        """Return which controls there are."""
         ...
 
     def read(self) -> Sequence[InputEvent]:
@@ -115,7 +115,7 @@ class Gamepad:
 
     @property
     def name(self) -> str:
-        """Get what the device calls itself."""
+        """Return what the device calls itself."""
         return self._device.description.name
 
     def poll(self, steering: Steering) -> None:
@@ -147,7 +147,7 @@ class Gamepad:
 
 
 def layout_of(description: InputDescription) -> Layout | None:
-    """Tell a gamepad, a 3D mouse, and None for anything else."""
+    """Return the layout of a gamepad or a 3D mouse, None for anything else."""
     if FIRST_BUTTON in description.keys and {X, Y} <= description.absolute.keys():
         return PAD
     six = {X, Y, Z, RX, RY, RZ}

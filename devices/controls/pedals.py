@@ -1,4 +1,4 @@
-"""Foot pedals as events.
+"""Foot pedals as events, and as presses with the poses measured meanwhile.
 
 A contact that closes or opens chatters for 2 to 10 ms. An edge is told at once and the
 level is then held for 20 ms, so that a person feels no delay; what the contact does
@@ -6,7 +6,7 @@ meanwhile is chatter.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntFlag
 from math import isfinite
 
@@ -60,7 +60,7 @@ class Debouncer:
 
     @property
     def levels(self) -> int:
-        """Get the debounced levels, one bit a button, and the other bits raw."""
+        """Return the debounced levels, one bit a button, and the other bits raw."""
         return self._levels | (self._raw & ~self._mask)
 
     def feed(self, time_s: float, raw: int) -> tuple[ButtonEvent, ...]:
@@ -91,3 +91,40 @@ class Debouncer:
                 self._levels ^= button
                 self._held_until_s[button] = time_s + self._hold_s
                 yield ButtonEvent(time_s, button, bool(raw & button))
+
+
+# A contact chatters for 2-10 ms when it opens and when it closes.
+CHATTER_S = 0.03
+
+# A foot needs at least a tenth of a second.
+SHORTEST_S = 0.1
+
+
+@dataclass(slots=True)
+class PressCollector:
+    """Turn a stream of poses into presses of one pedal.
+
+    Interruptions shorter than 0.03 s belong to the press, presses shorter than 0.1 s
+    are dropped; so are poses that may be wrong.
+    """
+
+    pedal: int
+    _held: list[Pose] = field(default_factory=list)
+
+    @property
+    def held(self) -> int:
+        """Return the number of poses of the press that is going on."""
+        return len(self._held)
+
+    def feed(self, pose: Pose) -> list[Pose] | None:
+        """Take the next pose; return the press that ended with it, if one did."""
+        if pose.buttons & self.pedal:
+            if not pose.flags & (PoseFlag.JUMP | PoseFlag.SUSPECT):
+                self._held.append(pose)
+            return None
+        if not self._held or pose.time_s - self._held[-1].time_s < CHATTER_S:
+            return None
+        held, self._held = self._held, []
+        if held[-1].time_s - held[0].time_s < SHORTEST_S:
+            return None
+        return held

@@ -51,38 +51,12 @@ def upright(pointing: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @dataclass(frozen=True, slots=True)
-class NoRoll:
-    """Nobody measures the roll."""
-
-    def roll_deg(self, pose: Pose) -> float | None:
-        """Return None."""
-        return None
-
-
-@dataclass(frozen=True, slots=True)
 class HorizonRoll:
     """The horizon rule: the camera's head is held upright whatever the shaft does."""
 
     def roll_deg(self, pose: Pose) -> float | None:
         """Return 0."""
         return 0.0
-
-
-@dataclass(slots=True)
-class ControlRoll:
-    """A roll set by hand: a wheel, a key, a slider; from any thread."""
-
-    degrees: float = 0.0
-
-    def turn(self, by_deg: float) -> None:
-        """Turn on by so much; ValueError unless finite."""
-        if not math.isfinite(by_deg):
-            raise UserError(f"a turn must be finite, got {by_deg}")
-        self.degrees += by_deg
-
-    def roll_deg(self, pose: Pose) -> float | None:
-        """Return what was set."""
-        return self.degrees
 
 
 @dataclass(slots=True, eq=False)

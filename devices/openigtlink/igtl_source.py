@@ -4,13 +4,12 @@ import math
 import socket
 import threading
 import time
-from collections.abc import Iterator
 
-from devices.closing import Closing
 from devices.openigtlink.messages import ToolTransform, TransformReader
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
-from devices.source import PoseQueue
+from devices.pose_queue import PoseQueue
+from devices.source import QueuedSource
 
 PATIENCE_S = 5.0
 """Time for the first connection; a peer on the same network answers in milliseconds."""
@@ -29,7 +28,7 @@ TICK_S = 1e-6
 _READ_BYTES = 65536
 
 
-class OpenIGTLinkSource(Closing):
+class OpenIGTLinkSource(QueuedSource):
     """Poses of one tool of a peer; see ``LiveSource``.
 
     ``device_from_tip`` is the tool in the peer's world, in LPS. ``time_s`` follows the
@@ -69,12 +68,12 @@ class OpenIGTLinkSource(Closing):
 
     @property
     def tool(self) -> str | None:
-        """Get the name of the tool that is followed, None while it is not known."""
+        """Return the name of the tool that is followed, None while it is not known."""
         return self._tool
 
     @property
     def counters(self) -> dict[str, int]:
-        """Get what happened on the line so far, by name."""
+        """Return what happened on the line so far, by name."""
         return {
             "connections": self._connections,
             "foreign": self._reader.foreign,
@@ -84,39 +83,11 @@ class OpenIGTLinkSource(Closing):
             "late": self._late,
         }
 
-    def read(self, timeout_s: float) -> Pose:
-        """Return the next pose, none lost.
-
-        Raise TimeoutError when none came in time, EOFError after ``close`` and
-        DeviceError(OVERRUN) when more than 16384 poses were left unread.
-        """
-        return self._queue.read(timeout_s)
-
-    def drain(self) -> list[Pose]:
-        """Return every pose that is waiting, oldest first; raise as ``read`` does."""
-        return self._queue.drain()
-
-    def latest(self) -> Pose | None:
-        """Return the newest pose, None before the first."""
-        return self._queue.latest()
-
-    def pose_age_s(self) -> float:
-        """Return seconds since the newest pose arrived, inf before the first."""
-        return time.monotonic() - self._queue.newest_s()
-
     def close(self) -> None:
         """Leave the peer; harmless when repeated."""
         self._stop.set()
         if self._thread is not threading.current_thread():
             self._thread.join()
-
-    def __iter__(self) -> Iterator[Pose]:
-        """Iterate over poses until the source is closed, however long one takes."""
-        try:
-            while True:
-                yield self.read(math.inf)
-        except EOFError:
-            return
 
     def _first_connection(self, patience_s: float) -> socket.socket:
         until = time.monotonic() + patience_s
@@ -185,7 +156,8 @@ class OpenIGTLinkSource(Closing):
             self._late += 1
             return
         self._newest_s = time_s
-        self._queue.put(Pose(time_s, arrived_s, transform.world_from_tool, 0))
+        pose = Pose(time_s, arrived_s, transform.world_from_tool, 0)
+        self._queue.put((pose,))
 
     def _aligned_s(self, stamp_s: float | None, arrived_s: float) -> float:
         """Bring a peer's stamp onto the host's monotonic clock."""

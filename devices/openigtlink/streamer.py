@@ -15,9 +15,8 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.closing import Closing
 from devices.openigtlink.messages import ToolTransform, encode
-from devices.port import DeviceError, DeviceReason
+from devices.port import Closing, DeviceError, DeviceReason
 from disk import UserError
 
 LOOPBACK = "127.0.0.1"
@@ -90,13 +89,13 @@ class PoseStreamer(Closing):
 
     @property
     def peers(self) -> int:
-        """Get how many peers are connected."""
+        """Return how many peers are connected."""
         with self._lock:
             return len(self._peers)
 
     @property
     def dropped(self) -> int:
-        """Get how many messages were lost because a peer read too slowly."""
+        """Return how many messages were lost because a peer read too slowly."""
         with self._lock:
             return self._dropped
 

@@ -100,12 +100,12 @@ class ProbePath:
 
     @property
     def duration_s(self) -> float:
-        """Get the time of the last sample."""
+        """Return the time of the last sample."""
         return float(self.t_s[-1])
 
     @property
     def length_mm(self) -> float:
-        """Get the distance that the scope's tip travels."""
+        """Return the distance that the scope's tip travels."""
         return float(np.linalg.norm(np.diff(self.tip_mm, axis=0), axis=1).sum())
 
     def sample(self, t_s: float) -> ProbeSample:

@@ -32,14 +32,14 @@ class Consistency:
 
     @property
     def chance(self) -> float:
-        """Get the probability of so large a residual when the model holds."""
+        """Return the probability of so large a residual when the model holds."""
         if self.freedom < 1:
             return 1.0
         return float(chi2.sf(self.statistic, self.freedom))
 
     @property
     def ratio(self) -> float:
-        """Get by how much errors are larger than the model's; 1 where it may hold."""
+        """Return how much larger errors are than the model's; 1 where it may hold."""
         if self.chance >= DOUBTED_CHANCE:
             return 1.0
         return max(1.0, float(np.sqrt(self.statistic / self.freedom)))
@@ -55,7 +55,7 @@ class LandmarkConsistency:
 
     @property
     def culprit(self) -> int | None:
-        """Get the one point without which the rest agrees; None for no such point."""
+        """Return the one point without which the rest agrees, None for none."""
         best = min(
             range(len(self.without)), key=lambda i: self.without[i].statistic, default=0
         )

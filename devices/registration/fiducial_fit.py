@@ -8,17 +8,37 @@ is found in ``target_error``.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.pose import Pose, read_only_rigid
-from devices.registration.registration_error import (
-    RegistrationError,
-    RegistrationReason,
-)
 from devices.registration.rigid_fit import best_other_order, fit_rigid, rms
 from disk import UserError
+
+
+class RegistrationReason(Enum):
+    """Why a registration was refused."""
+
+    TOO_FEW = "too few points"
+    COINCIDENT = "coincident points"
+    COLLINEAR = "collinear points"
+    SWAPPED = "swapped points"
+    REFLECTED = "mirrored points"
+    RESIDUAL = "residual too large"
+    TARGET = "error at a target too large"
+    SURFACE = "surface does not fit"
+    FILE = "file gives no registration"
+
+
+class RegistrationError(UserError):
+    """A set of measurements that gives no trustworthy registration."""
+
+    def __init__(self, reason: RegistrationReason, message: str) -> None:
+        super().__init__(message)
+        self.reason = reason
+
 
 # Two fiducials nearer than this cannot be told apart by a hand-held stylus.
 COINCIDENT_MM = 1.0

@@ -48,19 +48,20 @@ class HeldPoint:
 
     @property
     def tip_mm(self) -> NDArray[np.float64]:
-        """Get the mean of the tip, (3,) mm."""
+        """Return the mean of the tip, (3,) mm."""
         return self.device_from_tip[:3, 3]
 
     @classmethod
-    def of(cls, poses: Sequence[Pose]) -> "HeldPoint":
+    def of(cls, poses: Sequence[Pose], fewest: int = FEWEST_POSES) -> "HeldPoint":
         """Average the poses of one press.
 
         Pressing and releasing the pedal shakes the hand: the first and the last fifth
-        are left out. Raise HoldError for too few poses or a tip that travelled.
+        are left out. Raise HoldError when fewer than ``fewest`` (2 or more) are left,
+        or for a tip that travelled.
         """
         cut = len(poses) // 5
         still = poses[cut : len(poses) - cut]
-        if len(still) < FEWEST_POSES:
+        if len(still) < fewest:
             raise HoldError(
                 HoldReason.TOO_SHORT,
                 "The pedal was held too briefly; hold it for half a second.",

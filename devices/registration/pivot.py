@@ -60,10 +60,6 @@ class PivotCalibration:
     along_axis: bool
     """Whether only the length was found."""
 
-    def on_tip(self, pose: Pose) -> Pose:
-        """Return the pose with its frame moved to the calibrated tip."""
-        return shifted_to_tip(pose, self.tip_mm)
-
 
 def shifted_to_tip(pose: Pose, tip_mm: NDArray[np.float64]) -> Pose:
     """Return ``pose`` with its origin at ``tip_mm`` (3,) of its own frame."""

@@ -9,8 +9,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.registration.fiducial_fit import Registration
-from devices.registration.registration_error import (
+from devices.registration.fiducial_fit import (
+    Registration,
     RegistrationError,
     RegistrationReason,
 )
@@ -84,7 +84,7 @@ class RegistrationRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True
 
     @property
     def within_budget(self) -> bool:
-        """Get whether every target is expected to meet the budget."""
+        """Return whether every target is expected to meet the budget."""
         return all(error <= self.budget_mm for error in self.targets.values())
 
     def registration(self) -> Registration:

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.registration.registration_error import (
+from devices.registration.fiducial_fit import (
     RegistrationError,
     RegistrationReason,
 )

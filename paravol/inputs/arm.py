@@ -6,12 +6,12 @@ from pathlib import Path
 
 from devices import ProbePath, Registration
 from devices.registration.registration_file import load_registration
-from paravol.flight import OrderedPoses
 from paravol.inputs.arm_roll import ClampedRoll, check_roll, opened_roll
 from paravol.inputs.flight_input import FlightInput
 from paravol.inputs.open_arm import open_arm
 from paravol.inputs.pose_completer import HandChannel, PathChannel
-from paravol.patient import OperatingRoom
+from paravol.inputs.pose_sources import OrderedPoses
+from paravol.patient import PatientScene
 from paravol.registration.at_start import registered_by_file
 from scenarios import Scenario
 
@@ -23,7 +23,8 @@ class ArmInput(FlightInput):
 
     registration_file: made by `paravol register` since the arm was switched on; without
     it the fiducials have to be touched. roll: words of `paravol.inputs.arm_roll`, for
-    an arm at a port; the emulated one's path has its own.
+    an arm at a port; the emulated one's path has its own. follows_path: the arm at the
+    port follows the path, too. faults: of the emulated arm.
     """
 
     def __init__(
@@ -34,6 +35,9 @@ class ArmInput(FlightInput):
         device: str | None,
         registration_file: Path | None = None,
         roll: str = "horizon",
+        *,
+        follows_path: bool = False,
+        faults: tuple[str, ...] = (),
     ) -> None:
         check_roll(roll)
         if registration_file is not None:
@@ -42,25 +46,31 @@ class ArmInput(FlightInput):
         self._scenario = scenario
         self._path_file = path_file
         self._device = device
+        self._faults = faults
         self._roll = roll
         self._hand = HandChannel()
         self.keys = KEYS
         self.touch_hint = "Hold the stylus on it and press the right pedal."
-        if device is not None:
-            self.name = device
-            self.aim = self._hand
+        self.name = device or "emulated arm"
+        if device is not None and not follows_path:
+            self.completer = self._hand
             return
-        self.name = "emulated arm"
-        self.aim = PathChannel(path)
+        self.completer = PathChannel(path)
         self.has_instrument = True
         self.until_s = path.duration_s
-        self.touch_hint = "The emulated arm does it by itself."
+        if device is None:
+            self.touch_hint = "The emulated arm does it by itself."
 
     @contextmanager
-    def open(self, room: OperatingRoom) -> Iterator[OrderedPoses]:
+    def open(self, patient: PatientScene) -> Iterator[OrderedPoses]:
         """Open the port, or start the emulated arm and open its port."""
         with (
-            open_arm(self._scenario, self._path_file, device=self._device) as arm,
+            open_arm(
+                self._scenario,
+                self._path_file,
+                device=self._device,
+                faults=self._faults,
+            ) as arm,
             opened_roll(self._roll, arm.description) as self._hand.roll,
         ):
             if self._registration_file is None:

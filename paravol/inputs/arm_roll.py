@@ -14,7 +14,7 @@ from devices.port import DeviceReason
 from devices.source import LiveSource
 from disk import UserError
 from paravol.inputs.flight_input import POST_IS_Y_DEG
-from paravol.inputs.peer_address import peer_address
+from paravol.inputs.input_choice import peer_address
 
 FORMS = "horizon, encoder or igtl:HOST:PORT[:TOOL]"
 
@@ -23,7 +23,7 @@ FORMS = "horizon, encoder or igtl:HOST:PORT[:TOOL]"
 class ClampedRoll:
     """Follow a sixth encoder from how the scope was clamped: its first pose is level.
 
-    Nothing is known before it is told where the arm stands.
+    The roll is unknown until `place` is called.
     """
 
     _encoder: EncoderRoll | None = None
@@ -71,7 +71,7 @@ class FollowedRoll:
         try:
             return self.readings.drain()
         except DeviceError as error:
-            # Nobody asks while an arm is being registered; only what is new counts.
+            # Readings pile up while the arm is registered; only new ones count.
             if error.reason is not DeviceReason.OVERRUN:
                 raise
             return self.readings.drain()

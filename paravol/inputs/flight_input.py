@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from devices import Registration
 from devices.controls.keyboard import MouseKeys
 from devices.controls.roll import EncoderRoll
-from paravol.flight import Aim, OrderedPoses
-from paravol.inputs.pose_completer import HandChannel
-from paravol.patient import OperatingRoom
+from paravol.inputs.pose_completer import HandChannel, PoseCompleter
+from paravol.inputs.pose_sources import OrderedPoses
+from paravol.patient import PatientScene
 
 POST_IS_Y_DEG = -90.0
 """Roll is counted from x of a tip frame; with the light post along y it is this."""
@@ -21,14 +21,14 @@ POST_IS_Y_DEG = -90.0
 class FlightInput(ABC):
     """Say what an input needs and gives, before it is opened.
 
-    name: for the window. keys: its controls, to be shown. aim: completes its poses.
-    until_s: when the flight is over. registration: where its frame lies in the
-    patient; None when fiducials must be touched, ``touch_hint`` says how.
+    name: for the window. keys: its controls, to be shown. completer: makes samples of
+    its poses. until_s: when the flight is over. registration: where its frame lies in
+    the patient; None when fiducials must be touched, ``touch_hint`` says how.
     controls: takes keys and mouse, where those steer.
     """
 
     name: str
-    aim: Aim
+    completer: PoseCompleter
     keys: dict[str, str]
     has_instrument: bool = False
     until_s: float = math.inf
@@ -37,8 +37,8 @@ class FlightInput(ABC):
     controls: MouseKeys | None = None
 
     @abstractmethod
-    def open(self, room: OperatingRoom) -> AbstractContextManager[OrderedPoses]:
-        """Open it in this room; DeviceError or ValueError when that cannot be done."""
+    def open(self, patient: PatientScene) -> AbstractContextManager[OrderedPoses]:
+        """Open it for this patient; DeviceError or ValueError when that cannot be."""
 
     def placed(self, registration: Registration) -> None:
         """Hear where the poses lie in the patient, before any becomes a sample."""
@@ -47,7 +47,7 @@ class FlightInput(ABC):
 
 
 def in_the_patient() -> Registration:
-    """Give the registration of poses that are in the patient's frame already."""
+    """Return the registration of poses that are in the patient's frame already."""
     return Registration(np.eye(4), 0.0, np.zeros(0))
 
 

@@ -23,7 +23,7 @@ from devices.controls.keyboard import HELP, MouseKeys
 from devices.controls.steered_scope import Handset, SteeredArm
 from devices.controls.steering import Steering
 from paravol.inputs.flight_input import FlightInput, framed_hand, in_the_patient
-from paravol.patient import OperatingRoom
+from paravol.patient import PatientScene
 from scenarios import Scenario, shaft_clearance
 from scenarios.session import SHAFT_CHECKED_MM
 
@@ -42,16 +42,16 @@ TOUCH_MM = 0.15
 it is no pressure (`scenarios.scoring.PRESSURE_MM`)."""
 
 
-def nostril_fulcrum(room: OperatingRoom, path: ProbePath) -> Fulcrum:
-    """Give the fulcrum of the nostril that the exercise's path enters.
+def nostril_fulcrum(patient: PatientScene, path: ProbePath) -> Fulcrum:
+    """Return the fulcrum of the nostril that the exercise's path enters.
 
     In a patient's own head, whose anatomy has no names, it is where the case says.
     """
-    if room.way_in is not None:
-        return Fulcrum(room.way_in.pivot_mm, room.way_in.axis)
+    if patient.way_in is not None:
+        return Fulcrum(patient.way_in.pivot_mm, patient.way_in.axis)
     side = "right" if path.tip_mm[0, 0] < 0.0 else "left"
     nostril, recess = f"nostril, {side}", f"sphenoethmoidal recess, {side}"
-    place = room.positions((nostril, recess))
+    place = patient.positions((nostril, recess))
     return Fulcrum(place[nostril], place[recess] - place[nostril])
 
 
@@ -65,16 +65,16 @@ class _HandInput(FlightInput):
         self._path = path
         self._handset = handset
         self._steering = Steering()
-        self.aim = framed_hand()
+        self.completer = framed_hand()
         self.registration = in_the_patient()
 
-    def open(self, room: OperatingRoom) -> AbstractContextManager[SteeredArm]:
+    def open(self, patient: PatientScene) -> AbstractContextManager[SteeredArm]:
         """Put the scope's tip into the nostril."""
-        fulcrum = nostril_fulcrum(room, self._path)
+        fulcrum = nostril_fulcrum(patient, self._path)
         # a steep way in leaves less room for a cone that must not reach the vertical
         aside_deg = math.degrees(math.acos(min(abs(float(fulcrum.axis[2])), 1.0)))
         cone_deg = min(LIMITS.cone_deg, aside_deg - UPRIGHT_DEG)
-        distance = room.surface.distance
+        distance = patient.surface.distance
 
         def gap_mm(frame: NDArray[np.float64]) -> float:
             return shaft_clearance(

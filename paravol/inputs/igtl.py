@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from devices.registration.registration_file import RegistrationRecord
-from paravol.flight import OrderedPoses
 from paravol.inputs.flight_input import FlightInput, framed_hand, in_the_patient
-from paravol.patient import OperatingRoom
+from paravol.inputs.pose_sources import OrderedPoses
+from paravol.patient import PatientScene
 from paravol.registration.at_start import TippedPoses, tracker_record
 from scenarios import Scenario
 
@@ -40,12 +40,12 @@ class LinkInput(FlightInput):
         self._tool = tool
         self.name = f"OpenIGTLink {host}:{port}"
         self.keys = {"← →": "turn the light post"}
-        self.aim = framed_hand(self.registration.world_from_device)
+        self.completer = framed_hand(self.registration.world_from_device)
 
     @contextmanager
-    def open(self, room: OperatingRoom) -> Iterator[OrderedPoses]:
+    def open(self, patient: PatientScene) -> Iterator[OrderedPoses]:
         """Connect to the peer."""
-        # Its library is loaded only by whoever flies with it.
+        # Imported here: only this input needs the library.
         from devices.openigtlink import OpenIGTLinkSource
 
         with OpenIGTLinkSource(*self._address, self._tool) as source:

@@ -5,7 +5,6 @@ from pathlib import Path
 from devices import ProbePath
 from disk import UserError
 from paravol.inputs.flight_input import FlightInput
-from paravol.inputs.peer_address import peer_address
 from scenarios import Scenario
 
 FORMS = "mouse, emulator, gamepad[:FILE], recording:FILE or igtl:HOST:PORT[:TOOL]"
@@ -76,3 +75,15 @@ def choose_input(
 
             return LinkInput(*peer_address("--input", address), scenario, registration)
     raise UserError(f"--input must be {FORMS}; got {words!r}.")
+
+
+def peer_address(option: str, text: str) -> tuple[str, int, str | None]:
+    """Read HOST:PORT[:TOOL]; ValueError, in one sentence, naming the option."""
+    host, _, rest = text.partition(":")
+    port, _, tool = rest.partition(":")
+    if not (host and port.isascii() and port.isdigit() and 0 < int(port) < 65536):
+        raise UserError(
+            f"{option} igtl needs HOST:PORT, such as igtl:localhost:18944; "
+            f"got {text!r}."
+        )
+    return host, int(port), tool or None

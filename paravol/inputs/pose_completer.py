@@ -1,18 +1,33 @@
 """The channel beside the arm: it completes a pose with roll and the second tool."""
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 
 from devices import Pose, ProbePath
+from devices.controls.pedals import Button, ButtonEvent, Debouncer
 from devices.controls.roll import HorizonRoll, RollSource
 from scenarios import Sample
+from scenarios.bundle import EventRecord
 
 PATH_PEDAL = 2
 """Button bit that is down while a recorded path is being flown."""
 
 AWAY_MM = np.array([0.0, -400.0, -400.0])
-"""Where a second tool waits that nobody holds: far in front of the face."""
+"""Where an absent second tool is placed: far in front of the face."""
+
+
+PEDAL_NAMES = {Button.RIGHT_PEDAL: "right pedal", Button.LEFT_PEDAL: "left pedal"}
+
+
+class PoseCompleter(Protocol):
+    """Adds the second channel to poses: roll and the second tool."""
+
+    def complete(self, pose: Pose) -> Sample:
+        """Join a pose with the second channel's state at its time."""
+        ...
 
 
 @dataclass(slots=True)
@@ -34,9 +49,9 @@ class PathChannel:
 
 @dataclass(slots=True)
 class HandChannel:
-    """Serve a free hand: roll from whoever knows it, no second tool.
+    """Serve a free hand: roll from a source, no second tool.
 
-    Where nobody knows the roll for the moment, the last one is held, at first 0.
+    While the source does not know the roll, the last one is held, at first 0.
     """
 
     roll: RollSource = field(default_factory=HorizonRoll)
@@ -58,6 +73,44 @@ class HandChannel:
             np.array([0.0, 1.0, 0.0]),
             pose.buttons,
         )
+
+
+@dataclass(slots=True)
+class KeyboardRoll:
+    """Turn the light post by hand, on top of what a channel says.
+
+    turn_deg may be changed at any time, from any thread.
+    """
+
+    completer: PoseCompleter
+    turn_deg: float = 0.0
+
+    def complete(self, pose: Pose) -> Sample:
+        """Join a pose with the channel and the hand's turn."""
+        sample = self.completer.complete(pose)
+        return replace(sample, roll_deg=sample.roll_deg + self.turn_deg)
+
+
+@dataclass(slots=True)
+class PedalListener:
+    """Pass samples on and report every press and release, with its sample."""
+
+    completer: PoseCompleter
+    on_event: Callable[[ButtonEvent, Sample], None]
+    _debouncer: Debouncer = field(default_factory=Debouncer)
+
+    def complete(self, pose: Pose) -> Sample:
+        """Complete a pose and report the edges of its buttons."""
+        sample = self.completer.complete(pose)
+        for event in self._debouncer.feed_pose(pose):
+            self.on_event(event, sample)
+        return sample
+
+
+def pedal_record(event: ButtonEvent, time_s: float) -> EventRecord:
+    """Describe an edge for the recording; time_s is that of the session."""
+    edge = "down" if event.is_down else "up"
+    return EventRecord(time_s, "button", f"{PEDAL_NAMES[event.button]} {edge}")
 
 
 def _sample(pose: Pose, time_s: float, path: ProbePath, at_s: float) -> Sample:

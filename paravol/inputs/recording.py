@@ -10,14 +10,14 @@ from devices import Pose, ProbePath, Registration, load_probe_path
 from devices.recording.player import RecordedArm
 from disk import UserError
 from paravol.inputs.flight_input import FlightInput, in_the_patient
-from paravol.patient import OperatingRoom
+from paravol.patient import PatientScene
 from scenarios import Sample, tip_frame
 from scenarios.bundle import SampleRecord, read_session
 
 
 @dataclass(slots=True)
 class RecordedSamples:
-    """Give back the recorded sample that a played pose belongs to, bit by bit."""
+    """Return the recorded sample that a played pose belongs to, bit by bit."""
 
     by_time: dict[float, Sample]
 
@@ -42,15 +42,15 @@ class RecordingInput(FlightInput):
             self.has_instrument = True
         poses = [_pose_of(sample) for sample in samples]
         # Refused now, while nothing slow has begun.
-        RecordedArm(poses, name=str(file), is_paused=True).close()
+        RecordedArm(poses, name=str(file)).close()
         self._file = file
         self._poses = poses
-        self.aim = RecordedSamples({sample.time_s: sample for sample in samples})
+        self.completer = RecordedSamples({sample.time_s: sample for sample in samples})
         self.until_s = samples[-1].time_s
 
-    def open(self, room: OperatingRoom) -> AbstractContextManager[RecordedArm]:
+    def open(self, patient: PatientScene) -> AbstractContextManager[RecordedArm]:
         """Begin to play; ValueError when it was flown through another head."""
-        if self._surface_sha256 not in (None, room.surface_sha256):
+        if self._surface_sha256 not in (None, patient.surface_sha256):
             raise UserError(
                 f"{self._file} was flown through another head than this scenario's; "
                 "choose the scenario it was recorded with."

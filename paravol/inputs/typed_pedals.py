@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from devices import Pose
 from disk import UserError
-from paravol.flight import OrderedPoses
+from paravol.inputs.pose_sources import OrderedPoses
 from paravol.registration.walk import MEASURE_PEDAL, REDO_PEDAL
 
 HELP = (
@@ -26,7 +26,7 @@ _READ_BYTES = 4096
 
 
 def typed_in_terminal() -> str | None:
-    """Return what was typed since the last call, None when nobody can type any more.
+    """Return what was typed since the last call, None at the end of the input.
 
     Nothing waits in a buffer of ours, so that a later question finds its answer.
     """

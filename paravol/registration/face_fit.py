@@ -37,7 +37,7 @@ ROUNDS = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FaceFit:
-    """Say where the face lies and how well.
+    """Where the face lies and how well it fits.
 
     patient_from_face: 4x4. landmark_rms_mm: at the landmarks, before refining.
     surface_rms_mm: of the points that are face. used: their share.
@@ -114,5 +114,5 @@ def register_face(
 
 
 def _spread(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Take points evenly through the list, the same ones every time."""
+    """Return points spread evenly through the list, always the same ones."""
     return vertices[:: max(len(vertices) // MOST_POINTS, 1)]

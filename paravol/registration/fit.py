@@ -17,12 +17,12 @@ from devices.registration.consistency import (
     LandmarkConsistency,
     landmark_consistency,
 )
-from devices.registration.held_point import HeldPoint
-from devices.registration.pivot import PivotCalibration
-from devices.registration.registration_error import (
+from devices.registration.fiducial_fit import (
     RegistrationError,
     RegistrationReason,
 )
+from devices.registration.held_point import HeldPoint
+from devices.registration.pivot import PivotCalibration
 from devices.registration.registration_file import (
     Agreement,
     PivotRecord,
@@ -65,7 +65,7 @@ class Fit:
     targets_mm: dict[str, float]
     """Expected error of the tool at each target, rms."""
     surface_rms_mm: float
-    agreement: Agreement
+    agreement: Agreement | None = None
 
 
 def fit_registration(
@@ -167,17 +167,19 @@ def describe_registration(
     fit: Fit,
     touched: Touched,
     landmarks: dict[str, NDArray[np.float64]],
-    arm: ArmDescription,
+    *,
+    serial: str,
+    model: str,
     head: str,
 ) -> RegistrationRecord:
-    """Gather what is written to the file."""
+    """Return what is written to the file; the device is told by serial and model."""
     pivot = touched.pivot
     names = list(landmarks)
     return RegistrationRecord(
         world_from_device=tuple(fit.registration.world_from_device.ravel().tolist()),
         tip_mm=_triple(np.zeros(3) if pivot is None else pivot.tip_mm),
-        arm_serial=arm.identity.serial,
-        arm_model=arm.identity.model,
+        arm_serial=serial,
+        arm_model=model,
         head=head,
         created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         landmarks=tuple(

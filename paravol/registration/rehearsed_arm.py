@@ -17,7 +17,7 @@ from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.in_memory import DrivenClock, MemoryLine, SystemClock
 from devices.microscribe.emulator.placement import place_arm
 from devices.microscribe.emulator.rehearsed_arm import RehearsedArm
-from devices.microscribe.kinematics.error_model import BuiltArm
+from devices.microscribe.kinematics.error_model import KinematicErrorModel
 from devices.microscribe.kinematics.jacobian import PARAMETER_NAMES
 from devices.microscribe.kinematics.profiles import DX40937, ArmProfile
 from devices.microscribe.kinematics.uncertainty import ParameterSpread
@@ -39,7 +39,7 @@ class RehearsedTruth:
     """What nobody knows of a real arm."""
 
     profile: ArmProfile
-    built: BuiltArm
+    built: KinematicErrorModel
     device_from_world: NDArray[np.float64]
     held_angles: NDArray[np.float64]
     """(6,) radians at the begin of the path: elbow and wrist stay on that side."""
@@ -78,7 +78,7 @@ def rehearsed_truth(
     deviation = spread.draw(np.random.default_rng(seed))
     # d 5 is negative: more of it is a longer stylus.
     deviation[PARAMETER_NAMES.index("d 5")] -= LONGER_TIP_MM
-    built = BuiltArm.deviating(profile.geometry, deviation)
+    built = KinematicErrorModel.deviating(profile.geometry, deviation)
     place = _place(profile, path, seed)
     home = profile.encoders.angles(np.array(profile.home_counts))
     tip = place[:3, :3] @ path.tip_mm[0] + place[:3, 3]

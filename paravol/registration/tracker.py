@@ -6,7 +6,6 @@ FLE^2 = FRE^2 n / (n - 2) (Fitzpatrick, West, Maurer 1998), and is never believe
 better than what is planned for. Errors that all landmarks share do not show there.
 """
 
-import datetime
 import math
 from collections.abc import Callable
 
@@ -14,18 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices import register
-from devices.registration.registration_file import (
-    PivotRecord,
-    RegistrationRecord,
-    TouchedLandmark,
-)
-from devices.registration.target_error import (
-    BUDGET_MM,
-    fitzpatrick_rms_mm,
-    refuse_weak_targets,
-)
-from paravol.flight import OrderedPoses
+from devices.registration.registration_file import RegistrationRecord
+from devices.registration.target_error import fitzpatrick_rms_mm, refuse_weak_targets
+from paravol.inputs.pose_sources import OrderedPoses
 from paravol.registration.at_start import TRACKER
+from paravol.registration.fit import Fit, Touched, describe_registration
 from paravol.registration.walk import Guide, RegistrationWalk
 
 LEAST_TOUCH_MM = 0.5
@@ -57,7 +49,6 @@ def register_tracker(
     places = np.stack(list(landmarks.values()))
     fit = register(tips, places, list(landmarks))
     touch_mm = touch_error_mm(fit.residual_rms_mm, len(tips))
-    tip_mm = np.zeros(3) if calibrated is None else calibrated.tip_mm
     tip_error_mm = 0.0
     if calibrated is not None:
         tip_error_mm = math.sqrt(float(np.trace(calibrated.covariance)))
@@ -66,37 +57,10 @@ def register_tracker(
     expected = np.sqrt(at_targets**2 + touch_mm**2 + tip_error_mm**2)
     by_name = dict(zip(targets, expected.tolist(), strict=True))
     refuse_weak_targets(by_name)
-    return RegistrationRecord(
-        world_from_device=tuple(fit.world_from_device.ravel().tolist()),
-        tip_mm=_triple(tip_mm),
-        arm_serial=tool() or "",
-        arm_model=TRACKER,
-        head=head,
-        created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
-        landmarks=tuple(
-            TouchedLandmark(
-                name=name,
-                patient_mm=_triple(landmarks[name]),
-                device_mm=_triple(point.tip_mm),
-                residual_mm=float(residual),
-                shake_mm=point.shake_mm,
-            )
-            for name, point, residual in zip(
-                landmarks, held, fit.residuals_mm, strict=True
-            )
-        ),
-        residual_rms_mm=fit.residual_rms_mm,
-        traced_points=0,
-        surface_rms_mm=0.0,
-        targets=by_name,
-        budget_mm=BUDGET_MM,
-        pivot=None
-        if calibrated is None
-        else PivotRecord(
-            residual_mm=calibrated.residual_mm,
-            condition=calibrated.condition,
-            error_mm=tip_error_mm,
-        ),
+    touched = Touched(held, np.zeros((0, 3)), calibrated)
+    found = Fit(fit, by_name, surface_rms_mm=0.0)
+    return describe_registration(
+        found, touched, landmarks, serial=tool() or "", model=TRACKER, head=head
     )
 
 
@@ -104,8 +68,3 @@ def touch_error_mm(residual_rms_mm: float, count: int) -> float:
     """Return the error of one touch, rms, that ``count`` landmarks' fit speaks for."""
     told = residual_rms_mm * math.sqrt(count / max(count - 2, 1))
     return max(told, LEAST_TOUCH_MM)
-
-
-def _triple(point: NDArray[np.float64]) -> tuple[float, float, float]:
-    x, y, z = point.tolist()
-    return x, y, z

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices import DeviceError, Pose
-from devices.controls.press import PressCollector
+from devices.controls.pedals import PressCollector
 from devices.registration.held_point import HeldPoint, HoldError
 from devices.registration.pivot import (
     FEWEST_POSES,
@@ -19,8 +19,7 @@ from devices.registration.pivot import (
     shifted_to_tip,
 )
 from devices.registration.surface_fit import FEWEST_POINTS
-from paravol.flight import OrderedPoses
-from paravol.inputs.reconnecting_source import LastingPoses
+from paravol.inputs.pose_sources import OrderedPoses, ReconnectingSource
 
 MEASURE_PEDAL = 1
 REDO_PEDAL = 2
@@ -67,12 +66,12 @@ class RegistrationWalk:
     guide: Guide
     tip_mm: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
     """(3,) where the tip is in the frame of the stated tip; `pivot` finds it."""
-    _lasting: LastingPoses = field(init=False)
+    _lasting: ReconnectingSource = field(init=False)
     _was_away: bool = False
     """Whether the arm came back since the last pose was looked at."""
 
     def __post_init__(self) -> None:
-        self._lasting = LastingPoses(
+        self._lasting = ReconnectingSource(
             self.source, LOST_PATIENCE_S, self._lost, self._back
         )
 

@@ -39,7 +39,7 @@ class CameraPath(Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def span_s(self) -> tuple[float, float]:
-        """Get the times of the first and the last key."""
+        """Return the times of the first and the last key."""
         return self.keys[0].time_s, self.keys[-1].time_s
 
 
@@ -84,7 +84,7 @@ def views_along(
 
 
 def _frames(path: CameraPath) -> NDArray[np.float64]:
-    """Give ``(n, 4, 3)`` eye, right, up and forward of all keys.
+    """Return ``(n, 4, 3)`` eye, right, up and forward of all keys.
 
     Where a key's up is parallel to its view, right stays as it was at the key before.
     """

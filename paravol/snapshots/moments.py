@@ -14,7 +14,7 @@ from scenarios import Moment, View
 
 
 @dataclass(slots=True)
-class Keepsake:
+class SelectedFrame:
     """Keep the frame that is nearest to a moment of the flight."""
 
     moment: Moment
@@ -24,7 +24,7 @@ class Keepsake:
     _off_s: float = float("inf")
 
     def offer(self, number: int, view: View, frame: Frame, time_s: float) -> None:
-        """Take the frame if it is nearer than the one that is kept."""
+        """Keep the frame if it is nearer than the one before."""
         off = abs(time_s - self.moment.time_s)
         if off < self._off_s:
             self.view, self.frame = view, frame
@@ -32,7 +32,7 @@ class Keepsake:
 
 
 @dataclass(frozen=True, slots=True)
-class TakenSnapshot:
+class SnapshotReport:
     """Report one snapshot and the live picture's distance from it.
 
     seconds: of the worker, from claim to result. rmse, p99: 8-bit codes.
@@ -48,7 +48,7 @@ class TakenSnapshot:
 
 
 @dataclass(frozen=True, slots=True)
-class ViewAsker:
+class SnapshotRequestFactory:
     """Make requests for what the endoscope sees of one head in one session."""
 
     surface: AirSurface
@@ -65,7 +65,7 @@ class ViewAsker:
         number: int,
         progressive: bool = False,
     ) -> SnapshotRequest:
-        """Ask for a view, exposed and grained as the live frame of that number."""
+        """Request a view, exposed and with the grain of the live frame of a number."""
         tool = self.instrument
         return client.request_scope(
             self.surface,
@@ -80,13 +80,13 @@ class ViewAsker:
 
 
 def take_snapshots(
-    kept: list[Keepsake],
-    asker: ViewAsker,
+    kept: list[SelectedFrame],
+    requests: SnapshotRequestFactory,
     *,
     folder: Path,
     ranks: int,
     progress: Progress,
-) -> list[TakenSnapshot]:
+) -> list[SnapshotReport]:
     """Have every kept view drawn by the ray tracer, with the live frame's gain.
 
     Writes ``NAME.png`` (the snapshot), ``NAME-live.png`` and ``NAME-error.png`` (both
@@ -99,13 +99,13 @@ def take_snapshots(
     client = SnapshotClient(spool, name="paravol demo")
     wanted = [(k, k.view, k.frame) for k in kept if k.view and k.frame]
     jobs = []
-    for keepsake, view, frame in wanted:
-        number = keepsake.number
-        request = asker.request(client, view, gain=frame.gain, number=number)
-        jobs.append((client.submit(request), keepsake, frame))
-    taken = []
+    for selected, view, frame in wanted:
+        number = selected.number
+        request = requests.request(client, view, gain=frame.gain, number=number)
+        jobs.append((client.submit(request), selected, frame))
+    reports = []
     with running_worker(spool, ranks=ranks) as worker:
-        for index, (job, keepsake, frame) in enumerate(jobs):
+        for index, (job, selected, frame) in enumerate(jobs):
 
             def show(share: float, done: int = index) -> None:
                 progress(stage, (done + share) / len(jobs))
@@ -113,7 +113,7 @@ def take_snapshots(
             snapshot = client.wait(job, show, watch=worker.ensure_alive)
             pixels = snapshot.pixels()
             found = difference(frame.pixels, pixels)
-            name = keepsake.moment.name
+            name = selected.moment.name
             file = folder / f"{name.replace(' ', '-')}.png"
             text = {"Title": name, "Software": "PARAVOL", "Job": job}
             save_png(file, pixels, text)
@@ -121,8 +121,8 @@ def take_snapshots(
             error = file.with_stem(f"{file.stem}-error")
             save_comparison(error, frame.pixels, pixels, found, title=name, text=text)
             result = snapshot.result
-            taken.append(
-                TakenSnapshot(
+            reports.append(
+                SnapshotReport(
                     name,
                     file.name,
                     result.seconds["total"],
@@ -133,4 +133,4 @@ def take_snapshots(
                 )
             )
     progress(stage, 1.0)
-    return taken
+    return reports

@@ -20,7 +20,7 @@ FILM = ".mp4"
 
 
 @dataclass(frozen=True, slots=True)
-class Drawn:
+class RenderedPicture:
     """Hold a picture taken from the ray tracer.
 
     pixels: ``(h, w, 3)`` uint8 sRGB. rgba: ``(h, w, 4)`` float32 linear, premultiplied,
@@ -38,7 +38,7 @@ class Drawn:
     apart_mm: float | None = None
 
     @classmethod
-    def of(cls, view: ViewFile, snapshot: Snapshot) -> "Drawn":
+    def of(cls, view: ViewFile, snapshot: Snapshot) -> "RenderedPicture":
         """Read a finished job's files."""
         rgba = snapshot.radiance()
         if rgba.shape[2] == 3:
@@ -52,7 +52,7 @@ class Drawn:
             snapshot.samples(),
         )
 
-    def beside(self, other: "Drawn", apart_mm: float) -> "Drawn":
+    def beside(self, other: "RenderedPicture", apart_mm: float) -> "RenderedPicture":
         """Put the right eye's picture to the right of this one."""
         one, two = self.result, other.result
         errors = [each for each in (one.error, two.error) if each is not None]
@@ -77,7 +77,7 @@ class Drawn:
         )
 
     def text(self) -> dict[str, str]:
-        """Say what was drawn, as metadata of a file."""
+        """Return what was drawn, as metadata of a file."""
         result = self.result
         noise = "" if result.noise is None else f"{result.noise:.6g}"
         pair = {}
@@ -118,22 +118,22 @@ def demand_endings(files: tuple[Path, ...], *, film: bool) -> None:
         raise UserError(f"A picture goes to {', '.join(STILLS)}; got {file}.")
 
 
-def save_drawn(file: Path, drawn: Drawn) -> None:
+def save_picture(file: Path, picture: RenderedPicture) -> None:
     """Write a picture as PNG, OpenEXR or, of its depth, NRRD."""
-    text = drawn.text()
+    text = picture.text()
     match file.suffix.lower():
         case ".png":
-            save_png(file, drawn.pixels, text)
+            save_png(file, picture.pixels, text)
         case ".exr":
             save_exr(
                 file,
-                drawn.rgba,
-                depth_mm=drawn.depth_mm,
-                samples=drawn.samples,
+                picture.rgba,
+                depth_mm=picture.depth_mm,
+                samples=picture.samples,
                 text={f"paravol{key}": value for key, value in text.items()},
             )
         case ".nrrd":
             unit = {"Unit": "mm along the ray; infinite where nothing is"}
-            save_depth_nrrd(file, drawn.depth_mm, text | unit)
+            save_depth_nrrd(file, picture.depth_mm, text | unit)
         case ending:
             raise UserError(f"A picture goes to {', '.join(STILLS)}; got {ending!r}.")

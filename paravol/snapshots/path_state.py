@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from disk import ForeignFileError, UserError, foreign_file, whole_file
-from paravol.snapshots.studio import Fineness, Studio
+from paravol.snapshots.head_scene import HeadScene, RenderSettings
 from paravol.snapshots.view_file import ViewFile
 
 
-def key_of(studio: Studio, view: ViewFile, fineness: Fineness) -> str:
+def key_of(head: HeadScene, view: ViewFile, settings: RenderSettings) -> str:
     """Hash what the paths of a view depend on."""
-    what = (view, studio.surface_sha256, fineness.quality, fineness.samples)
+    what = (view, head.surface_sha256, settings.quality, settings.samples)
     return hashlib.sha256(msgspec.json.encode(what)).hexdigest()
 
 
@@ -43,7 +43,7 @@ def load_state(file: Path, key: str) -> NDArray[np.float64] | None:
         raise UserError(f"{error} To begin anew, remove the file.") from error
     if found != key:
         raise UserError(
-            f"The paths in {file} are of another view, head or fineness; name another "
+            f"The paths in {file} are of another view, head or quality; name another "
             "file, or remove it to begin anew."
         )
     return np.asarray(state)

@@ -1,76 +1,30 @@
 """The snapshot worker as child processes: started, watched, ended."""
 
-import math
 import os
 import signal
 import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 from disk import UserError
+from paravol.snapshots.worker_options import WorkerOptions
 from renderers.art.ranks.transport import TransportError
 from renderers.snapshots.launcher import find_launcher
 
 STOP_S = 5.0
 
 
-@dataclass(frozen=True, slots=True)
-class WorkerOptions:
-    """Say how a worker works; see `paravol worker --help`. None: as it sees fit."""
-
-    ranks: int = 1
-    once: bool = False
-    threads: int | None = None
-    dataflow: str | None = None
-    from_file: bool = False
-    cache_cells: int | None = None
-    lease_s: float | None = None
-    keep_days: float | None = None
-
-    def __post_init__(self) -> None:
-        if self.ranks < 1:
-            raise UserError(f"--ranks must be at least 1, got {self.ranks}")
-        if self.threads is not None and self.threads < 1:
-            raise UserError(f"--threads must be at least 1, got {self.threads}")
-        if self.cache_cells is not None and self.cache_cells < 1:
-            raise UserError(f"--cache-cells must be at least 1, got {self.cache_cells}")
-        if self.lease_s is not None and not 0 < self.lease_s < math.inf:
-            raise UserError(f"--lease must be a positive time, got {self.lease_s:g}")
-        if self.keep_days is not None and not 0 <= self.keep_days < math.inf:
-            raise UserError(f"--keep-days must not be negative, got {self.keep_days}")
-        if self.ranks == 1 and (self.dataflow or self.cache_cells or self.from_file):
-            raise UserError(
-                "--dataflow, --cache-cells and --from-file say how ranks share cells; "
-                "take more --ranks than 1 with them."
-            )
-
-    def words(self) -> list[str]:
-        """Give these options in the words of `python -m renderers.snapshots`."""
-        values = {
-            "--threads": self.threads,
-            "--dataflow": self.dataflow,
-            "--cache-cells": self.cache_cells,
-            "--lease": self.lease_s,
-            "--keep-days": self.keep_days,
-        }
-        words = ["--once"] if self.once else []
-        words += ["--from-file"] if self.from_file else []
-        for name, value in values.items():
-            words += [] if value is None else [name, str(value)]
-        return words
-
-
 def worker_command(spool: Path, options: WorkerOptions) -> list[str]:
-    """Give the command line that serves `spool`.
+    """Return the command line that serves `spool`.
 
     Raises UserError when ranks are wanted and there is no MPI to start them.
     """
+    options.check()
     ranks = options.ranks
     tail = ["renderers.snapshots", "--spool", str(spool), "--parent", str(os.getpid())]
-    tail += options.words()
+    tail += options.arguments()
     if ranks == 1:
         return [sys.executable, "-m", *tail, "--backend", "serial"]
     try:
@@ -95,7 +49,7 @@ class Worker:
 
     @property
     def pid(self) -> int:
-        """Get the process id of the worker or its launcher."""
+        """Return the process id of the worker or its launcher."""
         return self._child.pid
 
     def ensure_alive(self) -> None:
@@ -117,7 +71,7 @@ def running_worker(spool: Path, *, ranks: int, niceness: int = 0) -> Iterator[Wo
     log = spool / "worker.log"
     with log.open("wb") as sink:
         child = subprocess.Popen(
-            worker_command(spool, WorkerOptions(ranks)),
+            worker_command(spool, WorkerOptions(ranks=ranks)),
             stdin=subprocess.PIPE,
             stdout=sink,
             stderr=sink,

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.closing import Closing
+from devices.port import Closing
 from disk import UserError
-from paravol.snapshots.moments import ViewAsker
+from paravol.snapshots.moments import SnapshotRequestFactory
 from paravol.snapshots.rendering_service import Worker, running_worker
 from paravol.snapshots.spool_folder import own_spool
 from renderers.scene import save_png
@@ -27,7 +27,7 @@ PATIENCE_S = 10.0
 
 
 @dataclass(frozen=True, slots=True)
-class KeptMoment:
+class SelectedMoment:
     """Name a frame of the flight that is wanted at high quality."""
 
     time_s: float
@@ -40,25 +40,25 @@ class KeptMoment:
 class MomentPicture:
     """Show a moment's picture as it is now; pixels ``(h, w, 3)`` uint8 sRGB.
 
-    done: the share that is finished; None where nothing more will come, and `told` says
-    where the picture is, or why there is none.
+    done: the share that is finished; None where nothing more will come. `message` says
+    then where the picture is, or why there is none.
     """
 
     time_s: float
     pixels: NDArray[np.uint8] | None
     done: float | None
-    told: str = ""
+    message: str = ""
 
 
 class _ClosedError(Exception):
-    """The desk was closed: nobody waits for the picture."""
+    """The queue was closed: nobody waits for the picture."""
 
 
 @dataclass(slots=True)
 class _Showing:
     """Pass a job's growing picture on, whenever it has grown or come further."""
 
-    moment: KeptMoment
+    moment: SelectedMoment
     growing: GrowingPicture
     show: Callable[[MomentPicture], None]
     done: float = 0.0
@@ -81,7 +81,7 @@ Serving = Callable[[Path], AbstractContextManager[Worker]]
 NICE_WORKER = partial(running_worker, ranks=1, niceness=19)
 
 
-class SnapshotDesk(Closing):
+class SnapshotQueue(Closing):
     """Have moments drawn, one after the other, by a worker of low priority.
 
     The worker starts with the first moment. The live picture comes first: the worker
@@ -90,26 +90,26 @@ class SnapshotDesk(Closing):
 
     def __init__(
         self,
-        asker: ViewAsker,
+        requests: SnapshotRequestFactory,
         folder: Path,
         show: Callable[[MomentPicture], None],
         serving: Serving = NICE_WORKER,
     ) -> None:
-        """Take orders.
+        """Start the queue's thread.
 
-        folder: for the finished pictures. show: told of every change, from the desk's
+        folder: for the finished pictures. show: told of every change, from the queue's
         own thread.
         """
-        self._asker = asker
+        self._requests = requests
         self._folder = folder
         self._show = show
         self._serving = serving
-        self._orders: queue.SimpleQueue[KeptMoment | None] = queue.SimpleQueue()
+        self._orders: queue.SimpleQueue[SelectedMoment | None] = queue.SimpleQueue()
         self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="desk", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="snapshots", daemon=True)
         self._thread.start()
 
-    def draw(self, moment: KeptMoment) -> None:
+    def draw(self, moment: SelectedMoment) -> None:
         """Have a moment drawn after those before it."""
         self._orders.put(moment)
 
@@ -134,8 +134,10 @@ class SnapshotDesk(Closing):
             if moment is not None:
                 self._show(MomentPicture(moment.time_s, None, None, str(error)))
 
-    def _draw(self, client: SnapshotClient, worker: Worker, moment: KeptMoment) -> None:
-        request = self._asker.request(
+    def _draw(
+        self, client: SnapshotClient, worker: Worker, moment: SelectedMoment
+    ) -> None:
+        request = self._requests.request(
             client,
             moment.view,
             gain=moment.gain,
@@ -160,8 +162,7 @@ class SnapshotDesk(Closing):
             file = self._folder / f"moment-{moment.time_s:.2f}.png"
             text = {"Title": f"{moment.time_s:.2f} s", "Software": "PARAVOL"}
             save_png(file, pixels, text)
-            told = os.fspath(file)
-            self._show(MomentPicture(moment.time_s, pixels, None, told))
+            self._show(MomentPicture(moment.time_s, pixels, None, os.fspath(file)))
         except _ClosedError:
             return
         except (OSError, RuntimeError, UserError) as error:

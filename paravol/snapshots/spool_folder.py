@@ -10,7 +10,7 @@ from disk.scratch_folder import scratch_folder
 
 @contextmanager
 def own_spool() -> Iterator[Path]:
-    """Give a spool folder of this process's own, gone afterwards.
+    """Return a spool folder of this process's own, gone afterwards.
 
     It lies in the user's cache, where the next one removes what a killed process left.
     """

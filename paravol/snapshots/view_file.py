@@ -16,8 +16,17 @@ from numpy.typing import ArrayLike
 from disk import UserError, whole_file
 from disk.typed_record import decode_json
 from renderers.scene import Camera, Distortion, Projection
-from renderers.snapshots.deflector_request import DeflectorSpec, to_deflection
-from renderers.snapshots.request import Amount, Axis, Pixels, Point, Positive, Row
+from renderers.snapshots.request import (
+    Amount,
+    Axis,
+    DeflectorSpec,
+    Pixels,
+    Point,
+    Positive,
+    ProjectionName,
+    Row,
+    to_deflection,
+)
 from renderers.snapshots.scene_loader import rigid_pose
 
 T = TypeVar("T")
@@ -67,7 +76,7 @@ class ViewCamera(_Strict, frozen=True):
     axes: tuple[Axis, Axis, Axis] | None = None
     target_mm: Point | None = None
     up: Point | None = None
-    projection: Literal["equidistant", "perspective", "orthographic"] = "equidistant"
+    projection: ProjectionName = "equidistant"
     distortion: tuple[float, float] = (0.0, 0.0)
 
     @classmethod
@@ -77,10 +86,7 @@ class ViewCamera(_Strict, frozen=True):
             msgspec.convert(camera.eye_mm.tolist(), Point),
             camera.extent,
             msgspec.convert(camera.frame[1:].tolist(), tuple[Axis, Axis, Axis]),
-            projection=msgspec.convert(
-                camera.projection.name.lower(),
-                Literal["equidistant", "perspective", "orthographic"],
-            ),
+            projection=msgspec.convert(camera.projection.name.lower(), ProjectionName),
             distortion=(camera.distortion.k1, camera.distortion.k2),
         )
 
@@ -205,3 +211,23 @@ def decoded(path: Path, kind: type[T], word: str) -> T:
             f"be one."
         )
     return decode_json(record, kind, path, f"a {word} file")
+
+
+def both_eyes(view: ViewFile, apart_mm: float) -> list[ViewFile]:
+    """Return the left and the right eye's view: parallel axes, so far apart."""
+    camera = view.to_camera()
+    views = []
+    for sign in (-0.5, 0.5):
+        frame = camera.frame.copy()
+        frame[0] += sign * apart_mm * frame[1]
+        moved = ViewCamera.of(camera.moved(frame))
+        views.append(msgspec.structs.replace(view, camera=moved))
+    return views
+
+
+def exposed(view: ViewFile, gain: float | None) -> ViewFile:
+    """Fix the camera's gain, so that two pictures can be compared."""
+    if not isinstance(view.look, ScopeLook) or gain is None:
+        return view
+    look = msgspec.structs.replace(view.look, gain=gain)
+    return msgspec.structs.replace(view, look=look)

@@ -2,7 +2,6 @@
 
 import math
 from pathlib import Path
-from typing import Literal
 
 import msgspec
 import numpy as np
@@ -10,11 +9,10 @@ from numpy.typing import NDArray
 
 from devices import load_probe_path
 from disk import UserError
-from paravol.case_exercise import exercise_of
-from paravol.patient import OperatingRoom, Progress, prepare_room
-from paravol.session_info import SEED
-from paravol.session_setup import build_session, path_view
-from paravol.snapshots.studio import Studio
+from paravol.case_scenario import scenario_of_case
+from paravol.patient import PatientScene, Progress, load_patient
+from paravol.session_setup import SEED, build_session, path_view
+from paravol.snapshots.head_scene import HeadScene
 from paravol.snapshots.view_file import (
     CaseHead,
     ClassicLook,
@@ -25,7 +23,7 @@ from paravol.snapshots.view_file import (
     ViewCamera,
     ViewFile,
 )
-from renderers.snapshots.request import Row
+from renderers.snapshots.request import ProjectionName, Row
 from scenarios import Sample, Scenario, View, load_scenario
 from scenarios.bundle import FrameRecord, SampleRecord, read_session
 
@@ -36,7 +34,6 @@ GRACE_S = 1.0
 """So long after its end a session or exercise still shows its last view."""
 
 Place = tuple[float, float, float]
-Lens = Literal["equidistant", "perspective", "orthographic"]
 
 
 def session_views(
@@ -45,8 +42,8 @@ def session_views(
     size: int,
     case: Path | None,
     progress: Progress,
-) -> tuple[Studio, list[ViewFile]]:
-    """Give what a session saw at each time, with the camera's gain of then.
+) -> tuple[HeadScene, list[ViewFile]]:
+    """Return what a session saw at each time, with the camera's gain of then.
 
     The newest sample at or before a time counts, before the first one the first. case:
     where the case that was flown through lies now. Raises ValueError for a session that
@@ -73,7 +70,7 @@ def session_views(
             f"{folder} was flown through the case {scenario.head.case}, which is not "
             "there; say with --case where it lies now."
         )
-    room = prepare_room(scenario, progress)
+    room = load_patient(scenario, progress)
     if room.surface_sha256 != info.surface_sha256:
         raise UserError(
             f"{folder} was flown through another head (surface "
@@ -97,22 +94,22 @@ def session_views(
             has_instrument=info.has_instrument,
         )
         views.append(seen)
-    return Studio(room.scene, room.surface_sha256), views
+    return HeadScene(room.scene, room.surface_sha256), views
 
 
 def case_views(
     folder: Path, times_s: NDArray[np.float64], size: int, progress: Progress
-) -> tuple[Studio, list[ViewFile]]:
-    """Give what a scope sees along a case's exercise; ValueError after its end."""
-    scenario, place = load_scenario(str(exercise_of(folder)))
-    room = prepare_room(scenario, progress)
+) -> tuple[HeadScene, list[ViewFile]]:
+    """Return what a scope sees along a case's exercise; ValueError after its end."""
+    scenario, place = load_scenario(str(scenario_of_case(folder)))
+    room = load_patient(scenario, progress)
     path = load_probe_path(place / scenario.path)
     _demand_within(times_s, path.duration_s, folder)
     views = [
         view_of(path_view(scenario, room, path, float(t), (size, size)), scenario, room)
         for t in times_s
     ]
-    return Studio(room.scene, room.surface_sha256), views
+    return HeadScene(room.scene, room.surface_sha256), views
 
 
 def _demand_within(times_s: NDArray[np.float64], end_s: float, folder: Path) -> None:
@@ -132,12 +129,12 @@ def placed_view(
     *,
     up: Place,
     size: int,
-    lens: Lens,
+    lens: ProjectionName,
     half_side_mm: float,
     distortion: tuple[float, float] = (0.0, 0.0),
     classic: bool,
 ) -> ViewFile:
-    """Give the view from a place to a place; ValueError where one cannot look so."""
+    """Return the view from a place to a place; ValueError where one cannot look so."""
     extent = math.radians(FIELD_DEG / 2)
     if lens == "orthographic":
         extent = half_side_mm
@@ -162,7 +159,7 @@ def placed_view(
 def view_of(
     view: View,
     scenario: Scenario,
-    room: OperatingRoom,
+    room: PatientScene,
     *,
     gain: float | None = None,
     number: int = 0,

@@ -8,19 +8,29 @@ and for the interpreter: each enters compiled code once and takes turns there.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.cells.brick_views import BLOCK_COLUMNS, TILE_PX
+from renderers.art.kernels.march_types import (
+    BLOCK_COLUMNS,
+    F32,
+    TILE_PX,
+    BlockMemory,
+    CellView,
+    LensRays,
+    PictureArrays,
+    RayArrays,
+    RaySetUp,
+    ShadeSettings,
+)
 from renderers.art.ranks.rays import RayPacket, tile_order
 from renderers.art.regions import Gather, Region
 
 RAYS_A_BLOCK = BLOCK_COLUMNS * TILE_PX
 _STRIDE = RAYS_A_BLOCK + 1
 
-ROOM = 16
+MOST_WAITING = 16
 """Blocks that wait for cells until a thread ends its turns, to have them fetched."""
 
 
@@ -73,7 +83,7 @@ class Blocks:
         self.limit = min(taken + more, len(self.corners))
 
     def region(self, number: int) -> Region:
-        """Get a block as a region."""
+        """Return a block as a region."""
         return Region(*self.corners[number].tolist())
 
 
@@ -92,47 +102,55 @@ class Strip:
     early: int = 0
 
 
+DrawBlocks = Callable[..., tuple[int, int, int]]
+"""See `renderers.art.kernels.draw_blocks`."""
+
+
 def draw_strip(
-    kernel: Callable[..., tuple[int, int, int]],
+    kernel: DrawBlocks,
     blocks: Blocks,
     who: int,
-    rays: tuple[Any, ...],
-    place: tuple[Any, ...],
-    least_left: np.float32,
+    lens: LensRays,
+    setup: RaySetUp,
     gather: Gather,
-    rest: tuple[Any, ...],
+    look: tuple[CellView, int, ShadeSettings | F32],
     counters: NDArray[np.int64],
     *,
     takes_along: bool,
 ) -> Strip:
     """Draw blocks of a picture until none is left, as thread `who`.
 
-    kernel, rays, place, least_left, rest: as `strips.kernels` has them; counters are
-    the last of the rest. takes_along: rays keep their last samples. What waits is not
-    in the picture; its memory is a strip's.
+    look: cells at hand, shift from voxels to them, what the march needs. takes_along:
+    rays keep their last samples. What waits is not in the picture; its memory is a
+    strip's.
     """
-    rows = ROOM * _STRIDE
-    waiting = np.empty(ROOM, np.int32)
-    geometry = np.empty((rows, 8), np.float32)
-    count = np.empty(rows, np.int32)
+    rows = MOST_WAITING * _STRIDE
     state = np.empty((3, rows, 4), np.float32)
-    cursor, value, carry = state[0].view(np.int32), state[1], state[2]
-    depth = np.empty(rows, np.float32)
-    front = np.empty((rows if takes_along else 0, 4), np.float32)
+    rays = RayArrays(
+        np.empty(0, np.int32),
+        np.empty((rows, 8), np.float32),
+        np.empty(rows, np.int32),
+        state[0].view(np.int32),
+        state[1],
+        state[2],
+        np.empty(rows, np.float32),
+        np.empty((rows if takes_along else 0, 4), np.float32),
+    )
+    memory = BlockMemory(np.empty(MOST_WAITING, np.int32), rays)
     kept, fresh, early = kernel(
         blocks.corners,
         blocks.turns,
         blocks.limit,
         who % 2 > 0,
-        rays,
-        place,
-        least_left,
-        (waiting, geometry, count, cursor, value, carry, depth, front),
-        (gather.value, gather.depth, gather.done),
-        (*rest, counters),
+        lens,
+        setup,
+        memory,
+        PictureArrays(gather.value, gather.depth, gather.done),
+        *look,
+        counters,
     )
     packets = []
-    for k, number in enumerate(waiting[:kept].tolist()):
+    for k, number in enumerate(memory.waiting[:kept].tolist()):
         block = blocks.region(number)
         lone = slice(k * _STRIDE, k * _STRIDE + block.pixels)
         spared = slice(lone.start, lone.stop + 1)
@@ -140,13 +158,13 @@ def draw_strip(
             RayPacket(
                 block,
                 tile_order(block.right - block.left, block.bottom - block.top),
-                geometry[spared],
-                count[lone],
-                cursor[spared],
-                value[spared],
-                carry[spared],
-                depth[lone],
-                front=front[spared],
+                rays.geometry[spared],
+                rays.samples[lone],
+                rays.cursor[spared],
+                rays.value[spared],
+                rays.carry[spared],
+                rays.depth[lone],
+                front=rays.front[spared],
             )
         )
     return Strip(packets, counters, fresh, early)

@@ -5,15 +5,18 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.cells.brick_views import Classification
+from renderers.art.kernels.march_types import Classification
 from renderers.scene import TransferFunction
 
 _BINS = 1024
 """Bins between the first and the last node, at most: 32 kB."""
 
+_DIGITS = 23
+"""Of the larger part of a sum: differences of such parts are exact in float32."""
+
 
 def clear_intervals(transfer_function: TransferFunction) -> NDArray[np.float32]:
-    """Get the intervals of density without any extinction, ``(k, 2)``."""
+    """Return the intervals of density without any extinction, ``(k, 2)``."""
     nodes = np.concatenate([[-np.inf], transfer_function.nodes, [np.inf]])
     kappa = transfer_function.kappa_per_mm
     kappa = np.concatenate([kappa[:1], kappa, kappa[-1:]])
@@ -66,3 +69,28 @@ def classification(transfer_function: TransferFunction) -> Classification:
         np.ascontiguousarray(np.hstack([base[:, :3], spare]), np.float32),
         np.ascontiguousarray(np.hstack([slope[:, :3], spare]), np.float32),
     )
+
+
+def sums_at_nodes(table: Classification) -> NDArray[np.float32]:
+    """Sum extinction, and extinction times colour, over density up to each piece.
+
+    Gives float32 (pieces, 8): extinction, red, green and blue in pairs; the two
+    numbers of a pair add up to the sum, to 48 bits of the largest. Equal sums, over
+    what is clear, are equal bit for bit.
+    """
+    lower, upper, kappa, rise = table.extinction.astype(np.float64).T
+    # Nothing lies before the first node, and nothing goes on from the last piece.
+    width = np.where(np.isfinite(upper), upper - lower, 0.0)
+    ends = kappa + rise * width
+    color = table.color[:, :3].astype(np.float64)
+    color_end = color + table.color_slope[:, :3] * width[:, None]
+    mean = 0.5 * (kappa + ends)
+    light = mean[:, None] * 0.5 * (color + color_end)
+    light += ((ends - kappa) / 12)[:, None] * (color_end - color)
+    pieces = np.column_stack([mean, light]) * width[:, None]
+    sums = np.concatenate([np.zeros((1, 4)), np.cumsum(pieces, axis=0)[:-1]])
+    _, exponent = np.frexp(sums.max(axis=0))
+    grain = np.ldexp(1.0, exponent - _DIGITS)
+    large = np.rint(sums / grain) * grain
+    pairs = np.stack([large, sums - large], axis=-1).astype(np.float32)
+    return np.ascontiguousarray(pairs.reshape(-1, 8))

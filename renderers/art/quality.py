@@ -26,10 +26,9 @@ class Quality:
         what its middle has. "integrated": it has what the transfer function says all
         along from the density at its one end to that at its other: jumps and thin
         spikes are met at any step, for more work a step.
-    aim: what integrated steps may leave out, root mean square over lines through the
-        scene of premultiplied linear colour and opacity. Where `step_voxels` would
-        leave more, the step is shortened for that scene, to a sixteenth at most (see
-        `Soundings`). None for that very step.
+    tolerance: what integrated steps may leave out, root mean square over lines through
+        the scene; where `step_voxels` leaves more, steps are shortened for the scene
+        (`step_estimation`). None takes `step_voxels` as it is.
     """
 
     step_voxels: float
@@ -38,19 +37,21 @@ class Quality:
     compact: bool = False
     skip_empty: bool = True
     classification: ClassificationName = "post"
-    aim: float | None = None
+    tolerance: float | None = None
 
     def __post_init__(self) -> None:
         if not 1 / 256 <= self.step_voxels <= 4:
             raise UserError(f"step must be 1/256 to 4 voxels, got {self.step_voxels!r}")
         if not 0 <= self.cutoff < 0.5:
             raise UserError(f"cutoff must be 0 to .5, got {self.cutoff!r}")
-        if self.aim is not None and not 0 < self.aim < 1:
-            raise UserError(f"the aim must be between 0 and 1, got {self.aim!r}")
         if self.classification not in get_args(ClassificationName):
             raise UserError(
                 f"classification must be post or integrated, got "
                 f"{self.classification!r}"
+            )
+        if self.tolerance is not None and not 0 < self.tolerance < 1:
+            raise UserError(
+                f"the tolerance must be between 0 and 1, got {self.tolerance!r}"
             )
 
     @classmethod
@@ -65,12 +66,12 @@ class Quality:
 
 QUALITIES = {
     "preview": Quality(
-        1.0, 1 / 255, compact=True, classification="integrated", aim=2.2e-3
+        1.0, 1 / 255, compact=True, classification="integrated", tolerance=2.2e-3
     ),
     "snapshot": Quality(
-        0.5, 1 / 1024, compact=True, classification="integrated", aim=1e-3
+        0.5, 1 / 1024, compact=True, classification="integrated", tolerance=1e-3
     ),
-    "final": Quality(0.25, 1e-4, classification="integrated", aim=5e-4),
+    "final": Quality(0.25, 1e-4, classification="integrated", tolerance=5e-4),
     "reference": Quality(1 / 32, 0.0, classification="integrated"),
 }
 """Named settings, for pictures within an RMSE of 4e-3, 1.5e-3 and 5e-4. A cutoff is at

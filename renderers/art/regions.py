@@ -28,12 +28,12 @@ class Region:
 
     @property
     def rows(self) -> slice:
-        """Get the rows as a slice."""
+        """Return the rows as a slice."""
         return slice(self.top, self.bottom)
 
     @property
     def columns(self) -> slice:
-        """Get the columns as a slice."""
+        """Return the columns as a slice."""
         return slice(self.left, self.right)
 
     @property
@@ -50,7 +50,7 @@ STRIP_PX = 8
 
 
 def skew_of(ranks: int) -> int:
-    """Get the shift of the deal from one row of regions to the next.
+    """Return the shift of the deal from one row of regions to the next.
 
     About .618 of the ranks, and without a common divisor, so that the shifted rows run
     through all ranks.
@@ -62,7 +62,7 @@ def skew_of(ranks: int) -> int:
 
 
 def curve_key(column: int, row: int) -> int:
-    """Get a square's number along the Morton curve: near on it, near on the screen."""
+    """Return a square's number on the Morton curve: near there is near on screen."""
     key = 0
     for bit in range(max(column, row).bit_length()):
         key |= (column >> bit & 1) << 2 * bit | (row >> bit & 1) << 2 * bit + 1
@@ -70,7 +70,7 @@ def curve_key(column: int, row: int) -> int:
 
 
 def region_edge(ranks: int) -> int:
-    """Get the pixels along a region that suit a number of ranks."""
+    """Return the pixels along a region that suit a number of ranks."""
     return LONE_REGION_PX if ranks == 1 else REGION_PX
 
 
@@ -94,7 +94,7 @@ def deal_regions(
     edge: int | None = None,
     finished: NDArray[np.bool_] | None = None,
 ) -> list[Region]:
-    """Get the regions of one rank, in skewed cyclic order.
+    """Return the regions of one rank, in skewed cyclic order.
 
     edge: pixels along a region; None for what suits the number of ranks. finished: the
     regions that nobody need draw, as `finished_squares` tells them.

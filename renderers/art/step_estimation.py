@@ -1,17 +1,12 @@
-"""What steps of a length leave out of pictures of a scene, and the step that will do.
+"""Estimate what steps of a length leave out of pictures of a scene; choose the step.
 
-A segment takes the density between its two ends for a straight line. It is not: the
-interpolant bends within a cube of voxels and has kinks between them, the more the
-coarser the grid is beside what it shows, and a steep transfer function makes much of
-it. So a step of one voxel, which serves for walls, leaves four times the error where
-bone is seen through tissue. What it leaves falls with the square of the step, in
-colour and in opacity, with lights and without (suite `art-classification`), so that it
-can be foretold: from lines cast through the scene, in steps of a voxel, of a half and
-of a quarter. Where the transfer function shows a shell far thinner than a voxel it
-falls more slowly at first: a segment in which the density bends meets the shell at
-another slope than its own, and takes it for thicker or thinner by as much, however
-short it is, until it is shorter than the shell. There finer lines are cast, until they
-tell.
+An integrated segment takes the density between its two ends for a straight line. It is
+none: the interpolant bends within a cube of voxels and has kinks between them. A step
+of a voxel serves for walls and leaves four times the error where bone is seen through
+tissue. The error falls with the square of the step, in colour and in opacity, lit or
+not, so that it is extrapolated from lines cast through the scene in steps of a voxel, a
+half and a quarter. Where the transfer function shows a shell far thinner than a voxel
+it falls more slowly until steps are shorter than the shell; finer lines are cast there.
 """
 
 import math
@@ -20,9 +15,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.classification import classification, clear_intervals
-from renderers.art.integrated_march import sums_at_nodes
-from renderers.art.kernels.composite_lines import composite_lines
+from renderers.art.classification import (
+    classification,
+    clear_intervals,
+    sums_at_nodes,
+)
+from renderers.art.kernels.composite_lines import LineArrays, composite_lines
 from renderers.art.quality import Quality
 from renderers.scene import Scene, Volume
 
@@ -63,7 +61,7 @@ _DRAWS = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Soundings:
+class StepErrors:
     """Hold what steps of a voxel and of half a voxel leave out.
 
     Each an error: root mean square over lines that show something, of premultiplied
@@ -77,11 +75,11 @@ class Soundings:
     finer: tuple[float, ...] = ()
 
     @classmethod
-    def of(cls, scene: Scene, aim: float = 1.0) -> "Soundings":
+    def of(cls, scene: Scene, tolerance: float = 1.0) -> "StepErrors":
         """Cast lines through a scene, the same for each scene of a size.
 
-        aim: error that is asked for; finer lines are cast until they leave no more,
-        where what is left falls too slowly to be foretold.
+        tolerance: where what is left falls too slowly to be extrapolated, finer lines
+            are cast until they leave no more than this.
         """
         cast = _Caster(scene)
         whole, half, light = (cast(step) for step in (1.0, 0.5, 0.25))
@@ -90,37 +88,37 @@ class Soundings:
             return cls(0.0, 0.0)
         # of second order: of the half, a quarter is left in the finest
         left = _rms((half - light)[shown]) * 4 / 3
-        sounded = cls(_rms((whole - light)[shown]), left)
+        errors = cls(_rms((whole - light)[shown]), left)
         step, lines = 0.125, np.flatnonzero(shown)
         fewer = max(len(lines) // _CHANGING, FEWEST)
         change = np.zeros(len(light))
-        while step >= FINEST and sounded.falls_slowly and sounded.least > aim:
+        while step >= FINEST and errors.falls_slowly and errors.least > tolerance:
             finer = cast(step, lines)
             change /= _FALL
             change[lines] = np.mean((finer - light[lines]) ** 2, axis=1)
             left = 4 / 3 * math.sqrt(float(np.mean(change[shown])))
-            left = min(left, sounded.least)
-            sounded = replace(sounded, finer=(*sounded.finer, left))
+            left = min(left, errors.least)
+            errors = replace(errors, finer=(*errors.finer, left))
             light[lines] = finer
             # the same ones from now on
             if len(lines) > fewer:
                 lines = np.argsort(-change, kind="stable")[:fewer]
             step /= 2
-        return sounded
+        return errors
 
     @property
     def least(self) -> float:
-        """Get the error of the shortest steps that were tried."""
+        """Return the error of the shortest steps that were tried."""
         return self.finer[-1] if self.finer else self.half
 
     @property
     def falls_slowly(self) -> bool:
-        """Tell whether the last halving took off less than is to be expected."""
+        """Return whether the last halving took off less than is to be expected."""
         before, last = (self.whole, self.half, *self.finer)[-2:]
         return last > NOTHING and before < 2**STEEPLY * last
 
     def error(self, step_voxels: float) -> float:
-        """Foretell what steps of a length leave."""
+        """Return the error that steps of a length leave."""
         if self.whole <= 0 or self.half <= 0:
             return max(self.whole, self.half)
         known = self.whole, self.half, *self.finer
@@ -134,26 +132,26 @@ class Soundings:
         return float(known[k + 1] * 2 ** (order * (k + 1 - halvings)))
 
     def step(self, quality: Quality) -> float:
-        """Give the longest step that leaves no more than a quality aims at.
+        """Return the longest step that leaves no more than a quality tolerates.
 
         In voxels. The shortest of `RUNGS` where even that leaves more.
         """
         steps = [quality.step_voxels * rung for rung in RUNGS]
-        if quality.aim is None:
+        if quality.tolerance is None:
             return steps[0]
-        enough = (step for step in steps if self.error(step) <= quality.aim)
+        enough = (step for step in steps if self.error(step) <= quality.tolerance)
         return next(enough, steps[-1])
 
 
-def settled(scene: Scene, quality: Quality) -> Quality:
-    """Give a quality the step that it takes in a scene, and no aim.
+def with_estimated_step(scene: Scene, quality: Quality) -> Quality:
+    """Return a quality the step that it takes in a scene, and no tolerance.
 
     The same on each machine that draws a part of the picture, and for each view.
     """
-    if quality.aim is None or quality.classification != "integrated":
-        return replace(quality, aim=None)
-    sounded = Soundings.of(scene, quality.aim)
-    return replace(quality, step_voxels=sounded.step(quality), aim=None)
+    if quality.tolerance is None or quality.classification != "integrated":
+        return replace(quality, tolerance=None)
+    errors = StepErrors.of(scene, quality.tolerance)
+    return replace(quality, step_voxels=errors.step(quality), tolerance=None)
 
 
 def _rms(difference: NDArray[np.float64]) -> float:
@@ -179,20 +177,17 @@ class _Caster:
         """Cast all lines, or those of some numbers, in steps of so many voxels."""
         lines = self._lines
         if chosen is not None:
-            lines = lines[0][chosen], lines[1][chosen], lines[2][chosen]
-        light = np.zeros((len(lines[0]), 4))
+            lines = LineArrays(*(array[chosen] for array in lines))
+        light = np.zeros((len(lines.start), 4))
         composite_lines(
-            self._values, *lines, step_voxels * self._unit_mm, CUTOFF, self._table,
+            self._values, lines, step_voxels * self._unit_mm, CUTOFF, self._table,
             self._sums, light,
         )  # fmt: skip
         return light
 
 
-Lines = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
-
-
-def _lines(volume: Volume, clear: NDArray[np.float32]) -> Lines:
-    """Draw lines, as `composite_lines` takes them.
+def _lines(volume: Volume, clear: NDArray[np.float32]) -> LineArrays:
+    """Draw lines at random, half of them from where the scene is clear.
 
     Sums, products and roots only, which no two processors round differently.
     """
@@ -216,4 +211,5 @@ def _lines(volume: Volume, clear: NDArray[np.float32]) -> Lines:
         ends = np.stack([-begin / way, (top - begin) / way])
     near = ends.min(axis=0).max(axis=1)
     near[len(through) :] = 0
-    return begin + near[:, None] * way, way, ends.max(axis=0).min(axis=1) - near
+    length = ends.max(axis=0).min(axis=1) - near
+    return LineArrays(begin + near[:, None] * way, way, length)

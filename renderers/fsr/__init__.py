@@ -5,14 +5,14 @@
 
 from typing import TYPE_CHECKING
 
-from renderers.fsr.composed_splats import render_among
 from renderers.fsr.fuzzy_set import (
     FuzzySet,
     Inclusion,
     extract_fuzzy_set,
     update_fuzzy_set,
 )
-from renderers.fsr.renderer import FuzzySetRenderer
+from renderers.fsr.renderer import FuzzySetRenderer, render_among
+from renderers.fsr.splats import SplatMode, Traversal
 
 if TYPE_CHECKING:
     from renderers.fsr.actor import SplatActor
@@ -31,6 +31,8 @@ __all__ = [
     "FuzzySetRenderer",
     "Inclusion",
     "SplatActor",
+    "SplatMode",
+    "Traversal",
     "extract_fuzzy_set",
     "render_among",
     "update_fuzzy_set",

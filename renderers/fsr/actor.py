@@ -1,4 +1,4 @@
-"""The display list as a VTK actor, for any pyvista or VTK scene.
+"""Splats as a VTK actor, for any pyvista or VTK scene.
 
 Splats are drawn far to near by VTK's Gaussian points with plain alpha blending; then
 their opaque middles once more, for the depth alone. VTK's own order-independent
@@ -7,8 +7,6 @@ ignores the order, and far walls show through near ones.
 """
 
 import math
-import subprocess
-import sys
 from typing import Any
 
 import numpy as np
@@ -29,18 +27,12 @@ from vtkmodules.vtkRenderingOpenGL2 import (
     vtkOpenGLPointGaussianMapper,
 )
 
-from renderers.fsr.display_list import build_display_list, sorted_by_distance
-from renderers.fsr.footprint import CUT_SIGMAS, SIGMA_PER_SPACING
 from renderers.fsr.fuzzy_set import FuzzySet
-from renderers.fsr.lit_splats import lit_splats
+from renderers.fsr.kernels.footprint import CUT, SIGMA_PER_SPACING
+from renderers.fsr.splats.set_view import SplatMode, view_set
+from renderers.fsr.splats.shaded_set import ShadedSet
+from renderers.fsr.splats.splat_list import far_to_near, list_splats
 from renderers.scene import Camera, Projection, Scene, srgb_from_linear
-
-_PROBE = (
-    "from vtkmodules.vtkRenderingCore import vtkRenderWindow;"
-    "import vtkmodules.vtkRenderingOpenGL2;"
-    "w = vtkRenderWindow(); w.SetOffScreenRendering(1); w.SetSize(8, 8);"
-    "w.Render(); raise SystemExit(0 if w.SupportsOpenGL() else 1)"
-)
 
 _FOOTPRINT = (
     "//VTK::Color::Impl\n"
@@ -62,24 +54,6 @@ LEAST_PEAK = 0.25
 """Splats with less opaque middles leave no depth: a few of them in a row are clear."""
 
 
-def opengl_works(timeout_s: float = 60.0) -> bool:
-    """Try an off-screen window in a child process.
-
-    Without an OpenGL library VTK ends the process that opens one, so never this one.
-    """
-    try:
-        child = subprocess.run(
-            [sys.executable, "-c", _PROBE],
-            timeout=timeout_s,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        return False
-    return child.returncode == 0
-
-
 class SplatActor(vtkActor):
     """Show a fuzzy set; `show_in` keeps its order with the camera.
 
@@ -98,25 +72,23 @@ class SplatActor(vtkActor):
                 f"{type(fuzzy_set).__name__} and {type(scene).__name__}: call "
                 "SplatActor(extract_fuzzy_set(scene), scene)"
             )
-        self._rows = fuzzy_set.rows
-        spacing = float(np.max(scene.volume.spacing_mm))
-        self._margin = CUT_SIGMAS * SIGMA_PER_SPACING * spacing
+        self._shaded = ShadedSet(fuzzy_set, scene)
         position = fuzzy_set.rows.centers_mm().astype(np.float32)
-        colors = _encoded(lit_splats(fuzzy_set, scene))
+        colors = _encoded(self._shaded.straight_rgba())
         self.data = vtkPolyData()
         points = vtkPoints()
         points.SetData(_copied(position))
         self.data.SetPoints(points)
         self.data.GetPointData().SetScalars(_copied(colors))
         self.data.SetVerts(_cells(np.arange(len(position))))
-        sigma = SIGMA_PER_SPACING * spacing
+        sigma = SIGMA_PER_SPACING * self._shaded.widest_mm
         self.depth_part = vtkActor()
         self.depth_part.PickableOff()
         keys = vtkInformation()
         keys.Set(vtkOpenGLActor.GLDepthMaskOverride(), 1)
         self.depth_part.SetPropertyKeys(keys)
         middle = _MIDDLE.format(least=LEAST_PEAK)
-        _draw_points(self, self.data, sigma, _FOOTPRINT.format(cut2=CUT_SIGMAS**2))
+        _draw_points(self, self.data, sigma, _FOOTPRINT.format(cut2=CUT**2))
         _draw_points(self.depth_part, self.data, sigma, middle)
         self.drawn = 0
         self.reordered = 0
@@ -140,10 +112,10 @@ class SplatActor(vtkActor):
         self._follow(renderer, "")
 
     def update(self, camera: Camera) -> None:
-        """Cull and order for a view; positions and colours stay as they are."""
-        shown = build_display_list(self._rows, camera, self._margin)
-        index = sorted_by_distance(shown, self._rows, camera).index
-        self.data.SetVerts(_cells(_hidden_first(index, len(self._rows))))
+        """Cull and sort for a view; positions and colours stay as they are."""
+        seen = view_set(self._shaded, camera, SplatMode.GAUSSIAN)
+        index = far_to_near(list_splats(seen, seen.all_tiles))
+        self.data.SetVerts(_cells(_hidden_first(index, len(self._shaded))))
         self.data.Modified()
         self.drawn = len(index)
         self.reordered += 1
@@ -162,7 +134,7 @@ class SplatActor(vtkActor):
 
 
 def camera_of(renderer: vtkRenderer) -> Camera:
-    """Give the view of a renderer's camera, for its present size in pixels."""
+    """Return the view of a renderer's camera, for its present size in pixels."""
     eye = renderer.GetActiveCamera()
     width, height = renderer.GetSize()
     forward = np.array(eye.GetDirectionOfProjection())
@@ -187,7 +159,7 @@ def _draw_points(
     mapper = vtkOpenGLPointGaussianMapper()
     mapper.SetInputData(data)
     mapper.SetScaleFactor(sigma_mm)
-    mapper.SetBoundScale(CUT_SIGMAS)
+    mapper.SetBoundScale(CUT)
     mapper.SetSplatShaderCode(code)
     mapper.EmissiveOff()
     mapper.SetScalarModeToUsePointData()
@@ -228,7 +200,7 @@ def _copied(array: NDArray[Any]) -> vtkDataArray:
 
 
 def _encoded(rgba: NDArray[np.float64]) -> NDArray[np.uint8]:
-    """Give straight sRGB and opacity bytes ``(n, 4)``."""
+    """Return straight sRGB and opacity bytes ``(n, 4)``."""
     shown = np.concatenate([srgb_from_linear(rgba[:, :3]), rgba[:, 3:]], axis=1)
     encoded: NDArray[np.uint8] = (shown * 255 + 0.5).astype(np.uint8)
     return encoded

@@ -33,7 +33,7 @@ MOST_REFINED = 4
 def displaced_normals(
     normals: NDArray[np.float64], jacobian: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Give the unit normals ``J^T n`` of moved surfaces; both ``(n, 3)``."""
+    """Return the unit normals ``J^T n`` of moved surfaces; both ``(n, 3)``."""
     moved = np.einsum("nji,nj->ni", jacobian, normals)
     length = np.linalg.norm(moved, axis=1, keepdims=True)
     return np.asarray(moved / np.maximum(length, 1e-300))
@@ -42,7 +42,7 @@ def displaced_normals(
 def displaced_covariances(
     covariances: NDArray[np.float64], jacobian: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Give ``F S F^T`` with F the inverse of J = dq/dx, ``(n, 3, 3)`` each."""
+    """Return ``F S F^T`` with F the inverse of J = dq/dx, ``(n, 3, 3)`` each."""
     forward = np.linalg.inv(jacobian)
     return np.asarray(forward @ covariances @ forward.transpose(0, 2, 1))
 
@@ -50,7 +50,7 @@ def displaced_covariances(
 def largest_growth(
     normals: NDArray[np.float64], jacobian: NDArray[np.float64]
 ) -> float:
-    """Give by how much the widest footprint of tangent discs grows; 1 for none."""
+    """Return how much the widest footprint of tangent discs grows; 1 for none."""
     if len(normals) == 0:
         return 1.0
     discs = np.eye(3) - normals[:, :, None] * normals[:, None, :]
@@ -80,7 +80,7 @@ def displace_surfels(
 def _moved(
     surfels: Surfels, distance: Volume, deflection: Deflection
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Give places (world) and normals of what is in the balls, as dense as needed."""
+    """Return places (world) and normals of what is in the balls, as dense as needed."""
     part = _around(distance, deflection)
     refine = round(float(distance.spacing_mm.max()) / surfels.spacing_mm)
     for times in range(1, MOST_REFINED + 1):

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.extract import extract_rows
-from renderers.fsr.sobel_normals import decode_normals, kernel_geometry
+from renderers.fsr.kernels.extract import Elements, InclusionTable, extract_rows
+from renderers.fsr.kernels.gradients import FlatVolume
+from renderers.fsr.sobel_normals import decode_normals, flat_volume
 from renderers.fsr.sparse_rows import SparseRows
 from renderers.scene import Scene, TransferFunction, Volume
 
@@ -143,7 +144,7 @@ class FuzzySet:
         return len(self.rows)
 
     def normals(self) -> NDArray[np.float32]:
-        """Give ``(n, 3)`` unit world normals, zero where undefined."""
+        """Return ``(n, 3)`` unit world normals, zero where undefined."""
         return decode_normals(self.octahedral)
 
 
@@ -182,9 +183,9 @@ def extract_fuzzy_set(
         raise ValueError(f"the inclusion threshold must be finite, got {threshold}")
     nz, ny, _ = volume.shape
     offsets = np.zeros(nz * ny + 1, np.int64)
-    geometry = kernel_geometry(volume)
+    flat = flat_volume(volume)
     x, octahedral, value, share = _extract(
-        volume, inclusion, threshold, 0, nz * ny, offsets, geometry
+        flat, inclusion, threshold, 0, nz * ny, offsets
     )
     rows = SparseRows(volume.shape, volume.world_from_voxel, offsets, x.copy())
     return FuzzySet(rows, octahedral.copy(), value.copy(), share.copy())
@@ -215,16 +216,16 @@ def update_fuzzy_set(
     old = fuzzy_set.rows.offsets
     counts = np.diff(old)
     arrays = fuzzy_set.rows.x, fuzzy_set.octahedral, fuzzy_set.value
-    before: Elements = (*arrays, fuzzy_set.inclusion)
+    before = Elements(*arrays, fuzzy_set.inclusion)
     parts: list[Elements] = []
-    geometry = kernel_geometry(volume)
+    flat = flat_volume(volume)
     kept = 0
     for k in range(max(low[0] - 1, 0), min(high[0] + 1, nz)):
         first, end = k * ny + top, k * ny + bottom
         if end <= first:
             continue
         offsets = np.zeros(nz * ny + 1, np.int64)
-        anew = _extract(volume, inclusion, threshold, first, end, offsets, geometry)
+        anew = _extract(flat, inclusion, threshold, first, end, offsets)
         counts[first:end] = np.diff(offsets[first : end + 1])
         parts += [_piece(before, kept, int(old[first])), anew]
         kept = int(old[end])
@@ -247,66 +248,50 @@ def _refuse_no_numbers(volume: Volume) -> None:
         )
 
 
-Elements = tuple[
-    NDArray[np.uint16], NDArray[np.int16], NDArray[np.float32], NDArray[np.float32]
-]
-"""Columns, normals, densities and shares of some rows of a set."""
-
-
 def _piece(elements: Elements, first: int, end: int) -> Elements:
     x, octahedral, value, share = elements
-    return x[first:end], octahedral[first:end], value[first:end], share[first:end]
+    return Elements(
+        x[first:end], octahedral[first:end], value[first:end], share[first:end]
+    )
 
 
 def _extract(
-    volume: Volume,
+    volume: FlatVolume,
     inclusion: Inclusion,
     threshold: float,
     first: int,
     end: int,
     offsets: NDArray[np.int64],
-    geometry: tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.float32]],
 ) -> Elements:
-    """Collect the elements of rows first..end - 1, numbered from zero.
-
-    geometry: the volume's, see `kernel_geometry`.
-    """
-    values, _, half = geometry
-    nz, ny, nx = volume.shape
+    """Collect the elements of rows first..end - 1, numbered from zero."""
     gradients, densities = inclusion.table.shape
     span = inclusion.density_high - inclusion.density_low
-    room = max(16 * nx, (end - first) * nx // 4)
-    x = np.empty(room, np.uint16)
-    octahedral = np.empty((room, 2), np.int16)
-    value = np.empty(room, np.float32)
-    share = np.empty(room, np.float32)
+    table = InclusionTable(
+        inclusion.table,
+        inclusion.table.max(axis=0),
+        np.float32(inclusion.density_low),
+        np.float32((densities - 1) / span),
+        np.float32((gradients - 1) / inclusion.gradient_top),
+        np.float32(threshold),
+    )
+    size = max(16 * volume.nx, (end - first) * volume.nx // 4)
+    elements = Elements(
+        np.empty(size, np.uint16),
+        np.empty((size, 2), np.int16),
+        np.empty(size, np.float32),
+        np.empty(size, np.float32),
+    )
     row = first
     while row < end:
         row = extract_rows(
-            values,
-            nx,
-            ny,
-            nz,
-            half,
-            volume.direction.astype(np.float32),
-            inclusion.table,
-            inclusion.table.max(axis=0),
-            np.float32(inclusion.density_low),
-            np.float32((densities - 1) / span),
-            np.float32((gradients - 1) / inclusion.gradient_top),
-            np.float32(threshold),
-            row,
-            end,
-            offsets,
-            int(offsets[row]),
-            x,
-            octahedral,
-            value,
-            share,
+            volume, table, row, end, offsets, int(offsets[row]), elements
         )
         if row < end:
-            x, octahedral, value, share = (
-                np.concatenate([a, np.empty_like(a)])
-                for a in (x, octahedral, value, share)
+            x, octahedral, value, share = elements
+            elements = Elements(
+                np.concatenate([x, np.empty_like(x)]),
+                np.concatenate([octahedral, np.empty_like(octahedral)]),
+                np.concatenate([value, np.empty_like(value)]),
+                np.concatenate([share, np.empty_like(share)]),
             )
-    return _piece((x, octahedral, value, share), 0, int(offsets[end]))
+    return _piece(elements, 0, int(offsets[end]))

@@ -15,13 +15,12 @@ from renderers.fsr.fuzzy_set import (
     extract_fuzzy_set,
 )
 from renderers.fsr.splats import SplatMode, SplatRasterizer, Traversal
-from renderers.fsr.splats.motion_gauge import MotionGauge
-from renderers.fsr.splats.splat_film import draw_film
 from renderers.fsr.surfels import SurfelRasterizer
 from renderers.fsr.visibility import VisibleSets
 from renderers.fsr.visibility.visible_set_store import stored_visible_sets
 from renderers.fsr.visibility.visible_sets import Progress
 from renderers.scene import Camera, GBuffer, Image, Scene
+from renderers.scene.composition import before_solids
 from renderers.scene.deflection import Deflection, deflected_scene
 from renderers.scene.thread_team import ThreadTeam
 
@@ -34,12 +33,10 @@ class FuzzySetRenderer:
     use as well, with the same bits for any number of them.
 
     scene: what is to be seen. inclusion, threshold: which voxels mode `classic`
-        splats; by default opaque boundaries. mode: how it draws them; None lets the
-        camera's motion choose. points: short for mode points. traversal: in which
-        order; sheets have that of distance only. deflection: moves the
-        tissue: in mode `scope` splat by splat, in mode `classic` voxel by voxel, before
-        splats are chosen. Raises ValueError for a thread count below one, or what is
-        no mode.
+        splats; by default opaque boundaries. mode: how it draws them. traversal: in
+        which order. deflection: moves the tissue: in mode
+        `scope` splat by splat, in mode `classic` voxel by voxel, before splats are
+        chosen. Raises ValueError for a thread count below one, or what is no mode.
     """
 
     def __init__(
@@ -49,18 +46,15 @@ class FuzzySetRenderer:
         inclusion: Inclusion | None = None,
         threshold: float = BOUNDARY_THRESHOLD,
         threads: int | ThreadTeam = 2,
-        mode: SplatMode | None = SplatMode.GAUSSIAN,
-        points: bool = False,
+        mode: SplatMode = SplatMode.GAUSSIAN,
         traversal: Traversal = Traversal.DISTANCE,
         deflection: Deflection | None = None,
     ) -> None:
         self.scene = deflected_scene(scene, deflection) if deflection else scene
         self._undeformed = scene.surface
         self._deflection = deflection
-        chosen = None if mode is None else SplatMode(mode)
-        self.mode = SplatMode.POINTS if points else chosen
+        self.mode = SplatMode(mode)
         self.traversal = traversal
-        self._gauge = MotionGauge(float(scene.volume.spacing_mm.min()))
         self._inclusion = inclusion or default_inclusion(scene)
         self._threshold = threshold
         self._team = ThreadTeam.of(threads)
@@ -68,12 +62,12 @@ class FuzzySetRenderer:
 
     @cached_property
     def fuzzy_set(self) -> FuzzySet:
-        """Get the splats of mode `classic`."""
+        """Return the splats of mode `classic`."""
         return extract_fuzzy_set(self.scene.volume, self._inclusion, self._threshold)
 
     @property
     def threshold(self) -> float:
-        """Get what F must reach for a voxel to be splatted; may be set anew."""
+        """Return what F must reach for a voxel to be splatted; may be set anew."""
         return self._threshold
 
     @threshold.setter
@@ -84,32 +78,18 @@ class FuzzySetRenderer:
 
     @property
     def counters(self) -> dict[str, int]:
-        """Get what the last picture took: splats, rows, fragments."""
+        """Return what the last picture took: splats, rows, fragments."""
         return self._count()
 
     @property
-    def stage_s(self) -> dict[str, float]:
-        """Get the wall-clock seconds of the last picture of mode `classic` by stage."""
-        return dict(self._classic.stage_s)
-
-    @property
     def splat_count(self) -> int:
-        """Get the number of elements extracted so far, over all sets."""
+        """Return the number of elements extracted so far, over all sets."""
         count = 0
         if "fuzzy_set" in self.__dict__:
             count += len(self.fuzzy_set)
         if "_scope" in self.__dict__:
             count += self._scope.splat_count
         return count
-
-    @property
-    def points(self) -> bool:
-        """Say whether splats are drawn as squares of constant opacity."""
-        return self.mode is SplatMode.POINTS
-
-    @points.setter
-    def points(self, value: bool) -> None:
-        self.mode = SplatMode.POINTS if value else SplatMode.GAUSSIAN
 
     def render(
         self,
@@ -123,12 +103,11 @@ class FuzzySetRenderer:
         with_depth, limit_mm: see `SplatRasterizer.draw`. Raises ValueError for a
         distorted lens.
         """
-        _demand_law(camera)
-        mode = self.mode or self._gauge.mode(camera)
+        _refuse_distortion(camera)
         image = self._classic.draw(
             camera,
             self._team,
-            mode,
+            self.mode,
             self.traversal,
             with_depth=with_depth,
             limit_mm=limit_mm,
@@ -141,9 +120,8 @@ class FuzzySetRenderer:
 
         The pictures of `render`, to the bit; cameras are taken one ahead.
         """
-        checked = map(_demand_law, cameras)
-        views = ((camera, self.mode or self._gauge.mode(camera)) for camera in checked)
-        for image in draw_film(self._classic, self._team, views, self.traversal):
+        views = ((_refuse_distortion(camera), self.mode) for camera in cameras)
+        for image in self._classic.film(views, self._team, self.traversal):
             self._count = self._count_classic
             yield image
 
@@ -153,17 +131,19 @@ class FuzzySetRenderer:
         Raises ValueError when the scene has no air surface, or the camera is
         orthographic or distorted.
         """
-        _demand_law(camera)
+        _refuse_distortion(camera)
         result = self._scope.draw(camera, self._team)
         self._count = self._count_scope
         return result
 
-    def look_up_sight(
+    def use_visible_sets(
         self, folder: Path | None = None, progress: Progress | None = None
     ) -> VisibleSets:
-        """Find what can be seen from where, or read it, and leave the rest out.
+        """Find or read the patient's potentially visible sets, and use them.
 
-        Speeds `gbuffer` up for eyes inside the airway. See `stored_visible_sets`.
+        `gbuffer` then looks up which blocks an eye inside the airway may see in place
+        of tracing cones. The pictures are the same; at 0.5 mm a frame takes 4 % less
+        time and the sets 17 s, once for a patient. See `stored_visible_sets`.
         """
         scope = self._scope
         assert self.scene.surface is not None
@@ -174,7 +154,7 @@ class FuzzySetRenderer:
             folder=folder,
             progress=progress,
         )
-        scope.look_from(sets)
+        scope.use_visible_sets(sets)
         return sets
 
     def close(self) -> None:
@@ -200,7 +180,19 @@ class FuzzySetRenderer:
         return SurfelRasterizer(self._undeformed.distance, deflection=self._deflection)
 
 
-def _demand_law(camera: Camera) -> Camera:
+def render_among(renderer: FuzzySetRenderer, camera: Camera, solids: GBuffer) -> Image:
+    """Draw mode `classic` with opaque solids in it: linear RGBA and depth.
+
+    solids: what the camera sees of them alone, as `Mesh.gbuffer` gives it. Splats
+    behind a solid are left out at that pixel, those before it cover it by what they
+    absorb. The depth is the nearer of the solid's and the one where half the light is
+    gone. Raises ValueError where the buffer does not fit the camera.
+    """
+    image = renderer.render(camera, with_depth=True, limit_mm=solids.depth_mm)
+    return before_solids(image, renderer.scene, camera, solids)
+
+
+def _refuse_distortion(camera: Camera) -> Camera:
     """Raise ValueError for a distorted lens: footprints follow the undistorted laws."""
     if not camera.distortion.is_none:
         raise ValueError(

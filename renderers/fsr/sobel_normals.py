@@ -10,34 +10,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.kernels.extract import UNDEFINED
-from renderers.fsr.kernels.gradients import gradients
+from renderers.fsr.kernels.gradients import FlatVolume
 from renderers.scene import Volume
 
 SOBEL_SPAN = 32.0
 """Sum of one side's weights (1 2 1 squared) times two spacings."""
 
 
-def kernel_geometry(
-    volume: Volume,
-) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.float32]]:
-    """Give flat float32 values, spacing, and the Sobel scale per axis."""
+def flat_volume(volume: Volume) -> FlatVolume:
+    """Return a volume as sweeps over it take it."""
     values = volume.values.astype(np.float32, copy=False).reshape(-1)
     values.flags.writeable = False
-    half = (1.0 / (SOBEL_SPAN * volume.spacing_mm)).astype(np.float32)
-    return values, volume.spacing_mm, half
-
-
-def gradient_volume(volume: Volume) -> NDArray[np.float32]:
-    """Give ``(nz, ny, nx, 3)`` float32 gradients per mm, world frame.
-
-    Beyond the border the edge voxel is repeated, which halves the outermost slope.
-    """
-    values, _, half = kernel_geometry(volume)
     nz, ny, nx = volume.shape
-    out = np.empty((values.size, 3), np.float32)
+    half = (1.0 / (SOBEL_SPAN * volume.spacing_mm)).astype(np.float32)
     direction = volume.direction.astype(np.float32)
-    gradients(values, nx, ny, nz, half, direction, 0, nz, out)
-    return out.reshape(nz, ny, nx, 3)
+    return FlatVolume(values, nx, ny, nz, half, direction)
 
 
 def decode_normals(octahedral: NDArray[np.int16]) -> NDArray[np.float32]:

@@ -45,16 +45,16 @@ class SparseRows:
 
     @property
     def row_count(self) -> int:
-        """Get the number of rows that hold any element."""
+        """Return the number of rows that hold any element."""
         return int(np.count_nonzero(np.diff(self.offsets)))
 
     def voxels(self) -> NDArray[np.int64]:
-        """Give ``(n, 3)`` grid coordinates (i, j, k) of all elements."""
+        """Return ``(n, 3)`` grid coordinates (i, j, k) of all elements."""
         rows = np.repeat(np.arange(len(self.offsets) - 1), np.diff(self.offsets))
         ny = self.shape[1]
         return np.stack([self.x.astype(np.int64), rows % ny, rows // ny], axis=-1)
 
     def centers_mm(self) -> NDArray[np.float64]:
-        """Give ``(n, 3)`` world positions of the elements' grid points."""
+        """Return ``(n, 3)`` world positions of the elements' grid points."""
         matrix = self.world_from_voxel
         return self.voxels() @ matrix[:3, :3].T + matrix[:3, 3]

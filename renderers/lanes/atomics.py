@@ -69,13 +69,6 @@ def wait_for_change(shared: Longs, value: int, looks: int) -> bool:
     return looks > 0
 
 
-@njit(cache=True, nogil=True)
-def wait_for_none(shared: Longs, looks: int) -> None:
-    """Look until the first element is zero, so often at most."""
-    while looks > 0 and look(shared) != 0:
-        looks -= 1
-
-
 @njit(cache=True)
 def count_up(shared: Longs) -> None:
     """Add one in one step, as compiled code that does not hold the lock does."""

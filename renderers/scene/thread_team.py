@@ -84,27 +84,15 @@ class ThreadTeam:
         return threads if isinstance(threads, ThreadTeam) else cls(threads)
 
     @property
-    def bell(self) -> NDArray[np.int64]:
-        """Return what calls the others, see `map`: a number, by one more."""
-        return self._board.calls
-
-    @property
     def busy(self) -> NDArray[np.int64]:
         """Return how many of the others are at work."""
         return self._board.busy
 
     def map(
-        self,
-        work: Callable[[Part], Result],
-        parts: Sequence[Part],
-        *,
-        rings: bool = False,
+        self, work: Callable[[Part], Result], parts: Sequence[Part]
     ) -> list[Result]:
         """Return `work(part)` of all parts in their order; the first error is raised.
 
-        rings: the first part rings `bell` in compiled code, where it does not hold the
-        interpreter's lock: who is called before waits for that lock, and to be woken
-        from there takes longer than to begin.
         Where the team is at work already, or closed, the caller works alone.
         """
         results: dict[int, Result] = {}
@@ -125,7 +113,7 @@ class ThreadTeam:
         else:
             try:
                 self._start()
-                self._board.put_up(take, rings)
+                self._board.put_up(take)
                 take()
             finally:
                 self._end_map()
@@ -199,17 +187,14 @@ class _Board:
         self._changed = threading.Condition(threading.Lock())
         self._sleeping = 0
         self._work: Callable[[], None] | None = None
-        self._rings = False
         self._errands: deque[Errand[Any]] = deque()
         self.is_ended = False
 
-    def put_up(self, work: Callable[[], None], rings: bool) -> None:
-        """Give the helpers work. rings: it calls those who are awake itself."""
+    def put_up(self, work: Callable[[], None]) -> None:
+        """Give the helpers work."""
         with self._changed:
             self._work = work
-            self._rings = rings and not self._sleeping
-            if not self._rings:
-                self._call()
+            self._call()
 
     def rouse(self) -> None:
         """Wake who sleeps, to no work."""
@@ -221,7 +206,6 @@ class _Board:
         """Let nobody begin the work any more, and wait for those who have."""
         with self._changed:
             self._work = None
-            self._rings = False
             busy = int(self.busy[0])
         while busy:
             self.wait(self.busy, busy)
@@ -291,17 +275,13 @@ class _Board:
             self._wake()
 
     def wait(self, shared: NDArray[np.int64], value: int) -> None:
-        """Wait until the number is another: first awake, then asleep.
-
-        Of calls, less long where the bell is about to ring.
-        """
+        """Wait until the number is another: first awake, then asleep."""
         if wait_for_change(shared, value, LOOKS):
             return
         with self._changed:
             self._sleeping += 1
             try:
-                # nobody wakes who falls asleep before a bell that is about to ring
-                while shared[0] == value and not (self._rings and shared is self.calls):
+                while shared[0] == value:
                     self._changed.wait(NAP_S)
             finally:
                 self._sleeping -= 1

@@ -143,7 +143,7 @@ class Tier(Enum):
         self.sources = sources
         self.virtual_lights = virtual_lights
         """Enough that none is seen to jump when its ray passes a rim: with 64 a cleft
-        lit up by 50 codes from one frame to the next (`benchmarks.steadiness`)."""
+        lit up by 50 codes from one frame to the next (`tests.steadiness`)."""
         self.detail = detail
         self.supersampling = supersampling
         """G-buffer pixels along the side of one picture pixel."""

@@ -11,13 +11,16 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
+from typing import TYPE_CHECKING
 
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.transport import TransportError
-from renderers.snapshots.launcher import expect_company, told_ranks
-from renderers.snapshots.lease import LEASE_S, SAVE_EVERY_S
+from renderers.snapshots.launcher import expect_company, launched_ranks
 from renderers.snapshots.pruning import KEEP_S
-from renderers.snapshots.spool import SpoolError
+from renderers.snapshots.spool import LEASE_S, SAVE_EVERY_S, SpoolError
+
+if TYPE_CHECKING:
+    from renderers.snapshots.team import Team
 
 DAY_S = 86_400.0
 
@@ -110,27 +113,34 @@ def main(arguments: list[str] | None = None) -> int:
     )
     options = parser.parse_args(arguments)
     ending = _Ending(options.parent)
-    try:
-        if options.backend == "mpi" or (options.backend == "auto" and told_ranks() > 1):
-            return _run_ranks(options, ending)
+
+    def serve(team: "Team | None" = None) -> None:
         from renderers.snapshots.worker import run_worker
 
         run_worker(
             options.spool,
             once=options.once,
+            team=team,
             threads=options.threads,
             lease_s=options.lease,
             keep_s=options.keep_days * DAY_S,
             save_every_s=options.save_every,
             stopped=ending,
         )
+
+    try:
+        if options.backend == "mpi" or (
+            options.backend == "auto" and launched_ranks() > 1
+        ):
+            return _run_ranks(options, serve)
+        serve()
     except (SpoolError, TransportError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1
     return 0
 
 
-def _run_ranks(options: argparse.Namespace, ending: Callable[[], bool]) -> int:
+def _run_ranks(options: argparse.Namespace, serve: "Callable[[Team], None]") -> int:
     try:
         from renderers.art.ranks.mpi import MpiTransport
     except ImportError as error:
@@ -140,7 +150,6 @@ def _run_ranks(options: argparse.Namespace, ending: Callable[[], bool]) -> int:
     from renderers.art.ranks.rank import Rank
     from renderers.snapshots.data_store import DataStore
     from renderers.snapshots.team import RankTeam, follow
-    from renderers.snapshots.worker import run_worker
 
     transport = MpiTransport(folder=options.spool)
     expect_company(transport.ranks)
@@ -155,16 +164,7 @@ def _run_ranks(options: argparse.Namespace, ending: Callable[[], bool]) -> int:
         else:
             team = RankTeam(rank, policy)
             try:
-                run_worker(
-                    options.spool,
-                    once=options.once,
-                    team=team,
-                    threads=options.threads,
-                    lease_s=options.lease,
-                    keep_s=options.keep_days * DAY_S,
-                    save_every_s=options.save_every,
-                    stopped=ending,
-                )
+                serve(team)
             except SpoolError as error:
                 print(error, file=sys.stderr, flush=True)
                 team.dismiss()

@@ -6,36 +6,43 @@ import weakref
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import TypedDict, TypeVar, Unpack
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from disk import UserError, foreign_file
+from renderers.art.quality import ClassificationName
 from renderers.scene import AirSurface, Camera, Material, Scene, Volume
 from renderers.scene.mesh import PlacedMesh
 from renderers.snapshots.data_store import DataStore
-from renderers.snapshots.lease import LEASE_S
 from renderers.snapshots.request import (
     REQUEST_SCHEMA,
     CameraSpec,
     ClassicWork,
+    DeflectorSpec,
     GridSpec,
     ImageSpec,
     InstrumentSpec,
     LightSpec,
+    MaterialName,
     NodeSpec,
+    PathTracingSpec,
+    Point,
+    ProjectionName,
+    QualityName,
+    Row,
+    Samples,
     ScopeWork,
     SnapshotRequest,
     SnapshotResult,
-    TruthSpec,
 )
-from renderers.snapshots.spool import JobState, Spool
+from renderers.snapshots.spool import LEASE_S, JobState, Spool
 
 POLL_S = 0.05
 
-QualityName = Literal["preview", "snapshot", "final", "reference"]
-Samples = Literal[1, 4]
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 
 class SnapshotError(RuntimeError):
@@ -62,7 +69,7 @@ class Snapshot:
 
     @property
     def picture(self) -> Path:
-        """Get the PNG file."""
+        """Return the PNG file."""
         return self.folder / "picture.png"
 
     def pixels(self) -> NDArray[np.uint8]:
@@ -75,26 +82,32 @@ class Snapshot:
 
     def radiance(self) -> NDArray[np.float32]:
         """Read linear radiance."""
-        return _load(self.folder / "radiance.npy")
+        return _load(self.folder / "radiance.npy", np.float32)
 
     def coverage(self) -> NDArray[np.float32]:
         """Read alpha, ``(h, w)``."""
-        return _load(self.folder / "coverage.npy")
+        return _load(self.folder / "coverage.npy", np.float32)
 
     def samples(self) -> NDArray[np.uint32]:
         """Read how many rays, or paths, each pixel had, ``(h, w)``."""
-        return _load(self.folder / "samples.npy")
+        return _load(self.folder / "samples.npy", np.uint32)
 
     def state(self) -> NDArray[np.float64]:
         """Read what light by paths can go on from."""
-        return _load(self.folder / "paths.npy")
+        return _load(self.folder / "paths.npy", np.float64)
 
     def depth_mm(self) -> NDArray[np.float32]:
         """Read distances along the rays, ``(h, w)``, +inf where nothing is."""
-        return _load(self.folder / "depth.npy")
+        return _load(self.folder / "depth.npy", np.float32)
 
 
-class _Limits(NamedTuple):
+class RequestOptions(TypedDict, total=False):
+    """Hold what may be said of any request; see `SnapshotRequest`."""
+
+    quality: QualityName
+    classification: ClassificationName
+    tolerance: float | None
+    deflectors: tuple[DeflectorSpec, ...]
     priority: int
     max_seconds: float
     deadline_s: float | None
@@ -115,11 +128,11 @@ class SnapshotClient:
         self.spool = Spool(folder)
         self._name = name
         self._lease_s = lease_s
-        self._digests: dict[int, tuple[weakref.ref[NDArray[Any]], str]] = {}
+        self._digests: dict[int, tuple[weakref.ref[NDArray[np.generic]], str]] = {}
 
     @property
     def data(self) -> DataStore:
-        """Get where the arrays that requests name are kept."""
+        """Return the store of the arrays that requests name."""
         return self.spool.data
 
     def request_scope(
@@ -127,7 +140,6 @@ class SnapshotClient:
         surface: AirSurface,
         camera: Camera,
         *,
-        quality: QualityName = "snapshot",
         samples: Samples = 4,
         ring_radius_mm: float = 1.45,
         light_power: float = 1.0,
@@ -136,17 +148,13 @@ class SnapshotClient:
         gain: float | None = None,
         frame_number: int = 0,
         instruments: Iterable[PlacedMesh] = (),
-        truth: TruthSpec | None = None,
-        priority: int = 5,
-        max_seconds: float = 600.0,
-        deadline_s: float | None = None,
-        progressive: bool = False,
-        deliver_after_s: float | None = None,
+        path_tracing: PathTracingSpec | None = None,
+        **options: Unpack[RequestOptions],
     ) -> SnapshotRequest:
         """Make a request for what the endoscope sees; stores its volumes.
 
-        instruments: meshes with their rigid world-from-mesh transforms. The last five
-        are as in `SnapshotRequest`.
+        instruments: meshes with their rigid world-from-mesh transforms. Others as in
+        `ScopeWork` and `SnapshotRequest`.
         """
         work = ScopeWork(
             distance=self.put(surface.distance.values),
@@ -160,27 +168,19 @@ class SnapshotClient:
             gain=gain,
             frame_number=frame_number,
             instruments=self._placed(instruments),
-            truth=truth,
+            path_tracing=path_tracing,
         )
-        limits = _Limits(
-            priority, max_seconds, deadline_s, progressive, deliver_after_s
-        )
-        return self._request(work, camera, quality, samples, limits)
+        return self._request(work, camera, samples, options)
 
     def request_classic(
         self,
         scene: Scene,
         camera: Camera,
         *,
-        quality: QualityName = "snapshot",
         samples: Samples = 1,
         background: tuple[float, float, float] = (0.0, 0.0, 0.0),
         instruments: Iterable[PlacedMesh] = (),
-        priority: int = 5,
-        max_seconds: float = 600.0,
-        deadline_s: float | None = None,
-        progressive: bool = False,
-        deliver_after_s: float | None = None,
+        **options: Unpack[RequestOptions],
     ) -> SnapshotRequest:
         """Make a request for mode classic; stores its volume.
 
@@ -207,12 +207,9 @@ class SnapshotClient:
             background=background,
             instruments=self._placed(instruments),
         )
-        limits = _Limits(
-            priority, max_seconds, deadline_s, progressive, deliver_after_s
-        )
-        return self._request(work, camera, quality, samples, limits)
+        return self._request(work, camera, samples, options)
 
-    def put(self, array: NDArray[Any]) -> str:
+    def put(self, array: NDArray[np.generic]) -> str:
         """Store an array for requests to name; return its digest.
 
         An array is hashed once as long as it lives: do not change it.
@@ -233,11 +230,11 @@ class SnapshotClient:
         return request.id
 
     def cancel(self, job_id: str) -> None:
-        """Wish that a job ends."""
+        """Ask for a job's end."""
         self.spool.ask_cancel(job_id)
 
     def finish(self, job_id: str) -> None:
-        """Wish for the best picture so far."""
+        """Ask for the best picture so far."""
         self.spool.ask_finish(job_id)
 
     def wait(
@@ -293,57 +290,59 @@ class SnapshotClient:
             if mesh.material is Material.TISSUE:
                 raise UserError("an instrument cannot be made of TISSUE")
             shape = self.put(mesh.vertices), self.put(mesh.faces)
-            material: Any = mesh.material.name
-            specs.append(InstrumentSpec(*shape, material, _rows(pose[:3])))
+            material = msgspec.convert(mesh.material.name, MaterialName)
+            rows = (_four(pose[0]), _four(pose[1]), _four(pose[2]))
+            specs.append(InstrumentSpec(*shape, material, rows))
         return tuple(specs)
 
     def _request(
         self,
         work: ScopeWork | ClassicWork,
         camera: Camera,
-        quality: QualityName,
         samples: Samples,
-        limits: "_Limits",
+        options: RequestOptions,
     ) -> SnapshotRequest:
-        projection: Any = camera.projection.name.lower()
         return SnapshotRequest(
             schema=REQUEST_SCHEMA,
             id=uuid.uuid4().hex,
             camera=CameraSpec(
                 _three(camera.eye_mm),
-                (
-                    _three(camera.frame[1]),
-                    _three(camera.frame[2]),
-                    _three(camera.frame[3]),
-                ),
+                _three_rows(camera.frame[1:]),
                 camera.extent,
-                projection,
+                msgspec.convert(camera.projection.name.lower(), ProjectionName),
                 (camera.distortion.k1, camera.distortion.k2),
             ),
             image=ImageSpec(camera.width, camera.height, samples),
             work=work,
-            quality=quality,
             client=self._name,
-            **limits._asdict(),
+            **options,
         )
 
 
-def _three(vector: NDArray[np.float64]) -> tuple[float, float, float]:
+def _three(vector: NDArray[np.float64]) -> Point:
     x, y, z = (float(v) for v in vector)
     return x, y, z
 
 
-def _rows(matrix: NDArray[np.float64]) -> Any:
-    return tuple(tuple(float(v) for v in row) for row in matrix)
+def _four(row: NDArray[np.float64]) -> Row:
+    return *_three(row[:3]), float(row[3])
+
+
+def _three_rows(matrix: NDArray[np.float64]) -> tuple[Point, Point, Point]:
+    return _three(matrix[0]), _three(matrix[1]), _three(matrix[2])
 
 
 def _grid(volume: Volume) -> GridSpec:
     return GridSpec(
-        _three(volume.spacing_mm), _three(volume.origin_mm), _rows(volume.direction)
+        _three(volume.spacing_mm),
+        _three(volume.origin_mm),
+        _three_rows(volume.direction),
     )
 
 
-def _load(path: Path) -> NDArray[Any]:
+def _load(path: Path, kind: type[Scalar]) -> NDArray[Scalar]:
     with foreign_file(path, "an array of a snapshot"):
-        array: NDArray[Any] = np.load(path, allow_pickle=False)
+        array: NDArray[Scalar] = np.load(path, allow_pickle=False)
+    if array.dtype != kind:
+        raise UserError(f"{path} holds {array.dtype}, expected {kind.__name__}")
     return array

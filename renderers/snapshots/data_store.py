@@ -9,17 +9,15 @@ import io
 import math
 import os
 import re
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import BinaryIO
 
 import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from disk import UserError, foreign_file
+from disk import UserError, foreign_file, whole_file
 from renderers.art.job_steps import Step, reached
-from renderers.snapshots.shared_files import write_whole
 
 _DIGEST = re.compile(r"[0-9a-f]{64}\Z")
 _LARGEST_HEADER = 4096
@@ -32,13 +30,11 @@ class DataStore:
         self._folder = folder
         self._verified: set[str] = set()
 
-    def put(self, array: NDArray[Any]) -> str:
+    def put(self, array: NDArray[np.generic]) -> str:
         """Write an array unless it is there; return its digest."""
         if array.dtype.hasobject:
             raise UserError(f"an array of {array.dtype} cannot be stored")
-        buffer = io.BytesIO()
-        npy.write_array(buffer, np.ascontiguousarray(array), allow_pickle=False)
-        record = buffer.getbuffer()
+        record = npy_record(array)
         digest = hashlib.sha256(record).hexdigest()
         path = self._folder / digest
         if not self.touch(digest):
@@ -47,7 +43,7 @@ class DataStore:
         return digest
 
     def touch(self, digest: str) -> bool:
-        """Say that an array is wanted, so that pruning leaves it; False: it is gone."""
+        """Renew an array's time, so that pruning leaves it; False if it is gone."""
         try:
             os.utime(self._folder / digest)
         except FileNotFoundError:
@@ -56,7 +52,7 @@ class DataStore:
 
     def get(
         self, digest: str, dtypes: tuple[str, ...], largest_bytes: int
-    ) -> NDArray[Any]:
+    ) -> NDArray[np.generic]:
         """Map an array into memory, read-only.
 
         dtypes: names of those accepted. Raise ValueError when there is no such array,
@@ -89,19 +85,64 @@ class DataStore:
                 raise UserError(f"data {digest} was changed; its digest is {found}")
             self._verified.add(digest)
         with foreign_file(path, "an array"):
-            array: NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
+            array: NDArray[np.generic] = np.load(
+                path, mmap_mode="r", allow_pickle=False
+            )
         return array
 
 
-def _read_header(file: Any) -> tuple[np.dtype[Any], tuple[int, ...], int]:
-    readers: dict[tuple[int, int], Callable[..., Any]] = {
-        (1, 0): npy.read_array_header_1_0,
-        (2, 0): npy.read_array_header_2_0,
-    }
+def npy_record(array: NDArray[np.generic]) -> memoryview:
+    """Encode an array as the bytes of a ``.npy`` file."""
+    buffer = io.BytesIO()
+    npy.write_array(buffer, np.ascontiguousarray(array), allow_pickle=False)
+    return buffer.getbuffer()
+
+
+def _read_header(file: BinaryIO) -> tuple[np.dtype[np.generic], tuple[int, ...], int]:
     version = npy.read_magic(file)
-    if version not in readers:
+    if version == (1, 0):
+        header = npy.read_array_header_1_0(file, max_header_size=_LARGEST_HEADER)
+    elif version == (2, 0):
+        header = npy.read_array_header_2_0(file, max_header_size=_LARGEST_HEADER)
+    else:
         raise UserError(f"an array record of version {version} cannot be read")
-    shape, fortran, dtype = readers[version](file, max_header_size=_LARGEST_HEADER)
+    shape, fortran, dtype = header
     if fortran and len(shape) > 1:
         raise UserError("an array record must be in C order")
     return dtype, shape, file.tell()
+
+
+HIDDEN = ".tmp-"
+"""How the names of unfinished files begin."""
+
+
+def write_whole(
+    path: Path, record: bytes | memoryview, *, lasting: bool = True
+) -> None:
+    """Write a file beside its place and move it there: nobody ever sees half of it.
+
+    lasting: the bytes have reached the disk before the name does, and the name on
+    return, so that not even a crash of the machine loses the file. It takes the disk's
+    time twice; do without for what is soon replaced, or see `make_last`. Raise OSError
+    when the disk refuses.
+    """
+    # A job that was pruned meanwhile is not to be brought back.
+    with whole_file(
+        path, prefix=HIDDEN, ending="", mode=0o600, makes_folder=False
+    ) as beside:
+        beside.write_bytes(record)
+        if lasting:
+            make_last(beside)
+        reached(Step.FILE_WRITTEN)
+    if lasting:
+        make_last(path.parent)
+
+
+def make_last(*paths: Path) -> None:
+    """Let files' bytes, or the names in folders, reach the disk."""
+    for path in paths:
+        handle = os.open(path, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)

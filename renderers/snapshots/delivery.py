@@ -1,15 +1,12 @@
 """From what was traced to the files of a finished job."""
 
 import hashlib
-import io
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import msgspec
 import numpy as np
-from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from renderers.scene import Camera, GBuffer, Image, Scene, save_png
@@ -24,15 +21,13 @@ from renderers.shading import (
     downsample_radiance,
 )
 from renderers.shading.path_light import BATCH_PATHS, SeenWalls
-from renderers.snapshots.data_store import DataStore
-from renderers.snapshots.path_traced import follow_light, truth_of
+from renderers.snapshots.data_store import DataStore, make_last, npy_record, write_whole
+from renderers.snapshots.error_estimate import eye_codes, in_field, stopped_error
+from renderers.snapshots.path_traced import follow_light, path_tracing_of
 from renderers.snapshots.request import ClassicWork, ScopeWork, SnapshotRequest
 from renderers.snapshots.saved_work import SavedWork
 from renderers.snapshots.scene_loader import instrument_meshes, seen_surface
-from renderers.snapshots.shared_files import make_last, write_whole
-from renderers.snapshots.stopped_error import stopped_error
-from renderers.snapshots.team import Progress
-from renderers.snapshots.traced import Traced, traced_camera
+from renderers.snapshots.team import Progress, Traced, traced_camera
 
 
 def _go_on(_: float) -> bool:
@@ -68,7 +63,7 @@ class Picture:
 
 
 @dataclass(frozen=True, slots=True)
-class Sight:
+class ScopeView:
     """Hold what lights a view: the camera of its rays, the light, tools in it."""
 
     camera: Camera
@@ -78,7 +73,7 @@ class Sight:
 
     @property
     def casters(self) -> list[Caster]:
-        """Get what casts shadows."""
+        """Return what casts shadows."""
         return [Caster.of(mesh, pose) for mesh, pose in self.tools]
 
     def with_tools(self, found: GBuffer) -> GBuffer:
@@ -122,7 +117,7 @@ class Finisher:
             return picture
         rays = _added(request, traced.drawn)
         samples = np.where(rays > 0, picture.samples, 0)
-        if truth_of(request) is None:
+        if path_tracing_of(request) is None:
             samples = rays
         counted = np.ones(rays.shape, np.bool_)
         if picture.gain is not None:
@@ -185,14 +180,14 @@ class Finisher:
         gbuffer = sight.with_tools(found)
         casters = sight.casters
         radiance = shader.shade(gbuffer, fine, light, casters=casters)
-        truth = error = None
+        traced_light = error = None
         samples = np.full(
             (request.image.height, request.image.width),
             request.image.samples,
             np.uint32,
         )
-        if work.truth is not None:
-            truth = follow_light(
+        if work.path_tracing is not None:
+            traced_light = follow_light(
                 self._data,
                 work,
                 seen_surface(request, scene),
@@ -204,17 +199,17 @@ class Finisher:
                 enough,
                 saved,
             )
-            known = truth.batches > 0
-            by_paths = shader.shade(gbuffer, fine, light, truth.light, casters)
+            known = traced_light.batches > 0
+            by_paths = shader.shade(gbuffer, fine, light, traced_light.light, casters)
             told = known & in_field(gbuffer.coverage)
             pair = radiance[told], by_paths[told]
             radiance = np.where(known[..., None], by_paths, radiance)
-            samples = _added(request, truth.batches) * np.uint32(BATCH_PATHS)
+            samples = _added(request, traced_light.batches) * np.uint32(BATCH_PATHS)
         if request.image.samples == 4:
             radiance = downsample_radiance(radiance)
             gbuffer = downsample_gbuffer(gbuffer)
         pixels, gain = self.expose(request, work, radiance, gbuffer)
-        if truth is not None and truth.noise is None and len(pair[0]):
+        if traced_light is not None and traced_light.noise is None and len(pair[0]):
             # where paths were walked they tell what the quick light, which stands in
             # for them elsewhere, is off by; their own noise is in it
             quick, by_paths = (eye_codes(part, gain) for part in pair)
@@ -226,15 +221,17 @@ class Finisher:
             gbuffer.coverage,
             samples,
             gain,
-            truth is None or truth.complete,
-            None if truth is None else truth.noise,
-            None if truth is None else truth.state,
+            traced_light is None or traced_light.complete,
+            None if traced_light is None else traced_light.noise,
+            None if traced_light is None else traced_light.state,
             error,
         )
 
-    def sight(self, request: SnapshotRequest, work: ScopeWork, scene: Scene) -> "Sight":
+    def sight(
+        self, request: SnapshotRequest, work: ScopeWork, scene: Scene
+    ) -> "ScopeView":
         """Set up what lights the rays of a request."""
-        return Sight(
+        return ScopeView(
             traced_camera(request),
             ScopeLight(work.ring_radius_mm, power=work.light_power),
             self._shader(request, work, scene),
@@ -248,7 +245,7 @@ class Finisher:
         radiance: NDArray[np.float32],
         gbuffer: GBuffer,
     ) -> tuple[NDArray[np.uint8], float]:
-        """Take the picture of one radiance a pixel; give it and the gain."""
+        """Expose one radiance a pixel; return the picture and the gain."""
         return self._camera.finish(
             radiance,
             gbuffer,
@@ -294,7 +291,7 @@ def write_picture(
     """
     text = {"Title": f"PARAVOL snapshot {request.id}", "Software": "PARAVOL"}
     save_png(folder / "picture.png", picture.pixels, text)
-    arrays: dict[str, NDArray[Any]] = {
+    arrays: dict[str, NDArray[np.generic]] = {
         "radiance.npy": picture.radiance,
         "depth.npy": picture.depth_mm,
         "coverage.npy": picture.coverage,
@@ -303,30 +300,13 @@ def write_picture(
     if picture.state is not None:
         arrays["paths.npy"] = picture.state
     for name, array in arrays.items():
-        write_whole(folder / name, _npy(array), lasting=False)
+        write_whole(folder / name, npy_record(array), lasting=False)
     files = [folder / name for name in ("picture.png", *arrays)]
     make_last(*files)
     return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
 
 
-def eye_codes(radiance: NDArray[np.float32], gain: float) -> NDArray[np.float32]:
-    """Encode light as the eye weighs it, in codes of 255."""
-    light = np.clip(radiance * np.float32(gain), 0, 1)
-    return np.asarray(255 * light ** np.float32(1 / 2.2))
-
-
-def in_field(coverage: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Mark the pixels ``(h, w)`` of an endoscope's picture that show something.
-
-    Beyond the field's stop nothing is shown.
-    """
-    half = min(coverage.shape) / 2
-    rows, columns = ((np.arange(n) + 0.5 - n / 2) / half for n in coverage.shape)
-    inside = np.hypot(rows[:, None], columns[None]) <= 1
-    return np.asarray((coverage > 0) & inside)
-
-
-def _added(request: SnapshotRequest, plane: NDArray[Any]) -> NDArray[np.uint32]:
+def _added(request: SnapshotRequest, plane: NDArray[np.generic]) -> NDArray[np.uint32]:
     """Add up what the rays of each pixel have."""
     counts = plane.astype(np.uint32)
     if request.image.samples == 1:
@@ -334,9 +314,3 @@ def _added(request: SnapshotRequest, plane: NDArray[Any]) -> NDArray[np.uint32]:
     rows = counts[0::2] + counts[1::2]
     total: NDArray[np.uint32] = rows[:, 0::2] + rows[:, 1::2]
     return total
-
-
-def _npy(array: NDArray[Any]) -> bytes:
-    buffer = io.BytesIO()
-    npy.write_array(buffer, np.ascontiguousarray(array), allow_pickle=False)
-    return buffer.getvalue()

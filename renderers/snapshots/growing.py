@@ -65,7 +65,7 @@ class GrowingPicture:
         self._read = 0
 
     def update(self) -> bool:
-        """Take what came since the last look; tell whether anything did."""
+        """Read what came since the last call; return whether anything did."""
         path = self._spool.attempt_folder(self._job_id) / FILE_NAME
         if path != self._path:
             # Another worker took the job over and shows it from the beginning.

@@ -1,9 +1,8 @@
-"""What is said about a job while it is worked on, and what may end it early."""
+"""The status of a job while it is worked on, and what may end it early."""
 
 import threading
 import time
 from contextlib import AbstractContextManager
-from types import TracebackType
 
 from renderers.art.job_steps import Step, reached
 from renderers.snapshots.spool import JobState, JobStatus, Spool
@@ -42,12 +41,7 @@ class Heartbeat(AbstractContextManager["Heartbeat"]):
         self._thread.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self._over.set()
         self._thread.join()
 
@@ -57,11 +51,11 @@ class Heartbeat(AbstractContextManager["Heartbeat"]):
 
     @property
     def is_over(self) -> bool:
-        """Tell whether the last word was said here."""
+        """Return whether the final status was written here."""
         return self._said is not None
 
     def may_go_on(self) -> bool:
-        """Tell whether the job is still wanted, and still ours."""
+        """Return whether the job is still wanted, and still ours."""
         return self._said is None and not self._is_lost
 
     def look(self) -> bool:
@@ -76,7 +70,7 @@ class Heartbeat(AbstractContextManager["Heartbeat"]):
         return self.may_go_on()
 
     def end(self, state: JobState, message: str = "") -> None:
-        """Say the last word, unless it was said or another worker took the job over."""
+        """Write the final status, unless it stands or another worker has the job."""
         with self._lock:
             self._is_lost |= not self._spool.owns(self._job_id, self._attempt)
             if self.may_go_on():

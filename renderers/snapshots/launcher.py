@@ -1,7 +1,7 @@
-"""The program that starts ranks, and what it has to be told.
+"""The program that starts ranks, and the options it needs.
 
 MPICH starts any number of processes as any user and leaves them all processors. Open
-MPI has to be told to: it refuses the superuser and more ranks than cores, and binds one
+MPI needs options: it refuses the superuser and more ranks than cores, and binds one
 or two ranks to a core each, on which rank 0 would then shade with all of its threads.
 """
 
@@ -37,7 +37,7 @@ class Launcher:
     is_open_mpi: bool
 
     def command(self, ranks: int, *options: str) -> list[str]:
-        """Give the words that start so many ranks of the program put behind them.
+        """Return the arguments that start so many ranks of a program added to them.
 
         options: of the launcher itself.
         """
@@ -76,8 +76,8 @@ def find_launcher() -> Launcher | None:
     return None if path is None else launcher_at(path)
 
 
-def told_ranks() -> int:
-    """Get of how many ranks this process was started as one; 1 when by no launcher."""
+def launched_ranks() -> int:
+    """Return how many ranks were started with this one; 1 without a launcher."""
     sizes = (os.environ.get(name, "") for name in _SIZES)
     return next((int(size) for size in sizes if size.isdecimal()), 1)
 
@@ -87,13 +87,13 @@ def expect_company(ranks: int) -> None:
 
     Each of them would else be a worker of its own, without a word.
     """
-    told = told_ranks()
-    if ranks == 1 < told:
+    launched = launched_ranks()
+    if ranks == 1 < launched:
         raise TransportError(
-            f"This process is one of {told}, but MPI sees only itself: launcher and "
-            "MPI library do not belong together. Under Slurm name the plug-in of your "
-            f"MPI (srun --mpi=pmi2 for MPICH, pmix for Open MPI); else see {VARIABLE} "
-            "in docs/ranks.md."
+            f"This process is one of {launched}, but MPI sees only itself: launcher "
+            "and MPI library do not belong together. Under Slurm name the plug-in of "
+            "your MPI (srun --mpi=pmi2 for MPICH, pmix for Open MPI); else see "
+            f"{VARIABLE} in docs/ranks.md."
         )
 
 

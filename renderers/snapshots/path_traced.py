@@ -11,7 +11,7 @@ from renderers.scene import AirSurface
 from renderers.shading.path_light import BATCH_PATHS, PathLight, PathTracer, SeenWalls
 from renderers.shading.path_sampling import PathSampling
 from renderers.snapshots.data_store import DataStore
-from renderers.snapshots.request import ScopeWork, SnapshotRequest, TruthSpec
+from renderers.snapshots.request import PathTracingSpec, ScopeWork, SnapshotRequest
 from renderers.snapshots.saved_work import SavedWork
 from renderers.snapshots.team import Progress
 
@@ -23,7 +23,7 @@ LOOK_EVERY = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Truth:
+class PathTracedLight:
     """Hold what paths found; see `SnapshotResult` for complete and noise."""
 
     light: PathLight
@@ -33,14 +33,14 @@ class Truth:
 
     @property
     def batches(self) -> NDArray[np.int32]:
-        """Get the batches of each ray, ``(h, w)``."""
+        """Return the batches of each ray, ``(h, w)``."""
         assert self.light.batches is not None
         return self.light.batches
 
 
-def truth_of(request: SnapshotRequest) -> TruthSpec | None:
-    """Get what a request says of paths."""
-    return request.work.truth if isinstance(request.work, ScopeWork) else None
+def path_tracing_of(request: SnapshotRequest) -> PathTracingSpec | None:
+    """Return a request's path tracing, None in other modes."""
+    return request.work.path_tracing if isinstance(request.work, ScopeWork) else None
 
 
 def follow_light(
@@ -52,13 +52,13 @@ def follow_light(
     go_on: Progress,
     enough: Callable[[], bool],
     saved: SavedWork | None = None,
-) -> Truth:
+) -> PathTracedLight:
     """Walk paths until noise or number is reached, or `enough` says so.
 
     saved: of an earlier attempt, to go on from. Raise RenderStoppedError when `go_on`
     says so, ValueError for a state that is not this view's.
     """
-    spec = work.truth
+    spec = work.path_tracing
     assert spec is not None
     state = None if saved is None else saved.paths()
     if state is None and spec.state is not None:
@@ -76,7 +76,9 @@ def follow_light(
             complete = noise <= spec.noise or (sampling.is_complete and done >= most)
             if complete or enough():
                 known = noise if np.isfinite(noise) else None
-                return Truth(sampling.light(), complete, known, sampling.state())
+                return PathTracedLight(
+                    sampling.light(), complete, known, sampling.state()
+                )
             if saved is not None:
                 saved.watch_paths(sampling.state)
             for _ in range(min(LOOK_EVERY, max(most - done, 1))):

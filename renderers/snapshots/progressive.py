@@ -1,25 +1,200 @@
 """A picture at any moment: coarse first, then ray by ray as it shall be."""
 
+import time
 from collections import Counter
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import replace
+from pathlib import Path
+from typing import TypeVar
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
+from renderers.art.regions import Gather, Region
 from renderers.art.tracer import RenderStoppedError
 from renderers.scene import GBuffer, Image, Scene
-from renderers.snapshots.filling import fill
-from renderers.snapshots.preview import Preview
-from renderers.snapshots.request import ImageSpec, SnapshotRequest
+from renderers.snapshots.delivery import Finisher
+from renderers.snapshots.growing import TILE_PX, TileWriter
+from renderers.snapshots.request import ImageSpec, ScopeWork, SnapshotRequest
 from renderers.snapshots.saved_work import SavedWork
-from renderers.snapshots.team import Progress, Team
-from renderers.snapshots.traced import Tools, Traced, empty_gather, traced_camera
+from renderers.snapshots.team import (
+    Progress,
+    Team,
+    Tools,
+    Traced,
+    empty_gather,
+    found_by,
+    traced_camera,
+)
+
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 COARSER = (16, 4)
 """Rays along a side that one ray of a coarse picture stands for: .4 and 6 % of them."""
 
+
 SMALLEST_PX = 8
 """Pictures smaller than this are not asked for."""
+
+
+SHARE = 0.1
+"""Of the time so far, that may go into shading what is then shaded again."""
+
+
+FIRST_S = 0.25
+"""A picture that is finished sooner is not shown in parts."""
+
+
+def fill(
+    found: GBuffer | Image, done: NDArray[np.bool_], coarse: GBuffer | Image
+) -> GBuffer | Image:
+    """Show a coarser picture of the same view where a picture is not done yet."""
+    rows, columns = (
+        _nearest(size, other, min(found.size), min(coarse.size))
+        for size, other in zip(found.size, coarse.size, strict=True)
+    )
+
+    def mixed(fine: NDArray[Scalar], rough: NDArray[Scalar]) -> NDArray[Scalar]:
+        mask = done.reshape(done.shape + (1,) * (fine.ndim - 2))
+        return np.asarray(np.where(mask, fine, rough[rows[:, None], columns]))
+
+    if isinstance(found, Image):
+        assert isinstance(coarse, Image)
+        assert found.depth_mm is not None
+        assert coarse.depth_mm is not None
+        return Image(
+            mixed(found.rgba, coarse.rgba), mixed(found.depth_mm, coarse.depth_mm)
+        )
+    assert isinstance(coarse, GBuffer)
+    return replace(
+        found,
+        depth_mm=mixed(found.depth_mm, coarse.depth_mm),
+        normal=mixed(found.normal, coarse.normal),
+        coverage=mixed(found.coverage, coarse.coverage),
+        material=mixed(found.material, coarse.material),
+    )
+
+
+def _nearest(size: int, other: int, short: int, other_short: int) -> NDArray[np.intp]:
+    """Find the coarse pixel whose centre lies nearest to each fine one's.
+
+    short: the pictures' shorter sides, which the lens's field falls on.
+    """
+    at = (np.arange(size) + 0.5 - size / 2) * (other_short / short) + other / 2
+    nearest: NDArray[np.intp] = np.clip(np.floor(at), 0, other - 1).astype(np.intp)
+    return nearest
+
+
+class Preview(AbstractContextManager["Preview"]):
+    """Show coarse pictures, then finished parts of the picture itself.
+
+    None of it touches the picture: parts are shaded anew when all are there.
+    """
+
+    def __init__(
+        self, folder: Path, request: SnapshotRequest, scene: Scene, finisher: Finisher
+    ) -> None:
+        """Show nothing of a request that is not progressive.
+
+        folder: the attempt's.
+        """
+        self._request = request
+        self._scene = scene
+        self._finisher = finisher
+        self._tiles = TileWriter(folder) if request.progressive else None
+        image = request.image
+        self._whole = Region(0, 0, image.width, image.height)
+        self._waiting = [
+            Region(x, y, min(x + TILE_PX, image.width), min(y + TILE_PX, image.height))
+            for y in range(0, image.height, TILE_PX)
+            for x in range(0, image.width, TILE_PX)
+        ]
+        self._coarse: GBuffer | Image | None = None
+        self._gain: float | None = None
+        self._began = time.monotonic()
+        self._spent_s = 0.0
+
+    def __exit__(self, *error: object) -> None:
+        if self._tiles is not None:
+            self._tiles.close()
+
+    def show_coarse(self, request: SnapshotRequest, found: GBuffer | Image) -> None:
+        """Show a coarse picture in place of the whole.
+
+        request: for just that coarse picture.
+        """
+        if self._tiles is not None:
+            picture = self._finisher.finish(
+                _by_quick_light(request), self._scene, Traced(found, {})
+            )
+            self._tiles.add(self._whole, picture.pixels)
+            self._coarse, self._gain = found, picture.gain
+
+    def show_picture(self, pixels: NDArray[np.uint8]) -> None:
+        """Show a picture of the final size that is not final."""
+        if self._tiles is not None:
+            self._tiles.add(self._whole, pixels)
+
+    def looking_at(self, gather: Gather, progress: Progress) -> Progress:
+        """Show what is gathered whenever progress is told and there is time for it."""
+        if self._tiles is None:
+            return progress
+
+        def go_on(share: float) -> bool:
+            elapsed = time.monotonic() - self._began
+            if elapsed > FIRST_S and self._spent_s < SHARE * elapsed:
+                self.show_parts(gather)
+            return progress(share)
+
+        return go_on
+
+    def show_parts(self, gather: Gather) -> None:
+        """Shade one sample a pixel of what is there; show the parts that are new."""
+        assert self._tiles is not None
+        began = time.monotonic()
+        step = 2 if self._request.image.samples == 4 else 1
+        done = gather.done[::step, ::step]
+        fresh = [r for r in self._waiting if done[r.rows, r.columns].all()]
+        if fresh:
+            part = Gather(self._whole.right, self._whole.bottom)
+            part.value = np.ascontiguousarray(gather.value[::step, ::step])
+            part.depth = np.ascontiguousarray(gather.depth[::step, ::step])
+            part.solids = gather.solids and gather.solids.every(step)
+            single = self._single()
+            found = found_by(single, self._scene, part)
+            if self._coarse is not None:
+                # else the camera's blur would draw a dark rim round each part
+                found = fill(found, done, self._coarse)
+            pixels = self._finisher.finish(
+                single, self._scene, Traced(found, {})
+            ).pixels
+            for region in fresh:
+                self._tiles.add(region, pixels[region.rows, region.columns])
+            shown = set(fresh)
+            self._waiting = [region for region in self._waiting if region not in shown]
+        self._spent_s += time.monotonic() - began
+
+    def _single(self) -> SnapshotRequest:
+        """Make the request of one sample a pixel, exposed as the coarse pictures were.
+
+        A camera that metered what happens to be there would flicker.
+        """
+        request = _by_quick_light(self._request)
+        work = request.work
+        if isinstance(work, ScopeWork) and work.gain is None:
+            work = msgspec.structs.replace(work, gain=self._gain)
+        image = ImageSpec(self._whole.right, self._whole.bottom, 1)
+        return msgspec.structs.replace(request, image=image, work=work)
+
+
+def _by_quick_light(request: SnapshotRequest) -> SnapshotRequest:
+    """Leave out light by paths, which takes longer than all the rest."""
+    work = request.work
+    if isinstance(work, ScopeWork):
+        work = msgspec.structs.replace(work, path_tracing=None)
+    return msgspec.structs.replace(request, work=work)
 
 
 def trace_best(
@@ -45,11 +220,22 @@ def trace_best(
     coarse: GBuffer | Image | None = None
     sides = 1
     for rough in coarse_requests(request):
-        coarse, is_whole = _coarse(
-            team, rough, scene, progress, enough, cost, coarse, tools
-        )
-        if is_whole:
-            sides = -(-traced_camera(request).width // rough.image.width)
+
+        def go_on(_: float, before: GBuffer | Image | None = coarse) -> bool:
+            return progress(0.0) and (before is None or not enough())
+
+        try:
+            traced = team.trace(rough, scene, go_on, tools=tools)
+        except RenderStoppedError as stop:
+            if coarse is None or stop.partial is None or stop.done is None:
+                raise
+            if not enough():
+                raise
+            coarse = fill(stop.partial, stop.done, coarse)
+            break
+        cost.update(traced.counters)
+        coarse = traced.found
+        sides = -(-traced_camera(request).width // rough.image.width)
         if enough():
             break
         if preview:
@@ -79,7 +265,7 @@ def trace_best(
 
 
 def coarse_requests(request: SnapshotRequest) -> list[SnapshotRequest]:
-    """Ask for pictures of fewer rays, the coarsest first.
+    """Make requests of fewer rays, the coarsest first.
 
     There are none where the picture is not progressive, or too small for that.
     """
@@ -92,33 +278,6 @@ def coarse_requests(request: SnapshotRequest) -> list[SnapshotRequest]:
         for size in sizes
         if min(size) >= SMALLEST_PX
     ]
-
-
-def _coarse(
-    team: Team,
-    request: SnapshotRequest,
-    scene: Scene,
-    progress: Progress,
-    enough: Callable[[], bool],
-    cost: Counter[str],
-    coarser: GBuffer | Image | None,
-    tools: Tools,
-) -> tuple[GBuffer | Image, bool]:
-    """Trace a coarse picture; give it, and whether all of it was traced."""
-
-    def go_on(_: float) -> bool:
-        return progress(0.0) and (coarser is None or not enough())
-
-    try:
-        traced = team.trace(request, scene, go_on, tools=tools)
-        cost.update(traced.counters)
-        return traced.found, True
-    except RenderStoppedError as stop:
-        if coarser is None or stop.partial is None or stop.done is None:
-            raise
-        if not enough():
-            raise
-        return fill(stop.partial, stop.done, coarser), False
 
 
 def _never() -> bool:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from disk import UserError
 from renderers.art.job_steps import Step, reached
-from renderers.snapshots.shared_files import HIDDEN
+from renderers.snapshots.data_store import HIDDEN
 from renderers.snapshots.spool import Spool
 
 KEEP_S = 7 * 86_400.0
@@ -126,7 +126,7 @@ class Pruner:
 
 
 def _age_s(path: Path, now: float) -> float:
-    """Get a file's age; less than any limit where another pruner was quicker."""
+    """Return a file's age; less than any limit where another pruner was quicker."""
     try:
         return now - path.stat().st_mtime
     except FileNotFoundError:

@@ -19,10 +19,16 @@ from numpy.typing import NDArray
 from renderers.art.tracer import RenderStoppedError
 from renderers.scene import GBuffer, Scene
 from renderers.shading import downsample_gbuffer, downsample_radiance, meter
-from renderers.snapshots.delivery import Finisher, Picture, eye_codes, in_field
+from renderers.snapshots.delivery import Finisher, Picture
+from renderers.snapshots.error_estimate import (
+    block_sums,
+    eye_codes,
+    in_field,
+    sample_error,
+    spread_blocks,
+)
 from renderers.snapshots.request import ImageSpec, ScopeWork, SnapshotRequest
-from renderers.snapshots.team import Progress, Team
-from renderers.snapshots.traced import empty_gather
+from renderers.snapshots.team import Progress, Team, empty_gather
 
 TILE_PX = 8
 """Edge of a tile: two of the lattice's steps for bounced light."""
@@ -38,25 +44,17 @@ FIRST_SCALE, EDGES = 0.5, 2.0
 is elsewhere than in the worst eighth. In the six nasal views, 256 x 256, .25 to .64 and
 2.0 to 2.2 would have been right."""
 
-FLOOR_CODES = 0.5
-"""Estimate where neighbours are alike: there is detail finer than a pixel."""
-
-NORMAL_WEIGHT, DEPTH_WEIGHT = 0.5, 0.25
-"""What a step in normal or depth counts beside one in colour: an edge may cross a pixel
-whose neighbours look alike."""
-
 Show = Callable[[NDArray[np.uint8]], None]
-Plane = NDArray[np.float64]
 
 
 def can_refine(request: SnapshotRequest) -> bool:
-    """Tell whether a request asks for samples in the order of what they change."""
+    """Return whether a request asks for samples in the order of what they change."""
     work = request.work
     return (
         request.tolerance is not None
         and request.image.samples == 4
         and isinstance(work, ScopeWork)
-        and work.truth is None
+        and work.path_tracing is None
     )
 
 
@@ -99,34 +97,35 @@ class Refinement:
             self._sight.casters,
         )
         self._counted = in_field(self._gbuffer.coverage)
-        self.guess = self._guess()
+        code = eye_codes(self._radiance, self._gain)
+        self.guess = sample_error(self._gbuffer, code, self._counted)
         height, width = self._gbuffer.size
         self._tiles_across = -(-width // TILE_PX)
-        self._tiles = _tile_sums(self.guess**2)
+        self._tiles = block_sums(self.guess**2, TILE_PX)
         self._order = np.argsort(-self._tiles.ravel(), kind="stable")
         self.refined = np.zeros((height, width), np.bool_)
         self._scale = FIRST_SCALE
 
     @property
     def share(self) -> float:
-        """Get the share of the tiles that are refined."""
+        """Return the share of the tiles that are refined."""
         return self._done / len(self._order)
 
     @property
     def error(self) -> float:
-        """Get the estimated root mean square error, in codes of encoded light."""
+        """Return the estimated root mean square error, in codes of encoded light."""
         rest = float((self.guess[~self.refined] ** 2).sum())
         return self._scale * math.sqrt(rest / max(int(self._counted.sum()), 1))
 
     @property
     def is_done(self) -> bool:
-        """Tell whether the request is satisfied."""
+        """Return whether the request is satisfied."""
         tolerance = self._request.tolerance or 0.0
         return self.share == 1 or (tolerance > 0 and self.error <= tolerance)
 
     @property
     def next_tiles(self) -> int:
-        """Get the tiles to refine next: an eighth of all, or what is still asked for.
+        """Return the tiles to refine next: an eighth of all, or what is still needed.
 
         Where a tolerance is asked for, and the estimate has been put right by a first
         eighth, as many as it takes by that estimate, and a tenth more of the error:
@@ -150,8 +149,8 @@ class Refinement:
             (-(-self._gbuffer.size[0] // TILE_PX), self._tiles_across), bool
         )
         fresh.ravel()[chosen] = True
-        here = _spread(fresh, TILE_PX, self._gbuffer.size)
-        only = _spread(fresh, 2 * TILE_PX, self._fine.size)
+        here = spread_blocks(fresh, TILE_PX, self._gbuffer.size)
+        only = spread_blocks(fresh, 2 * TILE_PX, self._fine.size)
         lights = self._sight.shader.lattice_pixels(
             self._sight.with_tools(self._fine), only
         )
@@ -185,7 +184,7 @@ class Refinement:
         self.refined |= here
 
     def picture(self) -> Picture:
-        """Take the picture as it is now."""
+        """Return the picture as it is now."""
         pixels, gain = self._finisher.expose(
             self._request, self._work, self._radiance, self._gbuffer
         )
@@ -219,31 +218,6 @@ class Refinement:
             getattr(self._fine, name)[rays] = getattr(traced.found, name)[rays]
         self._have |= rays
 
-    def _guess(self) -> Plane:
-        """Estimate each pixel's error, but for a scale, ``(h, w)`` codes."""
-        code = eye_codes(self._radiance, self._gain)
-        shown = self._gbuffer.coverage > 0
-        depth = np.log(np.where(shown, self._gbuffer.depth_mm, np.float32(1e3)))
-        bright = code.mean(axis=-1)
-        total = np.zeros(shown.shape, np.float32)
-        for axis in (0, 1):
-            # light that rises evenly is right in the middle of a pixel
-            bend = np.zeros_like(code)
-            rise = np.diff(code, axis=axis) / 2
-            first, last = _halves(axis)
-            bend[first] -= rise
-            bend[last] += rise
-            total += np.einsum("ijk,ijk->ij", bend, bend) / 3
-            normal = self._gbuffer.normal
-            turn = 1 - np.einsum("ijk,ijk->ij", normal[first], normal[last])
-            turn = np.clip(turn, 0, 1) * (shown[first] & shown[last])
-            step = np.minimum(np.abs(np.diff(depth, axis=axis)), 1)
-            edge = (NORMAL_WEIGHT * turn + DEPTH_WEIGHT * step) ** 2 / 2
-            total[first] += edge * bright[first] ** 2
-            total[last] += edge * bright[last] ** 2
-        guess = np.sqrt(np.where(self._counted, total / 2 + FLOOR_CODES**2, 0))
-        return np.asarray(guess, np.float64)
-
 
 def refined(
     refinement: Refinement,
@@ -265,25 +239,3 @@ def refined(
             break
         refinement.step()
     return refinement.picture()
-
-
-def _halves(axis: int) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
-    """Give all but the last, and all but the first, along one of two axes."""
-    before, after = [slice(None)] * 2, [slice(None)] * 2
-    before[axis], after[axis] = slice(None, -1), slice(1, None)
-    return tuple(before), tuple(after)
-
-
-def _tile_sums(plane: Plane) -> Plane:
-    rows = np.add.reduceat(plane, np.arange(0, plane.shape[0], TILE_PX), axis=0)
-    return np.asarray(
-        np.add.reduceat(rows, np.arange(0, plane.shape[1], TILE_PX), axis=1)
-    )
-
-
-def _spread(
-    tiles: NDArray[np.bool_], edge: int, size: tuple[int, int]
-) -> NDArray[np.bool_]:
-    """Give each pixel its tile's mark."""
-    whole = np.repeat(np.repeat(tiles, edge, axis=0), edge, axis=1)
-    return np.ascontiguousarray(whole[: size[0], : size[1]])

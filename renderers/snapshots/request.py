@@ -4,6 +4,7 @@ Strict: an unknown key, a number that is not finite or out of range, or a wrong 
 refused with the field's name. A request names data by digest only, never by path.
 """
 
+import math
 from typing import Annotated, Literal, TypeAlias
 
 import msgspec
@@ -11,40 +12,72 @@ import numpy as np
 from msgspec import Meta, Struct
 
 from disk import UserError
-from disk.schema_words import loose_json, schema_words
+from disk.validation_message import decode_untyped, validation_message
 from renderers.art.quality import ClassificationName, Quality
 from renderers.scene import (
     Camera,
     Distortion,
-    Light,
-    PhongMaterial,
     Projection,
-    TransferFunction,
 )
-from renderers.snapshots.deflector_request import DeflectorSpec, to_deflection
+from renderers.scene.deflection import (
+    Cut,
+    Deflection,
+    Deflector,
+    Rotation,
+    Scaling,
+    Translation,
+)
 
 LARGEST_REQUEST = 256 * 1024
 """Bytes of a request, at most; arrays travel beside it."""
 
+
 REQUEST_SCHEMA: Literal["paravol.snapshot.request/2"] = "paravol.snapshot.request/2"
+
+
 RESULT_SCHEMA: Literal["paravol.snapshot.result/2"] = "paravol.snapshot.result/2"
+
 
 # Patterns are searched, not matched, and `$` accepts a final newline: hence the length.
 Digest: TypeAlias = Annotated[
     str, Meta(pattern="^[0-9a-f]{64}$", min_length=64, max_length=64)
 ]
+
+
 JobId: TypeAlias = Annotated[
     str, Meta(pattern="^[0-9a-f]{32}$", min_length=32, max_length=32)
 ]
+
+
 Coordinate: TypeAlias = Annotated[float, Meta(ge=-1e7, le=1e7)]
+
+
 Cosine: TypeAlias = Annotated[float, Meta(ge=-1.001, le=1.001)]
+
+
 Positive: TypeAlias = Annotated[float, Meta(gt=0, le=1e6)]
+
+
 Share: TypeAlias = Annotated[float, Meta(ge=0, le=1)]
+
+
 Amount: TypeAlias = Annotated[float, Meta(ge=0, le=1e6)]
+
+
 Pixels: TypeAlias = Annotated[int, Meta(ge=8, le=8192)]
+
+
 Point: TypeAlias = tuple[Coordinate, Coordinate, Coordinate]
+
+
 Axis: TypeAlias = tuple[Cosine, Cosine, Cosine]
+
+
 Row: TypeAlias = tuple[Cosine, Cosine, Cosine, Coordinate]
+QualityName = Literal["preview", "snapshot", "final", "reference"]
+ProjectionName = Literal["equidistant", "perspective", "orthographic"]
+MaterialName = Literal["METAL", "DARK_PLASTIC", "BLOOD", "MUCUS", "POLYP", "BONE"]
+Samples = Literal[1, 4]
 
 
 class _Strict(Struct, forbid_unknown_fields=True, frozen=True):
@@ -70,7 +103,7 @@ class CameraSpec(_Strict, frozen=True):
     axes: tuple[Axis, Axis, Axis]
     """Unit right, up and forward."""
     extent: Positive
-    projection: Literal["equidistant", "perspective", "orthographic"] = "equidistant"
+    projection: ProjectionName = "equidistant"
     distortion: tuple[float, float] = (0.0, 0.0)
 
 
@@ -79,7 +112,7 @@ class ImageSpec(_Strict, frozen=True):
 
     width: Pixels
     height: Pixels
-    samples: Literal[1, 4] = 1
+    samples: Samples = 1
 
 
 class InstrumentSpec(_Strict, frozen=True):
@@ -87,11 +120,11 @@ class InstrumentSpec(_Strict, frozen=True):
 
     vertices: Digest
     faces: Digest
-    material: Literal["METAL", "DARK_PLASTIC", "BLOOD", "MUCUS", "POLYP", "BONE"]
+    material: MaterialName
     world_from_mesh: tuple[Row, Row, Row]
 
 
-class TruthSpec(_Strict, frozen=True):
+class PathTracingSpec(_Strict, frozen=True):
     """Follow light from wall to wall by random paths; see `renderers.shading.paths`.
 
     paths: of each ray, on average, at most. noise: enough when the error estimated is
@@ -122,7 +155,7 @@ class ScopeWork(_Strict, frozen=True, tag="scope", tag_field="mode"):
     gain: Annotated[float, Meta(gt=0, le=1e9)] | None = None
     frame_number: Annotated[int, Meta(ge=0, lt=2**31)] = 0
     instruments: Annotated[tuple[InstrumentSpec, ...], Meta(max_length=16)] = ()
-    truth: TruthSpec | None = None
+    path_tracing: PathTracingSpec | None = msgspec.field(name="truth", default=None)
 
 
 class LightSpec(_Strict, frozen=True):
@@ -156,8 +189,45 @@ class ClassicWork(_Strict, frozen=True, tag="classic", tag_field="mode"):
     instruments: Annotated[tuple[InstrumentSpec, ...], Meta(max_length=16)] = ()
 
 
+Millimetres: TypeAlias = Annotated[float, Meta(gt=0, le=1e4)]
+
+
+class _Ball(Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind"):
+    center_mm: Point
+    radius_mm: Millimetres
+
+
+class TranslationSpec(_Ball, frozen=True, tag="translate"):
+    """Pull tissue; see `renderers.scene.deflection.Translation`."""
+
+    shift_mm: Point
+
+
+class RotationSpec(_Ball, frozen=True, tag="rotate"):
+    """Turn tissue; see `renderers.scene.deflection.Rotation`."""
+
+    axis: Point
+    angle_deg: Annotated[float, Meta(ge=-720, le=720)]
+
+
+class ScalingSpec(_Ball, frozen=True, tag="scale"):
+    """Swell or shrink tissue; see `renderers.scene.deflection.Scaling`."""
+
+    factor: Annotated[float, Meta(gt=0, le=1000)]
+
+
+class CutSpec(_Ball, frozen=True, tag="cut"):
+    """Part tissue; see `renderers.scene.deflection.Cut`."""
+
+    normal: Point
+    pull_mm: Millimetres
+
+
+DeflectorSpec: TypeAlias = TranslationSpec | RotationSpec | ScalingSpec | CutSpec
+
+
 class SnapshotRequest(_Strict, frozen=True):
-    """Ask for one picture.
+    """Request one picture.
 
     priority: 0 is drawn first. step_voxels, cutoff: replace those of `quality`; a step
     given is taken in any scene.
@@ -168,7 +238,7 @@ class SnapshotRequest(_Strict, frozen=True):
     rays, the first of them moving the undeformed tissue. deliver_after_s: the best
     picture so far is delivered then. tolerance: 4 samples a pixel only where they
     matter most, until the error is estimated at so many codes; 0 for everywhere, in
-    that order; None in whatever order is quickest. In mode scope without truth.
+    that order; None in whatever order is quickest. In mode scope without path tracing.
     classification: see `Quality`.
     """
 
@@ -177,7 +247,7 @@ class SnapshotRequest(_Strict, frozen=True):
     camera: CameraSpec
     image: ImageSpec
     work: ScopeWork | ClassicWork
-    quality: Literal["preview", "snapshot", "final", "reference"] = "snapshot"
+    quality: QualityName = "snapshot"
     step_voxels: Annotated[float, Meta(ge=1 / 256, le=4)] | None = None
     cutoff: Annotated[float, Meta(ge=0, lt=0.5)] | None = None
     priority: Annotated[int, Meta(ge=0, le=9)] = 5
@@ -212,12 +282,12 @@ class SnapshotRequest(_Strict, frozen=True):
             named.renormalise,
             named.compact,
             classification=self.classification,
-            aim=named.aim if step is None else None,
+            tolerance=named.tolerance if step is None else None,
         )
 
 
 class SnapshotResult(_Strict, frozen=True):
-    """Say what was drawn, and what it cost.
+    """Report what was drawn, and what it cost.
 
     seconds: `load`, `trace`, `shade`, `total`. digests: of the files, by name.
     counters: what tracing cost; views_skipped, traces_skipped: 1 where a picture, or
@@ -228,7 +298,7 @@ class SnapshotResult(_Strict, frozen=True):
     it is not known yet. error: estimated root mean square error, in codes of the
     encoded light, of a picture whose samples went where they mattered most, or whose
     rays were not all traced, or whose paths were not walked everywhere; else None.
-    camera_in_tissue: see `renderers.snapshots.camera_check`. step_voxels: of the steps
+    camera_in_tissue: see `renderers.snapshots.scene_loader`. step_voxels: of the steps
     taken, which a scene may have made shorter than its quality's; None where nothing,
     or not all, was traced for this picture.
     """
@@ -261,7 +331,7 @@ def decode_request(record: bytes) -> SnapshotRequest:
     try:
         request = msgspec.json.decode(record, type=SnapshotRequest)
     except msgspec.ValidationError as error:
-        words = schema_words(error, SnapshotRequest, loose_json(record))
+        words = validation_message(error, SnapshotRequest, decode_untyped(record))
         raise UserError(words) from error
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise UserError(f"a request is JSON; {error}") from error
@@ -280,23 +350,20 @@ def decode_request(record: bytes) -> SnapshotRequest:
     return request
 
 
-def to_transfer_function(work: ClassicWork) -> TransferFunction:
-    """Build a request's transfer function."""
-    return TransferFunction(
-        np.array([node.density for node in work.nodes]),
-        np.array([node.color for node in work.nodes]),
-        np.array([node.kappa_per_mm for node in work.nodes]),
-    )
+def to_deflection(specs: tuple[DeflectorSpec, ...]) -> Deflection:
+    """Build deflectors; FoldError or ValueError where one cannot be."""
+    return Deflection(tuple(_built(spec) for spec in specs))
 
 
-def to_lights(work: ClassicWork) -> tuple[Light, ...]:
-    """Build a request's lights."""
-    return tuple(
-        Light(np.array(light.vector), np.array(light.color), light.is_local)
-        for light in work.lights
-    )
-
-
-def to_material(work: ClassicWork) -> PhongMaterial:
-    """Build a request's material."""
-    return PhongMaterial(work.ambient, work.diffuse, work.specular, work.shininess)
+def _built(spec: DeflectorSpec) -> Deflector:
+    center, radius = np.array(spec.center_mm), spec.radius_mm
+    match spec:
+        case TranslationSpec():
+            return Translation(center, radius, np.array(spec.shift_mm))
+        case RotationSpec():
+            angle = math.radians(spec.angle_deg)
+            return Rotation(center, radius, np.array(spec.axis), angle)
+        case ScalingSpec():
+            return Scaling(center, radius, spec.factor)
+        case CutSpec():
+            return Cut(center, radius, np.array(spec.normal), spec.pull_mm)

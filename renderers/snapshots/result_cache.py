@@ -9,21 +9,20 @@ change.
 
 import hashlib
 from collections import OrderedDict
-from collections.abc import Iterable
 from dataclasses import fields
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
+from renderers.scene import GBuffer, Image
 from renderers.snapshots.delivery import Picture
 from renderers.snapshots.request import ClassicWork, SnapshotRequest
-from renderers.snapshots.traced import Traced
+from renderers.snapshots.team import Traced
 
 V = TypeVar("V")
 
-KEPT_BYTES = 256 << 20
+CACHE_BYTES = 256 << 20
 """Of pictures, and again of what rays found; the least recently used go."""
 
 
@@ -46,7 +45,7 @@ def trace_key(request: SnapshotRequest) -> bytes:
     """Describe all that rays depend on: not exposure, background or scope's tools."""
     work = request.work
     if isinstance(work, ClassicWork):
-        bare: Any = msgspec.structs.replace(work, background=(0.0, 0.0, 0.0))
+        bare: object = msgspec.structs.replace(work, background=(0.0, 0.0, 0.0))
     else:
         bare = work.distance, work.grid
     # the key of the rest has the work of nobody in its place
@@ -54,33 +53,33 @@ def trace_key(request: SnapshotRequest) -> bytes:
     return msgspec.json.encode((bare, rest))
 
 
-class KeptViews:
+class ResultCache:
     """Keep finished pictures and traced rays, as many as there is room for.
 
     room: bytes of each; none are kept where it is 0.
     """
 
-    def __init__(self, room: int = KEPT_BYTES) -> None:
+    def __init__(self, room: int = CACHE_BYTES) -> None:
         self._pictures = _Recent[Picture](room)
         self._traces = _Recent[Traced](room)
 
     def picture(self, request: SnapshotRequest) -> Picture | None:
-        """Get the picture of an equal request, if it is still here."""
+        """Return the picture of an equal request, if it is still here."""
         return self._pictures.get(picture_key(request))
 
     def traced(self, request: SnapshotRequest) -> Traced | None:
-        """Get what the rays of an equal view found, if it is still here."""
+        """Return what the rays of an equal view found, if it is still here."""
         return self._traces.get(trace_key(request))
 
     def keep_traced(self, request: SnapshotRequest, traced: Traced) -> None:
         """Keep what rays found, unless some were left out."""
         if traced.drawn is None:
-            self._traces.put(trace_key(request), traced, _bytes(_arrays(traced.found)))
+            self._traces.put(trace_key(request), traced, _bytes(traced.found))
 
     def keep_picture(self, request: SnapshotRequest, picture: Picture) -> None:
         """Keep a picture, unless it was stopped early."""
         if picture.complete:
-            self._pictures.put(picture_key(request), picture, _bytes(_arrays(picture)))
+            self._pictures.put(picture_key(request), picture, _bytes(picture))
 
 
 class _Recent(Generic[V]):
@@ -113,10 +112,6 @@ class _Recent(Generic[V]):
             self._used -= self._values.popitem(last=False)[1][1]
 
 
-def _arrays(holder: Any) -> Iterable[NDArray[Any]]:
+def _bytes(holder: Picture | GBuffer | Image) -> int:
     values = (getattr(holder, field.name) for field in fields(holder))
-    return [value for value in values if isinstance(value, np.ndarray)]
-
-
-def _bytes(arrays: Iterable[NDArray[Any]]) -> int:
-    return sum(array.nbytes for array in arrays)
+    return sum(value.nbytes for value in values if isinstance(value, np.ndarray))

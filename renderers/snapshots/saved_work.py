@@ -27,12 +27,10 @@ from renderers.art.regions import (
     region_payload,
     split_regions,
 )
-from renderers.snapshots.lease import SAVE_EVERY_S
+from renderers.snapshots.data_store import write_whole
 from renderers.snapshots.request import SnapshotRequest
-from renderers.snapshots.shared_files import write_whole
-from renderers.snapshots.spool import Spool
-from renderers.snapshots.team import Progress
-from renderers.snapshots.traced import traced_camera
+from renderers.snapshots.spool import SAVE_EVERY_S, Spool
+from renderers.snapshots.team import Progress, traced_camera
 
 SHARE = 0.05
 """Of the time, that may go into saving."""
@@ -45,7 +43,7 @@ _DIGEST = hashlib.sha256().digest_size
 
 @cache
 def code_key() -> bytes:
-    """Get a digest of all that a ray's bits may depend on, besides the request.
+    """Return a digest of all that a ray's bits may depend on, besides the request.
 
     Ask once before anything is drawn: of sources that are replaced while they run it
     would tell those that do not run.
@@ -62,7 +60,7 @@ def code_key() -> bytes:
 
 
 def _processor() -> str:
-    """Tell what numpy may choose its instructions by."""
+    """Return what numpy may choose its instructions by."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:

@@ -10,8 +10,11 @@ from disk import UserError
 from renderers.scene import (
     AIR_HU,
     AirSurface,
+    Light,
     Material,
     Mesh,
+    PhongMaterial,
+    Projection,
     Scene,
     TransferFunction,
     Volume,
@@ -19,16 +22,13 @@ from renderers.scene import (
 from renderers.scene.deflection import deflected_surface
 from renderers.scene.mesh import PlacedMesh
 from renderers.snapshots.data_store import DataStore
-from renderers.snapshots.deflector_request import to_deflection
 from renderers.snapshots.request import (
     ClassicWork,
     GridSpec,
     InstrumentSpec,
     ScopeWork,
     SnapshotRequest,
-    to_lights,
-    to_material,
-    to_transfer_function,
+    to_deflection,
 )
 
 LARGEST_VOLUME = 8 << 30
@@ -58,9 +58,16 @@ def load_scene(data: DataStore, request: SnapshotRequest) -> Scene:
     if isinstance(work, ClassicWork):
         return Scene(
             load_volume(data, work.volume, work.grid, background=AIR_HU),
-            to_transfer_function(work),
-            to_lights(work),
-            to_material(work),
+            TransferFunction(
+                np.array([node.density for node in work.nodes]),
+                np.array([node.color for node in work.nodes]),
+                np.array([node.kappa_per_mm for node in work.nodes]),
+            ),
+            tuple(
+                Light(np.array(light.vector), np.array(light.color), light.is_local)
+                for light in work.lights
+            ),
+            PhongMaterial(work.ambient, work.diffuse, work.specular, work.shininess),
         )
     distance = load_volume(data, work.distance, work.grid, "float32", background=1.0)
     blood = load_volume(data, work.blood, work.grid, "uint8", background=0.0)
@@ -99,7 +106,7 @@ def _key(part: object, request: SnapshotRequest) -> bytes:
 
 
 def seen_surface(request: SnapshotRequest, scene: Scene) -> AirSurface:
-    """Get the surface whose light is found: deformed as the rays see it."""
+    """Return the surface whose light is found: deformed as the rays see it."""
     if scene.surface is None:
         raise UserError("the scene has no air surface; mode scope needs one")
     if not request.deflectors:
@@ -108,7 +115,7 @@ def seen_surface(request: SnapshotRequest, scene: Scene) -> AirSurface:
 
 
 def rigid_pose(rows: ArrayLike) -> NDArray[np.float64]:
-    """Give the 4x4 transform of three rows; ValueError where it would bend a tool."""
+    """Return the 4x4 transform of three rows; ValueError where it would bend a tool."""
     pose = np.eye(4)
     pose[:3] = rows
     rotation = pose[:3, :3]
@@ -147,3 +154,39 @@ def instrument_meshes(
         )
         result.append((mesh, pose))
     return result
+
+
+ROUNDING = 1e-9
+"""Of the way to the volume's middle."""
+
+
+def camera_in_tissue(request: SnapshotRequest, scene: Scene) -> bool:
+    """Return whether the eye is in what it looks at.
+
+    In mode scope: behind the surface of the air. In mode classic: where the transfer
+    function lets less than all light through. Deflected tissue counts where it is
+    seen. An orthographic view has no eye, and whoever stands beside the volume is not
+    in it.
+    """
+    camera = request.to_camera()
+    if camera.projection is Projection.ORTHOGRAPHIC:
+        return False
+    eye = camera.eye_mm
+    if request.deflectors:
+        eye = to_deflection(request.deflectors).pull_back(eye[None])[0]
+    if isinstance(request.work, ScopeWork):
+        if scene.surface is None:
+            return False
+        field = scene.surface.distance
+    else:
+        field = scene.volume
+    # on a face one is in it, however its place is rounded
+    eye = eye + ROUNDING * (field.center_mm - eye)
+    voxel = field.voxel_from_world[:3, :3] @ eye + field.voxel_from_world[:3, 3]
+    if np.any(voxel < 0) or np.any(voxel > np.array(field.shape[::-1]) - 1):
+        return False
+    value = field.sample(eye)
+    if isinstance(request.work, ScopeWork):
+        return bool(value > 0)
+    _, kappa = scene.transfer_function.evaluate(value)
+    return bool(np.max(kappa) > 0)

@@ -22,7 +22,8 @@ so that a worker which was thought dead and wakes up cannot spoil what came afte
 import os
 import stat
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Container
+from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from typing import NamedTuple
@@ -31,17 +32,72 @@ import msgspec
 from msgspec import Struct
 
 from renderers.art.job_steps import Step, reached
-from renderers.snapshots.data_store import DataStore
-from renderers.snapshots.lease import LEASE_S, LeaseWatch
+from renderers.snapshots.data_store import HIDDEN, DataStore, make_last, write_whole
 from renderers.snapshots.request import (
     LARGEST_REQUEST,
     SnapshotRequest,
     SnapshotResult,
     decode_request,
 )
-from renderers.snapshots.shared_files import HIDDEN, make_last, write_whole
 
 _ATTEMPT = "attempt-"
+
+
+LEASE_S = 15.0
+"""Silence after which a worker counts as dead; heartbeats come every 2 s. Take 60 on a
+disk that machines share over a network, which may show a file late."""
+
+
+SAVE_EVERY_S = 2.0
+"""Time between two savings of what a worker has found, at least: at most so much, and
+what saving takes, is drawn again by whoever takes the job over. A picture that is
+finished sooner is not saved in parts."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Sign:
+    """Remember a heartbeat, since when it stands, and whether it was seen to change."""
+
+    heartbeat: tuple[int, int]
+    since_s: float
+    has_changed: bool
+
+
+class LeaseWatch:
+    """Judge silence by one's own clock since a heartbeat was last seen to change.
+
+    Clocks of two machines are never compared: a job's time begins when this object
+    first looks at it.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._signs: dict[str, _Sign] = {}
+
+    def is_stale(self, job_id: str, heartbeat: tuple[int, int], lease_s: float) -> bool:
+        """Return whether a heartbeat, attempt and count, has stood still for `lease_s`.
+
+        Look again and again: a change between two looks is a sign of life.
+        """
+        now = self._clock()
+        sign = self._signs.get(job_id)
+        if sign is None or sign.heartbeat != heartbeat:
+            self._signs[job_id] = _Sign(heartbeat, now, sign is not None)
+            return False
+        return now - sign.since_s > lease_s
+
+    def was_alive(self, job_id: str) -> bool:
+        """Return whether the heartbeat was ever seen to change."""
+        sign = self._signs.get(job_id)
+        return sign is not None and sign.has_changed
+
+    def forget(self, job_id: str) -> None:
+        """Begin anew with a job."""
+        self._signs.pop(job_id, None)
+
+    def keep_only(self, jobs: Container[str]) -> None:
+        """Forget all other jobs, so that memory does not grow with jobs that ended."""
+        self._signs = {j: sign for j, sign in self._signs.items() if j in jobs}
 
 
 class SpoolError(RuntimeError):
@@ -60,12 +116,12 @@ class JobState(Enum):
 
     @property
     def is_final(self) -> bool:
-        """Tell whether nothing more will happen."""
+        """Return whether the job has ended."""
         return self not in (JobState.QUEUED, JobState.RUNNING)
 
 
 class JobStatus(Struct, frozen=True, forbid_unknown_fields=True):
-    """Tell how a job stands. done: share of the picture. message: why it ended."""
+    """Hold the state of a job. done: share of the picture. message: why it ended."""
 
     state: JobState
     attempt: int = 0
@@ -121,11 +177,11 @@ class Spool:
         """Jobs seen to have ended, by id and inode, which are not looked at again."""
 
     def job_folder(self, job_id: str) -> Path:
-        """Get where a job's files are."""
+        """Return the folder of a job's files."""
         return self.jobs / job_id
 
     def attempt_folder(self, job_id: str, attempt: int | None = None) -> Path:
-        """Get where an attempt's files are; those of the last one for None."""
+        """Return the folder of an attempt's files; of the last one for None."""
         number = self._last_attempt(job_id) if attempt is None else attempt
         return self.job_folder(job_id) / f"{_ATTEMPT}{number}"
 
@@ -146,7 +202,7 @@ class Spool:
             raise SpoolError(f"Job {request.id} already asks for something else.")
 
     def claim(self) -> Claim | None:
-        """Take the first request that nobody else took."""
+        """Claim the first request that no other worker has."""
         for entry in self._queued():
             job_id = entry.stem.partition("-")[2]
             folder = self.job_folder(job_id)
@@ -175,7 +231,7 @@ class Spool:
         return None
 
     def take_over(self, lease_s: float = LEASE_S) -> Claim | None:
-        """Take a job whose worker fell silent."""
+        """Claim a job whose worker fell silent."""
         for job_id in self._unfinished():
             status = self._status(job_id)
             if not self.is_stale(job_id, status, lease_s):
@@ -191,7 +247,7 @@ class Spool:
         return None
 
     def is_quiet(self) -> bool:
-        """Tell whether every job was taken and has ended, or its worker lives.
+        """Return whether every job was taken and has ended, or its worker lives.
 
         False as well while that is not known: call `take_over` again and again.
         """
@@ -211,7 +267,7 @@ class Spool:
         return True
 
     def is_stale(self, job_id: str, status: JobStatus, lease_s: float) -> bool:
-        """Tell whether a running job's heartbeat has stood still for `lease_s`.
+        """Return whether a running job's heartbeat has stood still for `lease_s`.
 
         The clock starts when this object first looks at the job.
         """
@@ -240,11 +296,11 @@ class Spool:
         write_whole(folder / "status.json", record, lasting=status.state.is_final)
 
     def owns(self, job_id: str, attempt: int) -> bool:
-        """Tell whether attempt n is still the last one."""
+        """Return whether attempt n is still the last one."""
         return self._last_attempt(job_id) == attempt
 
     def age_s(self, job_id: str) -> float:
-        """Get seconds from a request's publication to its worker's last sign of life.
+        """Return seconds from a request's publication to the last sign of life.
 
         Both are times of files on one disk: it is the same clock on every machine.
         """
@@ -253,22 +309,22 @@ class Spool:
         return (said.stat().st_mtime_ns - asked.stat().st_mtime_ns) * 1e-9
 
     def ask_cancel(self, job_id: str) -> None:
-        """Wish that a job ends; harmless when it has ended."""
+        """Ask for a job's end; harmless when it has ended."""
         self.job_folder(job_id).mkdir(mode=0o700, exist_ok=True)
         (self.job_folder(job_id) / "cancel").touch(mode=0o600)
         reached(Step.CANCEL_ASKED)
 
     def is_cancelled(self, job_id: str) -> bool:
-        """Tell whether the client wished the job to end."""
+        """Return whether the client asked for the job's end."""
         return (self.job_folder(job_id) / "cancel").exists()
 
     def ask_finish(self, job_id: str) -> None:
-        """Wish for the best picture so far; harmless when the job has ended."""
+        """Ask for the best picture so far; harmless when the job has ended."""
         self.job_folder(job_id).mkdir(mode=0o700, exist_ok=True)
         (self.job_folder(job_id) / "finish").touch(mode=0o600)
 
     def is_enough(self, job_id: str) -> bool:
-        """Tell whether the client wished for the best picture so far."""
+        """Return whether the client asked for the best picture so far."""
         return (self.job_folder(job_id) / "finish").exists()
 
     def result(self, job_id: str) -> SnapshotResult:

@@ -1,7 +1,7 @@
 """Those who trace a snapshot together: threads of one process, or ranks."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -26,29 +26,100 @@ from renderers.art.regions import (
     finished_squares,
     region_edge,
 )
-from renderers.art.tracer import ActiveRayTracer, RenderStoppedError
-from renderers.scene import GBuffer, Image, Scene
+from renderers.art.tracer import (
+    ActiveRayTracer,
+    RenderStoppedError,
+    classic_image,
+    scope_gbuffer,
+)
+from renderers.scene import Camera, GBuffer, Image, Scene
+from renderers.scene.composition import before_solids, solids_seen
+from renderers.scene.mesh import PlacedMesh
 from renderers.snapshots.data_store import DataStore
-from renderers.snapshots.deflector_request import to_deflection
-from renderers.snapshots.request import ScopeWork, SnapshotRequest, decode_request
+from renderers.snapshots.request import (
+    ClassicWork,
+    ScopeWork,
+    SnapshotRequest,
+    decode_request,
+    to_deflection,
+)
 from renderers.snapshots.scene_loader import (
     family_key,
     load_scene,
     load_tools,
     scene_key,
 )
-from renderers.snapshots.traced import (
-    Tools,
-    Traced,
-    among_solids,
-    empty_gather,
-    ending_rays,
-    found_by,
-    traced_camera,
-)
+
+Tools = Sequence[PlacedMesh]
+
+
+@dataclass(frozen=True, slots=True)
+class Traced:
+    """Hold what tracing found: a G-buffer in mode scope, an image in mode classic.
+
+    The image has the request's instruments in it; they join the G-buffer later.
+    drawn: ``(h, w)``, the rays that were traced; None for all. The others show what a
+    coarser picture has there, each of whose rays stands for `coarse` along a side.
+    step_voxels: of the steps taken; None where not all was traced.
+    """
+
+    found: GBuffer | Image
+    counters: dict[str, int]
+    drawn: NDArray[np.bool_] | None = None
+    step_voxels: float | None = None
+    coarse: int = 1
+
+
+def traced_camera(request: SnapshotRequest) -> Camera:
+    """Return the camera that is traced: 2 x 2 rays a pixel for 4 samples."""
+    camera = request.to_camera()
+    factor = 2 if request.image.samples == 4 else 1
+    return camera.with_size(camera.width * factor, camera.height * factor)
+
+
+def empty_gather(request: SnapshotRequest) -> Gather:
+    """Make what a request's rays are gathered in."""
+    camera = traced_camera(request)
+    return Gather(camera.width, camera.height)
+
+
+def ending_rays(request: SnapshotRequest, tools: Tools) -> GBuffer | None:
+    """Draw what a request's rays end at: its instruments in mode classic.
+
+    None where there are none, and in mode scope, whose rays end at the tissue. tools:
+    the request's, as `load_tools` gives them; ValueError for others, so that nobody
+    draws a picture without them.
+    """
+    work = request.work
+    wanted = work.instruments if isinstance(work, ClassicWork) else ()
+    if len(tools) != len(wanted):
+        raise ValueError(
+            f"the request places {len(wanted)} instruments that rays end at, and "
+            f"{len(tools)} were loaded"
+        )
+    return solids_seen(traced_camera(request), tools) if wanted else None
+
+
+def found_by(request: SnapshotRequest, scene: Scene, gather: Gather) -> GBuffer | Image:
+    """Read gathered rays: a G-buffer in mode scope, an image in mode classic."""
+    if isinstance(request.work, ScopeWork):
+        assert scene.surface is not None
+        return scope_gbuffer(gather, scene.surface.distance)
+    return among_solids(classic_image(gather), request, scene, gather.solids)
+
+
+def among_solids(
+    image: Image, request: SnapshotRequest, scene: Scene, solids: GBuffer | None
+) -> Image:
+    """Put what rays ended at behind what they found before it."""
+    if solids is None:
+        return image
+    return before_solids(image, scene, traced_camera(request), solids)
+
 
 Progress = Callable[[float], bool]
 """Told the share done; answers whether to go on."""
+
 
 _LOOK_S = 0.02
 """Time between two looks at the progress, which may read the disk."""
@@ -139,7 +210,7 @@ class SerialTeam:
 
 
 @dataclass(frozen=True, slots=True)
-class _Kept:
+class _PreparedScene:
     scene: bytes
     family: bytes
     march: March
@@ -148,7 +219,7 @@ class _Kept:
 
 
 def mode_of(request: SnapshotRequest) -> str:
-    """Get what the tracer calls a request's mode."""
+    """Return the tracer's name of a request's mode."""
     return "scope" if isinstance(request.work, ScopeWork) else "classic"
 
 
@@ -158,7 +229,7 @@ class _Prepared:
     def __init__(self, transport: Transport, policy: CellPolicy) -> None:
         self._transport = transport
         self._policy = policy
-        self._kept: _Kept | None = None
+        self._kept: _PreparedScene | None = None
 
     def node(self, request: SnapshotRequest, scene: Scene) -> tuple[March, FrameNode]:
         kept = self._kept
@@ -167,7 +238,7 @@ class _Prepared:
             self._kept = kept
         return kept.march, kept.node
 
-    def _edit(self, request: SnapshotRequest, scene: Scene) -> "_Kept | None":
+    def _edit(self, request: SnapshotRequest, scene: Scene) -> "_PreparedScene | None":
         kept, quality = self._kept, request.to_quality()
         if kept is None or kept.family != family_key(request):
             return None
@@ -185,7 +256,7 @@ class _Prepared:
             return None
         return replace(kept, scene=scene_key(request), march=march)
 
-    def _make(self, request: SnapshotRequest, scene: Scene) -> "_Kept":
+    def _make(self, request: SnapshotRequest, scene: Scene) -> "_PreparedScene":
         march, node, work = make_frame_node(
             scene,
             mode_of(request),
@@ -196,14 +267,16 @@ class _Prepared:
             distances=self._transport.distances,
             deflection=to_deflection(request.deflectors),
         )
-        return _Kept(scene_key(request), family_key(request), march, node, work)
+        return _PreparedScene(
+            scene_key(request), family_key(request), march, node, work
+        )
 
     def forget(self) -> None:
         self._kept = None
 
 
 class _Order(msgspec.Struct):
-    """Tell the other ranks what to draw. finished: bits of `finished_squares`."""
+    """Hold what the other ranks shall draw. finished: bits of `finished_squares`."""
 
     request: msgspec.Raw
     finished: bytes
@@ -283,7 +356,7 @@ class RankTeam:
 
 
 def follow(rank: Rank, data: DataStore, policy: CellPolicy | None = None) -> None:
-    """Take part in what rank 0 orders until it says STOP; the loop of other ranks."""
+    """Trace what rank 0 orders until it sends STOP; the loop of the other ranks."""
     transport = rank.transport
     prepared = _Prepared(transport, policy or CellPolicy())
     while True:

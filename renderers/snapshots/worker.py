@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
@@ -11,13 +12,11 @@ from renderers.art.job_steps import Step, reached
 from renderers.art.ranks.transport import RankRefusedError, TransportError
 from renderers.art.tracer import RenderStoppedError
 from renderers.scene import Scene
-from renderers.snapshots.camera_check import camera_in_tissue
+from renderers.snapshots.data_store import write_whole
 from renderers.snapshots.delivery import Finisher, write_picture
 from renderers.snapshots.heartbeat import Heartbeat, Verdict
-from renderers.snapshots.lease import LEASE_S, SAVE_EVERY_S
-from renderers.snapshots.path_traced import truth_of
-from renderers.snapshots.preview import Preview
-from renderers.snapshots.progressive import trace_best
+from renderers.snapshots.path_traced import path_tracing_of
+from renderers.snapshots.progressive import Preview, trace_best
 from renderers.snapshots.pruning import KEEP_S, Pruner
 from renderers.snapshots.refinement import Refinement, can_refine, refined
 from renderers.snapshots.request import (
@@ -26,13 +25,11 @@ from renderers.snapshots.request import (
     SnapshotResult,
     decode_request,
 )
-from renderers.snapshots.result_cache import KEPT_BYTES, KeptViews
+from renderers.snapshots.result_cache import CACHE_BYTES, ResultCache
 from renderers.snapshots.saved_work import SavedWork, code_key, forget_saved
-from renderers.snapshots.scene_loader import load_scene, load_tools
-from renderers.snapshots.shared_files import write_whole
-from renderers.snapshots.spool import Claim, JobState, Spool
-from renderers.snapshots.team import Progress, SerialTeam, Team
-from renderers.snapshots.traced import Traced
+from renderers.snapshots.scene_loader import camera_in_tissue, load_scene, load_tools
+from renderers.snapshots.spool import LEASE_S, SAVE_EVERY_S, Claim, JobState, Spool
+from renderers.snapshots.team import Progress, SerialTeam, Team, Traced
 
 POLL_S = 0.05
 MOST_ATTEMPTS = 3
@@ -51,7 +48,7 @@ def run_worker(
     lease_s: float = LEASE_S,
     keep_s: float = KEEP_S,
     save_every_s: float = SAVE_EVERY_S,
-    kept_bytes: int = KEPT_BYTES,
+    cache_bytes: int = CACHE_BYTES,
     stopped: Callable[[], bool] = _never,
 ) -> int:
     """Serve a spool folder; return the number of jobs that reached an end.
@@ -60,7 +57,7 @@ def run_worker(
     no sign of life within the lease is drawn before. team: those who trace; None for
     the threads of this process. keep_s: how long finished jobs stay in the folder.
     save_every_s: how often what is found is saved, for whoever takes the job over.
-    kept_bytes: room for pictures, and again for what rays found, that the same view is
+    cache_bytes: room for pictures, and again for what rays found, that the same view is
     not drawn again from; 0 draws every job.
     stopped: asked between bands; a job that is then going on is left to the next
     worker. Raise SpoolError when the folder cannot be used.
@@ -70,8 +67,8 @@ def run_worker(
     team = team or SerialTeam(threads)
     finisher = Finisher(spool.data, threads)
     code_key()
-    kept = KeptViews(kept_bytes)
-    worker = _Worker(spool, team, finisher, kept, save_every_s, stopped)
+    cache = ResultCache(cache_bytes)
+    worker = _Worker(spool, team, finisher, cache, save_every_s, stopped)
     served = 0
     try:
         while not stopped():
@@ -84,36 +81,28 @@ def run_worker(
                 break
             time.sleep(POLL_S)
     finally:
-        worker.finisher.close()
+        finisher.close()
         team.dismiss()
     return served
 
 
+@dataclass(frozen=True, slots=True)
 class _Worker:
-    """Bring one job after the other to an end."""
+    """Bring one job after the other to an end; fields as in `run_worker`."""
 
-    def __init__(
-        self,
-        spool: Spool,
-        team: Team,
-        finisher: Finisher,
-        kept: KeptViews,
-        save_every_s: float,
-        stopped: Callable[[], bool],
-    ) -> None:
-        self.finisher = finisher
-        self._spool = spool
-        self._team = team
-        self._save_every_s = save_every_s
-        self._stopped = stopped
-        self._kept = kept
+    spool: Spool
+    team: Team
+    finisher: Finisher
+    cache: ResultCache
+    save_every_s: float
+    stopped: Callable[[], bool]
 
     def serve(self, claim: Claim) -> bool:
         """Draw one job; False when the worker was stopped before it ended.
 
         What is wrong with the job becomes its status, never the worker's end.
         """
-        with Heartbeat(self._spool, claim.job_id, claim.attempt) as heart:
+        with Heartbeat(self.spool, claim.job_id, claim.attempt) as heart:
             try:
                 verdict = self._judge(claim, heart)
             except TransportError:
@@ -126,8 +115,8 @@ class _Worker:
                 raise
             if verdict is not None:
                 heart.end(*verdict)
-            if self._spool.status(claim.job_id).state.is_final:
-                forget_saved(self._spool, claim.job_id)
+            if self.spool.status(claim.job_id).state.is_final:
+                forget_saved(self.spool, claim.job_id)
             return heart.is_over
 
     def _judge(self, claim: Claim, heart: Heartbeat) -> Verdict | None:
@@ -157,7 +146,7 @@ class _Worker:
         )
         if request.deadline_s is not None:
             heart.limit(
-                request.deadline_s - self._spool.age_s(request.id),
+                request.deadline_s - self.spool.age_s(request.id),
                 f"the picture was not done within deadline_s, {request.deadline_s:g} s",
             )
         if not heart.look():
@@ -165,19 +154,19 @@ class _Worker:
 
         def go_on(share: float) -> bool:
             heart.done = max(heart.done, 0.99 * share)
-            return heart.may_go_on() and not self._stopped()
+            return heart.may_go_on() and not self.stopped()
 
         def enough() -> bool:
             after = request.deliver_after_s
             late = after is not None and time.perf_counter() - began > after
-            return late or self._spool.is_enough(request.id)
+            return late or self.spool.is_enough(request.id)
 
-        scene = load_scene(self._spool.data, request)
+        scene = load_scene(self.spool.data, request)
         reached(Step.SCENE_LOADED)
         loaded = time.perf_counter()
-        folder = self._spool.attempt_folder(request.id, attempt)
-        saved = SavedWork(self._spool, request, attempt, self._save_every_s)
-        picture, traced = self._kept.picture(request), self._kept.traced(request)
+        folder = self.spool.attempt_folder(request.id, attempt)
+        saved = SavedWork(self.spool, request, attempt, self.save_every_s)
+        picture, traced = self.cache.picture(request), self.cache.traced(request)
         skipped = {
             "views_skipped": int(picture is not None),
             "traces_skipped": int(picture is not None or traced is not None),
@@ -185,22 +174,22 @@ class _Worker:
         counters: dict[str, int] = {}
         share = 1.0
         if picture is None and can_refine(request):
-            refinement = Refinement(self._team, self.finisher, request, scene, go_on)
+            refinement = Refinement(self.team, self.finisher, request, scene, go_on)
             with Preview(folder, request, scene, self.finisher) as preview:
                 picture = refined(refinement, go_on, enough, preview.show_picture)
             counters = dict(refinement.counters)
             share = float(picture.samples.mean()) / 4
-            self._kept.keep_picture(request, picture)
+            self.cache.keep_picture(request, picture)
         elif picture is None and traced is None:
             traced = self._trace(request, scene, folder, go_on, enough, saved)
-            self._kept.keep_traced(request, traced)
+            self.cache.keep_traced(request, traced)
             counters = traced.counters
             share = 1.0 if traced.drawn is None else float(traced.drawn.mean())
         found = time.perf_counter()
         if picture is None:
             assert traced is not None
             picture = self.finisher.finish(request, scene, traced, go_on, enough, saved)
-            self._kept.keep_picture(request, picture)
+            self.cache.keep_picture(request, picture)
         reached(Step.PICTURE_SHADED)
         shaded = time.perf_counter()
         if not (heart.look() and go_on(1.0)):
@@ -213,7 +202,7 @@ class _Worker:
             mode="classic" if picture.gain is None else "scope",
             width=request.image.width,
             height=request.image.height,
-            ranks=self._team.ranks,
+            ranks=self.team.ranks,
             attempt=attempt,
             gain=picture.gain,
             complete=picture.complete,
@@ -246,15 +235,15 @@ class _Worker:
     ) -> Traced:
         """Trace a view; show it while it comes."""
         # where light is followed by paths, that takes nearly all the time
-        tracing = 0.05 if truth_of(request) else 0.9
+        tracing = 0.05 if path_tracing_of(request) else 0.9
         with Preview(folder, request, scene, self.finisher) as preview:
             return trace_best(
-                self._team,
+                self.team,
                 request,
                 scene,
                 lambda share: go_on(tracing * share),
                 enough,
                 preview,
                 saved,
-                load_tools(self._spool.data, request),
+                load_tools(self.spool.data, request),
             )

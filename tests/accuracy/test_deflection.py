@@ -71,7 +71,7 @@ def test_displaced_splats_show_what_bent_rays_see(phantom: Phantom, name: str) -
         camera = turbinate_camera(view)
         met, found = rays.gbuffer(camera), splats.gbuffer(camera)
         assert rays.report is not None
-        assert rays.report.counters["bent"] > 0
+        assert rays.report.counters["deflected"] > 0
         assert np.all(found.coverage[met.coverage > 0] == 1), f"holes seen from {view}"
         wanted, gain = turbinate_picture(deformed, met, None, view)
         still, _ = turbinate_picture(scene, straight.gbuffer(camera), gain, view)

@@ -8,8 +8,8 @@ from anatomy.phantom.lattice import Box, Lattice
 from anatomy.phantom.model import build_model
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
-from anatomy.queries.survey import leaks
 from anatomy.tissue import AIR_LABELS, Label
+from benchmarks.phantom_figures.sinus_volumes import leaks
 
 HEADS = (
     PhantomParameters(),

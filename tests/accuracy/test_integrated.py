@@ -193,7 +193,7 @@ def test_a_head_is_within_the_tolerances_of_each_quality(look: str) -> None:
             shortened = look in ("see-through", "thin shell")
             worse: ClassificationName = "integrated" if shortened else "post"
             if name == "preview" or shortened:
-                coarse = replace(tracer.quality, classification=worse, aim=None)
+                coarse = replace(tracer.quality, classification=worse, tolerance=None)
                 found = ActiveRayTracer(scene, coarse).render(camera).rgba
                 assert image_error(found, truth).rmse > rmse
 

@@ -14,7 +14,8 @@ from anatomy.phantom.parameters import SIDED_VARIANTS, LeftRatios, PhantomParame
 from anatomy.phantom.phantom import Phantom, build_phantom
 from anatomy.phantom.population import draw_parameters
 from anatomy.phantom.variants import with_variants
-from anatomy.queries.survey import (
+from anatomy.tissue import AIR_LABELS
+from benchmarks.phantom_figures.sinus_volumes import (
     SIDES,
     SINUSES,
     anterior_share,
@@ -23,7 +24,6 @@ from anatomy.queries.survey import (
     spine_distances_mm,
     volume_ml,
 )
-from anatomy.tissue import AIR_LABELS
 
 
 @pytest.fixture(scope="module")

@@ -19,8 +19,8 @@ from anatomy.scan.imported_case import source_record, write_imported_case
 from anatomy.scan.scan import Modality, Scan, read_scan
 from anatomy.tissue import Side
 from devices import load_probe_path
-from paravol.case_exercise import exercise_of
-from paravol.patient import OperatingRoom, prepare_room
+from paravol.case_scenario import scenario_of_case
+from paravol.patient import PatientScene, load_patient
 from paravol.session_setup import build_view, path_view
 from scenarios import load_scenario
 
@@ -156,11 +156,11 @@ def test_the_ct_has_a_nose(head: ImportedHead) -> None:
 
 def room_of(
     scan: Scan, head: ImportedHead, folder: Path
-) -> tuple[OperatingRoom, NDArray[np.uint8]]:
+) -> tuple[PatientScene, NDArray[np.uint8]]:
     """Keep a head as a case, read it back, and look from the middle of its flight."""
     write_imported_case(head, (source_record(scan, "test"),), folder)
-    scenario, place = load_scenario(str(exercise_of(folder)))
-    room = prepare_room(scenario, lambda stage, share: None)
+    scenario, place = load_scenario(str(scenario_of_case(folder)))
+    room = load_patient(scenario, lambda stage, share: None)
     path = load_probe_path(place / scenario.path)
     view = build_view(
         scenario, room, tier="LIVE", seed=1, has_instrument=False, threads=1
@@ -210,7 +210,7 @@ def test_the_mr_is_flown_through(tmp_path: Path) -> None:
     assert any("name the entrance with --pivot" in note for note in head.notes)
     write_imported_case(head, (source_record(scan, "test"),), tmp_path / "no way")
     with pytest.raises(ValueError, match="import the scan again with --pivot"):
-        exercise_of(tmp_path / "no way")
+        scenario_of_case(tmp_path / "no way")
     # both maxillary sinuses, each on its side, one air with the nose here
     right, left = (
         max(

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, gaussian_filter, map_coordinates
 
 from benchmarks.nasal_views import NasalView, acceptance_views, nasal_scene
-from benchmarks.steadiness import carried, change, glints, orbited, shifted
 from renderers.fsr import FuzzySetRenderer
 from renderers.scene import Camera, GBuffer
 from renderers.shading import CameraPass, CameraSettings, ScopeShader, Tier
 from scenarios import Endoscope, tip_frame
+from tests.steadiness import carried, change, glints, orbited, shifted
 
 SIZE = 384
 STEP_MM = 0.05

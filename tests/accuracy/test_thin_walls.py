@@ -5,8 +5,8 @@ import pytest
 from scipy import ndimage
 
 from anatomy.phantom.coverage import blur_mm, weights
-from anatomy.queries.wall_peaks import lamina_peaks, septa_head, septum_peaks
 from anatomy.tissue import TISSUES, Side
+from benchmarks.phantom_figures.wall_peaks import lamina_peaks, septa_head, septum_peaks
 
 HU = np.array([TISSUES[n].hu for n in ("air", "mucosa", "thin bone", "fat")])
 

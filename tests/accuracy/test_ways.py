@@ -4,14 +4,14 @@ import pytest
 
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import Phantom
-from anatomy.queries.ways import (
+from anatomy.tissue import Side
+from benchmarks.phantom_figures.passage_widths import (
     cell_diameters_mm,
     entrance_radii_mm,
     half_head,
     nearest_mm,
     ostium_diameters_mm,
 )
-from anatomy.tissue import Side
 
 
 @pytest.fixture(scope="module", params=[Side.RIGHT, Side.LEFT], ids=["right", "left"])

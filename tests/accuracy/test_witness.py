@@ -63,7 +63,7 @@ def served(fast: bool, kind: str) -> Iterator[Callable[[], Any]]:
 
         yield opened
     assert server.failure is None
-    assert arm.far_end.memory_writes == 0
+    assert arm.firmware.memory_writes == 0
     assert still.homed == 1, "the witness homed the arm once, by its own wish"
 
 

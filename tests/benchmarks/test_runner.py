@@ -8,14 +8,14 @@ import msgspec
 import pytest
 
 from app.cli.terminal import Stages
-from benchmarks.plan import Measured, Task, UnavailableError
+from benchmarks.plan import Measured, Plan, Task, UnavailableError
 from benchmarks.runner import Runner, make_row, run_bench
 from benchmarks.schema import Results, load_results
 from benchmarks.timing import Timing
 from renderers.scene import ImageError
 
 
-class ThreeTasks:
+class ThreeTasks(Plan):
     """A peer, ourselves beside it, and something alone; counts its measurements."""
 
     def __init__(self, calls: list[str], stop_at: str | None = None) -> None:

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.microscribe.emulator.firmware import FarEnd
+from devices.microscribe.emulator.firmware import ArmFirmware
 from devices.microscribe.kinematics.profiles import DX40937, HOME_COUNTS, ArmProfile
-from devices.microscribe.wire.timing import LinkTiming
-from devices.port import DeviceError, MemoryPort, memory_port_pair
+from devices.microscribe.wire.line import LinkTiming
+from devices.port import DeviceError
 from devices.recording.probe_path import ProbePath
+from tests.devices.memory_port import MemoryPort, memory_port_pair
 
 
 def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -78,7 +79,7 @@ class ServedArm:
 
     port: MemoryPort
     far_port: MemoryPort
-    far_end: FarEnd
+    firmware: ArmFirmware
     motion: StillArm
     spoil: Callable[[bytes], bytes] = bytes
     heard: bytearray = field(default_factory=bytearray)
@@ -88,7 +89,7 @@ class ServedArm:
             while True:
                 data = self.far_port.read(1, 0.02)
                 self.heard += data
-                answer = self.far_end.receive(data, time.monotonic())
+                answer = self.firmware.receive(data, time.monotonic())
                 self.far_port.write(self.spoil(answer))
         except DeviceError:
             return
@@ -102,7 +103,7 @@ def serve_arm() -> Iterator[Callable[..., ServedArm]]:
     def start(profile: ArmProfile = DX40937) -> ServedArm:
         near, far = memory_port_pair()
         motion = StillArm()
-        arm = ServedArm(near, far, FarEnd(profile, motion, 0.0), motion)
+        arm = ServedArm(near, far, ArmFirmware(profile, motion, 0.0), motion)
         thread = threading.Thread(target=arm.serve)
         thread.start()
         served.append((arm, thread))

@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.port import DeviceError, DeviceReason, HostClock, memory_port_pair
+from devices.port import Closing, DeviceError, DeviceReason, HostClock
+from tests.devices.memory_port import memory_port_pair
 
 
 @given(st.lists(st.binary(max_size=20), max_size=10))
@@ -85,3 +86,31 @@ def test_the_hosts_clock_goes_on() -> None:
     begin = clock.now()
     clock.sleep(0.001)
     assert clock.now() >= begin + 0.001
+
+
+class Door(Closing):
+    def __init__(self) -> None:
+        self.closed = 0
+
+    def close(self) -> None:
+        self.closed += 1
+
+
+def test_with_closes_and_gives_the_thing_itself() -> None:
+    door = Door()
+    with door as same:
+        assert same is door
+        assert door.closed == 0
+    assert door.closed == 1
+
+
+def test_an_error_closes_too_and_goes_on() -> None:
+    door = Door()
+
+    def slam() -> None:
+        with door:
+            raise KeyError("key")
+
+    with pytest.raises(KeyError):
+        slam()
+    assert door.closed == 1

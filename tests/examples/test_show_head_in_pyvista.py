@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from renderers.fsr.actor import opengl_works
+from tests.offscreen import opengl_works
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "show_head_in_pyvista.py"
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.orbits import folded_scene, orbit
-from benchmarks.ranks import RankJob, digest_of, run_ranks
+from benchmarks.ranks.mpi_frames import RankJob, digest_of, run_ranks
+from benchmarks.ranks.orbits import folded_scene, orbit
 from renderers.art import ActiveRayTracer
 from renderers.art.regions import Gather
 from renderers.snapshots.client import SnapshotClient

@@ -12,7 +12,8 @@ import pytest
 
 from renderers.art import ActiveRayTracer
 from renderers.scene import Camera, Projection, Scene
-from renderers.snapshots.client import QualityName, SnapshotClient
+from renderers.snapshots.client import SnapshotClient
+from renderers.snapshots.request import QualityName
 from tests.mpi.launching import NEEDS_RANKS, rank_process, ranks, wait_until_gone
 
 pytestmark = NEEDS_RANKS

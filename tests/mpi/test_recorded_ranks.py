@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.prediction import Predictor
-from benchmarks.ranks import RankJob, RankReport, digest_of, run_ranks
+from benchmarks.ranks.mpi_frames import RankJob, RankReport, digest_of, run_ranks
+from benchmarks.ranks.prediction import Predictor
 from renderers.art import ActiveRayTracer
 from renderers.art.ranks.policy import Dataflow
 from renderers.art.regions import Gather

@@ -1,167 +1,450 @@
-"""Poses on their way into frames."""
+"""A flight's end: asked for, told, and on disk, whoever flies."""
 
-import itertools
-import time
-from types import SimpleNamespace
-from typing import Any
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image, ImageColor
 
-from devices import Pose
-from paravol.flight import Shown, _arrived, fly
-from paravol.view import Frame
-from renderers.scene import GBuffer
-from renderers.scene.thread_team import Errand, ThreadTeam
-from scenarios import Sample
-from scenarios.bundle import FrameRecord, SampleRecord
+from app.__main__ import main
+from app.window.style import ALARM
+from devices import load_probe_path
+from devices.microscribe import MicroScribeEmulator
+from paravol.flight import Flight, FlightObserver, FlightOrder, save_frame_view
+from paravol.frame_loop import FrameEvent
+from paravol.inputs import choose_input
+from paravol.inputs.flight_input import in_the_patient
+from paravol.patient import PatientScene, load_patient
+from paravol.session_replay import replay_session
+from paravol.session_setup import (
+    LIVE_TIER,
+    SEED,
+    build_session,
+    build_view,
+    describe_session,
+)
+from paravol.snapshots.view_file import ScopeLook, load_view
+from scenarios import Sample, Scenario, load_scenario, tip_frame
+from scenarios.bundle import (
+    EventRecord,
+    FrameRecord,
+    SampleRecord,
+    SessionRecorder,
+    read_session,
+)
 
+ROOT = Path(__file__).parents[2]
+Train = Callable[..., tuple[subprocess.CompletedProcess[str], list[int]]]
 
-def pose(host_time_s: float) -> Pose:
-    return Pose(host_time_s, host_time_s, np.eye(4), 0)
-
-
-class Waiting:
-    """Poses that are there already."""
-
-    def __init__(self, poses: list[Pose]) -> None:
-        self.poses = poses
-
-    def read(self, timeout_s: float) -> Pose:
-        if not self.poses:
-            raise TimeoutError("silence")
-        return self.poses.pop(0)
-
-
-class Endless:
-    """A device that has measured again whenever it is asked."""
-
-    def read(self, timeout_s: float) -> Pose:
-        return pose(time.monotonic())
-
-
-def test_a_frame_takes_all_poses_that_are_there() -> None:
-    now = time.monotonic()
-    sent = [pose(now - 0.01 * (9 - i)) for i in range(10)]
-    assert list(_arrived(Waiting(sent.copy()))) == sent
+TARGETS = 4
 
 
-def test_a_frame_is_drawn_however_fast_poses_come() -> None:
-    """Those who are slower than the device fall behind, but they come to an end."""
-    taken = list(itertools.islice(_arrived(Endless()), 1000))
-    assert len(taken) < 5
+@pytest.mark.display
+@pytest.mark.slow
+@pytest.mark.parametrize("words", [[], ["--input", "emulator"]])
+def test_a_flight_that_nobody_named_is_recorded_and_told(
+    words: list[str],
+    train: Train,
+    coarse_scenario: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    done, left = train("--scenario", str(coarse_scenario), "--seconds", "2", *words)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert not left
+    (folder,) = (tmp_path / "paravol" / "sessions").iterdir()
+    told = done.stdout
+    assert f"Recorded in {folder}\n" in told
+    assert f"paravol replay {folder}\n" in told
+    for figure in ("path length", "smallest clearance", "contacts"):
+        assert figure in told
+    assert told.count("nearest to ") == TARGETS
+    session = json.loads((folder / "session.json").read_text())
+    assert session["automatic"] is True
+    # The mouse steers where nobody says otherwise, and it holds no suction tube.
+    assert session["has_instrument"] is bool(words)
+    result = json.loads((folder / "result.json").read_text())
+    assert len(result["score"]["target_distance_mm"]) == TARGETS
+    assert result["timing"]["frames"] > 0
+    if not words:
+        assert main(["replay", str(folder), "--check"]) == 0
 
 
-def test_no_pose_is_lost_between_two_frames() -> None:
-    now = time.monotonic()
-    # measured before and after the look
-    sent = [pose(now - 1.0), pose(now + 50.0), pose(now + 100.0)]
-    source = Waiting(sent.copy())
-    assert list(_arrived(source)) == sent[:2]
-    assert list(_arrived(source)) == sent[2:]
+@pytest.mark.display
+@pytest.mark.slow
+def test_a_flight_that_cannot_be_kept_goes_on_and_says_so(
+    train: Train,
+    coarse_scenario: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    (tmp_path / "paravol").write_text("a file where the folder should be")
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    done, _ = train("--scenario", str(coarse_scenario), "--seconds", "1")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "path length" in done.stdout
+    assert "Not recorded:" in done.stdout
 
 
-class Slow:
-    """Frames that take their time, finished by another thread."""
+ASK = """
+import sys, time
+from pathlib import Path
+from PySide6.QtCore import QEventLoop, Qt, QTimer
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from paravol.environment import prepare_environment
+prepare_environment()
+from paravol.flight import FlightOrder
+from paravol.inputs import choose_input
+from app.window.main_window import TraineeWindow
+from app.window.flight_thread import FlightThread
+from devices import load_probe_path
+from scenarios import load_scenario
 
-    def __init__(self) -> None:
-        self._team = ThreadTeam(2)
-        self._begun: Errand[Frame] | None = None
+application = QApplication([])
+scenario, folder = load_scenario(sys.argv[1])
+path = load_probe_path(folder / scenario.path)
+mouse = choose_input(None, None, scenario, path, folder / scenario.path)
+record = Path(sys.argv[2])
+flight = FlightThread(FlightOrder(scenario, path, mouse, 64, 1, record))
+window = TraineeWindow(flight, None, edge_samples=0)
+frames = []
+flight.arrived.connect(lambda: frames.append(0))
+said = []
+say = window.picture.say
+def spoken(message, detail="", share=None):
+    said.append(message)
+    say(message, detail, share)
+window.picture.say = spoken
+window.show()
+flight.start()
 
-    def begin(self, seen: Any, *, then: Any, **_: Any) -> Any:
-        def finish() -> Any:
-            time.sleep(0.002)
-            then(Frame(np.zeros((2, 2, 3), np.uint8), GBuffer.empty(2, 2), 0.5))
+def until(what, holds):
+    began = time.monotonic()
+    while flight.error is None and not holds():
+        assert time.monotonic() - began < 200.0, what
+        loop = QEventLoop()
+        QTimer.singleShot(20, loop.quit)
+        loop.exec()
+    assert flight.error is None, flight.error
 
-        self.settle()
-        self._begun = self._team.start(finish)
+def asked():
+    return window.isVisible() and said[-1] == "End this flight?"
 
-    def settle(self) -> None:
-        begun, self._begun = self._begun, None
-        if begun is not None:
-            begun.result()
-
-
-class Still:
-    """A session in which nothing happens."""
-
-    def step(self, sample: Sample) -> None:
-        pass
-
-    def view(self, sample: Sample) -> Any:
-        return SimpleNamespace(clearance_mm=sample.time_s)
-
-
-class Kept:
-    """What would be recorded."""
-
-    def __init__(self) -> None:
-        self.records: list[Any] = []
-
-    @property
-    def samples(self) -> int:
-        return sum(isinstance(r, SampleRecord) for r in self.records)
-
-    def add(self, record: Any) -> None:
-        self.records.append(record)
-
-
-class Marks:
-    """A second channel that does nothing."""
-
-    def complete(self, pose: Pose) -> Sample:
-        zero = np.zeros(3)
-        return Sample(pose.time_s, pose.device_from_tip, 0.0, zero, zero, 0)
+until("a frame", lambda: frames)
+for key in (Qt.Key.Key_Q, Qt.Key.Key_Escape):
+    QTest.keyClick(window, key)
+    assert asked(), said
+    # The flight goes on under the question, and notices do not hide it.
+    QTest.keyClick(window, Qt.Key.Key_M)
+    count = len(frames)
+    until("more frames", lambda: len(frames) > count + 2)
+    assert asked(), said
+    QTest.keyClick(window, Qt.Key.Key_Escape)
+    assert said[-1] == "" and window.isVisible()
+QTest.keyClick(window, Qt.Key.Key_Return)  # answers nothing
+count = len(frames)
+until("more frames", lambda: len(frames) > count + 2)
+# By the mouse: the window's own button asks, too.
+window.close()
+assert asked(), said
+QTest.keyClick(window, Qt.Key.Key_Return)
+until("the end", lambda: window.picture._result is not None)
+assert window.isVisible()
+assert flight.flight.result.title == "The flight is over"
+assert len(flight.flight.result.score.target_distance_mm) == 4
+window.grab().save(sys.argv[3])
+QTest.keyClick(window, Qt.Key.Key_Q)
+assert not window.isVisible()
+assert flight.stop(60.0)
+window.release()
+"""
 
 
-def flown(on_frame: Any) -> tuple[Any, Kept]:
-    """Fly over 20 poses that are measured when they are read."""
-    times = iter(np.arange(-2, 30).tolist())
+@pytest.mark.display
+@pytest.mark.slow
+def test_q_and_escape_ask_and_the_end_shows_the_result(
+    screen: str, coarse_scenario: Path, tmp_path: Path
+) -> None:
+    record = tmp_path / "flight.paravol"
+    done = subprocess.run(
+        [
+            *(sys.executable, "-c", ASK),
+            *(str(coarse_scenario), str(record), str(tmp_path / "end.png")),
+        ],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=240.0,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (record / "result.json").is_file()
+    assert json.loads((record / "session.json").read_text())["automatic"] is False
 
-    class Measured:
-        def read(self, timeout_s: float) -> Pose:
-            if timeout_s == 0.0:
-                raise TimeoutError
-            return Pose(next(times), time.monotonic(), np.eye(4), 0)
 
-    kept, view = Kept(), Slow()
-    any_view: Any = view
-    any_kept: Any = kept
-    any_session: Any = Still()
-    try:
-        timing = fly(
-            Measured(),
-            Marks(),
-            any_session,
-            any_view,
-            any_kept,
-            until_s=20.0,
-            on_frame=on_frame,
+SIZE = 48
+TIMES_S = (1.0, 1.5)
+
+
+def flight_order(scenario: Scenario, record: Path) -> FlightOrder:
+    _, folder = load_scenario("first_flight")
+    path_file = folder / "first_flight.path.json"
+    path = load_probe_path(path_file)
+    mouse = choose_input(None, None, scenario, path, path_file)
+    return FlightOrder(scenario, path, mouse, SIZE, 1, record)
+
+
+@pytest.fixture(scope="module")
+def place(coarse_scenario: Path) -> tuple[Scenario, PatientScene, list[Sample]]:
+    scenario, folder = load_scenario(str(coarse_scenario))
+    path = load_probe_path(folder / scenario.path)
+    samples = []
+    for time_s in TIMES_S:
+        at = path.sample(time_s)
+        frame = tip_frame(at.tip_mm, at.axis)
+        samples.append(
+            Sample(
+                time_s, frame, at.roll_deg, at.instrument_tip_mm, at.instrument_axis, 0
+            )
         )
-    finally:
-        assert view._begun is None
-    return timing, kept
+    return scenario, load_patient(scenario, lambda stage, share: None), samples
 
 
-def test_every_frame_is_recorded_and_told_once_in_order() -> None:
-    told: list[Shown] = []
-    timing, kept = flown(told.append)
-    frames = [r for r in kept.records if isinstance(r, FrameRecord)]
-    assert kept.samples == len(frames) == len(told) == len(timing.frame_ms) == 20
-    assert [f.number for f in frames] == [s.number for s in told] == list(range(20))
-    samples = [r for r in kept.records if isinstance(r, SampleRecord)]
-    for record, shown in zip(frames, told, strict=True):
-        # whatever was measured while the frame was in the making
-        assert samples[record.sample].time_s == shown.sample.time_s
-        assert record.clearance_mm == shown.sample.time_s
-    assert sum(timing.frame_ms) / 1e3 == pytest.approx(timing.wall_s)
-    assert all(age >= 2.0 for age in timing.pose_age_ms)
+def test_the_window_and_a_replay_save_the_view_that_was_seen(
+    place: tuple[Scenario, PatientScene, list[Sample]],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Flown, saved by either way, read again: the camera has the same bits."""
+    scenario, patient, samples = place
+    registration = in_the_patient()
+    info = describe_session(
+        scenario, patient, registration, size=SIZE, has_instrument=True
+    )
+    record = tmp_path / "flight.paravol"
+    session = build_session(
+        scenario, patient, registration.world_from_device, (SIZE, SIZE)
+    )
+    drawer = build_view(
+        scenario, patient, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=1
+    )
+    order = flight_order(scenario, record)
+    order.input.has_instrument = True
+    files = []
+    with SessionRecorder(record, info) as recorder:
+        for number, sample in enumerate(samples):
+            session.step(sample)
+            seen = session.view(sample)
+            frame = drawer.draw(seen, number=number, elapsed_s=0.1)
+            recorder.add(SampleRecord.of(sample))
+            recorder.add(
+                FrameRecord(
+                    number, number, frame.gain, seen.clearance_mm, frame.fingerprint()
+                )
+            )
+            event = FrameEvent(seen, frame, sample, number, 0.0)
+            said, where = save_frame_view(order, patient, event)
+            assert said == f"Saved the view at {sample.time_s:.1f} s"
+            files.append(Path(where))
+            view = load_view(Path(where))
+            assert view.to_camera().key == seen.camera.key
+            assert isinstance(view.look, ScopeLook)
+            assert (view.look.gain, view.look.frame_number) == (frame.gain, number)
+            tool = np.array(view.instruments[0].world_from_instrument)
+            assert np.array_equal(tool, seen.world_from_instrument[:3])
+            # and drawn from the file alone it is the frame, to the last bit
+            again = drawer.gbuffer(seen)
+            lit = drawer.light(seen, again)
+            pixels = drawer.expose(
+                seen, again, lit, gain=view.look.gain or 0.0, number=number
+            )
+            assert np.array_equal(pixels, frame.pixels)
+        recorder.close({})
+    assert files[0].parent == record / "snapshots"
+    out = tmp_path / "replayed.view.json"
+    for sample, file in zip(samples, files, strict=True):
+        words = ["replay", str(record), "--view-at", str(sample.time_s)]
+        assert main([*words, "--out", str(out)]) == 0
+        assert "paravol snapshot --view" in capsys.readouterr().out
+        assert json.loads(out.read_text()) == json.loads(file.read_text())
 
 
-def test_an_error_in_telling_ends_the_flight() -> None:
-    def fail(shown: Shown) -> None:
-        if shown.number == 19:
-            raise OSError("nobody listens")
+def test_a_disk_that_refuses_is_told_and_ends_nothing(
+    place: tuple[Scenario, PatientScene, list[Sample]], tmp_path: Path
+) -> None:
+    scenario, patient, samples = place
+    (tmp_path / "snapshots").write_text("no folder")
+    session = build_session(scenario, patient, np.eye(4), (SIZE, SIZE))
+    seen = session.view(samples[0])
+    drawer = build_view(
+        scenario, patient, tier=LIVE_TIER, seed=SEED, has_instrument=False, threads=1
+    )
+    frame = drawer.draw(seen, number=0, elapsed_s=0.0, gain=1.0)
+    event = FrameEvent(seen, frame, samples[0], 0, 0.0)
+    said, why = save_frame_view(flight_order(scenario, tmp_path), patient, event)
+    assert said == "The view was not saved"
+    assert "snapshots" in why
 
-    with pytest.raises(OSError, match="nobody listens"):
-        flown(fail)
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--view-at", "1"], "--view-at and --out go together"),
+        (["--out", "a.view.json"], "--view-at and --out go together"),
+        (["--case", "somewhere"], "--case goes with --view-at"),
+        (["--view-at", "-1", "--out", "a.view.json"], "seconds from 0 on, got -1"),
+    ],
+)
+def test_half_a_wish_is_refused(
+    words: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["replay", "nothing.paravol", *words]) == 1
+    assert message in capsys.readouterr().err
+
+
+@pytest.mark.display
+@pytest.mark.slow
+def test_an_arm_that_was_unplugged_goes_on_when_it_is_back(
+    train: Train, coarse_scenario: Path, tmp_path: Path
+) -> None:
+    bundle, link = tmp_path / "flight.paravol", tmp_path / "arm"
+    scenario, folder = load_scenario(str(coarse_scenario))
+    fiducials = np.array([f.position_mm for f in scenario.fiducials])
+    # the fiducials take seven seconds
+    with MicroScribeEmulator(
+        folder / scenario.path,
+        fiducials_mm=fiducials,
+        actions=("unplug@9+1",),
+        link=link,
+    ):
+        done, left = train(
+            *("--scenario", str(coarse_scenario), "--device", str(link)),
+            *("--record", str(bundle), "--seconds", "9"),
+        )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert not left
+    _, records, complete = read_session(bundle)
+    assert complete
+    samples = [r.time_s for r in records if isinstance(r, SampleRecord)]
+    told = [r for r in records if isinstance(r, EventRecord) and r.kind == "device"]
+    assert ["went away" in told[0].text, "is back" in told[1].text] == [True, True]
+    # the arm's own time went on
+    longest = int(np.argmax(np.diff(samples)))
+    before_s, after_s = samples[longest : longest + 2]
+    assert after_s - before_s > 1.0
+    assert [event.time_s for event in told[:2]] == pytest.approx(
+        [before_s, after_s], abs=0.05
+    )
+    assert min(longest, len(samples) - longest) > 20
+    report = replay_session(bundle, threads=1, progress=lambda stage, share: None)
+    assert report.is_exact
+    assert report.samples == len(samples)
+
+
+@pytest.mark.display
+@pytest.mark.slow
+def test_an_arm_that_stays_away_leaves_a_picture_that_says_so(
+    train: Train, coarse_scenario: Path, tmp_path: Path
+) -> None:
+    shot, bundle = tmp_path / "shot.png", tmp_path / "flight.paravol"
+    scenario, folder = load_scenario(str(coarse_scenario))
+    fiducials = np.array([f.position_mm for f in scenario.fiducials])
+    with MicroScribeEmulator(
+        folder / scenario.path, fiducials_mm=fiducials, faults=("unplug@9",)
+    ) as arm:
+        done, left = train(
+            *("--scenario", str(coarse_scenario), "--device", arm.port_name),
+            *("--record", str(bundle), "--seconds", "8", "--screenshot", str(shot)),
+        )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert not left
+    _, records, complete = read_session(bundle)
+    assert complete
+    (told,) = (i for i, record in enumerate(records) if "went away" in str(record))
+    assert isinstance(records[told], EventRecord)
+    # The picture of the last pose may still have been on its way.
+    assert not any(isinstance(record, SampleRecord) for record in records[told:])
+    # the picture stays, with the ring of an alarm round it
+    with Image.open(shot) as picture:
+        pixels = np.asarray(picture.convert("RGB"), dtype=np.float64)
+    height, width = pixels.shape[:2]
+    assert pixels[height // 4 : height * 5 // 8, width // 6 : width * 4 // 10].std() > 5
+    ring = np.abs(pixels - np.array(ImageColor.getrgb(ALARM))).max(axis=-1) < 8
+    assert ring.sum() > 2000
+    report = replay_session(bundle, threads=2, progress=lambda stage, share: None)
+    assert report.frames > 0
+    assert report.is_exact
+
+
+class Kept(FlightObserver):
+    """Writes down what it hears, and asks for a moment and a view."""
+
+    def __init__(self) -> None:
+        self.flight: Flight | None = None
+        self.heard: list[str] = []
+        self.frames: list[FrameEvent] = []
+        self.view = ""
+
+    def on_patient(self, patient: PatientScene) -> None:
+        self.heard.append("patient")
+
+    def on_start(self, residual_mm: float | None) -> None:
+        assert residual_mm is None
+        self.heard.append("start")
+
+    def on_frame(self, event: FrameEvent) -> None:
+        self.frames.append(event)
+        if len(self.frames) == 2 and self.flight is not None:
+            self.flight.keep_moment()
+            self.flight.keep_view()
+
+    def on_moment(self, event: FrameEvent) -> None:
+        self.heard.append(f"moment of frame {event.number}")
+
+    def on_view_saved(self, message: str, where: str) -> None:
+        self.view = where
+
+
+def test_a_flight_without_a_window_is_observed_recorded_and_replayed(
+    short_scenario: Path, tmp_path: Path
+) -> None:
+    scenario, folder = load_scenario(str(short_scenario))
+    path_file = folder / scenario.path
+    path = load_probe_path(path_file)
+    played = choose_input(f"recording:{path_file}", None, scenario, path, path_file)
+    record = tmp_path / "flight.paravol"
+    observer = Kept()
+    flight = Flight(FlightOrder(scenario, path, played, SIZE, 1, record), observer)
+    observer.flight = flight
+    flown = flight.run()
+    assert flown is not None
+    assert flight.result is not None
+    assert flight.result.title == "The path is flown"
+    assert flight.result.score == flown.score
+    assert observer.heard == ["patient", "start", "moment of frame 2"]
+    assert [f.number for f in observer.frames] == list(range(len(observer.frames)))
+    assert load_view(Path(observer.view)).to_camera().key == (
+        observer.frames[2].view.camera.key
+    )
+    report = replay_session(record, threads=1, progress=lambda stage, share: None)
+    assert report.is_exact
+    assert report.score == flown.score
+    assert report.frames == len(observer.frames) == len(flown.timing.frame_ms)
+    records = read_session(record)[1]
+    (event,) = (r for r in records if isinstance(r, EventRecord))
+    assert (event.kind, event.text) == ("snapshot", "frame 2")
+
+
+def test_a_flight_that_is_cancelled_before_leaves_nothing(tmp_path: Path) -> None:
+    scenario, _ = load_scenario("first_flight")
+    record = tmp_path / "flight.paravol"
+    flight = Flight(flight_order(scenario, record), FlightObserver())
+    flight.cancel()
+    assert flight.run() is None
+    assert flight.result is None
+    assert not record.exists()

@@ -9,7 +9,7 @@ import gc, sys
 from paravol.environment import prepare_environment
 prepare_environment()
 from numba.core.dispatcher import Dispatcher
-from paravol.patient import prepare_room
+from paravol.patient import load_patient
 from paravol.session_setup import build_view, first_views, path_view
 from devices import load_probe_path
 from scenarios import load_scenario
@@ -25,7 +25,7 @@ def quietly(stage, share):
 
 scenario, folder = load_scenario(sys.argv[1])
 path = load_probe_path(folder / scenario.path)
-room = prepare_room(scenario, quietly)
+room = load_patient(scenario, quietly)
 view = build_view(
     scenario, room, tier="LIVE", seed=1, has_instrument=True, threads=2
 )

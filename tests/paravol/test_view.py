@@ -9,9 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from devices import load_probe_path
-from paravol.patient import prepare_room
-from paravol.session_info import LIVE_TIER, SEED
-from paravol.session_setup import build_view, path_view
+from paravol.patient import load_patient
+from paravol.session_setup import LIVE_TIER, SEED, build_view, path_view
 from paravol.view import EndoscopeView, Frame
 from renderers.scene import Distortion
 from scenarios import View, load_scenario
@@ -25,7 +24,7 @@ def room(coarse_scenario: Path) -> tuple[list[EndoscopeView], list[View]]:
     """Two renderers of one head, and a few views; some differ by the tool alone."""
     scenario, folder = load_scenario(str(coarse_scenario))
     path = load_probe_path(folder / scenario.path)
-    room = prepare_room(scenario, lambda stage, share: None)
+    room = load_patient(scenario, lambda stage, share: None)
     views = [path_view(scenario, room, path, t, SIZE) for t in PLACES_S]
     moved = views[0].world_from_instrument.copy()
     moved[:3, 3] += 0.5 * views[0].camera.frame[1]
@@ -79,7 +78,7 @@ def test_a_resting_scope_is_exposed_anew_each_time(
 def shared(coarse_scenario: Path) -> EndoscopeView:
     """One renderer with two threads."""
     scenario, _ = load_scenario(str(coarse_scenario))
-    room = prepare_room(scenario, lambda stage, share: None)
+    room = load_patient(scenario, lambda stage, share: None)
     return build_view(
         scenario, room, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=2
     )

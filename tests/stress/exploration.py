@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.simulated_ranks.audit import audit
 from benchmarks.simulated_ranks.replay import ReplayWork, Visits
 from renderers.art.cells.cache import FRESH, CellCache
-from renderers.art.ranks.audit import audit
 from renderers.art.ranks.directory import Directory, ring_distances
 from renderers.art.ranks.messages import Message, MessageKind, ProtocolError
 from renderers.art.ranks.node import Node

@@ -14,12 +14,12 @@ from PIL import Image as PngImage
 from renderers.art import ActiveRayTracer
 from renderers.scene import Camera, Projection, Scene
 from renderers.snapshots.client import SnapshotClient
+from renderers.snapshots.data_store import HIDDEN
 from renderers.snapshots.growing import FILE_NAME, GrowingPicture
 from renderers.snapshots.request import ClassicWork, SnapshotRequest, SnapshotResult
 from renderers.snapshots.saved_work import ENDING, unwrap
-from renderers.snapshots.shared_files import HIDDEN
 from renderers.snapshots.spool import JobState, JobStatus, Spool
-from renderers.snapshots.traced import traced_camera
+from renderers.snapshots.team import traced_camera
 from renderers.snapshots.worker import run_worker
 from tests.scenes import rough_scene
 from tests.stress.doomed import Order, Outcome

@@ -278,7 +278,7 @@ def damages(whole: bytes, seed: int) -> Iterator[bytes]:
 def is_told(error: Exception) -> bool:
     """Tell whether an error is ours, and a person is told one sentence."""
     ours = type(error) is ValueError or type(error).__module__.startswith(
-        ("disk.", "devices.", "renderers.art.")
+        ("disk.", "devices.", "renderers.art.", "renderers.snapshots.")
     )
     told = sentence(error)
     return ours and bool(told) and "\n" not in str(told)

@@ -212,7 +212,7 @@ def test_a_killed_pruner_leaves_no_half_job(
     assert died.signal == signal.SIGKILL
     assert Spool(folder).status(job.request.id).state is JobState.QUEUED
     assert not is_accepted(folder, job)
-    # Asked for again, it is drawn again.
+    # PatternCost for again, it is drawn again.
     children.run(job.order(folder, "client"))
     heal(folder)
     check_done_right(folder, job, most_attempts=1)

@@ -22,7 +22,7 @@ WARM = 200
 
 LOOK_EVERY = 20
 
-KEPT_BYTES = 1 << 20
+CACHE_BYTES = 1 << 20
 """Room for views that need not be drawn again: full long before all is warm."""
 
 MOST_PER_JOB = 600
@@ -86,7 +86,7 @@ def test_a_thousand_jobs_are_drained_without_growth(tmp_path: Path) -> None:
     reached.watcher = watch
     try:
         served = run_worker(
-            client.spool.folder, once=True, threads=1, kept_bytes=KEPT_BYTES
+            client.spool.folder, once=True, threads=1, cache_bytes=CACHE_BYTES
         )
     finally:
         reached.watcher = None

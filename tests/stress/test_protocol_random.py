@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
+from benchmarks.simulated_ranks.audit import audit
 from benchmarks.simulated_ranks.replay import ReplayWork, Visits
 from renderers.art.cells.cache import CellCache
-from renderers.art.ranks.audit import audit
 from renderers.art.ranks.directory import (
     ON_DISK,
     Directory,
@@ -19,7 +19,7 @@ from renderers.art.ranks.directory import (
 from renderers.art.ranks.messages import Message, MessageKind
 from renderers.art.ranks.node import Node
 from renderers.art.ranks.prepare import slots_of
-from renderers.art.ranks.transport import LoopBack
+from tests.loop_back import LoopBack
 
 Ranks = list["Node[Visits]"]
 

@@ -11,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from renderers.fsr import Inclusion, extract_fuzzy_set, update_fuzzy_set
-from renderers.fsr.footprint import gaussian_footprint
 from renderers.fsr.kernels.depth_sort import (
     KEYS,
     NOWHERE,
@@ -30,6 +29,7 @@ from renderers.scene import (
     Volume,
 )
 from renderers.scene.thread_team import ThreadTeam
+from tests.renderers.fsr.plain_footprint import gaussian_footprint
 
 TEAM = ThreadTeam(2)
 ALONE = ThreadTeam(1)
@@ -198,7 +198,7 @@ def test_flat_voxels_keep_their_footprint_and_mass(thin_mm: float) -> None:
             size=(160, 160),
             projection=Projection.ORTHOGRAPHIC,
         )
-        alpha = drawer.draw(camera, TEAM, SplatMode.SHEET).rgba[..., 3]
+        alpha = drawer.draw(camera, TEAM).rgba[..., 3]
         assert np.all(np.isfinite(alpha))
         depth = -np.log1p(-alpha.astype(np.float64)).sum() * (20 / 160) ** 2
         assert depth == pytest.approx(0.05 * 12 * 12 * 0.04, rel=0.02)
@@ -270,20 +270,18 @@ def test_a_slice_of_equal_depths_has_one_picture(mode: SplatMode) -> None:
 
 
 @pytest.mark.parametrize("opacity", [0.999999, 1.0])
-@pytest.mark.parametrize("mode", [SplatMode.GAUSSIAN, SplatMode.SHEET])
-def test_opacity_one_is_opaque_and_finite(mode: SplatMode, opacity: float) -> None:
+def test_opacity_one_is_opaque_and_finite(opacity: float) -> None:
     kappa = -math.log1p(-min(opacity, 1 - 2**-24))
     drawer = drawer_of(full((6, 30, 30)), kappa)
-    rgba = drawer.draw(from_above(8.0, 100), TEAM, mode).rgba
+    rgba = drawer.draw(from_above(8.0, 100), TEAM).rgba
     assert np.all(np.isfinite(rgba))
     assert rgba[..., 3].min() >= 1 - 1e-5
     assert rgba[..., 3].max() <= 1
 
 
 @pytest.mark.parametrize("pixels_per_mm", [0.05, 0.2, 0.5, 0.8])
-@pytest.mark.parametrize("mode", [SplatMode.GAUSSIAN, SplatMode.SHEET])
 def test_splats_below_half_a_pixel_keep_their_mass(
-    mode: SplatMode, pixels_per_mm: float
+    pixels_per_mm: float,
 ) -> None:
     """Single voxels anywhere in a pixel; their optical depth within two percent."""
     rng = np.random.default_rng(3)
@@ -297,6 +295,6 @@ def test_splats_below_half_a_pixel_keep_their_mass(
     # each a thousand times what float32 can take from the light
     kappa = 1e-4 / pixels_per_mm**2
     drawer = drawer_of(volume, kappa)
-    alpha = drawer.draw(from_above(half_mm, size), TEAM, mode).rgba[..., 3]
+    alpha = drawer.draw(from_above(half_mm, size), TEAM).rgba[..., 3]
     depth = -np.log1p(-alpha.astype(np.float64)).sum() / pixels_per_mm**2
     assert depth == pytest.approx(kappa * count, rel=0.02)

@@ -46,12 +46,12 @@ class ClockAlignment:
 
     @property
     def drift(self) -> float:
-        """Get how much faster the host's clock runs, seconds per second."""
+        """Return how much faster the host's clock runs, seconds per second."""
         return self._drift
 
     @property
     def settled(self) -> bool:
-        """Get whether arrivals were seen for long enough to tell early from late."""
+        """Return whether arrivals were seen for long enough to tell early from late."""
         return self._stretch * STRETCH_S >= SETTLED_S
 
     def earliness(self, ticks: int, arrival_s: float) -> float:

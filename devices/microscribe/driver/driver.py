@@ -8,30 +8,27 @@ import atexit
 import errno
 import os
 import sys
-import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import serial
 from serial.tools import list_ports
 
-from devices.closing import Closing
 from devices.microscribe.driver.arm_thread import ArmThread
 from devices.microscribe.driver.sampler import HomeState, MotionReports
 from devices.microscribe.driver.supervisor import (
     POLL_HZ,
-    ArmKeeper,
     ArmSettings,
+    ConnectionSupervisor,
     PortFinder,
     Presence,
 )
+from devices.microscribe.wire.line import LinkTiming
 from devices.microscribe.wire.link import ArmDescription
 from devices.microscribe.wire.sign_on import RATES
 from devices.microscribe.wire.terminal_file import TerminalFile
-from devices.microscribe.wire.timing import LinkTiming
-from devices.microscribe.wire.transcript import Transcript
 from devices.port import BytePort, DeviceError, DeviceReason
-from devices.pose import Pose
 from devices.serial_adapters import absence_remedy, permission_remedy
+from devices.source import QueuedSource
 from disk import UserError
 
 # pyserial lets errors of the terminal itself pass through untranslated.
@@ -46,9 +43,6 @@ _OPEN_ERRORS = (*_PORT_ERRORS, ValueError)
 
 # Longer than the search for a lost line takes, which then says so itself.
 SILENCE_S = 15.0
-
-# The tip may be elsewhere by then: a calm hand moves millimetres.
-STALE_S = 0.1
 
 
 class SerialPort:
@@ -80,12 +74,12 @@ class SerialPort:
 
     @property
     def name(self) -> str:
-        """Get the name of the port in the operating system."""
+        """Return the name of the port in the operating system."""
         return self._name
 
     @property
     def waiting(self) -> int:
-        """Get how many bytes have arrived unread."""
+        """Return how many bytes have arrived unread."""
         try:
             if self._file is not None:
                 return self._file.waiting
@@ -165,7 +159,7 @@ class SerialPorts:
         return SerialPort(name)
 
 
-class MicroScribe(Closing):
+class MicroScribe(QueuedSource):
     """A MicroScribe arm that yields poses in its own frame, mm.
 
     ``read`` and iteration give every pose once and in order; ``latest`` gives the
@@ -177,12 +171,13 @@ class MicroScribe(Closing):
     tried. ``assume_home`` states that the arm stood in its rest when it was switched
     on; without it poses are refused until ``home`` was called. ``reports`` lets the
     arm send by itself instead of being polled ``poll_hz`` times a second.
-    ``transcript`` notes every byte.
 
     With ``replug``, usually ``SerialPorts()``, a lost arm is looked for until it is
     there again. ``read`` then raises the loss once and goes on waiting, ``latest``
     keeps its last pose, whose age grows.
     """
+
+    _silence_s = SILENCE_S
 
     def __init__(
         self,
@@ -194,7 +189,6 @@ class MicroScribe(Closing):
         assume_home: bool = True,
         timing: LinkTiming | None = None,
         replug: PortFinder | None = None,
-        transcript: Transcript | None = None,
     ) -> None:
         if not poll_hz > 0.0:
             raise UserError(f"poll_hz must be positive, got {poll_hz}")
@@ -204,94 +198,65 @@ class MicroScribe(Closing):
             reports=reports,
             assume_home=assume_home,
             timing=timing,
-            transcript=transcript,
         )
         opened = SerialPort(port) if isinstance(port, str) else port
-        self._keeper = ArmKeeper(opened, settings, replug)
-        self._thread = ArmThread(self._keeper)
+        self._supervisor = ConnectionSupervisor(opened, settings, replug)
+        self._thread = ArmThread(self._supervisor)
+        self._queue = self._thread.queue
         atexit.register(self.close)
 
     @property
     def description(self) -> ArmDescription:
-        """Get what the arm told about itself."""
-        return self._keeper.sampler.description
+        """Return what the arm told about itself."""
+        return self._supervisor.sampler.description
 
     @property
     def home_state(self) -> HomeState:
-        """Get whether the arm's angle registers can be trusted."""
-        return self._keeper.sampler.home_state
+        """Return whether the arm's angle registers can be trusted."""
+        return self._supervisor.sampler.home_state
 
     @property
     def presence(self) -> Presence:
-        """Get whether the arm can be spoken to."""
-        return self._keeper.presence
+        """Return whether the arm can be spoken to."""
+        return self._supervisor.presence
 
     @property
     def trouble(self) -> DeviceError | None:
-        """Get why the arm is lost, None while it is there."""
-        return self._keeper.trouble
+        """Return why the arm is lost, None while it is there."""
+        return self._supervisor.trouble
 
     @property
     def frozen_joints(self) -> tuple[int, ...]:
-        """Get the joints, from 0, whose encoders stood still while others moved."""
-        return self._keeper.sampler.tracker.watch.frozen
+        """Return the joints, from 0, whose encoders stood still while others moved."""
+        return self._supervisor.sampler.tracker.watch.frozen
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """Get the newest counts of the six joints, continued over their wraps."""
-        return self._keeper.sampler.tracker.counts
+        """Return the newest counts of the six joints, continued over their wraps."""
+        return self._supervisor.sampler.tracker.counts
 
     @property
     def baud(self) -> int:
-        """Get the rate at which the arm was found, bits per second."""
-        return self._keeper.link.baud
+        """Return the rate at which the arm was found, bits per second."""
+        return self._supervisor.link.baud
 
     @property
     def round_trip_s(self) -> float:
-        """Get the median time from a poll to its whole answer, nan before the first.
+        """Return the median time from a poll to its whole answer, nan before the first.
 
         Of the newest polls; a stream has none.
         """
-        return self._keeper.link.round_trip_s
+        return self._supervisor.link.round_trip_s
 
     @property
     def clock_drift(self) -> float:
-        """Get how much faster the host's clock runs than the arm's, s per s."""
-        return self._keeper.sampler.tracker.alignment.drift
+        """Return how much faster the host's clock runs than the arm's, s per s."""
+        return self._supervisor.sampler.tracker.alignment.drift
 
     @property
     def counters(self) -> dict[str, int]:
-        """Get what went wrong on the line so far, by name."""
-        return self._keeper.counters
-
-    def read(self, timeout_s: float) -> Pose:
-        """Return the next pose, none lost.
-
-        Raise TimeoutError when none came in time, EOFError after ``close``,
-        DeviceError when the device failed and DeviceError(OVERRUN) when more than
-        16384 poses were left unread. Poses measured before a failure come first.
-        """
-        return self._thread.queue.read(timeout_s)
-
-    def drain(self) -> list[Pose]:
-        """Return every pose that is waiting, oldest first; raise as ``read`` does."""
-        return self._thread.queue.drain()
-
-    def latest(self) -> Pose | None:
-        """Return the newest pose, None before the first; raise if the device failed."""
-        return self._thread.queue.latest()
-
-    def pose_age_s(self) -> float:
-        """Return seconds since the newest pose's header arrived, inf before it."""
-        newest = self._thread.queue.newest
-        if newest is None:
-            return float("inf")
-        return time.monotonic() - newest.host_time_s
-
-    @property
-    def stale(self) -> bool:
-        """Get whether the newest pose is older than a tenth of a second."""
-        return self.pose_age_s() > STALE_S
+        """Return what went wrong on the line so far, by name."""
+        return self._supervisor.counters
 
     def home(self) -> None:
         """Load the rest counts; the arm must stand in its rest now."""
@@ -301,14 +266,6 @@ class MicroScribe(Closing):
         """End the session and release the port; harmless when repeated."""
         self._thread.stop()
         atexit.unregister(self.close)
-
-    def __iter__(self) -> Iterator[Pose]:
-        """Iterate over poses until the arm is closed; raise if it fails."""
-        try:
-            while True:
-                yield self.read(SILENCE_S)
-        except EOFError:
-            return
 
 
 def _port_remedy(name: str, error: Exception) -> str:

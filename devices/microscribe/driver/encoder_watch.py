@@ -18,7 +18,7 @@ MOVED_COUNTS = 3
 
 
 class EncoderWatch:
-    """Tell which encoders stood still while others moved for five seconds."""
+    """Find the encoders that stood still while others moved for five seconds."""
 
     def __init__(self, present: Sequence[bool]) -> None:
         """Watch the joints that have an encoder."""
@@ -29,7 +29,7 @@ class EncoderWatch:
 
     @property
     def frozen(self) -> tuple[int, ...]:
-        """Get the joints whose encoders seem dead."""
+        """Return the joints whose encoders seem dead."""
         return tuple(i for i in self._joints if self._still_s[i] >= FROZEN_S)
 
     def observe(self, counts: Sequence[int], time_s: float) -> None:

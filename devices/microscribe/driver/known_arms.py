@@ -88,7 +88,7 @@ class KnownArms:
 
 
 def changes(known: KnownArm, arm: ArmDescription) -> list[str]:
-    """Tell what differs between an arm and what is kept of it; empty when nothing."""
+    """Return what differs between an arm and what is kept of it, in sentences."""
     before = constants_by_name(
         ArmGeometry.from_words(known.words[:18], known.words[18])
     )

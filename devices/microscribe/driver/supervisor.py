@@ -6,10 +6,9 @@ from enum import Enum
 from typing import Protocol
 
 from devices.microscribe.driver.sampler import ArmSampler, MotionReports
+from devices.microscribe.wire.line import LinkTiming
 from devices.microscribe.wire.link import ArmLink
 from devices.microscribe.wire.sign_on import RATES
-from devices.microscribe.wire.timing import LinkTiming
-from devices.microscribe.wire.transcript import Transcript
 from devices.port import BytePort, Clock, DeviceError, HostClock
 from devices.pose import Pose
 
@@ -57,10 +56,9 @@ class ArmSettings:
     """None: poll."""
     assume_home: bool = True
     timing: LinkTiming | None = None
-    transcript: Transcript | None = None
 
 
-class ArmKeeper:
+class ConnectionSupervisor:
     """Keep one arm's session alive; blocking, for one thread.
 
     Without a finder a lost arm is an error. With one it is looked for: at the name it
@@ -98,7 +96,7 @@ class ArmKeeper:
 
     @property
     def counters(self) -> dict[str, int]:
-        """Get what went wrong on the line so far, by name."""
+        """Return what went wrong on the line so far, by name."""
         session, sampler = self.link.session, self.sampler
         packets = session.counters
         return {
@@ -163,7 +161,6 @@ class ArmKeeper:
             port,
             timing,
             clock=self._clock,
-            transcript=self._settings.transcript,
             confirmed_only=reports is not None and reports.confirmed_only,
         )
 

@@ -75,7 +75,7 @@ class SampleTracker:
 
     def __post_init__(self) -> None:
         # Imported here: this module's names are needed where nothing is compiled.
-        from devices.microscribe.kernels.tip_frame import continue_counts
+        from devices.microscribe.kernels.continue_counts import continue_counts
 
         self._continue = continue_counts
         turns = self.encoders.turn
@@ -96,7 +96,7 @@ class SampleTracker:
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """Get the unwrapped counts of the last accepted sample."""
+        """Return the unwrapped counts of the last accepted sample."""
         return tuple(self._counts.tolist())
 
     def accept(self, packet: Packet, host_time_s: float) -> Pose | None:

@@ -24,7 +24,7 @@ def _release(bit: int) -> _Doing:
 
 
 @dataclass(frozen=True, slots=True)
-class _Deed:
+class _ActionKind:
     """What is done, what ends it, and how a person reads of it."""
 
     do: _Doing
@@ -32,22 +32,26 @@ class _Deed:
     line: str
 
 
-_DEEDS = {
-    "power_off": _Deed(EmulatedArm.power_off, EmulatedArm.power_on, "cut the power"),
-    "power_on": _Deed(EmulatedArm.power_on, None, "give power again"),
-    "power_cycle": _Deed(EmulatedArm.power_cycle, None, "off and on at once"),
-    "unplug": _Deed(EmulatedArm.unplug, EmulatedArm.replug, "pull the data plug"),
-    "replug": _Deed(
+_ACTION_KINDS = {
+    "power_off": _ActionKind(
+        EmulatedArm.power_off, EmulatedArm.power_on, "cut the power"
+    ),
+    "power_on": _ActionKind(EmulatedArm.power_on, None, "give power again"),
+    "power_cycle": _ActionKind(EmulatedArm.power_cycle, None, "off and on at once"),
+    "unplug": _ActionKind(EmulatedArm.unplug, EmulatedArm.replug, "pull the data plug"),
+    "replug": _ActionKind(
         EmulatedArm.replug, None, "put it in again: a port with a new name"
     ),
-    "home_button": _Deed(EmulatedArm.press_home_button, None, "press the Home button"),
-    "right_pedal": _Deed(_hold(0), _release(0), "press the right pedal"),
-    "left_pedal": _Deed(_hold(1), _release(1), "press the left pedal"),
-    "release_right": _Deed(_release(0), None, "let the right pedal go"),
-    "release_left": _Deed(_release(1), None, "let the left pedal go"),
+    "home_button": _ActionKind(
+        EmulatedArm.press_home_button, None, "press the Home button"
+    ),
+    "right_pedal": _ActionKind(_hold(0), _release(0), "press the right pedal"),
+    "left_pedal": _ActionKind(_hold(1), _release(1), "press the left pedal"),
+    "release_right": _ActionKind(_release(0), None, "let the right pedal go"),
+    "release_left": _ActionKind(_release(1), None, "let the left pedal go"),
 }
 
-ACTIONS = tuple(_DEEDS)
+ACTIONS = tuple(_ACTION_KINDS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,11 +64,11 @@ class Action:
 
     def start(self, arm: EmulatedArm, now_s: float) -> None:
         """Do it."""
-        _DEEDS[self.name].do(arm, now_s)
+        _ACTION_KINDS[self.name].do(arm, now_s)
 
     def end(self, arm: EmulatedArm, now_s: float) -> None:
         """Undo it."""
-        undo = _DEEDS[self.name].undo
+        undo = _ACTION_KINDS[self.name].undo
         if undo is not None:
             undo(arm, now_s)
 
@@ -72,7 +76,7 @@ class Action:
 def parse_action(text: str) -> Action:
     """Read ``NAME[@SECONDS[+DURATION]]``; raise ValueError that tells what is known."""
     name, at, moment = text.strip().partition("@")
-    if name not in _DEEDS:
+    if name not in _ACTION_KINDS:
         near = get_close_matches(name, ACTIONS, 1, 0.3)
         hint = f"; the nearest is {near[0]!r}" if near else ""
         raise UserError(
@@ -81,14 +85,14 @@ def parse_action(text: str) -> Action:
     schedule = parse_schedule(moment if at else "0")
     if schedule.packet is not None or schedule.chance is not None:
         raise UserError(f"the moment of an action is in seconds, got {text!r}")
-    if schedule.duration_s is not None and _DEEDS[name].undo is None:
+    if schedule.duration_s is not None and _ACTION_KINDS[name].undo is None:
         raise UserError(f"{name} has no duration, got {text!r}")
     return Action(name, schedule.start_s, schedule.duration_s)
 
 
 def list_actions() -> dict[str, str]:
     """Return a line for every action."""
-    return {name: deed.line for name, deed in _DEEDS.items()}
+    return {name: kind.line for name, kind in _ACTION_KINDS.items()}
 
 
 class ActionSchedule:

@@ -3,6 +3,9 @@
 from dataclasses import dataclass
 from enum import Enum, auto
 
+from devices.microscribe.kinematics.profiles import ArmProfile
+from devices.microscribe.wire.identity import encode_words
+
 
 class AnswerKind(Enum):
     """What a run of bytes from the arm is."""
@@ -45,3 +48,45 @@ class Answer:
     delay_s: float = 0.0
     """Waited before the first byte, on top of what the line needs."""
     after: After | None = None
+
+
+PARAMETERS, HOME_REFERENCE, MAXIMA, EXTENDED = 0xC0, 0xC1, 0xC6, 0xD3
+FIRST_STRING = 0xC8
+
+_HOME_REFERENCE_BYTES = 12
+
+
+def describe(profile: ArmProfile) -> dict[int, Answer]:
+    """Return the answers to all questions without arguments, by the echoed byte.
+
+    A question that is missing here is not answered at all, BETA among them when the
+    arm's comment does not announce it.
+    """
+    about = profile.identity
+    texts = (
+        about.product_name,
+        about.product_id,
+        about.model,
+        about.serial,
+        about.comment,
+        about.parameter_format,
+        about.firmware,
+    )
+    block = encode_words(profile.dh_words)
+    bodies = {
+        PARAMETERS: (AnswerKind.PARAMETERS, bytes((len(block),)) + block),
+        # Of no meaning to this arm.
+        HOME_REFERENCE: (AnswerKind.HOME_REFERENCE, bytes(_HOME_REFERENCE_BYTES)),
+        MAXIMA: (AnswerKind.MAXIMA, profile.maxima.encode()),
+        **{
+            FIRST_STRING + i: (AnswerKind.STRING, text.encode() + b"\0")
+            for i, text in enumerate(texts)
+        },
+    }
+    if about.has_beta:
+        beta = encode_words((profile.beta_word,))
+        bodies[EXTENDED] = (AnswerKind.EXTENDED, bytes((len(beta),)) + beta)
+    return {
+        code: Answer(kind, bytes((code,)) + body)
+        for code, (kind, body) in bodies.items()
+    }

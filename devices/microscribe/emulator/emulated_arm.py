@@ -9,11 +9,14 @@ from collections.abc import Iterable
 from typing import Protocol
 
 from devices.microscribe.emulator.answer import After, Answer, AnswerKind
-from devices.microscribe.emulator.emulated_line import RATES, PacedOutput
-from devices.microscribe.emulator.emulator_transcript import EmulatorTranscript
-from devices.microscribe.emulator.faults import FaultPlan, altered_profile, make_faults
-from devices.microscribe.emulator.firmware import BITS_PER_BYTE, FarEnd, FarState
-from devices.microscribe.emulator.misreading import misread
+from devices.microscribe.emulator.emulated_line import RATES, PacedOutput, misread
+from devices.microscribe.emulator.faults import FaultPlan, make_faults
+from devices.microscribe.emulator.firmware import (
+    BITS_PER_BYTE,
+    ArmFirmware,
+    FirmwareState,
+)
+from devices.microscribe.emulator.transcript import Transcript
 from devices.microscribe.kinematics.profiles import ArmProfile
 from disk import UserError
 
@@ -62,12 +65,14 @@ class EmulatedArm:
         sync_repeats: int = 1,
         keep_framing_errors: bool = False,
         accepts_memory_writes: bool = False,
-        transcript: EmulatorTranscript | None = None,
+        transcript: Transcript | None = None,
     ) -> None:
         if rate not in RATES:
             raise UserError(f"rate must be one of {RATES}, got {rate}")
         self._faults = make_faults(faults, seed)
-        self.profile = altered_profile(profile, self._faults)
+        self.profile = profile
+        for fault in self._faults:
+            self.profile = fault.alter(self.profile)
         self.session_rate = rate
         self.packets = 0
         """Standard packets measured."""
@@ -77,9 +82,8 @@ class EmulatedArm:
         """Whether a fault pulled the plug and nobody will put it back."""
         self.generation = 1
         """How often the plug has been put in; each time the port has a new name."""
-        self.home_pressed = False
         self._motion = motion
-        self.far_end = FarEnd(
+        self.firmware = ArmFirmware(
             self.profile,
             _Latch(self, motion),
             now_s,
@@ -98,24 +102,8 @@ class EmulatedArm:
         self._tick(now_s)
 
     @property
-    def built_in_encoders(self) -> frozenset[int]:
-        """Get the joints that have an encoder."""
-        maxima = self.profile.maxima.encoders
-        return frozenset(i for i, maximum in enumerate(maxima) if maximum)
-
-    @property
-    def timer_maximum(self) -> int:
-        """Get the last value of the timer before it wraps."""
-        return self.profile.maxima.timer
-
-    @property
-    def serial_number(self) -> str:
-        """Get the password of the calibration memory."""
-        return self.profile.identity.serial
-
-    @property
     def fired(self) -> dict[str, int]:
-        """Get how often each fault has happened, by its full name."""
+        """Return how often each fault has happened, by its full name."""
         return {fault.name(): fault.fired for fault in self._faults}
 
     def script_s(self, now_s: float) -> float:
@@ -134,7 +122,7 @@ class EmulatedArm:
         for fault in self._faults:
             heard = fault.hear(heard, self, now_s)
         # The last bit of what was written is on the line only now.
-        wire_s = 0.0 if self._output.fast else len(heard) * self.far_end.byte_s
+        wire_s = 0.0 if self._output.fast else len(heard) * self.firmware.byte_s
         self._hear(heard, now_s, now_s + wire_s)
 
     def speak(self, now_s: float, client_rate: int | None = None) -> bytes:
@@ -153,7 +141,7 @@ class EmulatedArm:
 
     def next_s(self) -> float | None:
         """Return when ``speak`` has something to do next, None if never."""
-        due = [self._output.next_s(), self.far_end.next_s(), self._replug_s]
+        due = [self._output.next_s(), self.firmware.next_s(), self._replug_s]
         for fault in self._faults:
             script_s = fault.due_s()
             if script_s is not None and self._first_packet_s is not None:
@@ -166,7 +154,7 @@ class EmulatedArm:
         """Cut the power."""
         self.powered = False
         self._output.clear()
-        self.far_end.power_on(now_s)
+        self.firmware.power_on(now_s)
         self._tell(now_s, "power off")
 
     def power_on(self, now_s: float) -> None:
@@ -174,8 +162,8 @@ class EmulatedArm:
         self._motion.latch(now_s)
         self._motion.home()
         self._output.clear()
-        self.far_end.power_on(now_s)
-        self.powered, self.home_pressed, self._stalled = True, False, False
+        self.firmware.power_on(now_s)
+        self.powered, self._stalled = True, False
         self._tell(now_s, "power on")
 
     def power_cycle(self, now_s: float) -> None:
@@ -202,7 +190,7 @@ class EmulatedArm:
         """Press Home: the arm measures from now on, and believes to be in its rest."""
         self._motion.latch(now_s)
         self._motion.home()
-        self.home_pressed = self.far_end.homed = True
+        self.firmware.homed = True
         self._tell(now_s, "home button")
 
     def hold_pedal(self, bit: int, until_s: float = float("inf")) -> None:
@@ -210,10 +198,6 @@ class EmulatedArm:
         if not 0 <= bit < 4:
             raise UserError(f"pedal must be bit 0..3, got {bit}")
         self._pedals[bit] = until_s
-
-    def inject(self, data: bytes, now_s: float) -> None:
-        """Let the arm hear bytes that no client of ours sent."""
-        self._hear(data, now_s, now_s)
 
     def send_foreign(self, data: bytes, now_s: float) -> None:
         """Let the client hear bytes that the arm did not send."""
@@ -229,7 +213,7 @@ class EmulatedArm:
         return counts, buttons
 
     def _receive_at(self, data: bytes, client_rate: int, now_s: float) -> bytes:
-        if self.far_end.state is FarState.SYNC:
+        if self.firmware.state is FirmwareState.SYNC:
             only = [f.listening_rate(client_rate, self, now_s) for f in self._faults]
             wanted = next((rate for rate in only if rate is not None), None)
             if wanted is not None:
@@ -241,24 +225,24 @@ class EmulatedArm:
 
     def _keep_rate(self, rate: int) -> None:
         self.session_rate = rate
-        self.far_end.byte_s = BITS_PER_BYTE / rate
+        self.firmware.byte_s = BITS_PER_BYTE / rate
 
     def _hear(self, data: bytes, now_s: float, heard_s: float) -> None:
-        writes = self.far_end.memory_writes
-        commands = self.far_end.standard_commands
-        state = self.far_end.state
-        answers = self.far_end.answers(data, now_s)
+        writes = self.firmware.memory_writes
+        commands = self.firmware.standard_commands
+        state = self.firmware.state
+        answers = self.firmware.answers(data, now_s)
         if self._transcript is not None and data:
             self._transcript.heard(now_s, state.name, data)
-        if self.far_end.memory_writes > writes:
+        if self.firmware.memory_writes > writes:
             self._tell(now_s, "a write to the calibration memory was asked for")
         self._say(answers, heard_s)
-        if self.far_end.standard_commands > commands:
+        if self.firmware.standard_commands > commands:
             self._begin(now_s)
-        if self.far_end.asked_rate is not None:
+        if self.firmware.asked_rate is not None:
             # The echo still goes out at the old rate; what else is pending is lost.
-            self._keep_rate(self.far_end.asked_rate)
-            self.far_end.asked_rate = None
+            self._keep_rate(self.firmware.asked_rate)
+            self.firmware.asked_rate = None
 
     def _begin(self, now_s: float) -> None:
         if self._first_packet_s is None:
@@ -276,7 +260,7 @@ class EmulatedArm:
                     for spoilt in fault.answer(piece, self, now_s)
                 ]
             if self._transcript is not None:
-                self._transcript.said(now_s, self.far_end.state.name, answer, pieces)
+                self._transcript.said(now_s, self.firmware.state.name, answer, pieces)
             for piece in pieces:
                 self._output.push(piece, self.session_rate, now_s)
 
@@ -284,11 +268,11 @@ class EmulatedArm:
         """Let happen what is due; ``hear`` and ``speak`` do it, too."""
         self._tick(now_s)
         # A report sends each packet at its own time, however late somebody looks.
-        while (due := self.far_end.next_s()) is not None and due <= now_s:
-            self._say(self.far_end.pass_time(due), due)
+        while (due := self.firmware.next_s()) is not None and due <= now_s:
+            self._say(self.firmware.pass_time(due), due)
             self._begin(due)
             self._tick(due)
-        self._say(self.far_end.pass_time(now_s), now_s)
+        self._say(self.firmware.pass_time(now_s), now_s)
 
     def _tick(self, now_s: float) -> None:
         self._ticked_s = max(self._ticked_s, now_s)

@@ -47,17 +47,20 @@ class MicroScribeEmulator:
                 "The emulated arm needs pseudo-terminals, which Windows lacks; attach "
                 "a real one.",
             )
-        command = [sys.executable, "-m", "devices.microscribe.emulator.process"]
-        command += ["--watch-stdin", f"--path={path}", f"--profile={profile}"]
-        command += [f"--seed={seed}", *(f"--fault={fault}" for fault in faults)]
-        command += [f"--do={action}" for action in actions]
-        command += [] if link is None else [f"--link={link}"]
-        command += ["--fast"] if fast else []
-        if fiducials_mm is not None and len(fiducials_mm):
-            points = np.asarray(fiducials_mm, dtype=np.float64).tolist()
-            command += [f"--fiducial={','.join(map(repr, p))}" for p in points]
+        points = np.zeros((0, 3)) if fiducials_mm is None else fiducials_mm
+        asked = {
+            "path": str(path),
+            "fiducials_mm": points.tolist(),
+            "profile": profile,
+            "seed": seed,
+            "faults": list(faults),
+            "actions": list(actions),
+            "link": None if link is None else str(link),
+            "fast": fast,
+        }
+        process = "devices.microscribe.emulator.process"
         self._child = subprocess.Popen(
-            command,
+            [sys.executable, "-m", process, json.dumps(asked)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -77,7 +80,7 @@ class MicroScribeEmulator:
 
     @property
     def running(self) -> bool:
-        """Get whether the child lives."""
+        """Return whether the child lives."""
         return self._child.poll() is None
 
     def do(self, action: str) -> None:

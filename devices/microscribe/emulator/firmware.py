@@ -13,16 +13,16 @@ and timeouts can be tested without waiting. Where the vendor's manual is silent:
 from enum import Enum, auto
 from typing import Protocol
 
-from devices.microscribe.emulator.answer import Answer, AnswerKind
-from devices.microscribe.emulator.motion_report import (
+from devices.microscribe.emulator.answer import PARAMETERS, Answer, AnswerKind, describe
+from devices.microscribe.emulator.packet import (
     ARGUMENTS,
     ARGUMENTS_OF_SEVEN,
     TICKS_PER_S,
     MotionReport,
     Reading,
+    packet_length,
+    standard_packet,
 )
-from devices.microscribe.emulator.packet import packet_length, standard_packet
-from devices.microscribe.emulator.self_description import PARAMETERS, describe
 from devices.microscribe.kinematics.profiles import ArmProfile
 from disk import UserError
 
@@ -45,7 +45,7 @@ _CONFIGURATION_BIT = 0x40
 _PRESCALER = (1, 3, 4, 13)
 
 
-class FarState(Enum):
+class FirmwareState(Enum):
     """What the arm is listening for."""
 
     SYNC = auto()
@@ -56,7 +56,7 @@ class FarState(Enum):
     MOTION = auto()
 
 
-_LISTENING = (FarState.SYNC, FarState.WAIT_BEGIN)
+_LISTENING = (FirmwareState.SYNC, FirmwareState.WAIT_BEGIN)
 
 
 class ArmMotion(Protocol):
@@ -71,7 +71,7 @@ class ArmMotion(Protocol):
         ...
 
 
-class FarEnd:
+class ArmFirmware:
     """The behaviour of one arm; never raises at anything it hears.
 
     ``sync_repeats`` is how often it must hear IMMC before the first echo; real ones
@@ -110,7 +110,7 @@ class FarEnd:
 
     def power_on(self, now_s: float) -> None:
         """Begin anew: timer at zero, no session, constants as they were made."""
-        self.state = FarState.SYNC
+        self.state = FirmwareState.SYNC
         self.homed = not self._profile.needs_home_button
         """Whether it measures at all."""
         self.timer_zero_s = now_s
@@ -139,51 +139,35 @@ class FarEnd:
 
     def pass_time(self, now_s: float) -> list[Answer]:
         """Let time pass; return the packet that a motion report sends now, if any."""
-        if self.state is FarState.WAIT_BEGIN:
+        if self.state is FirmwareState.WAIT_BEGIN:
             if now_s - self._attention_s > BEGIN_WAIT_S:
                 self._listen()
-        elif self.state in (FarState.ARGUMENTS, FarState.PASSWORD):
+        elif self.state in (FirmwareState.ARGUMENTS, FirmwareState.PASSWORD):
             if now_s - self._heard_s > ARGUMENT_WAIT_S:
-                self.state = FarState.IDLE
-        elif self.state is FarState.MOTION and self._report is not None:
+                self.state = FirmwareState.IDLE
+        elif self.state is FirmwareState.MOTION and self._report is not None:
             due = now_s >= self._report.due_s
             return self._send_report(self._report, now_s) if due else []
         return []
 
     def next_s(self) -> float | None:
         """Return when a motion report is next due, None without one."""
-        if self.state is FarState.MOTION and self._report is not None:
+        if self.state is FirmwareState.MOTION and self._report is not None:
             return self._report.due_s
         return None
 
-    def leave_session(self, state: FarState, now_s: float) -> None:
-        """Be where a client left that died: in any state, with no client."""
-        self.state = state
-        self._heard_s = now_s
-        self._arguments.clear()
-        if state is FarState.ARGUMENTS:
-            self._command, self._wanted = _MOTION, ARGUMENTS
-        elif state is FarState.PASSWORD:
-            self._command = _SET_PARAMETERS
-        elif state is FarState.MOTION:
-            self._begin_report(bytes((0, 9, 0x23)) + bytes(21), now_s)
-
-    def ignore_begin(self, now_s: float) -> None:
-        """Be as if BEGIN had not been understood."""
-        self.state, self._attention_s, self._window = FarState.WAIT_BEGIN, now_s, b""
-
     def _listen(self) -> None:
-        self.state = FarState.SYNC
+        self.state = FirmwareState.SYNC
         self._window, self._attentions = b"", 0
 
     def _take(self, byte: int, now_s: float) -> Answer | None:
         if self.state in _LISTENING:
             return self._take_sign_on(byte, now_s)
-        if self.state is FarState.ARGUMENTS:
+        if self.state is FirmwareState.ARGUMENTS:
             return self._take_argument(byte, now_s)
-        if self.state is FarState.PASSWORD:
+        if self.state is FirmwareState.PASSWORD:
             return self._take_password(byte)
-        self.state = FarState.IDLE
+        self.state = FirmwareState.IDLE
         if byte & _CONFIGURATION_BIT:
             return self._configure(byte | 0x80)
         self.standard_commands += 1
@@ -195,10 +179,10 @@ class FarEnd:
             self._attentions += 1
             if self._attentions < self._sync_repeats:
                 return None
-            self.state, self._attention_s = FarState.WAIT_BEGIN, now_s
+            self.state, self._attention_s = FirmwareState.WAIT_BEGIN, now_s
             return Answer(AnswerKind.ATTENTION, _ATTENTION)
-        if self.state is FarState.WAIT_BEGIN and self._window == _BEGIN:
-            self.state = FarState.IDLE
+        if self.state is FirmwareState.WAIT_BEGIN and self._window == _BEGIN:
+            self.state = FirmwareState.IDLE
             product = self._profile.identity.product_id.encode() + b"\0"
             return Answer(AnswerKind.PRODUCT_ID, product)
         return None
@@ -210,12 +194,12 @@ class FarEnd:
             return None
         right = bytes(self._arguments) == self._profile.identity.serial.encode()
         self._arguments.clear()
-        self.state = FarState.IDLE
+        self.state = FirmwareState.IDLE
         if not (self._accepts and right):
             return Answer(AnswerKind.PASSWORD, _REFUSED)
         self._wanted = _MEMORY_WRITES[self._command]
         if self._wanted:
-            self.state = FarState.ARGUMENTS
+            self.state = FirmwareState.ARGUMENTS
         return Answer(AnswerKind.PASSWORD, _GRANTED)
 
     def _configure(self, code: int) -> Answer | None:
@@ -232,12 +216,12 @@ class FarEnd:
             self.memory_writes += 1
             self._command = code
             self._arguments.clear()
-            self.state = FarState.PASSWORD
+            self.state = FirmwareState.PASSWORD
             return echo
         if code in (_SET_RATE, _MOTION, _MARKER):
             self._command, self._wanted = code, ARGUMENTS if code == _MOTION else 1
             self._arguments.clear()
-            self.state = FarState.ARGUMENTS
+            self.state = FirmwareState.ARGUMENTS
         return None
 
     def _take_argument(self, byte: int, now_s: float) -> Answer | None:
@@ -248,7 +232,7 @@ class FarEnd:
         if len(self._arguments) < self._wanted:
             return None
         arguments = bytes(self._arguments)
-        self.state = FarState.IDLE
+        self.state = FirmwareState.IDLE
         if self._command == _MARKER:
             return Answer(AnswerKind.MARKER, bytes((_MARKER,)) + arguments)
         if self._command == _SET_PARAMETERS:
@@ -264,7 +248,7 @@ class FarEnd:
 
     def _begin_report(self, arguments: bytes, now_s: float) -> None:
         self._report = MotionReport(arguments, now_s, self._read(now_s))
-        self.state = FarState.MOTION
+        self.state = FirmwareState.MOTION
 
     def _send_report(self, report: MotionReport, now_s: float) -> list[Answer]:
         length = packet_length(report.command, self._profile.encoder_codes)

@@ -18,9 +18,8 @@ may use it.
 import errno
 import threading
 
-from devices.closing import Closing
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
-from devices.port import DeviceError, DeviceReason, HostClock, burst
+from devices.port import Closing, DeviceError, DeviceReason, HostClock, burst
 from disk import UserError
 
 
@@ -61,7 +60,7 @@ class MemoryLine:
 
     @property
     def name(self) -> str:
-        """Get the port's name; another one after every replugging."""
+        """Return the port's name; another one after every replugging."""
         return f"memory:{self.arm.generation}"
 
     def open_serial(
@@ -110,17 +109,17 @@ class MemorySerial(Closing):
 
     @property
     def port(self) -> str:
-        """Get the name under which it was opened."""
+        """Return the name under which it was opened."""
         return self._name
 
     @property
     def name(self) -> str:
-        """Get the name under which it was opened."""
+        """Return the name under which it was opened."""
         return self._name
 
     @property
     def in_waiting(self) -> int:
-        """Get how many bytes can be read at once."""
+        """Return how many bytes can be read at once."""
         with self._line.changed:
             self._collect()
             self._check()
@@ -191,12 +190,12 @@ class EmulatedPort:
 
     @property
     def name(self) -> str:
-        """Get the name under which a person knows the port."""
+        """Return the name under which a person knows the port."""
         return self._serial.name
 
     @property
     def waiting(self) -> int:
-        """Get how many bytes have arrived unread."""
+        """Return how many bytes have arrived unread."""
         try:
             return self._serial.in_waiting
         except OSError as error:

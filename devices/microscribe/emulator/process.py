@@ -1,14 +1,13 @@
-"""An emulated MicroScribe as a process of its own.
+"""An emulated MicroScribe as a process of its own, for ``MicroScribeEmulator``.
 
-    python -m devices.microscribe.emulator.process --path FILE [--fiducial=x,y,z ...]
+    python -m devices.microscribe.emulator.process JSON
 
-prints one line of JSON with the port's name when it is ready, and another one whenever
-the port comes back under a new name. It runs until its standard input ends (with
-``--watch-stdin``, where every line is an action's name), its parent dies, a fault
-unplugs it, or it is told to stop. `paravol emulator` is the same for a person.
+The argument is an object with the file of the path and the settings that differ from
+``EmulatorSettings``. Whenever the port appears a line of JSON with its name goes to
+standard output. The arm serves until its standard input ends (every line there is an
+action's name), its parent dies, a fault unplugs it, or it is told to stop.
 """
 
-import argparse
 import json
 import signal
 import sys
@@ -18,38 +17,30 @@ from pathlib import Path
 from types import FrameType
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.microscribe.emulator.setup import (
-    MOTIONS,
-    EmulatorOptions,
+    EmulatorSettings,
     OpenEmulator,
     open_emulator,
 )
 from devices.recording.path_file import load_probe_path
-from disk import UserError
 
 
-def main(arguments: list[str] | None = None) -> int:
+def main(asked: str) -> int:
     """Run an emulated arm until it is told to stop."""
-    options = _parser().parse_args(arguments)
     opened: list[OpenEmulator] = []
 
     def announce(port: str) -> None:
         place = opened[0].device_from_world
-        ready = {
-            "port": port,
-            "profile": options.profile,
-            "device_from_world": None if place is None else place.tolist(),
-        }
+        assert place is not None
+        ready = {"port": port, "device_from_world": place.tolist()}
         print(json.dumps(ready), flush=True)
 
     try:
-        with open_emulator(_wanted(options), announce) as emulator:
+        with open_emulator(_settings(asked), announce) as emulator:
             opened.append(emulator)
-            watched = sys.stdin.fileno() if options.watch_stdin else None
             with stop_on_signals(emulator):
-                emulator.server.run(watched, dies_with_parent=True)
+                emulator.server.run(sys.stdin.fileno(), dies_with_parent=True)
     except (ValueError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
@@ -71,51 +62,19 @@ def stop_on_signals(emulator: OpenEmulator) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def _wanted(options: argparse.Namespace) -> EmulatorOptions:
-    path = None if options.path is None else load_probe_path(options.path)
-    fiducials = np.array(options.fiducial, dtype=np.float64).reshape(-1, 3)
-    return EmulatorOptions(
-        profile=options.profile,
-        path=path,
-        fiducials_mm=fiducials,
-        motion=options.motion,
-        seed=options.seed,
-        faults=tuple(options.fault),
-        actions=tuple(options.do),
-        listen=options.listen,
-        link=options.link,
-        transcript=options.transcript,
-        fast=options.fast,
-        sync_repeats=options.sync_repeats,
+def _settings(asked: str) -> EmulatorSettings:
+    given = json.loads(asked)
+    return EmulatorSettings(
+        path=load_probe_path(given["path"]),
+        fiducials_mm=np.array(given["fiducials_mm"]).reshape(-1, 3),
+        profile=given["profile"],
+        seed=given["seed"],
+        faults=tuple(given["faults"]),
+        actions=tuple(given["actions"]),
+        link=None if given["link"] is None else Path(given["link"]),
+        fast=given["fast"],
     )
-
-
-def _point(text: str) -> NDArray[np.float64]:
-    point = np.array([float(part) for part in text.split(",")])
-    if point.shape != (3,) or not np.isfinite(point).all():
-        raise UserError(f"a point is x,y,z in mm, got {text!r}")
-    return point
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser("emulator", description=__doc__)
-    parser.add_argument("--path", help="probe path to follow")
-    parser.add_argument("--motion", choices=MOTIONS, default="orbit")
-    parser.add_argument("--profile", default="dx40937")
-    parser.add_argument(
-        "--fiducial", action="append", type=_point, default=[], metavar="X,Y,Z"
-    )
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--fault", action="append", default=[], metavar="NAME@WHEN")
-    parser.add_argument("--do", action="append", default=[], metavar="NAME@S[+S]")
-    parser.add_argument("--listen", metavar="[HOST:]PORT")
-    parser.add_argument("--link", type=Path)
-    parser.add_argument("--transcript", type=Path)
-    parser.add_argument("--sync-repeats", type=int, default=1)
-    parser.add_argument("--fast", action="store_true", help="no line delays")
-    parser.add_argument("--watch-stdin", action="store_true")
-    return parser
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1]))

@@ -7,8 +7,9 @@ own lengths and angles, and its own tip; the host knows only the block.
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.microscribe.kinematics.arm import FIELD, JOINTS
-from devices.microscribe.kinematics.error_model import BuiltArm
+from devices.microscribe.emulator.motion import AngleRegisters
+from devices.microscribe.emulator.script import Track
+from devices.microscribe.kinematics.error_model import KinematicErrorModel
 from devices.microscribe.kinematics.profiles import ArmProfile
 from devices.recording.probe_path import ProbePath
 
@@ -19,27 +20,22 @@ class RehearsedArm:
     def __init__(
         self,
         profile: ArmProfile,
-        built: BuiltArm,
+        built: KinematicErrorModel,
         path: ProbePath,
         device_from_world: NDArray[np.float64],
     ) -> None:
         """Solve the way; raise UnreachableError when the arm cannot get somewhere."""
-        self._encoders = profile.encoders
-        self._home_counts = np.array(profile.home_counts, dtype=np.int64)
-        self._offset = np.zeros(JOINTS, dtype=np.int64)
-        self._path = path
+        self._registers = AngleRegisters(profile)
         self._began_s: float | None = None
         self._elapsed_s = 0.0
-        angles = self._encoders.angles(self._home_counts)
-        angles[JOINTS - 1] = 0.0
+        angles = np.array(self._registers.home_angles)
         turn, shift = device_from_world[:3, :3], device_from_world[:3, 3]
         tips, axes = path.tip_mm @ turn.T + shift, path.axis @ turn.T
         solved = []
         for tip, axis in zip(tips, axes, strict=True):
             angles = built.angles(tip, axis, angles)
             solved.append(angles)
-        # Neighbours by the short way round, so that what lies between is between.
-        self._track = np.unwrap(np.array(solved), axis=0)
+        self.track = Track.of(path, solved)
 
     def begin(self, now_s: float) -> None:
         """Start the path's clock; harmless when repeated."""
@@ -50,21 +46,9 @@ class RehearsedArm:
         """Return six counts of 14 bits, then the pedals."""
         began = now_s if self._began_s is None else self._began_s
         self._elapsed_s = now_s - began
-        angles, pedals = self.angles_at(self._elapsed_s)
-        counts = self._encoders.counts(angles) + self._offset
-        # An encoder that is not built in sends a constant.
-        counts[JOINTS - 1] = self._home_counts[JOINTS - 1]
-        return tuple(int(count) for count in counts % FIELD), pedals
-
-    def angles_at(self, t_s: float) -> tuple[NDArray[np.float64], int]:
-        """Return encoder angles (6,) and pedals at seconds of the path."""
-        times = self._path.t_s
-        now = min(max(t_s, 0.0), self._path.duration_s)
-        angles = np.array([np.interp(now, times, joint) for joint in self._track.T])
-        before = int(np.searchsorted(times, now, side="right")) - 1
-        return angles, int(self._path.buttons[before])
+        angles, pedals = self.track.at(self._elapsed_s)
+        return self._registers.read(angles)[0], pedals
 
     def home(self) -> None:
         """Load the rest pose's counts, wherever the arm stands."""
-        angles, _ = self.angles_at(self._elapsed_s)
-        self._offset = self._home_counts - self._encoders.counts(angles)
+        self._registers.home(self.track.at(self._elapsed_s)[0])

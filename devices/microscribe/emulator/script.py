@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.microscribe.emulator.registers import AngleRegisters
+from devices.microscribe.emulator.motion import AngleRegisters
 from devices.microscribe.kinematics.inverse import InverseKinematics
 from devices.microscribe.kinematics.profiles import ArmProfile
 from devices.recording.probe_path import ProbePath, ProbeSample
@@ -61,7 +61,7 @@ class _Leg:
 
 
 @dataclass(frozen=True, slots=True)
-class _Track:
+class Track:
     """A path solved beforehand.
 
     Solving takes 0.6 ms a pose, looking it up a few microseconds, which leaves more
@@ -72,6 +72,12 @@ class _Track:
     times: list[float]
     angles: list[list[float]]
     buttons: list[int]
+
+    @classmethod
+    def of(cls, path: ProbePath, solved: Sequence[NDArray[np.float64]]) -> "Track":
+        """Take six angles for every sample; neighbours by the short way round."""
+        angles = np.unwrap(np.array(solved), axis=0)
+        return cls(path.t_s.tolist(), angles.tolist(), path.buttons.tolist())
 
     def at(self, t_s: float) -> tuple[list[float], int]:
         """Return six angles and the pedals; before and after it stands still."""
@@ -171,7 +177,7 @@ class ArmScript:
         playing = t_s <= self._path.duration_s
         return buttons | (PATH_PEDAL if playing else 0)
 
-    def _solve_track(self) -> "_Track | None":
+    def _solve_track(self) -> Track | None:
         """Solve the whole path before the first poll; None for long ones."""
         if len(self._path.t_s) > LARGEST_TRACK:
             return None
@@ -180,11 +186,7 @@ class ArmScript:
         for time_s in self._path.t_s:
             angles = self._pose_afresh(self._path.sample(float(time_s)), angles)
             track.append(angles)
-        # Neighbours by the short way round, so that what lies between is between.
-        unwrapped = np.unwrap(np.array(track), axis=0)
-        return _Track(
-            self._path.t_s.tolist(), unwrapped.tolist(), self._path.buttons.tolist()
-        )
+        return Track.of(self._path, track)
 
     def _pose_afresh(
         self, sample: ProbeSample, start: NDArray[np.float64]

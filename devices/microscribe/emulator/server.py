@@ -23,7 +23,7 @@ class ServerPort(Protocol):
 
     @property
     def name(self) -> str:
-        """Get what a client opens."""
+        """Return what a client opens."""
         ...
 
     def plug(self) -> None:
@@ -89,7 +89,7 @@ class EmulatorServer:
 
     @property
     def port_name(self) -> str:
-        """Get what a client opens."""
+        """Return what a client opens."""
         return self._port.name
 
     def stop(self) -> None:

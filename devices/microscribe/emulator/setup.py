@@ -12,12 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.microscribe.emulator.actions import ActionSchedule, parse_action
-from devices.microscribe.emulator.emulated_arm import (
-    DEFAULT_RATE,
-    EmulatedArm,
-    LiveMotion,
-)
-from devices.microscribe.emulator.emulator_transcript import EmulatorTranscript
+from devices.microscribe.emulator.emulated_arm import EmulatedArm, LiveMotion
 from devices.microscribe.emulator.faults import parse_fault
 from devices.microscribe.emulator.motion import StillMotion, orbit
 from devices.microscribe.emulator.placement import place_arm
@@ -25,6 +20,7 @@ from devices.microscribe.emulator.script import ArmScript
 from devices.microscribe.emulator.server import EmulatorServer, ServerPort
 from devices.microscribe.emulator.socket_port import SocketPort, parse_address
 from devices.microscribe.emulator.terminal_port import TerminalPort
+from devices.microscribe.emulator.transcript import Transcript
 from devices.microscribe.kinematics.profiles import ArmProfile, profile_named
 from devices.recording.probe_path import ProbePath
 from disk import UserError
@@ -33,7 +29,7 @@ MOTIONS = ("orbit", "rest")
 
 
 @dataclass(frozen=True, slots=True)
-class EmulatorOptions:
+class EmulatorSettings:
     """What an emulated arm is to be; see `paravol emulator --help`."""
 
     profile: str = "dx40937"
@@ -50,9 +46,7 @@ class EmulatorOptions:
     link: Path | None = None
     transcript: Path | None = None
     fast: bool = False
-    rate: int = DEFAULT_RATE
     sync_repeats: int = 1
-    keep_framing_errors: bool = False
     accepts_memory_writes: bool = False
 
 
@@ -68,7 +62,7 @@ class OpenEmulator:
 
 @contextmanager
 def open_emulator(
-    options: EmulatorOptions, announce: Callable[[str], None]
+    options: EmulatorSettings, announce: Callable[[str], None]
 ) -> Iterator[OpenEmulator]:
     """Make what was asked for; ValueError in one sentence for what cannot be.
 
@@ -89,11 +83,9 @@ def open_emulator(
             seed=options.seed,
             now_s=time.monotonic(),
             fast=options.fast,
-            rate=options.rate,
             sync_repeats=options.sync_repeats,
-            keep_framing_errors=options.keep_framing_errors,
             accepts_memory_writes=options.accepts_memory_writes,
-            transcript=None if log is None else EmulatorTranscript(log),
+            transcript=None if log is None else Transcript(log),
         )
         server = EmulatorServer(
             arm,
@@ -106,7 +98,7 @@ def open_emulator(
         yield OpenEmulator(server, place, options.accepts_memory_writes)
 
 
-def _open_port(options: EmulatorOptions) -> ServerPort:
+def _open_port(options: EmulatorSettings) -> ServerPort:
     if options.listen is not None:
         if options.link is not None:
             raise UserError("a link can point at a terminal only; leave out --listen")
@@ -120,7 +112,7 @@ def _open_port(options: EmulatorOptions) -> ServerPort:
 
 
 def _motion(
-    profile: ArmProfile, options: EmulatorOptions
+    profile: ArmProfile, options: EmulatorSettings
 ) -> tuple[LiveMotion, NDArray[np.float64] | None]:
     if options.path is not None:
         given = options.fiducials_mm

@@ -34,7 +34,7 @@ class SocketPort:
 
     @property
     def name(self) -> str:
-        """Get what pyserial's ``serial_for_url`` opens."""
+        """Return what pyserial's ``serial_for_url`` opens."""
         if self._listener is None:
             raise OSError(errno.EIO, "The port is not plugged in")
         host, port = self._listener.getsockname()[:2]

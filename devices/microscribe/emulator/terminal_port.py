@@ -33,7 +33,7 @@ class TerminalPort:
 
     @property
     def name(self) -> str:
-        """Get what a client opens."""
+        """Return what a client opens."""
         return os.ttyname(self._plugged()[1])
 
     def plug(self) -> None:

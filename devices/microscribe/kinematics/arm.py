@@ -39,9 +39,6 @@ class TipChange:
     sideways_mm: float = 0.0
 
 
-BALL_TIP = TipChange(longer_mm=-6.1468)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class ArmGeometry:
     """Denavit-Hartenberg parameters of one arm, each (6,), radians and mm."""

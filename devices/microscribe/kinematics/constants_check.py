@@ -64,7 +64,7 @@ def refuse_impossible(geometry: ArmGeometry, port: str) -> None:
 
 
 def unusual_constants(geometry: ArmGeometry, model: str) -> str:
-    """Tell the constants that no other arm of this model has; empty when all are usual.
+    """Return the constants that no other arm of this model has, empty for none.
 
     Only models whose constants are known are judged.
     """
@@ -90,7 +90,7 @@ def _any_room(name: str, nominal: float) -> tuple[float, float]:
 def _beyond(
     geometry: ArmGeometry, room: Callable[[str, float], tuple[float, float]]
 ) -> str:
-    """Tell the constants outside their room; empty when there are none."""
+    """Return the constants outside their range, empty when there are none."""
     nominal = constants_by_name(NOMINAL.geometry)
     found = []
     for name, value in constants_by_name(geometry).items():

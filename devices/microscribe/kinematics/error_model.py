@@ -12,7 +12,7 @@ from disk import UserError
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class BuiltArm:
+class KinematicErrorModel:
     """Kinematics with the constants of the metal instead of those of the block."""
 
     geometry: ArmGeometry
@@ -22,7 +22,7 @@ class BuiltArm:
     @classmethod
     def deviating(
         cls, stated: ArmGeometry, deviation: NDArray[np.float64]
-    ) -> "BuiltArm":
+    ) -> "KinematicErrorModel":
         """Build an arm whose 25 parameters differ from the stated ones.
 
         ``deviation`` is (25,), in the order of ``jacobian.PARAMETER_NAMES``.

@@ -39,12 +39,12 @@ class ArmProfile:
 
     @property
     def geometry(self) -> ArmGeometry:
-        """Get the kinematics in radians and mm."""
+        """Return the kinematics in radians and mm."""
         return ArmGeometry.from_words(self.dh_words, self.beta_word)
 
     @property
     def encoders(self) -> Encoders:
-        """Get the resolution of the joints."""
+        """Return the resolution of the joints."""
         return Encoders(self.maxima.counts_per_turn)
 
 

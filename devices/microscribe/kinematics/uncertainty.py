@@ -103,35 +103,6 @@ class ArmUncertainty:
         )
         return scaled
 
-    def covariance(self, angles: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the covariance (..., 6, 6) of one pose; mm and radians."""
-        return self.quantisation(angles) + _squared(self.common_factor(angles))
-
-    def largest_rounding_mm(self, angles: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return a bound (...) of the tip's error by rounding, to first order."""
-        columns = joint_jacobian(self.geometry, angles)[..., :3, :]
-        reach = np.linalg.norm(columns, axis=-2)
-        bound: NDArray[np.float64] = (reach * self.steps() / 2.0).sum(axis=-1)
-        return bound
-
-
-def tip_rms_mm(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the rms length (...) of the tip's error from covariances (..., 6, 6)."""
-    return np.asarray(np.sqrt(np.trace(covariance[..., :3, :3], axis1=-2, axis2=-1)))
-
-
-def axis_rms_rad(
-    covariance: NDArray[np.float64], device_from_tip: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return the rms angle (...) by which the stylus' axis is off.
-
-    Turning about the axis itself does not move it and does not count.
-    """
-    turn, axis = covariance[..., 3:, 3:], device_from_tip[..., :3, 2]
-    along = np.einsum("...i,...ij,...j->...", axis, turn, axis)
-    across = np.trace(turn, axis1=-2, axis2=-1) - along
-    return np.asarray(np.sqrt(np.maximum(across, 0.0)))
-
 
 def _squared(factor: NDArray[np.float64]) -> NDArray[np.float64]:
     product: NDArray[np.float64] = factor @ np.swapaxes(factor, -1, -2)

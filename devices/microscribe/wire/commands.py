@@ -33,7 +33,7 @@ class Query(Enum):
 
     @property
     def words(self) -> str:
-        """Get what is asked for, as a person reads it."""
+        """Return what is asked for, as a person reads it."""
         return _WORDS.get(self, self.name.lower().replace("_", " "))
 
 
@@ -120,7 +120,6 @@ class Command:
 
 SIGN_ON = Command(SIGN_ON_BYTES)
 BEGIN = Command(BEGIN_BYTES)
-PING = Command(b"\0")
 CLEAR = Command(CLEAR_BYTES)
 
 
@@ -147,19 +146,3 @@ def stream(period_ticks: int) -> Command:
 def every_command() -> frozenset[Command]:
     """Return everything that can be said."""
     return frozenset(Command(data) for data in _ALLOWED)
-
-
-def meaning(command: Command) -> str:
-    """Return the command in words."""
-    data = command.data
-    if data == SIGN_ON_BYTES:
-        return "end any session, ask for attention"
-    if data == BEGIN_BYTES:
-        return "begin a session"
-    if data == CLEAR_BYTES:
-        return "complete a half-sent command, end any session"
-    if data[0] == MOTION:
-        return f"stream poses every {data[2]} ticks"
-    if data[0] & 0x80:
-        return f"ask {Query(data[0]).words}"
-    return f"poll {data[0]:02X}"

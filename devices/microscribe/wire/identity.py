@@ -2,12 +2,24 @@
 
 from dataclasses import dataclass
 
-from devices.microscribe.wire.readable import readable
 from devices.port import DeviceError, DeviceReason
+
+_SHOWN = 40
+
+
+def readable(data: bytes) -> str:
+    """Return plain text in quotes, anything else as hexadecimal bytes."""
+    if not data:
+        return "nothing"
+    shown = data[:_SHOWN]
+    more = f" and {len(data) - _SHOWN} bytes more" if len(data) > _SHOWN else ""
+    if all(32 <= byte < 127 for byte in shown):
+        return f"'{shown.decode('ascii')}'{more}"
+    return f"the bytes {shown.hex(' ').upper()}{more}"
+
 
 PRODUCT_ID = "MSCR"
 FORMAT = "Format DH0.5"
-PARAMETER_BYTES = 36
 MAXIMA_BYTES = 24
 
 # The arm answers a request for BETA only if its comment announces it.
@@ -31,7 +43,7 @@ class ArmIdentity:
 
     @property
     def has_beta(self) -> bool:
-        """Get whether the arm knows its second elbow angle."""
+        """Return whether the arm knows its second elbow angle."""
         return EXTENDED_MARK in self.comment
 
 
@@ -46,7 +58,7 @@ class Maxima:
 
     @property
     def counts_per_turn(self) -> tuple[int, ...]:
-        """Get counts per turn of the six joints; 1 where there is no encoder."""
+        """Return counts per turn of the six joints; 1 where there is no encoder."""
         return tuple(value + 1 for value in self.encoders)
 
     def encode(self) -> bytes:

@@ -1,9 +1,38 @@
-"""A session joined to its port and its clock."""
+"""A session joined to its port and its clock, and how long to wait for an arm."""
+
+from dataclasses import dataclass
 
 from devices.microscribe.wire.commands import Command
 from devices.microscribe.wire.protocol import Event, HostSession
-from devices.microscribe.wire.transcript import Transcript
 from devices.port import BytePort, Clock, HostClock
+
+
+@dataclass(frozen=True, slots=True)
+class LinkTiming:
+    """How long to wait, in seconds."""
+
+    between_sign_ons: float = 0.015
+    """The arm needs this to look at what it heard."""
+    per_rate: float = 1.0
+    """The arm itself walks through seven rates."""
+    forced_rate: float = 1.5
+    """Per pass when only one rate is allowed."""
+    silence: float = 0.05
+    """Longer than any pause inside what an arm has to say."""
+    surplus: float = 0.5
+    """Sign-on echoes end by then."""
+    begin: float = 3.0
+    reply: float = 0.1
+    """At least; a slow line is given three times its wire time."""
+    string: float = 0.5
+    block: float = 3.0
+    settle: float = 0.015
+    """Between the last command and closing the port."""
+    extra_bytes: float = 0.0005
+    """A doubled byte follows its packet by one byte time (0.09 ms at 115200)."""
+    latency: float = 0.001
+    """An arm thinks "just under a millisecond" before it answers a poll."""
+
 
 BITS_PER_BYTE = 10.0
 
@@ -19,22 +48,20 @@ class Line:
         port: BytePort,
         session: HostSession,
         clock: Clock | None = None,
-        transcript: Transcript | None = None,
     ) -> None:
         self.port = port
         self.session = session
         self.clock = clock or HostClock()
         self.baud = 0
-        self._transcript = transcript
 
     @property
     def name(self) -> str:
-        """Get the port's name."""
+        """Return the port's name."""
         return self.port.name
 
     @property
     def byte_s(self) -> float:
-        """Get the seconds that one byte takes."""
+        """Return the seconds that one byte takes."""
         return BITS_PER_BYTE / max(self.baud, 1)
 
     def set_rate(self, baud: int) -> None:
@@ -44,10 +71,7 @@ class Line:
         self.port.reset_input()
 
     def send(self, command: Command) -> None:
-        """Say something to the arm."""
-        if self._transcript is not None:
-            now = self.clock.now()
-            self._transcript.sent(now, self.session.state, command)
+        """Send a command to the arm."""
         self.port.write(command.data)
 
     def receive(self, count: int, timeout_s: float) -> list[Event]:
@@ -68,10 +92,7 @@ class Line:
         """Throw away what has arrived unread; it counts as stray."""
         if not self.port.waiting:
             return
-        count = self.port.reset_input()
-        self.session.stray += count
-        if self._transcript is not None:
-            self._transcript.dropped(self.clock.now(), self.session.state, count)
+        self.session.stray += self.port.reset_input()
 
     def settle(self, seconds: float) -> None:
         """Let pass what is on its way, then drop it."""
@@ -79,8 +100,4 @@ class Line:
         self.drop()
 
     def _take(self, data: bytes) -> list[Event]:
-        events = self.session.receive(data) if data else []
-        if self._transcript is not None:
-            now = self.clock.now()
-            self._transcript.received(now, self.session.state, data, events)
-        return events
+        return self.session.receive(data) if data else []

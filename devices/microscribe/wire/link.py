@@ -10,8 +10,8 @@ from devices.microscribe.kinematics.arm import ArmGeometry, Encoders
 from devices.microscribe.kinematics.constants_check import refuse_impossible
 from devices.microscribe.wire import identity
 from devices.microscribe.wire.commands import PING_LAYOUT, POSE_LAYOUT, Query
-from devices.microscribe.wire.identity import ArmIdentity, Maxima
-from devices.microscribe.wire.line import Line
+from devices.microscribe.wire.identity import ArmIdentity, Maxima, readable
+from devices.microscribe.wire.line import Line, LinkTiming
 from devices.microscribe.wire.packets import Layout, Packet
 from devices.microscribe.wire.protocol import (
     BadReply,
@@ -20,10 +20,7 @@ from devices.microscribe.wire.protocol import (
     Sample,
     State,
 )
-from devices.microscribe.wire.readable import readable
 from devices.microscribe.wire.sign_on import RATES, SignOn, end_session
-from devices.microscribe.wire.timing import LinkTiming
-from devices.microscribe.wire.transcript import Transcript
 from devices.port import BytePort, Clock, DeviceError, DeviceReason
 
 # A stream that does not stop when told so three times will not.
@@ -49,7 +46,7 @@ class ArmDescription:
 
     @property
     def encoders(self) -> Encoders:
-        """Get the resolution of the joints."""
+        """Return the resolution of the joints."""
         return Encoders(self.maxima.counts_per_turn)
 
 
@@ -65,11 +62,10 @@ class ArmLink:
         timing: LinkTiming | None = None,
         *,
         clock: Clock | None = None,
-        transcript: Transcript | None = None,
         confirmed_only: bool = False,
     ) -> None:
         self.session = HostSession(confirmed_only)
-        self.line = Line(port, self.session, clock, transcript)
+        self.line = Line(port, self.session, clock)
         self.silence_s = 0.0
         """How long the last search for the arm heard nothing."""
         self._timing = timing or LinkTiming()
@@ -82,17 +78,17 @@ class ArmLink:
 
     @property
     def port(self) -> BytePort:
-        """Get the port."""
+        """Return the port."""
         return self.line.port
 
     @property
     def baud(self) -> int:
-        """Get the rate in use."""
+        """Return the rate in use."""
         return self.line.baud
 
     @property
     def round_trip_s(self) -> float:
-        """Get the median time from a poll to its whole answer, nan before the first.
+        """Return the median time from a poll to its whole answer, nan before the first.
 
         No less than the line needs, which is slept through without a look.
         """

@@ -59,7 +59,7 @@ class PacketReader:
 
     @property
     def missing_bytes(self) -> int:
-        """Get how many bytes the next delivery needs at least."""
+        """Return how many bytes the next delivery needs at least."""
         missing = self._length - len(self._rest)
         if self.confirmed_only:
             return 1 if self._complete is not None else missing + 1

@@ -40,27 +40,27 @@ class Layout:
 
     @property
     def header(self) -> int:
-        """Get the first byte of the packet."""
+        """Return the first byte of the packet."""
         return self.command | _HEADER
 
     @property
     def encoders(self) -> int:
-        """Get how many encoders follow."""
+        """Return how many encoders follow."""
         return _ENCODERS[self.command & 0b11]
 
     @property
     def analog(self) -> int:
-        """Get how many analog channels follow."""
+        """Return how many analog channels follow."""
         return _ANALOG[self.command >> 2 & 0b11]
 
     @property
     def timed(self) -> bool:
-        """Get whether the timer follows."""
+        """Return whether the timer follows."""
         return bool(self.command & _TIMESTAMP)
 
     @property
     def length(self) -> int:
-        """Get the bytes of a packet, header included."""
+        """Return the bytes of a packet, header included."""
         return _LENGTHS[self.command]
 
 
@@ -106,26 +106,3 @@ def decode_packet(data: bytes) -> Packet:
         [word >> 1 & 0x3F80 | word & 0x7F for word in pairs.unpack_from(data, behind)]
     )
     return Packet(command, data[1], timer, analog, counts)
-
-
-def encode_packet(packet: Packet) -> bytes:
-    """Return the bytes of ``packet``; counts beyond the layout are left out."""
-    layout = Layout(packet.command)
-    if len(packet.counts) < layout.encoders or len(packet.analog) < layout.analog:
-        raise UserError(f"command {packet.command:02x} wants more values: {packet}")
-    out = bytearray((layout.header, packet.buttons & 0x7F))
-    if layout.timed:
-        if packet.timer is None:
-            raise UserError(f"command {packet.command:02x} wants a timer: {packet}")
-        out += _pair(packet.timer)
-    if layout.analog:
-        channels = packet.analog[: layout.analog]
-        out += bytes(value >> 1 for value in channels)
-        out.append(sum((value & 1) << 6 - i for i, value in enumerate(channels[:7])))
-    for count in packet.counts[: layout.encoders]:
-        out += _pair(count)
-    return bytes(out)
-
-
-def _pair(value: int) -> bytes:
-    return bytes((value >> 7 & 0x7F, value & 0x7F))

@@ -155,12 +155,12 @@ class HostSession:
 
     @property
     def partial(self) -> bytes:
-        """Get what has come of a reply or an id that is not complete."""
+        """Return what has come of a reply or an id that is not complete."""
         return bytes(self._buffer)
 
     @property
     def missing_bytes(self) -> int:
-        """Get how many bytes the next sample needs at least."""
+        """Return how many bytes the next sample needs at least."""
         return self._reader.missing_bytes + self._echo_due
 
     def clear(self) -> Command:

@@ -4,10 +4,9 @@ from collections.abc import Sequence
 
 from devices.microscribe.wire import commands, identity
 from devices.microscribe.wire.commands import Command
-from devices.microscribe.wire.line import Line
+from devices.microscribe.wire.identity import readable
+from devices.microscribe.wire.line import Line, LinkTiming
 from devices.microscribe.wire.protocol import Event, ProductId, State, SyncEcho
-from devices.microscribe.wire.readable import readable
-from devices.microscribe.wire.timing import LinkTiming
 from devices.port import DeviceError, DeviceReason
 from disk import UserError
 

@@ -34,7 +34,7 @@ class TerminalFile:
 
     @property
     def waiting(self) -> int:
-        """Get how many bytes have arrived unread."""
+        """Return how many bytes have arrived unread."""
         if sys.platform == "win32":
             raise OSError("terminals are files on POSIX systems only")
         fcntl.ioctl(self._file, termios.FIONREAD, self._count)

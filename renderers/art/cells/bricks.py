@@ -1,13 +1,11 @@
 """What rays can read: cells as bricks of value and gradient, and the whole volume."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.cells.brick_views import ABSENT, CellView
 from renderers.art.cells.cells import CellGrid
 from renderers.art.kernels.build_bricks import SHORT, build_brick
+from renderers.art.kernels.march_types import ABSENT, CellView, Samples
 
 _FIRST_SLOTS = 64
 
@@ -31,7 +29,7 @@ class Bricks:
         span: float | None = None,
         *,
         gradients: bool = True,
-        whole: NDArray[Any] | None = None,
+        whole: NDArray[np.generic] | None = None,
     ) -> None:
         """Take the distances of `cube_distances` and the stamps of a `CellCache`.
 
@@ -57,7 +55,7 @@ class Bricks:
             leap=leap,
             slots=np.full(grid.cells, -1, np.int32),
             corners=np.full(grid.cells, ABSENT, np.int32),
-            samples=np.zeros(0, np.float32 if span is None else np.int16),
+            samples=self._flat(None),
             channels=channels,
             whole=self._flat(whole),
             unit=np.float32(1 if span is None else 1 / SHORT),
@@ -67,17 +65,17 @@ class Bricks:
 
     @property
     def bytes(self) -> int:
-        """Get the memory of all bricks, of the distances and of the whole volume."""
+        """Return the memory of all bricks, of the distances and of the whole volume."""
         view = self.view
         return view.samples.nbytes + view.leap.nbytes + view.whole.nbytes
 
-    def replace(self, leap: NDArray[np.uint8], values: NDArray[Any]) -> None:
+    def replace(self, leap: NDArray[np.uint8], values: NDArray[np.generic]) -> None:
         """Take an edited volume and its distances; its bricks come one by one."""
         whole = self._flat(values) if self.view.whole.size else self.view.whole
         self.view = self.view._replace(leap=leap, whole=whole)
 
     def shows(self, cell: int) -> bool:
-        """Tell whether rays can read a cell."""
+        """Return whether rays can read a cell."""
         return bool(self.view.slots[cell] >= 0)
 
     def show(self, cell: int, slot: int, block: NDArray[np.generic]) -> None:
@@ -137,9 +135,10 @@ class Bricks:
         added = np.zeros((after - before) * self._numbers, samples.dtype)
         self.view = self.view._replace(samples=np.append(samples, added))
 
-    def _flat(self, values: NDArray[Any] | None) -> NDArray[Any]:
-        kind = np.float32 if self.span is None else np.int16
+    def _flat(self, values: NDArray[np.generic] | None) -> Samples:
         if values is None or values.size >= MOST_VOXELS:
-            return np.zeros(0, kind)
+            values = np.zeros(0, np.int16)
         # A copy, because compiled code tells what may be written from what may not.
-        return np.array(values, kind).ravel()
+        if self.span is None:
+            return np.array(values, np.float32).ravel()
+        return np.array(values, np.int16).ravel()

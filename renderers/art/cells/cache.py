@@ -79,26 +79,26 @@ class CellCache:
         return CellState.INVALID if copy is None else copy.state
 
     def holds(self, cell: int) -> bool:
-        """Tell whether rays can use a cell now."""
+        """Return whether rays can use a cell now."""
         copy = self._copies.get(cell)
         return copy is not None and copy.state >= CellState.VALID
 
     def owns(self, cell: int) -> bool:
-        """Tell whether this rank's copy is the one that stays."""
+        """Return whether this rank's copy is the one that stays."""
         copy = self._copies.get(cell)
         return copy is not None and copy.owned
 
     def slot(self, cell: int) -> int:
-        """Get the place of a cell that is not INVALID."""
+        """Return the place of a cell that is not INVALID."""
         return self._copies[cell].slot
 
     def place(self, cell: int) -> int | None:
-        """Get the place of a cell that rays can use now; None for others."""
+        """Return the place of a cell that rays can use now; None for others."""
         copy = self._copies.get(cell)
         return copy.slot if copy is not None and copy.state >= 2 else None
 
     def version(self, cell: int) -> int:
-        """Get the generation that changed a held cell last."""
+        """Return the generation that changed a held cell last."""
         return self._copies[cell].version
 
     def cells(self) -> list[int]:
@@ -140,7 +140,7 @@ class CellCache:
         return deferred
 
     def serve(self, cell: int, rank: int) -> bool:
-        """Tell whether a cell can be sent to a rank now; if not, it will be later."""
+        """Return whether a cell can be sent to a rank now; if not, it will be later."""
         copy = self._copies.get(cell)
         if copy is None:
             raise ProtocolError(f"cell {cell} is to be sent to {rank} while INVALID")

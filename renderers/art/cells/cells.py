@@ -7,7 +7,6 @@ A point on a face shared by two cells belongs to the cell with the larger index.
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,31 +44,31 @@ class CellGrid:
 
     @property
     def shift(self) -> int:
-        """Get the binary logarithm of `side`."""
+        """Return the binary logarithm of `side`."""
         return self.side.bit_length() - 1
 
     @property
     def counts(self) -> tuple[int, int, int]:
-        """Get the number of cells along z, y, x."""
+        """Return the number of cells along z, y, x."""
         nz, ny, nx = self.shape
         s = self.side
         return -(-(nz - 1) // s), -(-(ny - 1) // s), -(-(nx - 1) // s)
 
     @property
     def cells(self) -> int:
-        """Get the number of cells."""
+        """Return the number of cells."""
         cz, cy, cx = self.counts
         return cz * cy * cx
 
     def start(self, cell: int) -> tuple[int, int, int]:
-        """Get the first voxel ``(z, y, x)`` of a cell."""
+        """Return the first voxel ``(z, y, x)`` of a cell."""
         _, cy, cx = self.counts
         if not 0 <= cell < self.cells:
             raise UserError(f"there is no cell {cell}; the volume has {self.cells}")
         s = self.side
         return cell // (cy * cx) * s, cell // cx % cy * s, cell % cx * s
 
-    def block(self, values: NDArray[Any], cell: int) -> NDArray[Any]:
+    def block(self, values: NDArray[np.generic], cell: int) -> NDArray[np.generic]:
         """Copy a cell's values with its ghosts, ``(side + 3,) * 3``.
 
         Beyond the volume's faces the outermost voxel is repeated.
@@ -103,8 +102,8 @@ class CellGrid:
                     found[z, y, x] = True
         return [int(cell) for cell in np.flatnonzero(found)]
 
-    def value_ranges(self, values: NDArray[Any]) -> NDArray[np.float32]:
-        """Get the smallest and largest value of each cell, ``(cells, 2)``.
+    def value_ranges(self, values: NDArray[np.generic]) -> NDArray[np.float32]:
+        """Return the smallest and largest value of each cell, ``(cells, 2)``.
 
         Layer by layer: of a mapped file no more is in memory than one layer of cells.
         """
@@ -170,9 +169,9 @@ class CellGrid:
 
 
 def cube_distances(
-    values: NDArray[Any], clear: NDArray[np.float32]
+    values: NDArray[np.generic], clear: NDArray[np.float32]
 ) -> NDArray[np.uint8]:
-    """Get each cube's Chebyshev distance, in cubes, to the next one to be seen.
+    """Return each cube's Chebyshev distance, in cubes, to the next one to be seen.
 
     Flat, x fastest, with three bytes to spare. Zero marks cubes that may hold
     something; distances saturate at 255. Whatever is clear in `CellGrid.occupied` is
@@ -190,8 +189,8 @@ def cube_distances(
     return flat
 
 
-def _may_change(values: NDArray[Any]) -> bool:
-    """Tell whether an array, or one that it is a view of, can be written to."""
+def _may_change(values: NDArray[np.generic]) -> bool:
+    """Return whether an array, or one that it is a view of, can be written to."""
     owner: object = values
     while isinstance(owner, np.ndarray):
         if owner.flags.writeable:
@@ -201,7 +200,7 @@ def _may_change(values: NDArray[Any]) -> bool:
 
 
 def _sums_of(
-    values: NDArray[Any], starts: list[tuple[int, int, int]], width: int
+    values: NDArray[np.generic], starts: list[tuple[int, int, int]], width: int
 ) -> NDArray[np.uint64]:
     """Sum the bits of blocks that begin a voxel before `starts` (z, y, x)."""
     found = np.empty(len(starts), np.uint64)
@@ -222,7 +221,7 @@ class CellShare:
     def __init__(
         self,
         grid: CellGrid,
-        values: NDArray[Any],
+        values: NDArray[np.generic],
         cells: NDArray[np.int64] | None,
         *,
         wanted: NDArray[np.bool_] | None = None,
@@ -235,7 +234,7 @@ class CellShare:
         self._wanted = np.ones(grid.cells, np.bool_) if wanted is None else wanted
         self.dtype = values.dtype
         self._whole = cells is None
-        self._blocks: dict[int, NDArray[Any]] = {}
+        self._blocks: dict[int, NDArray[np.generic]] = {}
         self.replace(values)
         if cells is not None:
             self._blocks = {int(c): grid.block(values, int(c)) for c in cells}
@@ -244,7 +243,7 @@ class CellShare:
         """Count the blocks that lie apart from the volume."""
         return len(self._blocks)
 
-    def replace(self, values: NDArray[Any]) -> None:
+    def replace(self, values: NDArray[np.generic]) -> None:
         """Cut later blocks from other values: the volume after an edit."""
         if values.shape != self.grid.shape or values.dtype != self.dtype:
             raise UserError(
@@ -261,12 +260,12 @@ class CellShare:
             self._sums[chosen] = _sums_of(values, starts, self.grid.side + 3)
 
     @property
-    def values(self) -> NDArray[Any]:
-        """Get the volume that blocks are cut from."""
+    def values(self) -> NDArray[np.generic]:
+        """Return the volume that blocks are cut from."""
         return self._values
 
-    def block(self, cell: int) -> NDArray[Any]:
-        """Get a cell's block; raise KeyError when another rank keeps it.
+    def block(self, cell: int) -> NDArray[np.generic]:
+        """Return a cell's block; raise KeyError when another rank keeps it.
 
         Raise ValueError where the volume's array was edited since it was taken.
         """
@@ -282,11 +281,11 @@ class CellShare:
                 )
         return block
 
-    def read(self, cell: int) -> NDArray[Any]:
+    def read(self, cell: int) -> NDArray[np.generic]:
         """Cut a cell's block from the volume, whoever keeps it."""
         return self.grid.block(self._values, cell)
 
-    def put(self, cell: int, block: NDArray[Any]) -> None:
+    def put(self, cell: int, block: NDArray[np.generic]) -> None:
         """Keep a block that came from another rank."""
         self._blocks[cell] = block
 
@@ -299,7 +298,7 @@ class CellShare:
         if cell in self._blocks:
             self._blocks[cell] = self.read(cell)
 
-    def decode(self, payload: bytes) -> NDArray[Any]:
+    def decode(self, payload: bytes) -> NDArray[np.generic]:
         """Read a block back from the bytes of a Data message."""
         width = self.grid.side + 3
         return np.frombuffer(payload, self.dtype).reshape(width, width, width)

@@ -10,7 +10,7 @@ LEAST_CELLS = 64
 
 
 @dataclass(frozen=True, slots=True)
-class Room:
+class MemoryBudget:
     """Share out memory.
 
     cells: kept ready, the volume's others are made anew when they are needed; None for
@@ -32,7 +32,7 @@ def demand_distances(shape: tuple[int, int, int], limit: int) -> None:
         )
 
 
-def room_for(
+def budget_for(
     shape: tuple[int, int, int],
     seen: int,
     brick_bytes: int,
@@ -40,7 +40,7 @@ def room_for(
     limit: int,
     *,
     bricks: bool,
-) -> Room:
+) -> MemoryBudget:
     """Fit what a volume is drawn with into `limit` bytes.
 
     seen: cells that may hold something to be seen. brick_bytes: of a cell's brick.
@@ -51,9 +51,9 @@ def room_for(
     # one brick more serves all empty cells
     every = (seen + 1) * brick_bytes
     if whole_bytes and whole_bytes + bricks * every <= left:
-        return Room(None, True)
+        return MemoryBudget(None, True)
     if (bricks or not whole_bytes) and every <= left:
-        return Room(None, False)
+        return MemoryBudget(None, False)
     cells = left // brick_bytes - 1
     if cells < min(seen, LEAST_CELLS):
         need = math.prod(shape) + (min(seen, LEAST_CELLS) + 1) * brick_bytes
@@ -62,7 +62,7 @@ def room_for(
             f"and at most {limit:,} may be taken; draw a part of it, or allow more by "
             "memory_bytes"
         )
-    return Room(max(min(cells, seen), 1), False)
+    return MemoryBudget(max(min(cells, seen), 1), False)
 
 
 def _size(shape: tuple[int, int, int]) -> str:

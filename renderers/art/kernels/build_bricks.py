@@ -1,11 +1,12 @@
 """Prepare a march: cells as bricks, distances over empty space, first samples."""
 
 import math
-from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+from renderers.art.kernels.march_types import Samples
 
 ZERO = np.float32(0)
 
@@ -14,7 +15,6 @@ SHORT = np.float32(32767)
 
 LEAST_RATE = 1e-12
 """Voxels per mm below which a ray runs along an axis."""
-
 
 FARTHEST = np.uint8(255)
 
@@ -126,7 +126,7 @@ def build_brick(
     start: NDArray[np.int32],
     size: NDArray[np.int32],
     inverse_spacing: NDArray[np.float32],
-    samples: NDArray[Any],
+    samples: Samples,
 ) -> None:
     """Fill one slot from a block of ``(side + 3)**3`` values with their ghosts.
 
@@ -176,7 +176,7 @@ def find_clear(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sum_blocks(
-    bits: NDArray[Any],
+    bits: NDArray[np.generic],
     starts: NDArray[np.int64],
     width: int,
     sums: NDArray[np.uint64],

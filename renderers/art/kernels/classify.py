@@ -1,19 +1,21 @@
 """Look densities up in a `Classification`, lane by lane."""
 
-from typing import Any
-
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from renderers.art.kernels.march_types import F32, I32, Lanes, Three
 from renderers.art.kernels.opacity import ONE, ZERO
-from renderers.lanes import any_, gather, maximum, minimum, rows4, select
-
-Lanes = Any
-"""A vector of `renderers.lanes`."""
-
-F32 = NDArray[np.float32]
-I32 = NDArray[np.int32]
+from renderers.lanes import (
+    any_,
+    f32,
+    gather,
+    i32,
+    maximum,
+    minimum,
+    rows4,
+    rows8,
+    select,
+)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -44,6 +46,22 @@ def between_nodes(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def place_of(v: Lanes, low: np.float32, scale: np.float32, last: np.float32) -> Lanes:
-    """Count bins up to a density, fractions included."""
-    return minimum(maximum((v - low) * scale + ONE, ZERO), last)
+def classify(
+    lines: F32, first: I32, extinction: F32, color: F32, slope: F32,
+    bins: Three, v: Lanes, at: Lanes,
+) -> tuple[Lanes, Lanes, Lanes, Lanes, Lanes, Lanes]:  # fmt: skip
+    """Return extinction and colour of densities, their bins, and which bins hold nodes.
+
+    bins: low, scale and last of a `Classification`; the arrays are its, too.
+    """
+    place = minimum(maximum((v - bins[0]) * bins[1] + ONE, ZERO), bins[2])
+    bin_ = i32(place)
+    f = place - f32(bin_)
+    kappa, dk, r, dr, g, dg, b, db = rows8(lines, bin_)
+    kappa, r, g, b = kappa + f * dk, r + f * dr, g + f * dg, b + f * db
+    mixed = at & (kappa < ZERO)
+    if any_(mixed):
+        kappa, r, g, b = between_nodes(
+            first, extinction, color, slope, bin_, v, mixed, kappa, r, g, b
+        )
+    return kappa, r, g, b, bin_, mixed

@@ -7,16 +7,28 @@ blocks from either end of the picture, until they meet.
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import cast
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.art.cells.brick_views import BLOCK_COLUMNS, TILE_PX
 from renderers.art.kernels.find_surface import seek_packets, settle_packets
-from renderers.art.kernels.march_integrated import integrated_packets
-from renderers.art.kernels.march_packets import F32, I32, classic_packets
+from renderers.art.kernels.march_packets import march_packets
+from renderers.art.kernels.march_types import (
+    BLOCK_COLUMNS,
+    F32,
+    I32,
+    TILE_PX,
+    BlockMemory,
+    CellView,
+    Deflectors,
+    LensRays,
+    PictureArrays,
+    RayArrays,
+    RaySetUp,
+    ShadeSettings,
+)
 from renderers.art.kernels.set_up_rays import set_up_rays
 from renderers.lanes import count as count_lanes
 from renderers.lanes import lanes, load, store
@@ -28,7 +40,7 @@ WIDTH = 32
 BLOCK = BLOCK_COLUMNS * TILE_PX
 """Rays of a block, at most."""
 
-LIT, UNLIT, INTEGRATED, INTEGRATED_UNLIT, SCOPE = range(5)
+LIT, UNLIT, INTEGRATED, INTEGRATED_UNLIT, SURFACE = range(5)
 """The marches."""
 
 ABREAST = 16
@@ -37,15 +49,15 @@ ABREAST = 16
 FAR = np.float32(np.inf)
 ZERO, ONE = np.float32(0), np.float32(1)
 
-FIRST: Any = np.int64(0)
+NO_CLOCK = FIRST = cast(int, np.int64(0))
 """A literal would compile what takes it once more."""
 
-_lit = classic_packets(WIDTH, True)
-_unlit = classic_packets(WIDTH, False)
-_integrated = integrated_packets(WIDTH, True)
-_integrated_unlit = integrated_packets(WIDTH, False)
-_seek = seek_packets(WIDTH)
-_settle = settle_packets(WIDTH)
+_lit = march_packets(WIDTH, True, False, False)
+_unlit = march_packets(WIDTH, False, False, False)
+_integrated = march_packets(WIDTH, True, True, False)
+_integrated_unlit = march_packets(WIDTH, False, True, False)
+_seek = seek_packets(WIDTH, False)
+_settle = settle_packets(WIDTH, False)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -60,7 +72,7 @@ def list_tiles(columns: int, rows: int, order: I32) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def fill(row: NDArray[Any], number: Any) -> None:
+def fill(row: F32 | I32, number: np.float32 | int) -> None:
     """Write a number everywhere."""
     for k in range(len(row)):
         row[k] = number
@@ -111,28 +123,22 @@ def strip_kernel(kind: int) -> Callable[..., tuple[int, int, int]]:
     @njit(cache=True, nogil=True, error_model="numpy")
     def draw_blocks(
         blocks: I32, turns: NDArray[np.int64], limit: int, from_end: bool,
-        rays: Any, place: Any, least_left: np.float32, memory: Any, picture: Any,
-        rest: Any,
+        lens: LensRays, setup: RaySetUp, memory: BlockMemory, picture: PictureArrays,
+        view: CellView, shift: int, shade: ShadeSettings | F32,
+        counters: NDArray[np.int64],
     ) -> tuple[int, int, int]:  # fmt: skip
         """Draw block after block; count those kept, pixels now done, rays ended early.
 
         blocks: (n, 4) left, top, right, bottom pixel. turns: three numbers shared by
         all threads: blocks taken from both ends, of which no more than `limit` are,
-        from the front and from the end. rays: table, limit, frame and
-        orthographic of `FrameRays`. place: voxel from world, largest index along x, y,
-        z, mm a step, whether samples lie at the ends of steps. least_left: of rays that
-        did not end early. memory: which blocks are kept, int32, of which there is room
-        for no more, and the arrays of a `RayPacket`, BLOCK
-        rays and a spare one a block. picture: value, depth and done of a `Gather`.
-        rest: what the march takes beside the rays.
+        from the front and from the end. shade: in mode `scope` the spacing.
         """
-        table, reaches, frame, orthographic = rays
-        voxel_from_world, last, step_mm, at_ends = place
-        waiting, geometries, counts, cursors, values, carries, depths, fronts = memory
-        seen, far, done = picture
-        wide = reaches.shape[1]
-        lens, reach = table.reshape(-1, 3), reaches.reshape(-1)
-        seen, far, done = seen.reshape(-1), far.reshape(-1), done.reshape(-1)
+        waiting, rays = memory.waiting, memory.rays
+        wide = lens.limit.shape[1]
+        table, reach = lens.table.reshape(-1, 3), lens.limit.reshape(-1)
+        seen, far = picture.value.reshape(-1), picture.depth.reshape(-1)
+        done = picture.done.reshape(-1)
+        straight = Deflectors(np.zeros((0, 9)), 1.0, False)
         order = np.empty(BLOCK, np.int32)
         width, height, kept, fresh, early = 0, 0, 0, 0, 0
         while kept < len(waiting) and take_turn(turns) < limit:
@@ -146,55 +152,56 @@ def strip_kernel(kind: int) -> Callable[..., tuple[int, int, int]]:
             if columns != width or rows != height:
                 width, height = columns, rows
                 list_tiles(columns, rows, order)
-            some = order[:n]
             first = kept * (BLOCK + 1)
             end = first + n
-            geometry, count = geometries[first : end + 1], counts[first:end]
-            cursor, value = cursors[first : end + 1], values[first : end + 1]
-            carry, depth = carries[first : end + 1], depths[first:end]
-            fill(cursor.reshape(-1), 0)
-            fill(value.reshape(-1), ZERO)
-            fill(carry.reshape(-1), ZERO)
-            fill(depth, FAR)
-            geometry[n] = ZERO
+            block = RayArrays(
+                order[:n],
+                rays.geometry[first : end + 1],
+                rays.samples[first:end],
+                rays.cursor[first : end + 1],
+                rays.value[first : end + 1],
+                rays.carry[first : end + 1],
+                rays.depth[first:end],
+                rays.front[first : end + 1],
+            )
+            fill(block.cursor.reshape(-1), 0)
+            fill(block.value.reshape(-1), ZERO)
+            fill(block.carry.reshape(-1), ZERO)
+            fill(block.front.reshape(-1), ZERO)
+            fill(block.depth, FAR)
+            block.geometry[n] = ZERO
             for k in range(rows):
                 row, here = k * columns, (y + k) * wide + x
                 set_up_rays(
-                    lens[here : here + columns], reach[here : here + columns], FIRST,
-                    frame, orthographic, voxel_from_world, last, step_mm, at_ends,
-                    geometry[row : row + columns], count[row : row + columns],
+                    table[here : here + columns], reach[here : here + columns], FIRST,
+                    lens.frame, lens.orthographic, setup.voxel_from_world, setup.last,
+                    setup.step_mm, setup.at_ends, block.geometry[row : row + columns],
+                    block.samples[row : row + columns],
                 )  # fmt: skip
             if kind == LIT:
-                _lit(some, geometry, count, cursor, value, carry, depth, *rest)
+                _lit(block, view, shift, NO_CLOCK, shade, straight, counters)
             elif kind == UNLIT:
-                _unlit(some, geometry, count, cursor, value, carry, depth, *rest)
-            elif kind == SCOPE:
-                _seek(some, geometry, count, cursor, value, carry, depth, *rest)
-                _settle(some, geometry, count, cursor, value, carry, depth, *rest)
+                _unlit(block, view, shift, NO_CLOCK, shade, straight, counters)
+            elif kind == INTEGRATED:
+                _integrated(block, view, shift, NO_CLOCK, shade, straight, counters)
+            elif kind == INTEGRATED_UNLIT:
+                _integrated_unlit(
+                    block, view, shift, NO_CLOCK, shade, straight, counters
+                )
             else:
-                front = fronts[first : end + 1]
-                fill(front.reshape(-1), ZERO)
-                if kind == INTEGRATED:
-                    _integrated(
-                        some, geometry, count, cursor, value, carry, depth, front,
-                        *rest,
-                    )  # fmt: skip
-                else:
-                    _integrated_unlit(
-                        some, geometry, count, cursor, value, carry, depth, front,
-                        *rest,
-                    )  # fmt: skip
-            if any_waits(cursor.reshape(-1)[: 4 * n]):
+                _seek(block, view, shift, NO_CLOCK, shade, straight, counters)
+                _settle(block, view, shift, NO_CLOCK, shade, straight, counters)
+            if any_waits(block.cursor.reshape(-1)[: 4 * n]):
                 waiting[kept] = number
                 kept += 1
                 continue
-            values_ = value.reshape(-1)
+            values = block.value.reshape(-1)
             for k in range(rows):
                 row, here = k * columns, (y + k) * wide + x
                 more = deliver(
-                    values_[4 * row : 4 * (row + columns)],
-                    depth[row : row + columns],
-                    least_left,
+                    values[4 * row : 4 * (row + columns)],
+                    block.depth[row : row + columns],
+                    setup.least_left,
                     seen[4 * here : 4 * (here + columns)],
                     far[here : here + columns],
                     done[here : here + columns],
@@ -210,4 +217,4 @@ draw_lit = strip_kernel(LIT)
 draw_unlit = strip_kernel(UNLIT)
 draw_integrated = strip_kernel(INTEGRATED)
 draw_integrated_unlit = strip_kernel(INTEGRATED_UNLIT)
-draw_scope = strip_kernel(SCOPE)
+draw_surface = strip_kernel(SURFACE)

@@ -4,15 +4,11 @@ Library functions differ in the last bit between processors and between widths o
 vectors; these are a few additions and products in a fixed order.
 """
 
-from typing import Any
-
 import numpy as np
 from numba import njit
 
+from renderers.art.kernels.march_types import Lanes
 from renderers.lanes import as_f32, as_i32, f32, floor, i32, maximum, minimum, select
-
-Lanes = Any
-"""A vector of `renderers.lanes`."""
 
 ZERO, ONE, HALF = np.float32(0), np.float32(1), np.float32(0.5)
 

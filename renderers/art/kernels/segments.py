@@ -16,31 +16,13 @@ attenuated, that shifts the mean by gamma times the rise. Both are exact where
 extinction is constant.
 """
 
-from typing import Any
-
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from renderers.art.kernels.classify import between_nodes, place_of
+from renderers.art.kernels.classify import classify
+from renderers.art.kernels.march_types import F32, I32, End, Lanes, Three
 from renderers.art.kernels.opacity import HALF, ONE, ZERO, opacity
-from renderers.lanes import (
-    absolute,
-    any_,
-    f32,
-    gather,
-    i32,
-    maximum,
-    rows4,
-    rows8,
-    select,
-)
-
-Lanes = Any
-"""A vector of `renderers.lanes`."""
-
-F32 = NDArray[np.float32]
-I32 = NDArray[np.int32]
+from renderers.lanes import absolute, any_, gather, maximum, rows4, rows8, select
 
 SIXTH, FIFTH = np.float32(1 / 6), np.float32(1 / 5)
 G1, G3 = np.float32(-1 / 12), np.float32(1 / 720)
@@ -49,7 +31,7 @@ G5, G7 = np.float32(-1 / 30240), np.float32(1 / 1209600)
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _pieces_of(extinction: F32, v: Lanes, piece: Lanes, mixed: Lanes) -> Lanes:
-    """Go on from piece to piece until each density lies in its own."""
+    """Advance from piece to piece until each density lies in its own."""
     _, upper, _, _ = rows4(extinction, piece)
     later = mixed & (v >= upper)
     while any_(later):
@@ -60,29 +42,23 @@ def _pieces_of(extinction: F32, v: Lanes, piece: Lanes, mixed: Lanes) -> Lanes:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def classify(
+def end_of(
     lines: F32, first: I32, extinction: F32, color: F32, slope: F32,
-    low: np.float32, scale: np.float32, last: np.float32, v: Lanes, at: Lanes,
-) -> tuple[Lanes, Lanes, Lanes, Lanes, Lanes]:  # fmt: skip
-    """Give pieces between nodes, extinctions and colours; see a `Classification`."""
-    place = place_of(v, low, scale, last)
-    bin_ = i32(place)
-    f = place - f32(bin_)
-    kappa, dk, r, dr, g, dg, b, db = rows8(lines, bin_)
+    bins: Three, v: Lanes, at: Lanes,
+) -> End:  # fmt: skip
+    """Return what the ends of segments need of densities; see a `Classification`."""
+    kappa, r, g, b, bin_, mixed = classify(
+        lines, first, extinction, color, slope, bins, v, at
+    )
     piece = gather(first, select(at, bin_, 0), at)
-    kappa, r, g, b = kappa + f * dk, r + f * dr, g + f * dg, b + f * db
-    mixed = at & (kappa < ZERO)
     if any_(mixed):
-        kappa, r, g, b = between_nodes(
-            first, extinction, color, slope, bin_, v, mixed, kappa, r, g, b
-        )
         piece = _pieces_of(extinction, v, piece, mixed)
     return piece, kappa, r, g, b
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def tilt(k0: Lanes, k1: Lanes, tau: Lanes, a: Lanes) -> Lanes:
-    """Say how far from the middle of a piece its colour is, -1/2 to 1/2.
+def _tilt(k0: Lanes, k1: Lanes, tau: Lanes, a: Lanes) -> Lanes:
+    """Return how far from the middle of a piece its colour is, -1/2 to 1/2.
 
     k0, k1: extinctions of its ends. tau, a: its optical depth and opacity.
     """
@@ -97,7 +73,7 @@ def tilt(k0: Lanes, k1: Lanes, tau: Lanes, a: Lanes) -> Lanes:
 def _whole_pieces(
     sums: F32, first: Lanes, last: Lanes, beyond: Lanes, scale: Lanes
 ) -> tuple[Lanes, Lanes, Lanes, Lanes]:
-    """Give opacities and colours of the pieces from `first` up to `last`.
+    """Return opacities and colours of the pieces from `first` up to `last`.
 
     A function of its own, as `between_nodes` is.
     """
@@ -114,16 +90,16 @@ def _whole_pieces(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def beyond_nodes(
-    extinction: F32, color: F32, sums: F32, crossing: Lanes,
-    p0: Lanes, p1: Lanes, scale: Lanes, v1: Lanes, e1: Lanes,
-    r1: Lanes, g1: Lanes, b1: Lanes, a0: Lanes, r0: Lanes, g0: Lanes, b0: Lanes,
+def _beyond_nodes(
+    extinction: F32, color: F32, sums: F32, crossing: Lanes, p0: Lanes, scale: Lanes,
+    v1: Lanes, end: End, before: tuple[Lanes, Lanes, Lanes, Lanes],
 ) -> tuple[Lanes, Lanes, Lanes, Lanes]:  # fmt: skip
     """Add what lies behind the first node on their way to segments that cross nodes.
 
-    scale: mm a unit of density. v1, p1, e1, r1, g1, b1: of the segments' far ends.
-    a0, r0, g0, b0: what lies before the node.
+    scale: mm a unit of density. before: opacity and colour up to the node.
     """
+    p1, e1, r1, g1, b1 = end
+    a0, r0, g0, b0 = before
     p0, p1 = select(crossing, p0, 0), select(crossing, p1, 0)
     rising = p1 > p0
     first = select(rising, p0, p1) + np.int32(1)
@@ -138,7 +114,7 @@ def beyond_nodes(
     tau = (absolute(v1 - at_node) * scale) * (HALF * (ke + e1))
     a1 = opacity(tau)
     some = a1 > ZERO
-    w = tilt(ke, e1, tau, a1)
+    w = _tilt(ke, e1, tau, a1)
     rb = select(some, HALF * (kr + r1) + (r1 - kr) * w, ZERO)
     gb = select(some, HALF * (kg + g1) + (g1 - kg) * w, ZERO)
     bb = select(some, HALF * (kb + b1) + (b1 - kb) * w, ZERO)
@@ -153,3 +129,41 @@ def beyond_nodes(
         select(crossing, (a0 * g + t0 * (am * gm + tm * (a1 * gb))) * per, g0),
         select(crossing, (a0 * b + t0 * (am * bm + tm * (a1 * bb))) * per, b0),
     )
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def integrate(
+    extinction: F32, color: F32, sums: F32, h: Lanes, joined: Lanes, v0: Lanes,
+    start: End, v1: Lanes, end: End, zero: Lanes,
+) -> tuple[Lanes, Lanes, Lanes, Lanes]:  # fmt: skip
+    """Return opacities and colours of segments of h mm from v0 to v1, for `joined`.
+
+    start, end: what `end_of` says of their densities. sums: of `sums_at_nodes`.
+    """
+    p0, e0, r0, g0, b0 = start
+    p1, e1, r1, g1, b1 = end
+    crossing = joined & (p0 != p1)
+    crosses = any_(crossing)
+    near, scale, ke, kr, kg, kb = h, h, e1, r1, g1, b1
+    if crosses:
+        # up to the first node on the way
+        node = select(crossing, select(p1 > p0, p0 + 1, p0), 0)
+        at_node, _, k_, _ = rows4(extinction, node)
+        r_, g_, b_, _ = rows4(color, node)
+        scale = h / absolute(v1 - v0)
+        near = select(crossing, absolute(at_node - v0) * scale, h)
+        ke, kr = select(crossing, k_, e1), select(crossing, r_, r1)
+        kg, kb = select(crossing, g_, g1), select(crossing, b_, b1)
+    alpha, r, g, b = zero, zero, zero, zero
+    tau = near * (HALF * (e0 + ke))
+    if any_(joined & (tau > ZERO)):
+        alpha = opacity(tau)
+        w = _tilt(e0, ke, tau, alpha)
+        r = HALF * (r0 + kr) + (kr - r0) * w
+        g = HALF * (g0 + kg) + (kg - g0) * w
+        b = HALF * (b0 + kb) + (kb - b0) * w
+    if crosses:
+        alpha, r, g, b = _beyond_nodes(
+            extinction, color, sums, crossing, p0, scale, v1, end, (alpha, r, g, b)
+        )
+    return alpha, r, g, b

@@ -1,6 +1,7 @@
-"""Set rays up lane by lane: the same bits as `renderers.art.preparation`."""
+"""Cut rays' ways through the volume into equal steps, lane by lane in float64.
 
-from typing import Any
+A way is narrowed by three slabs (Kay and Kajiya, SIGGRAPH 1986:269).
+"""
 
 import numpy as np
 from numba import njit
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 
 from renderers.art.kernels.build_bricks import LEAST_RATE
 from renderers.art.kernels.build_bricks import set_up_rays as set_up_rest
+from renderers.art.kernels.march_types import Lanes
 from renderers.lanes import (
     absolute,
     any_,
@@ -26,9 +28,6 @@ from renderers.lanes import (
     sqrt,
     store,
 )
-
-Lanes = Any
-"""A vector of `renderers.lanes`."""
 
 WIDTH = 32
 ZERO, ONE, HALF = np.float64(0), np.float64(1), np.float64(0.5)

@@ -5,19 +5,12 @@ A colour under lights is ``colour * (ambient + sum diffuse (n . l)) + sum specul
 halfway between l and the eye (Blinn, SIGGRAPH 1977:192).
 """
 
-from typing import Any
-
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from renderers.art.kernels.march_types import F32, Lanes, Three
 from renderers.art.kernels.opacity import ONE, ZERO, power
 from renderers.lanes import maximum, select, sqrt
-
-Lanes = Any
-"""A vector of `renderers.lanes`."""
-
-F32 = NDArray[np.float32]
 
 TINY = np.float32(1e-6)
 
@@ -51,16 +44,18 @@ def any_local(lights: F32) -> bool:
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def light_up(
     lights: F32, grey: bool, material: F32, least_gradient: np.float32, one: Lanes,
-    r: Lanes, g: Lanes, b: Lanes, gx: Lanes, gy: Lanes, gz: Lanes,
-    x: Lanes, y: Lanes, z: Lanes,
-    vx: Lanes, vy: Lanes, vz: Lanes,
-) -> tuple[Lanes, Lanes, Lanes]:  # fmt: skip
-    """Give colours under lights, but where a gradient is too small for a normal.
+    color: Three, gradient: Three, place: Three, way: Three,
+) -> Three:  # fmt: skip
+    """Return colours under lights, unlit where a gradient is too small for a normal.
 
-    lights, material: as `classic_packets` has them. grey: of `are_grey`. one: ones,
-    which make vectors of numbers at no cost. x, y, z: the samples' places, mm along
-    the array's axes; needed if `any_local`. vx, vy, vz: directions of the rays.
+    lights, material: of `ShadeSettings`. grey: of `are_grey`. one: ones,
+    which make vectors of numbers at no cost. place: of the samples, mm along the
+    array's axes; needed if `any_local`. way: directions of the rays.
     """
+    r, g, b = color
+    gx, gy, gz = gradient
+    x, y, z = place
+    vx, vy, vz = way
     steep = sqrt(gx * gx + gy * gy + gz * gz)
     inverse = -ONE / steep
     nx, ny, nz = gx * inverse, gy * inverse, gz * inverse

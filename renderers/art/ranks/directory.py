@@ -31,7 +31,7 @@ Distances = Callable[[int], Sequence[int]]
 
 
 def homes(cells: int, ranks: int) -> NDArray[np.int64]:
-    """Get each cell's home rank, ``(cells,)``.
+    """Return each cell's home rank, ``(cells,)``.
 
     Cell numbers mixed by SplitMix64 (Steele et al., OOPSLA 2014): the same on every
     rank without a word exchanged. A single multiplication will not do: it gave cells 16
@@ -45,7 +45,7 @@ def homes(cells: int, ranks: int) -> NDArray[np.int64]:
 
 
 def deal_owners(seen: NDArray[np.bool_], ranks: int) -> NDArray[np.int64]:
-    """Get the rank that owns each cell at the start, ``(cells,)``; EMPTY where none.
+    """Return the rank that owns each cell at the start, ``(cells,)``; EMPTY where none.
 
     Runs of neighbours, equally many a rank: each reads one part of the volume's file.
     """
@@ -97,7 +97,7 @@ class Directory:
 
     @property
     def home_of(self) -> NDArray[np.int64]:
-        """Get each cell's home, ``(cells,)``."""
+        """Return each cell's home, ``(cells,)``."""
         return self._home
 
     def home(self, cell: int) -> int:
@@ -116,7 +116,7 @@ class Directory:
             )
 
     def entry(self, cell: int) -> Entry:
-        """Get what is known of a cell whose home is here."""
+        """Return what is known of a cell whose home is here."""
         entry = self.entries.get(cell)
         if entry is None:
             if self.first_owner[cell] == EMPTY:
@@ -125,12 +125,12 @@ class Directory:
         return entry
 
     def owner(self, cell: int) -> int:
-        """Get the listed owner of a cell whose home is here, or ON_DISK."""
+        """Return the listed owner of a cell whose home is here, or ON_DISK."""
         entry = self.entries.get(cell)
         return int(self.first_owner[cell]) if entry is None else entry.owner
 
     def listed(self, cell: int) -> set[int]:
-        """Get the ranks counted as holders of a cell whose home is here."""
+        """Return the ranks counted as holders of a cell whose home is here."""
         entry = self.entries.get(cell)
         replicas = [] if entry is None else entry.replicas
         return {self.owner(cell), *replicas} - {ON_DISK}

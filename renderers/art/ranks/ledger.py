@@ -29,12 +29,12 @@ class Ledger:
     idle: float = 0.0
 
     def parts(self) -> dict[str, float]:
-        """Get the parts by name."""
+        """Return the parts by name."""
         return {name: getattr(self, name) for name in self.__slots__}
 
     @property
     def busy(self) -> float:
-        """Get the seconds of all parts but `idle` and `poll`."""
+        """Return the seconds of all parts but `idle` and `poll`."""
         return sum(self.parts().values()) - self.idle - self.poll
 
 

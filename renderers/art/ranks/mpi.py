@@ -104,7 +104,7 @@ class MpiTransport:
         self._waiting_since: float | None = None
 
     def distances(self, rank: int) -> Sequence[int]:
-        """Get 0 for a rank itself, 1 on the same machine, 2 elsewhere."""
+        """Return 0 for a rank itself, 1 on the same machine, 2 elsewhere."""
         here = self._near[rank]
         row = [1 if node == here else 2 for node in self._near]
         row[rank] = 0

@@ -67,7 +67,7 @@ class Node(Generic[P]):
 
     @property
     def is_finished(self) -> bool:
-        """Tell whether no ray is unfinished and no cell is on its way or in question.
+        """Return whether no ray is unfinished and no cell is on its way or in question.
 
         When this holds for every rank, no message about a cell is in flight.
         """
@@ -75,12 +75,12 @@ class Node(Generic[P]):
 
     @property
     def is_active(self) -> bool:
-        """Tell whether `advance` could do anything."""
+        """Return whether `advance` could do anything."""
         return self._stack.active > 0
 
     @property
     def has_rays(self) -> bool:
-        """Tell whether any ray is unfinished."""
+        """Return whether any ray is unfinished."""
         return bool(self._stack)
 
     @property
@@ -90,11 +90,11 @@ class Node(Generic[P]):
 
     @property
     def is_waiting(self) -> bool:
-        """Tell whether another rank owes this one an answer."""
+        """Return whether another rank owes this one an answer."""
         return self.cache.pending > 0 or self.cache.asked > 0
 
     def tally(self) -> dict[str, int]:
-        """Get what this node has done so far."""
+        """Return what this node has done so far."""
         return self.work.tally() | {
             "cells_fetched": self.cache.fetches,
             "cells_evicted": self.cache.evictions,

@@ -1,18 +1,16 @@
 """A scene made ready for one rank: its march, its cells, its node."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.bent_march import BentMarch
 from renderers.art.cells.bricks import MOST_VOXELS, Bricks
 from renderers.art.cells.cache import CellCache
 from renderers.art.cells.cell_size import QUICK_SIDE, side_for
 from renderers.art.cells.cells import CellGrid, CellShare, cube_distances
-from renderers.art.cells.memory_budget import Room, demand_distances, room_for
-from renderers.art.integrated_march import IntegratedMarch
+from renderers.art.cells.memory_budget import MemoryBudget, budget_for, demand_distances
 from renderers.art.kernels.build_bricks import SHORT
 from renderers.art.march import ClassicMarch, March, ScopeMarch
 from renderers.art.quality import Quality
@@ -26,16 +24,19 @@ from renderers.art.ranks.directory import (
     ring_distances,
 )
 from renderers.art.ranks.node import Node
-from renderers.art.ranks.policy import Dataflow
+from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.rays import RayPacket
 from renderers.art.ranks.work import MarchWork
-from renderers.art.step_estimation import settled
+from renderers.art.step_estimation import with_estimated_step
 from renderers.lanes.self_check import demand_vectors
 from renderers.scene import Scene
 from renderers.scene.deflection import Deflection
 from renderers.scene.memory_limit import memory_limit
 
 MarchNode = Node[RayPacket]
+
+LONE = CellPolicy(dataflow=Dataflow.STATIC)
+"""Of a rank that is not told how to share cells."""
 
 LARGEST_LEAP = 1 << 28
 """Voxels of the largest volume for which each cube's distance is kept, one byte each.
@@ -47,7 +48,7 @@ Of less room than that, half is left free and half is for cells whose owner give
 
 
 def slots_of(cells: int, ranks: int, wanted: int | None) -> tuple[int, int]:
-    """Get a rank's slots and how many of them may be owned cells, where cells migrate.
+    """Return a rank's slots, and how many may be owned cells where cells migrate.
 
     wanted: slots; None for as many as there are cells. Raise ValueError when all ranks
     together could not hold every cell and still work.
@@ -97,22 +98,16 @@ class _Look:
         ranges = grid.value_ranges(volume.values)
         low, high = float(ranges[:, 0].min()), float(ranges[:, 1].max())
         whole = volume.values.dtype.kind in "iu" and max(-low, high) <= SHORT
-        straight: ClassicMarch | ScopeMarch
         if mode not in ("classic", "scope"):
             raise ValueError(f"mode must be classic or scope, got {mode!r}")
+        march: March
         if mode == "classic":
-            kind = ClassicMarch
-            if quality.classification == "integrated":
-                kind = IntegratedMarch
-            straight = kind(scene, quality, (low, high), packet)
+            march = ClassicMarch(scene, quality, (low, high), packet, deflection)
         else:
-            straight = ScopeMarch(scene, quality, packet)
-        march: March = straight
-        if deflection is not None and deflection.deflectors:
-            march = BentMarch(straight, deflection)
+            march = ScopeMarch(scene, quality, packet, deflection)
         clear = march.clear if quality.skip_empty else np.zeros((0, 2), np.float32)
         is_large = volume.values.size > LARGEST_LEAP
-        # see `IntegratedMarch`; and all empty cells of a large volume are one brick
+        # see `ClassicMarch`; and all empty cells of a large volume are one brick
         if march.margin > 1 or (march.margin and is_large):
             clear = grid.clearest(ranges, clear)
         seen = grid.occupied(ranges, clear)
@@ -127,13 +122,13 @@ class _Look:
         empty = ranges[~seen, 0]
         return cls(march, grid, seen, leap, span, float(empty[0]) if len(empty) else 0)
 
-    def room(self, limit: int) -> Room:
+    def budget(self, limit: int) -> MemoryBudget:
         """Fit what one rank draws with into so many bytes; ValueError if it cannot."""
         march, voxels = self.march, math.prod(self.grid.shape)
         number = 4 if self.span is None else 2
         channels = 4 if march.needs_gradients else 1
         wanted = march.seeks_values and voxels < MOST_VOXELS
-        return room_for(
+        return budget_for(
             self.grid.shape,
             int(np.count_nonzero(self.seen)),
             (self.grid.side + 1) ** 3 * channels * number,
@@ -143,6 +138,57 @@ class _Look:
         )
 
 
+def _look(
+    scene: Scene,
+    mode: str,
+    quality: Quality,
+    cell_side: int | None,
+    packet: int | None,
+    deflection: Deflection | None,
+) -> _Look:
+    """Look at a volume by cells of a side; None for the quickest that keep it small."""
+    side = QUICK_SIDE if cell_side is None else cell_side
+    looked = _Look.at(scene, mode, quality, side, packet, deflection)
+    if cell_side is None and looked.march.needs_gradients:
+        side = side_for(looked.grid.shape, int(np.count_nonzero(looked.seen)))
+        if side != looked.grid.side:
+            looked = _Look.at(scene, mode, quality, side, packet, deflection)
+    return looked
+
+
+def _share_out(
+    seen: NDArray[np.bool_], rank: int, ranks: int, policy: CellPolicy, migrates: bool
+) -> tuple[CellCache, NDArray[np.int64], NDArray[np.int64], NDArray[np.int64] | None]:
+    """Return a rank's cache, all cells' homes and owners, and the cells it keeps.
+
+    The last is None where the rank reads any cell itself.
+    """
+    full = int(np.count_nonzero(seen))
+    home = homes(len(seen), ranks)
+    owner = deal_owners(seen, ranks) if migrates else home
+    if migrates and policy.from_file:
+        owner = np.where(seen, ON_DISK, EMPTY)
+    if policy.dataflow is Dataflow.RAYS:
+        # Neighbouring cells belong together: a ray then stays longer where it is.
+        home = deal_owners(seen, ranks)
+    mine: NDArray[np.int64] | None
+    if migrates and not policy.from_file:
+        cache = CellCache(*slots_of(full, ranks, policy.cache_cells))
+        mine = np.flatnonzero(owner == rank)
+        for cell in mine.tolist():
+            cache.own(cell)
+        return cache, home, owner, mine
+    if policy.cache_cells is not None and policy.cache_cells < 1:
+        raise ValueError(f"a cache needs at least 1 cell, got {policy.cache_cells}")
+    cache = CellCache(max(min(policy.cache_cells or full, full), 1))
+    mine = np.flatnonzero(seen & (home == rank))
+    if policy.dataflow is Dataflow.REPLICATED or ranks == 1:
+        home, mine = np.full(len(seen), rank), None
+    if policy.from_file:
+        mine = np.zeros(0, np.int64) if migrates else None
+    return cache, home, owner, mine
+
+
 def make_node(
     scene: Scene,
     mode: str,
@@ -150,11 +196,9 @@ def make_node(
     *,
     rank: int = 0,
     ranks: int = 1,
-    dataflow: Dataflow = Dataflow.STATIC,
+    policy: CellPolicy = LONE,
     distances: Distances | None = None,
     cell_side: int | None = 8,
-    cache_cells: int | None = None,
-    from_file: bool = False,
     validate: bool = False,
     packet: int | None = None,
     deflection: Deflection | None = None,
@@ -162,88 +206,52 @@ def make_node(
 ) -> tuple[March, MarchNode, MarchWork]:
     """Prepare one rank for a scene in mode `classic` or `scope`.
 
-    distances: what separates ranks; None where it makes no difference. cell_side: None
-    for the quickest that keep a lit copy small. cache_cells: cells a rank has ready;
-    None for all that can be seen and there is room for. from_file: as `CellPolicy`
-    says. packet: rays that march together; None for the fastest way. deflection: bends
-    the rays. memory_bytes: that one rank alone may take beside the volume; None for
-    half of the machine's. Raise ValueError where that is too little.
+    policy: without a number of cells a lone rank keeps all that can be seen and there
+    is room for. distances: what separates ranks; None where it makes no difference.
+    cell_side: None for the quickest that keep a lit copy small. packet: rays that march
+    together; None for the fastest way. deflection: deflects the rays. memory_bytes:
+    that one rank alone may take beside the volume; None for half of the machine's.
+    Raise ValueError where that is too little.
     """
     if not 0 <= rank < ranks:
         raise ValueError(f"rank must be 0 to {ranks - 1}, got {rank}")
     demand_vectors("The ray tracer")
-    if mode == "classic":
-        quality = settled(scene, quality)
     limit = memory_limit() if memory_bytes is None else memory_bytes
     if ranks == 1:
         demand_distances(scene.volume.shape, limit)
-    looked = _Look.at(
-        scene,
-        mode,
-        quality,
-        QUICK_SIDE if cell_side is None else cell_side,
-        packet,
-        deflection,
-    )
-    if cell_side is None and looked.march.needs_gradients:
-        side = side_for(looked.grid.shape, int(np.count_nonzero(looked.seen)))
-        if side != looked.grid.side:
-            looked = _Look.at(scene, mode, quality, side, packet, deflection)
-    grid, seen, march = looked.grid, looked.seen, looked.march
-    full = int(np.count_nonzero(seen))
-    roomy = True
-    if ranks == 1 and cache_cells is None and not from_file:
-        room = looked.room(limit)
-        cache_cells, roomy = room.cells, room.whole
-    migrates = dataflow is Dataflow.MIGRATING and ranks > 1
-    home = homes(grid.cells, ranks)
-    owner = deal_owners(seen, ranks) if migrates else home
-    if migrates and from_file:
-        owner = np.where(seen, ON_DISK, EMPTY)
-    if dataflow is Dataflow.RAYS:
-        # Neighbouring cells belong together: a ray then stays longer where it is.
-        home = deal_owners(seen, ranks)
-    mine: NDArray[np.int64] | None
-    if migrates and not from_file:
-        cache = CellCache(*slots_of(full, ranks, cache_cells))
-        mine = np.flatnonzero(owner == rank)
-        for cell in mine.tolist():
-            cache.own(cell)
-    else:
-        if cache_cells is not None and cache_cells < 1:
-            raise ValueError(f"a cache needs at least 1 cell, got {cache_cells}")
-        cache = CellCache(max(min(cache_cells or full, full), 1))
-        mine = np.flatnonzero(seen & (home == rank))
-        if dataflow is Dataflow.REPLICATED or ranks == 1:
-            home, mine = np.full(grid.cells, rank), None
-        if from_file:
-            mine = np.zeros(0, np.int64) if migrates else None
+    if mode == "classic":
+        quality = with_estimated_step(scene, quality)
+    looked = _look(scene, mode, quality, cell_side, packet, deflection)
+    seen, march = looked.seen, looked.march
+    fits_whole = True
+    if ranks == 1 and policy.cache_cells is None and not policy.from_file:
+        budget = looked.budget(limit)
+        policy = replace(policy, cache_cells=budget.cells)
+        fits_whole = budget.whole
+    migrates = policy.dataflow is Dataflow.MIGRATING and ranks > 1
+    cache, home, owner, mine = _share_out(seen, rank, ranks, policy, migrates)
+    is_full = cache.capacity >= int(np.count_nonzero(seen))
     values = march.volume.values
-    lone = mine is None and not from_file and cache.capacity >= full
+    lone = mine is None and not policy.from_file and is_full
     bricks = Bricks(
-        grid,
+        looked.grid,
         march.volume.spacing_mm,
         looked.leap,
         cache.stamp,
         looked.span,
         gradients=march.needs_gradients,
-        whole=values if lone and roomy and march.seeks_values else None,
+        whole=values if lone and fits_whole and march.seeks_values else None,
     )
     if not looked.leap.any() and not seen.all():
         bricks.show_empty(np.flatnonzero(~seen), looked.empty_value)
-    work = MarchWork(
-        march,
-        bricks,
-        CellShare(grid, values, mine, wanted=seen),
-        keeps_raw=migrates,
-        seen=seen,
-    )
+    share = CellShare(looked.grid, values, mine, wanted=seen)
+    work = MarchWork(march, bricks, share, keeps_raw=migrates, seen=seen)
     node = Node(
         work,
         Directory(rank, home, owner, distances or ring_distances(ranks)),
         cache,
         migrates=migrates,
-        stamps=cache.capacity < full,
+        stamps=not is_full,
         validate=validate,
     )
     return march, node, work
@@ -266,7 +274,7 @@ def edit_node(
     """
     grid, before = work.bricks.grid, work.share.values
     if mode == "classic":
-        quality = settled(scene, quality)
+        quality = with_estimated_step(scene, quality)
     looked = _Look.at(scene, mode, quality, grid.side, None, deflection)
     values = looked.march.volume.values
     if looked.grid != grid or values.dtype != before.dtype:

@@ -30,21 +30,21 @@ class FrameNode(Protocol):
 
     @property
     def is_active(self) -> bool:
-        """Tell whether `advance` could do anything."""
+        """Return whether `advance` could do anything."""
         ...
 
     @property
     def is_finished(self) -> bool:
-        """Tell whether this rank's rays are finished and no answer is due to it."""
+        """Return whether this rank's rays are finished and no answer is due to it."""
         ...
 
     @property
     def is_waiting(self) -> bool:
-        """Tell whether another rank owes this one an answer."""
+        """Return whether another rank owes this one an answer."""
         ...
 
     def tally(self) -> dict[str, int]:
-        """Get what this node has done so far."""
+        """Return what this node has done so far."""
         ...
 
     def begin(self, frame: int, packets: Iterable[Any]) -> None:
@@ -93,7 +93,7 @@ class Rank:
 
     @property
     def is_drawing(self) -> bool:
-        """Tell whether a frame is going on here."""
+        """Return whether a frame is going on here."""
         return self._node is not None
 
     def begin(
@@ -150,7 +150,7 @@ class Rank:
         return worked
 
     def rest(self) -> None:
-        """Give the processor away after a step without work."""
+        """Return the processor away after a step without work."""
         self.transport.rest(self._node is not None and self._node.is_waiting)
         self.watch.lap("idle")
 
@@ -164,7 +164,7 @@ class Rank:
             self.transport.send(message)
 
     def cancel(self) -> None:
-        """Give the frame's rays up everywhere; it still has to complete."""
+        """Return the frame's rays up everywhere; it still has to complete."""
         self.order(MessageKind.CANCEL, self.frame)
         if self._node is not None:
             self._node.cancel()
@@ -221,5 +221,5 @@ class Rank:
 
     @property
     def is_complete(self) -> bool:
-        """Tell whether every rank is done (rank 0 only)."""
+        """Return whether every rank is done (rank 0 only)."""
         return len(self._done_ranks) == self.transport.ranks

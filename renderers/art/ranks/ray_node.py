@@ -49,7 +49,7 @@ class TravelWork(Protocol[P_in, T]):
         ...
 
     def is_own(self, trip: T) -> bool:
-        """Tell whether a packet began here."""
+        """Return whether a packet began here."""
         ...
 
     def forget(self) -> None:
@@ -57,7 +57,7 @@ class TravelWork(Protocol[P_in, T]):
         ...
 
     def tally(self) -> dict[str, int]:
-        """Get what moving rays has cost so far, by name."""
+        """Return what moving rays has cost so far, by name."""
         ...
 
 
@@ -76,7 +76,7 @@ class RayNode(Generic[P, T]):
 
     @property
     def is_finished(self) -> bool:
-        """Tell whether all rays of this rank are finished and at home.
+        """Return whether all rays of this rank are finished and at home.
 
         When this holds for every rank, no ray is on its way.
         """
@@ -84,21 +84,21 @@ class RayNode(Generic[P, T]):
 
     @property
     def is_active(self) -> bool:
-        """Tell whether `advance` could do anything."""
+        """Return whether `advance` could do anything."""
         return bool(self._queue)
 
     @property
     def is_waiting(self) -> bool:
-        """Tell whether rays of this rank are elsewhere, and nothing is to be done."""
+        """Return whether rays of this rank are elsewhere, and nothing is to be done."""
         return self._unfinished > 0 and not self._queue
 
     @property
     def has_rays(self) -> bool:
-        """Tell whether any ray of this rank is unfinished."""
+        """Return whether any ray of this rank is unfinished."""
         return self._unfinished > 0
 
     def tally(self) -> dict[str, int]:
-        """Get what this node has done so far."""
+        """Return what this node has done so far."""
         return self.work.tally() | {"requests": self._sent}
 
     def begin(self, frame: int, packets: Iterable[P]) -> None:

@@ -1,6 +1,6 @@
 """Packets of rays that travel: what goes along with a ray, and how it comes home."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -75,7 +75,7 @@ class MarchTravel:
         return trip
 
     def is_own(self, trip: Trip) -> bool:
-        """Tell whether a trip's packet is whole and at home."""
+        """Return whether a trip's packet is whole and at home."""
         return self._trips.get(trip.number) is trip
 
     def move(self, trip: Trip) -> bool:
@@ -153,7 +153,7 @@ class MarchTravel:
         self._trips.clear()
 
     def tally(self) -> dict[str, int]:
-        """Get the kernels' counters and the rays sent."""
+        """Return the kernels' counters and the rays sent."""
         return self._work.tally() | {"rays_sent": self._rays_sent}
 
     def _pack(self, trip: Trip, rays: NDArray[np.intp], *, whole: bool) -> bytes:
@@ -217,26 +217,26 @@ def make_frame_node(
 ) -> tuple[March, MarchNode | MarchRayNode, MarchWork]:
     """Prepare one rank for any dataflow; see `make_node`.
 
-    Raise ValueError for rays that shall travel and are bent.
+    Raise ValueError for rays that shall travel and are deflected.
     """
-    bent = deflection is not None and bool(deflection.deflectors)
-    if bent and policy.dataflow is Dataflow.RAYS:
+    is_deflected = deflection is not None and bool(deflection.deflectors)
+    if is_deflected and policy.dataflow is Dataflow.RAYS:
         raise ValueError(
-            "bent rays do not travel between ranks; start the worker with another "
+            "deflected rays do not travel between ranks; start the worker with another "
             "--dataflow than rays"
         )
+    if policy.dataflow is Dataflow.RAYS:
+        # No cell is copied, and a rank has all that it owns.
+        policy = replace(policy, cache_cells=None)
     march, node, work = make_node(
         scene,
         mode,
         quality,
         rank=rank,
         ranks=ranks,
-        dataflow=policy.dataflow,
+        policy=policy,
         distances=distances,
         cell_side=cell_side,
-        # Where rays travel no cell is copied, and a rank has all that it owns.
-        cache_cells=None if policy.dataflow is Dataflow.RAYS else policy.cache_cells,
-        from_file=policy.from_file,
         validate=validate,
         deflection=deflection,
     )

@@ -3,12 +3,12 @@
 from collections import deque
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.cells.brick_views import TILE_PX
+from renderers.art.kernels.march_types import TILE_PX, RayArrays
 from renderers.art.regions import Region
 
 P = TypeVar("P")
@@ -26,14 +26,17 @@ def _no_rows() -> NDArray[np.float32]:
     return np.zeros((0, 4), np.float32)
 
 
+def _no_rays() -> NDArray[np.int32]:
+    return np.zeros(0, np.int32)
+
+
 @dataclass(slots=True, eq=False)
 class RayPacket:
     """Hold the rays of one region, row by row, and how far each has come.
 
-    The arrays are those of `renderers.art.kernels.march_packets`. What has been
-    composited is exact and resumable, so the picture does not depend on when cells
-    arrive. front: float32 (n + 1, 4) value and gradient of the last sample, where a
-    march takes them along; else without rows.
+    The arrays are those of `RayArrays`. What has been composited is exact and
+    resumable, so the picture does not depend on when cells arrive. deflected: int32,
+    rays to march that deflectors bend, which are not in `order`.
     """
 
     region: Region
@@ -45,12 +48,18 @@ class RayPacket:
     carry: NDArray[np.float32]
     depth: NDArray[np.float32]
     front: NDArray[np.float32] = field(kw_only=True, default_factory=_no_rows)
+    deflected: NDArray[np.int32] = field(kw_only=True, default_factory=_no_rays)
 
     @classmethod
     def start(
-        cls, region: Region, geometry: NDArray[np.float32], count: NDArray[np.int32]
+        cls,
+        region: Region,
+        geometry: NDArray[np.float32],
+        count: NDArray[np.int32],
+        *,
+        takes_along: bool = False,
     ) -> "RayPacket":
-        """Put rays at their first sample."""
+        """Put rays at their first sample. takes_along: they keep the last one."""
         n = len(count)
         state = np.zeros((3, n + 1, 4), np.float32)
         return cls(
@@ -62,17 +71,26 @@ class RayPacket:
             state[1],
             state[2],
             np.full(n, np.inf, np.float32),
+            front=np.zeros((n + 1 if takes_along else 0, 4), np.float32),
         )
 
     @property
-    def arrays(self) -> tuple[NDArray[Any], ...]:
-        """Get what every march takes of rays, in that order."""
-        state = self.cursor, self.value, self.carry
-        return self.order, self.geometry, self.count, *state, self.depth
+    def arrays(self) -> RayArrays:
+        """Return what every march takes of rays."""
+        return RayArrays(
+            self.order,
+            self.geometry,
+            self.count,
+            self.cursor,
+            self.value,
+            self.carry,
+            self.depth,
+            self.front,
+        )
 
     @property
     def result(self) -> NDArray[np.float32]:
-        """Get colour and alpha, or normal and coverage, of each ray, (n, 4)."""
+        """Return colour and alpha, or normal and coverage, of each ray, (n, 4)."""
         return self.value[:-1] + self.carry[:-1]
 
     def missing_cells(self) -> list[int]:
@@ -134,7 +152,7 @@ class RayStack(Generic[P]):
         return len(woken)
 
     def waited_for(self) -> set[int]:
-        """Get the cells that some packet waits for."""
+        """Return the cells that some packet waits for."""
         return set(self._inactive)
 
     def clear(self) -> None:

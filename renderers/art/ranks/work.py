@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from typing import Any, Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,16 @@ from renderers.art.ranks.messages import ProtocolError
 from renderers.art.ranks.rays import P, RayPacket
 from renderers.art.regions import Gather, Region, region_payload
 
-Run = Callable[[Callable[[Any], Any], Sequence[Any]], Iterable[Any]]
-"""Something like `map`, which may use threads."""
+T = TypeVar("T")
+S = TypeVar("S")
+
+
+class Run(Protocol):
+    """Promise something like `map`, which may use threads."""
+
+    def __call__(self, work: Callable[[T], S], parts: Sequence[T], /) -> Iterable[S]:
+        """Return what the work gives for each part, in their order."""
+        ...
 
 
 class Work(Protocol[P]):
@@ -35,7 +43,7 @@ class Work(Protocol[P]):
         ...
 
     def tally(self) -> dict[str, int]:
-        """Get what moving rays has cost so far, by name."""
+        """Return what moving rays has cost so far, by name."""
         ...
 
     def result(self, packet: P) -> bytes:
@@ -98,7 +106,7 @@ class MarchWork:
         self,
         march: March,
         leap: NDArray[np.uint8],
-        values: NDArray[Any],
+        values: NDArray[np.generic],
     ) -> None:
         """Go on with an edited volume; `renew` is called for each changed cell."""
         self._march = march
@@ -122,7 +130,7 @@ class MarchWork:
         return int(np.count_nonzero(self.seen))
 
     def tally(self) -> dict[str, int]:
-        """Get the kernels' counters."""
+        """Return the kernels' counters."""
         moved = {name: int(n) for name, n in zip(COUNTERS, self.counters, strict=True)}
         return moved | {"ended_early": self.ended_early}
 

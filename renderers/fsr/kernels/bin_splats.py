@@ -1,23 +1,21 @@
-"""A tile's splats dealt out to its squares, some at a time.
+"""A tile's splats binned into its squares, some at a time.
 
-A square then takes all of its own in a row, its sixteen pixels in registers. Which
-squares a splat meets is worked out here, sixteen splats at a time.
+A square then takes all of its own in a row, its sixteen pixels in registers. The
+squares that a splat meets are found for sixteen splats at a time.
 """
 
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from renderers.fsr.kernels.depth_sort import KEYS
-from renderers.fsr.kernels.project_splats import CUT_SHARE, RECORD
-from renderers.fsr.splats.gaussian_falloff import SCALE
-from renderers.fsr.splats.splat_tiles import ACROSS, SIDE, SQUARES, TILE_SIDE
+from renderers.fsr.kernels.array_types import F32, I32, I64, Lanes
+from renderers.fsr.kernels.footprint import CUT_SHARE, SCALE
+from renderers.fsr.kernels.project_splats import RECORD
+from renderers.fsr.kernels.tile_buffer import ACROSS, SIDE, SQUARES, TILE_SIDE
 from renderers.lanes import (
     absolute,
     any_,
-    as_f32,
     bits,
     count,
     f32,
@@ -39,13 +37,12 @@ from renderers.lanes import (
     swapped,
 )
 
-F32 = NDArray[np.float32]
-I32 = NDArray[np.int32]
-I64 = NDArray[np.int64]
-Real = float | np.float32
-
-DEAL = 2 * SQUARES
-"""Splats dealt at a time: they and a tile fit the first cache."""
+BATCH = 2 * SQUARES
+"""Splats binned at a time: they and a tile fit the first cache."""
+EACH_ROW = 0x0101010101010101
+"""The first square of every row of a tile."""
+FRAGMENT_BITS = 8
+"""Fragments of a square are counted in parts of 256."""
 
 _W = 16
 _ZERO = np.float32(0)
@@ -53,30 +50,43 @@ _ONE = np.float32(1)
 _HALF = np.float32(0.5)
 _REST = np.float32(0.5 * SIDE - 0.5)
 """Pixel centres of a square lie this far from its middle, along an axis."""
-
 _BEYOND = SCALE + np.float32(0.01) * CUT_SHARE
 """`SCALE` times squared distances over the cut's that may yet round to within it."""
-
 _ROUNDED = SCALE * np.float32(1e-6)
 """And the share of what these are summed from: much, where a footprint is a needle."""
-
 _AHEAD = 3 * _W
-"""Splats whose boxes are on their way while others are dealt."""
-
+"""Splats whose boxes are prefetched while others are binned."""
 _WIDE = 12
 """Pixels of a box, less one, from which leaving out its corners pays."""
 
-EACH_ROW = 0x0101010101010101
-"""The first square of every row of a tile."""
-FRAGMENT_BITS = 8
-"""Fragments of a square are counted in parts of 256."""
+
+class Bins(NamedTuple):
+    """Hold a batch of splats binned into the squares of a tile.
+
+    words: ``(BATCH,)``, per square which of 64 splats it got, as bits; then again for
+    the next 64. offsets: where each splat's record begins. shares: its fragments per
+    square. halves: its squares, low and high bits.
+    """
+
+    words: I64
+    offsets: I32
+    shares: I32
+    halves: I32
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _squares_of_ellipses(
-    u: Any, v: Any, slim: Any, cross: Any, flat: Any, x0: Any, x1: Any, y0: Any, y1: Any
-) -> Any:
-    """Give the squares of a tile that footprints may meet, a bit each.
+    u: Lanes,
+    v: Lanes,
+    slim: Lanes,
+    cross: Lanes,
+    flat: Lanes,
+    x0: Lanes,
+    x1: Lanes,
+    y0: Lanes,
+    y1: Lanes,
+) -> Lanes:
+    """Return the squares of a tile that footprints may meet, a bit each.
 
     u, v: centres from the tile's corner. x0, x1, y0, y1: first and last squares of
     their boxes. In every row of squares a footprint's half width is taken where it is
@@ -113,20 +123,19 @@ def _squares_of_ellipses(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def room_for_deal() -> Any:
-    """Make room for a deal.
-
-    Which of 64 splats each square got, as bits; where each splat's record begins; its
-    fragments per square; its sheet; and the squares of each, in two halves.
-    """
-    room = DEAL + _W
-    offsets, shares = np.empty(room, np.int32), np.empty(room, np.int32)
-    sheets, halves = np.empty(room, np.float32), np.empty((2, room), np.int32)
-    return np.empty(DEAL, np.int64), offsets, shares, sheets, halves
+def make_bins() -> Bins:
+    """Make empty bins."""
+    size = BATCH + _W
+    return Bins(
+        np.empty(BATCH, np.int64),
+        np.empty(size, np.int32),
+        np.empty(size, np.int32),
+        np.empty((2, size), np.int32),
+    )
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _swap_bits(words: I64, first: int, step: int, low: Any) -> None:
+def _swap_bits(words: I64, first: int, step: int, low: Lanes) -> None:
     """Swap blocks of bits `step` wide between words as far apart, eight at a time."""
     for m in range(0, SQUARES, 2 * step):
         for k in range(first + m, first + m + step, 8):
@@ -138,7 +147,7 @@ def _swap_bits(words: I64, first: int, step: int, low: Any) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _swap_within(x: Any, low: Any, step: int) -> Any:
+def _swap_within(x: Lanes, low: Lanes, step: int) -> Lanes:
     """Do as `_swap_bits` between the lanes of a vector, which are eight words."""
     other = swapped(x, step)
     is_under = (i64(lanes(8)) & step) != 0
@@ -164,7 +173,7 @@ def transpose(words: I64, first: int) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _join(words: I64, halves: I32, size: int) -> Any:
+def _join(words: I64, halves: I32, size: int) -> Lanes:
     """Turn squares of splats into splats of squares; give the squares that got any."""
     stride = halves.shape[1]
     touched = np.int64(0)
@@ -181,19 +190,18 @@ def _join(words: I64, halves: I32, size: int) -> Any:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def deal_splats(
-    records: F32, boxes: I32, items: I32, first: int, left: int, top: int, alive: Any,
-    points: bool, sheets_of: F32, deal: Any,
-) -> Any:  # fmt: skip
-    """Deal some of a tile's splats out to its live squares, `DEAL` at most.
+def bin_splats(
+    records: F32, boxes: I32, items: I32, first: int, left: int, top: int,
+    alive: Lanes, points: bool, bins: Bins,
+) -> tuple[Lanes, Lanes, Lanes]:  # fmt: skip
+    """Bin some of a tile's splats into its live squares, `BATCH` at most.
 
-    first: of the items; sixteen are to spare. sheets_of: see `draw_tiles`. deal: see
-    `room_for_deal`. Splats that meet no live square are passed over, and their records
-    never read. Returns the squares that got any, as bits, how many times 64 splats
-    were dealt, and the first item that was not looked at.
+    first: of the items, which have sixteen to spare. Splats that meet no live square
+    are passed over, and their records never read. Returns the squares that got any, as
+    bits, how many times 64 splats were binned, and the first item not looked at.
     """
-    words, offsets, shares, sheets, halves = deal
-    room = halves.shape[1]
+    words, offsets, shares, halves = bins
+    width = halves.shape[1]
     left_box = np.int32(left)
     top_box = np.int32(top)
     none = np.int32(0)
@@ -208,13 +216,13 @@ def deal_splats(
     if first == 0:
         for k in range(min(_AHEAD, found)):
             prefetch(boxes, items[k] * 4)
-    while m < found and size <= DEAL - _W:
+    while m < found and size <= BATCH - _W:
         met = lanes(_W) < np.int32(found - m)
         item = select(met, load(items, m, _W), none)
         at = item * RECORD
         for k in range(m + _AHEAD, min(m + _AHEAD + _W, found)):
             prefetch(boxes, items[k] * 4)
-        columns, rows, deep, _ = rows4(boxes, item)
+        columns, rows, _, _ = rows4(boxes, item)
         x0 = (columns & 0xFFFF) - left_box
         x1 = (columns >> 16) - left_box
         y0 = (rows & 0xFFFF) - top_box
@@ -248,14 +256,10 @@ def deal_splats(
         store_packed(offsets, size, at, met)
         store_packed(shares, size, share, met)
         store_packed(halves, size, i32(those), met)
-        store_packed(halves, room + size, i32(those >> 32), met)
-        if sheets_of.size > 0:
-            step = maximum((as_f32(deep) - sheets_of[0]) * sheets_of[1], _ZERO)
-            step = floor(minimum(step, np.float32(KEYS - 1)))
-            store_packed(sheets, size, floor(step / sheets_of[2]), met)
-        dealt = size + count(met)
-        for k in range(size, dealt):
-            # on its way while the others are dealt
+        store_packed(halves, width + size, i32(those >> 32), met)
+        binned = size + count(met)
+        for k in range(size, binned):
+            # on its way while the others are binned
             prefetch(records, offsets[k])
-        size = dealt
+        size = binned
     return _join(words, halves, size), (size + SQUARES - 1) // SQUARES, m

@@ -5,14 +5,14 @@ from a point near the eye, so the interval within all planes follows from one di
 plane. The depths of what is left are bounded by those of the interval's two ends.
 """
 
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from renderers.fsr.kernels.depth_slabs import depth_of
+from renderers.fsr.kernels.array_types import F32, I32, I64, U16, Lanes, Real
 from renderers.fsr.kernels.depth_sort import KEYS
+from renderers.fsr.kernels.view_planes import ORTHOGRAPHIC, View, depth_of
 from renderers.lanes import (
     all_,
     any_,
@@ -35,32 +35,47 @@ from renderers.lanes import (
 from renderers.lanes import lowest as lowest_bit
 
 BINS = 64
-"""Steps of depth in which a survey counts elements."""
+"""Steps of depth in which elements are counted."""
 SLACK_MM = np.float32(1e-2)
 """More than a row's bounds, made of other sums, can be off."""
 SLACK = np.float32(1e-2)
 """Grid steps by which clipped rows are longer: more than rounding takes away."""
 SOME = 256
-"""Rows clipped and then surveyed at a time: what passes between stays in the cache."""
+"""Rows clipped and then bounded at a time: what passes between stays in the cache."""
 BESIDE = 4
 """Counts kept beside one another: spans in a row fall into one bin, and would wait."""
 LEVEL = np.float32(1e-9)
 """A plane whose distance changes less than this (mm) from column to column."""
-F32 = NDArray[np.float32]
-I32 = NDArray[np.int32]
-U16 = NDArray[np.uint16]
-I64 = NDArray[np.int64]
-Real = float | np.float32
-_W = 16
 ABREAST = 32
 """Columns compared at a time: most rows are not longer, and need no second time."""
+_W = 16
 _ALL = (1 << _W) - 1
 _ZERO = np.float32(0)
 
 
+class Rows(NamedTuple):
+    """Hold the rows of a set that hold any element, and the elements' columns.
+
+    numbers: ``(n,)`` rows ``k * per_slice + j``. starts: ``(n + 1,)`` the first element
+    of each, and one more than there are. places: ``(4, n)`` their j, k, first and last
+    column: small numbers, since to read them from far memory takes a good part of the
+    time. columns: of the elements, with 32 to spare; starts and places have sixteen.
+    spans: ``(n, 3)`` row, first and last + 1 element of whole rows. bounds: ``(2, 3)``
+    lowest and highest place.
+    """
+
+    numbers: I32
+    starts: I32
+    places: U16
+    columns: U16
+    spans: I32
+    bounds: F32
+    per_slice: int
+
+
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def square_of(x: Any, y: Any, z: Any, dx: Any, m: F32) -> Any:
-    """Give squared distances from the eye, so far along rows from x, y, z.
+def square_of(x: Lanes, y: Lanes, z: Lanes, dx: Lanes, m: F32) -> Lanes:
+    """Return squared distances from the eye, so far along rows from x, y, z.
 
     Of numbers, or of vectors lane by lane.
     """
@@ -69,8 +84,8 @@ def square_of(x: Any, y: Any, z: Any, dx: Any, m: F32) -> Any:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def step_to_foot(m: F32) -> Any:
-    """Give what turns a slope towards the eye into steps to a row's nearest point."""
+def step_to_foot(m: F32) -> Lanes:
+    """Return what turns a slope towards the eye into steps to a row's nearest point."""
     square = _ZERO
     for c in range(3):
         square += m[c, 0] * m[c, 0]
@@ -91,11 +106,8 @@ def list_near(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def are_within(bounds: F32, base: F32, planes: F32) -> bool:
-    """Say whether a box lies within planes; what that leaves is all that is in it.
-
-    bounds: its lowest and highest place.
-    """
+def is_within(bounds: F32, base: F32, planes: F32) -> bool:
+    """True if a box lies within planes; bounds: its lowest and highest place."""
     for p in range(planes.shape[0]):
         rest = planes[p, 3]
         for c in range(3):
@@ -110,18 +122,18 @@ def are_within(bounds: F32, base: F32, planes: F32) -> bool:
 @njit(cache=True, nogil=True, error_model="numpy")
 def find_ends(places: U16, first_row: int, end_row: int, base: F32, ends: F32) -> None:
     """Fill in `ends` of rows that are kept whole, see `clip_rows`."""
-    stride, room = places.shape[1], ends.shape[1]
+    stride, width = places.shape[1], ends.shape[1]
     for row in range(first_row, end_row, _W):
         at = row - first_row
         store(ends, at, f32(load(places, 2 * stride + row, _W)) - base[0])
-        store(ends, room + at, f32(load(places, 3 * stride + row, _W)) - base[0])
-        store(ends, 2 * room + at, f32(load(places, row, _W)) - base[1])
-        store(ends, 3 * room + at, f32(load(places, stride + row, _W)) - base[2])
+        store(ends, width + at, f32(load(places, 3 * stride + row, _W)) - base[0])
+        store(ends, 2 * width + at, f32(load(places, row, _W)) - base[1])
+        store(ends, 3 * width + at, f32(load(places, stride + row, _W)) - base[2])
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _clip_row(columns: U16, first: Any, end: Any, low: int, high: int) -> Any:
-    """Do as two calls of `first_from`: give first and last + 1 from low up to high.
+def _clip_row(columns: U16, first: Lanes, end: Lanes, low: Lanes, high: Lanes) -> Lanes:
+    """Return first and last + 1 of a row's elements in columns low up to high.
 
     Rows are short: all of one is compared before a search has found its way.
     """
@@ -136,25 +148,22 @@ def _clip_row(columns: U16, first: Any, end: Any, low: int, high: int) -> Any:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def clip_rows(
-    rows: Any, first_row: int, end_row: int, base: F32, planes: F32, kept: int,
+    rows: Rows, first_row: int, end_row: int, base: F32, planes: F32, kept: int,
     spans: I32, ends: F32,
 ) -> int:  # fmt: skip
-    """Clip some rows against planes; list what is left of them; give how many are.
+    """Clip some rows against planes; list what is left; return how many spans are.
 
-    rows: numbers, ``(n,)`` the rows that hold any element; starts, ``(n + 1,)`` the
-    first element of each, and one more than there are; places, ``(4, n)`` their j, k,
-    first and last column; columns of the elements, with 32 to spare, the others but
-    numbers with sixteen. Small numbers: to read them from far memory takes a good part
-    of the time. base: the point steps are counted from. planes: ``(p, 4)``, a place is
-    inside where ``a i + b j + c k + d >= 0`` for all, in steps from there. kept: spans
-    that are listed already. spans: ``(n, 3)`` row, first and last + 1 element; sixteen
-    to spare. ends: ``(4, SOME)`` steps from there to their first and last element, and
-    along j and k, of those listed by this call; with sixteen to spare.
+    base: the point steps are counted from. planes: ``(p, 4)``, a place is inside where
+    ``a i + b j + c k + d >= 0`` for all, in steps from there. kept: spans listed
+    already. spans: ``(n, 3)`` row, first and last + 1 element; sixteen to spare. ends:
+    ``(4, SOME)`` steps from the base to their first and last element, and along j and
+    k, of those listed by this call; with sixteen to spare.
     """
-    numbers, starts, places, columns = rows
+    numbers, starts = rows.numbers, rows.starts
+    places, columns = rows.places, rows.columns
     listed = kept
     stride = places.shape[1]
-    room = ends.shape[1]
+    width = ends.shape[1]
     limits = np.empty(2 * _W, np.int32)
     found = np.empty(3 * _W, np.int32)
     found_ends = np.empty(2 * _W, np.float32)
@@ -189,9 +198,9 @@ def clip_rows(
             end_of = load(starts, row + 1, _W)
             store_triples(spans, 3 * kept, 12, load(numbers, row, _W), first_of, end_of)
             store(ends, at, left)
-            store(ends, room + at, right)
-            store(ends, 2 * room + at, dy)
-            store(ends, 3 * room + at, dz)
+            store(ends, width + at, right)
+            store(ends, 2 * width + at, dy)
+            store(ends, 3 * width + at, dz)
             kept += _W
             continue
         store(limits, 0, i32(-floor(-(low + base[0]))))
@@ -219,9 +228,9 @@ def clip_rows(
         end_of = load(found, _W, _W)
         is_kept = first_of < end_of
         store_packed(ends, at, load(found_ends, 0, _W), is_kept)
-        store_packed(ends, room + at, load(found_ends, _W, _W), is_kept)
-        store_packed(ends, 2 * room + at, dy, is_kept)
-        store_packed(ends, 3 * room + at, dz, is_kept)
+        store_packed(ends, width + at, load(found_ends, _W, _W), is_kept)
+        store_packed(ends, 2 * width + at, dy, is_kept)
+        store_packed(ends, 3 * width + at, dz, is_kept)
         store_packed(found, 0, load_where(numbers, row, is_kept), is_kept)
         store_packed(found, _W, first_of, is_kept)
         store_packed(found, 2 * _W, end_of, is_kept)
@@ -235,8 +244,8 @@ def clip_rows(
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _row_bounds(
-    first: Any, last: Any, dy: Any, dz: Any, m: F32, flat: bool, to_foot: Real
-) -> tuple[Any, Any]:
+    first: Lanes, last: Lanes, dy: Lanes, dz: Lanes, m: F32, flat: bool, to_foot: Real
+) -> tuple[Lanes, Lanes]:
     """Bound the depths of rows between two steps from the base along them.
 
     to_foot: of `step_to_foot`.
@@ -260,27 +269,26 @@ def _row_bounds(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _key_of(depth: Any, low: Real, scale: Real) -> Any:
+def _key_of(depth: Lanes, low: Real, scale: Real) -> Lanes:
     step = minimum(maximum((depth - low) * scale, _ZERO), np.float32(KEYS - 1))
     return floor(step)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def survey_spans(
-    spans: I32, first_span: int, end_span: int, ends: F32, columns: U16, eye: Any,
-    lowest: U16, highest: U16, bins: I64, near: I32, nears: int,
+def bound_spans(
+    spans: I32, first_span: int, end_span: int, ends: F32, columns: U16, view: View,
+    near_mm: Real, lowest: U16, highest: U16, bins: I64, near: I32, nears: int,
 ) -> int:  # fmt: skip
     """Bound the depths of spans, count their elements by depth, list the near ones.
 
-    spans: see `clip_rows`; ends: of those asked for. columns: of the set's elements.
-    eye: base and matrix (see `project_splats`); is_flat, whether depth is along the
-    view axis; low and scale, which map it to keys; near_mm. lowest, highest: ``(k,)``
-    keys, with sixteen to spare. bins: counts by the middles of rows, ``(BESIDE,
-    BINS)``, which together are of all keys; added to. near: room for the elements
-    nearer than `near_mm`, of which there are `nears`. Returns how many there are then.
+    spans, ends: see `clip_rows`. lowest, highest: ``(k,)`` keys, with sixteen to spare.
+    bins: counts by the middles of rows, ``(BESIDE, BINS)``, which together are of all
+    keys; added to. near: takes the elements nearer than `near_mm`, of which there are
+    `nears`. Returns how many there are then.
     """
-    base, m, flat, low, scale, near_mm = eye
-    room = ends.shape[1]
+    base, m, low, scale = view.base, view.matrix, view.low, view.keys_per_mm
+    flat = view.projection == ORTHOGRAPHIC
+    width = ends.shape[1]
     to_foot = step_to_foot(m)
     middles = np.empty(_W, np.int32)
     flat_spans = spans.reshape(-1)
@@ -288,9 +296,9 @@ def survey_spans(
         at = span - first_span
         met = lanes(_W) < end_span - span
         left = load(ends, at, _W)
-        right = load(ends, room + at, _W)
-        dy = load(ends, 2 * room + at, _W)
-        dz = load(ends, 3 * room + at, _W)
+        right = load(ends, width + at, _W)
+        dy = load(ends, 2 * width + at, _W)
+        dz = load(ends, 3 * width + at, _W)
         shortest, longest = _row_bounds(left, right, dy, dz, m, flat, to_foot)
         store(lowest, span, i32(_key_of(shortest, low, scale)))
         store(highest, span, i32(_key_of(longest, low, scale)))

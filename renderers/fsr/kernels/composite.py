@@ -5,30 +5,28 @@ and leaves ``T (1 - a)`` of the light (Porter and Duff, 1984). A square of pixel
 T has all but gone takes no more splats.
 """
 
-from typing import Any
-
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from renderers.fsr.kernels.bin_splats import deal_splats, room_for_deal
-from renderers.fsr.kernels.depth_sheets import footprint, sum_sheets
+from renderers.fsr.kernels.array_types import F32, I32, Lanes
+from renderers.fsr.kernels.bin_splats import Bins, bin_splats, make_bins
 from renderers.fsr.kernels.depth_sort import list_block, list_entries, list_tile
+from renderers.fsr.kernels.footprint import gaussian_falloff
+from renderers.fsr.kernels.project_splats import SplatBuffers
 from renderers.fsr.kernels.tile_buffer import (
     DARK,
-    clear_tile,
-    close_tile,
-    limit_tile,
-    next_run,
-    open_tile,
-)
-from renderers.fsr.splats.splat_tiles import (
-    ACROSS,
     SIDE,
     SQUARE,
     SQUARES,
     STATE,
     TILE_SIDE,
+    Canvas,
+    TileBuffer,
+    clear_tile,
+    limit_tile,
+    next_run,
+    open_tile,
+    write_tile,
 )
 from renderers.lanes import (
     any_,
@@ -41,15 +39,8 @@ from renderers.lanes import (
     select,
     spread,
     store,
-    store_groups,
-    store_quads,
 )
 
-F32 = NDArray[np.float32]
-I32 = NDArray[np.int32]
-I64 = NDArray[np.int64]
-Flags = NDArray[np.bool_]
-Real = float | np.float32
 _ONE = np.float32(1)
 _ZERO = np.float32(0)
 _HALF = np.float32(0.5)
@@ -59,62 +50,31 @@ through as often as it has parts."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _close_tile(
-    state: F32, depths: F32, left: int, top: int, drawn: Any, with_depth: bool,
-    image: F32, depth: F32,
-) -> None:  # fmt: skip
-    """Write a tile's part of the picture: premultiplied RGBA, and depth if wanted."""
-    height, width = image.shape[0], image.shape[1]
-    if left + TILE_SIDE > width or top + TILE_SIDE > height:
-        close_tile(state, depths, left, top, with_depth, image, depth)
-        return
-    for k in range(SQUARES):
-        pixel = (top + k // ACROSS * SIDE) * width + left + k % ACROSS * SIDE
-        alpha = red = green = blue = full(_ZERO, SQUARE)
-        if (drawn >> k) & 1:
-            at = k * STATE
-            alpha = _ONE - load(state, at, SQUARE)
-            red = load(state, at + SQUARE, SQUARE)
-            green = load(state, at + 2 * SQUARE, SQUARE)
-            blue = load(state, at + 3 * SQUARE, SQUARE)
-        store_quads(image, 4 * pixel, 4 * width, red, green, blue, alpha)
-        if with_depth:
-            store_groups(depth, pixel, width, load(depths, k * SQUARE, SQUARE))
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _weigh(records: F32, o: int, u: Any, v: Any) -> Any:
-    """Give the shares of light that a splat takes."""
-    return footprint(records, o, u, v) * spread(records, o + 5, SQUARE)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _dim(light: Any, w: Any) -> Any:
-    """Take from the light, see `DARK`."""
-    return light - w + np.float32(DARK)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _add(sums: Any, records: F32, at: int, w: Any) -> Any:
+def _add(sums: Lanes, records: F32, at: int, w: Lanes) -> Lanes:
     """Add weighted by a number of a record."""
     return fma(w, spread(records, at, SQUARE), sums)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _blend_splats(
-    records: F32, boxes: I32, items: I32, left: int, top: int, points: bool, cut: Real,
-    limits: F32, with_depth: bool, deal: Any,
-    state: F32, depths: F32, alive: Any, drawn: Any,
-) -> Any:  # fmt: skip
-    """Blend a tile's splats; give the squares live and drawn, and the fragments."""
-    words, offsets, shares, _, _ = deal
+def _blend_tile(
+    records: F32, boxes: I32, items: I32, left: int, top: int, points: bool,
+    cut: np.float32, limits: F32, with_depth: bool, bins: Bins, tiles: TileBuffer,
+    t: int,
+) -> int:  # fmt: skip
+    """Blend the splats `items` into tile t; return the fragments.
+
+    limits: of the tile, or no elements.
+    """
+    words, offsets, shares, _ = bins
+    state, depths = tiles.states[t], tiles.depths[t]
+    alive, drawn = tiles.alive[t], tiles.drawn[t]
     limited = limits.size > 0
     one = np.int64(1)
     fragments = 0
-    first: Any = np.int64(0)
+    first: Lanes = np.int64(0)
     while first < items.shape[0] and alive != 0:
-        touched, halves, first = deal_splats(
-            records, boxes, items, first, left, top, alive, points, limits[:0], deal
+        touched, halves, first = bin_splats(
+            records, boxes, items, first, left, top, alive, points, bins
         )
         while touched != 0:
             k = lowest(touched)
@@ -153,11 +113,12 @@ def _blend_splats(
                     inside &= (dy >= -side) & (dy < side)
                     w = select(inside, light * spread(records, o + 5, SQUARE), _ZERO)
                 else:
-                    w = light * _weigh(records, o, u, v)
+                    share = gaussian_falloff(records, o, u, v)
+                    w = light * (share * spread(records, o + 5, SQUARE))
                 if limited:
                     w = select(bound > spread(records, o + 6, SQUARE), w, _ZERO)
                 before = light
-                light = _dim(light, w)
+                light = light - w + np.float32(DARK)
                 red = _add(red, records, o + 8, w)
                 green = _add(green, records, o + 9, w)
                 blue = _add(blue, records, o + 10, w)
@@ -173,41 +134,36 @@ def _blend_splats(
             store(state, at + 3 * SQUARE, blue)
             if with_depth:
                 store(depths, k * SQUARE, deep)
-    return alive, drawn, fragments
+    tiles.alive[t] = alive
+    tiles.drawn[t] = drawn
+    return fragments
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_tiles(
-    records: F32, boxes: I32, entries: I64, count: int, turns: I64,
-    points: bool, cut: Real, sheets_of: F32, limit_mm: F32, fresh: Flags, last: bool,
-    items: I32, limits: F32, sums: F32, sheets: I32, far: F32, states: F32, depths: F32,
-    alive: I64, drawn: I64, image: F32, depth: F32,
+    buffers: SplatBuffers, count: int, points: bool, last: bool, tiles: TileBuffer,
+    canvas: Canvas,
 ) -> int:  # fmt: skip
     """Blend splats into tiles, near ones first; write the tiles that are finished.
 
-    boxes: ``(n, 4)`` of `records`, see `project_splats`. entries, count: see
-    `place_by_keys`. turns: ``(1,)`` zero; threads that share it share out the tiles.
-    cut: a square whose pixels all have T at or below this takes no more. sheets_of: low
-    and scale, which map depth to the keys by which items are in order, and a sheet's
-    thickness in keys; no elements where splats are blended one by one. limit_mm: per
-    pixel of the picture the depth from which nothing is seen; no elements where there
-    is none. fresh: tiles that have had no splat. last: no more will come. items: ``(8,
-    n)`` scratch for all splats and sixteen more; limits, sums, sheets, far: of a tile.
-    states: ``(tiles, STATE * SQUARES)``. depths: a value per pixel of each tile, or
-    none. alive: each tile's squares that take light, as bits. drawn: those that have a
-    state. depth: where T first falls to one half; no elements where it is not wanted.
+    count: of the entries in `buffers`, see `place_by_keys`. last: no more will come.
+    tiles: its counter is zero at first; threads that share it share out the tiles.
     Returns the fragments: pixels of the splats' boxes in squares that were drawn, in
     parts of 2 ** `FRAGMENT_BITS`.
     """
+    records, boxes = buffers.records.reshape(-1), buffers.boxes
+    entries, items = buffers.entries, buffers.items
+    alive, fresh, counter = tiles.alive, tiles.fresh, tiles.counter
+    image, depth, limit_mm, cut = canvas
     fragments = 0
-    deal = room_for_deal()
+    bins = make_bins()
     with_depth = depth.size > 0
     height, width = image.shape[0], image.shape[1]
     across = (width + TILE_SIDE - 1) // TILE_SIDE
     listed = items[2]
     band, band_start, many = -GROUP, 0, 0
     while True:
-        first, end = next_run(turns, image, alive)
+        first, end = next_run(counter, image, alive)
         if first == end:
             break
         row = first // across
@@ -242,29 +198,24 @@ def draw_tiles(
                 continue
             if fresh[t]:
                 fresh[t] = False
-                is_whole = left + TILE_SIDE <= width and top + TILE_SIDE <= height
-                if is_whole and sheets_of.size == 0:
+                if left + TILE_SIDE <= width and top + TILE_SIDE <= height:
                     # squares are opened one by one, when they are drawn
-                    drawn[t] = 0
+                    tiles.drawn[t] = 0
                 else:
-                    drawn[t] = -1
-                    alive[t] = open_tile(left, top, width, height, states[t])
-                depths[t] = np.inf
-            limited = limit_mm.size > 0 and limit_tile(limit_mm, left, top, limits)
-            bound = limits if limited else limits[:0]
-            if sheets_of.size > 0:
-                alive[t], pixels = sum_sheets(
-                    records, boxes, listed[:found], left, top, sheets_of, cut, bound,
-                    with_depth, deal, sums, sheets, far, states[t], depths[t], alive[t],
-                )  # fmt: skip
-            else:
-                alive[t], drawn[t], pixels = _blend_splats(
-                    records, boxes, listed[:found], left, top, points, cut, bound,
-                    with_depth, deal, states[t], depths[t], alive[t], drawn[t],
-                )  # fmt: skip
-            fragments += pixels
+                    tiles.drawn[t] = -1
+                    alive[t] = open_tile(left, top, width, height, tiles.states[t])
+                tiles.depths[t] = np.inf
+            limited = limit_mm.size > 0 and limit_tile(
+                limit_mm, left, top, tiles.limits
+            )
+            fragments += _blend_tile(
+                records, boxes, listed[:found], left, top, points, cut,
+                tiles.limits if limited else tiles.limits[:0], with_depth, bins, tiles,
+                t,
+            )  # fmt: skip
             if last or alive[t] == 0:
-                _close_tile(
-                    states[t], depths[t], left, top, drawn[t], with_depth, image, depth
-                )
+                write_tile(
+                    tiles.states[t], tiles.depths[t], left, top, tiles.drawn[t], image,
+                    depth,
+                )  # fmt: skip
     return fragments

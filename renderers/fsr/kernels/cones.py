@@ -1,12 +1,12 @@
 """Cones traced into the walls, sixteen at a time: what lies behind is hidden."""
 
 import math
-from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from renderers.fsr.kernels.array_types import F32, Lanes
+from renderers.fsr.kernels.view_planes import EQUIDISTANT, Lens
 from renderers.lanes import (
     absolute,
     any_,
@@ -20,7 +20,6 @@ from renderers.lanes import (
 )
 from renderers.shading.kernels.field_reads import taps
 
-F32 = NDArray[np.float32]
 f32 = np.float32
 
 STEPS = 512
@@ -33,14 +32,13 @@ W = 16
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _direction(
-    u: float, v: float, projection: int, extent: float, width: int, height: int
-) -> tuple[float, float, float]:
-    """Give the camera-frame unit ray through a pixel position."""
+def _direction(u: float, v: float, lens: Lens) -> tuple[float, float, float]:
+    """Return the camera-frame unit ray through a pixel position."""
+    projection, extent, width, height = lens
     half = 0.5 * min(width, height)
     x = (u - 0.5 * width) / half
     y = (0.5 * height - v) / half
-    if projection == 0:
+    if projection == EQUIDISTANT:
         r = math.sqrt(x * x + y * y)
         theta = min(r * extent, math.pi)
         k = math.sin(theta) / r if r > 1e-9 else extent
@@ -52,34 +50,26 @@ def _direction(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def aim_cones(
-    projection: int, extent: float, width: int, height: int, side: int, cones: F32
-) -> None:
+def aim_cones(lens: Lens, side: int, cones: F32) -> None:
     """Find the cones around squares of `side` pixels; a lens has the same in any view.
 
     cones: ``(5, rows, columns)``, the axis in the camera's frame, how much the radius
     grows along it, and how much longer than the axis the sides are; an axis of zeros
     where the lens shows nothing.
     """
+    projection, _, width, height = lens
     for row in range(cones.shape[1]):
         for column in range(cones.shape[2]):
             u0 = column * side
             v0 = row * side
-            dx, dy, dz = _direction(
-                u0 + 0.5 * side, v0 + 0.5 * side, projection, extent, width, height
-            )
+            dx, dy, dz = _direction(u0 + 0.5 * side, v0 + 0.5 * side, lens)
             cosine = 1.0
             for corner in range(4):
                 cx, cy, cz = _direction(
-                    u0 + side * (corner & 1),
-                    v0 + side * (corner >> 1),
-                    projection,
-                    extent,
-                    width,
-                    height,
+                    u0 + side * (corner & 1), v0 + side * (corner >> 1), lens
                 )
                 cosine = min(cosine, dx * cx + dy * cy + dz * cz)
-            if projection == 0:
+            if projection == EQUIDISTANT:
                 # squares wholly outside the round stop show nothing at any depth
                 gap_x = max(abs(u0 + 0.5 * side - 0.5 * width) - 0.5 * side, 0.0)
                 gap_y = max(abs(v0 + 0.5 * side - 0.5 * height) - 0.5 * side, 0.0)
@@ -96,29 +86,13 @@ def aim_cones(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def voxel_size(m: F32, axis: int) -> np.float32:
-    """Give the millimetres of a voxel along one of the grid's axes."""
+    """Return the millimetres of a voxel along one of the grid's axes."""
     x, y, z = m[axis, 0], m[axis, 1], m[axis, 2]
     return f32(1) / f32(math.sqrt(x * x + y * y + z * z))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _enter(start: F32, step: F32, last: F32) -> np.float32:
-    """Give the depth at which a line is first inside the grid; +inf if it never is."""
-    low, high = f32(0), f32(np.inf)
-    for axis in range(3):
-        p, s, most = start[axis], step[axis], last[axis]
-        if abs(s) > LEAST_STEP:
-            k = f32(1) / s
-            a, b = -p * k, (most - p) * k
-            low = max(low, min(a, b))
-            high = min(high, max(a, b))
-        elif p < f32(0) or p > most:
-            low = f32(np.inf)
-    return low if low <= high else f32(np.inf)
-
-
 @njit(cache=True, nogil=True, error_model="numpy")
-def clip(low: Any, high: Any, p: np.float32, s: Any, most: np.float32) -> Any:
+def clip(low: Lanes, high: Lanes, p: np.float32, s: Lanes, most: np.float32) -> Lanes:
     """Shorten lines to what lies between two faces of the grid."""
     moves = absolute(s) > LEAST_STEP
     k = f32(1) / s

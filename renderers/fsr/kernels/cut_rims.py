@@ -1,4 +1,4 @@
-"""Compiled: where rays meet what a cut has opened.
+"""Where rays meet what a cut has opened.
 
 Discs stand out over the rims of a cut, blend its faces where they meet, and are too
 coarse for the thin leaves that it leaves standing. So each ray that comes near a face
@@ -8,11 +8,13 @@ Places are mm along the array's axes, from its first voxel, in float64.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from renderers.fsr.kernels.array_types import F32, F64, U8
+from renderers.fsr.kernels.draw_surfels import Surface
 from renderers.scene.kernels.deflect import (
     bend,
     bend_gradient,
@@ -23,23 +25,31 @@ from renderers.scene.kernels.deflect import (
 from renderers.shading.kernels.field_reads import tap
 
 f32 = np.float32
-Floats = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 LEAST_STEP_MM = 0.03
 MOST_STEPS = 400
 HALVINGS = 8
 """Of the last step: then it is 1e-4 mm."""
 
-FOLLOWED, SETTLED = 0, 1
-"""What is counted."""
+
+class DeflectedField(NamedTuple):
+    """Hold a distance field and its deflection.
+
+    distance: of the undeformed surface (mm), negative in air. per_mm: voxels. maps: of
+    the deflectors. stretch: the most that lengths grow by.
+    """
+
+    distance: F32
+    per_mm: F64
+    maps: F64
+    stretch: float
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def look(
-    distance: Floats, per_mm: F64, maps: F64, place: F64, seen: F64, trail: F64
+    distance: F32, per_mm: F64, maps: F64, place: F64, seen: F64, trail: F64
 ) -> tuple[float, float]:
-    """Give the distance that is seen at a place (mm, negative in air) and the opening.
+    """Return the distance seen at a place (mm, negative in air) and the opening.
 
     per_mm: voxels. seen: (3,), becomes the place of the undeformed tissue.
     """
@@ -56,18 +66,18 @@ def look(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def follow(
-    distance: Floats, per_mm: F64, maps: F64, stretch: float, eye: F64, way: F64,
-    start: float, room: F64, trail: F64,
+    distance: F32, per_mm: F64, maps: F64, stretch: float, eye: F64, ray: F64,
+    start: float, places: F64, trail: F64,
 ) -> float:  # fmt: skip
-    """Give the depth at which a ray comes from air into tissue, or -1 if it does not.
+    """Return the depth at which a ray comes from air into tissue, or -1 if it does not.
 
-    start: the depth from which it is followed. room: (2, 3).
+    start: the depth from which it is followed. places: (2, 3), scratch.
     """
-    place, seen = room[0], room[1]
+    place, seen = places[0], places[1]
     at, before = start, -1.0
     for _ in range(MOST_STEPS):
         for k in range(3):
-            place[k] = eye[k] + at * way[k]
+            place[k] = eye[k] + at * ray[k]
             if not 0.0 <= place[k] * per_mm[k] <= distance.shape[2 - k] - 1.0:
                 return -1.0
         inside, opening = look(distance, per_mm, maps, place, seen, trail)
@@ -82,7 +92,7 @@ def follow(
     for _ in range(HALVINGS):
         middle = 0.5 * (before + at)
         for k in range(3):
-            place[k] = eye[k] + middle * way[k]
+            place[k] = eye[k] + middle * ray[k]
         inside, opening = look(distance, per_mm, maps, place, seen, trail)
         if min(inside, opening) < 0.0:
             before = middle
@@ -92,7 +102,7 @@ def follow(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def gradient_at(distance: Floats, per_mm: F64, seen: F64, gradient: F64) -> None:
+def gradient_at(distance: F32, per_mm: F64, seen: F64, gradient: F64) -> None:
     """Find Sobel's gradient between voxels, per mm; it is clamped at the grid's faces.
 
     What trilinear interpolation makes of the gradients of voxels (Sobel's 26-neighbour
@@ -127,51 +137,51 @@ def gradient_at(distance: Floats, per_mm: F64, seen: F64, gradient: F64) -> None
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def settle_rows(
-    distance: Floats, per_mm: F64, maps: F64, stretch: float, seam_mm: float,
-    eye: F64, lens_axes: F64, world_axes: F64, lens: Floats,
-    depth: Floats, normal: Floats, coverage: Floats, settled: NDArray[np.uint8],
-    first: int, last: int,
+def trace_cut_rims(
+    field: DeflectedField, seam_mm: float, eye: F64, lens_axes: F64, world_axes: F64,
+    lens: F32, surface: Surface, done: U8, first: int, last: int,
 ) -> tuple[int, int]:  # fmt: skip
-    """Put the pixels of rows ``first..last`` right that show what is near a face.
+    """Correct the pixels of rows ``first..last`` that show what is near a face.
 
     lens_axes: rows right, up and forward, along the array's axes. world_axes: columns,
-    the array's axes in the world. seam_mm: so near. settled: one for each pixel,
-    becomes 1 where the ray's place was taken. Returns how many rays were followed and
-    how many pixels were settled.
+    the array's axes in the world. seam_mm: so near. done: one for each pixel,
+    becomes 1 where the ray's place was taken. Returns how many rays were traced and
+    how many pixels were corrected.
     """
-    counts = np.zeros(2, np.int64)
-    trail, room = np.empty((len(maps), 3)), np.empty((2, 3))
-    place, seen = room[0], room[1]
-    way, gradient = np.empty(3), np.empty(3)
+    distance, per_mm, maps, stretch = field
+    depth, normal, coverage = surface
+    followed = found = 0
+    trail, places = np.empty((len(maps), 3)), np.empty((2, 3))
+    place, seen = places[0], places[1]
+    ray, gradient = np.empty(3), np.empty(3)
     for y in range(first, last):
         for x in range(depth.shape[1]):
             length = 0.0
             for k in range(3):
-                way[k] = 0.0
+                ray[k] = 0.0
                 for axis in range(3):
-                    way[k] += float(lens[y, x, axis]) * lens_axes[axis, k]
-                length += way[k] * way[k]
+                    ray[k] += float(lens[y, x, axis]) * lens_axes[axis, k]
+                length += ray[k] * ray[k]
             if length == 0.0:
                 continue
-            way /= math.sqrt(length)
-            start = entry(maps, eye, way)
+            ray /= math.sqrt(length)
+            start = entry(maps, eye, ray)
             shown = float(depth[y, x])
             if coverage[y, x] == f32(0):
                 shown = np.inf
             if not start < shown:
                 continue
-            counts[FOLLOWED] += 1
-            at = follow(distance, per_mm, maps, stretch, eye, way, start, room, trail)
+            followed += 1
+            at = follow(distance, per_mm, maps, stretch, eye, ray, start, places, trail)
             if at < 0.0:
                 continue
             near = np.inf
             if shown < np.inf:
                 for k in range(3):
-                    place[k] = eye[k] + shown * way[k]
+                    place[k] = eye[k] + shown * ray[k]
                 _, near = look(distance, per_mm, maps, place, seen, trail)
             for k in range(3):
-                place[k] = eye[k] + at * way[k]
+                place[k] = eye[k] + at * ray[k]
             inside, opening = look(distance, per_mm, maps, place, seen, trail)
             if min(near, opening) >= seam_mm:
                 continue
@@ -190,6 +200,6 @@ def settle_rows(
                 for axis in range(3):
                     turned += world_axes[k, axis] * gradient[axis]
                 normal[y, x, k] = f32(-turned / steep)
-            settled[y * depth.shape[1] + x] = 1
-            counts[SETTLED] += 1
-    return counts[FOLLOWED], counts[SETTLED]
+            done[y * depth.shape[1] + x] = 1
+            found += 1
+    return followed, found

@@ -1,20 +1,25 @@
-"""Elements of clipped rows between two distances from the eye, sixteen at a time.
+"""Depth slabs: the elements of clipped rows between two distances from the eye.
 
 A row's own nearest and farthest distance tell whether a slab meets it at all. Depths
 are found to the bit as projection finds them, so that no splat changes its slab.
 Elements that could only show in finished blocks of pixels are left out.
 """
 
-import math
-from typing import Any
-
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from renderers.fsr.kernels.array_types import I32, I64, U16, Real
+from renderers.fsr.kernels.clip_rows import Rows
 from renderers.fsr.kernels.depth_sort import KEYS
-from renderers.fsr.kernels.project_splats import ANTIALIAS, CUT, polar_angle
-from renderers.fsr.splats.splat_tiles import ACROSS, BLOCKS, TILE_SIDE
+from renderers.fsr.kernels.footprint import ANTIALIAS, CUT
+from renderers.fsr.kernels.project_splats import polar_angle
+from renderers.fsr.kernels.tile_buffer import ACROSS, BLOCKS, TILE_SIDE
+from renderers.fsr.kernels.view_planes import (
+    EQUIDISTANT,
+    ORTHOGRAPHIC,
+    PERSPECTIVE,
+    View,
+)
 from renderers.lanes import (
     any_,
     bits,
@@ -33,16 +38,11 @@ from renderers.lanes import (
 )
 from renderers.lanes import lowest as lowest_bit
 
-I64 = NDArray[np.int64]
 SPAN = 4
 """Blocks that a footprint may meet along an axis and still be found hidden."""
 FIRST_BLOCK = 3 | 3 << ACROSS
 """A tile's squares that are its first block, as bits."""
 ROW_BITS = (1 << SPAN) - 1
-F32 = NDArray[np.float32]
-I32 = NDArray[np.int32]
-U16 = NDArray[np.uint16]
-Real = float | np.float32
 _W = 16
 _ONE = np.float32(1)
 _ZERO = np.float32(0)
@@ -53,17 +53,6 @@ _LEAST_REACH = np.float32(CUT**2 * ANTIALIAS)
 """Squared pixels that a footprint without size reaches."""
 _ROUNDED_PX = np.float32(0.05)
 """Pixels by which places found here may differ from those of projection."""
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def depth_of(dx: Real, dy: Real, dz: Real, m: F32, flat: bool) -> Any:
-    """Give the distance from the eye, or along a flat view."""
-    z = dx * m[2, 0] + dy * m[2, 1] + dz * m[2, 2] + m[2, 3]
-    if flat:
-        return z
-    x = dx * m[0, 0] + dy * m[0, 1] + dz * m[0, 2] + m[0, 3]
-    y = dx * m[1, 0] + dy * m[1, 1] + dz * m[1, 2] + m[1, 3]
-    return np.float32(math.sqrt(x * x + y * y + z * z))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -112,22 +101,23 @@ def find_waiting(alive: I64, down: int, across: int, waiting: I32) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def take_shell(
-    spans: I32, lowest: U16, highest: U16, ny: int, columns: U16, base: F32,
-    matrix: F32, projection: int, low: Real, scale: Real, near_mm: Real, first_key: int,
-    end_key: int, lens: Real, reach_mm: Real, width: int, height: int, waiting: I32,
-    index: I32, keys: I32,
+def select_slab(
+    spans: I32, lowest: U16, highest: U16, rows: Rows, view: View, reach_mm: Real,
+    first_key: int, end_key: int, waiting: I32, index: I32, keys: I32,
 ) -> int:  # fmt: skip
     """List elements of spans whose key is one of first_key..end_key - 1, and the keys.
 
-    See `survey_spans`; near elements are left out. lens: pixels per radian, tangent or
-    mm. reach_mm: radius of an element. waiting: see `find_waiting`; no elements where
-    all take light. Those that only finished blocks could show are left out. Returns the
-    number listed; index and keys have sixteen to spare.
+    spans, lowest, highest: see `CulledSplats`; near elements are left out. reach_mm:
+    radius of an element. waiting: see `find_waiting`; no elements where all take light.
+    Those that only finished blocks could show are left out. Returns the number listed;
+    index and keys have sixteen to spare.
     """
+    columns, ny = rows.columns, rows.per_slice
+    base, m, projection, lens = view.base, view.matrix, view.projection, view.scale
+    low, scale, near_mm = view.low, view.keys_per_mm, view.near_mm
+    width, height = view.width, view.height
     n = 0
-    m = matrix
-    flat = projection == 2
+    flat = projection == ORTHOGRAPHIC
     blocks_across = (width + TILE_SIDE - 1) // TILE_SIDE * BLOCKS
     blocks_down = (height + TILE_SIDE - 1) // TILE_SIDE * BLOCKS
     stride = np.int32(blocks_across + 2)
@@ -140,10 +130,10 @@ def take_shell(
     middle_v = np.float32(0.5 * height)
     many = spans.shape[0]
     for beginning in range(0, many, _W):
-        in_shell = lanes(_W) < many - beginning
-        in_shell &= load(highest, beginning, _W) >= np.int32(first_key)
-        in_shell &= load(lowest, beginning, _W) < np.int32(end_key)
-        rest = bits(in_shell)
+        in_slab = lanes(_W) < many - beginning
+        in_slab &= load(highest, beginning, _W) >= np.int32(first_key)
+        in_slab &= load(lowest, beginning, _W) < np.int32(end_key)
+        rest = bits(in_slab)
         while rest != 0:
             span = beginning + lowest_bit(rest)
             rest &= rest - np.int64(1)
@@ -169,23 +159,23 @@ def take_shell(
                 if not any_(met):
                     continue
                 if waiting.size > 0:
-                    if projection == 0:
+                    if projection == EQUIDISTANT:
                         rho = sqrt(rho2)
-                        turn = (
+                        tangential = (
                             polar_angle(rho, z) * lens / maximum(rho, np.float32(1e-6))
                         )
-                        stretch = maximum(turn, lens / distance)
-                    elif projection == 1:
+                        radial = maximum(tangential, lens / distance)
+                    elif projection == PERSPECTIVE:
                         met &= z > distance * np.float32(1e-3)
                         inverse = _ONE / z
-                        turn = inverse * lens
-                        stretch = turn * distance * inverse
+                        tangential = inverse * lens
+                        radial = tangential * distance * inverse
                     else:
-                        turn = full(lens, _W)
-                        stretch = turn
-                    u = x * turn + middle_u
-                    v = middle_v - y * turn
-                    reach = stretch * reach_mm
+                        tangential = full(lens, _W)
+                        radial = tangential
+                    u = x * tangential + middle_u
+                    v = middle_v - y * tangential
+                    reach = radial * reach_mm
                     reach = sqrt(reach * reach + _LEAST_REACH) + _ROUNDED_PX
                     # counted from the block beyond the picture: it stands for all there
                     u = u * block + _ONE

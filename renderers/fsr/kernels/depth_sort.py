@@ -1,14 +1,14 @@
-"""Splats put in order of distance by a counting sort, and picked out for each tile.
+"""Splats sorted by depth, and listed tile by tile in that order.
 
-Counting takes two passes whatever the order was before and needs no comparison. Keys
-that are read from memory index as unsigned numbers: compiled code asks of signed ones
-each time whether they count from the end, which took half of the time.
+A counting sort takes two passes whatever the order was before and compares nothing.
+Keys read from memory index as unsigned numbers: compiled code tests signed ones each
+time for counting from the end, which took half of the time.
 """
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from renderers.fsr.kernels.array_types import I32, I64, U16
 from renderers.lanes import any_, i32, lanes, load, store_packed
 from renderers.lanes import count as set_bits
 
@@ -16,8 +16,6 @@ KEYS = 4096
 """Distances told apart by the order: of 130 mm, steps of 32 microns."""
 NOWHERE = 255
 """A range of tiles that ends before it begins."""
-I32 = NDArray[np.int32]
-I64 = NDArray[np.int64]
 _W = 16
 
 
@@ -94,7 +92,7 @@ def list_entries(
     entries: I64, count: int, top: int, bottom: int, first: int, last: int, items: I32,
     own: I32,
 ) -> int:  # fmt: skip
-    """Do as `list_block` with the entries of `place_by_keys`.
+    """List entries of `place_by_keys` as `list_block` lists ranges.
 
     All arrays have sixteen to spare.
     """
@@ -127,3 +125,21 @@ def list_tile(items: I32, own: I32, n: int, column: int, listed: I32) -> int:
             store_packed(listed, found, load(items, s, _W), met)
             found += set_bits(met)
     return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def list_by_column(spans: I32, columns: U16, eye_column: int, index: I32) -> None:
+    """List the elements of spans: each row from both ends to the eye's column."""
+    n = 0
+    for span in range(spans.shape[0]):
+        s = spans[span, 1]
+        end = spans[span, 2]
+        while s < end and columns[s] < eye_column:
+            index[n] = s
+            n += 1
+            s += 1
+        t = end - 1
+        while t >= s:
+            index[n] = t
+            n += 1
+            t -= 1

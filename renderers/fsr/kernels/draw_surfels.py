@@ -8,13 +8,15 @@ linear in w, so depth is exact on planes. Since w has length 1, ``|p - c|^2`` is
 weight is ``t (s - t / r^2) - k``.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from renderers.fsr.kernels.array_types import F32, I32, I64, Real
 from renderers.fsr.kernels.list_surfels import is_hidden, list_squares, list_tile
 from renderers.fsr.kernels.project_surfels import RECORD
-from renderers.fsr.surfels.surfel_tiles import (
+from renderers.fsr.kernels.surfel_tiles import (
     BLOCK_SQUARES,
     BLOCKS_X,
     BLOCKS_Y,
@@ -43,24 +45,63 @@ from renderers.lanes import (
 )
 from renderers.lanes.atomics import take_turn
 
-Real = float | np.float32
-F32 = NDArray[np.float32]
-I32 = NDArray[np.int32]
 _ONE = np.float32(1)
 _ZERO = np.float32(0)
 
 
+class Discs(NamedTuple):
+    """Hold projected surfels and what makes discs of them.
+
+    records, boxes: see `SurfelBuffers`; records flat. inverses: one over the squared
+    radius, of the surfels before `split` and of the others. core: squared share of the
+    radius that hides what lies behind. behind: depth in mm behind the nearest core that
+    still counts. refresh: surfels between two looks at a tile's farthest depths.
+    """
+
+    records: F32
+    boxes: I32
+    split: int
+    inverses: F32
+    core: np.float32
+    behind: np.float32
+    refresh: int
+
+
+class SurfelScratch(NamedTuple):
+    """Hold a tile's surfels, nearest cores and sums.
+
+    items: ``(n,)`` which surfels. until: where the squares of each end in `squares`,
+    which holds more than `SPARE_SQUARES`. nearest: a value a pixel. sums: five a pixel.
+    far: one a block. starts, ends: one a row of squares.
+    """
+
+    items: I32
+    until: I32
+    squares: I32
+    nearest: F32
+    sums: F32
+    far: F32
+    starts: I32
+    ends: I32
+
+
+class Surface(NamedTuple):
+    """Hold the geometry of a G-buffer."""
+
+    depth: F32
+    normal: F32
+    coverage: F32
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
-def write_squares(
-    sums: F32, left: int, top: int, cut_only: bool, depth: F32, normal: F32,
-    coverage: F32,
-) -> None:  # fmt: skip
-    """Write a tile's resolved squares in the picture, or only those its edges cut."""
+def _write_cut_squares(sums: F32, left: int, top: int, surface: Surface) -> None:
+    """Write the resolved squares of a tile that the picture's edges cut."""
+    depth, normal, coverage = surface
     height, width = depth.shape
     for y in range(top, min(top + TILE_HEIGHT, height)):
         for x in range(left, min(left + TILE_WIDTH, width)):
-            if cut_only and max(x // SIDE * SIDE + SIDE - width,
-                                y // SIDE * SIDE + SIDE - height) <= 0:  # fmt: skip
+            right, bottom = x // SIDE * SIDE + SIDE, y // SIDE * SIDE + SIDE
+            if right <= width and bottom <= height:
                 continue
             b, a = y - top, x - left
             at = (b // SIDE * SQUARES_X + a // SIDE) * SUMS + b % SIDE * SIDE + a % SIDE
@@ -149,14 +190,13 @@ def _clear(rays: F32, nearest: F32, sums: F32) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _resolve(
-    sums: F32, rays: F32, left: int, top: int, width: int, height: int, depth: F32,
-    normal: F32, coverage: F32,
-) -> int:  # fmt: skip
+def _resolve(sums: F32, rays: F32, left: int, top: int, surface: Surface) -> int:
     """Divide the sums of a tile in place and write its whole squares in the picture.
 
     Returns the number of pixels in the lens that nothing covers.
     """
+    depth, normal, coverage = surface
+    height, width = depth.shape
     empty = 0
     for k in range(SQUARES):
         at = k * SUMS
@@ -193,30 +233,25 @@ def _resolve(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_tile(
-    records: F32, boxes: I32, items: I32, n: int, rays: F32, left: int, top: int,
-    split: int, inverses: F32, core: Real, behind: Real, refresh: int, nearest: F32,
-    sums: F32, far: F32, starts: I32, ends: I32, squares: I32, until: I32, depth: F32,
-    normal: F32, coverage: F32,
+    discs: Discs, n: int, rays: F32, left: int, top: int, scratch: SurfelScratch,
+    surface: Surface,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Draw one tile's surfels, near ones first, and write its part of the G-buffer.
 
-    items: the first n say which; it is written over. rays: ``(SQUARES * RAY,)``, this
-    tile's. split, inverses: of the surfels before `split`, and of the others, one over
-    the squared radius. core: squared share of the radius that hides what lies behind.
-    behind: depth in mm behind the nearest core that still counts. nearest, sums, far,
-    starts, ends: scratch of a value a pixel, five a pixel, one a block, one a strip
-    twice. squares, until: scratch of some squares a surfel, more than `SPARE_SQUARES`,
-    and of a value a surfel. Surfels behind the farthest depth of their blocks are left
-    out: they could change nothing. Returns (fragments, surfels left out, pixels left
-    empty).
+    The first n items of the scratch memory say which; they are written over. rays:
+    ``(SQUARES * RAY,)``, this tile's. Surfels behind the farthest depth of their blocks
+    are left out: they could change nothing. Returns (fragments, surfels left out,
+    pixels left empty).
     """
+    records, boxes, split, inverses, core, behind, refresh = discs
+    items, until, squares, nearest, sums, far, starts, ends = scratch
     _clear(rays, nearest, sums)
     far[:] = 0
     fragments = 0
     hidden = 0
     kept = 0
     at = 0
-    room = squares.shape[0] - SPARE_SQUARES
+    most = squares.shape[0] - SPARE_SQUARES
     rest = n
     for m in range(n):
         s = items[m]
@@ -228,13 +263,12 @@ def draw_tile(
             continue
         end = list_squares(records, o, boxes, s, left, top, starts, ends, squares, at)
         _hide(
-                records, o, inverses[int(s >= split)], core, rays, nearest, squares,
-                at, end,
-            )  # fmt: skip
+            records, o, inverses[int(s >= split)], core, rays, nearest, squares, at, end
+        )
         fragments += end - at
         if rest < n:
             continue
-        if end > room:
+        if end > most:
             # the squares of this one and all that follow are found again below
             rest = m
             continue
@@ -266,34 +300,30 @@ def draw_tile(
         _add(
             records, o, inverses[int(s >= split)], rays, nearest, sums, squares, 0, end
         )
-    height, width = depth.shape
-    empty = _resolve(sums, rays, left, top, width, height, depth, normal, coverage)
+    empty = _resolve(sums, rays, left, top, surface)
+    height, width = surface.depth.shape
     if width % SIDE or height % SIDE:
-        write_squares(sums, left, top, True, depth, normal, coverage)
+        _write_cut_squares(sums, left, top, surface)
     return fragments * SQUARE, hidden, empty
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_tiles(
-    turns: NDArray[np.int64], across: int, records: F32, boxes: I32, ranges: I32,
-    listed: int, rays: F32, split: int, inverses: F32, core: Real, behind: Real,
-    refresh: int, items: I32, nearest: F32, sums: F32, far: F32, starts: I32, ends: I32,
-    squares: I32, until: I32, depth: F32, normal: F32, coverage: F32,
-    found: NDArray[np.int64],
+    counter: I64, across: int, discs: Discs, ranges: I32, listed: int, rays: F32,
+    scratch: SurfelScratch, surface: Surface, found: I64,
 ) -> None:  # fmt: skip
-    """Draw the tiles whose turns this thread gets.
+    """Draw the tiles that this thread takes from an atomic counter.
 
-    turns: one number that all threads share. rays: ``(tiles, SQUARES * RAY)``. found:
-    ``(tiles, 3)``, what `draw_tile` returns for each. The rest is as that has it.
+    counter: shared by all threads. ranges: tiles of the `listed` surfels. rays:
+    ``(tiles, SQUARES * RAY)``. found: ``(tiles, 3)``, what `draw_tile` returns.
     """
     while True:
-        tile = take_turn(turns)
+        tile = take_turn(counter)
         if tile >= rays.shape[0]:
             return
         row, column = tile // across, tile % across
-        n = list_tile(ranges, listed, column, row, items)
+        n = list_tile(ranges, listed, column, row, scratch.items)
         found[tile, 0], found[tile, 1], found[tile, 2] = draw_tile(
-            records, boxes, items, n, rays[tile], column * TILE_WIDTH,
-            row * TILE_HEIGHT, split, inverses, core, behind, refresh, nearest, sums,
-            far, starts, ends, squares, until, depth, normal, coverage,
+            discs, n, rays[tile], column * TILE_WIDTH, row * TILE_HEIGHT, scratch,
+            surface,
         )  # fmt: skip

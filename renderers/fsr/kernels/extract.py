@@ -1,26 +1,45 @@
 """Fuzzy sets taken from a volume, row by row.
 
 Most voxels are turned down by their density alone; of what lies between the first and
-the last of a row that are not, all gradients are made in one sweep. Volumes are as in
-`renderers.fsr.kernels.gradients`.
+the last of a row that are not, all gradients are made in one sweep.
 """
 
 import math
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from renderers.fsr.kernels.gradients import sobel
-
-F32 = NDArray[np.float32]
-I64 = NDArray[np.int64]
-I16 = NDArray[np.int16]
-U16 = NDArray[np.uint16]
+from renderers.fsr.kernels.array_types import F32, I16, I64, U16, Lanes
+from renderers.fsr.kernels.gradients import FlatVolume, sobel
 
 UNDEFINED = -32768
 """Both octahedral components of a voxel whose gradient vanishes."""
+
+
+class InclusionTable(NamedTuple):
+    """Hold F and its threshold.
+
+    entries: ``(gradients, densities)``, bilinear, end values held. column_top: per
+    density the maximum over gradients, so that most voxels are turned down before any
+    neighbour is read.
+    """
+
+    entries: F32
+    column_top: F32
+    density_low: np.float32
+    per_density: np.float32
+    per_gradient: np.float32
+    threshold: np.float32
+
+
+class Elements(NamedTuple):
+    """Hold columns, normals, densities and shares of some rows of a set."""
+
+    x: U16
+    octahedral: I16
+    value: F32
+    inclusion: F32
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -28,7 +47,7 @@ def _sobel_row(
     values: F32, nx: int, ny: int, nz: int, j: int, k: int, first: int, last: int,
     gx: F32, gy: F32, gz: F32,
 ) -> None:  # fmt: skip
-    """Do as `sobel` for the voxels first..last of a row: a loop of vectors inside."""
+    """Sum Sobel differences at a row's voxels first..last: a loop of vectors."""
     if first == 0:
         gx[0], gy[0], gz[0] = sobel(values, nx, ny, nz, 0, j, k)
     if last == nx - 1:
@@ -73,26 +92,24 @@ def _sobel_row(
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _column(density: np.float32, low: np.float32, scale: np.float32, tops: int) -> int:
-    """Give the table's column at or below a density."""
+    """Return the table's column at or below a density."""
     s = min(max((density - low) * scale, np.float32(0)), np.float32(tops))
     return min(int(s), tops - 1)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def extract_rows(
-    values: F32, nx: int, ny: int, nz: int, half: F32, direction: F32, table: F32,
-    column_top: F32, density_low: np.float32, density_scale: np.float32,
-    gradient_scale: np.float32, threshold: np.float32, row: int, end: int,
-    offsets: I64, n: int, x: U16, octahedral: I16, value: F32, inclusion: F32,
+    volume: FlatVolume, inclusion: InclusionTable, row: int, end: int, offsets: I64,
+    n: int, elements: Elements,
 ) -> int:  # fmt: skip
     """Append the voxels of rows `row`.. with F(gradient, density) >= threshold.
 
-    table: ``(gradients, densities)``, bilinear, end values held. column_top: per
-    density the table's maximum over gradients, so that most voxels are turned down
-    before any neighbour is read. n: elements there are already; ``offsets[row + 1]``
-    becomes their number after each row. Rows before `end` are done. Returns the first
-    row that found no room left.
+    n: elements there are already; ``offsets[row + 1]`` becomes their number after each
+    row. Rows before `end` are done. Returns the first row that did not fit.
     """
+    values, nx, ny, nz, half, direction = volume
+    table, column_top, density_low, density_scale, gradient_scale, threshold = inclusion
+    x, octahedral, value, share = elements
     tops = table.shape[1] - 1
     bins = table.shape[0] - 1
     sums_x = np.empty(nx, np.float32)
@@ -106,7 +123,7 @@ def extract_rows(
         base = row * nx
         first = nx
         # not a literal: what takes it would be compiled twice
-        last: Any = np.int64(-1)
+        last: Lanes = np.int64(-1)
         for i in range(nx):
             c = _column(values[base + i], density_low, density_scale, tops)
             if max(column_top[c], column_top[c + 1]) >= threshold:
@@ -116,7 +133,7 @@ def extract_rows(
             _sobel_row(values, nx, ny, nz, j, k, first, last, sums_x, sums_y, sums_z)
         for i in range(first, last + 1):
             density = values[base + i]
-            s: Any = (density - density_low) * density_scale
+            s: Lanes = (density - density_low) * density_scale
             s = min(max(s, np.float32(0)), np.float32(tops))
             c = min(int(s), tops - 1)
             if max(column_top[c], column_top[c + 1]) < threshold:
@@ -136,7 +153,7 @@ def extract_rows(
                 continue
             x[n] = i
             value[n] = density
-            inclusion[n] = t
+            share[n] = t
             if length > 0:
                 r = np.float32(-1) / length
                 wx = r * (

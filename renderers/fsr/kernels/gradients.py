@@ -1,27 +1,37 @@
-"""Sweeps over a volume: 26-neighbour gradients and surfels.
+"""Sobel's gradient from all 26 neighbours, and the surfels of a distance field.
 
-Volumes arrive flat, float32, x fastest. `half` holds 1 / (32 * spacing) in x, y, z
-order: a Sobel sum over nine differences of weight 1 2 1 x 1 2 1 spans 16 weights and
-two spacings. Normals point against the gradient: to lower density, towards the air.
+Normals point against the gradient: to lower density, towards the air.
 """
 
 import math
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-U16 = NDArray[np.uint16]
+from renderers.fsr.kernels.array_types import F32, F64, I64, U16, Lanes
+
+
+class FlatVolume(NamedTuple):
+    """Hold a volume as sweeps take it.
+
+    values: flat, x fastest; nx, ny, nz: voxels. half: 1 / (32 * spacing) in x, y, z
+    order: a Sobel sum over nine differences of weight 1 2 1 x 1 2 1 spans 16 weights
+    and two spacings. direction: ``(3, 3)``, the axes in columns.
+    """
+
+    values: F32
+    nx: int
+    ny: int
+    nz: int
+    half: F32
+    direction: F32
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def sobel(
     values: F32, nx: int, ny: int, nz: int, i: int, j: int, k: int,
-) -> tuple[Any, Any, Any]:  # fmt: skip
+) -> tuple[Lanes, Lanes, Lanes]:  # fmt: skip
     """Sum the Sobel differences along x, y, z at one voxel; the edge is repeated."""
     im = max(i - 1, 0)
     ip = min(i + 1, nx - 1)
@@ -67,31 +77,11 @@ def sobel(
     return x, y, z
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def gradients(
-    values: F32, nx: int, ny: int, nz: int, half: F32, direction: F32, k0: int, k1: int,
-    out: F32,
-) -> None:  # fmt: skip
-    """Fill world-frame gradients `(nz * ny * nx, 3)` of the slices k0..k1-1."""
-    for k in range(k0, k1):
-        for j in range(ny):
-            for i in range(nx):
-                x, y, z = sobel(values, nx, ny, nz, i, j, k)
-                x *= half[0]
-                y *= half[1]
-                z *= half[2]
-                n = (k * ny + j) * nx + i
-                for r in range(3):
-                    out[n, r] = (
-                        direction[r, 0] * x + direction[r, 1] * y + direction[r, 2] * z
-                    )
-
-
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _trilinear(
     values: F32, nx: int, ny: int, x: float, y: float, z: float, i: int, j: int, k: int,
-) -> tuple[Any, Any, Any, Any]:  # fmt: skip
-    """Interpolate a cell; give the value and its derivatives along x, y, z."""
+) -> tuple[Lanes, Lanes, Lanes, Lanes]:  # fmt: skip
+    """Interpolate a cell; return the value and its derivatives along x, y, z."""
     fx = x - i
     fy = y - j
     fz = z - k
@@ -119,7 +109,9 @@ thin wall; elsewhere a swept field has .85 to 1.12, squared .72 to 1.25."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _level(values: F32, nx: int, ny: int, nz: int, x: float, y: float, z: float) -> Any:
+def _level(
+    values: F32, nx: int, ny: int, nz: int, x: float, y: float, z: float
+) -> Lanes:
     """Interpolate trilinearly; beyond the grid its last cell goes on."""
     i = min(max(math.floor(x), 0), nx - 2)
     j = min(max(math.floor(y), 0), ny - 2)
@@ -128,10 +120,9 @@ def _level(values: F32, nx: int, ny: int, nz: int, x: float, y: float, z: float)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def surfel_rows(
-    values: F32, nx: int, ny: int, nz: int, spacing: F64, half: F32,
-    world_from_voxel: F64, refine: int, row: int, offsets: I64, x: U16, position: F32,
-    normal: F32,
+def extract_surfel_rows(
+    volume: FlatVolume, spacing: F64, world_from_voxel: F64, refine: int, row: int,
+    offsets: I64, x: U16, position: F32, normal: F32,
 ) -> int:  # fmt: skip
     """Append the surfels of rows `row`.. of a signed distance field.
 
@@ -139,8 +130,10 @@ def surfel_rows(
     belongs to the set when the zero surface passes within half a spacing of it,
     measured along the normal: one layer of elements, whatever the orientation.
     It is moved to the zero of the trilinear field by Newton steps along the gradient
-    and takes the interpolated Sobel normal there. Returns the first row without room.
+    and takes the interpolated Sobel normal there. Returns the first row that did not
+    fit.
     """
+    values, nx, ny, nz, half, _ = volume
     ex = (nx - 1) * refine + 1
     ey = (ny - 1) * refine + 1
     ez = (nz - 1) * refine + 1

@@ -1,13 +1,11 @@
-"""Compiled: holes of a splatted picture, and what fills them."""
+"""Holes of a splatted picture, and what fills them."""
 
 import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-F32 = NDArray[np.float32]
-I32 = NDArray[np.int32]
+from renderers.fsr.kernels.array_types import F32, I32
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -19,7 +17,7 @@ def find_holes(
 
     rows, columns: first and past the last that are looked at; the picture's outermost
     are not. where, found: `(m, 2)` positions and `(m, 4)` depths and normals, means of
-    the neighbours', with room for all pixels. Returns the number found.
+    the neighbours', large enough for all pixels. Returns the number found.
     """
     height, width = depth.shape
     left = max(columns[0], 1)

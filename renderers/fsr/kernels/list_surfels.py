@@ -2,10 +2,10 @@
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from renderers.fsr.kernels.array_types import F32, I32, Real
 from renderers.fsr.kernels.project_surfels import tile_range
-from renderers.fsr.surfels.surfel_tiles import (
+from renderers.fsr.kernels.surfel_tiles import (
     BLOCK,
     BLOCKS,
     BLOCKS_X,
@@ -34,10 +34,6 @@ from renderers.lanes import (
     store_packed,
 )
 
-Real = float | np.float32
-F32 = NDArray[np.float32]
-I32 = NDArray[np.int32]
-
 HIGH_BITS = -(1 << 31) | 1 << 23 | 1 << 15 | 1 << 7
 """The highest bit of each byte of a range of tiles."""
 EVERY_ROW = sum(1 << k * BLOCKS_X for k in range(BLOCKS_Y))
@@ -50,7 +46,7 @@ _ZERO = np.float32(0)
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def list_tile(ranges: I32, n: int, column: int, row: int, items: I32) -> int:
-    """List which of n surfels touch a tile, in order; give their number.
+    """List which of n surfels touch a tile, in order; return their number.
 
     ranges: see `tile_range`. ranges and items have sixteen to spare.
     """
@@ -69,7 +65,7 @@ def list_tile(ranges: I32, n: int, column: int, row: int, items: I32) -> int:
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def is_hidden(far: F32, boxes: I32, s: int, left: int, top: int, depth: Real) -> bool:
-    """Say whether all blocks that a box touches are covered nearer than a depth."""
+    """True if all blocks that a box touches are covered nearer than a depth."""
     x0 = max(int(boxes[s, 0]) - left, 0) // BLOCK
     x1 = min(int(boxes[s, 1]) - left, TILE_WIDTH - 1) // BLOCK
     y0 = max(int(boxes[s, 2]) - top, 0) // BLOCK
@@ -90,9 +86,9 @@ def list_squares(
     A run of squares is written as whole vectors and counted afterwards: a loop over
     each of many short runs would end where no processor expects it.
     """
-    strip = lanes(SQUARES_Y)
-    y = strip * SIDE + np.int32(top)
-    # the strip's pixel centres lie within 1.5 of its middle
+    number = lanes(SQUARES_Y)
+    y = number * SIDE + np.int32(top)
+    # pixel centres lie within 1.5 of its middle
     dy = f32(y) + (np.float32(0.5 * SIDE) - records[o + 10])
     d = maximum(absolute(dy) - np.float32(1.5), _ZERO)
     rest = _ONE - d * d * records[o + 11]
@@ -108,7 +104,7 @@ def list_squares(
     met = (rest >= _ZERO) & (past >= _ZERO) & (first <= last)
     zero = full(np.int32(0), SQUARES_Y)
     first = select(met, first >> 2, zero)
-    store(starts, 0, first + strip * SQUARES_X)
+    store(starts, 0, first + number * SQUARES_X)
     store(ends, 0, select(met, (last >> 2) + 1, zero) - first)
     high = max(boxes[s, 2] - top, 0) // SIDE
     low = min(boxes[s, 3] - top, TILE_HEIGHT - 1) // SIDE

@@ -1,16 +1,25 @@
-"""Blocks tested against where cones into the walls end, and listed."""
+"""Occlusion culling: blocks are hidden behind where cones into the walls end."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
-I64 = NDArray[np.int64]
-U8 = NDArray[np.uint8]
+from renderers.fsr.kernels.array_types import F32, F64, I64, U8
+from renderers.fsr.kernels.view_planes import EQUIDISTANT, Lens
+
+
+class BlockReach(NamedTuple):
+    """Say how far blocks reach, in mm.
+
+    radius: of the ball around a block with its elements' discs. near: fine elements are
+    wanted up to this distance; far: coarse ones from this.
+    """
+
+    radius: float
+    near: float
+    far: float
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -18,9 +27,9 @@ def _look_at(
     middles: F64, first: int, m: F64, radius: float, planes: F64, place: F64,
     inside: U8,
 ) -> None:  # fmt: skip
-    """Bring balls to the camera's frame; say which reach inside all planes.
+    """Bring balls to the camera's frame; mark which reach inside all planes.
 
-    Simple loops without a way out, which the compiler turns into vectors.
+    Simple loops without a break, which the compiler turns into vectors.
     """
     count = inside.shape[0]
     i = middles[0, first : first + count]
@@ -41,7 +50,7 @@ def _look_at(
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _angle(y: float, x: float) -> float:
-    """Give atan2(y, x) for y >= 0 to 1e-14, without a way out.
+    """Return atan2(y, x) for y >= 0 to 1e-14, without a branch.
 
     Brought to -tan(pi/8)..tan(pi/8); atan(r) / r there by powers of r^2, a minimax fit.
     """
@@ -72,7 +81,7 @@ def _bound_balls(
 
     place: ``(3, n)``, camera frame (mm), of which `count` are asked for. bounds: ``(5,
     n)``; the angle is that of the side that is farthest from the view axis. A loop
-    without a way out, as above.
+    without a break, as above.
     """
     for n in range(count):
         x, y, z = place[0, n], place[1, n], place[2, n]
@@ -85,7 +94,7 @@ def _bound_balls(
         reach = _angle(sine, cosine)
         # of the ball's far side, and of its near one
         sine_far = (rho * cosine + z * sine) / distance
-        if projection == 0:
+        if projection == EQUIDISTANT:
             u = scale * theta
             # a circle of directions widens where the lens does
             spread = scale * reach * max((theta + reach) / sine_far, 1.0)
@@ -108,7 +117,7 @@ def _bound_balls(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _is_blocked(bounds: F64, n: int, side: int, ends: F32, near: float) -> bool:
-    """Say whether all squares that a ball reaches end before it begins."""
+    """True if all squares that a ball reaches end before it begins."""
     a0 = max(math.floor(bounds[0, n] / side), 0)
     a1 = min(math.floor(bounds[1, n] / side), ends.shape[1] - 1)
     b0 = max(math.floor(bounds[2, n] / side), 0)
@@ -122,23 +131,23 @@ def _is_blocked(bounds: F64, n: int, side: int, ends: F32, near: float) -> bool:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def flag_blocks(
-    middles: F64, first: int, end: int, camera_from_voxel: F64, radius: float,
-    planes: F64, near_reach: float, far_from: float, projection: int, extent: float,
-    width: int, height: int, side: int, ends: F32, allowed: U8, shown: U8,
+    middles: F64, first: int, end: int, camera_from_voxel: F64, planes: F64,
+    reach: BlockReach, lens: Lens, side: int, ends: F32, allowed: U8, shown: U8,
     distances: F32,
 ) -> tuple[int, int]:  # fmt: skip
-    """Mark the blocks that may show: 1 beyond `far_from`, 2 nearer than `near_reach`.
+    """Mark the blocks that may show: 1 beyond `reach.far`, 2 nearer than `reach.near`.
 
     middles: ``(3, blocks)`` voxels, x, y and z; `first`..`end` - 1 are to be done.
-    radius: of the ball around a block with its elements' discs (mm). planes: camera
-    frame ``(p, 4)``, positive inside. ends: from `trace_cones`, or empty. allowed: per
-    block, 0 for those that are hidden anyway. shown, distances: per block, the mark, 0
-    where nothing shows, and the distance of its middle (mm).
-    Returns (blocks in view, of them hidden).
+    planes: camera frame ``(p, 4)``, positive inside. ends: from `trace_cones`, or
+    empty. allowed: per block, 0 for those that are hidden anyway. shown, distances: per
+    block, the mark, 0 where nothing shows, and the distance of its middle (mm). Returns
+    (blocks in view, of them hidden).
     """
+    radius, near_reach, far_from = reach
+    projection, extent, width, height = lens
     half = 0.5 * min(width, height)
-    scale = half / extent if projection == 0 else half / math.tan(extent)
-    widest = 2.0 if projection == 0 else 1.4
+    scale = half / extent if projection == EQUIDISTANT else half / math.tan(extent)
+    widest = 2.0 if projection == EQUIDISTANT else 1.4
     place = np.empty((3, end - first))
     inside = np.empty(end - first, np.uint8)
     _look_at(middles, first, camera_from_voxel, radius, planes, place, inside)
@@ -182,7 +191,7 @@ def list_runs(
     offsets: where each block's elements begin, and their end. step: distances (mm)
     that differ by less may keep the list's order. rows: how many each block's
     elements are in. heads: scratch, one per step.
-    runs: room for ``(blocks, 2)`` first elements and ends. cuts: room for ``(parts +
+    runs: ``(blocks, 2)`` first elements and ends. cuts: ``(parts +
     1, 2)``: the runs are cut into parts of `part` or a few more elements; each part's
     first run and the number of elements before it. Returns (runs, parts, rows).
     """

@@ -5,19 +5,30 @@ TVCG 2002), for three lens laws.
 """
 
 import math
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from renderers.fsr.kernels.array_types import F32, I32, I64, Lanes
 from renderers.fsr.kernels.depth_sort import NOWHERE
-from renderers.fsr.splats.gaussian_falloff import SCALE, WEIGHT
-from renderers.fsr.splats.peak_opacity import DEEPEST, PEAK
-from renderers.fsr.splats.splat_tiles import TILE_SHIFT
+from renderers.fsr.kernels.footprint import (
+    ANTIALIAS,
+    CUT,
+    CUT_SHARE,
+    WEIGHT,
+    absorbed,
+    peak_of,
+)
+from renderers.fsr.kernels.tile_buffer import TILE_SHIFT
+from renderers.fsr.kernels.view_planes import (
+    EQUIDISTANT,
+    ORTHOGRAPHIC,
+    PERSPECTIVE,
+    View,
+)
 from renderers.lanes import (
     absolute,
-    as_f32,
     as_i32,
     copy_rows4,
     count,
@@ -42,28 +53,16 @@ RECORD = 16
 distance over the cut's, times `SCALE`, is made of, xx, xy, yy 2-4 (for a point, half
 its side in place of the first), peak times `WEIGHT` 5 (a point's peak), depth 6,
 colour 8-10. The others are not used. A splat's box of pixels is kept apart: it is all
-that is asked of splats which no light reaches."""
-ANTIALIAS = 0.3
-"""Squared pixels added to a footprint's covariance, so that small ones keep mass."""
-CUT = 3.0
-"""Sigmas at which a footprint ends."""
-CUT_SHARE = SCALE / np.float32(CUT**2)
-"""Makes `SCALE` times a squared distance over the cut's of one in sigmas."""
+that is read of splats which no light reaches."""
 OPAQUEST = 1.0 - 1e-6
 OVERLAP = 1e-4
 """Pixels added to half a point's side: rounding must not open gaps between them."""
-LOG2E = np.float32(1 / math.log(2))
-# 2^x on -0.5..0.5
-POWER = tuple(np.float32(math.log(2) ** k / math.factorial(k)) for k in range(1, 7))
 # Abramowitz and Stegun 4.4.49: arctan(x) / x on 0..1, error below 2e-8.
 ATAN = (
     np.float32(-0.3333314528), np.float32(0.1999355085), np.float32(-0.1420889944),
     np.float32(0.1065626393), np.float32(-0.0752896400), np.float32(0.0429096138),
     np.float32(-0.0161657367), np.float32(0.0028662257),
 )  # fmt: skip
-F32 = NDArray[np.float32]
-I32 = NDArray[np.int32]
-Real = float | np.float32
 _W = 16
 _AHEAD = 6 * _W
 _LINE = 4
@@ -73,9 +72,55 @@ _ZERO = np.float32(0)
 _HALF = np.float32(0.5)
 
 
+class Splats(NamedTuple):
+    """Hold shaded splats.
+
+    places: ``(n, 4)`` grid place (i, j, k) and extinction times volume (mm^2). colors:
+    ``(n, 4)`` linear RGB, lit, and the size in grid steps.
+    """
+
+    places: F32
+    colors: F32
+
+
+class Style(NamedTuple):
+    """Say how splats are drawn.
+
+    sigma: of a footprint of size one, in grid steps. widest: squared angular sigma
+    above which a splat is left out; orthographic ones never are. points: squares of
+    constant opacity. reach_mm: radius of a splat.
+    """
+
+    sigma: np.float32
+    widest: np.float32
+    points: bool
+    reach_mm: np.float32
+
+
+class SplatBuffers(NamedTuple):
+    """Hold the splats of one depth slab while they are projected, sorted and drawn.
+
+    numbers: ``(n,)`` which splats; keys: of their depths. records: ``(n, RECORD)``.
+    boxes: ``(n, 4)`` first and last column of a splat's pixels, sixteen bits each from
+    the lowest, first and last row, the bits of the depth; one is not used. ranges:
+    ``(n,)`` first and last tile column and row, a byte each from the lowest, `NOWHERE`
+    for what does not show. counts: ``(KEYS,)`` zeros between slabs. entries: see
+    `place_by_keys`. items: ``(8, n)`` scratch. All have sixteen to spare.
+    """
+
+    numbers: I32
+    keys: I32
+    records: F32
+    boxes: I32
+    ranges: I32
+    counts: I32
+    entries: I64
+    items: I32
+
+
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def polar_angle(rho: Any, z: Any) -> Any:
-    """Give atan2(rho, z) in 0..pi for rho >= 0."""
+def polar_angle(rho: Lanes, z: Lanes) -> Lanes:
+    """Return atan2(rho, z) in 0..pi for rho >= 0."""
     size = absolute(z)
     x = minimum(rho, size) / maximum(maximum(rho, size), np.float32(1e-30))
     s = x * x
@@ -91,75 +136,34 @@ def polar_angle(rho: Any, z: Any) -> Any:
     return select(z < _ZERO, np.float32(math.pi) - a, a)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def absorbed(depth: Any) -> Any:
-    """Give 1 - exp(-depth) for optical depths >= 0."""
-    p = depth * np.float32(-1 / 720) + np.float32(1 / 120)
-    p = p * depth - np.float32(1 / 24)
-    p = p * depth + np.float32(1 / 6)
-    p = p * depth - _HALF
-    thin = depth * (p * depth + _ONE)
-    y = maximum(-depth * LOG2E, np.float32(-126))
-    n = floor(y + _HALF)
-    f = y - n
-    p = f * POWER[5] + POWER[4]
-    p = p * f + POWER[3]
-    p = p * f + POWER[2]
-    p = p * f + POWER[1]
-    p = p * f + POWER[0]
-    p = p * f + _ONE
-    rest = p * as_f32((i32(n) + 127) << 23)
-    return select(depth < np.float32(0.25), thin, _ONE - rest)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def peak_of(depth: Any) -> Any:
-    """Give the peak for an optical depth, see `renderers.fsr.splats.peak_opacity`."""
-    t = minimum(depth, DEEPEST)
-    p = t * PEAK[5] + PEAK[4]
-    p = p * t + PEAK[3]
-    p = p * t + PEAK[2]
-    p = p * t + PEAK[1]
-    p = p * t + PEAK[0]
-    return p * t
-
-
 @njit(cache=True, nogil=True, error_model="numpy")
 def project_splats(
-    index: I32, n: int, places: F32, paints: F32, base: F32, matrix: F32, sigma: Real,
-    projection: int, scale: Real, width: int, height: int, widest: Real,
-    sized: bool, points: bool, sheet_share: Real, records: F32, boxes: I32, ranges: I32,
+    index: I32, n: int, splats: Splats, sized: bool, view: View, style: Style,
+    records: F32, boxes: I32, ranges: I32,
 ) -> int:  # fmt: skip
-    """Write records of the first n splats; give the number of those that may show.
+    """Write records of the first n splats; return the number of those that may show.
 
-    index: says which. base: a grid point near the eye, from which places are counted.
-    matrix: ``(3, 4)``, camera frame from grid steps away from it. sigma: of a footprint
-    of size one, in grid steps. scale: pixels per radian, tangent or mm. widest: splats
-    of a squared angular sigma above this are left out; orthographic ones never are.
-    sized: not all are of size one. points: squares of constant opacity. sheet_share:
-    not zero in sheets, where a peak is an optical depth: the footprint's sum over sigma
-    squared. boxes: ``(n, 4)`` first and last column of a splat's pixels, sixteen bits
-    each from the lowest, first and last row, the bits of the depth; one is not used.
-    ranges: first and last tile column and row, a byte each from the lowest, `NOWHERE`
-    for what does not show. index and what is written have sixteen to spare.
+    index: says which. sized: not all are of size one. records, boxes, ranges: see
+    `SplatBuffers`.
     """
-    m = matrix
+    places, colors = splats
+    base, m, projection, scale = view.base, view.matrix, view.projection, view.scale
+    sigma, widest, points, _ = style
     s2 = sigma * sigma
     soften = np.float32(ANTIALIAS)
     cut = np.float32(CUT)
-    right = np.float32(width)
-    bottom = np.float32(height)
-    half_width = np.float32(0.5 * width)
-    half_height = np.float32(0.5 * height)
+    right = np.float32(view.width)
+    bottom = np.float32(view.height)
+    half_width = np.float32(0.5 * view.width)
+    half_height = np.float32(0.5 * view.height)
     per_variance = _ONE / s2
-    per_sheet = _ONE / sheet_share if sheet_share > _ZERO else _ZERO
     visible = 0
     for e in range(0, n, _W):
         met = lanes(_W) < n - e
         for lane in range(0, _W, _LINE):
             soon = index[min(e + _AHEAD + lane, n - 1)] * 4
             prefetch(places, soon)
-            prefetch(paints, soon)
+            prefetch(colors, soon)
         s = select(met, load(index, e, _W), np.int32(0))
         dx, dy, dz, mass = rows4(places, s)
         dx -= base[0]
@@ -171,7 +175,7 @@ def project_splats(
         rho2 = x * x + y * y
         d2 = rho2 + z * z
         distance = sqrt(d2)
-        if projection == 0:
+        if projection == EQUIDISTANT:
             rho = sqrt(rho2)
             off_axis = rho > np.float32(1e-6)
             inverse = select(off_axis, _ONE / rho, _ZERO)
@@ -192,30 +196,27 @@ def project_splats(
             b1 = -(cy * cy * rr + cx * cx * tt)
             b2 = -(cy * rz)
             share = full(s2, _W)
+        elif projection == PERSPECTIVE:
+            met &= z > distance * np.float32(1e-3)
+            inverse = _ONE / z
+            lens = inverse * scale
+            a2 = -(x * inverse)
+            b2 = y * inverse
+            u = half_width - a2 * scale
+            v = half_height - b2 * scale
+            area = lens * lens
+            share = area * s2
+            area = area * distance * inverse
         else:
-            if projection == 1:
-                met &= z > distance * np.float32(1e-3)
-                inverse = _ONE / z
-                lens = inverse * scale
-                a2 = -(x * inverse)
-                b2 = y * inverse
-                u = half_width - a2 * scale
-                v = half_height - b2 * scale
-                area = lens * lens
-                share = area * s2
-                area = area * distance * inverse
-            else:
-                a2 = full(_ZERO, _W)
-                b2 = a2
-                u = x * scale + half_width
-                v = half_height - y * scale
-                area = full(scale * scale, _W)
-                share = area * s2
-        xx = full(_ZERO, _W)
-        xy = full(_ZERO, _W)
-        yy = full(_ZERO, _W)
+            a2 = full(_ZERO, _W)
+            b2 = a2
+            u = x * scale + half_width
+            v = half_height - y * scale
+            area = full(scale * scale, _W)
+            share = area * s2
+        xx = xy = yy = full(_ZERO, _W)
         for c in range(3):
-            if projection == 0:
+            if projection == EQUIDISTANT:
                 p = a0 * m[0, c] + a1 * m[1, c] + a2 * m[2, c]
                 q = b1 * m[1, c] + b2 * m[2, c] - a1 * m[0, c]
             else:
@@ -225,9 +226,9 @@ def project_splats(
             xy += p * q
             yy += q * q
         if sized:
-            _, _, _, size = rows4(paints, s)
+            _, _, _, size = rows4(colors, s)
             share = share * (size * size)
-        if projection != 2:
+        if projection != ORTHOGRAPHIC:
             bound = d2 * area * widest
             before = share * share * (xx * yy - xy * xy)
             met &= before <= bound * bound
@@ -241,11 +242,7 @@ def project_splats(
             peak = minimum(
                 absorbed(tau / (side * side * np.float32(4))), np.float32(OPAQUEST)
             )
-            wide = side
-            high = side
-            curve = side
-            skew = side
-            bend = side
+            wide = high = curve = skew = bend = side
             gain = peak
         else:
             xx += soften
@@ -258,10 +255,7 @@ def project_splats(
             curve = yy * inverse
             skew = xy * inverse * np.float32(-2)
             bend = xx * inverse
-            if sheet_share > _ZERO:
-                peak = tau * per_sheet
-            else:
-                peak = minimum(peak_of(tau * s2), np.float32(OPAQUEST))
+            peak = minimum(peak_of(tau * s2), np.float32(OPAQUEST))
             gain = peak * WEIGHT
         x0 = minimum(maximum(-floor(wide - u + _HALF), _ZERO), right)
         x1 = maximum(minimum(floor(u + wide - _HALF), right - _ONE), -_ONE)
@@ -272,7 +266,7 @@ def project_splats(
         tiles = (first >> TILE_SHIFT) | ((end >> TILE_SHIFT) << 8)
         tiles |= ((upper >> TILE_SHIFT) << 16) | ((lower >> TILE_SHIFT) << 24)
         store(ranges, e, select(met, tiles, np.int32(NOWHERE)))
-        depth = z if projection == 2 else distance
+        depth = z if projection == ORTHOGRAPHIC else distance
         row = lanes(_W) + np.int32(e)
         far = as_i32(depth)
         columns = first | (end << 16)
@@ -280,6 +274,6 @@ def project_splats(
         row = row * (RECORD // 4)
         put_rows4(records, row, u, v, curve, skew)
         put_rows4(records, row + 1, bend, gain, depth, depth)
-        copy_rows4(records, row + 2, paints, s)
+        copy_rows4(records, row + 2, colors, s)
         visible += count(met)
     return visible

@@ -4,12 +4,14 @@ Ellipses are made in float32 throughout. They bound discs with half a pixel to s
 """
 
 import math
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from renderers.fsr.kernels.array_types import F32, I32, I64, Lanes, Real
+from renderers.fsr.kernels.surfel_tiles import TILE_SHIFT_X, TILE_SHIFT_Y
+from renderers.fsr.kernels.view_planes import EQUIDISTANT, Lens
 from renderers.lanes import (
     absolute,
     bits,
@@ -42,10 +44,6 @@ SOFTEN = 0.5
 """Squared pixels added to an ellipse, which bounds a disc to first order."""
 NEAR_ANGLE = 0.35
 """Angular radius (rad) from which a disc is bounded by a box instead of an ellipse."""
-Real = float | np.float32
-F32 = NDArray[np.float32]
-I32 = NDArray[np.int32]
-I64 = NDArray[np.int64]
 _W = 16
 _ZERO = np.float32(0)
 _ONE = np.float32(1)
@@ -59,14 +57,40 @@ _ATAN = (
 )  # fmt: skip
 
 
+class DiscLimits(NamedTuple):
+    """Say which discs are projected.
+
+    nearest, farthest: their distances (mm). radius: of a disc (mm). facing: least
+    cosine to the eye.
+    """
+
+    nearest: np.float32
+    farthest: np.float32
+    radius: np.float32
+    facing: np.float32
+
+
+class SurfelBuffers(NamedTuple):
+    """Hold projected surfels.
+
+    records: ``(n + 1, RECORD)``. boxes: ``(n + 1, 4)`` first and last column and row of
+    a disc's pixels. The last row of both takes what is not wanted. ranges: ``(n +
+    16,)`` tiles, see `tile_range`.
+    """
+
+    records: F32
+    boxes: I32
+    ranges: I32
+
+
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _pixel(
     x: Real, y: Real, z: Real, projection: int, scale: Real, width: int,
     height: int,
-) -> tuple[Any, Any]:  # fmt: skip
+) -> tuple[Lanes, Lanes]:  # fmt: skip
     """Project a camera-frame point; what lies behind a pinhole goes far outside."""
     rho = math.sqrt(x * x + y * y)
-    if projection == 0:
+    if projection == EQUIDISTANT:
         r = scale * math.atan2(rho, z) / max(rho, 1e-9)
     else:
         r = scale / max(z, 1e-3 * rho + 1e-6)
@@ -78,7 +102,7 @@ def rim_box(
     x: Real, y: Real, z: Real, nx: Real, ny: Real, nz: Real, radius: Real,
     projection: int, scale: Real, width: int, height: int,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Give centre and half sizes of the pixel box around a disc's rim."""
+    """Return centre and half sizes of the pixel box around a disc's rim."""
     # tangents without a case distinction at the poles (Duff et al., JCGT 2017)
     sign = 1.0 if nz >= 0 else -1.0
     a = -1.0 / (sign + nz)
@@ -111,7 +135,7 @@ def rim_box(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def tile_range(left: Any, right: Any, top: Any, bottom: Any) -> Any:
+def tile_range(left: Lanes, right: Lanes, top: Lanes, bottom: Lanes) -> Lanes:
     """Pack first and last tile column and row of a disc, seven bits in a byte each.
 
     Those that end are counted from 127 down: a tile is met where none of its own bytes
@@ -121,8 +145,8 @@ def tile_range(left: Any, right: Any, top: Any, bottom: Any) -> Any:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _polar_angle(rho: Any, z: Any) -> Any:
-    """Give atan2(rho, z) in 0..pi for rho >= 0."""
+def _polar_angle(rho: Lanes, z: Lanes) -> Lanes:
+    """Return atan2(rho, z) in 0..pi for rho >= 0."""
     size = absolute(z)
     x = minimum(rho, size) / maximum(maximum(rho, size), np.float32(1e-30))
     s = x * x
@@ -135,7 +159,7 @@ def _polar_angle(rho: Any, z: Any) -> Any:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _transposed(frame: F32, row: int, x: Any, y: Any, z: Any) -> Any:
+def _transposed(frame: F32, row: int, x: Lanes, y: Lanes, z: Lanes) -> Lanes:
     return x * frame[row, 0] + y * frame[row, 1] + z * frame[row, 2]
 
 
@@ -177,13 +201,14 @@ def _replace_near(
 @njit(cache=True, nogil=True, error_model="numpy")
 def list_facing(
     runs: I64, first: int, end: int, position: F32, normal: F32, frame: F32,
-    projection: int, nearest: Real, farthest: Real, facing: Real, found: F32,
+    projection: int, limits: DiscLimits, found: F32,
 ) -> int:  # fmt: skip
-    """List from the eye, and the normals, of the surfels that face it; give the number.
+    """List places from the eye, and normals, of surfels facing it; return the number.
 
     found: ``(6, n)``, a surfel a column, with sixteen to spare.
     Runs are short and many surfels look away: what follows has no lane to spare.
     """
+    nearest, farthest, _, facing = limits
     ex, ey, ez = frame[0, 0], frame[0, 1], frame[0, 2]
     size = found.shape[1]
     n = 0
@@ -200,7 +225,7 @@ def list_facing(
             met = (d2 >= nearest * nearest) & (d2 < farthest * farthest)
             met &= lanes(_W) < np.int32(runs[run, 1] - s)
             met &= -plane > distance * facing
-            if projection != 0:
+            if projection != EQUIDISTANT:
                 z = _transposed(frame, 3, wx, wy, wz)
                 met &= z >= distance * np.float32(1e-3)
             store_packed(found, n, wx, met)
@@ -214,35 +239,35 @@ def list_facing(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def project_runs(
-    runs: I64, first: int, end: int, position: F32, normal: F32, frame: F32,
-    projection: int, extent: Real, width: int, height: int, nearest: Real,
-    farthest: Real, radius: Real, facing: Real, shift_x: int, shift_y: int,
-    records: F32, boxes: I32, ranges: I32, n: int,
+def project_surfels(
+    runs: I64, first: int, end: int, position: F32, normal: F32, frame: F32, lens: Lens,
+    limits: DiscLimits, buffers: SurfelBuffers, n: int,
 ) -> int:  # fmt: skip
     """Project runs of surfels that face the eye, and find their tiles.
 
-    runs: the surfels ``runs[r, 0] : runs[r, 1]`` for r from first to end - 1. shift_x,
-    shift_y: a tile has ``2**shift_x`` x ``2**shift_y`` pixels. ranges: first and last
-    tile column and row of every surfel, a byte each from the lowest; of those that do
-    not show, columns that end before they begin. Positions and normals have sixteen
-    rows to spare. The last row of records and of boxes takes what is not wanted.
+    runs: the surfels ``runs[r, 0] : runs[r, 1]`` for r from first to end - 1. Positions
+    and normals have sixteen rows to spare. frame: ``(4, 3)`` eye, right, up, forward.
+    n: surfels in the buffers already. Returns how many may show.
     """
+    records, boxes, ranges = buffers
+    projection, width, height = lens.projection, lens.width, lens.height
+    extent, radius = np.float32(lens.extent), limits.radius
     half = np.float32(0.5 * min(width, height))
-    scale = half / (extent if projection == 0 else np.float32(math.tan(extent)))
+    scale = half / (
+        extent if projection == EQUIDISTANT else np.float32(math.tan(extent))
+    )
     centres = np.empty(6 * _W, np.float32)
     ellipses = np.empty(7 * _W, np.float32)
     spare = np.int32(boxes.shape[0] - 1)
     begin = n
-    room = n
+    past = n
     for run in range(first, end):
-        room += runs[run, 1] - runs[run, 0]
-    size = room - n + _W
+        past += runs[run, 1] - runs[run, 0]
+    size = past - n + _W
     facing_eye = np.empty((6, size), np.float32)
     seen = list_facing(
-        runs, first, end, position, normal, frame, projection, nearest, farthest,
-        facing, facing_eye,
-    )  # fmt: skip
+        runs, first, end, position, normal, frame, projection, limits, facing_eye
+    )
     inverse = _ONE / (radius * radius)
     double = np.float32(2) * inverse
     for s in range(0, seen, _W):
@@ -270,7 +295,7 @@ def project_runs(
         nearness = _ONE / distance
         angle = radius * nearness
         # radial and tangential pixels per mm at the centre
-        if projection == 0:
+        if projection == EQUIDISTANT:
             r = _polar_angle(rho, z) * scale
             tt = scale * nearness
             rr = z * nearness * tt
@@ -349,8 +374,13 @@ def project_runs(
         put_rows4(records, at + 3, slope, rest, least_depth, d2 * inverse - _ONE)
         b0, b1, b2, b3 = i32(x0), i32(x1), i32(y0), i32(y1)
         put_rows4(boxes, row, b0, b1, b2, b3)
-        tiles = tile_range(b0 >> shift_x, b1 >> shift_x, b2 >> shift_y, b3 >> shift_y)
+        tiles = tile_range(
+            b0 >> TILE_SHIFT_X,
+            b1 >> TILE_SHIFT_X,
+            b2 >> TILE_SHIFT_Y,
+            b3 >> TILE_SHIFT_Y,
+        )
         store_packed(ranges, n, tiles, met)
         n += count(met)
-    ranges[n:room] = NO_TILE
+    ranges[n:past] = NO_TILE
     return n - begin

@@ -10,12 +10,10 @@ Rays are traced in packets: a lane that has its answer takes the next ray of the
 Every ray sees the same arithmetic in the same order whatever its neighbours do.
 """
 
-from typing import Any
-
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from renderers.fsr.kernels.array_types import F32, I32, U8, Lanes
 from renderers.lanes import (
     absolute,
     any_,
@@ -49,9 +47,7 @@ LONGEST_MM = f32(150)
 REFINED = 2
 """Times that a straight line through the last distances in air and in the wall is tried
 for where the surface is, before it is taken: the field is nearly straight there."""
-NOT_ASKED, ASKED = 0, 1
-Floats = NDArray[np.float32]
-Ints = NDArray[np.int32]
+UNTRACED, TRACED = 0, 1
 W = 16
 _FREE = W // 4
 """Lanes without a ray that are worth a look at the queue: with eight, a third of all
@@ -60,13 +56,13 @@ _ZERO = np.float32(0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def claim(queue: Ints, count: int, state: NDArray[np.uint8]) -> int:
-    """Keep the pixels of a queue that no other part asks; return how many."""
+def claim(queue: I32, count: int, state: U8) -> int:
+    """Keep the pixels of a queue that no other part traces; return how many."""
     kept = 0
     for n in range(count):
         at = queue[n]
-        if state[at] == NOT_ASKED:
-            state[at] = ASKED
+        if state[at] == UNTRACED:
+            state[at] = TRACED
             queue[kept] = at
             kept += 1
     return kept
@@ -74,10 +70,10 @@ def claim(queue: Ints, count: int, state: NDArray[np.uint8]) -> int:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def spread_from(
-    queue: Ints, first: int, last: int, count: int, width: int,
-    state: NDArray[np.uint8], depth: Floats, into: Ints,
+    queue: I32, first: int, last: int, count: int, width: int,
+    state: U8, depth: F32, into: I32,
 ) -> int:  # fmt: skip
-    """Ask the neighbours of the moved pixels ``queue[first:last]``, too.
+    """Queue the neighbours of the moved pixels ``queue[first:last]``, too.
 
     They are added to `into` from place `count` on. Returns the new count.
     """
@@ -90,17 +86,15 @@ def spread_from(
             u = x + (1 if k == 2 else -1 if k == 3 else 0)
             if not (0 <= v < height and 0 <= u < width):
                 continue
-            if state[v * width + u] == NOT_ASKED and depth[v, u] < f32(1e6):
-                state[v * width + u] = ASKED
+            if state[v * width + u] == UNTRACED and depth[v, u] < f32(1e6):
+                state[v * width + u] = TRACED
                 into[count] = v * width + u
                 count += 1
     return count
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def settle(
-    queue: Ints, moved: Ints, found: Floats, depth: Floats, normal: Floats
-) -> None:
+def write_moved(queue: I32, moved: I32, found: F32, depth: F32, normal: F32) -> None:
     """Write what all parts have found into the picture.
 
     queue: ``(parts, n)``, of which each part has `moved` pixels at its begin.
@@ -116,10 +110,10 @@ def settle(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def list_rims(depth: Floats, first: int, last: int, found: Ints) -> int:
+def list_rims(depth: F32, first: int, last: int, found: I32) -> int:
     """List the pixels of rows ``first..last`` with a much deeper neighbour.
 
-    found: room for their numbers. Returns how many there are.
+    found: takes their numbers. Returns how many there are.
     """
     height, width = depth.shape
     n = 0
@@ -142,8 +136,8 @@ def list_rims(depth: Floats, first: int, last: int, found: Ints) -> int:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def directions(m: Floats, axes: Floats, lens: Floats, at: Any, wanted: Any) -> Any:
-    """Give pixels' rays in voxels a mm."""
+def directions(m: F32, axes: F32, lens: F32, at: Lanes, wanted: Lanes) -> Lanes:
+    """Return pixels' rays in voxels a mm."""
     to = at * 3
     a = gather(lens, to, wanted)
     b = gather(lens, to + 1, wanted)
@@ -160,8 +154,8 @@ def directions(m: Floats, axes: Floats, lens: Floats, at: Any, wanted: Any) -> A
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def find_normals(
-    distance: Floats, m: Floats, eye: Floats, axes: Floats, lens: Floats,
-    queue: Ints, moved: int, found: Floats,
+    distance: F32, m: F32, eye: F32, axes: F32, lens: F32,
+    queue: I32, moved: int, found: F32,
 ) -> None:  # fmt: skip
     """Put the walls' normals beside the depths of the pixels that moved."""
     spare = np.int32(found.shape[0] - 1)
@@ -179,18 +173,18 @@ def find_normals(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sharpen(
-    distance: Floats, m: Floats, eye: Floats, axes: Floats, lens: Floats,
-    depth: Floats, first: int, last: int, queue: Ints, state: NDArray[np.uint8],
-    found: Floats,
+    distance: F32, m: F32, eye: F32, axes: F32, lens: F32,
+    depth: F32, first: int, last: int, queue: I32, state: U8,
+    found: F32,
 ) -> tuple[int, int]:  # fmt: skip
-    """Ask the rims of rows ``first..last``, and the neighbours of what moves.
+    """Trace the rims of rows ``first..last``, and the neighbours of what moves.
 
-    queue: with room for the whole picture; the numbers of the pixels that moved are
+    queue: large enough for the whole picture; the numbers of the pixels that moved are
     left at its begin. state: one for each pixel, zeros at first, shared by all parts of
     a picture. found: ``(pixels + 1, 4)``, depth and normal of what moved, shared, too;
     the last row takes what is not wanted. Neighbours may be of other rows. What a pixel
     gets depends on its own ray and splats only, which stay as they are: neither order
-    nor parts change a bit. Returns how many were asked and how many moved to another
+    nor parts change a bit. Returns how many were traced and how many moved to another
     wall.
     """
     width = depth.shape[1]

@@ -4,18 +4,21 @@ Diffuse light and the classified colour do not depend on where the eye is.
 """
 
 import math
+from typing import NamedTuple
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from renderers.fsr.kernels.array_types import F32, F64, I16, I64, U16
 from renderers.fsr.kernels.extract import UNDEFINED
+from renderers.fsr.kernels.project_splats import Splats
 
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-I16 = NDArray[np.int16]
-U16 = NDArray[np.uint16]
+
+class ColorTable(NamedTuple):
+    """Hold colour and extinction ``(m, 4)`` over densities from `low` on."""
+
+    entries: F32
+    low: float
+    per_density: float
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -35,26 +38,25 @@ def _decode(octahedral: I16, s: int) -> tuple[float, float, float]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def paint_splats(
+def shade_splats(
     offsets: I64, x: U16, ny: int, octahedral: I16, value: F32,
-    world_from_voxel: F64, volume_mm3: float, table: F32, table_low: float,
-    table_scale: float, lights: F64, ambient: float, diffuse: float, places: F32,
-    paints: F32,
+    world_from_voxel: F64, volume_mm3: float, table: ColorTable, lights: F64,
+    ambient: float, diffuse: float, splats: Splats,
 ) -> None:  # fmt: skip
     """Write what all views share: grid places with optical mass, lit colours.
 
-    table: ``(m, 4)`` colour and extinction over densities. lights: ``(l, 7)`` vector,
-    colour, 1 if local. places: ``(n, 4)`` i, j, k and extinction times volume (mm^2).
-    paints: ``(n, 4)`` linear RGB, and the size in grid steps: one.
+    lights: ``(l, 7)`` vector, colour, 1 if local. splats: written to, of size one.
     """
+    places, colors = splats
+    entries, low, per_density = table
     m = world_from_voxel
     for row in range(offsets.shape[0] - 1):
         j = float(row % ny)
         k = float(row // ny)
         for s in range(offsets[row], offsets[row + 1]):
             i = float(x[s])
-            t = (value[s] - table_low) * table_scale + 0.5
-            c = min(max(int(t), 0), table.shape[0] - 1)
+            t = (value[s] - low) * per_density + 0.5
+            c = min(max(int(t), 0), entries.shape[0] - 1)
             nx, ny_, nz = _decode(octahedral, s)
             red = ambient
             green = ambient
@@ -80,8 +82,8 @@ def paint_splats(
             places[s, 0] = i
             places[s, 1] = j
             places[s, 2] = k
-            places[s, 3] = table[c, 3] * volume_mm3
-            paints[s, 0] = table[c, 0] * red
-            paints[s, 1] = table[c, 1] * green
-            paints[s, 2] = table[c, 2] * blue
-            paints[s, 3] = 1.0
+            places[s, 3] = entries[c, 3] * volume_mm3
+            colors[s, 0] = entries[c, 0] * red
+            colors[s, 1] = entries[c, 1] * green
+            colors[s, 2] = entries[c, 2] * blue
+            colors[s, 3] = 1.0

@@ -1,38 +1,80 @@
-"""Tiles opened, laid out in squares of pixels, and written to the picture.
+"""The tile buffer: tiles of a picture while splats are composited into them.
 
-How a tile lies in memory is told in `renderers/fsr/splats/splat_tiles.py`.
+A tile is cut into squares of 4 x 4 pixels, row by row. A square is one vector: the
+light still to come and the three colours of its pixels are four cache lines. A set of
+a tile's squares is one number of 64 bits.
 """
 
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from renderers.fsr.splats.splat_tiles import (
-    ACROSS,
-    RUN,
-    SIDE,
-    SQUARE,
-    SQUARES,
-    STATE,
-    TILE_SIDE,
-)
+from renderers.fsr.kernels.array_types import F32, I32, I64, Flags, Lanes
+from renderers.lanes import full, load, store_groups, store_quads
 from renderers.lanes.atomics import take_turn
 
-F32 = NDArray[np.float32]
-I64 = NDArray[np.int64]
+TILE_SHIFT = 5
+TILE_SIDE = 1 << TILE_SHIFT
+SIDE = 4
+"""Pixels along a side of a square."""
+SQUARE = SIDE * SIDE
+ACROSS = TILE_SIDE // SIDE
+"""Squares along a side of a tile."""
+SQUARES = ACROSS * ACROSS
+BLOCKS = ACROSS // 2
+"""Blocks of two by two squares along a side of a tile."""
+STATE = 4 * SQUARE
+"""Floats of a square: the light still to come, then red, green, blue so far."""
+RUN = 16
+"""Tiles side by side that one thread draws at a time."""
+MOST_TILES = 255
+"""Tiles along a side of a picture: a splat's range of them takes four bytes."""
+DARK = 1e-20
+"""Light that every splat leaves: denormal numbers take a hundred cycles. It is far
+below what rounding takes from light that shows."""
 
 _ONE = np.float32(1)
+_ZERO = np.float32(0)
 
-DARK = 1e-20
-"""Light that every splat leaves: the smallest numbers take a hundred cycles. It is far
-below what rounding takes from light that shows."""
+
+class TileBuffer(NamedTuple):
+    """Hold the tiles of a picture between one depth slab and the next.
+
+    states: ``(tiles, SQUARES * STATE)``. depths: ``(tiles, SQUARES * SQUARE)``, where
+    half of the light is gone, or no columns. alive: ``(tiles,)`` the squares that take
+    light, a bit each. drawn: ``(tiles,)`` the squares whose state is written. fresh:
+    ``(tiles,)`` tiles without a splat so far. counter: ``(1,)`` atomic counter of the
+    runs of tiles. waiting: see `find_waiting`. limits: depth limits of one tile.
+    """
+
+    states: F32
+    depths: F32
+    alive: I64
+    drawn: I64
+    fresh: Flags
+    counter: I64
+    waiting: I32
+    limits: F32
+
+
+class Canvas(NamedTuple):
+    """Hold a picture being drawn.
+
+    depth: per pixel where the light first falls to one half; no elements where it is
+    not wanted. limit_mm: per pixel the depth from which nothing is seen; no elements
+    where there is none. least_light: below which a square takes no more splats.
+    """
+
+    image: F32
+    depth: F32
+    limit_mm: F32
+    least_light: np.float32
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def limit_tile(limit_mm: F32, left: int, top: int, limits: F32) -> bool:
-    """Lay a tile's part of the limits out in squares; say whether there is any."""
+    """Lay a tile's part of the limits out in squares; True if there is any."""
     found = False
     height, width = limit_mm.shape
     for y in range(top, min(top + TILE_SIDE, height)):
@@ -45,8 +87,8 @@ def limit_tile(limit_mm: F32, left: int, top: int, limits: F32) -> bool:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def open_tile(left: int, top: int, width: int, height: int, state: F32) -> Any:
-    """Let all light through where the picture is; give the squares there, as bits."""
+def open_tile(left: int, top: int, width: int, height: int, state: F32) -> Lanes:
+    """Let all light through where the picture is; return the squares there, as bits."""
     state[:] = 0
     if left + TILE_SIDE <= width and top + TILE_SIDE <= height:
         for k in range(0, SQUARES * STATE, STATE):
@@ -65,11 +107,10 @@ def open_tile(left: int, top: int, width: int, height: int, state: F32) -> Any:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def close_tile(
-    state: F32, depths: F32, left: int, top: int, with_depth: bool, image: F32,
-    depth: F32,
-) -> None:  # fmt: skip
-    """Write a tile's part of the picture: premultiplied RGBA, and depth if wanted."""
+def _write_cut_tile(
+    state: F32, depths: F32, left: int, top: int, image: F32, depth: F32
+) -> None:
+    """Write a tile that reaches beyond the picture, pixel by pixel."""
     height, width = image.shape[0], image.shape[1]
     for y in range(top, min(top + TILE_SIDE, height)):
         for x in range(left, min(left + TILE_SIDE, width)):
@@ -80,8 +121,31 @@ def close_tile(
             image[y, x, 1] = state[at + 2 * SQUARE]
             image[y, x, 2] = state[at + 3 * SQUARE]
             image[y, x, 3] = _ONE - state[at]
-            if with_depth:
+            if depth.size > 0:
                 depth[y, x] = depths[k * SQUARE + p]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def write_tile(
+    state: F32, depths: F32, left: int, top: int, drawn: Lanes, image: F32, depth: F32
+) -> None:
+    """Write a tile's part of the picture: premultiplied RGBA, and depth if wanted."""
+    height, width = image.shape[0], image.shape[1]
+    if left + TILE_SIDE > width or top + TILE_SIDE > height:
+        _write_cut_tile(state, depths, left, top, image, depth)
+        return
+    for k in range(SQUARES):
+        pixel = (top + k // ACROSS * SIDE) * width + left + k % ACROSS * SIDE
+        alpha = red = green = blue = full(_ZERO, SQUARE)
+        if (drawn >> k) & 1:
+            at = k * STATE
+            alpha = _ONE - load(state, at, SQUARE)
+            red = load(state, at + SQUARE, SQUARE)
+            green = load(state, at + 2 * SQUARE, SQUARE)
+            blue = load(state, at + 3 * SQUARE, SQUARE)
+        store_quads(image, 4 * pixel, 4 * width, red, green, blue, alpha)
+        if depth.size > 0:
+            store_groups(depth, pixel, width, load(depths, k * SQUARE, SQUARE))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -93,17 +157,17 @@ def clear_tile(left: int, top: int, image: F32, depth: F32) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def next_run(turns: I64, image: F32, alive: I64) -> tuple[int, int]:
-    """Give first and last + 1 of the next tiles to draw, in one row, or no tile.
+def next_run(counter: I64, image: F32, alive: I64) -> tuple[int, int]:
+    """Return first and last + 1 of the next tiles to draw, in one row, or no tile.
 
-    turns: of the runs of `RUN` tiles, shared by threads; those below one another follow
-    one another. Runs that take no more light are left out. See `draw_tiles`.
+    counter: atomic, shared by threads; runs below one another follow one another. Runs
+    that take no more light are left out.
     """
     across = (image.shape[1] + TILE_SIDE - 1) // TILE_SIDE
     down = (image.shape[0] + TILE_SIDE - 1) // TILE_SIDE
     runs = (across + RUN - 1) // RUN
     while True:
-        turn = take_turn(turns)
+        turn = take_turn(counter)
         if turn >= down * runs:
             return 0, 0
         column, row = turn // down * RUN, turn % down

@@ -1,9 +1,9 @@
-"""A camera in terms of a set's grid, and planes around strips of its picture.
+"""A camera in terms of a set's grid, and planes around its view and bands of it.
 
-A view's own planes ask where a splat is; a strip must not lose one whose footprint
+A view's own planes bound where a splat is; a band must not lose one whose footprint
 reaches it, or bits would depend on how a picture is shared out. A footprint is the
 affine map at the splat's centre, and off the axis it is wider than the splat seen from
-the eye. With r what a splat reaches in mm, d its distance, y and z its place above the
+the eye. With r the splat's radius in mm, d its distance, y and z its place above the
 axis and along it:
 
 - a flat view draws it as wide as it is;
@@ -18,35 +18,79 @@ by a distance they keep all that is as near.
 """
 
 import math
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from renderers.fsr.view_limits import SOFT_PX, STEEPEST_CONE_RAD
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
+from renderers.fsr.kernels.array_types import F32, F64, Lanes, Real
 
 EQUIDISTANT, PERSPECTIVE, ORTHOGRAPHIC = 0, 1, 2
 
+SOFT_PX = 2.0
+"""More than the softening of footprints adds to their reach: 3 sqrt(.3) at most."""
+STEEPEST_CONE_RAD = math.radians(89.0)
+"""A wider cone is not convex or nearly flat: nothing is culled sideways then."""
 EQUIDISTANT_FACTOR = 2.0
-
 WIDEST_BALL_RAD = 0.3
 """Angle of a splat up to which the factor above holds beside the steepest cone."""
-
 ROUNDED_MM = 1e-3
 """More than single precision moves a plane."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def see_grid(frame: F64, flat: bool, grid: Any) -> Any:
-    """Give base, matrix, low and high, see `View`.
+class Lens(NamedTuple):
+    """Hold the lens of a camera; see `Camera`."""
 
-    frame: ``(4, 3)`` eye, right, up, forward. grid: see `Grid`.
+    projection: int
+    extent: float
+    width: int
+    height: int
+
+
+class Grid(NamedTuple):
+    """Hold what all views of a set share.
+
+    axes_mm: ``(3, 3)`` steps of i, j, k in columns. voxel_from_world: ``(3, 4)``. top:
+    the last grid point. corners_mm: ``(3, 8)`` of the outermost voxels; middle_mm,
+    radius_mm: the ball through them.
     """
-    voxel_from_world, axes_mm, top, corners_mm, middle_mm, radius_mm = grid
+
+    axes_mm: F64
+    voxel_from_world: F64
+    top: F64
+    corners_mm: F64
+    middle_mm: F64
+    radius_mm: float
+
+
+class View(NamedTuple):
+    """Hold a camera in terms of a grid.
+
+    base: the grid point next to the eye; places are counted from it, so that near
+    splats keep their digits. matrix: ``(3, 4)``, camera frame from grid steps away from
+    it. scale: pixels per radian, tangent or mm. low: least depth (mm) in the grid;
+    depth is along the view axis in a flat view, else the distance. keys_per_mm: from
+    depth to sorting keys. near_mm: splats nearer than this are drawn first.
+    """
+
+    base: F32
+    matrix: F32
+    projection: int
+    scale: np.float32
+    width: int
+    height: int
+    low: np.float32
+    keys_per_mm: np.float32
+    near_mm: np.float32
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def see_grid(frame: F64, flat: bool, grid: Grid) -> tuple[F32, F32, float, float]:
+    """Return base and matrix of a `View`, and the grid's least and greatest depth.
+
+    frame: ``(4, 3)`` eye, right, up, forward.
+    """
+    axes_mm, voxel_from_world, top, corners_mm, middle_mm, radius_mm = grid
     eye = frame[0]
     voxel, base = np.empty(3), np.empty(3)
     for c in range(3):
@@ -77,6 +121,17 @@ def see_grid(frame: F64, flat: bool, grid: Any) -> Any:
     return base.astype(np.float32), matrix.astype(np.float32), low, high
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def depth_of(dx: Real, dy: Real, dz: Real, m: F32, flat: bool) -> Lanes:
+    """Return steps' distance from the eye, or along a flat view."""
+    z = dx * m[2, 0] + dy * m[2, 1] + dz * m[2, 2] + m[2, 3]
+    if flat:
+        return z
+    x = dx * m[0, 0] + dy * m[0, 1] + dz * m[0, 2] + m[0, 3]
+    y = dx * m[1, 0] + dy * m[1, 1] + dz * m[1, 2] + m[1, 3]
+    return np.float32(math.sqrt(x * x + y * y + z * z))
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def bring_into_grid(
     lens: F64, frame: F64, margin_mm: float, world_from_voxel: F64, base: F32,
@@ -105,20 +160,18 @@ def bring_into_grid(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def reach_factor(
-    projection: int, extent: float, width: int, height: int, radius_mm: float,
-    from_mm: float,
-) -> float:  # fmt: skip
-    """Give how far a footprint reaches, in radii; infinity where there is no bound.
+def reach_factor(lens: Lens, radius_mm: float, from_mm: float) -> float:
+    """Return how far a footprint reaches, in radii; infinity where there is no bound.
 
     Of splats that are at least so far away.
     """
+    projection, extent, width, height = lens
     if projection == ORTHOGRAPHIC:
         return 1.0
     half = min(width, height) / 2
     if projection == EQUIDISTANT:
         # splats may lie beside the corner by their radius
-        is_narrow = _corner_rad(extent, width, height) < STEEPEST_CONE_RAD
+        is_narrow = _corner_rad(lens) < STEEPEST_CONE_RAD
         is_small = radius_mm < math.sin(WIDEST_BALL_RAD) * from_mm
         return EQUIDISTANT_FACTOR if is_narrow and is_small else math.inf
     slope = math.tan(extent)
@@ -136,15 +189,16 @@ def reach_factor(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _corner_rad(extent: float, width: int, height: int) -> float:
-    half = min(width, height) / 2
-    return extent * math.hypot(width / 2 + SOFT_PX, height / 2 + SOFT_PX) / half
+def _corner_rad(lens: Lens) -> float:
+    half = min(lens.width, lens.height) / 2
+    corner = math.hypot(lens.width / 2 + SOFT_PX, lens.height / 2 + SOFT_PX)
+    return lens.extent * corner / half
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def strip_planes(
-    projection: int, extent: float, width: int, height: int, first: int, end: int,
-    radius_mm: float, least_mm: float, nearest_mm: float,
+def band_planes(
+    lens: Lens, first: int, end: int, radius_mm: float, least_mm: float,
+    nearest_mm: float,
 ) -> F64:  # fmt: skip
     """Bound what may show in lines of pixels above and below: ``(p, 4)``.
 
@@ -153,10 +207,9 @@ def strip_planes(
     `least_mm`, for which a footprint's law may not hold, are all kept. No planes where
     there is no bound.
     """
+    projection, extent, width, height = lens
     middle, half = height / 2, min(width, height) / 2
-    factor = reach_factor(
-        projection, extent, width, height, radius_mm, max(least_mm, nearest_mm)
-    )
+    factor = reach_factor(lens, radius_mm, max(least_mm, nearest_mm))
     planes = np.zeros((2, 4))
     if factor == math.inf:
         return planes[:0]
@@ -177,7 +230,7 @@ def strip_planes(
             # aside of the middle the cone of a line is bent away from the middle: a
             # plane through its top leaves all beyond it out; before it one is needed
             # through where it meets the farthest corner
-            widest = _corner_rad(extent, width, height)
+            widest = _corner_rad(lens)
             steep = math.tan(angle) if angle < 0 else angle * math.tan(widest) / widest
         size = math.hypot(1.0, steep)
         planes[p, 1] = side / size

@@ -12,16 +12,11 @@ A row of 64 cells across a beam is one word.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-F32 = NDArray[np.float32]
-I64 = NDArray[np.int64]
-U8 = NDArray[np.uint8]
-U64 = NDArray[np.uint64]
+from renderers.fsr.kernels.array_types import F32, I64, U8, U64, Lanes
 
 WORD = 64
 _ONE = np.uint64(1)
@@ -47,7 +42,7 @@ def air_rows(values: F32, air: U64) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _word(rows: U64, k: int, j: int, at: int) -> Any:
+def _word(rows: U64, k: int, j: int, at: int) -> Lanes:
     """Read 64 bits of a row from bit `at` on, zeros beyond its ends."""
     n = rows.shape[2]
     w = at >> 6
@@ -60,7 +55,7 @@ def _word(rows: U64, k: int, j: int, at: int) -> Any:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _put(rows: U64, k: int, j: int, at: int, bits: Any) -> None:
+def _put(rows: U64, k: int, j: int, at: int, bits: Lanes) -> None:
     """Add 64 bits to a row from bit `at` on; none of them is beyond its ends."""
     w = at >> 6
     s = np.uint64(at & 63)
@@ -90,7 +85,7 @@ def _across(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _span(first: int, last: int) -> Any:
+def _span(first: int, last: int) -> Lanes:
     """Set bits first to last of a word; none where that is empty."""
     if last < 0 or first > 63 or last < first:
         return _NONE
@@ -100,15 +95,15 @@ def _span(first: int, last: int) -> Any:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _moved(bits: Any, shift: int) -> Any:
-    """Give a row's bits as a word that begins `shift` cells farther on has them."""
+def _moved(bits: Lanes, shift: int) -> Lanes:
+    """Return a row's bits as a word that begins `shift` cells farther on has them."""
     if shift >= WORD or shift <= -WORD:
         return _NONE
     return bits >> np.uint64(shift) if shift >= 0 else bits << np.uint64(-shift)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _sideways(bits: Any, slope0: float, slope1: float) -> Any:
+def _sideways(bits: Lanes, slope0: float, slope1: float) -> Lanes:
     """Add the cells next to those of a row that a line of a beam may pass into."""
     wider = bits
     if slope1 > 0:
@@ -208,7 +203,7 @@ def turn_rows(turned: U64, rows: U64) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _meets(rows: U64, box: I64) -> bool:
-    """Say whether any bit is set in a box of cells, first and last of each axis."""
+    """True if any bit is set in a box of cells, first and last of each axis."""
     first, last = box[0] // WORD, box[3] // WORD
     for k in range(box[2], box[5] + 1):
         for j in range(box[1], box[4] + 1):

@@ -1,7 +1,7 @@
-"""A picture shared out among threads: each draws a strip of its tiles.
+"""Screen bands: a picture shared out among threads, each draws a band of its tiles.
 
-Sharing is sort-first (Molnar et al., IEEE CG&A 1994): a thread culls, projects, orders
-and composites what its strip needs, and nothing is passed between threads. Shared out
+Sharing is sort-first (Molnar et al., IEEE CG&A 1994): a thread culls, projects, sorts
+and composites what its band needs, and nothing is passed between threads. Shared out
 stage by stage instead, half of the projected splats are drawn by a core that did not
 project them, and fetching them from the other's cache takes as long as projecting.
 """
@@ -23,10 +23,10 @@ Both sides project the splats of a row that is cut.
 """
 
 
-class Strips:
-    """Cut pictures into strips that take equally long, as far as the last ones tell.
+class ScreenBands:
+    """Cut pictures into bands that take equally long, as far as the last ones tell.
 
-    A strip is a range of tiles, numbered row by row.
+    A band is a range of tiles, numbered row by row.
     """
 
     def __init__(self) -> None:
@@ -34,7 +34,7 @@ class Strips:
         self._cuts: list[float] = []
 
     def cut(self, down: int, across: int, count: int) -> tuple[range, ...]:
-        """Cut so many tiles into `count` strips, fewer where there are not enough."""
+        """Cut so many tiles into `count` bands, fewer where there are not enough."""
         every = down * across
         count = min(count, every)
         if (down, across) != self._tiles or len(self._cuts) != count + 1:
@@ -49,22 +49,22 @@ class Strips:
             ends.append(min(max(end, ends[-1] + 1), every - count + k))
         return tuple(range(a, b) for a, b in pairwise([*ends, every]))
 
-    def learn(self, strips: Sequence[range], seconds: Sequence[float]) -> None:
-        """Move the cuts towards where these strips would have taken equally long.
+    def learn(self, bands: Sequence[range], seconds: Sequence[float]) -> None:
+        """Move the cuts towards where these bands would have taken equally long.
 
-        Within a strip, all tiles are taken to cost the same.
+        Within a band, all tiles are taken to cost the same.
         """
-        cuts, count = self._cuts, len(strips)
-        if count == 1 or count != len(cuts) - 1 or strips[-1].stop != cuts[-1]:
+        cuts, count = self._cuts, len(bands)
+        if count == 1 or count != len(cuts) - 1 or bands[-1].stop != cuts[-1]:
             return
         passed = list(accumulate(seconds, initial=0.0))
         most = MOST_MOVED * cuts[-1]
         moved = list(cuts)
         for k in range(1, count):
             wanted = passed[-1] * k / count
-            strip = max(bisect_left(passed, wanted) - 1, 0)
-            inside = (wanted - passed[strip]) / max(seconds[strip], 1e-9)
-            best = strips[strip].start + inside * len(strips[strip])
+            band = max(bisect_left(passed, wanted) - 1, 0)
+            inside = (wanted - passed[band]) / max(seconds[band], 1e-9)
+            best = bands[band].start + inside * len(bands[band])
             moved[k] += min(max(STEP * (best - cuts[k]), -most), most)
         # another thread may cut the next picture meanwhile, and another size
         if self._cuts is cuts:

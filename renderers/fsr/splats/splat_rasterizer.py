@@ -1,28 +1,28 @@
 """A fuzzy set drawn the 1995 way: shaded splats, one over the other.
 
 Two stages that may run at the same time for two pictures, as in 1995: splats are
-culled by rows; then taken shell by shell, projected, put in order and composited near
-to far in tiles, so that a tile is done when no light is left. Each thread does both for
-a strip of the picture.
+culled by rows; then taken depth slab by depth slab, projected, sorted and composited
+near to far in tiles, so that a tile is done when no light is left. Each thread does
+both for a band of the picture.
 """
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.fuzzy_set import FuzzySet
-from renderers.fsr.splats.band_drawer import Canvas, StripDrawer
-from renderers.fsr.splats.picture_cost import PictureCost, StripCost
-from renderers.fsr.splats.screen_bands import Strips
-from renderers.fsr.splats.set_view import see_set
-from renderers.fsr.splats.shaded_set import PaintedSet
+from renderers.fsr.kernels.tile_buffer import Canvas
+from renderers.fsr.splats.band_drawer import BandCost, BandDrawer, count_up
+from renderers.fsr.splats.screen_bands import ScreenBands
+from renderers.fsr.splats.set_view import SplatMode, Traversal, view_set
+from renderers.fsr.splats.shaded_set import ShadedSet
 from renderers.fsr.splats.splat_list import SplatList, list_splats
-from renderers.fsr.splats.splat_mode import SplatMode, Traversal
 from renderers.lanes.self_check import demand_vectors
 from renderers.scene import Camera, Image, Scene
-from renderers.scene.thread_team import LOOKS, ThreadTeam
+from renderers.scene.thread_team import ThreadTeam
 
 LEAST_LIGHT = 1 / 1024
 """Light below which a square of pixels takes no more: a quarter of a code."""
@@ -43,22 +43,13 @@ class SplatRasterizer:
         least_light: float = LEAST_LIGHT,
     ) -> None:
         demand_vectors("Drawing splats")
-        self._painted = PaintedSet(fuzzy_set, scene)
+        self._shaded = ShadedSet(fuzzy_set, scene)
         self._row_count = fuzzy_set.rows.row_count
         self._least_light = least_light
-        self._strips = Strips()
-        self._drawers: list[StripDrawer] = []
-        self._cost: PictureCost | None = None
-
-    @property
-    def counters(self) -> dict[str, int]:
-        """Get what the last picture took, see `PictureCost`."""
-        return self._cost.counters() if self._cost else {}
-
-    @property
-    def stage_s(self) -> dict[str, float]:
-        """Get the last picture's seconds by stage, see `PictureCost`."""
-        return self._cost.stage_s() if self._cost else {}
+        self._bands = ScreenBands()
+        self._drawers: list[BandDrawer] = []
+        self.counters: dict[str, int] = {}
+        """What the last picture took, see `count_up`."""
 
     def draw(
         self,
@@ -71,27 +62,17 @@ class SplatRasterizer:
         limit_mm: NDArray[np.float32] | None = None,
     ) -> Image:
         """Do both stages for one view: `prepare` and `draw_list`."""
-        began = time.perf_counter()
-        seen = see_set(self._painted, camera, mode, traversal)
+        set_view = view_set(self._shaded, camera, mode, traversal)
         team.rouse()
-        strips = self._strips.cut(*seen.tiles, team.threads)
+        bands = self._bands.cut(*set_view.tiles, team.threads)
         # what Python does is done before there are two threads of it
-        planes = [seen.planes_of(strip) for strip in strips]
-        nobody = np.zeros(1, np.int64)
-
-        def draw(drawer: StripDrawer, number: int) -> StripCost:
-            # the first strip's thread calls the others
-            others = (
-                (team.bell, team.busy, LOOKS) if number == 0 else (nobody, nobody, 0)
-            )
-            return drawer.cull_and_draw(
-                seen, strips[number], planes[number], canvas, others
-            )
-
-        view_s = time.perf_counter() - began
+        planes = [set_view.planes_of(band) for band in bands]
         canvas = self._canvas(camera, with_depth, limit_mm)
-        rings = traversal is Traversal.DISTANCE
-        return self._draw(draw, strips, canvas, team, view_s, rings=rings)
+
+        def draw(drawer: BandDrawer, n: int) -> BandCost:
+            return drawer.cull_and_draw(set_view, bands[n], planes[n], canvas)
+
+        return self._draw(draw, bands, canvas, team)
 
     def prepare(
         self,
@@ -103,11 +84,11 @@ class SplatRasterizer:
     ) -> tuple[SplatList, ...]:
         """Cull one view: the first stage. It may run while another view is drawn.
 
-        threads: that are to draw it. Gives a list for each.
+        threads: that will draw it. Returns a list for each.
         """
-        seen = see_set(self._painted, camera, mode, traversal)
-        strips = self._strips.cut(*seen.tiles, threads)
-        return tuple(list_splats(seen, strip) for strip in strips)
+        set_view = view_set(self._shaded, camera, mode, traversal)
+        bands = self._bands.cut(*set_view.tiles, threads)
+        return tuple(list_splats(set_view, band) for band in bands)
 
     def draw_list(
         self,
@@ -125,13 +106,40 @@ class SplatRasterizer:
         infinite where there is nothing; splats behind it are hidden per pixel. Raises
         ValueError where limits do not fit the camera.
         """
-        canvas = self._canvas(lists[0].seen.camera, with_depth, limit_mm)
-        strips = [splats.strip for splats in lists]
+        canvas = self._canvas(lists[0].set_view.camera, with_depth, limit_mm)
 
-        def draw(drawer: StripDrawer, number: int) -> StripCost:
-            return drawer.draw(lists[number], canvas)
+        def draw(drawer: BandDrawer, n: int) -> BandCost:
+            return drawer.draw(lists[n], canvas)
 
-        return self._draw(draw, strips, canvas, team)
+        return self._draw(draw, [splats.band for splats in lists], canvas, team)
+
+    def film(
+        self,
+        views: Iterable[tuple[Camera, SplatMode]],
+        team: ThreadTeam,
+        traversal: Traversal = Traversal.DISTANCE,
+    ) -> Generator[Image, None, None]:
+        """Draw views, culling each while the one before is drawn, as in 1995.
+
+        Compiled code holds no lock of the interpreter, so threads do where 1995 had
+        processes. Pictures are those of `draw` to the bit. A view is taken one picture
+        ahead.
+        """
+        coming = iter(views)
+        with ThreadPoolExecutor(1, thread_name_prefix="culling") as culling:
+
+            def cull() -> Future[tuple[SplatList, ...]] | None:
+                if (view := next(coming, None)) is None:
+                    return None
+                return culling.submit(
+                    self.prepare, *view, traversal, threads=team.threads
+                )
+
+            waiting = cull()
+            while waiting is not None:
+                lists = waiting.result()
+                waiting = cull()
+                yield self.draw_list(lists, team)
 
     def _canvas(
         self,
@@ -149,36 +157,27 @@ class SplatRasterizer:
             np.empty((*size, 4), np.float32),
             np.empty(size if with_depth else (0, 0), np.float32),
             np.empty((0, 0), np.float32) if limit_mm is None else limit_mm,
-            self._least_light,
+            np.float32(self._least_light),
         )
 
     def _draw(
         self,
-        draw: Callable[[StripDrawer, int], StripCost],
-        strips: Sequence[range],
+        draw: Callable[[BandDrawer, int], BandCost],
+        bands: Sequence[range],
         canvas: Canvas,
         team: ThreadTeam,
-        view_s: float | None = None,
-        *,
-        rings: bool = False,
     ) -> Image:
-        """Draw all strips.
-
-        draw: one of them, with nobody else's memory. view_s: that setting the view up
-        took; None where culling was done before. rings: see `ThreadTeam.map`.
-        """
-        while len(self._drawers) < len(strips):
-            self._drawers.append(StripDrawer())
-
+        """Draw all bands; draw: one of them, with nobody else's memory."""
+        while len(self._drawers) < len(bands):
+            self._drawers.append(BandDrawer())
         began = time.perf_counter()
 
-        def work(number: int) -> tuple[StripCost, float]:
+        def work(number: int) -> tuple[BandCost, float]:
             cost = draw(self._drawers[number], number)
             # with what it takes until a thread begins
-            return cost, time.perf_counter() - began - cost.waited_s
+            return cost, time.perf_counter() - began
 
-        drawn = team.map(work, range(len(strips)), rings=rings)
-        costs, until = zip(*drawn, strict=True)
-        self._strips.learn(strips, until)
-        self._cost = PictureCost(costs, self._row_count, view_s)
+        costs, until = zip(*team.map(work, range(len(bands))), strict=True)
+        self._bands.learn(bands, until)
+        self.counters = count_up(costs, self._row_count)
         return Image(canvas.image, canvas.depth if canvas.depth.size else None)

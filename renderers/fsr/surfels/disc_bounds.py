@@ -3,8 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.surfels.blocked_surfels import BlockedSurfels
-from renderers.fsr.surfels.occlusion_blocks import Blocks
+from renderers.fsr.surfels.occlusion_blocks import BlockedSurfels, Blocks
 from renderers.fsr.visibility import BlockBounds
 from renderers.scene import Volume
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.kernels.holes import close_holes, find_holes
-from renderers.fsr.surfels.surfel_tiles import TILE_HEIGHT, TILE_WIDTH
+from renderers.fsr.kernels.surfel_tiles import TILE_HEIGHT, TILE_WIDTH
 from renderers.scene import GBuffer
 from renderers.scene.thread_team import ThreadTeam
 
@@ -20,7 +20,7 @@ def fill_holes(
     tiles: Sequence[tuple[int, int]],
     team: ThreadTeam,
 ) -> int:
-    """Give holes of `result` the mean of their neighbours; return their number.
+    """Fill holes of `result` with the mean of their neighbours; return their number.
 
     rays: ``(h, w, 3)``, zero where the lens sees nothing. tiles: rows and columns of
     those that have empty pixels. All means are taken before any is written, so the

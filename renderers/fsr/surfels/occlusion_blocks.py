@@ -13,12 +13,13 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.display_list import lens_planes
 from renderers.fsr.kernels.cones import aim_cones, trace_cones
-from renderers.fsr.kernels.occlusion import flag_blocks, list_runs
-from renderers.fsr.sobel_normals import kernel_geometry
+from renderers.fsr.kernels.occlusion import BlockReach, flag_blocks, list_runs
+from renderers.fsr.kernels.view_planes import Lens
 from renderers.fsr.sparse_rows import SparseRows
-from renderers.scene import Camera, Projection, Volume
+from renderers.fsr.surfels.surfel_set import Surfels
+from renderers.fsr.view_bounds import lens_of, lens_planes
+from renderers.scene import Camera, Volume
 from renderers.scene.thread_team import ThreadTeam
 
 BLOCK_SHIFT = 2
@@ -38,6 +39,9 @@ ROWS_PER_TASK = 4
 BLOCKS_PER_PART = 2048
 
 NEAR, FAR = 2, 1
+
+SPARE_ROWS = 16
+"""Rows after the last: vectors load sixteen at a time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +102,8 @@ class Blocks:
         self._margin = np.float32(MARGIN_VOXELS * distance.spacing_mm.max())
         block_mm = distance.spacing_mm * (1 << BLOCK_SHIFT)
         self._half_diagonal = float(np.linalg.norm(block_mm)) / 2
-        self._values = kernel_geometry(distance)[0].reshape(distance.shape)
+        self._values = distance.values.astype(np.float32, copy=False)
+        self._values.flags.writeable = False
         nz, ny, nx = distance.shape
         self._deep, self._high, self._wide = (
             (n - 1 >> BLOCK_SHIFT) + 1 for n in (nz, ny, nx)
@@ -119,17 +124,17 @@ class Blocks:
 
     @property
     def numbers(self) -> NDArray[np.int32]:
-        """Get the places of the blocks on their grid, ``(k * ny + j) * nx + i``."""
+        """Return the places of the blocks on their grid, ``(k * ny + j) * nx + i``."""
         return self._occupied
 
     @property
     def places(self) -> NDArray[np.int64]:
-        """Get the blocks' grid coordinates ``(b, 3)``, (i, j, k)."""
+        """Return the blocks' grid coordinates ``(b, 3)``, (i, j, k)."""
         grid = self._deep, self._high, self._wide
         return np.stack(np.unravel_index(self._occupied, grid)[::-1], axis=-1)
 
     def sort(self, rows: SparseRows, shift: int) -> BlockOrder:
-        """Give the order that brings a set's elements block by block.
+        """Return the order that brings a set's elements block by block.
 
         shift: a block has ``2**shift`` of the set's voxels a side.
         """
@@ -186,6 +191,8 @@ class Blocks:
         no cones are traced. allowed: per block, 0 for those known to be hidden.
         """
         camera_from_voxel = _camera_from_voxel(camera, self._distance)
+        lens = lens_of(camera)
+        reach = BlockReach(self._half_diagonal + radius_mm, near_reach_mm, far_from_mm)
         shape = (-(-camera.height // SQUARE_PX), -(-camera.width // SQUARE_PX))
         ends = np.full(shape if hide else (0, 0), np.inf, np.float32)
 
@@ -201,9 +208,7 @@ class Blocks:
             )
 
         if hide:
-            cones = _lens_cones(
-                camera.projection, camera.extent, camera.width, camera.height
-            )
+            cones = _lens_cones(lens)
             inverse = np.linalg.inv(camera_from_voxel)
             voxel_from_camera = np.ascontiguousarray(inverse[:3], np.float32)
             team.map(trace, range(0, shape[0], ROWS_PER_TASK))
@@ -217,14 +222,9 @@ class Blocks:
                 part[0],
                 part[1],
                 camera_from_voxel,
-                self._half_diagonal + radius_mm,
                 planes,
-                near_reach_mm,
-                far_from_mm,
-                int(camera.projection),
-                camera.extent,
-                camera.width,
-                camera.height,
+                reach,
+                lens,
                 SQUARE_PX,
                 ends,
                 self._all if allowed is None else allowed,
@@ -239,6 +239,36 @@ class Blocks:
         return Visible(self._shown, self._distances, in_view, hidden)
 
 
+@dataclass(frozen=True, slots=True)
+class BlockedSurfels:
+    """Hold surfels block by block, in grid order within a block.
+
+    position, normal: ``(n + 16, 3)`` float32 as in `Surfels`. order: where each block
+    begins. first_mm: world position of the grid's first point, from which positions
+    are counted. spacing_mm: as in `Surfels`.
+    """
+
+    position: NDArray[np.float32]
+    normal: NDArray[np.float32]
+    order: BlockOrder
+    first_mm: NDArray[np.float64]
+    spacing_mm: float
+
+    def __len__(self) -> int:
+        return len(self.order.index)
+
+
+def sort_surfels(surfels: Surfels, blocks: Blocks, shift: int) -> BlockedSurfels:
+    """Sort; a block has ``2**shift`` of the surfels' voxels a side."""
+    order = blocks.sort(surfels.rows, shift)
+    position, normal = (
+        np.concatenate([array[order.index], np.ones((SPARE_ROWS, 3), np.float32)])
+        for array in (surfels.position, surfels.normal)
+    )
+    first_mm = surfels.rows.world_from_voxel[:3, 3]
+    return BlockedSurfels(position, normal, order, first_mm, surfels.spacing_mm)
+
+
 def _camera_from_voxel(camera: Camera, distance: Volume) -> NDArray[np.float64]:
     camera_from_world = np.eye(4)
     camera_from_world[:3, :3] = camera.frame[1:]
@@ -250,11 +280,9 @@ def _camera_from_voxel(camera: Camera, distance: Volume) -> NDArray[np.float64]:
 
 
 @lru_cache(maxsize=4)
-def _lens_cones(
-    projection: Projection, extent: float, width: int, height: int
-) -> NDArray[np.float32]:
-    """Give a lens's cones ``(5, rows, columns)``; see `aim_cones`."""
-    shape = (5, -(-height // SQUARE_PX), -(-width // SQUARE_PX))
+def _lens_cones(lens: Lens) -> NDArray[np.float32]:
+    """Return a lens's cones ``(5, rows, columns)``; see `aim_cones`."""
+    shape = (5, -(-lens.height // SQUARE_PX), -(-lens.width // SQUARE_PX))
     cones = np.empty(shape, np.float32)
-    aim_cones(int(projection), extent, width, height, SQUARE_PX, cones)
+    aim_cones(lens, SQUARE_PX, cones)
     return cones

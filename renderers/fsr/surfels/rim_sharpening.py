@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.rims import settle, sharpen
+from renderers.fsr.kernels.rims import sharpen, write_moved
 from renderers.scene import Camera, GBuffer, Volume
 from renderers.scene.thread_team import ThreadTeam
 
@@ -27,16 +27,16 @@ class RimSharpener:
         self._state = np.empty(0, np.uint8)
 
     @property
-    def asked(self) -> NDArray[np.uint8]:
-        """Get what is 1 for pixels of the next picture that are not to be asked."""
+    def done(self) -> NDArray[np.uint8]:
+        """Return the mask of the next picture's pixels whose rays are not traced."""
         return self._state
 
     def sharpen(
         self, camera: Camera, team: ThreadTeam, result: GBuffer
     ) -> tuple[int, int]:
-        """Change `result` in place, after `make_room`.
+        """Change `result` in place, after `begin`.
 
-        Returns how many pixels' rays were followed and how many went to another wall;
+        Returns how many pixels' rays were traced and how many went to another wall;
         they may count a pixel twice where threads meet, but the bits of the picture do
         not depend on the team's size.
         """
@@ -55,7 +55,7 @@ class RimSharpener:
         )
 
         def sharpen_rows(part: int) -> tuple[int, int]:
-            asked, moved = sharpen(
+            traced, moved = sharpen(
                 *common,
                 edges[part],
                 edges[part + 1],
@@ -63,15 +63,15 @@ class RimSharpener:
                 self._state,
                 self._found,
             )
-            return asked, moved
+            return traced, moved
 
         totals = team.map(sharpen_rows, range(parts))
         moved: NDArray[np.int32] = np.array([t[1] for t in totals], np.int32)
-        settle(self._queues, moved, self._found, result.depth_mm, result.normal)
+        write_moved(self._queues, moved, self._found, result.depth_mm, result.normal)
         return sum(t[0] for t in totals), int(moved.sum())
 
-    def make_room(self, team: ThreadTeam, pixels: int) -> None:
-        """Get scratch memory for a picture of so many pixels."""
+    def begin(self, team: ThreadTeam, pixels: int) -> None:
+        """Get scratch memory for a picture of so many pixels, none of them done."""
         parts = PARTS_PER_THREAD * team.threads if team.threads > 1 else 1
         if self._queues.shape != (parts, pixels + SPARE):
             # pages of which nothing is used cost nothing

@@ -10,29 +10,39 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.deformation import displace_surfels
-from renderers.fsr.kernels.draw_surfels import draw_tiles
-from renderers.fsr.kernels.project_surfels import RECORD, project_runs
-from renderers.fsr.surfels.blocked_surfels import BlockedSurfels, sort_surfels
-from renderers.fsr.surfels.cut_rim_settling import Seams
-from renderers.fsr.surfels.disc_bounds import disc_bounds
-from renderers.fsr.surfels.hole_filling import fill_holes
-from renderers.fsr.surfels.occlusion_blocks import BLOCK_SHIFT, FAR, NEAR, Blocks, Runs
-from renderers.fsr.surfels.rim_sharpening import RimSharpener
-from renderers.fsr.surfels.surfel_buffers import TileScratch, lined_up
-from renderers.fsr.surfels.surfel_set import extract_surfels
-from renderers.fsr.surfels.surfel_tiles import (
+from renderers.fsr.kernels.draw_surfels import Discs, Surface, SurfelScratch, draw_tiles
+from renderers.fsr.kernels.project_surfels import (
+    RECORD,
+    DiscLimits,
+    SurfelBuffers,
+    project_surfels,
+)
+from renderers.fsr.kernels.surfel_tiles import (
     MOST_TILES,
     RAY,
     SQUARE,
     SQUARES,
     TILE_HEIGHT,
-    TILE_SHIFT_X,
-    TILE_SHIFT_Y,
     TILE_WIDTH,
     tile_by_tile,
 )
-from renderers.fsr.tile_grid import tile_grid
-from renderers.fsr.visibility import BlockBounds, Standpoint, VisibleSets
+from renderers.fsr.surfels.cut_rim_tracing import CutRims
+from renderers.fsr.surfels.disc_bounds import disc_bounds
+from renderers.fsr.surfels.hole_filling import fill_holes
+from renderers.fsr.surfels.occlusion_blocks import (
+    BLOCK_SHIFT,
+    FAR,
+    NEAR,
+    BlockedSurfels,
+    Blocks,
+    Runs,
+    sort_surfels,
+)
+from renderers.fsr.surfels.rim_sharpening import RimSharpener
+from renderers.fsr.surfels.surfel_buffers import lined_up, make_surfel_scratch
+from renderers.fsr.surfels.surfel_set import extract_surfels
+from renderers.fsr.view_bounds import lens_of, tile_grid
+from renderers.fsr.visibility import BlockBounds, VisibleSetLookup, VisibleSets
 from renderers.lanes.self_check import demand_vectors
 from renderers.scene import Camera, GBuffer, Projection, Volume
 from renderers.scene.deflection import Deflection, deflected_distance
@@ -87,14 +97,14 @@ class SurfelRasterizer:
     ) -> None:
         demand_vectors("Drawing surfels")
         coarse, fine = extract_surfels(distance), extract_surfels(distance, refine=2)
-        self._seams = None
+        self._cut_rims = None
         if deflection is not None:
-            self._seams = Seams(distance, deflection)
+            self._cut_rims = CutRims(distance, deflection)
             coarse = displace_surfels(coarse, distance, deflection)
             fine = displace_surfels(fine, distance, deflection)
             distance = deflected_distance(distance, deflection)
         self._distance = distance
-        self._standpoint: Standpoint | None = None
+        self._lookup: VisibleSetLookup | None = None
         self._blocks = Blocks(distance, coarse.rows, fine.rows)
         self._coarse = sort_surfels(coarse, self._blocks, BLOCK_SHIFT)
         self._fine = sort_surfels(fine, self._blocks, BLOCK_SHIFT + 1)
@@ -103,9 +113,7 @@ class SurfelRasterizer:
         self._hide = hide
         self._sharp = sharp
         self._rims = RimSharpener(distance)
-        self._records = np.empty((0, RECORD), np.float32)
-        self._boxes = np.empty((0, 4), np.int32)
-        self._ranges = np.empty(0, np.int32)
+        self._buffers = _make_buffers(0)
         self._split = 0
         radius = np.float32(SIGMA_PER_SPACING * RADIUS_SIGMAS) * np.array(
             [self._fine.spacing_mm, self._coarse.spacing_mm], np.float32
@@ -119,25 +127,26 @@ class SurfelRasterizer:
 
     @property
     def splat_count(self) -> int:
-        """Get the number of surfels in both sets."""
+        """Return the number of surfels in both sets."""
         return len(self._coarse) + len(self._fine)
 
     def bounds(self) -> BlockBounds:
-        """Say where the discs of each block are, for sets of visible blocks."""
+        """Return where the discs of each block are, for sets of visible blocks."""
         reach = SIGMA_PER_SPACING * RADIUS_SIGMAS
         near_mm = BEHIND_MM + 0.5 * self._coarse.spacing_mm
         return disc_bounds(
             (self._coarse, self._fine), self._blocks, self._distance, reach, near_mm
         )
 
-    def look_from(self, sets: VisibleSets | None) -> None:
+    def use_visible_sets(self, sets: VisibleSets | None) -> None:
         """Use the sets of visible blocks in place of cones, or cones again.
 
         The pictures are the same. Raises ValueError for sets of other blocks.
         """
-        self._standpoint = None
+        self._lookup = None
         if sets is not None:
-            self._standpoint = Standpoint(sets, self._distance, self._blocks.numbers)
+            numbers = self._blocks.numbers
+            self._lookup = VisibleSetLookup(sets, self._distance, numbers)
 
     def draw(self, camera: Camera, team: ThreadTeam) -> GBuffer:
         """Find the air surface; the bits do not depend on the team's size.
@@ -151,7 +160,7 @@ class SurfelRasterizer:
             )
         height, width = camera.height, camera.width
         # what is alone on its thread goes first: others may still end a picture
-        self._rims.make_room(team, height * width)
+        self._rims.begin(team, height * width)
         listed = self._project(camera, team)
         # every pixel of these is written by the one tile that holds it
         result = GBuffer(
@@ -163,36 +172,29 @@ class SurfelRasterizer:
         table = camera.lens_table()
         rays = self._tile_rays(table)
         down, across = tile_grid(height, width, (TILE_HEIGHT, TILE_WIDTH), MOST_TILES)
-        records = self._records.reshape(-1)
         found = np.empty((down * across, 3), np.int64)
-        turns = np.zeros(1, np.int64)
+        counter = np.zeros(1, np.int64)
+        discs = Discs(
+            self._buffers.records.reshape(-1),
+            self._buffers.boxes,
+            self._split,
+            self._inverses,
+            np.float32(CORE_SIGMAS2 / RADIUS_SIGMAS**2),
+            np.float32(BEHIND_MM),
+            REFRESH,
+        )
+        surface = Surface(result.depth_mm, result.normal, result.coverage)
 
         def draw(_: int) -> None:
-            scratch = self._scratch(listed)
             draw_tiles(
-                turns,
+                counter,
                 across,
-                records,
-                self._boxes,
-                self._ranges,
+                discs,
+                self._buffers.ranges,
                 listed,
                 rays,
-                self._split,
-                self._inverses,
-                np.float32(CORE_SIGMAS2 / RADIUS_SIGMAS**2),
-                np.float32(BEHIND_MM),
-                REFRESH,
-                scratch.items,
-                scratch.nearest,
-                scratch.sums,
-                scratch.far,
-                scratch.starts,
-                scratch.ends,
-                scratch.squares,
-                scratch.until,
-                result.depth_mm,
-                result.normal,
-                result.coverage,
+                self._scratch(listed),
+                surface,
                 found,
             )
 
@@ -202,16 +204,16 @@ class SurfelRasterizer:
         self.counters["holes filled"] = 0
         if torn := [divmod(int(n), across) for n in np.flatnonzero(found[:, 2])]:
             self.counters["holes filled"] = fill_holes(table, result, torn, team)
-        if self._seams is not None:
+        if self._cut_rims is not None:
             # before rims: the grid that those are looked for in is too coarse for what
             # a cut leaves standing
-            settled = self._rims.asked
-            followed, moved = self._seams.settle(camera, team, result, settled)
-            self.counters["seam rays followed"] = followed
-            self.counters["seam pixels settled"] = moved
+            done = self._rims.done
+            traced, corrected = self._cut_rims.trace(camera, team, result, done)
+            self.counters["cut rays traced"] = traced
+            self.counters["cut pixels corrected"] = corrected
         if self._sharp:
-            asked, moved = self._rims.sharpen(camera, team, result)
-            self.counters["rim pixels asked"] = asked
+            traced, moved = self._rims.sharpen(camera, team, result)
+            self.counters["rim rays traced"] = traced
             self.counters["rim pixels moved"] = moved
         return result
 
@@ -222,17 +224,13 @@ class SurfelRasterizer:
         coarse_from = near - math.sqrt(CORE_SIGMAS2 / RADIUS_SIGMAS**2) * (
             reach * self._coarse.spacing_mm
         )
-        room = len(self._coarse) + len(self._fine)
-        if len(self._boxes) <= room:
-            # one more for lanes that are not wanted
-            self._records = np.empty((room + 1, RECORD), np.float32)
-            self._boxes = np.empty((room + 1, 4), np.int32)
-            self._ranges = np.empty(room + SQUARE, np.int32)
+        if len(self._buffers.boxes) <= self.splat_count:
+            self._buffers = _make_buffers(self.splat_count)
         # a grid point is up to half a spacing's diagonal from its surfel
         slack = self._coarse.spacing_mm
         allowed = None
-        if self._standpoint is not None:
-            allowed = self._standpoint.seen_from(camera.eye_mm)
+        if self._lookup is not None:
+            allowed = self._lookup.seen_from(camera.eye_mm)
         blocks = self._blocks.visible(
             camera,
             team,
@@ -276,36 +274,25 @@ class SurfelRasterizer:
         limits: tuple[float, float, float],
         base: int,
     ) -> Callable[[int], int]:
-        """Give what projects a part of a set's runs; `base` records come before."""
+        """Return what projects a part of a set's runs; `base` records come before."""
         frame = camera.frame.copy()
         frame[0] -= surfels.first_mm
         frame32 = frame.astype(np.float32)
-        nearest, farthest, radius = limits
+        lens, buffers = lens_of(camera), self._buffers
+        limits32 = DiscLimits(*map(np.float32, (*limits, FACING)))
 
         def project(part: int) -> int:
-            return int(
-                project_runs(
-                    runs.runs,
-                    runs.cuts[part, 0],
-                    runs.cuts[part + 1, 0],
-                    surfels.position,
-                    surfels.normal,
-                    frame32,
-                    int(camera.projection),
-                    np.float32(camera.extent),
-                    camera.width,
-                    camera.height,
-                    np.float32(nearest),
-                    np.float32(farthest),
-                    np.float32(radius),
-                    np.float32(FACING),
-                    TILE_SHIFT_X,
-                    TILE_SHIFT_Y,
-                    self._records,
-                    self._boxes,
-                    self._ranges,
-                    base + runs.cuts[part, 1],
-                )
+            return project_surfels(
+                runs.runs,
+                runs.cuts[part, 0],
+                runs.cuts[part + 1, 0],
+                surfels.position,
+                surfels.normal,
+                frame32,
+                lens,
+                limits32,
+                buffers,
+                base + runs.cuts[part, 1],
             )
 
         return project
@@ -323,8 +310,18 @@ class SurfelRasterizer:
             self._table = table
         return self._rays
 
-    def _scratch(self, listed: int) -> TileScratch:
-        scratch: TileScratch | None = getattr(self._local, "scratch", None)
+    def _scratch(self, listed: int) -> SurfelScratch:
+        scratch: SurfelScratch | None = getattr(self._local, "scratch", None)
         if scratch is None or len(scratch.items) < listed + SQUARE:
-            scratch = self._local.scratch = TileScratch(len(self._ranges))
+            scratch = make_surfel_scratch(len(self._buffers.ranges))
+            self._local.scratch = scratch
         return scratch
+
+
+def _make_buffers(surfels: int) -> SurfelBuffers:
+    # one more for lanes that are not wanted
+    return SurfelBuffers(
+        np.empty((surfels + 1, RECORD), np.float32),
+        np.empty((surfels + 1, 4), np.int32),
+        np.empty(surfels + SQUARE, np.int32),
+    )

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.gradients import surfel_rows
-from renderers.fsr.sobel_normals import kernel_geometry
+from renderers.fsr.kernels.gradients import extract_surfel_rows
+from renderers.fsr.sobel_normals import flat_volume
 from renderers.fsr.sparse_rows import SparseRows
 from renderers.scene import Volume
 
@@ -45,24 +45,20 @@ def extract_surfels(distance: Volume, refine: int = 1) -> Surfels:
     """
     if refine < 1:
         raise ValueError(f"refinement must be at least 1, got {refine}")
-    values, spacing, half = kernel_geometry(distance)
+    volume = flat_volume(distance)
     nz, ny, nx = distance.shape
     shape = tuple((n - 1) * refine + 1 for n in (nz, ny, nx))
     world_from_voxel = distance.world_from_voxel
     offsets = np.zeros(shape[0] * shape[1] + 1, np.int64)
-    room = max(16 * shape[2], int(4 * refine**2 * distance.values.size ** (2 / 3)))
-    x = np.empty(room, np.uint16)
-    position = np.empty((room, 3), np.float32)
-    normal = np.empty((room, 3), np.float32)
+    size = max(16 * shape[2], int(4 * refine**2 * distance.values.size ** (2 / 3)))
+    x = np.empty(size, np.uint16)
+    position = np.empty((size, 3), np.float32)
+    normal = np.empty((size, 3), np.float32)
     row = 0
     while row < shape[0] * shape[1]:
-        row = surfel_rows(
-            values,
-            nx,
-            ny,
-            nz,
-            spacing,
-            half,
+        row = extract_surfel_rows(
+            volume,
+            distance.spacing_mm,
             world_from_voxel,
             refine,
             row,

@@ -1,17 +1,15 @@
-"""Which surfels an eye may see from where, found once for a patient."""
+"""Potentially visible sets of surfels, found once for a patient, on request."""
 
-from renderers.fsr.visibility.lookup import Standpoint
 from renderers.fsr.visibility.visible_sets import (
     BlockBounds,
+    VisibleSetLookup,
     VisibleSets,
     build_visible_sets,
-    update_visible_sets,
 )
 
 __all__ = [
     "BlockBounds",
-    "Standpoint",
+    "VisibleSetLookup",
     "VisibleSets",
     "build_visible_sets",
-    "update_visible_sets",
 ]

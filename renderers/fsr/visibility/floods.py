@@ -48,8 +48,8 @@ def _rows_of(values: NDArray[np.float32]) -> NDArray[np.uint64]:
     return rows
 
 
-class Lookout:
-    """Find what is in sight; keeps memory from box to box, so one per thread.
+class BoxFlood:
+    """Flood from boxes of cells to what is in sight; keeps memory, so one per thread.
 
     beams: ranges of slopes, at least `LEAST_BEAMS` and as many as the grid's size
         asks for: a beam may not be wider than a word.
@@ -60,16 +60,16 @@ class Lookout:
         self._edge = edge
         longest = max(air.shape)
         # at the far end a beam is edge + 2 * longest / beams + 3 cells wide
-        room = WORD - edge - 4
-        if room < 8:
+        spare = WORD - edge - 4
+        if spare < 8:
             raise ValueError(f"boxes may have up to {WORD - 12} cells, got {edge}")
-        needed = -(-2 * longest // room)
+        needed = -(-2 * longest // spare)
         self.beams = max(LEAST_BEAMS, needed + needed % 2)
         self._seen = tuple(np.zeros_like(rows) for rows in air.rows)
         self._scratch = np.empty((2, longest + 1), np.uint64)
 
     def seen(self, low: NDArray[np.int64]) -> NDArray[np.uint64]:
-        """Give a bit for every cell in sight from a box of `edge` cells a side.
+        """Return a bit for every cell in sight from a box of `edge` cells a side.
 
         low: its first cell (i, j, k); it is cut at the grid's end. Returned are rows
         ``(nz, ny, words)`` along x, which hold until the next call.

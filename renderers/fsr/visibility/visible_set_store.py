@@ -27,12 +27,12 @@ _TYPES = {"shape": np.int64, "table": np.int32, "numbers": np.int32, "bits": np.
 
 
 def default_folder() -> Path:
-    """Give the user's cache folder for visible sets."""
+    """Return the user's cache folder for visible sets."""
     return Path(platformdirs.user_cache_dir("paravol")) / "visibility"
 
 
 def entry_path(folder: Path, distance: Volume, bounds: BlockBounds) -> Path:
-    """Give the file of one surface and its discs, as the present code finds it."""
+    """Return the file of one surface and its discs, as the present code finds it."""
     digest = hashlib.sha256()
     here = Path(__file__).parent
     kernels = here.parent / "kernels" / "visibility_floods.py"

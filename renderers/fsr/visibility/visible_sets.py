@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.kernels.visibility_floods import mark_met
-from renderers.fsr.visibility.floods import AirCells, Lookout, find_air
+from renderers.fsr.visibility.floods import AirCells, BoxFlood, find_air
 from renderers.scene import Volume
 from renderers.scene.thread_team import ThreadTeam
 
@@ -60,7 +60,7 @@ class VisibleSets:
     bits: NDArray[np.uint8]
 
     def row(self, voxel: NDArray[np.float64]) -> int:
-        """Give the row of the box around a grid place (i, j, k); -1 if there is none.
+        """Return the row of the box around a grid place (i, j, k); -1 if there is none.
 
         The place must be in air for the set to hold.
         """
@@ -71,17 +71,52 @@ class VisibleSets:
         return int(self.table[(box[0] * ny + box[1]) * nx + box[2]])
 
     def seen(self, row: int) -> NDArray[np.uint8]:
-        """Give 1 for every block that may be seen, 0 for the others."""
+        """Return 1 for every block that may be seen, 0 for the others."""
         return np.unpackbits(self.bits[row], count=len(self.numbers), bitorder="little")
 
     @property
     def share(self) -> float:
-        """Get the mean share of the blocks that a set holds."""
+        """Return the mean share of the blocks that a set holds."""
         if self.bits.size == 0:
             return 1.0
         return float(
             np.bitwise_count(self.bits).sum() / len(self.bits) / len(self.numbers)
         )
+
+
+class VisibleSetLookup:
+    """Look up what an eye may see; the last answer is kept, since eyes move slowly.
+
+    numbers: of the blocks that are asked about. Raises ValueError for sets of others.
+    """
+
+    def __init__(
+        self, sets: VisibleSets, distance: Volume, numbers: NDArray[np.int32]
+    ) -> None:
+        if not np.array_equal(sets.numbers, numbers):
+            raise ValueError(
+                f"the visible sets are of {len(sets.numbers)} other blocks than the "
+                f"{len(numbers)} of this surface; build or update them for it"
+            )
+        self._sets = sets
+        self._distance = distance
+        self._voxel_from_world = distance.voxel_from_world
+        self._row = -1
+        self._seen: NDArray[np.uint8] | None = None
+
+    def seen_from(self, eye_mm: NDArray[np.float64]) -> NDArray[np.uint8] | None:
+        """Return 1 per block that may be seen, else 0; None where nothing is known.
+
+        That is outside the airway, and in tissue.
+        """
+        matrix = self._voxel_from_world
+        at = matrix[:3, :3] @ eye_mm + matrix[:3, 3]
+        row = self._sets.row(at)
+        if row < 0 or self._distance.at_voxel(at) >= 0:
+            return None
+        if row != self._row:
+            self._row, self._seen = row, self._sets.seen(row)
+        return self._seen
 
 
 def build_visible_sets(
@@ -103,65 +138,8 @@ def build_visible_sets(
     return VisibleSets(shape, table, bounds.numbers, bits)
 
 
-def update_visible_sets(
-    sets: VisibleSets,
-    distance: Volume,
-    bounds: BlockBounds,
-    low: tuple[int, int, int],
-    high: tuple[int, int, int],
-    team: ThreadTeam,
-) -> tuple[VisibleSets, int]:
-    """Find anew what a change of the distance touches, in voxels low..high - 1.
-
-    low, high: (k, j, i). bounds: of the surfels after the change. A line of sight that
-    is new passes through what has changed, and so do the discs that are: only boxes in
-    sight of the changed place, with room for its discs, are flooded again. The others
-    keep their sets, which hold what they may see, though a full rebuild might find some
-    a little smaller.
-    Returns the number of boxes done, too. Raises ValueError for another grid.
-    """
-    air = find_air(distance)
-    shape = _boxes_of(air)
-    if shape != sets.shape:
-        raise ValueError(
-            f"sets of {sets.shape} boxes cannot be updated from a volume of {shape}"
-        )
-    inside = airway_boxes(distance)
-    first = np.array(low)[::-1] - 1
-    last = np.array(high)[::-1]
-    changed = np.all(
-        (bounds.cells[:, :3] <= last) & (bounds.cells[:, 3:] >= first), axis=1
-    )
-    if changed.any():
-        first = np.minimum(first, bounds.cells[changed, :3].min(axis=0))
-        last = np.maximum(last, bounds.cells[changed, 3:].max(axis=0))
-    first = np.maximum(first, 0)
-    edge = int((last - first).max()) + 1
-    near = _boxes_in_sight(air, first, edge, shape)
-    old = sets.table.copy()
-    again = np.flatnonzero(inside & (near | (old < 0)))
-    kept = np.flatnonzero(inside & ~near & (old >= 0))
-    table = np.full(len(old), -1, np.int32)
-    rows = np.concatenate([kept, again])
-    table[rows] = np.arange(len(rows))
-    # blocks that a kept set does not know are ones that it does not see
-    place = np.searchsorted(bounds.numbers, sets.numbers)
-    known = place < len(bounds.numbers)
-    known[known] = bounds.numbers[place[known]] == sets.numbers[known]
-    moved = np.zeros((len(kept), len(bounds.numbers)), np.uint8)
-    for n, box in enumerate(kept):
-        moved[n, place[known]] = sets.seen(int(old[box]))[known]
-    bits = np.concatenate(
-        [
-            np.packbits(moved, axis=1, bitorder="little"),
-            _find(air, bounds, again, team, None),
-        ]
-    )
-    return VisibleSets(shape, table, bounds.numbers, bits), len(again)
-
-
 def airway_boxes(distance: Volume) -> NDArray[np.bool_]:
-    """Tell which boxes hold air with tissue on most sides, flat ``(boxes,)``."""
+    """Mark which boxes hold air with tissue on most sides, flat ``(boxes,)``."""
     tissue = distance.values > 0
     walls = np.zeros(tissue.shape, np.uint8)
     for axis in range(3):
@@ -184,19 +162,6 @@ def _boxes_of(air: AirCells) -> tuple[int, int, int]:
     return nz, ny, nx
 
 
-def _boxes_in_sight(
-    air: AirCells, first: NDArray[np.int64], edge: int, shape: tuple[int, int, int]
-) -> NDArray[np.bool_]:
-    """Tell which boxes hold a cell in sight of a box of `edge` cells."""
-    seen = Lookout(air, edge).seen(first)
-    cells = np.unpackbits(seen.view(np.uint8), axis=2, bitorder="little")
-    padded = np.zeros(tuple(n * EDGE for n in shape), np.uint8)
-    nz, ny, nx = air.shape
-    padded[:nz, :ny, :nx] = cells[:, :, :nx]
-    folded = padded.reshape(shape[0], EDGE, shape[1], EDGE, shape[2], EDGE)
-    return np.asarray(folded.any(axis=(1, 3, 5)).reshape(-1), bool)
-
-
 def _find(
     air: AirCells,
     bounds: BlockBounds,
@@ -204,7 +169,7 @@ def _find(
     team: ThreadTeam,
     progress: Progress | None,
 ) -> NDArray[np.uint8]:
-    """Give the rows of bits of some boxes."""
+    """Return the rows of bits of some boxes."""
     shape = _boxes_of(air)
     group = bounds.places >> GROUP_SHIFT
     order = np.lexsort(group.T)
@@ -222,14 +187,14 @@ def _find(
         axis=1,
     )
     bits = np.zeros((len(boxes), -(-len(order) // 8)), np.uint8)
-    free = [Lookout(air, EDGE) for _ in range(team.threads)]
+    free = [BoxFlood(air, EDGE) for _ in range(team.threads)]
 
     def work(n: int) -> None:
-        lookout = free.pop()
+        flood = free.pop()
         low = np.array(np.unravel_index(boxes[n], shape))[::-1] * EDGE
         met = np.empty(len(order), np.uint8)
-        mark_met(lookout.seen(low), groups, cells, first, met)
-        free.append(lookout)
+        mark_met(flood.seen(low), groups, cells, first, met)
+        free.append(flood)
         seen = np.empty(len(order), np.uint8)
         seen[order] = met
         bits[n] = np.packbits(seen, bitorder="little")

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from anatomy.phantom.air import distance_at_points, evaluate_lattice
-from anatomy.phantom.kernel_tables import Grids
+from anatomy.kernels.tables import Grids
+from anatomy.phantom.air import distance_at_points, evaluate_lattice, remove_slivers
 from anatomy.phantom.lattice import Lattice
 from anatomy.phantom.model import BAND_MM, Model, build_model
 from anatomy.phantom.parameters import PhantomParameters
@@ -26,7 +26,7 @@ def plain(model: Model, lattice: Lattice) -> Grids:
 
 
 def same(a: Grids, b: Grids) -> bool:
-    return all(np.array_equal(x, y) for x, y in zip(a, b, strict=True))
+    return all(np.array_equal(getattr(a, n), getattr(b, n)) for n in Grids._fields)
 
 
 def test_skipping_loses_nothing_and_skips(
@@ -53,8 +53,9 @@ def test_another_field_of_view_gives_the_same_voxels(
     grids, _ = evaluate_lattice(model, other)
     x, y, z = (b - a for a, b in zip(lattice.first, other.first, strict=True))
     nz, ny, nx = other.shape
-    for small, large in zip(grids, plain, strict=True):
-        assert np.array_equal(small, large[z : z + nz, y : y + ny, x : x + nx])
+    for name in Grids._fields:
+        large = getattr(plain, name)[z : z + nz, y : y + ny, x : x + nx]
+        assert np.array_equal(getattr(grids, name), large)
 
 
 def test_the_continuous_query_is_the_sampled_field(
@@ -75,3 +76,30 @@ def test_nothing_is_nan_far_outside(model: Model) -> None:
 def test_points_of_the_wrong_shape_are_refused(model: Model) -> None:
     with pytest.raises(ValueError, match=r"shape \(\.\.\., 3\)"):
         distance_at_points(model, np.zeros((3, 2)))
+
+
+def test_specks_go_and_large_pieces_stay() -> None:
+    air = np.full((20, 20, 20), 1.0, dtype=np.float32)
+    air[1:12, 1:12, 1:12] = -1.0
+    air[14:19, 14:19, 14:19] = -0.5
+    air[15, 2, 2] = -0.25
+    part = np.zeros(air.shape, dtype=np.uint8)
+    assert remove_slivers(air, part, 1.0) == 1
+    assert air[15, 2, 2] == 0.25
+    assert air[16, 16, 16] == -0.5
+    assert np.all(air[1:12, 1:12, 1:12] == -1.0)
+
+
+def test_one_airway_has_nothing_to_remove() -> None:
+    air = np.full((5, 5, 5), -1.0, dtype=np.float32)
+    assert remove_slivers(air, np.zeros(air.shape, dtype=np.uint8), 0.5) == 0
+
+
+def test_a_piece_that_the_field_of_view_cuts_stays() -> None:
+    air = np.full((20, 20, 20), 1.0, dtype=np.float32)
+    air[1:12, 1:12, 1:12] = -1.0
+    air[15, 15, 17:] = -0.25
+    air[15, 2, 2] = -0.25
+    assert remove_slivers(air, np.zeros(air.shape, dtype=np.uint8), 1.0) == 1
+    assert air[15, 15, 19] == -0.25
+    assert air[15, 2, 2] == 0.25

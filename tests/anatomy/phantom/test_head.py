@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from anatomy.phantom.face import outside
 from anatomy.phantom.head import (
     NECK_END_MM,
     WHOLE_HEAD_MM,
@@ -15,12 +14,13 @@ from anatomy.phantom.head import (
     _ears,
     _mouth,
     head_outside,
+    outside,
 )
 from anatomy.phantom.lattice import DEFAULT_FIELD_MM, Box
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
 from anatomy.phantom.shapes import Field
-from anatomy.phantom.skull import mandible
+from anatomy.phantom.surroundings import mandible
 from anatomy.tissue import Label
 
 STEP_MM = 3.0

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.parameters import Opacity, PhantomParameters
 
 
 @given(st.integers(0, 2**40), st.floats(-6, 6), st.booleans())
@@ -43,3 +43,25 @@ def test_a_value_out_of_range_is_named(name: str, value: Any) -> None:
 def test_a_tiny_frontal_sinus_is_refused() -> None:
     with pytest.raises(ValueError, match="frontal_scale"):
         PhantomParameters(frontal_scale=0.2)
+
+
+def test_a_side_counts_up_to_twelve() -> None:
+    full = Opacity(
+        maxillary=2,
+        anterior_ethmoid=2,
+        posterior_ethmoid=2,
+        sphenoid=2,
+        frontal=2,
+        ostiomeatal=2,
+        polyps=4,
+    )
+    assert full.total == 12
+    assert Opacity(polyps=3).total == 0
+
+
+@pytest.mark.parametrize(
+    "scores", [{"maxillary": 3}, {"ostiomeatal": 1}, {"polyps": 5}]
+)
+def test_a_score_that_there_is_not_is_refused(scores: dict[str, int]) -> None:
+    with pytest.raises(ValueError, match="must be one of"):
+        Opacity(**scores)

@@ -6,8 +6,8 @@ from scipy import ndimage
 
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom, distance_at
-from anatomy.queries.survey import leaks, sinus_volumes_ml
 from anatomy.tissue import AIR_LABELS, Label, Side
+from benchmarks.phantom_figures.sinus_volumes import leaks, sinus_volumes_ml
 from renderers.scene.volume import Volume
 
 

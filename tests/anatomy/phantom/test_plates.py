@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.parameters import Opacity, PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
 from anatomy.phantom.plates import CRIBRIFORM_MM, FOVEA_MM, LATERAL_LAMELLA_MM, plates
-from anatomy.phantom.sinus_opacity import Opacity
 from anatomy.queries.probing import plate_at
 from anatomy.tissue import Label
 

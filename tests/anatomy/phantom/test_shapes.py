@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from anatomy.phantom.honeycomb import Cells
 from anatomy.phantom.program import Encoder
 from anatomy.phantom.shapes import (
     Affine,
     Array,
+    Cells,
     Chain,
     Ellipsoid,
     Field,

@@ -68,7 +68,7 @@ def test_keros_types_are_millimetres(mm: float, kind: int) -> None:
         ("onodo", "there is no variant"),
         ("onodi:up", "must be left or right"),
         ("keros-2:left", "holds for both sides"),
-        ("frontal-aplasia:right", "cannot be asked for"),
+        ("frontal-aplasia:right", "cannot be built"),
     ],
 )
 def test_what_there_is_not_is_refused(name: str, said: str) -> None:

@@ -4,9 +4,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.parameters import Opacity, PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
-from anatomy.phantom.sinus_opacity import Opacity
 from anatomy.queries.lund_mackay import lund_mackay
 from anatomy.tissue import Label, Side
 

@@ -177,7 +177,7 @@ def spoiled(image: FileDataset, row: str) -> None:
         del image.SharedFunctionalGroupsSequence[0].PlaneOrientationSequence
     elif row == "no position":
         del own[3].PlanePositionSequence
-    elif row == "more frames told of than there are":
+    elif row == "more frames listed than there are":
         image.NumberOfFrames = len(own) - 2
         image.PixelData = image.PixelData[: -2 * 2 * SHAPE[1] * SHAPE[2]]
     elif row == "pixels cut off":
@@ -188,7 +188,7 @@ CATALOGUE = {
     "no groups": "scan holds many frames in one file.*one file a slice",
     "no orientation": "scan holds many frames in one file.*one file a slice",
     "no position": "scan has no ImagePositionPatient",
-    "more frames told of than there are": "scan is cut off: it tells of slice",
+    "more frames listed than there are": "scan is cut off: its header lists slice",
     "pixels cut off": r"scan is cut off: [\d,]+ of [\d,]+ bytes",
 }
 

@@ -6,13 +6,18 @@ import os
 import re
 from importlib.metadata import version
 from pathlib import Path
+from typing import Literal
 
 import pytest
 
 from app.__main__ import main
 from app.cli.commands import app
 from app.cli.overview import overview
+from app.cli.renamed_options import RENAMED
+from app.cli.root import DEVICES, FLY, MACHINE, PATIENTS, PICTURES, SESSIONS
 from app.errors import sentence
+
+GROUPS = (FLY, PATIENTS, PICTURES, SESSIONS, DEVICES, MACHINE)
 
 
 def told(capsys: pytest.CaptureFixture[str]) -> str:
@@ -35,6 +40,54 @@ def test_overview_lists_every_command_with_its_first_line() -> None:
     assert len(names) >= 9
     for name, line in listed.items():
         assert (app[name].help or "").startswith(line.rstrip("."))
+
+
+def test_every_command_stands_in_its_group() -> None:
+    parts = re.split(r"^(\w+):$", overview(), flags=re.MULTILINE)[1:]
+    listed = {
+        name: group
+        for group, text in zip(parts[::2], parts[1::2], strict=True)
+        for name in re.findall(r"^  (\w+) ", text, re.MULTILINE)
+    }
+    for name in (name for name in app if not name.startswith("-")):
+        assert app[name].group == tuple(g for g in GROUPS if g.name == listed[name])
+
+
+def test_options_of_a_snapshot_stand_in_groups(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["snapshot", "--help"]) == 0
+    shown = capsys.readouterr().out
+    names = ("What is shown", "Camera", "Film", "Quality", "Path tracing", "Output")
+    places = [shown.index(name) for name in names]
+    assert places == sorted(places)
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_knows_every_command_and_the_options(
+    shell: Literal["bash", "zsh", "fish"],
+) -> None:
+    script = app.generate_completion(shell=shell)
+    for name in (name for name in app if not name.startswith("-")):
+        assert re.search(rf"\b{name}\b", script)
+    assert "camera-path" in script
+
+
+@pytest.mark.parametrize(("command", "old"), list(RENAMED))
+def test_an_old_name_is_refused_with_the_new_one(
+    command: str, old: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    new = RENAMED[command, old]
+    for words in ([command, old, "x"], [command, f"{old}=x"]):
+        assert main(words) == 2
+        line = told(capsys)
+        assert f"{old} is called {new} now." in line
+        assert line.endswith(f"See paravol {command} --help.")
+    names = {
+        n for each in app[command].assemble_argument_collection() for n in each.names
+    }
+    assert new in names
+    assert old not in names
 
 
 @pytest.mark.parametrize("words", [[], ["--help"], ["-h"]])

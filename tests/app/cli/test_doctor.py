@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from app.cli import doctor
-from app.cli.doctor import examine, run_doctor, serial_ports
+from app.cli.doctor import examine, run_doctor
 from app.opengl import OpenGL
 from devices.serial_adapters import SerialAdapter
+from paravol import machine_check
 from paravol.finding import Finding
+from paravol.machine_check import serial_ports
 
 OPENGL = OpenGL("Maker", "Some GPU", "4.6")
 
@@ -83,7 +85,7 @@ def test_an_absent_package_is_required_unless_it_is_an_extra(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     absent = {"numba": "not installed", "mpi4py": "not installed", "vtk": "9.4"}
-    monkeypatch.setattr(doctor, "versions", lambda: absent)
+    monkeypatch.setattr(machine_check, "versions", lambda: absent)
     monkeypatch.setattr(doctor, "probe_offscreen", lambda: OPENGL)
     monkeypatch.setattr(doctor, "probe_window", lambda: OPENGL)
     found = {finding.name: finding for finding in examine()}

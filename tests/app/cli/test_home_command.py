@@ -11,12 +11,12 @@ import pytest
 
 from app.__main__ import main
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
-from devices.microscribe.emulator.faults import parse_fault
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.emulator.server import EmulatorServer
 from devices.microscribe.emulator.terminal_port import TerminalPort
 from devices.microscribe.kinematics.forward import ForwardKinematics
 from devices.microscribe.kinematics.profiles import DX40937, HOME_COUNTS
+from tests.devices.microscribe.rare_faults.every_fault import parse_any_fault
 
 pytestmark = pytest.mark.skipif(
     sys.platform == "win32", reason="pseudo-terminals need POSIX"
@@ -28,7 +28,7 @@ ELSEWHERE = (9000, 4000, 5000, 2000, 1000, 8416)
 class Bench:
     def __init__(self, *faults: str) -> None:
         self.motion = StillMotion(DX40937, ELSEWHERE)
-        plans = [parse_fault(fault) for fault in faults]
+        plans = [parse_any_fault(fault) for fault in faults]
         arm = EmulatedArm(DX40937, self.motion, faults=plans, now_s=time.monotonic())
         self.server = EmulatorServer(arm, TerminalPort())
 
@@ -86,7 +86,7 @@ def test_a_yes_loads_the_home_counts_and_tells_the_tip(
     assert told["tip_mm"] == pytest.approx(tip.tolist(), abs=0.06)
     assert bench.motion.homed == 1
     # Loaded into the running arm, never into its memory.
-    assert bench.server.arm.far_end.memory_writes == 0
+    assert bench.server.arm.firmware.memory_writes == 0
 
 
 def test_the_table_says_what_to_do_next(

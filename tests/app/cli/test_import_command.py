@@ -16,9 +16,9 @@ from anatomy.files.surfaces import load_surface, save_surface
 from anatomy.files.volumes import load_volume, save_volume
 from app.__main__ import main
 from devices import load_probe_path
-from paravol.case_exercise import exercise_of
+from paravol.case_scenario import scenario_of_case
 from paravol.inputs.hand import nostril_fulcrum
-from paravol.patient import prepare_room
+from paravol.patient import load_patient
 from renderers.scene import Volume
 from scenarios import load_scenario
 
@@ -92,8 +92,8 @@ def test_a_made_head_becomes_a_case(
 
 
 def test_the_case_is_a_room_with_a_way_in(case: Path) -> None:
-    scenario, folder = load_scenario(str(exercise_of(case)))
-    room = prepare_room(scenario, lambda stage, share: None)
+    scenario, folder = load_scenario(str(scenario_of_case(case)))
+    room = load_patient(scenario, lambda stage, share: None)
     path = load_probe_path(folder / scenario.path)
     fulcrum = nostril_fulcrum(room, path)
     assert abs(float(fulcrum.pivot_mm[0])) == pytest.approx(7, abs=1)
@@ -148,7 +148,7 @@ def test_a_case_without_a_way_in_says_how_to_give_one(
     record = msgspec.structs.replace(read_case(case).record, approach=None)
     (folder / "case.json").write_bytes(msgspec.json.encode(record))
     with pytest.raises(ValueError, match=r"import the scan again with --pivot x y z"):
-        exercise_of(folder)
+        scenario_of_case(folder)
 
 
 @pytest.mark.slow

@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,7 @@ from anatomy import Opacity
 from anatomy.case import read_case
 from app.__main__ import main
 from app.cli.phantom_command import parse_scores, run_phantom
+from paravol.case_options import PhantomOptions
 
 
 def test_a_patient_is_drawn_with_what_was_asked_for(
@@ -29,9 +31,8 @@ def test_a_patient_is_drawn_with_what_was_asked_for(
 
 
 def test_the_average_adult_can_be_asked_for(tmp_path: Path) -> None:
-    run_phantom(
-        out=tmp_path / "case", seed=3, spacing_mm=3.0, as_json=True, average=True
-    )
+    options = PhantomOptions(out=tmp_path / "case", spacing=3.0)
+    run_phantom(3, replace(options, average=True), as_json=True)
     held = read_case(tmp_path / "case").record.parameters
     assert held is not None
     assert held.maxillary_scale == 0.97
@@ -40,8 +41,8 @@ def test_the_average_adult_can_be_asked_for(tmp_path: Path) -> None:
     with pytest.raises(
         ValueError, match=r"the case of a phantom \(seed 3\) with its exercise.*--force"
     ):
-        run_phantom(out=tmp_path / "case", seed=4, spacing_mm=3.0, as_json=True)
-    run_phantom(out=tmp_path / "case", seed=4, spacing_mm=3.0, as_json=True, force=True)
+        run_phantom(4, options, as_json=True)
+    run_phantom(4, replace(options, force=True), as_json=True)
     held = read_case(tmp_path / "case").record.parameters
     assert held is not None
     assert held.seed == 4

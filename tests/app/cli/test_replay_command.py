@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from app.cli.replay_command import run_replay
-from paravol import replay
-from paravol.replay import ReplayReport
+from paravol import session_replay
+from paravol.session_replay import ReplayReport
 from scenarios import Score
 from scenarios.bundle import Damage
 
@@ -57,7 +57,7 @@ def test_damage_is_told_with_place_and_seconds(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr(replay, "replay_session", lambda *words, **named: found)
+    monkeypatch.setattr(session_replay, "replay_session", lambda *words, **named: found)
     monkeypatch.setenv("COLUMNS", "160")
     status = run_replay(Path("a"), check=True, video=None, threads=1, as_json=False)
     said = capsys.readouterr().out
@@ -71,7 +71,7 @@ def test_the_figures_of_damage_are_in_the_json(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     found = report(Damage(1, 2, 3.5, 4.0, 50))
-    monkeypatch.setattr(replay, "replay_session", lambda *words, **named: found)
+    monkeypatch.setattr(session_replay, "replay_session", lambda *words, **named: found)
     run_replay(Path("a"), check=False, video=None, threads=1, as_json=True)
     said = capsys.readouterr().out
     assert '"first_byte": 1' in said

@@ -22,10 +22,10 @@ from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import build_phantom
 from app.__main__ import main
 from devices import load_probe_path
-from paravol.case_exercise import exercise_of
+from paravol.case_scenario import scenario_of_case
 from paravol.inputs.flight_input import in_the_patient
-from paravol.patient import prepare_room
-from paravol.session_info import describe_session
+from paravol.patient import load_patient
+from paravol.session_setup import describe_session
 from paravol.snapshots.view_file import ViewFile
 from scenarios import Sample, load_scenario, tip_frame
 from scenarios.bundle import SampleRecord, SessionRecorder
@@ -42,8 +42,8 @@ def nose(folder: Path, seed: int) -> Path:
 
 def session_through(case: Path, folder: Path) -> Path:
     """Record one sample in the middle of the case's exercise."""
-    scenario, place = load_scenario(str(exercise_of(case)))
-    room = prepare_room(scenario, lambda stage, share: None)
+    scenario, place = load_scenario(str(scenario_of_case(case)))
+    room = load_patient(scenario, lambda stage, share: None)
     path = load_probe_path(place / scenario.path)
     at = path.sample(0.4 * path.duration_s)
     sample = Sample(
@@ -152,7 +152,7 @@ def test_one_view_becomes_every_kind_of_file(
     path = tmp_path / "p.json"
     path.write_text(json.dumps({"schema": "paravol.camera-path/1", "keys": keys}))
     film, folder = tmp_path / "f.mp4", tmp_path / "frames"
-    row = [*words, "--path", str(path), "--fps", "2", "--out", str(folder)]
+    row = [*words, "--camera-path", str(path), "--fps", "2", "--out", str(folder)]
     assert main([*row, "--out", str(film)]) == 0
     names = sorted(p.name for p in folder.iterdir())
     assert names == [f"frame-{n:05d}.png" for n in (1, 2, 3)]
@@ -219,15 +219,18 @@ def test_a_tool_in_mode_classic_is_in_every_kind_of_picture(
     ]
     path, folder = tmp_path / "p.json", tmp_path / "frames"
     path.write_text(json.dumps({"schema": "paravol.camera-path/1", "keys": keys}))
-    words = ["--view", str(armed), "--path", str(path), "--fps", "1"]
+    words = ["--view", str(armed), "--camera-path", str(path), "--fps", "1"]
     assert main(["snapshot", *words, "--samples", "1", "--out", str(folder)]) == 0
     frames = [pixels_of(file) for file in sorted(folder.iterdir())]
     assert len(frames) == 2
     assert np.median(np.ptp(frames[0][met].astype(int), axis=-1)) < 10
     assert not np.array_equal(frames[0], frames[1])
     capsys.readouterr()
-    assert main(["snapshot", "--view", str(armed), "--truth", "--out", str(out)]) == 1
-    assert "--truth is about the endoscope's light" in capsys.readouterr().err
+    assert (
+        main(["snapshot", "--view", str(armed), "--path-traced", "--out", str(out)])
+        == 1
+    )
+    assert "--path-traced is about the endoscope's light" in capsys.readouterr().err
 
 
 @pytest.mark.slow
@@ -236,25 +239,25 @@ def test_light_by_paths_stops_goes_on_and_judges_the_quick_light(
 ) -> None:
     view = phantom_view(tmp_path)
     state, out = tmp_path / "s.npz", tmp_path / "t.png"
-    words = ["snapshot", "--view", str(view), "--samples", "1", "--truth"]
+    words = ["snapshot", "--view", str(view), "--samples", "1", "--path-traced"]
     words += ["--out", str(out), "--state", str(state), "--json"]
     capsys.readouterr()
     noise = []
     for paths in ("32", "64"):
-        assert main([*words, "--paths", paths, "--against", "fast"]) == 0
+        assert main([*words, "--path-samples", paths, "--against", "fast"]) == 0
         report = json.loads(capsys.readouterr().out)
         noise.append(report["result"]["noise"])
         assert 0 < report["against"]["light"] < 0.5
     assert noise[1] < noise[0]
     went_on = out.read_bytes()
     state.unlink()
-    assert main([*words, "--paths", "64"]) == 0
+    assert main([*words, "--path-samples", "64"]) == 0
     assert np.array_equal(pixels_of(out), pixels_of(io.BytesIO(went_on)))
     other = json.loads(view.read_text())
     other["camera"]["eye_mm"][1] += 1
     view.write_text(json.dumps(other))
-    assert main([*words, "--paths", "64"]) == 1
-    assert "of another view, head or fineness" in capsys.readouterr().err
+    assert main([*words, "--path-samples", "64"]) == 1
+    assert "of another view, head or quality" in capsys.readouterr().err
 
 
 @pytest.fixture
@@ -276,8 +279,8 @@ def test_out_of_time_or_interrupted_there_is_the_best_picture_so_far(
 ) -> None:
     view = phantom_view(tmp_path)
     out = tmp_path / "t.png"
-    words = ["snapshot", "--view", str(view), "--samples", "1", "--truth"]
-    words += ["--out", str(out), "--paths", "1000000"]
+    words = ["snapshot", "--view", str(view), "--samples", "1", "--path-traced"]
+    words += ["--out", str(out), "--path-samples", "1000000"]
     assert main([*words, "--time-limit", "1"]) == 0
     assert text_of(out)["Complete"] == "no: stopped early"
     assert pixels_of(out).std() > 5

@@ -24,10 +24,10 @@ from PySide6.QtWidgets import QApplication
 from paravol.environment import prepare_environment
 prepare_environment()
 from pathlib import Path
-from paravol.flight_order import FlightOrder
+from paravol.flight import FlightOrder
 from paravol.inputs import choose_input
 from app.window.main_window import TraineeWindow
-from app.window.flight_thread import WindowFlight
+from app.window.flight_thread import FlightThread
 from devices import load_probe_path
 from scenarios import load_scenario
 
@@ -35,7 +35,7 @@ application = QApplication([])
 scenario, folder = load_scenario(sys.argv[1])
 path = load_probe_path(folder / scenario.path)
 mouse = choose_input(None, None, scenario, path, folder / scenario.path)
-flight = WindowFlight(FlightOrder(scenario, path, mouse, 64, 1, Path(sys.argv[2])))
+flight = FlightThread(FlightOrder(scenario, path, mouse, 64, 1, Path(sys.argv[2])))
 window = TraineeWindow(flight, None, edge_samples=0)
 frames = []
 flight.arrived.connect(lambda: frames.append(time.monotonic()))
@@ -82,7 +82,7 @@ QTest.keyClick(window, Qt.Key.Key_Return)
 ending = time.monotonic()
 while window.picture._result is None and time.monotonic() < ending + 60.0:
     wait(20)
-score = flight.end.score
+score = flight.flight.result.score
 QTest.keyClick(window, Qt.Key.Key_Q)
 assert not window.isVisible()
 assert flight.stop(60.0)

@@ -73,8 +73,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from paravol.inputs import choose_input
 from app.window.main_window import TraineeWindow
-from paravol.flight_order import FlightOrder
-from app.window.flight_thread import WindowFlight
+from paravol.flight import FlightOrder
+from app.window.flight_thread import FlightThread
 from devices import load_probe_path
 from scenarios import load_scenario
 
@@ -83,7 +83,7 @@ scenario, folder = load_scenario("first_flight")
 file = folder / scenario.path
 path = load_probe_path(file)
 arm = choose_input("emulator", None, scenario, path, file)
-flight = WindowFlight(FlightOrder(scenario, path, arm, 128, 1, None))
+flight = FlightThread(FlightOrder(scenario, path, arm, 128, 1, None))
 window = TraineeWindow(flight, None, edge_samples=0)
 window.show()
 Key = Qt.Key
@@ -91,7 +91,7 @@ for key, degrees in (
     (Key.Key_Right, 5), (Key.Key_Up, 10), (Key.Key_Left, 5), (Key.Key_Down, 0)
 ):
     QTest.keyClick(window, key)
-    assert flight.roll.turn_deg == degrees, (key, flight.roll.turn_deg)
+    assert flight.flight.roll.turn_deg == degrees, (key, flight.flight.roll.turn_deg)
 before = window.geometry()
 for leave in (Key.Key_F, Key.Key_Escape):
     QTest.keyClick(window, Key.Key_F)
@@ -127,8 +127,8 @@ from paravol.environment import prepare_environment
 prepare_environment()
 from paravol.inputs import choose_input
 from app.window.main_window import TraineeWindow
-from paravol.flight_order import FlightOrder
-from app.window.flight_thread import WindowFlight
+from paravol.flight import FlightOrder
+from app.window.flight_thread import FlightThread
 from devices import load_probe_path
 from scenarios import load_scenario
 
@@ -137,7 +137,7 @@ scenario, folder = load_scenario(sys.argv[1])
 file = folder / scenario.path
 path = load_probe_path(file)
 mouse = choose_input("mouse", None, scenario, path, file)
-flight = WindowFlight(FlightOrder(scenario, path, mouse, 128, 1, None))
+flight = FlightThread(FlightOrder(scenario, path, mouse, 128, 1, None))
 window = TraineeWindow(flight, None, edge_samples=0)
 seen = []
 take = flight.take

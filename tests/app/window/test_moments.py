@@ -23,8 +23,8 @@ from paravol.environment import prepare_environment
 prepare_environment()
 from paravol.inputs import choose_input
 from app.window.main_window import TraineeWindow
-from paravol.flight_order import FlightOrder
-from app.window.flight_thread import WindowFlight
+from paravol.flight import FlightOrder
+from app.window.flight_thread import FlightThread
 from devices import load_probe_path
 from scenarios import load_scenario
 
@@ -34,7 +34,7 @@ size, record = int(sys.argv[2]), Path(sys.argv[3])
 file = folder / scenario.path
 path = load_probe_path(file)
 mouse = choose_input("mouse", None, scenario, path, file)
-flight = WindowFlight(FlightOrder(scenario, path, mouse, size, 1, record))
+flight = FlightThread(FlightOrder(scenario, path, mouse, size, 1, record))
 window = TraineeWindow(flight, None, edge_samples=0)
 frames, told = [], []
 flight.arrived.connect(lambda: frames.append(0))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from benchmarks.simulated_ranks.host import Host, HostCosts
 from benchmarks.simulated_ranks.replay import ReplayWork, Visits
-from benchmarks.simulated_ranks.simulated_machine import Lot
+from benchmarks.simulated_ranks.simulated_machine import SimulatedRank
 from renderers.art.cells.cache import CellCache
 from renderers.art.ranks.directory import Directory, homes, ring_distances
 from renderers.art.ranks.messages import MessageKind
@@ -33,10 +33,12 @@ COSTS = HostCosts(
 CELLS = 12
 
 
-def make_ranks(rays: list[list[list[Visits]]], home: NDArray[np.int64]) -> list[Lot]:
+def make_ranks(
+    rays: list[list[list[Visits]]], home: NDArray[np.int64]
+) -> list[SimulatedRank]:
     """Make ranks with static homes and room for every cell."""
     ranks = len(rays)
-    made: list[Lot] = []
+    made: list[SimulatedRank] = []
     for rank, frames in enumerate(rays):
         cache = CellCache(CELLS)
         work = ReplayWork(cache, checks=False)
@@ -121,7 +123,7 @@ def test_work_that_says_nothing_is_shared_out_evenly(seed: int) -> None:
     found = {}
     for cores in (1, 2, 4):
         # Every rank is home to the cell it meets.
-        lots: list[Lot] = []
+        lots: list[SimulatedRank] = []
         for rank, frames in enumerate(rays):
             cache = CellCache(1)
             work = ReplayWork(cache, checks=False)

@@ -6,7 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.simulated_ranks.rank_recording import SAY, Recording
-from benchmarks.simulated_ranks.retrace import Retracing, ray_twin, twin
+from benchmarks.simulated_ranks.retrace import (
+    Retracing,
+    simulated_node,
+    simulated_ray_node,
+)
 from benchmarks.simulated_ranks.strands import (
     FEATURES,
     StrandPacket,
@@ -22,9 +26,9 @@ from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.prepare import make_node
 from renderers.art.ranks.rank import Rank
 from renderers.art.ranks.ray_travel import make_frame_node
-from renderers.art.ranks.transport import LoopBack
 from renderers.art.regions import Gather, deal_regions
 from renderers.scene import Camera, Scene
+from tests.loop_back import LoopBack
 
 QUALITY = Quality(0.5, 1 / 1024)
 FRAMES = 2
@@ -37,7 +41,7 @@ def record(
     scene: Scene, camera: Camera, ranks: int, spare: int, dataflow: Dataflow, seed: int
 ) -> Recorded:
     """Draw two frames over a loop-back, and make nodes that can repeat it."""
-    march, _, lone = make_node(scene, "classic", QUALITY, cache_cells=1)
+    march, _, lone = make_node(scene, "classic", QUALITY, policy=CellPolicy(1))
     cells = -(-lone.occupied // ranks) + spare
     rays = FrameRays.of(camera)
     joint = LoopBack(ranks, seed)
@@ -57,12 +61,13 @@ def record(
         )
         watched.append(Recording(node))
         if isinstance(node, Node):
-            nodes.append(twin(node))
+            nodes.append(simulated_node(node))
         else:
             _, owning, _ = make_node(
-                scene, "classic", QUALITY, rank=rank, ranks=ranks, dataflow=dataflow
-            )
-            nodes.append(ray_twin(owning, begun))
+                scene, "classic", QUALITY, rank=rank, ranks=ranks,
+                policy=CellPolicy(dataflow=dataflow),
+            )  # fmt: skip
+            nodes.append(simulated_ray_node(owning, begun))
         packets = [record_packet(march.start(r, rays), lone) for r in regions[rank]]
         strands.append([packets] * FRAMES)
     for frame in range(1, FRAMES + 1):

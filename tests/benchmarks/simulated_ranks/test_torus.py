@@ -43,7 +43,7 @@ def test_hops_are_a_metric_and_the_length_of_the_way(
     torus = make_torus(ranks)
     a, b, c = (data.draw(st.integers(0, ranks - 1)) for _ in range(3))
     assert torus.hops(a, a) == 0
-    assert torus.hops(a, b) == torus.hops(b, a) == len(torus._find_way(a, b))
+    assert torus.hops(a, b) == torus.hops(b, a) == len(torus._find_route(a, b))
     assert torus.hops(a, c) <= torus.hops(a, b) + torus.hops(b, c)
     assert torus.hops(a, b) <= sum(n // 2 for n in torus.shape)
     assert math.prod(torus.shape) == ranks

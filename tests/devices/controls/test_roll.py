@@ -8,10 +8,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from devices.controls.roll import (
-    ControlRoll,
     EncoderRoll,
     HorizonRoll,
-    NoRoll,
     SecondDeviceRoll,
     upright,
 )
@@ -95,17 +93,8 @@ def test_upright_never_fails() -> None:
 
 
 def test_who_does_not_know_says_so() -> None:
-    assert NoRoll().roll_deg(_pose()) is None
     assert HorizonRoll().roll_deg(_pose()) == 0.0
     assert SecondDeviceRoll().roll_deg(_pose()) is None
-
-
-def test_a_control_is_turned() -> None:
-    control = ControlRoll(10.0)
-    control.turn(-25.0)
-    assert control.roll_deg(_pose()) == -15.0
-    with pytest.raises(ValueError, match="finite"):
-        control.turn(math.nan)
 
 
 def test_a_second_device_is_joined_by_time() -> None:

@@ -9,16 +9,15 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.microscribe.driver.sampler import MotionReports
-from devices.microscribe.driver.supervisor import ArmKeeper, ArmSettings
+from devices.microscribe.driver.supervisor import ArmSettings, ConnectionSupervisor
 from devices.microscribe.emulator.emulated_arm import EmulatedArm, LiveMotion
-from devices.microscribe.emulator.faults import parse_fault
 from devices.microscribe.emulator.in_memory import DrivenClock, EmulatedPort, MemoryLine
 from devices.microscribe.emulator.motion import AnglesMotion, StillMotion
 from devices.microscribe.kinematics.forward import ForwardKinematics
 from devices.microscribe.kinematics.profiles import DX40937, ArmProfile
-from devices.microscribe.wire.transcript import Transcript
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
+from tests.devices.microscribe.rare_faults.every_fault import parse_any_fault
 
 # A bytes literal, a dataclass, the name of a member of an enumeration.
 PYTHON = re.compile(r"\bb['\"]|\w\(\w+=|[A-Z]{2,}_[A-Z]|\\x")
@@ -70,24 +69,21 @@ class Rehearsal:
         settings: ArmSettings | None = None,
         *,
         replug: bool = False,
-        transcript: Transcript | None = None,
-    ) -> ArmKeeper:
-        chosen = settings or ArmSettings(
-            rates=(115200,), reports=self.reports, transcript=transcript
-        )
+    ) -> ConnectionSupervisor:
+        chosen = settings or ArmSettings(rates=(115200,), reports=self.reports)
         port = self.open(self.line.name)
         finder = self if replug else None
-        return ArmKeeper(port, chosen, finder, self.line.clock)
+        return ConnectionSupervisor(port, chosen, finder, self.line.clock)
 
-    def run(self, keeper: ArmKeeper, seconds: float) -> list[Pose]:
+    def run(self, supervisor: ConnectionSupervisor, seconds: float) -> list[Pose]:
         """Step for that long; return the poses of this stretch."""
         clock = self.line.clock
         assert isinstance(clock, DrivenClock)
         until = clock.now() + seconds
         poses: list[Pose] = []
         while clock.now() < until:
-            poses += keeper.step()
-            clock.sleep_until(min(keeper.due_s, until))
+            poses += supervisor.step()
+            clock.sleep_until(min(supervisor.due_s, until))
         self.poses += poses
         return poses
 
@@ -146,7 +142,7 @@ def rehearse() -> Callable[..., Rehearsal]:
     ) -> Rehearsal:
         still = StillMotion(profile)
         motion: LiveMotion = _waving(profile) if waving else still
-        plans = [parse_fault(fault) for fault in faults]
+        plans = [parse_any_fault(fault) for fault in faults]
         arm = EmulatedArm(profile, motion, faults=plans, seed=seed)
         return Rehearsal(MemoryLine(arm), still, reports, fault=" ".join(faults))
 

@@ -16,7 +16,7 @@ from devices.microscribe.driver.driver import SerialPort
 from devices.microscribe.driver.sampler import MotionReports
 from devices.microscribe.driver.supervisor import ArmSettings
 from devices.microscribe.driver.tracker import SampleTracker
-from devices.microscribe.emulator.firmware import FarState
+from devices.microscribe.emulator.firmware import FirmwareState
 from devices.microscribe.kinematics.arm import ArmGeometry, Encoders
 from devices.microscribe.kinematics.forward import ForwardKinematics
 from devices.microscribe.kinematics.profiles import (
@@ -29,10 +29,11 @@ from devices.microscribe.wire import commands, identity
 from devices.microscribe.wire.commands import Query, every_command
 from devices.microscribe.wire.link import ArmLink
 from devices.microscribe.wire.packet_reader import PacketReader
-from devices.microscribe.wire.packets import Layout, Packet, encode_packet
+from devices.microscribe.wire.packets import Layout, Packet
 from devices.microscribe.wire.protocol import HostSession, ProductId, Reply, SyncEcho
 from devices.microscribe.wire.sign_on import RATES
 from devices.port import DeviceError, DeviceReason
+from tests.devices.microscribe.drawn_packets import encode_packet
 
 Bench = Any
 Rehearse = Callable[..., Bench]
@@ -70,7 +71,7 @@ def test_t2_attention_is_never_asked_for_without_an_end_in_front(
     bench = rehearse("f7=RUN")
     bench.connect()
     assert not [data for data in bench.written if data.startswith(b"I")]
-    assert bench.line.arm.far_end.memory_writes == 0
+    assert bench.line.arm.firmware.memory_writes == 0
 
 
 @pytest.mark.parametrize("left", ["f7=ARGS", "f7=PASSWORD"])
@@ -78,8 +79,8 @@ def test_t3_a_half_said_command_is_completed_before_the_first_letter(
     rehearse: Rehearse, left: str
 ) -> None:
     bench = rehearse(left)
-    keeper = bench.connect()
-    assert keeper.sampler.description.identity == DX40937.identity
+    supervisor = bench.connect()
+    assert supervisor.sampler.description.identity == DX40937.identity
     assert bench.written[:2] == [commands.CLEAR_BYTES, b"\xc5IMMC"]
     # No more than the longest command takes, and the END that ends the session.
     assert len(commands.CLEAR_BYTES) == 36 + 1
@@ -98,7 +99,7 @@ def test_t5_the_end_is_one_byte_and_not_the_word(rehearse: Rehearse) -> None:
     bench = rehearse()
     bench.connect().close()
     assert bench.written[-1] == b"\xc5"
-    assert bench.line.arm.far_end.state is FarState.SYNC
+    assert bench.line.arm.firmware.state is FirmwareState.SYNC
     assert b"D" not in {command.data for command in every_command()}
 
 
@@ -123,9 +124,9 @@ def test_t7_configuration_replies_are_read_by_length_after_the_stream_has_stoppe
     rehearse: Rehearse,
 ) -> None:
     bench = rehearse(reports=STREAM)
-    keeper = bench.connect()
-    bench.run(keeper, 0.5)
-    keeper.home()
+    supervisor = bench.connect()
+    bench.run(supervisor, 0.5)
+    supervisor.home()
     stop, home = bench.written.index(b"\x00"), bench.written.index(b"\xc2")
     assert stop < home
     session = _idle()
@@ -148,9 +149,9 @@ def test_t8_another_product_is_refused_before_its_table_is_needed(
 
 
 def test_t9_the_timers_maximum_is_not_the_first_encoders(rehearse: Rehearse) -> None:
-    keeper = rehearse(profile=ODD_MAXIMA).connect()
-    assert keeper.sampler.tracker.timer_turn == 0x3A98
-    assert keeper.sampler.description.encoders.turn[0] == 0x3E80
+    supervisor = rehearse(profile=ODD_MAXIMA).connect()
+    assert supervisor.sampler.tracker.timer_turn == 0x3A98
+    assert supervisor.sampler.description.encoders.turn[0] == 0x3E80
 
 
 def test_t10_parameter_words_are_signed() -> None:
@@ -179,8 +180,8 @@ def test_t13_a_doubled_byte_gives_no_pose_and_a_high_bit_is_refused(
     rehearse: Rehearse,
 ) -> None:
     bench = rehearse("f9=7@packet:20")
-    keeper = bench.connect()
-    bench.steady(bench.run(keeper, 1.0))
+    supervisor = bench.connect()
+    bench.steady(bench.run(supervisor, 1.0))
     flipped = Packet(0x23, 0, 18, (), (HOME_COUNTS[0] ^ 8192, *HOME_COUNTS[1:]))
     tracker = SampleTracker(DX40937.geometry, DX40937.encoders)
     tracker.accept(Packet(0x23, 0, 9, (), HOME_COUNTS), 0.01)
@@ -191,8 +192,8 @@ def test_t14_a_lost_byte_costs_a_reply_time_and_not_a_second(
     rehearse: Rehearse,
 ) -> None:
     bench = rehearse("f8=5@packet:20")
-    keeper = bench.connect()
-    poses = bench.run(keeper, 1.0)
+    supervisor = bench.connect()
+    poses = bench.run(supervisor, 1.0)
     assert np.diff([pose.time_s for pose in poses]).max() < 0.2
 
 
@@ -204,9 +205,9 @@ def test_t15_a_session_left_open_is_ended_at_its_own_rate(
     first = bench.connect(ArmSettings(rates=(rate,)))
     bench.run(first, 0.1)
     # That host dies now, without a word.
-    keeper = bench.connect(ArmSettings(rates=RATES))
-    assert keeper.link.baud in RATES
-    bench.steady(bench.run(keeper, 0.3))
+    supervisor = bench.connect(ArmSettings(rates=RATES))
+    assert supervisor.link.baud in RATES
+    bench.steady(bench.run(supervisor, 0.3))
 
 
 def test_t15b_the_five_bytes_are_one_write(rehearse: Rehearse) -> None:
@@ -259,11 +260,11 @@ def test_t20_six_encoders_are_asked_for_and_seven_never_read(
     rehearse: Rehearse,
 ) -> None:
     bench = rehearse()
-    keeper = bench.connect()
-    bench.run(keeper, 0.1)
+    supervisor = bench.connect()
+    bench.run(supervisor, 0.1)
     polls = {data for data in bench.written if len(data) == 1 and data[0] < 0x40}
     assert polls == {b"\x23"}
-    assert len(keeper.sampler.description.maxima.encoders) == 6
+    assert len(supervisor.sampler.description.maxima.encoders) == 6
 
 
 def test_t21_an_adapter_that_resets_on_opening_is_waited_for(

@@ -1,6 +1,5 @@
 """A recording as a live device, by a clock that the test drives."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from devices.pose import Pose, PoseFlag
+from devices.pose_queue import LARGEST_QUEUE
 from devices.recording.player import RecordedArm
-from devices.source import LARGEST_QUEUE
 
 
 @dataclass
@@ -45,17 +44,14 @@ def recorded(times: list[float]) -> list[Pose]:
 rising = st.lists(st.floats(1e-4, 3.0), min_size=1, max_size=30).map(
     lambda steps: [float(t) for t in np.cumsum([0.3, *steps])]
 )
-speeds = st.floats(0.05, 20.0)
 
 
-@given(rising, speeds)
+@given(rising)
 @settings(deadline=None)
-def test_poses_come_back_bit_for_bit_at_exact_times(
-    times: list[float], speed: float
-) -> None:
+def test_poses_come_back_bit_for_bit_at_exact_times(times: list[float]) -> None:
     clock = DrivenClock()
     poses = recorded(times)
-    arm = RecordedArm(poses, speed=speed, clock=clock)
+    arm = RecordedArm(poses, clock=clock)
     played = list(arm)
     assert len(played) == len(poses)
     for was, now in zip(poses, played, strict=True):
@@ -66,39 +62,23 @@ def test_poses_come_back_bit_for_bit_at_exact_times(
             was.flags,
         )
         # The due moment is the closed form, to the bit: nothing has added up.
-        assert now.host_time_s == 1000.0 + (was.time_s - times[0]) / speed
+        assert now.host_time_s == 1000.0 + (was.time_s - times[0])
 
 
-@given(rising, speeds, st.lists(st.floats(1e-3, 2.0), max_size=20))
+@given(rising, st.lists(st.floats(1e-3, 2.0), max_size=20))
 @settings(deadline=None)
 def test_no_pose_comes_early_and_none_is_late(
-    times: list[float], speed: float, waits: list[float]
-) -> None:
-    clock = DrivenClock()
-    arm = RecordedArm(recorded(times), speed=speed, clock=clock)
-    for wait in waits:
-        clock.at_s += wait
-        latest = arm.latest()
-        due = [t for t in times if 1000.0 + (t - times[0]) / speed <= clock.at_s]
-        assert latest is not None
-        assert latest.time_s == due[-1]
-        assert arm.pose_age_s() == clock.at_s - latest.host_time_s
-
-
-@given(rising, st.lists(st.tuples(st.floats(0.01, 2.0), speeds), max_size=8))
-@settings(deadline=None)
-def test_speed_may_change_at_any_time(
-    times: list[float], changes: list[tuple[float, float]]
+    times: list[float], waits: list[float]
 ) -> None:
     clock = DrivenClock()
     arm = RecordedArm(recorded(times), clock=clock)
-    position, speed = times[0], 1.0
-    for wait, faster in changes:
+    for wait in waits:
         clock.at_s += wait
-        position = min(position + wait * speed, times[-1])
-        arm.speed = speed = faster
-        assert arm.position_s == pytest.approx(position, abs=1e-9)
-    assert [pose.time_s for pose in arm] == times
+        latest = arm.latest()
+        due = [t for t in times if 1000.0 + (t - times[0]) <= clock.at_s]
+        assert latest is not None
+        assert latest.time_s == due[-1]
+        assert arm.pose_age_s() == clock.at_s - latest.host_time_s
 
 
 def test_reading_late_loses_nothing_and_keeps_due_times() -> None:
@@ -119,45 +99,6 @@ def test_reading_late_loses_nothing_and_keeps_due_times() -> None:
         arm.drain()
 
 
-def test_a_pause_stops_time_and_start_goes_on_from_there() -> None:
-    clock = DrivenClock()
-    arm = RecordedArm(recorded([0.0, 1.0, 2.0]), clock=clock)
-    assert arm.read(0.0).time_s == 0.0
-    clock.at_s += 0.25
-    arm.pause()
-    arm.pause()
-    clock.at_s += 100.0
-    assert arm.is_paused
-    assert arm.position_s == 0.25
-    with pytest.raises(TimeoutError):
-        arm.read(5.0)
-    arm.start()
-    arm.start()
-    resumed = clock.at_s
-    assert arm.read(2.0).host_time_s == resumed + 0.75
-    # A pose that was due before a pause is still there.
-    clock.at_s += 1.0
-    arm.pause()
-    assert arm.read(0.0).time_s == 2.0
-
-
-def test_seeking_drops_what_was_not_read_and_starts_there() -> None:
-    clock = DrivenClock()
-    arm = RecordedArm(recorded([0.0, 1.0, 2.0, 3.0]), is_paused=True, clock=clock)
-    arm.seek(1.0)
-    arm.start()
-    assert [pose.time_s for pose in arm] == [1.0, 2.0, 3.0]
-    arm.seek(1.5)
-    assert arm.latest() is None
-    assert arm.pose_age_s() == math.inf
-    began = clock.at_s
-    pose = arm.read(1.0)
-    assert (pose.time_s, pose.host_time_s) == (2.0, began + 0.5)
-    for outside in (-0.1, 3.1, math.nan):
-        with pytest.raises(ValueError, match="from 0 to 3"):
-            arm.seek(outside)
-
-
 def test_a_reader_that_is_minutes_behind_is_told() -> None:
     count = LARGEST_QUEUE + 10
     arm = RecordedArm(
@@ -173,7 +114,7 @@ def test_a_reader_that_is_minutes_behind_is_told() -> None:
 def test_a_closed_recording_gives_nothing_more() -> None:
     clock = DrivenClock()
     with RecordedArm(recorded([0.0, 1.0]), clock=clock) as arm:
-        assert arm.duration_s == 1.0
+        assert arm.read(0.0).time_s == 0.0
     arm.close()
     clock.at_s += 10.0
     with pytest.raises(EOFError, match="closed"):
@@ -191,9 +132,6 @@ def test_a_recording_that_does_not_run_forwards_is_refused(
         RecordedArm(recorded(times))
 
 
-def test_nothing_and_impossible_speeds_are_refused() -> None:
+def test_nothing_is_refused() -> None:
     with pytest.raises(ValueError, match="no pose"):
         RecordedArm([])
-    for speed in (0.0, -1.0, math.inf, math.nan):
-        with pytest.raises(ValueError, match="speed"):
-            RecordedArm(recorded([0.0]), speed=speed)

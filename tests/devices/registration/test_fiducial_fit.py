@@ -5,10 +5,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from devices.pose import Pose
-from devices.registration.fiducial_fit import register
-from devices.registration.registration_error import (
+from devices.registration.fiducial_fit import (
     RegistrationError,
     RegistrationReason,
+    register,
 )
 from devices.registration.rigid_fit import fit_rigid
 

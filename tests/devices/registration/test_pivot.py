@@ -102,7 +102,9 @@ def test_the_calibrated_tip_moves_the_pose() -> None:
     found = calibrate_pivot(frames)
     for frame in frames[:5]:
         pose = Pose(0.0, 0.0, frame, 1)
-        np.testing.assert_allclose(found.on_tip(pose).tip_mm, POINT, atol=1e-9)
+        np.testing.assert_allclose(
+            shifted_to_tip(pose, found.tip_mm).tip_mm, POINT, atol=1e-9
+        )
         np.testing.assert_array_equal(
             shifted_to_tip(pose, np.zeros(3)).device_from_tip, frame
         )

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.registration.registration_error import (
+from devices.registration.fiducial_fit import (
     RegistrationError,
     RegistrationReason,
 )

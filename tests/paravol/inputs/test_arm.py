@@ -20,14 +20,14 @@ from devices.openigtlink import PoseStreamer
 from paravol.inputs import choose_input
 from paravol.inputs.arm import ArmInput
 from paravol.inputs.flight_input import POST_IS_Y_DEG, in_the_patient
-from paravol.patient import OperatingRoom
+from paravol.patient import PatientScene
 from scenarios import load_scenario
 
 SCENARIO, FOLDER = load_scenario("first_flight")
 PATH_FILE = FOLDER / SCENARIO.path
 PATH = load_probe_path(PATH_FILE)
 Shifted = Callable[[str], Path]
-ROOM = cast(OperatingRoom, None)
+ROOM = cast(PatientScene, None)
 """No arm looks at it."""
 
 
@@ -112,9 +112,9 @@ def test_a_sixth_encoder_turns_the_scope_from_where_it_was_clamped(
         None, "/dev/ttyUSB0", SCENARIO, PATH, PATH_FILE, roll="encoder"
     )
     with flown.open(ROOM) as poses:
-        assert flown.aim.complete(poses.read(1.0)).roll_deg == 0.0
+        assert flown.completer.complete(poses.read(1.0)).roll_deg == 0.0
         flown.placed(in_the_patient())
-        rolls = [flown.aim.complete(poses.read(1.0)).roll_deg for _ in range(30)]
+        rolls = [flown.completer.complete(poses.read(1.0)).roll_deg for _ in range(30)]
     # right-handed about the pointing direction is left-handed about the shaft's back,
     # and it runs on over half turns
     np.testing.assert_allclose(rolls, -20.0 * np.arange(30), atol=1e-9)
@@ -163,7 +163,7 @@ def keep_telling(
 
 def until_known(flown: ArmInput) -> float:
     for _ in range(2000):
-        found = flown.aim.complete(told(np.eye(4))).roll_deg
+        found = flown.completer.complete(told(np.eye(4))).roll_deg
         if found != 0.0:
             return found
         time.sleep(0.01)

@@ -6,14 +6,14 @@ import pytest
 from devices import ProbePath
 from devices.controls.fulcrum import FulcrumControl
 from paravol.inputs.hand import LIMITS, MouseInput, nostril_fulcrum
-from paravol.patient import OperatingRoom
+from paravol.patient import PatientScene
 from scenarios import Scenario
 
 Exercise = tuple[Scenario, ProbePath]
 
 
 def test_the_scope_starts_in_the_nostril_of_the_exercise(
-    bare_room: OperatingRoom, exercise: Exercise
+    bare_room: PatientScene, exercise: Exercise
 ) -> None:
     scenario, path = exercise
     with MouseInput(scenario, path).open(bare_room) as source:
@@ -25,7 +25,7 @@ def test_the_scope_starts_in_the_nostril_of_the_exercise(
 
 
 def test_the_left_side_is_entered_when_the_path_does(
-    bare_room: OperatingRoom, exercise: Exercise
+    bare_room: PatientScene, exercise: Exercise
 ) -> None:
     _, path = exercise
     mirror = np.array((-1.0, 1.0, 1.0))
@@ -56,7 +56,7 @@ def test_the_left_side_is_entered_when_the_path_does(
     ],
 )
 def test_the_cone_reaches_every_goal_of_the_nose(
-    bare_room: OperatingRoom, exercise: Exercise, side: str, goal: str
+    bare_room: PatientScene, exercise: Exercise, side: str, goal: str
 ) -> None:
     places = bare_room.landmarks
     pivot = places[f"nostril, {side}"]
@@ -68,7 +68,7 @@ def test_the_cone_reaches_every_goal_of_the_nose(
 
 
 def test_the_control_accepts_the_fulcrum_of_both_sides(
-    bare_room: OperatingRoom, exercise: Exercise
+    bare_room: PatientScene, exercise: Exercise
 ) -> None:
     control = FulcrumControl(nostril_fulcrum(bare_room, exercise[1]), LIMITS)
     assert control.depth_mm == 0.0

@@ -12,7 +12,7 @@ from devices import ProbePath, RegistrationError
 from devices.openigtlink import PoseStreamer
 from devices.registration.registration_file import load_registration, save_registration
 from paravol.inputs.igtl import LinkInput
-from paravol.inputs.peer_address import peer_address
+from paravol.inputs.input_choice import peer_address
 from paravol.registration.at_start import TRACKER, head_of
 from scenarios import Scenario, load_scenario
 
@@ -36,7 +36,7 @@ def test_a_registered_tool_is_followed_at_its_tip(tracker_file: Path) -> None:
         link = LinkInput("127.0.0.1", streamer.port, None, scenario, tracker_file)
         assert link.registration is not None
         assert link.registration.world_from_device[:3, 3].tolist() == [10.0, 20.0, 30.0]
-        with link.open(room=None) as poses:  # type: ignore[arg-type]
+        with link.open(patient=None) as poses:  # type: ignore[arg-type]
             until = time.monotonic() + 10.0
             while not streamer.peers:
                 assert time.monotonic() < until

@@ -24,11 +24,11 @@ def test_the_emulated_arm_follows_the_path_and_a_real_one_the_hand(
     exercise: Exercise,
 ) -> None:
     emulated = chosen("emulator", exercise)
-    assert isinstance(emulated.aim, PathChannel)
+    assert isinstance(emulated.completer, PathChannel)
     assert emulated.until_s == exercise[1].duration_s
     assert emulated.has_instrument
     real = chosen(None, exercise, "/dev/ttyUSB7")
-    assert isinstance(real.aim, HandChannel)
+    assert isinstance(real.completer, HandChannel)
     assert real.name == "/dev/ttyUSB7"
     assert real.until_s == float("inf")
     assert not real.has_instrument

@@ -1,8 +1,17 @@
 import numpy as np
 
 from devices import Pose, ProbePath
-from devices.controls.roll import ControlRoll, NoRoll
-from paravol.inputs.pose_completer import PATH_PEDAL, HandChannel, PathChannel
+from devices.controls.pedals import Button, ButtonEvent
+from paravol.inputs.pose_completer import (
+    PATH_PEDAL,
+    HandChannel,
+    KeyboardRoll,
+    PathChannel,
+    PedalListener,
+    pedal_record,
+)
+from scenarios import Sample
+from tests.devices.controls.rolls import SetRoll
 
 
 def pose(time_s: float, buttons: int) -> Pose:
@@ -40,16 +49,48 @@ def test_path_time_begins_with_the_pedal() -> None:
 
 
 def test_a_free_hand_counts_from_its_first_pose() -> None:
-    channel = HandChannel(ControlRoll(40.0))
+    channel = HandChannel(SetRoll(40.0))
     assert channel.complete(pose(3.0, 0)).time_s == 0.0
     sample = channel.complete(pose(3.25, 1))
     assert (sample.time_s, sample.roll_deg, sample.buttons) == (0.25, 40.0, 1)
 
 
 def test_a_roll_that_nobody_knows_is_the_last_one_known() -> None:
-    channel = HandChannel(NoRoll())
+    channel = HandChannel(SetRoll())
     assert channel.complete(pose(0.0, 0)).roll_deg == 0.0
-    channel.roll = ControlRoll(-15.0)
+    channel.roll = SetRoll(-15.0)
     assert channel.complete(pose(0.1, 0)).roll_deg == -15.0
-    channel.roll = NoRoll()
+    channel.roll = SetRoll()
     assert channel.complete(pose(0.2, 0)).roll_deg == -15.0
+
+
+def test_the_keyboard_turns_on_top_of_the_channel() -> None:
+    roll = KeyboardRoll(HandChannel(SetRoll(30.0)))
+    assert roll.complete(pose(0.0, 0)).roll_deg == 30.0
+    roll.turn_deg -= 5.0
+    assert roll.complete(pose(0.1, 0)).roll_deg == 25.0
+
+
+def test_pedals_are_told_with_their_sample_and_samples_pass_unchanged() -> None:
+    told: list[tuple[ButtonEvent, Sample]] = []
+    watch = PedalListener(
+        HandChannel(), lambda event, sample: told.append((event, sample))
+    )
+    twin = HandChannel()
+    # Both pedals; the right one chatters on its way down and on its way up.
+    levels = [0, 1, 0, 1, 1, 1, 3, 3, 2, 3, 2, 2, 2, 2, 0, 0, 0]
+    for number, buttons in enumerate(levels):
+        pose = Pose(5.0 + 0.008 * number, 0.0, np.eye(4), buttons)
+        sample, plain = watch.complete(pose), twin.complete(pose)
+        assert sample.time_s == plain.time_s
+        assert sample.buttons == buttons
+    texts = [pedal_record(event, sample.time_s).text for event, sample in told]
+    assert texts == [
+        "right pedal down",
+        "left pedal down",
+        "right pedal up",
+        "left pedal up",
+    ]
+    first, sample = told[0]
+    assert first == ButtonEvent(5.008, Button.RIGHT_PEDAL, True)
+    assert pedal_record(first, sample.time_s).time_s == sample.time_s

@@ -9,7 +9,7 @@ import pytest
 from devices import ProbePath, save_probe_path
 from devices.controls.fulcrum import Demand, Fulcrum, FulcrumControl
 from paravol.inputs.recording import RecordingInput
-from paravol.patient import OperatingRoom
+from paravol.patient import PatientScene
 from scenarios import Sample, Scenario
 from scenarios.bundle import SampleRecord, SessionInfo, SessionRecorder
 
@@ -51,13 +51,13 @@ def recorded(folder: Path, times: list[float], sha256: str) -> list[SampleRecord
     return records
 
 
-def played(chosen: RecordingInput, room: OperatingRoom) -> list[SampleRecord]:
+def played(chosen: RecordingInput, room: PatientScene) -> list[SampleRecord]:
     with chosen.open(room) as source:
-        return [SampleRecord.of(chosen.aim.complete(pose)) for pose in source]
+        return [SampleRecord.of(chosen.completer.complete(pose)) for pose in source]
 
 
 def test_a_session_comes_back_bit_for_bit(
-    tmp_path: Path, bare_room: OperatingRoom
+    tmp_path: Path, bare_room: PatientScene
 ) -> None:
     times = [0.0, 0.011, 0.02, 0.1, 0.1 + 1e-9, 0.3]
     records = recorded(tmp_path / "a.paravol", times, bare_room.surface_sha256)
@@ -74,7 +74,7 @@ def test_a_session_comes_back_bit_for_bit(
 
 
 def test_of_several_samples_at_a_time_the_first_is_kept(
-    tmp_path: Path, bare_room: OperatingRoom
+    tmp_path: Path, bare_room: PatientScene
 ) -> None:
     records = recorded(tmp_path / "a", [0.0, 0.1, 0.1, 0.2], "0123")
     got = played(RecordingInput(tmp_path / "a"), bare_room)
@@ -82,7 +82,7 @@ def test_of_several_samples_at_a_time_the_first_is_kept(
 
 
 def test_a_path_is_played_in_the_patient(
-    tmp_path: Path, bare_room: OperatingRoom, exercise: tuple[Scenario, ProbePath]
+    tmp_path: Path, bare_room: PatientScene, exercise: tuple[Scenario, ProbePath]
 ) -> None:
     _, whole = exercise
     path = ProbePath(
@@ -107,7 +107,7 @@ def test_a_path_is_played_in_the_patient(
 
 
 def test_what_cannot_be_played_is_refused_before_anything_slow(
-    tmp_path: Path, bare_room: OperatingRoom
+    tmp_path: Path, bare_room: PatientScene
 ) -> None:
     recorded(tmp_path / "other", [0.0, 0.1], "another head")
     with pytest.raises(ValueError, match="another head"):

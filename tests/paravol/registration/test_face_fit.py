@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from anatomy.files.surfaces import Surface
-from app.cli.export_command import zero_set
+from app.vtk.case_surfaces import zero_set
 from devices import RegistrationError
 from paravol.registration.face_fit import register_face
 from paravol.registration.skin import Skin

@@ -13,7 +13,7 @@ from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937
 from devices.registration.held_point import HeldPoint, HoldError
 from devices.registration.pivot import PivotError
-from paravol.inputs.homed_poses import HomedPoses
+from paravol.inputs.pose_sources import HomedSource
 from paravol.registration.walk import PATIENCE_S, RegistrationWalk
 
 RIGHT, LEFT = 1, 2
@@ -273,7 +273,7 @@ def test_the_drivers_arm_may_be_unplugged_between_two_landmarks(hand: Hand) -> N
     with MicroScribe(plug.line.open_port(), replug=plug) as arm:
         other = threading.Thread(target=person)
         other.start()
-        held += RegistrationWalk(HomedPoses(arm), hand).touch(["nasion", "chin"])
+        held += RegistrationWalk(HomedSource(arm), hand).touch(["nasion", "chin"])
         other.join()
         losses = arm.counters["losses"]
     assert len(held) == 2

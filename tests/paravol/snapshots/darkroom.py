@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from paravol.snapshots.outputs import Drawn
-from paravol.snapshots.studio import Fineness
+from paravol.snapshots.head_scene import RenderSettings
+from paravol.snapshots.outputs import RenderedPicture
 from paravol.snapshots.view_file import PhantomHead, ScopeLook, ViewCamera, ViewFile
 from renderers.shading import meter
 from renderers.snapshots.request import RESULT_SCHEMA, SnapshotResult
@@ -31,7 +31,12 @@ class Darkroom:
         self.gains: list[float | None] = []
         self._light = light
 
-    def draw(self, view: ViewFile, fineness: Fineness, stage: str) -> tuple[Drawn, str]:
+    def progress(self, stage: str, share: float) -> None:
+        pass
+
+    def draw(
+        self, view: ViewFile, settings: RenderSettings, stage: str
+    ) -> tuple[RenderedPicture, str]:
         assert isinstance(view.look, ScopeLook)
         light = np.full((SIZE, SIZE, 4), self._light[len(self.gains)], np.float32)
         self.gains.append(view.look.gain)
@@ -55,4 +60,4 @@ class Darkroom:
         plane = np.ones((SIZE, SIZE), np.float32)
         pixels = np.zeros((SIZE, SIZE, 3), np.uint8)
         samples = np.ones((SIZE, SIZE), np.uint32)
-        return Drawn(view, result, pixels, light, plane, samples), ""
+        return RenderedPicture(view, result, pixels, light, plane, samples), ""

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from paravol.snapshots.comparison import difference, save_comparison
+from devices import load_probe_path
+from paravol.patient import load_patient
+from paravol.session_setup import LIVE_TIER, SEED, build_view, first_views
+from paravol.snapshots.comparison import difference, save_comparison, splatted
+from paravol.snapshots.head_scene import HeadScene
+from paravol.snapshots.view_sources import view_of
+from scenarios import load_scenario
 
 
 def test_equal_pictures_do_not_differ() -> None:
@@ -52,3 +58,24 @@ def test_captions_stay_above_their_pictures(tmp_path: Path, width: int) -> None:
         own = band[:, column * width : (column + 1) * width]
         assert own[:, :-10].any()
         assert not own[:, -10:].any()
+
+
+SIZE = 48
+
+
+def test_a_view_with_a_tool_is_drawn_as_the_window_draws_it(
+    coarse_scenario: Path,
+) -> None:
+    """To the bit, the shadow of the tool included."""
+    scenario, folder = load_scenario(str(coarse_scenario))
+    room = load_patient(scenario, lambda stage, share: None)
+    path = load_probe_path(folder / scenario.path)
+    seen = first_views(scenario, room, path, (SIZE, SIZE))[-1]
+    drawer = build_view(
+        scenario, room, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=1
+    )
+    frame = drawer.draw(seen, number=3, elapsed_s=0.0)
+    view = view_of(seen, scenario, room, gain=frame.gain, number=3, has_instrument=True)
+    head_scene = HeadScene(room.scene, room.surface_sha256)
+    found = splatted(head_scene, view, frame.gain, 1)
+    assert np.array_equal(found, frame.pixels)

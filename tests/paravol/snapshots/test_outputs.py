@@ -6,15 +6,17 @@ import msgspec
 import numpy as np
 from PIL import Image
 
-from paravol.snapshots.outputs import Drawn, save_drawn
-from paravol.snapshots.studio import Fineness
+from paravol.snapshots.head_scene import RenderSettings
+from paravol.snapshots.outputs import RenderedPicture, save_picture
 from tests.paravol.snapshots.darkroom import SIZE, Darkroom, view
 
 
-def drawn(**said: object) -> Drawn:
-    one, _ = Darkroom([1e-3]).draw(view(), Fineness(), "")
+def drawn(**said: object) -> RenderedPicture:
+    one, _ = Darkroom([1e-3]).draw(view(), RenderSettings(), "")
     result = msgspec.structs.replace(one.result, **said)
-    return Drawn(one.view, result, one.pixels, one.rgba, one.depth_mm, one.samples)
+    return RenderedPicture(
+        one.view, result, one.pixels, one.rgba, one.depth_mm, one.samples
+    )
 
 
 def test_a_pair_is_as_complete_as_both_and_says_that_it_is_one(tmp_path: Path) -> None:
@@ -26,7 +28,7 @@ def test_a_pair_is_as_complete_as_both_and_says_that_it_is_one(tmp_path: Path) -
         assert not pair.result.complete
         assert (pair.result.traced, pair.result.error) == (0.3, 4.0)
         assert pair.result.seconds == {"total": 3.5}
-        save_drawn(tmp_path / "a.png", pair)
+        save_picture(tmp_path / "a.png", pair)
         with Image.open(tmp_path / "a.png") as image:
             assert str(image.info["Stereo"]).startswith("left and right eye, 1.5 mm")
             assert image.info["Complete"] == "no: stopped early"

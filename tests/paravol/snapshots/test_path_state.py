@@ -17,7 +17,7 @@ def test_a_state_comes_back_for_its_own_view_only(tmp_path: Path) -> None:
     found = load_state(file, "k")
     assert found is not None
     assert_array_equal(found, state)
-    with pytest.raises(ValueError, match="of another view, head or fineness"):
+    with pytest.raises(ValueError, match="of another view, head or quality"):
         load_state(file, "other")
     assert [p.name for p in tmp_path.iterdir()] == ["p.npz"]
 

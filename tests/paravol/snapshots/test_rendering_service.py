@@ -11,10 +11,10 @@ import pytest
 from app.__main__ import main
 from disk import UserError
 from paravol.snapshots.rendering_service import (
-    WorkerOptions,
     running_worker,
     worker_command,
 )
+from paravol.snapshots.worker_options import WorkerOptions
 from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
 from renderers.snapshots.client import SnapshotClient
 

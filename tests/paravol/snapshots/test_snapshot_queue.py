@@ -10,9 +10,13 @@ import pytest
 from PIL import Image
 
 from disk import UserError
-from paravol.snapshots.moments import ViewAsker
+from paravol.snapshots.moments import SnapshotRequestFactory
 from paravol.snapshots.rendering_service import Worker
-from paravol.snapshots.snapshot_queue import KeptMoment, MomentPicture, SnapshotDesk
+from paravol.snapshots.snapshot_queue import (
+    MomentPicture,
+    SelectedMoment,
+    SnapshotQueue,
+)
 from renderers.art.job_steps import Step, reached
 from renderers.scene import AirSurface, Camera, Volume
 from renderers.snapshots.worker import run_worker
@@ -32,13 +36,13 @@ def cave() -> AirSurface:
     return AirSurface(distance, tint, tint)
 
 
-def moment(time_s: float) -> KeptMoment:
+def moment(time_s: float) -> SelectedMoment:
     camera = Camera.looking_at([0, 0, 0], [1, 0.2, time_s / 10], size=(EDGE, EDGE))
-    return KeptMoment(time_s, View(camera, np.eye(4), np.eye(4), 5.0), 60.0, 3)
+    return SelectedMoment(time_s, View(camera, np.eye(4), np.eye(4), 5.0), 60.0, 3)
 
 
 class Told:
-    """Gather what the desk shows; wait for the end of moments."""
+    """Gather what the snapshots shows; wait for the end of moments."""
 
     def __init__(self) -> None:
         self.pictures: list[MomentPicture] = []
@@ -98,17 +102,19 @@ def test_moments_grow_one_after_the_other_and_are_saved(
 ) -> None:
     told = Told()
     monkeypatch.setattr(reached, "watcher", told.hold)
-    asker = ViewAsker(cave(), 1.45, 7, None)
-    with SnapshotDesk(asker, tmp_path / "snapshots", told, served_here) as desk:
-        desk.draw(moment(1.25))
-        desk.draw(moment(2.5))
+    requests = SnapshotRequestFactory(cave(), 1.45, 7, None)
+    with SnapshotQueue(
+        requests, tmp_path / "snapshots", told, served_here
+    ) as snapshots:
+        snapshots.draw(moment(1.25))
+        snapshots.draw(moment(2.5))
         told.wait_for(2)
     times = [picture.time_s for picture in told.pictures]
     assert times == sorted(times)
     for time_s in (1.25, 2.5):
         mine = [picture for picture in told.pictures if picture.time_s == time_s]
         file = tmp_path / "snapshots" / f"moment-{time_s:.2f}.png"
-        assert mine[-1].told == str(file)
+        assert mine[-1].message == str(file)
         saved = np.asarray(Image.open(file))
         assert saved.shape == (EDGE, EDGE, 3)
         assert saved.std() > 5
@@ -136,13 +142,13 @@ def test_a_worker_that_dies_is_told_and_the_desk_goes_on(tmp_path: Path) -> None
         yield Dead()
 
     told = Told()
-    asker = ViewAsker(cave(), 1.45, 7, None)
-    with SnapshotDesk(asker, tmp_path / "snapshots", told, nobody) as desk:
-        desk.draw(moment(1.0))
-        desk.draw(moment(2.0))
+    requests = SnapshotRequestFactory(cave(), 1.45, 7, None)
+    with SnapshotQueue(requests, tmp_path / "snapshots", told, nobody) as snapshots:
+        snapshots.draw(moment(1.0))
+        snapshots.draw(moment(2.0))
         told.wait_for(2)
     ends = [picture for picture in told.pictures if picture.done is None]
-    assert [end.told for end in ends] == [
+    assert [end.message for end in ends] == [
         "The snapshot worker ended with status 9."
     ] * 2
     assert all(end.pixels is None for end in ends)
@@ -157,23 +163,23 @@ def test_a_worker_that_cannot_start_is_told(tmp_path: Path) -> None:
         yield Alive()
 
     told = Told()
-    asker = ViewAsker(cave(), 1.45, 7, None)
-    with SnapshotDesk(asker, tmp_path, told, none) as desk:
-        desk.draw(moment(1.0))
+    requests = SnapshotRequestFactory(cave(), 1.45, 7, None)
+    with SnapshotQueue(requests, tmp_path, told, none) as snapshots:
+        snapshots.draw(moment(1.0))
         told.wait_for(1)
-    assert "No such file" in told.pictures[-1].told
+    assert "No such file" in told.pictures[-1].message
 
 
 @pytest.mark.parametrize("draws", [False, True])
 def test_closing_gives_up_what_is_not_finished(tmp_path: Path, draws: bool) -> None:
     told = Told()
-    asker = ViewAsker(cave(), 1.45, 7, None)
-    desk = SnapshotDesk(asker, tmp_path / "snapshots", told, served_here)
+    requests = SnapshotRequestFactory(cave(), 1.45, 7, None)
+    snapshots = SnapshotQueue(requests, tmp_path / "snapshots", told, served_here)
     if draws:
-        desk.draw(moment(1.0))
-        desk.draw(moment(2.0))
-    desk.close()
-    desk.close()
+        snapshots.draw(moment(1.0))
+        snapshots.draw(moment(2.0))
+    snapshots.close()
+    snapshots.close()
     assert not any(picture.time_s == 2.0 for picture in told.pictures)
     assert not any(
         picture.done is None and picture.pixels is None for picture in told.pictures

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from renderers.art.blocks import ROOM, Blocks, Strip, draw_strip
-from renderers.art.cells.brick_views import BLOCK_COLUMNS, TILE_PX
+from renderers.art.blocks import MOST_WAITING, Blocks, Strip, draw_strip
+from renderers.art.kernels.march_types import BLOCK_COLUMNS, TILE_PX, BlockMemory
 from renderers.art.regions import Gather
 
 
@@ -27,11 +27,10 @@ def take(blocks: Blocks, who: int) -> int | None:
 
 def keep_all(
     corners: NDArray[np.int32], turns: NDArray[np.int64], limit: int, from_end: bool,
-    rays: Any, place: Any, least_left: np.float32, memory: Any, picture: Any,
-    rest: Any,
+    lens: Any, setup: Any, memory: BlockMemory, *rest: Any
 ) -> tuple[int, int, int]:  # fmt: skip
     """Keep every block; number them in the counts of their rays."""
-    waiting, counts = memory[0], memory[2]
+    waiting, counts = memory.waiting, memory.rays.samples
     kept = 0
     while kept < len(waiting) and turns[0] < limit:
         turns[0] += 1
@@ -46,11 +45,11 @@ def keep_all(
 def draw(
     kernel: Callable[..., tuple[int, int, int]], blocks: Blocks, along: bool
 ) -> Strip:
-    gather, counters = Gather(9, 9), np.zeros(4, np.int64)
-    left = np.float32(0.5)
+    unread: Any = ()
     return draw_strip(
-        kernel, blocks, 0, (), (), left, gather, (), counters, takes_along=along
-    )
+        kernel, blocks, 0, unread, unread, Gather(9, 9), unread, np.zeros(4, np.int64),
+        takes_along=along,
+    )  # fmt: skip
 
 
 @given(
@@ -109,7 +108,7 @@ def test_kept_blocks_wait_as_packets(along: bool) -> None:
     blocks.allow(1000)
     seen = np.zeros(size, np.int32)
     number = 0
-    for kept in (ROOM, 24 - ROOM, 0):
+    for kept in (MOST_WAITING, 24 - MOST_WAITING, 0):
         strip = draw(keep_all, blocks, along=along)
         assert strip.fresh == strip.early == 0
         assert len(strip.packets) == kept

@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from renderers.art.cells.brick_views import Classification
 from renderers.art.classification import classification, clear_intervals
+from renderers.art.kernels.march_types import Classification
 from renderers.scene import Scene, TransferFunction
 
 F = np.float32

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from renderers.art import ActiveRayTracer, Quality
 from renderers.art.ranks.prepare import make_node
-from renderers.art.step_estimation import Soundings, settled
+from renderers.art.step_estimation import StepErrors, with_estimated_step
 from renderers.scene import (
     Camera,
     PhongMaterial,
@@ -23,7 +23,7 @@ from renderers.scene import (
     image_error,
 )
 
-AIMED = Quality(1.0, 0.0, classification="integrated", aim=4e-3)
+AIMED = Quality(1.0, 0.0, classification="integrated", tolerance=4e-3)
 
 
 def smooth(seed: int, shape: tuple[int, int, int] = (22, 24, 20)) -> NDArray[np.int16]:
@@ -73,14 +73,14 @@ def test_the_error_of_a_picture_is_foretold() -> None:
     An eighth lies two halvings beyond what is measured, a quarter beside it.
     """
     scene = scene_of(smooth(1), see_through(2.0))
-    sounded = Soundings.of(scene)
+    errors = StepErrors.of(scene)
     camera = aside_of(scene)
     picture = partial(picture_of, scene, camera)
     truth = picture(1 / 32)
     shown = truth[..., 3] > 0
     for step, factor in ((1.0, 1.6), (0.5, 1.6), (0.25, 1.6), (0.125, 2.0)):
         error = image_error(picture(step)[shown], truth[shown]).rmse
-        assert error / factor < sounded.error(step) < error * factor
+        assert error / factor < errors.error(step) < error * factor
     aimed = ActiveRayTracer(scene, AIMED)
     found = aimed.render(camera).rgba
     assert image_error(found[shown], truth[shown]).rmse < 1.6 * 4e-3
@@ -90,7 +90,7 @@ def test_the_error_of_a_picture_is_foretold() -> None:
     assert np.array_equal(found, picture(aimed.report.step_voxels))
 
 
-def test_a_shell_far_thinner_than_a_voxel_is_sounded_by_finer_lines() -> None:
+def test_a_shell_far_thinner_than_a_voxel_is_errors_by_finer_lines() -> None:
     """What is left falls too slowly to be foretold from steps of a voxel and a half.
 
     To a factor of two: the few lines that graze the shell tell the most.
@@ -101,15 +101,15 @@ def test_a_shell_far_thinner_than_a_voxel_is_sounded_by_finer_lines() -> None:
     scene = scene_of(smooth(2), shell)
     camera = aside_of(scene)
     picture = partial(picture_of, scene, camera)
-    sounded = Soundings.of(scene, 2e-3)
-    assert len(sounded.finer) >= 2
-    assert Soundings.of(scene).finer == ()
+    errors = StepErrors.of(scene, 2e-3)
+    assert len(errors.finer) >= 2
+    assert StepErrors.of(scene).finer == ()
     truth = picture(1 / 128)
     shown = truth[..., 3] > 0
     for step in (1 / 4, 1 / 8, 1 / 16):
         error = image_error(picture(step)[shown], truth[shown]).rmse
-        assert error / 2 < sounded.error(step) < error * 2
-    quality = settled(scene, replace(AIMED, aim=2e-3))
+        assert error / 2 < errors.error(step) < error * 2
+    quality = with_estimated_step(scene, replace(AIMED, tolerance=2e-3))
     assert quality.step_voxels < 1 / 4
     assert image_error(picture(quality.step_voxels)[shown], truth[shown]).rmse < 4e-3
 
@@ -121,14 +121,14 @@ def test_what_segments_integrate_exactly_keeps_its_step() -> None:
         np.array([-20.0, 50]), np.ones((2, 3)), np.array([0.1, 0.6])
     )
     scene = scene_of(ramp, line)
-    sounded = Soundings.of(scene)
-    assert sounded.whole < 2e-6
-    assert settled(scene, AIMED) == replace(AIMED, aim=None)
+    errors = StepErrors.of(scene)
+    assert errors.whole < 2e-6
+    assert with_estimated_step(scene, AIMED) == replace(AIMED, tolerance=None)
 
 
 def test_nothing_to_see_needs_no_shorter_steps() -> None:
     clear = TransferFunction(np.array([0.0, 1.0]), np.ones((2, 3)), np.zeros(2))
-    assert Soundings.of(scene_of(smooth(2), clear)) == Soundings(0.0, 0.0)
+    assert StepErrors.of(scene_of(smooth(2), clear)) == StepErrors(0.0, 0.0)
 
 
 @pytest.mark.parametrize("kind", ["<f4", ">i2", "<f8", "<f2"])
@@ -137,7 +137,7 @@ def test_the_kind_of_numbers_makes_no_difference(kind: str) -> None:
     values = smooth(3) // 2
     scene = scene_of(values, see_through(1.0))
     other = scene_of(values.astype(kind), see_through(1.0))
-    assert Soundings.of(other) == Soundings.of(scene)
+    assert StepErrors.of(other) == StepErrors.of(scene)
 
 
 def test_millimetres_are_but_a_unit() -> None:
@@ -149,33 +149,33 @@ def test_millimetres_are_but_a_unit() -> None:
         volume=Volume(volume.values, volume.spacing_mm / 2, volume.origin_mm),
         transfer_function=see_through(2.0),
     )
-    assert Soundings.of(half) == Soundings.of(scene)
+    assert StepErrors.of(half) == StepErrors.of(scene)
 
 
 @given(
-    whole=st.floats(1e-8, 1), half=st.floats(1e-8, 1), aim=st.floats(1e-6, 0.9),
+    whole=st.floats(1e-8, 1), half=st.floats(1e-8, 1), tolerance=st.floats(1e-6, 0.9),
     own=st.floats(0.0625, 4), falls=st.lists(st.floats(0, 1), max_size=4),
 )  # fmt: skip
 def test_the_longest_step_that_will_do_is_taken(
-    whole: float, half: float, aim: float, own: float, falls: list[float]
+    whole: float, half: float, tolerance: float, own: float, falls: list[float]
 ) -> None:
     finer = tuple(half * float(fall) for fall in np.cumprod(falls))
-    sounded = Soundings(whole, half, finer)
-    step = sounded.step(replace(AIMED, step_voxels=own, aim=aim))
+    estimate = StepErrors(whole, half, finer)
+    step = estimate.step(replace(AIMED, step_voxels=own, tolerance=tolerance))
     assert own / 16 * (1 - 1e-12) <= step <= own
     if step < own:
-        assert sounded.error(own) > aim
+        assert estimate.error(own) > tolerance
     if step > 0.0626 * own:
-        assert sounded.error(step) <= aim
+        assert estimate.error(step) <= tolerance
     # no shorter step than half a voxel is foretold to leave more
     steps = [0.5 * 0.8**k for k in range(12)]
-    errors = [sounded.error(s) for s in steps]
+    errors = [estimate.error(s) for s in steps]
     assert all(
         fine <= coarse * (1 + 1e-9) for coarse, fine in itertools.pairwise(errors)
     )
     # what was found is told
     for k, found in enumerate((whole, half, *finer)):
-        assert sounded.error(0.5**k) == pytest.approx(found, rel=1e-9, abs=1e-9)
+        assert estimate.error(0.5**k) == pytest.approx(found, rel=1e-9, abs=1e-9)
 
 
 def test_all_ranks_take_the_same_steps() -> None:
@@ -189,13 +189,13 @@ def test_all_ranks_take_the_same_steps() -> None:
 
 def test_a_quality_without_an_aim_is_taken_at_its_word() -> None:
     scene = scene_of(smooth(1), see_through(2.0))
-    plain = replace(AIMED, aim=None)
-    assert settled(scene, plain) is not None
-    assert settled(scene, plain) == plain
+    plain = replace(AIMED, tolerance=None)
+    assert with_estimated_step(scene, plain) is not None
+    assert with_estimated_step(scene, plain) == plain
     post = replace(AIMED, classification="post")
-    assert settled(scene, post) == replace(post, aim=None)
-    with pytest.raises(ValueError, match="aim must be between 0 and 1, got 0"):
-        replace(AIMED, aim=0.0)
+    assert with_estimated_step(scene, post) == replace(post, tolerance=None)
+    with pytest.raises(ValueError, match="tolerance must be between 0 and 1, got 0"):
+        replace(AIMED, tolerance=0.0)
 
 
 def test_numbers_that_are_not_finite_are_still_refused() -> None:
@@ -205,9 +205,9 @@ def test_numbers_that_are_not_finite_are_still_refused() -> None:
         make_node(scene_of(values, see_through(1.0)), "classic", AIMED)
 
 
-def test_a_long_thin_grid_is_sounded_by_fewer_lines() -> None:
+def test_a_long_thin_grid_is_errors_by_fewer_lines() -> None:
     """Else a million samples a line would be taken of spacings a thousand apart."""
     values = smooth(6, (2, 40, 3000))
     volume = Volume(values, np.array([5.0, 1.0, 0.001]), np.zeros(3))
     scene = Scene(volume, see_through(1.0), (), PhongMaterial(1, 0, 0))
-    assert Soundings.of(scene).error(1.0) >= 0
+    assert StepErrors.of(scene).error(1.0) >= 0

@@ -6,11 +6,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from renderers.art import ActiveRayTracer, Quality, RenderStoppedError
+from renderers.art import ActiveRayTracer, Quality, RenderStoppedError, render_among
+from renderers.art.tracer import (
+    FASTER,
+    RAYS_A_SLICE,
+    SLICE_S,
+    next_blocks,
+    next_slice,
+)
 from renderers.reference import render_reference
 from renderers.scene import (
     AirSurface,
     Camera,
+    GBuffer,
     PhongMaterial,
     Projection,
     Renderer,
@@ -19,6 +27,8 @@ from renderers.scene import (
     Volume,
     image_error,
 )
+from tests import boards
+from tests.boards import KAPPA, METAL, SIZE, board
 
 EXACT = Quality(0.5, 0.0)
 
@@ -342,3 +352,107 @@ def test_caller_mistakes_are_named(scene: Scene, outside: Camera) -> None:
     broken = Scene(Volume(values, np.ones(3), np.zeros(3)), scene.transfer_function)
     with pytest.raises(ValueError, match="not finite"):
         ActiveRayTracer(broken).render(outside)
+
+
+@pytest.fixture(scope="module")
+def slab_tracer() -> ActiveRayTracer:
+    """A slab of 20 mm with its near face 30 mm before the eye."""
+    return ActiveRayTracer(boards.slab(21, 30.0), "final", threads=1)
+
+
+@pytest.mark.parametrize("depth_mm", [10.0, 34.0, 40.0, 46.0])
+def test_a_board_in_a_slab_is_seen_through_what_is_before_it(
+    slab_tracer: ActiveRayTracer, depth_mm: float
+) -> None:
+    image = render_among(slab_tracer, boards.camera(), board(depth_mm))
+    right = slice(SIZE // 2, None)
+    along = board(depth_mm).depth_mm[:, right].astype(np.float64)
+    slant = boards.camera().lens_table()[:, right, 2]
+    before_mm = np.maximum(along - 30.0 / slant, 0.0)
+    absorbed = -np.expm1(-KAPPA * before_mm)[..., None]
+    # without a gradient the plain colour is 0.5
+    wanted = 0.5 * absorbed + (1 - absorbed) * METAL
+    assert np.abs(image.rgba[:, right, :3] - wanted).max() < 2e-5
+    assert np.allclose(image.rgba[:, right, 3], 1, atol=1e-6)
+    whole = -np.expm1(-KAPPA * 20 / boards.camera().lens_table()[:, : SIZE // 2, 2])
+    assert np.abs(image.rgba[:, : SIZE // 2, 3] - whole).max() < 2e-5
+    assert image.depth_mm is not None
+    assert np.all(image.depth_mm[:, right] <= along)
+
+
+def test_behind_everything_it_changes_no_splat(slab_tracer: ActiveRayTracer) -> None:
+    alone = slab_tracer.render(boards.camera())
+    image = render_among(slab_tracer, boards.camera(), board(500.0))
+    left = slice(0, SIZE // 2)
+    assert np.array_equal(image.rgba[:, left], alone.rgba[:, left])
+    rest = 1 - alone.rgba[:, SIZE // 2 :, 3]
+    added = image.rgba[:, SIZE // 2 :, 0] - alone.rgba[:, SIZE // 2 :, 0]
+    assert np.allclose(added, rest * 0.55, atol=1e-6)
+
+
+def test_without_solids_it_is_the_picture(slab_tracer: ActiveRayTracer) -> None:
+    alone = slab_tracer.render(boards.camera())
+    image = render_among(slab_tracer, boards.camera(), GBuffer.empty(SIZE, SIZE))
+    assert np.array_equal(image.rgba, alone.rgba)
+    assert alone.depth_mm is not None
+    assert image.depth_mm is not None
+    assert np.array_equal(image.depth_mm, alone.depth_mm)
+
+
+def test_a_buffer_of_another_size_is_refused(slab_tracer: ActiveRayTracer) -> None:
+    with pytest.raises(ValueError, match="48"):
+        render_among(slab_tracer, boards.camera(), GBuffer.empty(8, 8))
+
+
+@given(
+    st.integers(1, 32),
+    st.lists(st.floats(0, 10, allow_nan=False), min_size=1, max_size=30),
+    st.integers(256, 16384),
+)
+def test_a_slice_gives_each_thread_a_packet_and_no_more_than_it_may(
+    threads: int, spent: list[float], rays: int
+) -> None:
+    packets = threads
+    for seconds in spent:
+        before = packets
+        packets = next_slice(packets, seconds, threads, rays)
+        assert threads <= packets <= max(RAYS_A_SLICE // rays, threads)
+        if seconds > SLICE_S:
+            assert packets <= max(before, threads)
+    for _ in range(9):
+        packets = next_slice(packets, 2 * SLICE_S, threads, rays)
+    assert packets == threads
+
+
+@given(st.integers(1, 32), st.floats(1e-6, 10), st.integers(1, 5000))
+def test_blocks_come_to_fill_a_slice_however_long_one_takes(
+    threads: int, block_s: float, blocks: int
+) -> None:
+    """And never grow by more than a factor that is known."""
+    for _ in range(12):
+        before = blocks
+        blocks = next_blocks(before, before * block_s, threads)
+        assert threads <= blocks <= max(FASTER * before, threads)
+    assert blocks == threads or 0.9 * SLICE_S - block_s <= blocks * block_s
+    assert blocks == threads or blocks * block_s <= 1.1 * SLICE_S
+
+
+def test_where_steps_are_fine_packets_are_small(
+    scene: Scene, outside: Camera, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A packet cannot be interrupted; as if each took too long, each is a slice."""
+    monkeypatch.setattr("renderers.art.tracer.SLICE_S", -1.0)
+    for step, packets in ((0.25, 1), (1 / 16, 4), (1 / 32, 16)):
+        shares: list[float] = []
+        tracer = ActiveRayTracer(scene, Quality(step, 0.0), threads=1)
+
+        def note(share: float, shares: list[float] = shares) -> bool:
+            shares.append(share)
+            return True
+
+        # parts of a strip that meet cells nobody had looked at yet go on later
+        tracer.render(outside.with_size(64, 64))
+        tracer.render(outside.with_size(64, 64), note)
+        assert len(set(shares) - {0.0}) == packets
+        assert shares == sorted(shares)
+        assert shares[-1] == 1

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from renderers.fsr.kernels.project_splats import peak_of
+from renderers.fsr.kernels.footprint import peak_of
 from renderers.lanes import load, store
 
 F32 = NDArray[np.float32]

@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr import FuzzySet
-from renderers.fsr.footprint import gaussian_footprint
-from renderers.fsr.lit_splats import splat_peaks
+from renderers.fsr.splats.shaded_set import splat_peaks
 from renderers.scene import Camera, Scene
+from tests.renderers.fsr.plain_footprint import gaussian_footprint
 
 SIGMA = 0.6
 """Of a footprint, in voxels."""

@@ -4,8 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 from renderers.fsr import FuzzySet, Inclusion, extract_fuzzy_set
+from renderers.fsr.kernels.view_planes import EQUIDISTANT, View
 from renderers.scene import (
     Camera,
     PhongMaterial,
@@ -17,6 +19,25 @@ from renderers.scene import (
 from tests.scenes import even_lights
 
 Splats = tuple[FuzzySet, Scene]
+
+
+def view_from(
+    at: ArrayLike, *, keys_per_mm: float = 30.0, near_mm: float = 6.0
+) -> View:
+    """Look along z from a place in a grid of 1 mm, with a round lens."""
+    matrix = np.eye(3, 4, dtype=np.float32)
+    matrix[:, 3] = -np.asarray(at)
+    return View(
+        np.zeros(3, np.float32),
+        matrix,
+        EQUIDISTANT,
+        np.float32(60),
+        90,
+        90,
+        np.float32(0),
+        np.float32(keys_per_mm),
+        np.float32(near_mm),
+    )
 
 
 def transfer(kappa: float) -> TransferFunction:

@@ -12,9 +12,9 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
 
 from renderers.fsr import FuzzySetRenderer, Inclusion
-from renderers.fsr.actor import SplatActor, camera_of, opengl_works
+from renderers.fsr.actor import SplatActor, camera_of
 from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
-from tests.offscreen import aim, ball, grab, make_window
+from tests.offscreen import aim, ball, grab, make_window, opengl_works
 
 SIZE = 192
 

@@ -14,8 +14,8 @@ from renderers.fsr import (
     extract_fuzzy_set,
 )
 from renderers.fsr.fuzzy_set import default_inclusion, update_fuzzy_set
-from renderers.fsr.sobel_normals import gradient_volume
 from renderers.scene import Scene, TransferFunction, Volume
+from tests.renderers.fsr.plain_gradients import sobel_gradient
 
 
 def noise(seed: int, shape: tuple[int, int, int] = (6, 7, 9)) -> Volume:
@@ -25,11 +25,11 @@ def noise(seed: int, shape: tuple[int, int, int] = (6, 7, 9)) -> Volume:
 
 def twin(
     volume: Volume, inclusion: Inclusion
-) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Evaluate F at all voxels with numpy, and give the gradients."""
     table = inclusion.table.astype(np.float64)
-    gradient = gradient_volume(volume)
-    magnitude = np.linalg.norm(gradient.astype(np.float64), axis=-1)
+    gradient = sobel_gradient(volume)
+    magnitude = np.linalg.norm(gradient, axis=-1)
     rows, columns = table.shape
     span = inclusion.density_high - inclusion.density_low
     s = (volume.values - inclusion.density_low) / span * (columns - 1)

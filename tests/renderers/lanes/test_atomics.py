@@ -9,7 +9,6 @@ from renderers.lanes.atomics import (
     leave_and_wait,
     take_turn,
     wait_for_change,
-    wait_for_none,
 )
 
 
@@ -60,12 +59,3 @@ def test_no_one_who_joins_or_leaves_is_lost() -> None:
     with ThreadPoolExecutor(4) as pool:
         list(pool.map(lambda do: do(0), [join, leave, leave, join]))
     assert busy[0] == 100_000
-
-
-def test_waiting_for_none_ends_when_there_is_none() -> None:
-    busy = np.ones(1, np.int64)
-    wait_for_none(busy, 1000)
-    with ThreadPoolExecutor(1) as pool:
-        waiting = pool.submit(wait_for_none, busy, 10**12)
-        leave_and_wait(busy, busy, 0, 0)
-        waiting.result(timeout=60)

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numba import njit
 from numpy.typing import NDArray
 
-from renderers.lanes.atomics import count_up, look, take_turn
+from renderers.lanes.atomics import count_up
 from renderers.scene import thread_team
 from renderers.scene.thread_team import ThreadTeam, _Board
 
@@ -248,55 +247,6 @@ def test_rousing_does_nothing_but_wake(threads: int) -> None:
     team.close()
     team.rouse()
     assert team.map(str, range(3)) == list("012")
-
-
-@njit(nogil=True)
-def ring_and_wait(
-    bell: NDArray[np.int64], begun: NDArray[np.int64], wanted: int, looks: int
-) -> bool:
-    """Call the others from compiled code; stay there until so many have begun."""
-    take_turn(bell)
-    while looks > 0 and look(begun) < wanted:
-        looks -= 1
-    return looks > 0
-
-
-@pytest.mark.parametrize("threads", [2, 4])
-def test_who_is_called_from_compiled_code_comes_awake_or_asleep(threads: int) -> None:
-    """The caller never returns to Python before they have begun."""
-    team = ThreadTeam(threads)
-    for pause_s in (0.0, 0.0, 0.0002, 0.0004, 0.05, 0.0) * 20:
-        begun, nobody = np.zeros((2, 1), np.int64)
-        time.sleep(pause_s)
-
-        def work(
-            part: int,
-            begun: NDArray[np.int64] = begun,
-            nobody: NDArray[np.int64] = nobody,
-        ) -> int:
-            if part > 0:
-                count_up(begun)
-            # nobody has more than one part
-            bell = nobody if part > 0 else team.bell
-            assert ring_and_wait(bell, begun, threads - 1, 10**9)
-            return threading.get_ident()
-
-        assert len(set(team.map(work, range(threads), rings=True))) == threads
-        assert team.busy[0] == 0
-    team.close()
-
-
-def test_where_nobody_is_called_the_caller_does_it_all() -> None:
-    """A first part that fails before it rings, and one that never does."""
-    team = ThreadTeam(2)
-    for _ in range(20):
-        assert team.map(abs, range(-3, 0), rings=True) == [3, 2, 1]
-        with pytest.raises(ZeroDivisionError):
-            team.map(partial(divmod, 1), range(3), rings=True)
-    # they are there for those who call
-    together = threading.Barrier(2, timeout=30)
-    assert sorted(team.map(lambda _: together.wait(), range(2))) == [0, 1]
-    team.close()
 
 
 def test_a_caller_that_fell_asleep_is_woken_by_the_last_to_end() -> None:

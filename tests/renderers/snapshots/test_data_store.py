@@ -1,11 +1,12 @@
 import io
 import pickle
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from renderers.snapshots.data_store import DataStore
+from renderers.snapshots.data_store import DataStore, write_whole
 
 
 def test_arrays_come_back_read_only(tmp_path: Path) -> None:
@@ -74,3 +75,21 @@ def test_arrays_of_one_shape_and_other_content_have_other_keys(tmp_path: Path) -
     assert digests[0] == digests[2] != digests[1]
     for digest, array in zip(digests, (first, second), strict=False):
         assert np.array_equal(store.get(digest, ("int16",), 10_000), array)
+
+
+def test_a_file_is_replaced_whole(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    write_whole(path, b"one")
+    write_whole(path, memoryview(b"two, longer"))
+    assert path.read_bytes() == b"two, longer"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    write_whole(path, b"one")
+    text: Any = "text"
+    with pytest.raises(TypeError):
+        write_whole(path, text)
+    assert path.read_bytes() == b"one"
+    assert list(tmp_path.iterdir()) == [path]

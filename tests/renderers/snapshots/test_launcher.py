@@ -9,8 +9,8 @@ from renderers.snapshots.launcher import (
     Launcher,
     expect_company,
     find_launcher,
+    launched_ranks,
     launcher_at,
-    told_ranks,
 )
 
 SIZES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "PMIX_SIZE", "SLURM_STEP_NUM_TASKS")
@@ -85,10 +85,10 @@ def test_open_mpi_is_told_what_mpich_does_unasked(
 def test_ranks_that_do_not_find_each_other_are_told_so(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    assert told_ranks() == 1
+    assert launched_ranks() == 1
     expect_company(1)
     monkeypatch.setenv("SLURM_STEP_NUM_TASKS", "16")
-    assert told_ranks() == 16
+    assert launched_ranks() == 16
     with pytest.raises(TransportError, match="one of 16, but MPI sees only itself"):
         expect_company(1)
     expect_company(16)

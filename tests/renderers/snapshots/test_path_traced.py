@@ -9,8 +9,9 @@ from numpy.testing import assert_array_equal
 
 from renderers.scene import Camera, Scene
 from renderers.snapshots.client import Snapshot, SnapshotClient, SnapshotError
-from renderers.snapshots.delivery import Finisher, eye_codes, in_field
-from renderers.snapshots.request import ScopeWork, SnapshotRequest, TruthSpec
+from renderers.snapshots.delivery import Finisher
+from renderers.snapshots.error_estimate import eye_codes, in_field
+from renderers.snapshots.request import PathTracingSpec, ScopeWork, SnapshotRequest
 from renderers.snapshots.team import SerialTeam
 from renderers.snapshots.worker import run_worker
 
@@ -24,7 +25,7 @@ def drawn(
     client: SnapshotClient,
     scene: Scene,
     camera: Camera,
-    truth: TruthSpec | None,
+    path_tracing: PathTracingSpec | None,
     deliver_after_s: float | None = None,
 ) -> Snapshot:
     assert scene.surface is not None
@@ -32,7 +33,7 @@ def drawn(
         scene.surface,
         camera,
         samples=1,
-        truth=truth,
+        path_tracing=path_tracing,
         deliver_after_s=deliver_after_s,
         gain=1.0,
     )
@@ -49,7 +50,7 @@ def camera(inside: Camera) -> Camera:
 def test_it_ends_when_its_paths_are_walked_or_its_noise_is_low(
     client: SnapshotClient, scene: Scene, camera: Camera
 ) -> None:
-    few = drawn(client, scene, camera, TruthSpec(paths=48))
+    few = drawn(client, scene, camera, PathTracingSpec(paths=48))
     assert few.result.complete
     seen = few.samples()[few.coverage() > 0]
     assert set(np.unique(seen % 16)) == {0}
@@ -58,7 +59,7 @@ def test_it_ends_when_its_paths_are_walked_or_its_noise_is_low(
     assert blocks[blocks > 0].mean() == 48
     assert few.result.noise is not None
     assert few.result.noise > 0
-    low = drawn(client, scene, camera, TruthSpec(paths=2**20, noise=0.15))
+    low = drawn(client, scene, camera, PathTracingSpec(paths=2**20, noise=0.15))
     assert low.result.complete
     assert low.result.noise is not None
     assert low.result.noise <= 0.15
@@ -73,7 +74,7 @@ def test_it_ends_when_its_paths_are_walked_or_its_noise_is_low(
 def test_stopped_at_once_it_shows_the_quick_light_and_says_so(
     client: SnapshotClient, scene: Scene, camera: Camera
 ) -> None:
-    cut = drawn(client, scene, camera, TruthSpec(), deliver_after_s=1e-9)
+    cut = drawn(client, scene, camera, PathTracingSpec(), deliver_after_s=1e-9)
     assert not cut.result.complete
     assert cut.result.noise is None
     assert not cut.samples().any()
@@ -86,7 +87,11 @@ def test_stopped_between_it_tells_what_the_quick_light_is_off_by(
     assert scene.surface is not None
     client = SnapshotClient(tmp_path / "spool")
     request = client.request_scope(
-        scene.surface, camera.with_size(64, 64), samples=1, truth=TruthSpec(), gain=1e3
+        scene.surface,
+        camera.with_size(64, 64),
+        samples=1,
+        path_tracing=PathTracingSpec(),
+        gain=1e3,
     )
     finisher = Finisher(client.spool.data, 1)
     traced = SerialTeam(1).trace(request, scene, lambda share: True)
@@ -101,7 +106,7 @@ def test_stopped_between_it_tells_what_the_quick_light_is_off_by(
     assert part.noise is None
     assert 0 < np.count_nonzero(part.samples) < part.samples.size
     assert part.error is not None
-    work = msgspec.structs.replace(request.work, truth=None)
+    work = msgspec.structs.replace(request.work, path_tracing=None)
     quick = finisher.finish(msgspec.structs.replace(request, work=work), scene, traced)
     assert quick.error is None
     told = (part.samples > 0) & in_field(part.coverage)
@@ -114,10 +119,10 @@ def test_stopped_between_it_tells_what_the_quick_light_is_off_by(
 def test_going_on_is_never_having_stopped(
     client: SnapshotClient, scene: Scene, camera: Camera
 ) -> None:
-    whole = drawn(client, scene, camera, TruthSpec(paths=96))
-    part = drawn(client, scene, camera, TruthSpec(paths=48))
+    whole = drawn(client, scene, camera, PathTracingSpec(paths=96))
+    part = drawn(client, scene, camera, PathTracingSpec(paths=48))
     state = client.put(part.state())
-    rest = drawn(client, scene, camera, TruthSpec(paths=96, state=state))
+    rest = drawn(client, scene, camera, PathTracingSpec(paths=96, state=state))
     assert rest.radiance().tobytes() == whole.radiance().tobytes()
     assert_array_equal(rest.samples(), whole.samples())
     assert rest.result.noise == whole.result.noise
@@ -126,17 +131,19 @@ def test_going_on_is_never_having_stopped(
 def test_the_state_of_another_view_is_refused(
     client: SnapshotClient, scene: Scene, camera: Camera
 ) -> None:
-    part = drawn(client, scene, camera, TruthSpec(paths=32))
+    part = drawn(client, scene, camera, PathTracingSpec(paths=32))
     state = client.put(part.state())
     with pytest.raises(SnapshotError, match=r"goes on from float64 \(24, 24, 7\)"):
-        drawn(client, scene, camera.with_size(24, 24), TruthSpec(state=state))
+        drawn(client, scene, camera.with_size(24, 24), PathTracingSpec(state=state))
 
 
 def test_a_request_says_how_many_paths_strictly(
     client: SnapshotClient, scene: Scene, camera: Camera
 ) -> None:
     assert scene.surface is not None
-    request = client.request_scope(scene.surface, camera, truth=TruthSpec())
+    request = client.request_scope(
+        scene.surface, camera, path_tracing=PathTracingSpec()
+    )
     record = msgspec.json.encode(request)
     for wrong in (b'"paths":31', b'"paths":"many"', b'"path":64'):
         with pytest.raises(msgspec.ValidationError, match=r"\$\.work\.truth"):

@@ -1,6 +1,7 @@
 """A picture that had to be delivered early is the best there was."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,11 +9,16 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from renderers.art import ActiveRayTracer, RenderStoppedError
-from renderers.scene import Camera, Image, Scene
+from renderers.art.regions import Region
+from renderers.scene import Camera, GBuffer, Image, Scene
 from renderers.snapshots.client import SnapshotClient
-from renderers.snapshots.filling import fill
-from renderers.snapshots.progressive import coarse_requests, trace_best
-from renderers.snapshots.request import ImageSpec, SnapshotRequest
+from renderers.snapshots.delivery import Finisher
+from renderers.snapshots.growing import FILE_NAME, GrowingPicture
+from renderers.snapshots.progressive import Preview, coarse_requests, fill, trace_best
+from renderers.snapshots.request import ImageSpec, Samples, SnapshotRequest
+from renderers.snapshots.spool import Spool
+from renderers.snapshots.team import SerialTeam, Traced, empty_gather
+from renderers.snapshots.worker import run_worker
 from tests.renderers.snapshots.watched_team import WatchedTeam
 
 
@@ -148,3 +154,142 @@ def test_small_pictures_and_others_have_no_coarse_one(
     plain = client.request_classic(scene, outside)
     trace_best(team, plain, scene, go, lambda: False)
     assert team.sizes == [50]
+
+
+@pytest.mark.parametrize("size", [(50, 43), (43, 50), (37, 37), (101, 8)])
+def test_coarse_pixels_lie_where_the_fine_ones_do(
+    size: tuple[int, int], outside: Camera
+) -> None:
+    """A coarse picture of where its rays go differs from the fine by half a pixel."""
+    width, height = size
+    fine, rough = (
+        GBuffer.empty(h, w)
+        for w, h in ((width, height), (-(-width // 4), -(-height // 4)))
+    )
+    for buffer in (fine, rough):
+        h, w = buffer.size
+        table = outside.with_size(w, h).lens_table()
+        buffer.normal[:] = table / table[..., 2:]
+    nothing = np.zeros((height, width), bool)
+    found = fill(fine, nothing, rough)
+    assert isinstance(found, GBuffer)
+    off = np.abs(found.normal - fine.normal)[..., :2]
+    pixel = 2 * np.tan(outside.extent) / min(rough.size)
+    # beyond the coarse picture's own edge its outermost pixels stand
+    assert np.percentile(off, 90) <= 0.51 * pixel
+    assert off.max() <= 1.01 * pixel
+
+
+SIZE = (150, 130)
+
+
+def begin(client: SnapshotClient, request: SnapshotRequest) -> tuple[Spool, Path]:
+    client.submit(request)
+    claim = client.spool.claim()
+    assert claim is not None
+    return client.spool, client.spool.attempt_folder(claim.job_id, claim.attempt)
+
+
+@pytest.mark.parametrize("samples", [1, 4])
+@pytest.mark.parametrize("mode", ["classic", "scope"])
+def test_the_finished_picture_is_the_same_with_and_without(
+    client: SnapshotClient,
+    scene: Scene,
+    inside: Camera,
+    mode: str,
+    samples: Samples,
+) -> None:
+    camera = inside.with_size(70, 66)
+    requests = []
+    for progressive in (False, True):
+        if mode == "classic":
+            request = client.request_classic(
+                scene, camera, samples=samples, progressive=progressive
+            )
+        else:
+            assert scene.surface is not None
+            request = client.request_scope(
+                scene.surface, camera, samples=samples, progressive=progressive
+            )
+        client.submit(request)
+        requests.append(request)
+        # a worker of its own: one that knows the view would not draw it again
+        assert run_worker(client.spool.folder, once=True) == 1
+    plain, shown = (client.wait(request.id) for request in requests)
+    assert shown.radiance().tobytes() == plain.radiance().tobytes()
+    assert shown.pixels().tobytes() == plain.pixels().tobytes()
+    assert not (plain.folder / FILE_NAME).exists()
+    growing = GrowingPicture(client.spool, requests[1].id, 70, 66)
+    assert growing.update()
+    # Coarse, and yet much nearer to the picture than black is.
+    off = np.abs(growing.pixels.astype(float) - shown.pixels())
+    assert off.mean() < 0.4 * shown.pixels().mean()
+
+
+def test_a_part_is_shown_when_all_of_it_is_there(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    request = client.request_classic(scene, outside.with_size(*SIZE), progressive=True)
+    spool, folder = begin(client, request)
+    whole = SerialTeam().trace(request, scene, go)
+    finisher = Finisher(spool.data)
+    expected = finisher.finish(request, scene, whole).pixels
+    found, gather = empty_gather(request), empty_gather(request)
+    SerialTeam().trace(request, scene, go, found)
+    growing = GrowingPicture(spool, request.id, *SIZE)
+    with Preview(folder, request, scene, finisher) as preview:
+        preview.show_parts(gather)
+        assert not growing.update()
+        for region in (Region(64, 0, 128, 64), Region(0, 0, 60, 130)):
+            gather.add(
+                region,
+                found.value[region.rows, region.columns].reshape(-1, 4),
+                found.depth[region.rows, region.columns].reshape(-1),
+            )
+        preview.show_parts(gather)
+        assert growing.update()
+        # The second region ends inside the first part of its row.
+        assert np.array_equal(growing.pixels[:64, 64:128], expected[:64, 64:128])
+        assert not growing.pixels[:, :64].any()
+        preview.show_parts(gather)
+        assert not growing.update(), "nothing is shown twice"
+    finisher.close()
+
+
+def test_coarse_pictures_come_first_and_parts_follow(
+    client: SnapshotClient,
+    scene: Scene,
+    inside: Camera,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With parts at every look, each picture on the way is nearer to the last."""
+    monkeypatch.setattr("renderers.snapshots.progressive.FIRST_S", -1.0)
+    monkeypatch.setattr("renderers.snapshots.progressive.SHARE", 1e9)
+    monkeypatch.setattr("renderers.art.tracer.SLICE_S", 1e-6)
+    assert scene.surface is not None
+    camera = inside.with_size(200, 180)
+    request = client.request_scope(scene.surface, camera, progressive=True)
+    spool, folder = begin(client, request)
+    finisher = Finisher(spool.data)
+    growing = GrowingPicture(spool, request.id, 200, 180)
+    seen = []
+
+    def look(_: float) -> bool:
+        if growing.update():
+            seen.append(growing.pixels.astype(np.int16))
+        return True
+
+    loaded = Scene(
+        surface=scene.surface,
+        volume=scene.surface.distance,
+        transfer_function=scene.transfer_function,
+    )
+    with Preview(folder, request, loaded, finisher) as preview:
+        traced = trace_best(SerialTeam(), request, loaded, look, lambda: False, preview)
+    assert isinstance(traced, Traced)
+    final = finisher.finish(request, loaded, traced).pixels.astype(np.int16)
+    finisher.close()
+    off = [float(np.abs(picture - final).mean()) for picture in seen]
+    assert len(off) >= 4, "two coarse pictures and some parts"
+    assert off == sorted(off, reverse=True)
+    assert off[-1] < 0.5 * off[0]

@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from renderers.snapshots.data_store import DataStore
+from renderers.snapshots.data_store import HIDDEN, DataStore
 from renderers.snapshots.pruning import Pruner
 from renderers.snapshots.request import (
     REQUEST_SCHEMA,
@@ -16,7 +16,6 @@ from renderers.snapshots.request import (
     ScopeWork,
     SnapshotRequest,
 )
-from renderers.snapshots.shared_files import HIDDEN
 from renderers.snapshots.spool import JobState, JobStatus, Spool
 
 GRID = GridSpec((1.0, 1, 1), (0.0, 0, 0), ((1.0, 0, 0), (0.0, 1, 0), (0.0, 0, 1)))

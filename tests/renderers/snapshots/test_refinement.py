@@ -19,10 +19,9 @@ from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.delivery import Finisher, Picture
 from renderers.snapshots.growing import FILE_NAME, GrowingPicture
 from renderers.snapshots.refinement import Refinement, can_refine, refined
-from renderers.snapshots.request import SnapshotRequest, TruthSpec
+from renderers.snapshots.request import PathTracingSpec, SnapshotRequest
 from renderers.snapshots.scene_loader import load_scene
-from renderers.snapshots.team import SerialTeam
-from renderers.snapshots.traced import Tools, Traced
+from renderers.snapshots.team import SerialTeam, Tools, Traced
 from renderers.snapshots.worker import run_worker
 
 
@@ -203,7 +202,7 @@ def test_only_pictures_of_four_samples_by_quick_light_are_refined(
     assert not can_refine(msgspec.structs.replace(request, tolerance=None))
     single = client.request_scope(scene.surface, inside, samples=1)
     assert not can_refine(msgspec.structs.replace(single, tolerance=0.0))
-    truth = client.request_scope(scene.surface, inside, truth=TruthSpec())
+    truth = client.request_scope(scene.surface, inside, path_tracing=PathTracingSpec())
     assert not can_refine(msgspec.structs.replace(truth, tolerance=0.0))
     classic = client.request_classic(scene, inside, samples=4)
     assert not can_refine(msgspec.structs.replace(classic, tolerance=0.0))

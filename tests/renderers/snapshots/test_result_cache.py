@@ -23,10 +23,9 @@ from renderers.snapshots.request import (
     SnapshotRequest,
     decode_request,
 )
-from renderers.snapshots.result_cache import KeptViews, picture_key, trace_key
+from renderers.snapshots.result_cache import ResultCache, picture_key, trace_key
 from renderers.snapshots.scene_loader import load_scene, load_tools
-from renderers.snapshots.team import SerialTeam
-from renderers.snapshots.traced import Traced
+from renderers.snapshots.team import SerialTeam, Traced
 from renderers.snapshots.worker import run_worker
 
 ASKING: dict[str, Any] = {
@@ -189,7 +188,7 @@ def test_every_other_field_makes_another_picture(
     fields = set(SnapshotRequest.__struct_fields__) - set(ASKING) - {"schema"}
     marked = json.loads(picture_key(request))
     assert fields <= set(marked)
-    assert set(work.__struct_fields__) <= set(marked["work"])
+    assert set(work.__struct_encode_fields__) <= set(marked["work"])
     for name in fields:
         assert marked[name] == json.loads(msgspec.json.encode(request))[name]
 
@@ -217,7 +216,7 @@ def test_what_was_stopped_early_is_not_kept() -> None:
         counts = np.ones((8, 8), np.uint32)
         return Picture(pixels, rgb, plane, plane, counts, None, complete)
 
-    kept = KeptViews(room=3 * 8 * 8 * (3 + 12 + 4 + 4 + 4))
+    kept = ResultCache(room=3 * 8 * 8 * (3 + 12 + 4 + 4 + 4))
     requests = [asked(number) for number in range(5)]
     kept.keep_picture(requests[0], picture(complete=False))
     assert kept.picture(requests[0]) is None

@@ -16,7 +16,7 @@ from renderers.art.regions import REGION_PX, Gather
 from renderers.scene import Camera, Scene
 from renderers.snapshots import saved_work
 from renderers.snapshots.client import SnapshotClient
-from renderers.snapshots.request import SnapshotRequest, TruthSpec
+from renderers.snapshots.request import PathTracingSpec, SnapshotRequest
 from renderers.snapshots.saved_work import ENDING, SavedWork, code_key, unwrap, wrap
 from renderers.snapshots.spool import Spool
 from renderers.snapshots.team import RankTeam
@@ -255,11 +255,11 @@ def test_light_by_paths_is_gone_on_with_to_the_same_bits(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     assert scene.surface is not None
-    truth = TruthSpec(paths=96)
+    truth = PathTracingSpec(paths=96)
     jobs = []
     for _ in range(2):
         request = client.request_scope(
-            scene.surface, inside.with_size(48, 40), samples=1, truth=truth
+            scene.surface, inside.with_size(48, 40), samples=1, path_tracing=truth
         )
         jobs.append(request)
     client.submit(jobs[0])

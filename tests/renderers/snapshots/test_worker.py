@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from renderers.art import ActiveRayTracer
-from renderers.art.cells.brick_views import BLOCK_COLUMNS, TILE_PX
 from renderers.art.job_steps import Step, reached
+from renderers.art.kernels.march_types import BLOCK_COLUMNS, TILE_PX
 from renderers.art.ranks.transport import TransportError
-from renderers.art.time_slices import FASTER, FIRST_BLOCKS
+from renderers.art.tracer import FASTER, FIRST_BLOCKS
 from renderers.scene import Camera, Material, Mesh, Scene
 from renderers.snapshots.client import (
     SnapshotCancelledError,

@@ -7,9 +7,9 @@ from contextlib import contextmanager
 from renderers.art.ranks.messages import Message
 from renderers.art.ranks.policy import CellPolicy
 from renderers.art.ranks.rank import Rank
-from renderers.art.ranks.transport import LoopBack, LoopBackEnd
 from renderers.snapshots.data_store import DataStore
 from renderers.snapshots.team import RankTeam, follow
+from tests.loop_back import LoopBack, LoopBackEnd
 
 PATIENCE_S = 20.0
 

@@ -5,8 +5,7 @@ from collections.abc import Callable
 from renderers.art.regions import Gather
 from renderers.scene import Scene
 from renderers.snapshots.request import SnapshotRequest
-from renderers.snapshots.team import Progress, SerialTeam
-from renderers.snapshots.traced import Tools, Traced
+from renderers.snapshots.team import Progress, SerialTeam, Tools, Traced
 
 
 def _nothing(*_: object) -> None:

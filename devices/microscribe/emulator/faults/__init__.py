@@ -1,24 +1,17 @@
-"""Thirty ways in which an arm, its line or its client go wrong, by name."""
+"""Ways in which an arm or its line goes wrong, by name."""
 
 from devices.microscribe.emulator.faults.catalogue import (
     FAULTS,
-    SHORT_NAMES,
     FaultPlan,
-    altered_profile,
     list_faults,
     make_faults,
     parse_fault,
 )
-from devices.microscribe.emulator.faults.fault import Fault
-from devices.microscribe.emulator.faults.schedule import Schedule, parse_schedule
+from devices.microscribe.emulator.faults.schedule import parse_schedule
 
 __all__ = [
     "FAULTS",
-    "SHORT_NAMES",
-    "Fault",
     "FaultPlan",
-    "Schedule",
-    "altered_profile",
     "list_faults",
     "make_faults",
     "parse_fault",

@@ -1,7 +1,7 @@
 """What a fault may do to an emulated arm.
 
 A new fault is a subclass with an ``id``, a ``word`` and a ``line``, one or more of the
-methods below and a place in ``catalogue.FAULTS``.
+methods below and a place among the kinds that ``parse_fault`` is given.
 """
 
 import random
@@ -10,7 +10,8 @@ from typing import ClassVar, Protocol
 
 from devices.microscribe.emulator.answer import Answer, AnswerKind
 from devices.microscribe.emulator.faults.schedule import Schedule, Trigger
-from devices.microscribe.emulator.firmware import FarEnd
+from devices.microscribe.emulator.firmware import ArmFirmware
+from devices.microscribe.kinematics.profiles import ArmProfile
 from disk import UserError
 
 EVERY_KIND = frozenset(AnswerKind) - {AnswerKind.FOREIGN}
@@ -19,27 +20,10 @@ EVERY_KIND = frozenset(AnswerKind) - {AnswerKind.FOREIGN}
 class FaultyArm(Protocol):
     """What faults see of the arm they befall."""
 
-    far_end: FarEnd
-    session_rate: int
+    profile: ArmProfile
+    firmware: ArmFirmware
     packets: int
     """Standard packets measured so far; the one being spoilt is the last of them."""
-    home_pressed: bool
-    """Whether somebody has pressed the Home button since power-on."""
-
-    @property
-    def built_in_encoders(self) -> frozenset[int]:
-        """Get the joints that have an encoder."""
-        ...
-
-    @property
-    def timer_maximum(self) -> int:
-        """Get the last value of the timer before it wraps."""
-        ...
-
-    @property
-    def serial_number(self) -> str:
-        """Get the password of the calibration memory."""
-        ...
 
     def script_s(self, now_s: float) -> float:
         """Return seconds since the first packet, 0 before it."""
@@ -47,10 +31,6 @@ class FaultyArm(Protocol):
 
     def power_cycle(self, now_s: float) -> None:
         """Cut the power and give it back at once."""
-        ...
-
-    def inject(self, data: bytes, now_s: float) -> None:
-        """Let the arm hear bytes that no client of ours sent."""
         ...
 
     def send_foreign(self, data: bytes, now_s: float) -> None:
@@ -62,7 +42,7 @@ class Fault:
     """One fault on its schedule; this base class changes nothing."""
 
     id: ClassVar[str]
-    """Number in the list of thirty, such as ``f8``; empty for an extra one."""
+    """Number in the protocol's list, such as ``f8``; its word for one without."""
     word: ClassVar[str]
     line: ClassVar[str]
     """One line for a person."""
@@ -74,6 +54,8 @@ class Fault:
     """Whether it goes on from its moment for good, instead of happening once."""
     kinds: ClassVar[frozenset[AnswerKind]] = frozenset()
     """The answers that it can spoil."""
+    wire_order: ClassVar[int] = 0
+    """Faults of the wire act on what all others have left of an answer."""
 
     def __init__(self, schedule: Schedule, variant: str, noise: random.Random) -> None:
         if variant:
@@ -90,7 +72,11 @@ class Fault:
     @classmethod
     def name(cls) -> str:
         """Return its full name, such as ``f8_dropped_byte``."""
-        return f"{cls.id}_{cls.word}" if cls.id else cls.word
+        return cls.word if cls.id == cls.word else f"{cls.id}_{cls.word}"
+
+    def alter(self, profile: ArmProfile) -> ArmProfile:
+        """Return the arm that the fault has made of ``profile`` before power-on."""
+        return profile
 
     def due_s(self) -> float | None:
         """Return the script time at which it wants to be looked at, None if never."""

@@ -66,7 +66,7 @@ class Trigger:
 
     @property
     def due_s(self) -> float | None:
-        """Get the time of a fault that is still to come at a time, else None."""
+        """Return the time of a fault that is still to come at a time, else None."""
         timed = self._schedule.packet is None and self._schedule.chance is None
         return self._schedule.start_s if timed and not self._spent else None
 

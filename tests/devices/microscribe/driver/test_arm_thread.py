@@ -13,7 +13,7 @@ from devices.microscribe.emulator.faults import parse_fault
 from devices.microscribe.emulator.in_memory import EmulatedPort, MemoryLine, SystemClock
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937
-from devices.microscribe.wire.timing import LinkTiming
+from devices.microscribe.wire.line import LinkTiming
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
 
@@ -73,7 +73,7 @@ def test_poses_come_fresh_and_in_order(
     with MicroScribe(plug.line.open_port(), reports=reports) as arm:
         poses = [arm.read(5.0) for _ in range(30)]
         assert (np.diff([pose.time_s for pose in poses]) > 0.0).all()
-        _wait(lambda: not arm.stale)
+        _wait(lambda: arm.pose_age_s() < 0.1)
         assert arm.counts == DX40937.home_counts
         assert arm.frozen_joints == ()
         assert abs(arm.clock_drift) <= 3e-4
@@ -110,7 +110,7 @@ def test_a_pulled_plug_is_told_once_and_waited_out(
         # The last pose stays, grows old and says so.
         last = poses[-1]
         assert arm.latest() is last
-        _wait(lambda: arm.stale)
+        _wait(lambda: arm.pose_age_s() > 0.1)
         with pytest.raises(TimeoutError, match=r"memory:1 in 0\.01 s; .*looked for"):
             arm.read(0.01)
         states = [arm.presence]

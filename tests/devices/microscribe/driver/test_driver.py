@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from devices import pose_queue
+from devices.controls.pedals import PressCollector
 from devices.microscribe import MicroScribe, MicroScribeEmulator
-from devices.microscribe.driver import pose_queue
 from devices.microscribe.driver.sampler import HomeState
 from devices.microscribe.driver.tracker import SampleTracker
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
@@ -18,13 +20,14 @@ from devices.microscribe.emulator.server import EmulatorServer
 from devices.microscribe.emulator.socket_port import SocketPort
 from devices.microscribe.kinematics.profiles import DX40937
 from devices.microscribe.wire.commands import CLEAR_BYTES, every_command
-from devices.microscribe.wire.timing import LinkTiming
-from devices.port import DeviceError, DeviceReason, MemoryPort
+from devices.microscribe.wire.line import LinkTiming
+from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose, PoseSource
 from devices.recording.path_file import save_probe_path
 from devices.recording.probe_path import ProbePath
 from devices.registration.fiducial_fit import register
-from devices.registration.touch import TouchCollector
+from devices.registration.held_point import HeldPoint
+from tests.devices.memory_port import MemoryPort
 
 posix = pytest.mark.skipif(
     sys.platform == "win32", reason="pseudo-terminals need POSIX"
@@ -50,21 +53,23 @@ def path_file(tmp_path: Path, short_path: ProbePath) -> Path:
 def test_a_registered_flight_follows_the_path(
     path_file: Path, short_path: ProbePath
 ) -> None:
-    touch = TouchCollector()
+    press = PressCollector(1)
+    touched: list[NDArray[np.float64]] = []
     flight: list[Pose] = []
     with (
         MicroScribeEmulator(path_file, fiducials_mm=FIDUCIALS, seed=3) as emulator,
         MicroScribe(emulator.port_name) as arm,
     ):
         for pose in arm:
-            touch.feed(pose)
+            if (held := press.feed(pose)) is not None:
+                touched.append(HeldPoint.of(held).tip_mm)
             if pose.buttons & PATH_PEDAL:
                 flight.append(pose)
             elif flight:
                 break
         assert arm.pose_age_s() < 5.0
         assert arm.counters["refused"] == arm.counters["framing"] == 0
-    registration = register(np.array(touch.points_mm), FIDUCIALS)
+    registration = register(np.array(touched), FIDUCIALS)
     assert registration.residual_rms_mm < 0.2
     begin_s = flight[0].time_s
     times = [pose.time_s - begin_s for pose in flight]
@@ -177,7 +182,7 @@ def test_every_write_of_a_session_with_troubles_is_a_known_command(
     with MicroScribe(port, timing=hasty, poll_hz=500.0) as arm:
         arm.read(2.0)
         arm.home()
-        served.far_end.receive(b"\xc5", 0.0)
+        served.firmware.receive(b"\xc5", 0.0)
         for _ in range(3):
             arm.read(5.0)
         served.spoil = lambda out: b""
@@ -188,7 +193,7 @@ def test_every_write_of_a_session_with_troubles_is_a_known_command(
     assert {b"\xc5IMMC", b"BEGIN", b"\xc2", b"\x23", b"\x00", CLEAR_BYTES} <= set(
         port.written
     )
-    assert served.far_end.memory_writes == 0
+    assert served.firmware.memory_writes == 0
 
 
 def test_closing_ends_the_session_and_the_iteration(
@@ -316,9 +321,9 @@ def test_the_poll_rate_must_be_positive() -> None:
 
 @posix
 def test_an_arm_at_the_far_end_of_a_network_gives_the_same_poses() -> None:
-    far_end = EmulatedArm(DX40937, orbit(DX40937), now_s=time.monotonic())
+    firmware = EmulatedArm(DX40937, orbit(DX40937), now_s=time.monotonic())
     port = SocketPort(("127.0.0.1", 0))
-    with EmulatorServer(far_end, port) as server, MicroScribe(server.port_name) as arm:
+    with EmulatorServer(firmware, port) as server, MicroScribe(server.port_name) as arm:
         poses = [arm.read(5.0) for _ in range(30)]
         assert (np.diff([pose.time_s for pose in poses]) > 0).all()
         assert arm.description.identity.serial == DX40937.identity.serial

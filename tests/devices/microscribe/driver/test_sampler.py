@@ -4,10 +4,10 @@ from typing import Any
 import pytest
 
 from devices.microscribe.driver.sampler import ArmSampler, HomeState
-from devices.microscribe.emulator.firmware import FarEnd
+from devices.microscribe.emulator.firmware import ArmFirmware
 from devices.microscribe.kinematics.profiles import DX40937, SECOND_3DX
+from devices.microscribe.wire.line import LinkTiming
 from devices.microscribe.wire.link import ArmLink
-from devices.microscribe.wire.timing import LinkTiming
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
 
@@ -65,7 +65,7 @@ def test_an_ended_session_is_opened_anew(
     sampler = ArmSampler(ArmLink(arm.port, hasty), ONE_RATE)
     _poses(sampler, 1)
     # Somebody pulled the arm's session away: it listens for attention again.
-    arm.far_end.receive(b"\xc5", 0.0)
+    arm.firmware.receive(b"\xc5", 0.0)
     assert len(_poses(sampler, 4)) == 2
     assert sampler.home_state is HomeState.ASSUMED
 
@@ -77,7 +77,7 @@ def test_a_power_cut_makes_the_arm_untrusted(
     link = ArmLink(arm.port, hasty)
     sampler = ArmSampler(link, ONE_RATE)
     _poses(sampler, 1)
-    arm.far_end = FarEnd(DX40937, arm.motion, -9.0)
+    arm.firmware = ArmFirmware(DX40937, arm.motion, -9.0)
     assert _poses(sampler, 4) == []
     states = [sampler.home_state]
     sampler.home()
@@ -93,7 +93,7 @@ def test_another_arm_on_the_same_line_is_refused(
     arm = serve_arm()
     sampler = ArmSampler(ArmLink(arm.port, hasty), ONE_RATE)
     _poses(sampler, 1)
-    arm.far_end = FarEnd(SECOND_3DX, arm.motion, 0.0)
+    arm.firmware = ArmFirmware(SECOND_3DX, arm.motion, 0.0)
     assert _reason(sampler) is DeviceReason.WRONG_DEVICE
 
 

@@ -8,7 +8,7 @@ from devices.microscribe.driver.sampler import HomeState, MotionReports
 from devices.microscribe.driver.supervisor import (
     FIRST_RETRY_S,
     LONGEST_RETRY_S,
-    ArmKeeper,
+    ConnectionSupervisor,
     Presence,
 )
 from devices.microscribe.kinematics.profiles import SECOND_3DX
@@ -21,16 +21,18 @@ STREAM = MotionReports(period_ticks=9)
 either_way = pytest.mark.parametrize("reports", [None, STREAM], ids=["poll", "stream"])
 
 
-def _attempts(bench: Bench, keeper: ArmKeeper, seconds: float) -> list[float]:
+def _attempts(
+    bench: Bench, supervisor: ConnectionSupervisor, seconds: float
+) -> list[float]:
     """When the arm was looked for."""
     clock = bench.line.clock
     until = clock.now() + seconds
     found = []
     while clock.now() < until:
-        if keeper.presence is Presence.LOST:
+        if supervisor.presence is Presence.LOST:
             found.append(clock.now())
-        keeper.step()
-        clock.sleep_until(min(keeper.due_s, until))
+        supervisor.step()
+        clock.sleep_until(min(supervisor.due_s, until))
     return found
 
 
@@ -39,14 +41,14 @@ def test_a_lost_arm_is_looked_for_less_and_less_often(
     rehearse: Rehearse, reports: MotionReports | None
 ) -> None:
     bench = rehearse(reports=reports)
-    keeper = bench.connect(replug=True)
-    bench.run(keeper, 0.2)
+    supervisor = bench.connect(replug=True)
+    bench.run(supervisor, 0.2)
     bench.line.arm.unplug(bench.line.clock.now())
-    pauses = np.diff(_attempts(bench, keeper, 60.0))
+    pauses = np.diff(_attempts(bench, supervisor, 60.0))
     expected = [2.0 * FIRST_RETRY_S, 2.0, 4.0, 8.0, *[LONGEST_RETRY_S] * 4]
     assert pauses == pytest.approx(expected[: len(pauses)], abs=1e-6)
-    assert keeper.trouble is not None
-    assert keeper.losses == 1
+    assert supervisor.trouble is not None
+    assert supervisor.losses == 1
 
 
 @either_way
@@ -54,19 +56,19 @@ def test_a_replugged_arm_goes_on_at_its_new_port(
     rehearse: Rehearse, reports: MotionReports | None
 ) -> None:
     bench = rehearse(reports=reports)
-    keeper = bench.connect(replug=True)
-    before = bench.run(keeper, 1.0)
+    supervisor = bench.connect(replug=True)
+    before = bench.run(supervisor, 1.0)
     bench.line.arm.unplug(bench.line.clock.now())
-    assert bench.run(keeper, 3.0) == []
+    assert bench.run(supervisor, 3.0) == []
     bench.line.arm.replug(bench.line.clock.now())
-    after = bench.run(keeper, 10.0)
-    assert keeper.presence is Presence.THERE
-    assert keeper.port.name == "memory:2"
+    after = bench.run(supervisor, 10.0)
+    assert supervisor.presence is Presence.THERE
+    assert supervisor.port.name == "memory:2"
     # It kept its power, so its counts are what they were.
-    assert keeper.sampler.home_state is HomeState.ASSUMED
+    assert supervisor.sampler.home_state is HomeState.ASSUMED
     bench.steady(before + after)
     assert bench.opened[0].closed
-    assert keeper.link.session.counters.packets > len(before)
+    assert supervisor.link.session.counters.packets > len(before)
 
 
 @either_way
@@ -74,81 +76,81 @@ def test_an_arm_that_lost_its_power_meanwhile_is_not_trusted(
     rehearse: Rehearse, reports: MotionReports | None
 ) -> None:
     bench = rehearse(reports=reports)
-    keeper = bench.connect(replug=True)
-    bench.run(keeper, 1.0)
+    supervisor = bench.connect(replug=True)
+    bench.run(supervisor, 1.0)
     bench.line.arm.unplug(bench.line.clock.now())
-    bench.run(keeper, 2.0)
+    bench.run(supervisor, 2.0)
     bench.line.arm.power_cycle(bench.line.clock.now())
     bench.line.arm.replug(bench.line.clock.now())
-    assert bench.run(keeper, 10.0) == []
-    assert keeper.presence is Presence.THERE
-    states = [keeper.sampler.home_state]
-    assert keeper.home()
-    states.append(keeper.sampler.home_state)
+    assert bench.run(supervisor, 10.0) == []
+    assert supervisor.presence is Presence.THERE
+    states = [supervisor.sampler.home_state]
+    assert supervisor.home()
+    states.append(supervisor.sampler.home_state)
     assert states == [HomeState.UNKNOWN, HomeState.HOMED]
-    assert bench.run(keeper, 1.0)
+    assert bench.run(supervisor, 1.0)
 
 
 def test_silence_at_an_open_port_counts_as_a_power_cut(rehearse: Rehearse) -> None:
     """Whatever its timer says by chance when it answers again."""
     bench = rehearse()
-    keeper = bench.connect(replug=True)
-    bench.run(keeper, 1.0)
+    supervisor = bench.connect(replug=True)
+    bench.run(supervisor, 1.0)
     bench.line.arm.power_off(bench.line.clock.now())
-    bench.run(keeper, 8.0)
-    states = [keeper.presence]
+    bench.run(supervisor, 8.0)
+    states = [supervisor.presence]
     bench.line.arm.power_on(bench.line.clock.now())
-    bench.run(keeper, 20.0)
-    states.append(keeper.presence)
+    bench.run(supervisor, 20.0)
+    states.append(supervisor.presence)
     assert states == [Presence.LOST, Presence.THERE]
-    assert keeper.sampler.home_state is HomeState.UNKNOWN
+    assert supervisor.sampler.home_state is HomeState.UNKNOWN
 
 
 def test_another_arm_at_the_port_is_left_alone(rehearse: Rehearse) -> None:
     bench = rehearse()
-    keeper = bench.connect(replug=True)
-    bench.run(keeper, 0.5)
+    supervisor = bench.connect(replug=True)
+    bench.run(supervisor, 0.5)
     arm, other = bench.line.arm, rehearse(profile=SECOND_3DX).line.arm
     arm.unplug(bench.line.clock.now())
-    bench.run(keeper, 0.1)
+    bench.run(supervisor, 0.1)
     other.generation = 2
     bench.line.arm = other
-    assert bench.run(keeper, 8.0) == []
-    assert keeper.presence is Presence.LOST
-    assert keeper.trouble is not None
-    assert keeper.trouble.reason is DeviceReason.WRONG_DEVICE
-    assert "EMU00002" in str(keeper.trouble)
+    assert bench.run(supervisor, 8.0) == []
+    assert supervisor.presence is Presence.LOST
+    assert supervisor.trouble is not None
+    assert supervisor.trouble.reason is DeviceReason.WRONG_DEVICE
+    assert "EMU00002" in str(supervisor.trouble)
     assert bench.written[-1] == b"\xc5"
     assert all(port.closed for port in bench.opened)
 
 
 def test_without_a_finder_a_loss_is_an_error(rehearse: Rehearse) -> None:
     bench = rehearse()
-    keeper = bench.connect()
-    bench.run(keeper, 0.5)
+    supervisor = bench.connect()
+    bench.run(supervisor, 0.5)
     bench.line.arm.unplug(bench.line.clock.now())
     with pytest.raises(DeviceError) as caught:
-        bench.run(keeper, 0.1)
+        bench.run(supervisor, 0.1)
     assert caught.value.reason is DeviceReason.DISCONNECTED
 
 
 def test_ports_that_were_there_before_are_not_spoken_to(rehearse: Rehearse) -> None:
     bench = rehearse()
-    keeper = bench.connect(replug=True)
-    bench.run(keeper, 0.2)
+    supervisor = bench.connect(replug=True)
+    bench.run(supervisor, 0.2)
     asked: list[str] = []
 
     class Finder:
         def names(self) -> list[str]:
-            return ["printer", *(["new"] if keeper.losses and asked else [])]
+            return ["printer", *(["new"] if supervisor.losses and asked else [])]
 
         def open(self, name: str) -> Any:
             asked.append(name)
             raise DeviceError(DeviceReason.NO_PORT, f"There is no {name}.")
 
-    keeper._finder = Finder()
+    supervisor._finder = Finder()
     bench.line.arm.unplug(bench.line.clock.now())
-    _attempts(bench, keeper, 5.0)
+    _attempts(bench, supervisor, 5.0)
     assert set(asked) == {"memory:1", "new"}
 
 
@@ -156,12 +158,12 @@ def test_ports_that_were_there_before_are_not_spoken_to(rehearse: Rehearse) -> N
 def test_a_soak_of_ten_minutes_loses_nothing(rehearse: Rehearse) -> None:
     """Thirty-three wraps of the timer; the clock is driven, at a tenth of the rate."""
     bench = rehearse(reports=MotionReports(period_ticks=15))
-    keeper = bench.connect()
-    poses = bench.run(keeper, 600.0)
+    supervisor = bench.connect()
+    poses = bench.run(supervisor, 600.0)
     bench.steady(poses)
     steps = np.round(np.diff([pose.time_s for pose in poses]) * 900.0)
     assert set(steps) <= {14.0, 15.0, 16.0}
     assert len(poses) == pytest.approx(600 * 60, abs=60)
-    seen = keeper.link.session
+    seen = supervisor.link.session
     assert (seen.counters.framing, seen.counters.noise, seen.stray) == (0, 0, 0)
-    assert keeper.sampler.missed == 0
+    assert supervisor.sampler.missed == 0

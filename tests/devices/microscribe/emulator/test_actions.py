@@ -42,7 +42,7 @@ def test_the_wait_is_until_the_next_thing() -> None:
 def test_zero_is_power_on() -> None:
     arm = EmulatedArm(G2_UNHOMED, StillMotion(G2_UNHOMED))
     ActionSchedule((parse_action("home_button"),)).perform(arm, 0.0)
-    assert arm.far_end.homed
+    assert arm.firmware.homed
 
 
 def test_power_goes_and_comes() -> None:

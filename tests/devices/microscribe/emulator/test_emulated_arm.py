@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.emulated_line import RATES
-from devices.microscribe.emulator.faults import FAULTS, parse_fault
-from devices.microscribe.emulator.firmware import FarState
+from devices.microscribe.emulator.firmware import FirmwareState
 from devices.microscribe.emulator.in_memory import MemoryLine
 from devices.microscribe.emulator.motion import AnglesMotion, StillMotion
 from devices.microscribe.kinematics.profiles import (
@@ -16,6 +15,10 @@ from devices.microscribe.kinematics.profiles import (
     G2_UNHOMED,
     HOME_COUNTS,
     ArmProfile,
+)
+from tests.devices.microscribe.rare_faults.every_fault import (
+    EVERY_FAULT,
+    parse_any_fault,
 )
 
 ELSEWHERE = (1, 2, 3, 4, 5, 8416)
@@ -80,7 +83,7 @@ def test_framing_errors_are_dropped_unless_kept() -> None:
         sign_on(line, 14400)
         # Read at one and a half times its rate, this asks for a password.
         line.open_serial(9600).write(b"\xc5IMMC")
-        heard.append(arm.far_end.memory_writes)
+        heard.append(arm.firmware.memory_writes)
     assert heard == [0, 1]
 
 
@@ -102,7 +105,7 @@ def test_a_power_cycle_loses_the_session_and_believes_to_be_at_rest() -> None:
     arm.power_off(line.clock.now())
     assert sign_on(line) == b""
     arm.power_on(line.clock.now())
-    assert (arm.far_end.state, motion.homed) == (FarState.SYNC, 1)
+    assert (arm.firmware.state, motion.homed) == (FirmwareState.SYNC, 1)
     assert sign_on(line) == b"IMMCMSCR\0"
     port = line.open_serial(timeout=0.1)
     port.write(b"\x23")
@@ -163,7 +166,7 @@ def test_a_report_sends_every_packet_at_its_time_however_late_one_looks() -> Non
     assert steps <= {13, 14}, "0.005 rad of 16384 counts a turn"
 
 
-NAMES = sorted(kind.name() for kind in FAULTS)
+NAMES = sorted(kind.name() for kind in EVERY_FAULT)
 moments = st.sampled_from(("", "@0.05", "@p:0.3", "@packet:2", "@0.02+0.1"))
 
 
@@ -176,7 +179,7 @@ moments = st.sampled_from(("", "@0.05", "@p:0.3", "@packet:2", "@0.02+0.1"))
 def test_no_faults_and_no_bytes_make_it_raise_and_seeds_repeat_it(
     faults: list[tuple[str, str]], heard: list[bytes], seed: int
 ) -> None:
-    plans = [parse_fault(name + moment) for name, moment in faults]
+    plans = [parse_any_fault(name + moment) for name, moment in faults]
     said = []
     for _ in range(2):
         arm = EmulatedArm(DX40937, StillMotion(DX40937), faults=plans, seed=seed)

@@ -1,3 +1,4 @@
+import json
 import os
 import signal
 import subprocess
@@ -33,6 +34,12 @@ def path_file(tmp_path: Path, short_path: ProbePath) -> Path:
     file = tmp_path / "p.path.json"
     save_probe_path(short_path, file)
     return file
+
+
+def _asked(path_file: Path) -> str:
+    asked = {"path": str(path_file), "profile": "dx", "seed": 0, "link": None}
+    lists: dict[str, Any] = {"fiducials_mm": [], "faults": [], "actions": []}
+    return json.dumps(asked | lists | {"fast": False})
 
 
 def _gone(process: int) -> bool:
@@ -96,7 +103,8 @@ def test_a_child_that_cannot_start_says_why(
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_signals_end_it_well(path_file: Path, number: int) -> None:
     with subprocess.Popen(
-        [*ARGUMENTS, f"--path={path_file}"],
+        [*ARGUMENTS, _asked(path_file)],
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
     ) as child:
@@ -108,9 +116,8 @@ def test_signals_end_it_well(path_file: Path, number: int) -> None:
         assert child.stderr.read() == b""
 
 
-@pytest.mark.parametrize("watch", [[], ["--watch-stdin"]], ids=["parent", "stdin"])
-def test_it_does_not_outlive_a_killed_parent(path_file: Path, watch: list[str]) -> None:
-    command = [*ARGUMENTS, f"--path={path_file}", *watch]
+def test_it_does_not_outlive_a_killed_parent(path_file: Path) -> None:
+    command = [*ARGUMENTS, _asked(path_file)]
     parent_code = (
         "import subprocess, sys, time\n"
         f"c = subprocess.Popen({command!r}, stdin=subprocess.PIPE,"

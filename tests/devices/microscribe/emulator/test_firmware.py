@@ -5,7 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.microscribe.emulator.firmware import FarEnd, FarState, rate_of_code
+from devices.microscribe.emulator.firmware import (
+    ArmFirmware,
+    FirmwareState,
+    rate_of_code,
+)
 from devices.microscribe.kinematics.profiles import DX40937, G2_UNHOMED, HOME_COUNTS
 from devices.microscribe.wire.packets import decode_packet
 
@@ -22,11 +26,11 @@ class _Arm:
         self.counts = HOME_COUNTS
 
 
-def _running(arm: _Arm | None = None) -> FarEnd:
-    far_end = FarEnd(DX40937, arm or _Arm(), 0.0)
-    assert far_end.receive(b"IMMC", 0.0) == b"IMMC"
-    assert far_end.receive(b"BEGIN", 0.0) == b"MSCR\0"
-    return far_end
+def _running(arm: _Arm | None = None) -> ArmFirmware:
+    firmware = ArmFirmware(DX40937, arm or _Arm(), 0.0)
+    assert firmware.receive(b"IMMC", 0.0) == b"IMMC"
+    assert firmware.receive(b"BEGIN", 0.0) == b"MSCR\0"
+    return firmware
 
 
 @pytest.mark.parametrize(
@@ -65,135 +69,135 @@ def _running(arm: _Arm | None = None) -> FarEnd:
     ],
 )
 def test_answers_to_the_byte(sent: str, answer: str) -> None:
-    far_end = _running()
-    assert far_end.receive(bytes.fromhex(sent), 0.0) == bytes.fromhex(answer)
+    firmware = _running()
+    assert firmware.receive(bytes.fromhex(sent), 0.0) == bytes.fromhex(answer)
 
 
 def test_timer_runs_at_900_ticks_and_wraps() -> None:
-    far_end = _running()
+    firmware = _running()
     times = (0.0, 1.0, 18.0, 18.205, 40.0)
-    timers = [decode_packet(far_end.receive(b"\x23", t)).timer for t in times]
+    timers = [decode_packet(firmware.receive(b"\x23", t)).timer for t in times]
     assert timers == [0, 900, 16200, 0, 36000 - 2 * 16384]
 
 
 def test_begin_is_awaited_for_five_seconds() -> None:
-    far_end = FarEnd(DX40937, _Arm(), 0.0)
-    far_end.receive(b"IMMC", 0.0)
-    assert far_end.receive(b"BEGIN", 5.5) == b""
-    assert far_end.state is FarState.SYNC
+    firmware = ArmFirmware(DX40937, _Arm(), 0.0)
+    firmware.receive(b"IMMC", 0.0)
+    assert firmware.receive(b"BEGIN", 5.5) == b""
+    assert firmware.state is FirmwareState.SYNC
 
 
 def test_an_unfinished_command_is_dropped_after_a_second() -> None:
-    far_end = _running()
-    far_end.receive(b"\xcf\x00", 0.0)
-    assert far_end.state is FarState.ARGUMENTS
-    assert far_end.receive(b"\x00", 1.5) == b"\x80\x00"
+    firmware = _running()
+    firmware.receive(b"\xcf\x00", 0.0)
+    assert firmware.state is FirmwareState.ARGUMENTS
+    assert firmware.receive(b"\x00", 1.5) == b"\x80\x00"
 
 
 def test_calibration_memory_is_never_written() -> None:
     for code in (0xC3, 0xC7, 0xD0, 0xD1, 0x43):
-        far_end = _running()
-        answer = far_end.receive(bytes((code,)) + b"EMU00001\0", 0.0)
+        firmware = _running()
+        answer = firmware.receive(bytes((code,)) + b"EMU00001\0", 0.0)
         assert answer == bytes((code | 0x80, 0))
-        assert far_end.memory_writes == 1
-        assert far_end.state is FarState.IDLE
+        assert firmware.memory_writes == 1
+        assert firmware.state is FirmwareState.IDLE
 
 
 def test_fixed_rate_report_and_its_end() -> None:
-    far_end = _running()
-    assert far_end.receive(b"\xcf\x00\x09\x23" + bytes(21), 0.0) == b"\xcf"
-    got = b"".join(far_end.advance(0.001 * i) for i in range(100))
+    firmware = _running()
+    assert firmware.receive(b"\xcf\x00\x09\x23" + bytes(21), 0.0) == b"\xcf"
+    got = b"".join(firmware.advance(0.001 * i) for i in range(100))
     assert len(got) == 10 * 16
-    assert far_end.receive(b"\x00", 0.0995) == b"\x80\x00"
-    assert far_end.advance(1.0) == b""
+    assert firmware.receive(b"\x00", 0.0995) == b"\x80\x00"
+    assert firmware.advance(1.0) == b""
 
 
 def test_threshold_report_waits_for_motion_and_pedals() -> None:
     arm = _Arm()
-    far_end = _running(arm)
+    firmware = _running(arm)
     command = b"\xcf\x00\x01\x03\x01" + bytes(8) + b"\x00\x05" + bytes(10)
-    assert far_end.receive(command, 0.0) == b"\xcf"
-    assert far_end.advance(0.01) == b""
+    assert firmware.receive(command, 0.0) == b"\xcf"
+    assert firmware.advance(0.01) == b""
     arm.counts = (HOME_COUNTS[0] + 4, *HOME_COUNTS[1:])
-    assert far_end.advance(0.02) == b""
+    assert firmware.advance(0.02) == b""
     arm.counts = (HOME_COUNTS[0] + 5, *HOME_COUNTS[1:])
-    assert len(far_end.advance(0.03)) == 14
-    assert far_end.advance(0.04) == b""
+    assert len(firmware.advance(0.03)) == 14
+    assert firmware.advance(0.04) == b""
     arm.buttons = 1
-    assert far_end.advance(0.05)[:2] == b"\x83\x01"
+    assert firmware.advance(0.05)[:2] == b"\x83\x01"
     arm.buttons = 0
-    assert far_end.advance(0.06)[:2] == b"\x83\x00"
+    assert firmware.advance(0.06)[:2] == b"\x83\x00"
 
 
 def test_seven_encoders_want_two_more_arguments() -> None:
-    far_end = _running()
-    assert far_end.receive(b"\xcf\x00\x09\x02" + bytes(21), 0.0) == b""
-    assert far_end.receive(bytes(2), 0.0) == b"\xcf"
+    firmware = _running()
+    assert firmware.receive(b"\xcf\x00\x09\x02" + bytes(21), 0.0) == b""
+    assert firmware.receive(bytes(2), 0.0) == b"\xcf"
 
 
 @given(st.lists(st.binary(max_size=40), max_size=6))
 def test_nothing_heard_raises_and_sign_on_always_works_again(
     heard: list[bytes],
 ) -> None:
-    far_end = FarEnd(DX40937, _Arm(), 0.0)
+    firmware = ArmFirmware(DX40937, _Arm(), 0.0)
     now = 0.0
     for data in heard:
-        far_end.receive(data, now)
+        firmware.receive(data, now)
         now += 0.3
     # What a host does: finish what a dead one began, end its session, sign on.
-    far_end.receive(bytes(26), now)
-    answer = far_end.receive(b"\xc5IMMC", now)
+    firmware.receive(bytes(26), now)
+    answer = firmware.receive(b"\xc5IMMC", now)
     assert answer.endswith(b"IMMC")
-    assert far_end.receive(b"BEGIN", now) == b"MSCR\0"
+    assert firmware.receive(b"BEGIN", now) == b"MSCR\0"
 
 
 @pytest.mark.parametrize("repeats", [1, 4, 6])
 def test_the_first_echo_may_want_several_attentions(repeats: int) -> None:
-    far_end = FarEnd(DX40937, _Arm(), 0.0, sync_repeats=repeats)
-    heard = [far_end.receive(b"\xc5IMMC", 0.0) for _ in range(repeats + 2)]
+    firmware = ArmFirmware(DX40937, _Arm(), 0.0, sync_repeats=repeats)
+    heard = [firmware.receive(b"\xc5IMMC", 0.0) for _ in range(repeats + 2)]
     assert heard == [b""] * (repeats - 1) + [b"IMMC"] * 3
     with pytest.raises(ValueError, match="sync_repeats"):
-        FarEnd(DX40937, _Arm(), 0.0, sync_repeats=0)
+        ArmFirmware(DX40937, _Arm(), 0.0, sync_repeats=0)
 
 
 def test_letters_split_by_noise_are_no_attention() -> None:
-    far_end = FarEnd(DX40937, _Arm(), 0.0)
-    assert far_end.receive(b"IMM\xc5CIIMMC", 0.0) == b"IMMC"
+    firmware = ArmFirmware(DX40937, _Arm(), 0.0)
+    assert firmware.receive(b"IMM\xc5CIIMMC", 0.0) == b"IMMC"
     # Its last letter begins the next one only if it is an I.
-    assert far_end.receive(b"MMC", 0.0) == b""
+    assert firmware.receive(b"MMC", 0.0) == b""
 
 
 def test_the_end_in_a_session_leaves_the_rest_of_the_word_to_the_listener() -> None:
-    far_end = _running()
-    assert far_end.receive(b"END", 0.0) == b"\xc5"
-    assert far_end.state is FarState.SYNC
-    assert far_end.receive(b"\xc5\x45\x03\x00", 0.0) == b""
+    firmware = _running()
+    assert firmware.receive(b"END", 0.0) == b"\xc5"
+    assert firmware.state is FirmwareState.SYNC
+    assert firmware.receive(b"\xc5\x45\x03\x00", 0.0) == b""
 
 
 def test_begin_in_an_open_session_homes_the_arm_and_ends_the_session() -> None:
     arm = _Arm(counts=(1, 2, 3, 4, 5, 6))
-    far_end = _running(arm)
-    assert far_end.receive(b"BEGIN", 0.0) == b"\xc2\xc5"
+    firmware = _running(arm)
+    assert firmware.receive(b"BEGIN", 0.0) == b"\xc2\xc5"
     assert arm.counts == HOME_COUNTS
-    assert far_end.state is FarState.SYNC
+    assert firmware.state is FirmwareState.SYNC
 
 
 def test_attention_in_an_open_session_ends_waiting_for_a_password() -> None:
-    far_end = _running()
-    far_end.receive(b"IMMC", 0.0)
-    assert far_end.state is FarState.PASSWORD
+    firmware = _running()
+    firmware.receive(b"IMMC", 0.0)
+    assert firmware.state is FirmwareState.PASSWORD
     # The END of a new host is swallowed; its zero is what frees the arm.
-    assert far_end.receive(b"\xc5IMMC", 0.1) == b""
-    assert far_end.receive(b"\x00", 0.2) == b"\x00"
-    assert far_end.receive(b"\xc5IMMC", 0.3) == b"\xc5IMMC"
+    assert firmware.receive(b"\xc5IMMC", 0.1) == b""
+    assert firmware.receive(b"\x00", 0.2) == b"\x00"
+    assert firmware.receive(b"\xc5IMMC", 0.3) == b"\xc5IMMC"
 
 
 def test_a_motion_command_left_half_sent_swallows_the_end_but_not_for_long() -> None:
-    far_end = _running()
-    far_end.receive(b"\xcf\x00\x09", 0.0)
-    assert far_end.receive(b"\xc5IMMC", 0.5) == b""
-    assert far_end.receive(bytes(26), 0.6)[:1] == b"\xcf"
-    assert far_end.receive(b"\xc5IMMC", 0.7).endswith(b"\xc5IMMC")
+    firmware = _running()
+    firmware.receive(b"\xcf\x00\x09", 0.0)
+    assert firmware.receive(b"\xc5IMMC", 0.5) == b""
+    assert firmware.receive(bytes(26), 0.6)[:1] == b"\xcf"
+    assert firmware.receive(b"\xc5IMMC", 0.7).endswith(b"\xc5IMMC")
 
 
 @pytest.mark.parametrize(
@@ -204,9 +208,9 @@ def test_a_motion_command_left_half_sent_swallows_the_end_but_not_for_long() -> 
     ],
 )
 def test_rate_codes(code: int, rate: int) -> None:
-    far_end = _running()
-    assert far_end.receive(bytes((0xC4, code)), 0.0) == b"\xc4"
-    assert far_end.asked_rate == rate
+    firmware = _running()
+    assert firmware.receive(bytes((0xC4, code)), 0.0) == b"\xc4"
+    assert firmware.asked_rate == rate
 
 
 def test_there_are_twenty_six_rates() -> None:
@@ -214,53 +218,53 @@ def test_there_are_twenty_six_rates() -> None:
 
 
 def test_a_granted_memory_write_is_kept_until_the_power_goes() -> None:
-    far_end = FarEnd(DX40937, _Arm(), 0.0, accepts_memory_writes=True)
-    far_end.receive(b"IMMCBEGIN", 0.0)
-    assert far_end.receive(b"\xc7wrong\0", 0.0) == b"\xc7\x00"
+    firmware = ArmFirmware(DX40937, _Arm(), 0.0, accepts_memory_writes=True)
+    firmware.receive(b"IMMCBEGIN", 0.0)
+    assert firmware.receive(b"\xc7wrong\0", 0.0) == b"\xc7\x00"
     block = bytes(range(100, 136))
-    assert far_end.receive(b"\xc7EMU00001\0" + block, 0.0) == b"\xc7\xff"
-    assert far_end.receive(b"\xc0", 0.0) == b"\xc0\x24" + block
-    assert far_end.receive(b"\xd1EMU00001\0\x00", 0.0) == b"\xd1\xff\x80\x00"
-    assert far_end.memory_writes == 3
-    far_end.power_on(1.0)
-    far_end.receive(b"IMMCBEGIN", 1.0)
-    assert far_end.receive(b"\xc0", 1.0) != b"\xc0\x24" + block
+    assert firmware.receive(b"\xc7EMU00001\0" + block, 0.0) == b"\xc7\xff"
+    assert firmware.receive(b"\xc0", 0.0) == b"\xc0\x24" + block
+    assert firmware.receive(b"\xd1EMU00001\0\x00", 0.0) == b"\xd1\xff\x80\x00"
+    assert firmware.memory_writes == 3
+    firmware.power_on(1.0)
+    firmware.receive(b"IMMCBEGIN", 1.0)
+    assert firmware.receive(b"\xc0", 1.0) != b"\xc0\x24" + block
 
 
 def test_an_arm_that_was_not_homed_answers_questions_only() -> None:
-    far_end = FarEnd(G2_UNHOMED, _Arm(), 0.0)
-    far_end.receive(b"IMMCBEGIN", 0.0)
-    assert far_end.receive(b"\xca", 0.0) == b"\xcaG2\0"
-    assert far_end.receive(b"\x03\x00\x23", 0.0) == b""
-    assert far_end.receive(b"\xcf\x00\x01\x03" + bytes(21), 0.0) == b"\xcf"
-    assert b"".join(far_end.advance(0.01 * i) for i in range(1, 9)) == b""
-    far_end.homed = True
-    assert far_end.receive(b"\x00", 1.0)[-2:] == b"\x80\x00"
+    firmware = ArmFirmware(G2_UNHOMED, _Arm(), 0.0)
+    firmware.receive(b"IMMCBEGIN", 0.0)
+    assert firmware.receive(b"\xca", 0.0) == b"\xcaG2\0"
+    assert firmware.receive(b"\x03\x00\x23", 0.0) == b""
+    assert firmware.receive(b"\xcf\x00\x01\x03" + bytes(21), 0.0) == b"\xcf"
+    assert b"".join(firmware.advance(0.01 * i) for i in range(1, 9)) == b""
+    firmware.homed = True
+    assert firmware.receive(b"\x00", 1.0)[-2:] == b"\x80\x00"
 
 
 @given(st.integers(0, 60), st.sampled_from((0x01, 0x03, 0x23, 0x02, 0x2F)))
 def test_a_fixed_rate_report_is_never_denser_than_the_line(
     ticks: int, command: int
 ) -> None:
-    far_end = _running()
+    firmware = _running()
     head = bytes((0xCF, 0, ticks, command))
-    far_end.receive(head + bytes(23 if command & 3 == 2 else 21), 0.0)
-    length = len(encoded := far_end.advance(0.0))
+    firmware.receive(head + bytes(23 if command & 3 == 2 else 21), 0.0)
+    length = len(encoded := firmware.advance(0.0))
     assert encoded[0] == command | 0x80
     times: list[float] = []
     while len(times) < 20:
-        due = far_end.next_s()
+        due = firmware.next_s()
         assert due is not None
         times.append(due)
-        far_end.advance(due)
+        firmware.advance(due)
     steps = [b - a for a, b in itertools.pairwise(times)]
     expected = max(ticks / 900.0, length * 10.0 / 115200)
     assert steps == pytest.approx([expected] * len(steps))
 
 
 def test_a_marker_shows_where_a_stream_ended() -> None:
-    far_end = _running()
-    far_end.receive(b"\xcf\x00\x09\x03" + bytes(21), 0.0)
-    far_end.advance(0.0)
-    assert far_end.receive(b"\xd2\x55", 0.001) == b"\xd2\x55"
-    assert far_end.state is FarState.IDLE
+    firmware = _running()
+    firmware.receive(b"\xcf\x00\x09\x03" + bytes(21), 0.0)
+    firmware.advance(0.0)
+    assert firmware.receive(b"\xd2\x55", 0.001) == b"\xd2\x55"
+    assert firmware.state is FirmwareState.IDLE

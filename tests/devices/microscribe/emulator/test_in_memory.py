@@ -5,7 +5,6 @@ import time
 import pytest
 
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
-from devices.microscribe.emulator.faults import parse_fault
 from devices.microscribe.emulator.in_memory import (
     DrivenClock,
     MemoryLine,
@@ -15,13 +14,14 @@ from devices.microscribe.emulator.in_memory import (
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937
 from devices.port import BytePort, DeviceError, DeviceReason
+from tests.devices.microscribe.rare_faults.every_fault import parse_any_fault
 
 BYTE_S = 10.0 / 115200
 POLL, PACKET = b"\x23", 16
 
 
 def memory_line(*faults: str) -> MemoryLine:
-    plans = [parse_fault(text) for text in faults]
+    plans = [parse_any_fault(text) for text in faults]
     return MemoryLine(EmulatedArm(DX40937, StillMotion(DX40937), faults=plans))
 
 

@@ -2,7 +2,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.microscribe.emulator.rehearsed_arm import RehearsedArm
-from devices.microscribe.kinematics.error_model import BuiltArm
+from devices.microscribe.kinematics.error_model import KinematicErrorModel
 from devices.microscribe.kinematics.jacobian import PARAMETERS
 from devices.microscribe.kinematics.profiles import DX40937
 from devices.microscribe.kinematics.uncertainty import ParameterSpread
@@ -32,7 +32,7 @@ def _path() -> ProbePath:
 
 
 def _arm(deviation: NDArray[np.float64]) -> RehearsedArm:
-    built = BuiltArm.deviating(GEOMETRY, deviation)
+    built = KinematicErrorModel.deviating(GEOMETRY, deviation)
     arm = RehearsedArm(DX40937, built, _path(), np.eye(4))
     arm.begin(BEGUN_S)
     arm.begin(BEGUN_S + 7.0)
@@ -58,8 +58,8 @@ def test_an_exact_arm_follows_the_path_to_the_count() -> None:
 def test_a_built_arm_is_believed_elsewhere_but_truly_on_the_path() -> None:
     deviation = ParameterSpread(0.2, 2e-3, 2e-3).draw(np.random.default_rng(2))
     arm, path = _arm(deviation), _path()
-    built = BuiltArm.deviating(GEOMETRY, deviation)
-    angles, _ = arm.angles_at(float(path.t_s[20]))
+    built = KinematicErrorModel.deviating(GEOMETRY, deviation)
+    angles = np.array(arm.track.at(float(path.t_s[20]))[0])
     truly = built.device_from_tip(angles)[:3, 3]
     np.testing.assert_allclose(truly, path.tip_mm[20], atol=1e-6)
     believed = GEOMETRY.device_from_tip(angles)[:3, 3]

@@ -14,16 +14,16 @@ import serial
 
 from devices.microscribe.emulator.actions import ActionSchedule, parse_action
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
-from devices.microscribe.emulator.faults import parse_fault
 from devices.microscribe.emulator.motion import AnglesMotion, StillMotion
 from devices.microscribe.emulator.server import EmulatorServer
 from devices.microscribe.emulator.socket_port import SocketPort
 from devices.microscribe.emulator.terminal_port import TerminalPort
 from devices.microscribe.kinematics.profiles import DX40937
+from tests.devices.microscribe.rare_faults.every_fault import parse_any_fault
 
 
 def make_arm(*faults: str) -> EmulatedArm:
-    plans = [parse_fault(text) for text in faults]
+    plans = [parse_any_fault(text) for text in faults]
     still = StillMotion(DX40937)
     return EmulatedArm(DX40937, still, faults=plans, now_s=time.monotonic())
 

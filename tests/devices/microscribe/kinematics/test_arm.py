@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from scipy.spatial.transform import Rotation
 
-from devices.microscribe.kinematics.arm import BALL_TIP, Encoders, TipChange
+from devices.microscribe.kinematics.arm import Encoders, TipChange
 from devices.microscribe.kinematics.profiles import (
     DX40937,
     NOMINAL,
@@ -137,7 +137,9 @@ def test_counts_invert_angles(counts: np.ndarray) -> None:
 def test_tips_change_the_length_of_the_stylus() -> None:
     angles = DX40937.encoders.angles(np.array(DX40937.home_counts))
     point = DX40937.geometry.device_from_tip(angles)
-    ball = DX40937.geometry.with_tip(BALL_TIP).device_from_tip(angles)
+    ball = DX40937.geometry.with_tip(TipChange(longer_mm=-6.1468)).device_from_tip(
+        angles
+    )
     np.testing.assert_allclose(
         ball[:3, 3] - point[:3, 3], 6.1468 * point[:3, 2], atol=1e-9
     )

@@ -4,7 +4,7 @@ from numpy.typing import NDArray
 
 from devices.microscribe.kinematics.arm import TipChange
 from devices.microscribe.kinematics.arm_errors import ArmErrors
-from devices.microscribe.kinematics.error_model import BuiltArm
+from devices.microscribe.kinematics.error_model import KinematicErrorModel
 from devices.microscribe.kinematics.profiles import DX40937
 from devices.microscribe.kinematics.uncertainty import ParameterSpread
 
@@ -44,7 +44,7 @@ def test_points_move_as_the_constants_say() -> None:
     found = _errors().at(frames, turn, np.zeros((4, 3, 3)))
     longer = DX40937.geometry.with_tip(TipChange(14.0))
     deviation = 0.1 * SPREAD.draw(np.random.default_rng(6))
-    built = BuiltArm.deviating(longer, deviation).device_from_tip(angles)
+    built = KinematicErrorModel.deviating(longer, deviation).device_from_tip(angles)
     moved = (built - frames)[:, :3, 3] @ turn[:3, :3].T
     units = np.append(deviation / SPREAD.deviations(), np.zeros(3))
     np.testing.assert_allclose(found.common @ units, moved, atol=2e-5)

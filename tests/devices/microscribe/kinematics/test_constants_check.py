@@ -14,8 +14,8 @@ from devices.microscribe.kinematics.constants_check import (
 )
 from devices.microscribe.kinematics.profiles import DX40937, PROFILES
 from devices.microscribe.wire.identity import decode_words, encode_words
+from devices.microscribe.wire.line import LinkTiming
 from devices.microscribe.wire.link import READINGS, ArmLink
-from devices.microscribe.wire.timing import LinkTiming
 from devices.port import DeviceError, DeviceReason
 
 BLOCK = encode_words(DX40937.dh_words)

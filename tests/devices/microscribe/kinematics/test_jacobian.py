@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.microscribe.kinematics.error_model import BuiltArm
+from devices.microscribe.kinematics.error_model import KinematicErrorModel
 from devices.microscribe.kinematics.jacobian import (
     PARAMETER_NAMES,
     PARAMETERS,
@@ -35,8 +35,8 @@ def _change(
 def _difference(angles: NDArray[np.float64], i: int, step: float) -> np.ndarray:
     delta = np.zeros(PARAMETERS)
     delta[i] = step
-    ahead = BuiltArm.deviating(GEOMETRY, delta).device_from_tip(angles)
-    behind = BuiltArm.deviating(GEOMETRY, -delta).device_from_tip(angles)
+    ahead = KinematicErrorModel.deviating(GEOMETRY, delta).device_from_tip(angles)
+    behind = KinematicErrorModel.deviating(GEOMETRY, -delta).device_from_tip(angles)
     return _change(ahead, behind) / (2.0 * step)
 
 

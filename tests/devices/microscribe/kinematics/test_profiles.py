@@ -1,6 +1,6 @@
 import pytest
 
-from devices.microscribe.emulator.firmware import FarEnd
+from devices.microscribe.emulator.firmware import ArmFirmware
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.arm import FIELD
 from devices.microscribe.kinematics.profiles import (
@@ -31,29 +31,29 @@ BETA = {"3dx_b": "FFE3", "nominal": "0000", "standard": None, "ibox": None}
 IDS = {"ibox": b"IBOX"}
 
 
-def running(profile: ArmProfile) -> FarEnd:
-    far_end = FarEnd(profile, StillMotion(profile), 0.0)
+def running(profile: ArmProfile) -> ArmFirmware:
+    firmware = ArmFirmware(profile, StillMotion(profile), 0.0)
     product = profile.identity.product_id.encode() + b"\0"
-    assert far_end.receive(b"\xc5IMMCBEGIN", 0.0) == b"IMMC" + product
-    return far_end
+    assert firmware.receive(b"\xc5IMMCBEGIN", 0.0) == b"IMMC" + product
+    return firmware
 
 
 @pytest.mark.parametrize("name", PROFILES)
 def test_every_profile_describes_itself_to_the_byte(name: str) -> None:
-    far_end = running(PROFILES[name])
+    firmware = running(PROFILES[name])
     maxima = bytes.fromhex(MAXIMA.get(name, FIVE_JOINTS))
-    assert far_end.receive(b"\xc6", 0.0) == b"\xc6" + maxima
+    assert firmware.receive(b"\xc6", 0.0) == b"\xc6" + maxima
     block = bytes.fromhex(BLOCKS.get(name, DX_BLOCK))
-    assert far_end.receive(b"\xc0", 0.0) == b"\xc0\x24" + block
+    assert firmware.receive(b"\xc0", 0.0) == b"\xc0\x24" + block
     beta = BETA.get(name, "0003")
     told = b"" if beta is None else b"\xd3\x02" + bytes.fromhex(beta)
-    assert far_end.receive(b"\xd3", 0.0) == told
-    assert far_end.receive(b"\x49", 0.0) == b"\xc9" + IDS.get(name, b"MSCR") + b"\0"
-    assert far_end.receive(b"\x4d", 0.0) == b"\xcdFormat DH0.5\0"
-    assert far_end.receive(b"\x4e", 0.0) == b"\xceHCI 2.0\0"
+    assert firmware.receive(b"\xd3", 0.0) == told
+    assert firmware.receive(b"\x49", 0.0) == b"\xc9" + IDS.get(name, b"MSCR") + b"\0"
+    assert firmware.receive(b"\x4d", 0.0) == b"\xcdFormat DH0.5\0"
+    assert firmware.receive(b"\x4e", 0.0) == b"\xceHCI 2.0\0"
     comment = b"Standard" if beta is None else b"Standard+Beta"
-    assert far_end.receive(b"\x4c", 0.0) == b"\xcc" + comment + b"\0"
-    assert far_end.receive(b"\xc1", 0.0) == b"\xc1" + bytes(12)
+    assert firmware.receive(b"\x4c", 0.0) == b"\xcc" + comment + b"\0"
+    assert firmware.receive(b"\xc1", 0.0) == b"\xc1" + bytes(12)
 
 
 def test_one_profile_has_all_maxima_different() -> None:
@@ -64,8 +64,8 @@ def test_one_profile_has_all_maxima_different() -> None:
 
 
 def test_the_sister_product_counts_its_encoders_otherwise() -> None:
-    far_end = running(PROFILES["ibox"])
-    lengths = [len(far_end.receive(bytes((code,)), 0.0)) for code in (0, 1, 2, 3)]
+    firmware = running(PROFILES["ibox"])
+    lengths = [len(firmware.receive(bytes((code,)), 0.0)) for code in (0, 1, 2, 3)]
     assert lengths == [2, 6, 10, 14]
 
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from devices.microscribe.emulator.firmware import rate_of_code
 from devices.microscribe.wire import commands
-from devices.microscribe.wire.commands import Command, Query, every_command, meaning
+from devices.microscribe.wire.commands import Command, every_command
 from devices.microscribe.wire.packets import Layout
 from devices.microscribe.wire.sign_on import RATES
 
@@ -39,7 +39,6 @@ def test_everything_that_can_be_said() -> None:
     clear = b"\x80\x00" + b"\xc5" * 35
     assert longer == {b"\xc5IMMC", b"BEGIN", clear} | streams
     assert len(EVERYTHING) == len(ASKED | POLLS) + 3 + 16
-    assert len({meaning(command) for command in EVERYTHING}) == len(EVERYTHING)
 
 
 @given(st.binary(max_size=30))
@@ -274,9 +273,3 @@ def test_a_search_at_the_wrong_rate_is_harmless_to_an_open_session(
 def test_a_search_at_the_right_rate_is_read_as_it_is() -> None:
     heard = _resampled(commands.SIGN_ON_BYTES, 19200, 19200)
     assert bytes(heard) == commands.SIGN_ON_BYTES
-
-
-def test_queries_are_named_in_a_transcript() -> None:
-    assert meaning(commands.ask(Query.SERIAL)) == "ask serial number"
-    assert meaning(commands.PING) == "poll 00"
-    assert meaning(commands.stream(9)) == "stream poses every 9 ticks"

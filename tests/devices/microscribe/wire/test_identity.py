@@ -4,7 +4,12 @@ from hypothesis import strategies as st
 
 from devices.microscribe.kinematics.profiles import DX40937, PROFILES, SECOND_3DX
 from devices.microscribe.wire import identity
-from devices.microscribe.wire.identity import Maxima, decode_words, encode_words
+from devices.microscribe.wire.identity import (
+    Maxima,
+    decode_words,
+    encode_words,
+    readable,
+)
 from devices.port import DeviceError, DeviceReason
 
 # As a real arm sent them.
@@ -71,5 +76,20 @@ def test_strings_are_plain_text() -> None:
 
 def test_profiles_fit_what_the_line_can_carry() -> None:
     for profile in PROFILES.values():
-        assert len(encode_words(profile.dh_words)) == identity.PARAMETER_BYTES
+        assert len(encode_words(profile.dh_words)) == 36
         assert len(profile.maxima.encode()) == identity.MAXIMA_BYTES
+
+
+@pytest.mark.parametrize(
+    ("data", "told"),
+    [
+        (b"", "nothing"),
+        (b"IBOX", "'IBOX'"),
+        (b"it's", "'it's'"),
+        (b"IB\xe9X", "the bytes 49 42 E9 58"),
+        (b"MSCR\0", "the bytes 4D 53 43 52 00"),
+        (b"x" * 42, f"'{'x' * 40}' and 2 bytes more"),
+    ],
+)
+def test_bytes_are_told_as_text_where_they_are_text(data: bytes, told: str) -> None:
+    assert readable(data) == told

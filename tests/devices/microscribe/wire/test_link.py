@@ -7,11 +7,12 @@ from typing import Any
 import pytest
 
 from devices.microscribe.kinematics.profiles import DX40937, HOME_COUNTS, ArmProfile
+from devices.microscribe.wire.line import LinkTiming
 from devices.microscribe.wire.link import ArmLink
 from devices.microscribe.wire.protocol import State
 from devices.microscribe.wire.sign_on import RATES
-from devices.microscribe.wire.timing import LinkTiming
-from devices.port import DeviceError, DeviceReason, MemoryPort, memory_port_pair
+from devices.port import DeviceError, DeviceReason
+from tests.devices.memory_port import MemoryPort, memory_port_pair
 
 ONE_RATE = (115200,)
 

@@ -3,13 +3,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from devices.microscribe.wire.packet_reader import PacketCounters, PacketReader
-from devices.microscribe.wire.packets import (
-    Layout,
-    Packet,
-    decode_packet,
-    encode_packet,
-)
-from tests.devices.microscribe.drawn_packets import packets
+from devices.microscribe.wire.packets import Layout, Packet, decode_packet
+from tests.devices.microscribe.drawn_packets import encode_packet, packets
 
 POSE = bytes.fromhex("A3 01 7F 7F 6C 4F 30 5E 35 54 20 02 18 79 41 60")
 

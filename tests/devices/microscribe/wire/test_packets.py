@@ -2,13 +2,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.microscribe.wire.packets import (
-    Layout,
-    Packet,
-    decode_packet,
-    encode_packet,
-)
-from tests.devices.microscribe.drawn_packets import packets
+from devices.microscribe.wire.packets import Layout, Packet, decode_packet
+from tests.devices.microscribe.drawn_packets import encode_packet, packets
 
 COUNTS = (13903, 6238, 6868, 4098, 3193, 8416, 300)
 SIX = "6C 4F 30 5E 35 54 20 02 18 79 41 60"

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.microscribe.emulator.firmware import FarEnd
+from devices.microscribe.emulator.firmware import ArmFirmware
 from devices.microscribe.kinematics.profiles import DX40937, HOME_COUNTS
 from devices.microscribe.wire.commands import Query
 from devices.microscribe.wire.packets import Layout
@@ -51,43 +51,43 @@ def _one_by_one(session: HostSession, data: bytes) -> list[Event]:
 
 def test_a_whole_session_with_the_emulated_far_end() -> None:
     """Both state machines joined in memory, every byte on its own."""
-    far_end, session = FarEnd(DX40937, _Arm(), 0.0), HostSession()
-    assert far_end.receive(session.clear().data, 0.0) == b""
+    firmware, session = ArmFirmware(DX40937, _Arm(), 0.0), HostSession()
+    assert firmware.receive(session.clear().data, 0.0) == b""
     sent = [session.sign_on()]
-    events = _one_by_one(session, far_end.receive(sent[-1].data, 0.0))
+    events = _one_by_one(session, firmware.receive(sent[-1].data, 0.0))
     assert events == [SyncEcho()]
     begin = session.begin()
-    events = _one_by_one(session, far_end.receive(begin.data, 0.0))
+    events = _one_by_one(session, firmware.receive(begin.data, 0.0))
     assert events == [ProductId(b"MSCR")]
     for query in Query:
         if query in (Query.END, Query.HOME):
             continue
         command = session.ask(query)
-        (event,) = _one_by_one(session, far_end.receive(command.data, 0.0))
+        (event,) = _one_by_one(session, firmware.receive(command.data, 0.0))
         assert isinstance(event, Reply)
         assert event.query is query
         assert event.payload
     poll = session.poll(POSE)
-    (event,) = _one_by_one(session, far_end.receive(poll.data, 1.0))
+    (event,) = _one_by_one(session, firmware.receive(poll.data, 1.0))
     assert isinstance(event, Sample)
     assert event.packet.counts == HOME_COUNTS
     assert event.packet.timer == 900
-    far_end.receive(session.end().data, 2.0)
+    firmware.receive(session.end().data, 2.0)
     assert session.state is State.OFF
     assert session.stray == 0
 
 
 def test_a_stream_and_its_end() -> None:
-    far_end, session = FarEnd(DX40937, _Arm(), 0.0), HostSession()
+    firmware, session = ArmFirmware(DX40937, _Arm(), 0.0), HostSession()
     session.clear()
-    session.receive(far_end.receive(session.sign_on().data, 0.0))
-    session.receive(far_end.receive(session.begin().data, 0.0))
-    raw = far_end.receive(session.stream(9).data, 0.0)
-    raw += b"".join(far_end.advance(0.01 * i) for i in range(5))
+    session.receive(firmware.receive(session.sign_on().data, 0.0))
+    session.receive(firmware.receive(session.begin().data, 0.0))
+    raw = firmware.receive(session.stream(9).data, 0.0)
+    raw += b"".join(firmware.advance(0.01 * i) for i in range(5))
     events = session.receive(raw)
     assert [type(event) for event in events] == [Sample] * 5
     assert session.counters.noise == 0
-    raw = far_end.receive(session.poll(Layout(0)).data, 0.05)
+    raw = firmware.receive(session.poll(Layout(0)).data, 0.05)
     events = session.receive(raw)
     assert len(events) == 1
     assert session.state is State.IDLE

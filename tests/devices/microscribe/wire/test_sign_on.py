@@ -10,16 +10,17 @@ import pytest
 
 from devices.microscribe.driver.supervisor import ArmSettings
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
-from devices.microscribe.emulator.faults import FAULTS
-from devices.microscribe.emulator.firmware import FarState
+from devices.microscribe.emulator.emulated_line import misread
+from devices.microscribe.emulator.firmware import FirmwareState
 from devices.microscribe.emulator.in_memory import MemoryLine
-from devices.microscribe.emulator.misreading import misread
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937
 from devices.microscribe.wire import commands
 from devices.microscribe.wire.link import ArmLink
 from devices.microscribe.wire.sign_on import RATES
 from devices.port import DeviceError
+from tests.devices.microscribe.rare_faults.every_fault import EVERY_FAULT
+from tests.devices.microscribe.rare_faults.sign_on_faults import leave_session
 
 Rehearse = Callable[..., Any]
 
@@ -47,19 +48,19 @@ HALF_SAID = {
 def _left_by(said: bytes, rate: int = 115200) -> tuple[MemoryLine, StillMotion]:
     motion = StillMotion(DX40937)
     arm = EmulatedArm(DX40937, motion, rate=rate, accepts_memory_writes=True)
-    arm.far_end.leave_session(FarState.IDLE, 0.0)
-    arm.inject(said, 0.0)
+    leave_session(arm.firmware, "RUN", 0.0)
+    arm.hear(said, 0.0)
     return MemoryLine(arm), motion
 
 
 @pytest.mark.parametrize("said", HALF_SAID.values(), ids=list(HALF_SAID))
 def test_no_home_is_set_and_no_memory_asked_for_from_any_state(said: bytes) -> None:
     line, motion = _left_by(said)
-    before = line.arm.far_end.memory_writes
+    before = line.arm.firmware.memory_writes
     link = ArmLink(line.open_port(), clock=line.clock)
     link.sign_on((115200,))
-    assert line.arm.far_end.state is FarState.IDLE
-    assert line.arm.far_end.memory_writes == before
+    assert line.arm.firmware.state is FirmwareState.IDLE
+    assert line.arm.firmware.memory_writes == before
     assert motion.homed == 0
     # The first try already is understood.
     assert line.clock.now() < 0.2
@@ -69,11 +70,11 @@ def test_no_home_is_set_and_no_memory_asked_for_from_any_state(said: bytes) -> N
 @pytest.mark.parametrize("name", ["nothing", "CF 0", "stream", "C7", "C3 0", "D2"])
 def test_nor_at_any_other_rate(name: str, rate: int) -> None:
     line, motion = _left_by(HALF_SAID[name], rate)
-    before = line.arm.far_end.memory_writes
+    before = line.arm.firmware.memory_writes
     link = ArmLink(line.open_port(), clock=line.clock)
     link.sign_on(RATES)
-    assert line.arm.far_end.state is FarState.IDLE
-    assert line.arm.far_end.memory_writes == before
+    assert line.arm.firmware.state is FirmwareState.IDLE
+    assert line.arm.firmware.memory_writes == before
     assert motion.homed == 0
 
 
@@ -82,7 +83,7 @@ def test_an_arm_sent_to_another_rate_by_half_a_command_is_found() -> None:
     link = ArmLink(line.open_port(), clock=line.clock)
     link.sign_on(RATES)
     assert link.baud == line.arm.session_rate
-    assert line.arm.far_end.state is FarState.IDLE
+    assert line.arm.firmware.state is FirmwareState.IDLE
 
 
 @pytest.mark.parametrize("keep", [False, True])
@@ -106,7 +107,7 @@ def test_no_rate_makes_it_a_command_to_home(keep: bool) -> None:
 def _all_faults() -> list[str]:
     return [
         f"{kind.word}={variant}" if variant else kind.word
-        for kind in FAULTS
+        for kind in EVERY_FAULT
         for variant in (kind.variants or ("",))
     ]
 
@@ -121,7 +122,7 @@ def test_nor_under_any_fault(rehearse: Rehearse, fault: str, left: str) -> None:
         bench.connect(ArmSettings(rates=(115200,)))
     arm = bench.line.arm
     # One fault is somebody else who tries to, and power alone homes an arm.
-    assert arm.far_end.memory_writes == arm.fired.get("f29_memory_write", 0)
+    assert arm.firmware.memory_writes == arm.fired.get("f29_memory_write", 0)
     assert bench.motion.homed == arm.fired.get("f17_power_cycle", 0)
 
 
@@ -129,5 +130,5 @@ def test_nor_under_any_fault(rehearse: Rehearse, fault: str, left: str) -> None:
 def test_nor_by_a_stream_that_ignores_bytes(rehearse: Rehearse, ignored: int) -> None:
     bench = rehearse("f7=MOTION", f"f26={ignored}")
     bench.connect()
-    assert bench.line.arm.far_end.memory_writes == 0
+    assert bench.line.arm.firmware.memory_writes == 0
     assert bench.motion.homed == 0

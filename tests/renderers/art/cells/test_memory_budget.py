@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from renderers.art.cells.memory_budget import (
     LEAST_CELLS,
-    Room,
+    MemoryBudget,
+    budget_for,
     demand_distances,
-    room_for,
 )
 
 SHAPE = (40, 60, 50)
@@ -27,32 +27,32 @@ VOXELS = math.prod(SHAPE)
 def test_what_is_chosen_fits_and_nothing_larger_would(
     seen: int, brick: int, whole: int, limit: int, bricks: bool
 ) -> None:
-    def taken(room: Room) -> int:
-        cells = seen if room.cells is None else room.cells
-        makes = bricks or not room.whole
-        return VOXELS + room.whole * whole + makes * (cells + 1) * brick
+    def taken(budget: MemoryBudget) -> int:
+        cells = seen if budget.cells is None else budget.cells
+        makes = bricks or not budget.whole
+        return VOXELS + budget.whole * whole + makes * (cells + 1) * brick
 
     least = VOXELS + (min(seen, LEAST_CELLS) + 1) * brick
     if not bricks and whole:
         least = min(least, VOXELS + whole)
     if least > limit:
         with pytest.raises(ValueError, match=r"at least [\d,]+ bytes and at most"):
-            room_for(SHAPE, seen, brick, whole, limit, bricks=bricks)
+            budget_for(SHAPE, seen, brick, whole, limit, bricks=bricks)
         return
-    room = room_for(SHAPE, seen, brick, whole, limit, bricks=bricks)
-    assert taken(room) <= limit or not seen
-    if room.whole:
+    budget = budget_for(SHAPE, seen, brick, whole, limit, bricks=bricks)
+    assert taken(budget) <= limit or not seen
+    if budget.whole:
         assert whole
         return
     if whole:
-        assert taken(Room(None, True)) > limit
-    if room.cells is not None and 1 <= room.cells < seen:
-        assert taken(Room(room.cells + 1, False)) > limit
+        assert taken(MemoryBudget(None, True)) > limit
+    if budget.cells is not None and 1 <= budget.cells < seen:
+        assert taken(MemoryBudget(budget.cells + 1, False)) > limit
 
 
 def test_what_does_not_fit_is_refused_with_its_bytes() -> None:
     with pytest.raises(ValueError, match=r"50 x 60 x 40 voxels.* at least 6,620,000 b"):
-        room_for(SHAPE, 900, 100_000, 0, 6_600_000, bricks=True)
+        budget_for(SHAPE, 900, 100_000, 0, 6_600_000, bricks=True)
     with pytest.raises(ValueError, match=r"needs 120,000 bytes.* at most 119,999"):
         demand_distances(SHAPE, VOXELS - 1)
     demand_distances(SHAPE, VOXELS)

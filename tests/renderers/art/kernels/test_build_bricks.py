@@ -29,7 +29,7 @@ def test_a_brick_holds_values_and_sobel_gradients(
         z, y, x = grid.start(cell)
         samples = np.zeros(9**3 * 4, np.float32)
         build_brick(
-            grid.block(values, cell),
+            np.asarray(grid.block(values, cell), np.float32),
             np.array([x, y, z], np.int32),
             np.array(shape[::-1], np.int32),
             (1 / SPACING).astype(np.float32),

@@ -7,25 +7,25 @@ import pytest
 from numba import njit
 
 from renderers.art.classification import classification
-from renderers.art.kernels.classify import between_nodes, place_of
-from renderers.lanes import full, i32, load, store
+from renderers.art.kernels.classify import classify
+from renderers.lanes import load, store
 from renderers.scene import TransferFunction
 
 WIDTH = 16
 
 
 @njit
-def classify(table: Any, v: Any, out: Any) -> None:
+def classify_all(table: Any, v: Any, out: Any) -> None:
     for i in range(0, len(v), WIDTH):
         x = load(v, i, WIDTH)
-        bin_ = i32(place_of(x, table.low, table.scale, table.last))
-        zero = full(np.float32(0), WIDTH)
-        found = between_nodes(
-            table.first, table.extinction, table.color, table.color_slope, bin_, x,
-            x == x, zero, zero, zero, zero,
+        found = classify(
+            table.lines, table.first, table.extinction, table.color, table.color_slope,
+            (table.low, table.scale, table.last), x, x == x,
         )  # fmt: skip
-        for k in range(4):
-            store(out, k * len(v) + i, found[k])
+        store(out, i, found[0])
+        store(out, len(v) + i, found[1])
+        store(out, 2 * len(v) + i, found[2])
+        store(out, 3 * len(v) + i, found[3])
 
 
 def test_nodes_are_found_wherever_bins_begin() -> None:
@@ -35,7 +35,7 @@ def test_nodes_are_found_wherever_bins_begin() -> None:
     tried = np.concatenate([nodes, nodes + 0.004, rng.uniform(-900, 1500, 52)])
     v = tried.astype(np.float32)
     out = np.zeros((4, len(v)), np.float32)
-    classify(classification(transfer), v, out)
+    classify_all(classification(transfer), v, out)
     color, kappa = transfer.evaluate(v.astype(np.float64))
     # Float32 cuts a jump of .01 into steps of 1/1000.
     assert out[0] == pytest.approx(kappa, abs=5e-3)

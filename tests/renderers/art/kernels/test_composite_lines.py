@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from renderers.art.classification import classification
-from renderers.art.integrated_march import sums_at_nodes
-from renderers.art.kernels.composite_lines import composite_lines
+from renderers.art.classification import classification, sums_at_nodes
+from renderers.art.kernels.composite_lines import LineArrays, composite_lines
 from renderers.scene import TransferFunction
 
 UNIFORM = TransferFunction(
@@ -25,8 +24,13 @@ def light(
     table = classification(transfer)
     values.flags.writeable = False
     composite_lines(
-        values, np.array([[1.0, 1.0, 0.0]]), np.array([[0.0, 0.0, 2.0]]),
-        np.array([length_mm]), step_mm, cutoff, table, sums_at_nodes(table), found,
+        values,
+        LineArrays(
+            np.array([[1.0, 1.0, 0.0]]),
+            np.array([[0.0, 0.0, 2.0]]),
+            np.array([length_mm]),
+        ),
+        step_mm, cutoff, table, sums_at_nodes(table), found,
     )  # fmt: skip
     opacity: list[float] = found[0].tolist()
     return opacity

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from renderers.art import ActiveRayTracer, Quality
-from renderers.art.cells.brick_views import BLOCK_COLUMNS, TILE_PX
 from renderers.art.kernels.draw_blocks import BLOCK, any_waits, deliver, list_tiles
+from renderers.art.kernels.march_types import BLOCK_COLUMNS, TILE_PX
 from renderers.art.quality import ClassificationName
 from renderers.art.ranks.rays import tile_order
 from renderers.art.regions import Gather

@@ -3,7 +3,9 @@
 And packets of any width, of one ray or of many, draw the same, bit by bit.
 """
 
+import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,7 +19,7 @@ from renderers.art.ranks.prepare import make_node
 from renderers.art.ranks.rays import RayPacket
 from renderers.art.regions import Region
 from renderers.reference import sobel_gradient
-from renderers.scene import Camera, PhongMaterial, Scene, Volume
+from renderers.scene import Camera, PhongMaterial, Scene, TransferFunction, Volume
 
 WHOLE = Region(0, 0, 8, 7)
 F = np.float32
@@ -237,3 +239,131 @@ def test_a_ray_alone_sees_what_it_sees_among_others(
         limit[row, column] = np.inf
         alone = drawn(limit)[row, column]
         assert alone.tobytes() == among[row, column].tobytes()
+
+
+SEGMENTS_QUALITIES = (
+    Quality(0.5, 1 / 1024, classification="integrated"),
+    Quality(1.0, 0.02, renormalise=True, compact=True, classification="integrated"),
+    Quality(3.3, 0.0, classification="integrated"),
+)
+SHELLS = TransferFunction(
+    np.array([-400.0, -100, -99.5, -99, 50, 60, 70, 71, 71.001, 72, 300]),
+    np.random.default_rng(8).random((11, 3)),
+    np.array([0.0, 0, 40, 0, 0, 2, 0, 0, 9, 0, 0]),
+)
+"""Shells thinner than a step, with what is clear before, between and behind them."""
+
+
+def picture_segments(
+    scene: Scene,
+    camera: Camera,
+    quality: Quality,
+    packet: int,
+    cells: int | None = None,
+    side: int = 8,
+) -> tuple[bytes, dict[str, int]]:
+    tracer = ActiveRayTracer(
+        scene, quality, threads=1, cell_side=side, cache_cells=cells, validate=True,
+        packet=packet,
+    )  # fmt: skip
+    image = tracer.render(camera)
+    assert image.depth_mm is not None
+    assert tracer.report is not None
+    return image.rgba.tobytes() + image.depth_mm.tobytes(), tracer.report.counters
+
+
+@pytest.fixture(scope="module", params=["lit", "unlit", "shells", "unlit shells"])
+def subject(scene: Scene, request: pytest.FixtureRequest) -> Scene:
+    """Get the small scene in four dresses."""
+    if "shells" in request.param:
+        scene = replace(scene, transfer_function=SHELLS)
+    if "unlit" in request.param:
+        scene = replace(scene, lights=(), material=PhongMaterial(1, 0, 0))
+    return scene
+
+
+@pytest.mark.parametrize(
+    "width", [4, *(pytest.param(w, marks=pytest.mark.slow) for w in (8, 16, 64))]
+)
+@pytest.mark.parametrize(
+    "quality",
+    [
+        SEGMENTS_QUALITIES[0],
+        # samples in whole numbers compile all the kernels once more
+        pytest.param(SEGMENTS_QUALITIES[1], marks=pytest.mark.slow),
+        SEGMENTS_QUALITIES[2],
+    ],
+)
+def test_any_width_gives_the_same_bits_segments(
+    subject: Scene, outside: Camera, quality: Quality, width: int
+) -> None:
+    expected, before = picture_segments(subject, outside, quality, 32)
+    found, after = picture_segments(subject, outside, quality, width)
+    assert found == expected
+    assert before["contributing"] > 0
+    for counter in ("samples", "contributing", "skipped"):
+        assert after[counter] == before[counter]
+
+
+@pytest.mark.parametrize("quality", SEGMENTS_QUALITIES)
+def test_skipping_cells_and_their_coming_change_no_bit(
+    subject: Scene, outside: Camera, quality: Quality
+) -> None:
+    """Rays stop within a step of what they meet, and go on from there."""
+    expected, on = picture_segments(subject, outside, quality, 32)
+    full = replace(quality, skip_empty=False)
+    found, off = picture_segments(subject, outside, full, 32)
+    assert found == expected
+    assert on["samples"] + on["skipped"] == off["samples"]
+    assert on["contributing"] == off["contributing"]
+    for side, cells in itertools.product((8, 16), (1, 3, 5)):
+        found, after = picture_segments(subject, outside, quality, 32, cells, side)
+        assert found == expected
+        assert after["cells_evicted"] > 0 or side == 16
+
+
+def test_volumes_too_large_for_distances_are_drawn_alike(
+    subject: Scene, outside: Camera, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Empty cells all show one value then, and it belongs to what is clear there."""
+    expected, _ = picture_segments(subject, outside, SEGMENTS_QUALITIES[0], 32)
+    monkeypatch.setattr("renderers.art.ranks.prepare.LARGEST_LEAP", 1)
+    found, counters = picture_segments(subject, outside, SEGMENTS_QUALITIES[0], 32)
+    assert found == expected
+    assert counters["skipped"] == 0
+    found, _ = picture_segments(subject, outside, SEGMENTS_QUALITIES[0], 32, 5)
+    assert found == expected
+
+
+@pytest.mark.parametrize("step", [0.25, 0.5, 0.84, 0.998])
+def test_between_shells_rays_leap_over_what_is_clear(
+    scene: Scene, outside: Camera, step: float
+) -> None:
+    """Noise: cubes of either interval lie as near to each other as they can.
+
+    To the bits of the march that leaps over nothing; and over both intervals, which
+    are half of the volume each.
+    """
+    rng = np.random.default_rng(11)
+    values = np.repeat(rng.choice([-300, 300], (12, 12, 12)), 3, axis=0)
+    values = np.repeat(np.repeat(values, 3, axis=1), 3, axis=2)
+    values += rng.integers(-200, 200, values.shape)
+    volume = Volume(
+        values.astype(np.int16), np.full(3, 0.5), scene.volume.center_mm - 8.75
+    )
+    film = TransferFunction(
+        np.array([-20.0, 0, 20]), rng.random((3, 3)), np.array([0.0, 3, 0])
+    )
+    scene = Scene(volume, film, (), PhongMaterial(1, 0, 0))
+    quality = Quality(step, 0.0, classification="integrated")
+    found, on = picture_segments(scene, outside, quality, 32)
+    everywhere = replace(quality, skip_empty=False)
+    expected, off = picture_segments(scene, outside, everywhere, 32)
+    assert found == expected
+    assert on["contributing"] == off["contributing"] > 0
+    assert on["samples"] + on["skipped"] == off["samples"]
+    either = film.kappa_per_mm * 0
+    either[1:] = 1e-3
+    one = replace(scene, transfer_function=replace(film, kappa_per_mm=either))
+    _, lone = picture_segments(one, outside, quality, 32)
+    assert on["samples"] < 0.9 * lone["samples"]

@@ -2,28 +2,60 @@
 
 import itertools
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numba import njit
 from numpy.typing import NDArray
 
-from renderers.art.classification import classification
-from renderers.art.integrated_march import sums_at_nodes
-from renderers.art.kernels.composite_lines import classify, segment
+from renderers.art.classification import classification, sums_at_nodes
+from renderers.art.kernels.segments import end_of, integrate
+from renderers.lanes import full, load, store
 from renderers.scene import TransferFunction
 
 F = np.float32
 
 
+WIDTH = 8
+
+
+@njit
+def integrate_all(table: Any, sums: Any, v: Any, h: Any, found: Any) -> None:
+    zero, length = full(F(0), WIDTH), full(h, WIDTH)
+    bins = (table.low, table.scale, table.last)
+    v0, v1 = load(v, 0, WIDTH), load(v, WIDTH, WIDTH)
+    start = end_of(
+        table.lines, table.first, table.extinction, table.color, table.color_slope,
+        bins, v0, v0 == v0,
+    )  # fmt: skip
+    end = end_of(
+        table.lines, table.first, table.extinction, table.color, table.color_slope,
+        bins, v1, v1 == v1,
+    )  # fmt: skip
+    light = integrate(
+        table.extinction, table.color, sums, length, v0 == v0, v0, start, v1, end, zero
+    )
+    store(found, 0, light[0])
+    store(found, WIDTH, light[1])
+    store(found, 2 * WIDTH, light[2])
+    store(found, 3 * WIDTH, light[3])
+
+
 def through(
     transfer: TransferFunction, v0: float, v1: float, h: float
 ) -> NDArray[np.float64]:
-    """Give opacity and colour by the kernel."""
+    """Give opacity and colour by the kernel; the same in every lane."""
     table = classification(transfer)
-    ends = [(F(v), *classify(table, F(v))) for v in (v0, v1)]
-    return np.array(segment(table, sums_at_nodes(table), F(h), *ends[0], *ends[1]))
+    ends = np.repeat(np.array([v0, v1], F), WIDTH)
+    found = np.zeros((4, WIDTH), F)
+    integrate_all(table, sums_at_nodes(table), ends, F(h), found)
+    # a segment without opacity has no colour
+    lanes = np.repeat(found[:, :1], WIDTH, axis=1)
+    assert np.array_equal(found, lanes, equal_nan=True)
+    return found[:, 0].astype(np.float64)
 
 
 def summed(

@@ -22,13 +22,14 @@ def light_all(lights: Any, material: Any, rows: Any, out: Any) -> None:
         one = full(np.float32(1), WIDTH)
         r, g, b = light_up(
             lights, grey, material, LEAST, one,
-            load(rows, i, WIDTH), load(rows, n + i, WIDTH),
-            load(rows, 2 * n + i, WIDTH),
-            load(rows, 3 * n + i, WIDTH), load(rows, 4 * n + i, WIDTH),
-            load(rows, 5 * n + i, WIDTH), load(rows, 6 * n + i, WIDTH),
-            load(rows, 7 * n + i, WIDTH), load(rows, 8 * n + i, WIDTH),
-            load(rows, 9 * n + i, WIDTH), load(rows, 10 * n + i, WIDTH),
-            load(rows, 11 * n + i, WIDTH),
+            (load(rows, i, WIDTH), load(rows, n + i, WIDTH),
+             load(rows, 2 * n + i, WIDTH)),
+            (load(rows, 3 * n + i, WIDTH), load(rows, 4 * n + i, WIDTH),
+             load(rows, 5 * n + i, WIDTH)),
+            (load(rows, 6 * n + i, WIDTH), load(rows, 7 * n + i, WIDTH),
+             load(rows, 8 * n + i, WIDTH)),
+            (load(rows, 9 * n + i, WIDTH), load(rows, 10 * n + i, WIDTH),
+             load(rows, 11 * n + i, WIDTH)),
         )  # fmt: skip
         store(out, i, r)
         store(out, n + i, g)
@@ -62,7 +63,7 @@ def light_one(
 
 
 def some_lights(count: int, grey: bool, local: int) -> NDArray[np.float32]:
-    """Make lights as `march_classic` takes them; every local-th is local."""
+    """Make lights as `march_packets` takes them; every local-th is local."""
     random = np.random.default_rng(count)
     lights = np.zeros((count, 10), np.float32)
     lights[:, :3] = random.normal(size=(count, 3))

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.art.kernels.skip import SLOWEST, WITHIN, leap, per_voxel, stand
+from renderers.art.kernels.skip import SLOWEST, WITHIN, leap, per_voxel, place_samples
 from renderers.lanes import f32, lanes, load, store
 
 WIDTH = 8
@@ -21,16 +21,15 @@ def all_leaps(geometry: Any, far: Any, left: Any, top: Any, out: Any) -> None:
     oz, sx = load(geometry, 2 * WIDTH, WIDTH), load(geometry, 3 * WIDTH, WIDTH)
     sy, sz = load(geometry, 4 * WIDTH, WIDTH), load(geometry, 5 * WIDTH, WIDTH)
     at = lanes(WIDTH)
-    ix, iy, iz, fx, fy, fz = stand(
-        f32(at), ox, oy, oz, sx, sy, sz, top[0], top[1], top[2]
-    )
+    line, tops = (ox, oy, oz, sx, sy, sz), (top[0], top[1], top[2])
+    ix, iy, iz, fx, fy, fz = place_samples(f32(at), line, tops)
     store(out, 0, ix)
     store(out, WIDTH, iy)
     store(out, 2 * WIDTH, iz)
     distance = load(far, 0, WIDTH)
-    px, py, pz = per_voxel(sx), per_voxel(sy), per_voxel(sz)
+    per = per_voxel(sx, sy, sz)
     ends = load(left, 0, WIDTH)
-    jump = leap(distance > 0, distance, fx, fy, fz, px, py, pz, ends)
+    jump = leap(distance > 0, distance, fx, fy, fz, per, ends)
     store(out, 3 * WIDTH, jump)
 
 

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_array_equal
 from scipy.spatial.transform import Rotation
 
-from renderers.art.kernels.unpack_surface import part_surface
+from renderers.art.kernels.unpack_surface import unpack_surface
 
 
 @pytest.mark.parametrize("is_turned", [False, True])
@@ -17,7 +17,7 @@ def test_values_are_taken_apart(shape: tuple[int, int], is_turned: bool) -> None
     )
     normal = np.full((*shape, 3), np.nan, np.float32)
     coverage = np.full(shape, np.nan, np.float32)
-    part_surface(value, axes, is_turned, normal, coverage)
+    unpack_surface(value, axes, is_turned, normal, coverage)
     assert_array_equal(coverage, value[..., 3])
     if is_turned:
         wanted = value[..., :3].astype(np.float64) @ axes.T

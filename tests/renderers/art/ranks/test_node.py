@@ -5,7 +5,7 @@ from renderers.art.march import FrameRays
 from renderers.art.quality import Quality
 from renderers.art.ranks.messages import Message, MessageKind, ProtocolError
 from renderers.art.ranks.node import MOST_PENDING
-from renderers.art.ranks.policy import Dataflow
+from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.prepare import MarchNode, make_node
 from renderers.art.regions import deal_regions
 from renderers.scene import Camera, Scene
@@ -24,8 +24,7 @@ def begun(
         Quality(0.5, 0.0),
         rank=rank,
         ranks=2,
-        cache_cells=cells,
-        dataflow=dataflow,
+        policy=CellPolicy(cells, dataflow),
         validate=True,
     )
     rays = FrameRays.of(camera)

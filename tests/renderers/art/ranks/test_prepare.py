@@ -5,19 +5,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.simulated_ranks.audit import audit
 from renderers.art import ActiveRayTracer
 from renderers.art.cells.cells import CellShare
 from renderers.art.march import FrameRays, March
 from renderers.art.quality import Quality
-from renderers.art.ranks.audit import audit
 from renderers.art.ranks.messages import MessageKind
-from renderers.art.ranks.policy import Dataflow
+from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.prepare import MarchNode, edit_node, make_node, slots_of
-from renderers.art.ranks.transport import LoopBack
 from renderers.art.ranks.work import MarchWork
 from renderers.art.regions import Gather, deal_regions
 from renderers.art.tracer import classic_image
 from renderers.scene import Camera, Scene
+from tests.loop_back import LoopBack
 
 QUALITY = Quality(0.5, 1 / 1024)
 RANKS = 3
@@ -41,9 +41,7 @@ def make(
             QUALITY,
             rank=rank,
             ranks=RANKS,
-            dataflow=dataflow,
-            cache_cells=cells,
-            from_file=from_file,
+            policy=CellPolicy(cells, dataflow, from_file),
             validate=True,
         )
         for rank in range(RANKS)
@@ -182,7 +180,7 @@ def test_a_rank_is_one_of_them(scene: Scene) -> None:
     with pytest.raises(ValueError, match="rank must be 0 to 1"):
         make_node(scene, "classic", QUALITY, rank=2, ranks=2)
     with pytest.raises(ValueError, match="at least 1 cell, got 0"):
-        make_node(scene, "classic", QUALITY, cache_cells=0)
+        make_node(scene, "classic", QUALITY, policy=CellPolicy(0))
 
 
 @pytest.mark.parametrize("mode", ["classic", "scope"])
@@ -204,7 +202,7 @@ def test_without_leaps_empty_cells_are_one_brick_and_the_bits_are_the_same(
 
     expected = draw()
     monkeypatch.setattr("renderers.art.ranks.prepare.LARGEST_LEAP", 0)
-    _, _, work = make_node(scene, mode, QUALITY, cache_cells=cells)
+    _, _, work = make_node(scene, mode, QUALITY, policy=CellPolicy(cells))
     assert not work.bricks.view.leap.any()
     assert 0 < work.occupied < work.bricks.grid.cells
     assert draw() == expected

@@ -15,9 +15,10 @@ from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.prepare import MarchNode, make_node
 from renderers.art.ranks.rank import Rank
 from renderers.art.ranks.ray_travel import MarchRayNode, make_frame_node
-from renderers.art.ranks.transport import LoopBack, TransportError
+from renderers.art.ranks.transport import TransportError
 from renderers.art.regions import Gather, Region, deal_regions
 from renderers.scene import Camera, Scene
+from tests.loop_back import LoopBack
 
 QUALITY = Quality(0.5, 1 / 1024)
 

@@ -5,7 +5,7 @@ from renderers.art import ActiveRayTracer
 from renderers.art.march import FrameRays
 from renderers.art.quality import Quality
 from renderers.art.ranks.messages import ProtocolError
-from renderers.art.ranks.policy import Dataflow
+from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.prepare import make_node
 from renderers.art.ranks.work import MarchWork
 from renderers.art.regions import Gather, deal_regions
@@ -15,7 +15,8 @@ from renderers.scene.deflection import Deflection, Translation
 
 def make(scene: Scene, dataflow: Dataflow) -> MarchWork:
     quality = Quality(0.5, 0.0)
-    return make_node(scene, "classic", quality, ranks=2, dataflow=dataflow)[2]
+    policy = CellPolicy(dataflow=dataflow)
+    return make_node(scene, "classic", quality, ranks=2, policy=policy)[2]
 
 
 @pytest.mark.parametrize("dataflow", [Dataflow.STATIC, Dataflow.MIGRATING])

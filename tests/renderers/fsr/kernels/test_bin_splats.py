@@ -3,9 +3,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.bin_splats import DEAL, deal_splats, room_for_deal, transpose
+from renderers.fsr.kernels.bin_splats import BATCH, bin_splats, make_bins, transpose
 from renderers.fsr.kernels.project_splats import RECORD
-from renderers.fsr.splats.splat_tiles import ACROSS, SIDE
+from renderers.fsr.kernels.tile_buffer import ACROSS, SIDE
 
 
 def squares_of_box(box_x: int, box_y: int, left: int, top: int) -> int:
@@ -60,18 +60,17 @@ def test_every_live_square_gets_its_splats_once_and_in_order(
     rng.shuffle(bits)
     live = int(np.packbits(bits, bitorder="little").view(np.int64)[0])
     got: list[list[int]] = [[] for _ in range(64)]
-    first, deal = 0, room_for_deal()
-    words, offsets = deal[:2]
+    first, bins = 0, make_bins()
     while first < size:
-        touched, times, first = deal_splats(
+        touched, times, first = bin_splats(
             records.reshape(-1), boxes, items[:size], first, left, top, np.int64(live),
-            True, np.empty(0, np.float32), deal,
+            True, bins,
         )  # fmt: skip
-        assert times <= DEAL // 64
+        assert times <= BATCH // 64
         for k in range(64):
-            dealt = matrix(words[: 64 * times])[k::64].reshape(-1)
+            dealt = matrix(bins.words[: 64 * times])[k::64].reshape(-1)
             assert bool(dealt.any()) == bool(touched >> k & 1)
-            got[k] += (offsets[np.flatnonzero(dealt)] // RECORD).tolist()
+            got[k] += (bins.offsets[np.flatnonzero(dealt)] // RECORD).tolist()
     rows = boxes[items[:size]]
     met = [squares_of_box(int(a), int(b), left, top) for a, b, _, _ in rows]
     for k in range(64):

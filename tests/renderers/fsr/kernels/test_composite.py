@@ -3,17 +3,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from numba import njit
-from numpy.typing import NDArray
 
 from renderers.fsr import FuzzySet
-from renderers.fsr.footprint import gaussian_footprint
-from renderers.fsr.kernels.depth_sheets import footprint
-from renderers.fsr.kernels.project_splats import CUT
 from renderers.fsr.splats import SplatMode, SplatRasterizer
-from renderers.fsr.splats.gaussian_falloff import SCALE, WEIGHT
-from renderers.fsr.splats.splat_tiles import SQUARE
-from renderers.lanes import load, store
 from renderers.scene import (
     Camera,
     Scene,
@@ -21,7 +13,6 @@ from renderers.scene import (
 )
 from renderers.scene.thread_team import ThreadTeam
 
-F32 = NDArray[np.float32]
 Splats = tuple[FuzzySet, Scene]
 
 
@@ -64,33 +55,3 @@ def test_depth_is_where_half_of_the_light_is_gone(
     image = faint.draw(above(volume), team, with_depth=True)
     assert image.depth_mm is not None
     assert np.all(np.isinf(image.depth_mm))
-
-
-def test_the_footprint_is_the_gaussian_to_one_in_eight_thousand() -> None:
-    """One at the centre, nothing from the cut on, and nearly the Gaussian's mass."""
-    r2 = np.linspace(0, CUT**2, 4001)
-    weights = np.array([weight(math.sqrt(d)) for d in r2])
-    truth = gaussian_footprint(r2)
-    assert weights[0] == pytest.approx(1, abs=1e-6)
-    assert np.abs(weights - truth).max() < 1.25e-4
-    assert np.all(np.diff(weights) <= 0)
-    assert weights.mean() == pytest.approx(truth.mean(), rel=2e-5)
-    for beyond in (CUT, 3.1, 31, 1e15):
-        assert weight(beyond) == 0
-
-
-@njit(error_model="numpy")
-def weigh(record: F32, right: F32, weights: F32) -> None:
-    """Weigh sixteen pixels of one row."""
-    u = load(right, 0, SQUARE)
-    store(weights, 0, footprint(record, 0, u, u - u))
-
-
-def weight(sigmas: float) -> float:
-    """Weigh a pixel so far right of a round footprint's centre."""
-    round_ = SCALE / np.float32(CUT**2)
-    record = np.array([0, 0, round_, 0, round_] + [0] * 16, np.float32)
-    weights = np.zeros(SQUARE, np.float32)
-    weigh(record, np.full(SQUARE, sigmas, np.float32), weights)
-    assert np.all(weights == weights[0])
-    return float(weights[0] * WEIGHT)

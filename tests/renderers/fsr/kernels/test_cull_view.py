@@ -1,28 +1,21 @@
-from typing import Any
-
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from renderers.fsr.kernels.cull_view import ROOM, split_near, with_room
-from renderers.fsr.splats.near_splats import (
+from renderers.fsr.kernels.cull_view import FIRST_NEAR, grow_near
+from renderers.fsr.kernels.project_splats import Splats
+from renderers.fsr.kernels.subdivide import (
     NEAR_KEYS,
     PARTS_REACH,
     SPLITS,
     WIDEST_SIGMA,
+    subdivide_near,
 )
+from tests.renderers.fsr.splat_scenes import view_from
 
 NEAR_MM = np.float32(6.0)
 PER_MM = 30.0
 LAST = np.float32(0.5**SPLITS)
-
-
-def eye(at: Any) -> tuple[Any, ...]:
-    """Give an eye, in steps of 1 mm, as `survey_spans` takes it."""
-    matrix = np.eye(3, 4, dtype=np.float32)
-    matrix[:, 3] = -np.asarray(at)
-    low, scale = np.float32(0), np.float32(PER_MM)
-    return np.zeros(3, np.float32), matrix, False, low, scale, NEAR_MM
 
 
 @given(
@@ -36,14 +29,16 @@ def test_near_parts_come_by_their_distance_whichever_splats_are_near(
     """Sixteen times as fine as all keys are, up to 7.5 mm."""
     rng = np.random.default_rng(seed)
     splats = rng.uniform(-6, 6, (count, 4)).astype(np.float32)
-    paints = rng.uniform(0.1, 1, (count, 4)).astype(np.float32)
+    colors = rng.uniform(0.1, 1, (count, 4)).astype(np.float32)
     at = rng.uniform(-1, 1, 3).astype(np.float32)
     distance = np.linalg.norm(splats[:, :3] - at, axis=1)
     near = np.flatnonzero(distance < NEAR_MM).astype(np.int32)
     some = near[rng.random(len(near)) < 0.5]
-    split_at = np.float32(sigma / WIDEST_SIGMA), LAST
-    places, _, keys, _ = split_near(near, (splats, paints), eye(at), split_at)
-    few, _, few_keys, _ = split_near(some, (splats, paints), eye(at), split_at)
+    view = view_from(at, keys_per_mm=PER_MM, near_mm=float(NEAR_MM))
+    both, nearest = Splats(splats, colors), np.float32(sigma / WIDEST_SIGMA)
+    parts, keys, _ = subdivide_near(near, both, view, nearest, LAST)
+    fewer, few_keys, _ = subdivide_near(some, both, view, nearest, LAST)
+    places, few = parts.places, fewer.places
     depths = np.linalg.norm(places[:, :3] - at, axis=1)
     assert np.all(depths < NEAR_MM * PARTS_REACH)
     assert np.all(np.abs(keys + 0.5 - depths * PER_MM * 16) <= 0.51)
@@ -54,10 +49,10 @@ def test_near_parts_come_by_their_distance_whichever_splats_are_near(
     )
 
 
-def test_room_for_near_splats_grows_and_keeps_what_is_there() -> None:
-    near = np.arange(ROOM, dtype=np.int32)
-    spans = np.array([[7, 0, ROOM], [8, ROOM, ROOM + 5]], np.int32)
-    assert len(with_room(near, 0, spans[:1])) == ROOM
-    more = with_room(near, 100, spans)
-    assert len(more) >= 100 + ROOM + 5
+def test_memory_for_near_splats_grows_and_keeps_what_is_there() -> None:
+    near = np.arange(FIRST_NEAR, dtype=np.int32)
+    spans = np.array([[7, 0, FIRST_NEAR], [8, FIRST_NEAR, FIRST_NEAR + 5]], np.int32)
+    assert len(grow_near(near, 0, spans[:1])) == FIRST_NEAR
+    more = grow_near(near, 100, spans)
+    assert len(more) >= 100 + FIRST_NEAR + 5
     np.testing.assert_array_equal(more[:100], near[:100])

@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.kernels.cut_rims import follow, gradient_at, look
-from renderers.fsr.sobel_normals import gradient_volume
 from renderers.scene import Volume
 from renderers.scene.deflection import Cut, Deflection, maps_of
+from tests.renderers.fsr.plain_gradients import sobel_gradient
 
 CUT = Cut(np.array([5.0, 0.5, 0.0]), 3.0, np.array([0.2, 1.0, 0.1]), 0.7)
 
@@ -22,7 +22,7 @@ def test_gradients_are_those_of_voxels_interpolated() -> None:
     values = rng.normal(size=(7, 6, 8)).astype(np.float32)
     spacing = np.array([0.5, 0.8, 1.1])
     volume = Volume(values, spacing, np.array([2.0, -1, 4]), direction)
-    gradients = gradient_volume(volume).astype(np.float64)
+    gradients = sobel_gradient(volume)
     parts = [volume.with_values(gradients[..., k], 0.0) for k in range(3)]
     # not on the last planes, where rounding may take a place for one outside
     voxel = rng.uniform(0, np.array([7, 5, 6]) - 1e-6, (300, 3))

@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from renderers.fsr.kernels.depth_slabs import SPAN, find_waiting
-from renderers.fsr.splats.splat_tiles import ACROSS, BLOCKS
+from renderers.fsr.kernels.tile_buffer import ACROSS, BLOCKS
 
 
 @given(

@@ -6,8 +6,7 @@ from hypothesis import strategies as st
 
 from renderers.fsr.kernels.list_surfels import is_hidden, list_tile
 from renderers.fsr.kernels.project_surfels import NO_TILE, tile_range
-from renderers.fsr.surfels.surfel_buffers import lined_up
-from renderers.fsr.surfels.surfel_tiles import (
+from renderers.fsr.kernels.surfel_tiles import (
     BLOCK,
     BLOCKS,
     BLOCKS_X,
@@ -17,6 +16,7 @@ from renderers.fsr.surfels.surfel_tiles import (
     TILE_HEIGHT,
     TILE_WIDTH,
 )
+from renderers.fsr.surfels.surfel_buffers import lined_up
 
 TILES = st.integers(0, MOST_TILES - 1)
 SPANS = st.tuples(TILES, TILES).map(lambda ends: (min(ends), max(ends)))

@@ -4,8 +4,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.project_surfels import NO_TILE, RECORD, project_runs
-from renderers.fsr.surfels.surfel_tiles import TILE_SHIFT_X, TILE_SHIFT_Y
+from renderers.fsr.kernels.project_surfels import (
+    NO_TILE,
+    RECORD,
+    DiscLimits,
+    SurfelBuffers,
+    project_surfels,
+)
+from renderers.fsr.view_bounds import lens_of
 from renderers.scene import Camera, Projection
 
 
@@ -29,26 +35,16 @@ def project(
     records = np.zeros((count + 1, RECORD), np.float32)
     boxes = np.zeros((count + 1, 4), np.int32)
     ranges = np.zeros(count, np.int32)
-    project_runs(
+    project_surfels(
         np.array([[0, count]]),
         0,
         1,
         np.concatenate([position, room]),
         np.concatenate([normal, room]),
         camera.frame.astype(np.float32),
-        int(camera.projection),
-        np.float32(camera.extent),
-        camera.width,
-        camera.height,
-        np.float32(1e-3),
-        np.float32(np.inf),
-        np.float32(radius),
-        np.float32(0.004),
-        TILE_SHIFT_X,
-        TILE_SHIFT_Y,
-        records,
-        boxes,
-        ranges,
+        lens_of(camera),
+        DiscLimits(*map(np.float32, (1e-3, np.inf, radius, 0.004))),
+        SurfelBuffers(records, boxes, ranges),
         0,
     )
     return records[:count], boxes[:count], ranges

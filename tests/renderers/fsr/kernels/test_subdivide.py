@@ -2,10 +2,11 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from renderers.fsr.kernels.subdivide import split_splats
-from renderers.fsr.splats.near_splats import SPLITS
+from renderers.fsr.kernels.project_splats import Splats
+from renderers.fsr.kernels.subdivide import SPLITS, subdivide
+from tests.renderers.fsr.splat_scenes import view_from
 
-MATRIX = np.eye(3, 4, dtype=np.float32)
+VIEW = view_from(np.zeros(3))
 
 
 @given(seed=st.integers(0, 10**6), count=st.integers(0, 40), splits=st.integers(0, 3))
@@ -15,17 +16,16 @@ def test_parts_keep_mass_and_middle_and_are_small_enough(
     """Seen from the origin; each part is as far as its size asks, or the smallest."""
     rng = np.random.default_rng(seed)
     places = rng.uniform(-9, 9, (count + 5, 4)).astype(np.float32)
-    paints = rng.uniform(0.1, 1, (count + 5, 4)).astype(np.float32)
+    colors = rng.uniform(0.1, 1, (count + 5, 4)).astype(np.float32)
     # by its colour each part is known
-    paints[:, 0] = np.arange(count + 5)
+    colors[:, 0] = np.arange(count + 5)
     index = rng.permutation(count + 5)[:count].astype(np.int32)
-    found, colours, cut, depths = split_splats(
-        index, places, paints, np.zeros(3, np.float32), MATRIX, False, np.float32(8.0),
-        np.float32(0.5**splits),
-    )  # fmt: skip
+    (found, colours), cut, depths = subdivide(
+        index, Splats(places, colors), VIEW, np.float32(8.0), np.float32(0.5**splits)
+    )
     depth = np.linalg.norm(found[:, :3], axis=1)
     whole = colours[:, 0].astype(int)
-    size = colours[:, 3] / paints[whole, 3]
+    size = colours[:, 3] / colors[whole, 3]
     assert np.all((depth > 7.999 * size) | (size < 1.001 * 0.5**splits))
     for s in index:
         parts = found[whole == s]
@@ -35,16 +35,16 @@ def test_parts_keep_mass_and_middle_and_are_small_enough(
         steps = np.abs(parts[:, :3] - places[s, :3])
         assert np.all(steps <= 0.5 - 0.5 * size[whole == s][:, None] + 1e-5)
     assert len(found) == count + 7 * cut
-    np.testing.assert_array_equal(colours[:, 1:3], paints[whole, 1:3])
+    np.testing.assert_array_equal(colours[:, 1:3], colors[whole, 1:3])
     np.testing.assert_allclose(depths, depth, rtol=1e-5)
 
 
 def test_parts_form_the_half_lattice() -> None:
     places = np.array([[4, 5, 6, 1]], np.float32)
-    found, *_ = split_splats(
-        np.zeros(1, np.int32), places, np.ones((1, 4), np.float32),
-        np.zeros(3, np.float32), MATRIX, False, np.float32(1e9), np.float32(0.25),
-    )  # fmt: skip
+    splats = Splats(places, np.ones((1, 4), np.float32))
+    (found, _), *_ = subdivide(
+        np.zeros(1, np.int32), splats, VIEW, np.float32(1e9), np.float32(0.25)
+    )
     assert len(found) == 64
     assert len(np.unique(found[:, :3], axis=0)) == 64
     # odd multiples of an eighth from the middle
@@ -57,11 +57,11 @@ def test_there_is_room_for_all_parts() -> None:
     places = np.zeros((count, 4), np.float32)
     places[:, 0] = 10 * np.arange(count)
     places[:, 3] = 1
-    found, colours, cut, depths = split_splats(
-        np.arange(count, dtype=np.int32), places, np.ones((count, 4), np.float32),
-        np.zeros(3, np.float32), MATRIX, False, np.float32(1e9),
-        np.float32(0.5**SPLITS),
-    )  # fmt: skip
+    splats = Splats(places, np.ones((count, 4), np.float32))
+    index = np.arange(count, dtype=np.int32)
+    (found, colours), cut, depths = subdivide(
+        index, splats, VIEW, np.float32(1e9), np.float32(0.5**SPLITS)
+    )
     assert len(found) == len(colours) == len(depths) == count * 8**SPLITS
     assert cut == count * (1 + 8 + 64)
     whole = np.repeat(np.arange(count), 8**SPLITS)

@@ -1,4 +1,4 @@
-"""No splat whose footprint reaches a strip is culled from it, in whatever view."""
+"""No splat whose footprint reaches a band is culled from it, in whatever view."""
 
 import math
 from collections.abc import Callable
@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from renderers.fsr import FuzzySet
 from renderers.fsr.kernels.depth_sort import NOWHERE
 from renderers.fsr.kernels.project_splats import project_splats
-from renderers.fsr.kernels.view_planes import strip_planes
+from renderers.fsr.kernels.tile_buffer import TILE_SHIFT
+from renderers.fsr.kernels.view_planes import band_planes
 from renderers.fsr.splats import SplatMode
-from renderers.fsr.splats.near_splats import LAST_SIGMA
-from renderers.fsr.splats.set_view import see_set, sigma_of
-from renderers.fsr.splats.shaded_set import PaintedSet
+from renderers.fsr.splats.set_view import view_set
+from renderers.fsr.splats.shaded_set import ShadedSet
 from renderers.fsr.splats.splat_list import list_splats
-from renderers.fsr.splats.splat_tiles import TILE_SHIFT
+from renderers.fsr.view_bounds import lens_of
 from renderers.scene import Camera, Projection, Scene
 
 Splats = tuple[FuzzySet, Scene]
@@ -31,7 +31,7 @@ Splats = tuple[FuzzySet, Scene]
     mode=st.sampled_from(list(SplatMode)),
     cuts=st.tuples(st.integers(0, 17), st.integers(1, 18)),
 )
-def test_what_reaches_a_strip_is_on_its_list(
+def test_what_reaches_a_band_is_on_its_list(
     blob: Callable[..., Splats],
     from_anywhere: Callable[..., Camera],
     seed: int,
@@ -41,54 +41,49 @@ def test_what_reaches_a_strip_is_on_its_list(
     cuts: tuple[int, int],
 ) -> None:
     """And so is all that is near, which is drawn by other laws."""
-    painted = PaintedSet(*blob(seed % 3))
+    shaded = ShadedSet(*blob(seed % 3))
     rng = np.random.default_rng(seed)
     camera = from_anywhere(rng, far, projection, (65, 97), (160, 193))
-    seen = see_set(painted, camera, mode)
+    seen = view_set(shaded, camera, mode)
     every = len(seen.all_tiles)
-    strip = range(min(cuts) * every // 18, max(min(cuts) + 1, max(cuts)) * every // 18)
+    band = range(min(cuts) * every // 18, max(min(cuts) + 1, max(cuts)) * every // 18)
     whole = list_splats(seen, seen.all_tiles)
-    some = list_splats(seen, strip)
+    some = list_splats(seen, band)
     listed, kept = (
         np.concatenate([np.empty(0, int)] + [np.arange(a, b) for _, a, b in found])
-        for found in (whole.spans, some.spans)
+        for found in (whole.culled.spans, some.culled.spans)
     )
     assert set(kept) <= set(listed)
-    assert np.array_equal(some.near_places, whole.near_places)
+    assert np.array_equal(some.culled.near.places, whole.culled.near.places)
     n = len(listed)
     # vectors read and write sixteen at a time
     index = np.append(listed, np.zeros(16)).astype(np.int32)
     ranges, boxes = np.empty(n + 16, np.int32), np.empty((n + 16, 4), np.int32)
     project_splats(
-        index, n, painted.places, painted.paints, seen.view.base, seen.view.matrix,
-        np.float32(sigma_of(mode)), int(projection), np.float32(seen.view.scale),
-        camera.width, camera.height, np.float32(LAST_SIGMA**2), False,
-        mode is SplatMode.POINTS, np.float32(5.0 if mode is SplatMode.SHEET else 0.0),
+        index, n, shaded.splats, False, seen.view, seen.style,
         np.empty((n + 16, 16), np.float32), boxes, ranges,
     )  # fmt: skip
     boxes, ranges = boxes[:n], ranges[:n]
-    distance = np.linalg.norm(painted.rows.centers_mm()[listed] - camera.eye_mm, axis=1)
+    distance = np.linalg.norm(
+        shaded.sparse.centers_mm()[listed] - camera.eye_mm, axis=1
+    )
     upper, lower = boxes[:, 1] & 0xFFFF, boxes[:, 1] >> 16
     # rounding may move a depth across the limit either way
-    is_far = distance > seen.near_mm + 1e-4
+    is_far = distance > seen.view.near_mm + 1e-4
     across = seen.tiles[1]
     shows = (ranges != NOWHERE) & is_far
-    shows &= lower >> TILE_SHIFT >= strip.start // across
-    shows &= upper >> TILE_SHIFT <= (strip.stop - 1) // across
+    shows &= lower >> TILE_SHIFT >= band.start // across
+    shows &= upper >> TILE_SHIFT <= (band.stop - 1) // across
     assert set(listed[shows]) <= set(kept)
 
 
 def bound(camera: Camera, lines: range, *lengths_mm: float) -> NDArray[np.float64]:
     """Bound lines of a camera's picture."""
-    planes: NDArray[np.float64] = strip_planes(
-        int(camera.projection), camera.extent, camera.width, camera.height,
-        lines.start, lines.stop, *lengths_mm,
-    )  # fmt: skip
-    return planes
+    return band_planes(lens_of(camera), lines.start, lines.stop, *lengths_mm)
 
 
 @pytest.mark.parametrize("projection", Projection)
-def test_strips_far_away_leave_most_of_the_rest_out(projection: Projection) -> None:
+def test_bands_far_away_leave_most_of_the_rest_out(projection: Projection) -> None:
     """Points all over a far view: those kept for a tenth of it are not many more."""
     flat = projection is Projection.ORTHOGRAPHIC
     extent = 20.0 if flat else 0.2

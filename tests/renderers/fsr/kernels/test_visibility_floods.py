@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from renderers.fsr.visibility.floods import Lookout, find_air
+from renderers.fsr.visibility.floods import BoxFlood, find_air
 from renderers.scene import Volume
 
 EDGE = 4
@@ -33,7 +33,7 @@ def test_every_cell_on_a_free_line_from_the_box_is_seen(seed: int) -> None:
     air = np.argwhere(volume.values < 0)
     corner = air[rng.integers(len(air))] // EDGE * EDGE
     low = np.minimum(corner, np.array(volume.shape) - 2)[::-1]
-    seen = cells_of(Lookout(find_air(volume), EDGE).seen(low), nx - 1)
+    seen = cells_of(BoxFlood(find_air(volume), EDGE).seen(low), nx - 1)
     eyes = low + rng.uniform(0, EDGE, (200, 3))
     ways = rng.normal(size=(200, 3))
     # lines along axes and diagonals of the grid are where floods have their edges
@@ -52,7 +52,7 @@ def test_a_wall_one_cell_thick_hides_what_is_behind_it() -> None:
     # two points deep, so that one layer of cells is all tissue
     values[:, :, 17:19] = 1.0
     volume = Volume(values, np.ones(3), np.zeros(3))
-    seen = cells_of(Lookout(find_air(volume), EDGE).seen(np.array([4, 8, 8])), 39)
+    seen = cells_of(BoxFlood(find_air(volume), EDGE).seen(np.array([4, 8, 8])), 39)
     assert seen[:, :, :17].all()
     assert not seen[:, :, 17:].any()
 
@@ -62,7 +62,7 @@ def test_through_a_hole_only_a_cone_is_seen() -> None:
     values[:, :, 20:24] = 1.0
     values[18:23, 18:23, 20:24] = -1.0
     volume = Volume(values, np.ones(3), np.zeros(3))
-    seen = cells_of(Lookout(find_air(volume), EDGE).seen(np.array([4, 18, 18])), 60)
+    seen = cells_of(BoxFlood(find_air(volume), EDGE).seen(np.array([4, 18, 18])), 60)
     assert seen[18:22, 18:22, 59].all()
     # straight lines reach a square of about 10 cells; within a beam lines may bend
     behind = seen[:, :, 30]
@@ -73,7 +73,7 @@ def test_through_a_hole_only_a_cone_is_seen() -> None:
 
 def test_large_grids_are_flooded_in_more_beams() -> None:
     volume = Volume(np.full((4, 4, 500), -1, np.float32), np.ones(3), np.zeros(3))
-    lookout = Lookout(find_air(volume), EDGE)
+    lookout = BoxFlood(find_air(volume), EDGE)
     assert lookout.beams >= 2 * 499 / 56
     assert cells_of(lookout.seen(np.array([0, 0, 0])), 499).all()
     assert cells_of(lookout.seen(np.array([496, 0, 0])), 499).all()
@@ -81,4 +81,4 @@ def test_large_grids_are_flooded_in_more_beams() -> None:
 
 def test_boxes_wider_than_a_word_are_refused() -> None:
     with pytest.raises(ValueError, match="up to 52 cells, got 60"):
-        Lookout(find_air(caves(0)), 60)
+        BoxFlood(find_air(caves(0)), 60)

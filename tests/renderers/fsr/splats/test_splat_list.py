@@ -1,4 +1,4 @@
-"""Shells, hidden splats and the grid's order change no picture more than they may."""
+"""Depth slabs, hidden splats and the grid's order change pictures as they may."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -10,12 +10,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from renderers.fsr import FuzzySet, Inclusion, extract_fuzzy_set
-from renderers.fsr.kernels.depth_slabs import take_shell
+from renderers.fsr.kernels.depth_slabs import select_slab
 from renderers.fsr.splats import SplatMode, SplatRasterizer
-from renderers.fsr.splats.set_view import see_set
-from renderers.fsr.splats.shaded_set import PaintedSet
-from renderers.fsr.splats.splat_list import list_splats
-from renderers.fsr.splats.splat_mode import Traversal
+from renderers.fsr.splats.set_view import Traversal, view_set
+from renderers.fsr.splats.shaded_set import ShadedSet
+from renderers.fsr.splats.splat_list import far_to_near, list_splats
 from renderers.scene import Camera, Image, Projection, Scene, TransferFunction, Volume
 from renderers.scene.thread_team import ThreadTeam
 
@@ -68,7 +67,7 @@ def equal_bits(
 
 
 @pytest.mark.parametrize("mode", SplatMode)
-def test_shells_that_leave_hidden_splats_out_change_no_bit(
+def test_slabs_that_leave_hidden_splats_out_change_no_bit(
     team: ThreadTeam,
     three: ThreadTeam,
     monkeypatch: pytest.MonkeyPatch,
@@ -84,13 +83,13 @@ def test_shells_that_leave_hidden_splats_out_change_no_bit(
                 whole = drawer.draw(camera, team, mode, with_depth=True)
             all_ = drawer.counters["visible"]
             with monkeypatch.context() as patch:
-                patch.setattr("renderers.fsr.splats.splat_list.LEAST_SHELL", 1)
+                patch.setattr("renderers.fsr.splats.splat_list.LEAST_SLAB", 1)
                 patch.setattr("renderers.fsr.splats.splat_list.MANY", 1)
-                strips = drawer.draw(camera, three, mode, with_depth=True)
-                shells = drawer.draw(camera, team, mode, with_depth=True)
+                bands = drawer.draw(camera, three, mode, with_depth=True)
+                slabs = drawer.draw(camera, team, mode, with_depth=True)
             assert whole.rgba[..., 3].max() > 0.9
-            assert equal_bits(whole, shells)
-            assert equal_bits(whole, strips)
+            assert equal_bits(whole, slabs)
+            assert equal_bits(whole, bands)
             assert drawer.counters["visible"] <= all_
             fewer += all_ - drawer.counters["visible"]
     assert fewer > 1000
@@ -112,14 +111,11 @@ def test_culling_rows_changes_no_bit(
     """
     fuzzy, scene = wall()
     drawer = SplatRasterizer(fuzzy, scene)
-    modes = [SplatMode.GAUSSIAN, SplatMode.POINTS]
-    if traversal is Traversal.DISTANCE:
-        modes.append(SplatMode.SHEET)
     views = [((15.0, -20.0, 11.0), 0.2), ((15.0, -40.0, 11.0), 0.1)]
     if projection is not Projection.PERSPECTIVE:
         views.append(((15.0, 4.0, 11.0), 0.4))
     culled = 0
-    for mode in modes:
+    for mode in SplatMode:
         for eye, extent in views:
             camera = seen_from(eye, extent, projection)
             some = drawer.draw(camera, team, mode, traversal, with_depth=True)
@@ -142,40 +138,38 @@ def test_culling_rows_changes_no_bit(
     cuts=st.lists(st.integers(1, 4095), max_size=4),
     mode=st.sampled_from(list(SplatMode)),
 )
-def test_every_far_element_is_in_one_shell_and_near_ones_in_none(
+def test_every_far_element_is_in_one_slab_and_near_ones_in_none(
     blob: Callable[..., Splats],
     seed: int,
     projection: Projection,
     cuts: list[int],
     mode: SplatMode,
 ) -> None:
-    painted = PaintedSet(*blob(seed % 5))
+    shaded = ShadedSet(*blob(seed % 5))
     eye = tuple(np.random.default_rng(seed).uniform(-9, 18, 3))
     camera = seen_from((eye[0], eye[1], eye[2]), 0.7, projection)
-    seen = see_set(painted, camera, mode)
-    view = seen.view
-    splats = list_splats(seen, seen.all_tiles)
+    seen = view_set(shaded, camera, mode)
+    culled = list_splats(seen, seen.all_tiles).culled
     listed = np.concatenate(
-        [np.arange(a, b) for _, a, b in splats.spans] or [np.empty(0, int)]
+        [np.arange(a, b) for _, a, b in culled.spans] or [np.empty(0, int)]
     )
-    assert splats.count == len(listed)
+    assert culled.listed == len(listed)
     ends = [0, *sorted(set(cuts)), 4096]
     taken: list[NDArray[np.int32]] = []
     for first, end in pairwise(ends):
-        index, keys = np.full((2, splats.count + 32), -7, np.int32)
-        n = take_shell(
-            splats.spans, splats.lowest, splats.highest, painted.rows.shape[1],
-            painted.columns, view.base, view.matrix, int(projection),
-            np.float32(view.low), np.float32(view.keys_per_mm),
-            np.float32(seen.near_mm), first, end, np.float32(view.scale),
-            np.float32(1), 150, 140, np.empty(0, np.int32), index, keys,
+        index, keys = np.full((2, culled.listed + 32), -7, np.int32)
+        n = select_slab(
+            culled.spans, culled.lowest, culled.highest, shaded.rows, seen.view,
+            np.float32(1), first, end, np.empty(0, np.int32), index, keys,
         )  # fmt: skip
         assert np.all((keys[:n] >= first) & (keys[:n] < end))
         assert np.all(index[n:] == -7)
         taken.append(index[:n])
-    distance = np.linalg.norm(painted.rows.centers_mm()[listed] - camera.eye_mm, axis=1)
-    wanted = distance >= seen.near_mm
-    doubtful = listed[np.abs(distance - seen.near_mm) < 1e-4]
+    distance = np.linalg.norm(
+        shaded.sparse.centers_mm()[listed] - camera.eye_mm, axis=1
+    )
+    wanted = distance >= seen.view.near_mm
+    doubtful = listed[np.abs(distance - seen.view.near_mm) < 1e-4]
     found = np.concatenate(taken)
     assert len(np.unique(found)) == len(found)
     assert set(found) - set(doubtful) == set(listed[wanted]) - set(doubtful)
@@ -198,8 +192,50 @@ def test_the_order_of_the_grid_differs_from_that_of_distance_only_in_order(
             np.testing.assert_allclose(a, b, atol=2e-6)
 
 
-def test_sheets_need_the_order_of_distance(blob: Callable[..., Splats]) -> None:
-    drawer = SplatRasterizer(*blob())
-    camera = seen_from((5, -9, 5), 0.5, Projection.PERSPECTIVE)
-    with pytest.raises(ValueError, match="layers of distance"):
-        drawer.prepare(camera, SplatMode.SHEET, Traversal.GRID)
+def far_first(
+    blob: Callable[..., Splats], seed: int, projection: Projection
+) -> tuple[ShadedSet, Camera, NDArray[np.int32]]:
+    shaded = ShadedSet(*blob(seed % 5))
+    eye = tuple(np.random.default_rng(seed).uniform(-9, 18, 3))
+    camera = seen_from((eye[0], eye[1], eye[2]), 0.7, projection)
+    seen = view_set(shaded, camera, SplatMode.GAUSSIAN)
+    return shaded, camera, far_to_near(list_splats(seen, seen.all_tiles))
+
+
+@given(seed=st.integers(0, 10**6))
+def test_far_splats_come_first(blob: Callable[..., Splats], seed: int) -> None:
+    shaded, camera, order = far_first(blob, seed, Projection.PERSPECTIVE)
+    assert len(np.unique(order)) == len(order)
+    place = shaded.sparse.centers_mm()[order]
+    distance = np.linalg.norm(place - camera.eye_mm, axis=1)
+    assert np.all(np.diff(distance) < 2e-3)
+
+
+@given(seed=st.integers(0, 10**6))
+def test_in_a_flat_view_no_splat_precedes_one_that_it_could_hide(
+    blob: Callable[..., Splats], seed: int
+) -> None:
+    shaded, camera, order = far_first(blob, seed, Projection.ORTHOGRAPHIC)
+    along = shaded.grid.voxel_from_world[:, :3] @ camera.frame[3]
+    step = shaded.sparse.voxels()[order] * np.sign(along)
+    for later in range(1, len(step)):
+        assert not np.any(np.all(step[:later] <= step[later], axis=1))
+
+
+@given(seed=st.integers(0, 10**6))
+def test_in_the_grids_order_no_splat_precedes_one_that_hides_it(
+    blob: Callable[..., Splats], seed: int
+) -> None:
+    """Seen from the eye's voxel, order follows |i|, |j|, |k| on each side."""
+    shaded = ShadedSet(*blob(seed % 5))
+    eye = tuple(np.random.default_rng(seed).uniform(-9, 18, 3))
+    camera = seen_from((eye[0], eye[1], eye[2]), 0.7, Projection.EQUIDISTANT)
+    seen = view_set(shaded, camera, SplatMode.GAUSSIAN, Traversal.GRID)
+    order = list_splats(seen, seen.all_tiles).order[::-1]
+    offset = shaded.sparse.voxels()[order] - seen.view.base
+    step, sign = np.abs(offset), np.sign(offset)
+    for later in range(1, len(offset)):
+        # an earlier one that is nearer on all axes and on no other side may hide it
+        near = np.all(step[:later] <= step[later], axis=1)
+        beside = np.all((sign[:later] == sign[later]) | (offset[:later] == 0), axis=1)
+        assert not np.any(near & beside)

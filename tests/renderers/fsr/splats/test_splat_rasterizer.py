@@ -1,5 +1,5 @@
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -158,33 +158,9 @@ def test_a_local_light_far_away_equals_an_infinite_one(
     np.testing.assert_allclose(pictures[0].rgba, pictures[1].rgba, atol=1e-4)
 
 
-@pytest.mark.parametrize("kappa", [0.02, 0.2, 1.0])
-@pytest.mark.parametrize("spacing", [(1, 1, 1), (1, 1, 2.5), (1.4, 1, 1)])
-def test_sheets_of_a_slab_have_its_mean_and_no_ripple(
-    team: ThreadTeam,
-    kappa: float,
-    spacing: tuple[float, float, float],
-    slab: Callable[..., Volume],
-    above: Callable[..., Camera],
-    unlit: Callable[..., Splats],
-) -> None:
-    volume = slab(spacing=spacing)
-    drawer = SplatRasterizer(*unlit(volume, kappa))
-    image = drawer.draw(above(volume), team, SplatMode.SHEET)
-    truth = -math.expm1(-kappa * 6 * spacing[2])
-    alpha = image.rgba[..., 3]
-    assert alpha.mean() == pytest.approx(truth, abs=5e-3)
-    assert np.ptp(alpha) * 255 < 1
-    np.testing.assert_allclose(
-        image.rgba[..., :3], alpha[..., None] * [0.8, 0.6, 0.4], atol=1e-4
-    )
-
-
-@pytest.mark.parametrize("mode", [SplatMode.GAUSSIAN, SplatMode.SHEET])
 @pytest.mark.parametrize("projection", [Projection.EQUIDISTANT, Projection.PERSPECTIVE])
 def test_a_wall_third_of_a_millimetre_ahead_is_opaque(
     team: ThreadTeam,
-    mode: SplatMode,
     projection: Projection,
     unlit: Callable[..., Splats],
 ) -> None:
@@ -201,8 +177,8 @@ def test_a_wall_third_of_a_millimetre_ahead_is_opaque(
         size=(96, 96),
         projection=projection,
     )
-    image = drawer.draw(camera, team, mode, with_depth=True)
-    assert drawer.counters["split"] > 0
+    image = drawer.draw(camera, team, with_depth=True)
+    assert drawer.counters["subdivided"] > 0
     assert np.all(np.isfinite(image.rgba))
     assert image.rgba[..., 3].min() >= 0.99
     assert image.depth_mm is not None
@@ -301,3 +277,55 @@ def test_squares_left_out_are_those_that_needles_miss(
     # Footprints are a fit and normals are packed: .004 at most was measured. A square
     # left out by mistake lacks a tenth and more.
     np.testing.assert_allclose(image, plain, atol=6e-3)
+
+
+def path() -> list[tuple[Camera, SplatMode]]:
+    """Give views around a set, from outside and among the splats, in all modes."""
+    modes = list(SplatMode)
+    return [
+        (
+            Camera.looking_at(
+                (5 + radius * np.sin(turn), 5 - radius * np.cos(turn), 5.5),
+                (5, 5, 4.5),
+                extent=0.6,
+                size=(75, 66),
+                projection=Projection.PERSPECTIVE,
+            ),
+            modes[turn % 2],
+        )
+        for turn in range(6)
+        for radius in (3.0, 14.0)
+    ]
+
+
+def test_a_film_has_the_bits_of_single_pictures(
+    three: ThreadTeam, blob: Callable[..., Splats]
+) -> None:
+    drawer, other = SplatRasterizer(*blob()), SplatRasterizer(*blob())
+    pictures = list(drawer.film(path(), three))
+    assert len(pictures) == len(path())
+    for (camera, mode), picture in zip(path(), pictures, strict=True):
+        single = other.draw(camera, three, mode)
+        assert single.rgba[..., 3].max() > 0
+        assert picture.rgba.tobytes() == single.rgba.tobytes()
+
+
+def test_the_next_view_is_taken_before_a_picture_is_given(
+    team: ThreadTeam, blob: Callable[..., Splats]
+) -> None:
+    taken = []
+
+    def watched() -> Iterator[tuple[Camera, SplatMode]]:
+        for number, view in enumerate(path()):
+            taken.append(number)
+            yield view
+
+    pictures = SplatRasterizer(*blob()).film(watched(), team)
+    for number, _ in enumerate(pictures):
+        assert taken[-1] == min(number + 1, len(path()) - 1)
+
+
+def test_no_views_give_no_pictures(
+    team: ThreadTeam, blob: Callable[..., Splats]
+) -> None:
+    assert list(SplatRasterizer(*blob()).film([], team)) == []

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
+from renderers.fsr.kernels.surfel_tiles import TILE_HEIGHT, TILE_WIDTH
 from renderers.fsr.surfels.hole_filling import fill_holes
-from renderers.fsr.surfels.surfel_tiles import TILE_HEIGHT, TILE_WIDTH
 from renderers.scene import GBuffer
 from renderers.scene.thread_team import ThreadTeam
 

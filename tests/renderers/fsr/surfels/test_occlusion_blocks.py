@@ -6,9 +6,10 @@ from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from renderers.fsr.kernels.cones import aim_cones, trace_cones
-from renderers.fsr.kernels.occlusion import flag_blocks
+from renderers.fsr.kernels.occlusion import BlockReach, flag_blocks
 from renderers.fsr.surfels.occlusion_blocks import BLOCK_SHIFT, FAR, Blocks
 from renderers.fsr.surfels.surfel_set import extract_surfels
+from renderers.fsr.view_bounds import lens_of
 from renderers.scene import Camera, Projection, Volume
 from renderers.scene.thread_team import ThreadTeam
 
@@ -64,7 +65,7 @@ def cone_ends_and_first_tissue(
     camera_from_world[:3, 3] = -camera.frame[1:] @ camera.eye_mm
     voxel_from_camera = np.linalg.inv(camera_from_world @ volume.world_from_voxel)
     cones = np.empty((5, 8, 8), np.float32)
-    aim_cones(int(camera.projection), camera.extent, 32, 32, 4, cones)
+    aim_cones(lens_of(camera), 4, cones)
     ends = np.empty((8, 8), np.float32)
     trace_cones(
         volume.values,
@@ -134,9 +135,9 @@ def test_a_block_is_hidden_where_no_square_that_its_ball_meets_ends_behind_it(
     shown = np.zeros(count, np.uint8)
     everywhere = np.array([[0.0, 0, 0, 1]])
     met, hidden = flag_blocks(
-        middles, 0, count, frame, radius, everywhere, 0.0, 0.0,
-        int(camera.projection), extent, size, size, side, ends,
-        np.ones(count, np.uint8), shown, np.zeros(count, np.float32),
+        middles, 0, count, frame, everywhere, BlockReach(radius, 0.0, 0.0),
+        lens_of(camera), side, ends, np.ones(count, np.uint8), shown,
+        np.zeros(count, np.float32),
     )  # fmt: skip
     x, y, z = middles
     distance, rho = np.linalg.norm(middles, axis=0), np.hypot(x, y)

@@ -5,9 +5,7 @@ from numpy.typing import NDArray
 from anatomy import PhantomParameters, build_phantom
 from renderers.fsr.surfels import SurfelRasterizer
 from renderers.fsr.visibility import (
-    VisibleSets,
     build_visible_sets,
-    update_visible_sets,
 )
 from renderers.fsr.visibility.visible_sets import EDGE, airway_boxes
 from renderers.scene import Camera, GBuffer, Volume
@@ -47,7 +45,7 @@ def compare(volume: Volume, cameras: list[Camera], team: ThreadTeam) -> tuple[in
     """Check pictures with sets against those without; give pixels that differ."""
     bare = SurfelRasterizer(volume, hide=False)
     knowing = SurfelRasterizer(volume)
-    knowing.look_from(build_visible_sets(volume, knowing.bounds(), team))
+    knowing.use_visible_sets(build_visible_sets(volume, knowing.bounds(), team))
     leaks = skipped = 0
     for camera in cameras:
         a, b = bare.draw(camera, team), knowing.draw(camera, team)
@@ -114,11 +112,11 @@ def test_eyes_outside_and_in_tissue_are_not_answered(
     cavities: Volume, team: ThreadTeam
 ) -> None:
     renderer = SurfelRasterizer(cavities)
-    renderer.look_from(build_visible_sets(cavities, renderer.bounds(), team))
+    renderer.use_visible_sets(build_visible_sets(cavities, renderer.bounds(), team))
     for eye, known in (((-6.0, 0.0, 0.0), 1), ((0.0, 4.0, 0.0), 0), ((99.0, 0, 0), 0)):
         renderer.draw(Camera.looking_at(eye, (0.1, 0.2, 0.3), size=(20, 20)), team)
         assert renderer.counters["looked up"] == known
-    renderer.look_from(None)
+    renderer.use_visible_sets(None)
     renderer.draw(Camera.looking_at((-6.0, 0, 0), (0, 0.1, 0), size=(20, 20)), team)
     assert renderer.counters["looked up"] == 0
 
@@ -128,58 +126,4 @@ def test_sets_of_another_surface_are_refused(
 ) -> None:
     sets = build_visible_sets(cavities, SurfelRasterizer(cavities).bounds(), team)
     with pytest.raises(ValueError, match="other blocks"):
-        SurfelRasterizer(hollow).look_from(sets)
-
-
-def rooms(wall: bool) -> Volume:
-    """Three rooms in a row; a wall, or none, between the second and the third."""
-    k, j, i = np.indices((33, 33, 97)) * 0.5
-    across = np.maximum(np.abs(j - 8), np.abs(k - 8)) - 6.0
-    ends = [(1.5, 14.0), (17.0, 30.0), (33.0, 46.5)]
-    if not wall:
-        ends = [ends[0], (17.0, 46.5)]
-    rooms = [np.maximum(across, np.maximum(a - i, i - b)) for a, b in ends]
-    d = np.minimum.reduce(rooms).astype(np.float32)
-    return Volume(d, np.full(3, 0.5), np.zeros(3))
-
-
-@pytest.mark.parametrize("opens", [True, False])
-def test_after_an_edit_only_boxes_that_see_it_are_done_again(
-    team: ThreadTeam, opens: bool
-) -> None:
-    before, after = rooms(opens), rooms(not opens)
-    changed = np.argwhere(before.values != after.values)
-    low, high = changed.min(axis=0), changed.max(axis=0) + 1
-    sets = build_visible_sets(before, SurfelRasterizer(before).bounds(), team)
-    renderer = SurfelRasterizer(after)
-    bounds = renderer.bounds()
-    k0, j0, i0 = (int(n) for n in low)
-    k1, j1, i1 = (int(n) for n in high)
-    updated, done = update_visible_sets(
-        sets, after, bounds, (k0, j0, i0), (k1, j1, i1), team
-    )
-    fresh = build_visible_sets(after, bounds, team)
-    assert 0 < done < len(fresh.bits)
-    assert np.array_equal(updated.table >= 0, fresh.table >= 0)
-    assert np.array_equal(updated.numbers, fresh.numbers)
-    assert np.array_equal(ordered(updated), ordered(fresh))
-    renderer.look_from(updated)
-    bare = SurfelRasterizer(after, hide=False)
-    for camera in poses(after, 12, 3, 48):
-        a, b = bare.draw(camera, team), renderer.draw(camera, team)
-        assert np.array_equal(a.depth_mm, b.depth_mm)
-        assert np.array_equal(a.normal, b.normal)
-
-
-def ordered(sets: VisibleSets) -> NDArray[np.uint8]:
-    """Give the bits in the order of the boxes."""
-    return np.asarray(sets.bits[sets.table[sets.table >= 0]])
-
-
-def test_a_set_of_another_grid_is_not_updated(
-    cavities: Volume, hollow: Volume, team: ThreadTeam
-) -> None:
-    sets = build_visible_sets(cavities, SurfelRasterizer(cavities).bounds(), team)
-    bounds = SurfelRasterizer(hollow).bounds()
-    with pytest.raises(ValueError, match="cannot be updated"):
-        update_visible_sets(sets, hollow, bounds, (0, 0, 0), (1, 1, 1), team)
+        SurfelRasterizer(hollow).use_visible_sets(sets)

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import pytest
 
 from devices.microscribe.emulator.emulated_arm import EmulatedArm, LiveMotion
-from devices.microscribe.emulator.faults import parse_fault
 from devices.microscribe.emulator.in_memory import MemoryLine, MemorySerial
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937, HOME_COUNTS, ArmProfile
+from tests.devices.microscribe.rare_faults.every_fault import parse_any_fault
 
 CLEAN = bytes.fromhex("83 00 6C 4F 30 5E 35 54 20 02 18 79 41 60")
 
@@ -57,7 +57,7 @@ def connect() -> Callable[..., Client]:
         seed: int = 0,
         baud: int = 115200,
     ) -> Client:
-        plans = [parse_fault(text) for text in faults]
+        plans = [parse_any_fault(text) for text in faults]
         still = StillMotion(profile, HOME_COUNTS)
         arm = EmulatedArm(profile, motion or still, faults=plans, seed=seed)
         line = MemoryLine(arm)

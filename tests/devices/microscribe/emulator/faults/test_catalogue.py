@@ -4,31 +4,40 @@ import pytest
 
 from devices.microscribe.emulator.faults import (
     FAULTS,
-    SHORT_NAMES,
-    Fault,
-    Schedule,
     list_faults,
     make_faults,
     parse_fault,
 )
-from devices.microscribe.emulator.faults.timing_faults import CutShort
+from devices.microscribe.emulator.faults.catalogue import SHORT_NAMES, CutShort
+from devices.microscribe.emulator.faults.fault import Fault
+from devices.microscribe.emulator.faults.schedule import Schedule
+from tests.devices.microscribe.rare_faults.every_fault import (
+    EVERY_FAULT,
+    parse_any_fault,
+)
 
 
-def test_there_are_thirty_numbered_faults_in_order_and_one_more() -> None:
-    ids = [kind.id for kind in FAULTS]
-    assert sorted(ids[:-1], key=lambda i: int(i[1:])) == [f"f{n}" for n in range(1, 31)]
-    assert FAULTS[-1].name() == "garbage"
-    assert len({kind.word for kind in FAULTS}) == len(FAULTS)
+def test_there_are_thirty_numbered_faults_and_one_more() -> None:
+    ids = {kind.id for kind in EVERY_FAULT}
+    assert ids == {"garbage", *(f"f{n}" for n in range(1, 31))}
+    assert len({kind.word for kind in EVERY_FAULT}) == len(EVERY_FAULT) == 31
 
 
-@pytest.mark.parametrize("kind", FAULTS)
+def test_the_product_has_those_that_hardware_shows() -> None:
+    assert 10 <= len(FAULTS) <= 12
+    assert set(FAULTS) < set(EVERY_FAULT)
+    with pytest.raises(ValueError, match="not known"):
+        parse_fault("f29_memory_write")
+
+
+@pytest.mark.parametrize("kind", EVERY_FAULT)
 def test_number_word_and_both_name_the_same_fault(kind: type[Fault]) -> None:
-    names = {kind.name(), kind.word, kind.id or kind.word}
+    names = {kind.name(), kind.word, kind.id}
     for name in names:
-        plan = parse_fault(f"{name.upper()}@2.5+1" if kind.id != "f22" else name)
+        plan = parse_any_fault(f"{name.upper()}@2.5+1" if kind.id != "f22" else name)
         assert plan.kind is kind
     for variant in kind.variants:
-        fault = parse_fault(f"{kind.word}={variant.lower()}").make(random.Random(0))
+        fault = parse_any_fault(f"{kind.word}={variant.lower()}").make(random.Random(0))
         assert fault.variant == variant
 
 
@@ -65,17 +74,17 @@ def test_short_names() -> None:
 )
 def test_mistakes_are_told_with_the_remedy(text: str, complaint: str) -> None:
     with pytest.raises(ValueError, match=complaint):
-        parse_fault(text)
+        parse_any_fault(text)
 
 
 def test_faults_of_the_wire_act_on_what_the_others_left() -> None:
-    plans = [parse_fault(name) for name in ("unplug", "f13", "f30", "f8", "f12")]
+    plans = [parse_any_fault(name) for name in ("unplug", "f13", "f30", "f8", "f12")]
     names = [fault.id for fault in make_faults(plans, 0)]
     assert names == ["f8", "f12", "f30", "f13", "f16"]
 
 
 def test_each_fault_has_chances_of_its_own() -> None:
-    plans = [parse_fault("f8@p:.5"), parse_fault("f8@p:.5")]
+    plans = [parse_any_fault("f8@p:.5"), parse_any_fault("f8@p:.5")]
     first, second = make_faults(plans, 1)
     again, _ = make_faults(plans, 1)
     draws = [f.noise.random() for f in (first, second, again)]

@@ -5,10 +5,13 @@ from typing import Any
 
 import pytest
 
-from devices.microscribe.emulator.faults import FAULTS, parse_fault
 from devices.microscribe.emulator.faults.fault import EventFault
 from devices.microscribe.emulator.motion import AnglesMotion
 from devices.microscribe.kinematics.profiles import DX40937
+from tests.devices.microscribe.rare_faults.every_fault import (
+    EVERY_FAULT,
+    parse_any_fault,
+)
 
 Connect = Callable[..., Any]
 
@@ -33,7 +36,7 @@ def _waving(t_s: float) -> list[float]:
 def _all() -> list[str]:
     return [
         f"{kind.name()}={variant}" if variant else kind.name()
-        for kind in FAULTS
+        for kind in EVERY_FAULT
         for variant in (kind.variants or ("",))
     ]
 
@@ -44,7 +47,7 @@ def test_every_fault_is_counted_when_it_acts(connect: Connect, fault: str) -> No
     if fault.endswith(("DEAD5", "MISSED5", "BACKWARDS5")):
         fault = fault[:-1] + "4"
     # What happens at power-on is over before anybody looks; a session left open is not.
-    sudden = issubclass(parse_fault(fault).kind, EventFault) and "f7" not in fault
+    sudden = issubclass(parse_any_fault(fault).kind, EventFault) and "f7" not in fault
     moment = "@0.5" if sudden else ""
     client = connect(fault + moment, motion=AnglesMotion(DX40937, _waving))
     clean = connect(motion=AnglesMotion(DX40937, _waving))
@@ -56,7 +59,7 @@ def test_every_fault_is_counted_when_it_acts(connect: Connect, fault: str) -> No
         assert "cut_short" in fault
         heard = []
     assert client.arm.fired[name] > 0
-    assert heard != _life(clean) or client.arm.far_end.memory_writes
+    assert heard != _life(clean) or client.arm.firmware.memory_writes
 
 
 @pytest.mark.parametrize(
@@ -115,4 +118,4 @@ def test_nobody_writes_the_memory_before_a_session(connect: Connect) -> None:
     client.sign_on()
     client.poll(2)
     assert client.arm.fired == {"f29_memory_write": 1}
-    assert client.arm.far_end.memory_writes == 1
+    assert client.arm.firmware.memory_writes == 1

@@ -1,1 +1,0 @@
-"""Compiled code that only benchmarks run."""

@@ -1,0 +1,1 @@
+"""VTK's renderers in processes of their own, measured on our scenes."""

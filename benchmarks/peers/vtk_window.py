@@ -1,0 +1,101 @@
+"""What both VTK peers share: an off-screen window, a camera, a loop of jobs."""
+
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+from vtkmodules.util import numpy_support
+from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
+from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
+from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer  # noqa: F401
+
+from benchmarks.peers.peer_process import Answer
+from benchmarks.timing import measure
+
+Job = dict[str, Any]
+
+vtk_arrays: Any = numpy_support
+"""Conversions between numpy and VTK; VTK gives them no types."""
+
+
+class PeerWindow:
+    """Hold an off-screen window with one renderer on black."""
+
+    def __init__(self) -> None:
+        self.renderer = vtkRenderer()
+        self.renderer.SetBackground(0, 0, 0)
+        # Otherwise blending ignores the order of drawing, and far splats show
+        # through near ones.
+        self.renderer.SetUseOIT(False)
+        self.renderer.SetAutomaticLightCreation(False)
+        self.window = vtkRenderWindow()
+        self.window.SetOffScreenRendering(True)
+        self.window.SetMultiSamples(0)
+        self.window.AddRenderer(self.renderer)
+
+    def look(self, job: Job) -> None:
+        """Take picture size and pinhole from a job.
+
+        `frame` is eye, right, up, forward; VTK's pixel centres and ours agree.
+        """
+        eye, _, up, forward = np.array(job["frame"])
+        size = int(job["size"])
+        self.window.SetSize(size, size)
+        camera = self.renderer.GetActiveCamera()
+        camera.SetPosition(*eye)
+        camera.SetFocalPoint(*(eye + forward))
+        camera.SetViewUp(*up)
+        camera.SetViewAngle(2 * float(np.degrees(job["extent"])))
+        camera.SetClippingRange(float(job["near_mm"]), float(job["far_mm"]))
+
+    def draw(self) -> None:
+        """Draw one frame, as after a movement, and wait for it."""
+        # VTK re-sorts and re-casts only for a camera that has changed.
+        self.renderer.GetActiveCamera().Modified()
+        self.window.Render()
+        self.window.WaitForCompletion()
+
+    def picture(self) -> NDArray[np.float32]:
+        """Read the last frame: RGB ``(h, w, 3)``, row 0 at the top, values as blended.
+
+        Eight bits a channel is all that the window keeps.
+        """
+        width, height = self.window.GetSize()
+        data = vtkUnsignedCharArray()
+        self.window.GetPixelData(0, 0, width - 1, height - 1, 0, data, 0)
+        pixels = vtk_arrays.vtk_to_numpy(data).reshape(height, width, 3)[::-1]
+        return np.ascontiguousarray(pixels, dtype=np.float32) / np.float32(255)
+
+    def answer(self, folder: Path, job: Job) -> Answer:
+        """Time frames and save the last one."""
+        timing, _ = measure(self.draw, budget_s=float(job["budget_s"]))
+        path = folder / "picture.npy"
+        np.save(path, self.picture(), allow_pickle=False)
+        return Answer(
+            min_s=timing.min_s,
+            median_s=timing.median_s,
+            cpu_s=timing.cpu_s,
+            repeats=timing.repeats,
+            picture=str(path),
+            device=self.window.GetClassName(),
+        )
+
+
+def serve(work: Callable[[Job, Path], Answer]) -> None:
+    """Answer jobs from standard input until it closes.
+
+    The first argument of the process is the folder to leave pictures in. What VTK
+    prints goes to standard error, so that answers stay alone on standard output.
+    """
+    folder = Path(sys.argv[1])
+    with os.fdopen(os.dup(1), "wb") as answers:
+        os.dup2(2, 1)
+        for line in sys.stdin.buffer:
+            answers.write(msgspec.json.encode(work(msgspec.json.decode(line), folder)))
+            answers.write(b"\n")
+            answers.flush()

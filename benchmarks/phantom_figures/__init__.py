@@ -1,0 +1,1 @@
+"""The figures of `docs/anatomy.md`, measured on a phantom."""

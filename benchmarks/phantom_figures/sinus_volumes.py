@@ -1,0 +1,138 @@
+"""What is counted and measured on a phantom: volumes, drainage, distances, error."""
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from anatomy.phantom.ethmoid import basal_lamella, fovea
+from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.phantom import Phantom, distance_at
+from anatomy.queries.landmarks import Landmark
+from anatomy.tissue import Label, Side
+from disk import UserError
+
+SIDES = (Side.RIGHT, Side.LEFT)
+
+SINUSES = {
+    "maxillary": (Label.MAXILLARY_AIR,),
+    "frontal": (Label.FRONTAL_AIR,),
+    "sphenoid": (Label.SPHENOID_AIR,),
+    "ethmoid": (
+        Label.ANTERIOR_ETHMOID_AIR,
+        Label.POSTERIOR_ETHMOID_AIR,
+        Label.VARIANT_CELL_AIR,
+    ),
+}
+"""Labels of a sinus's air."""
+
+PLUG_MM = {"maxillary": 4.0, "frontal": 4.0, "sphenoid": 3.2}
+"""Radius of the ball that stops an ostium; the ways are narrower there."""
+
+_STEP_MM = 0.02
+"""Step of the differences that give the model's slope."""
+
+
+def volume_ml(phantom: Phantom, labels: tuple[Label, ...], side: Side) -> float:
+    """Measure the voxels of some labels on one side, mL."""
+    inside = np.isin(phantom.labels.values, labels)
+    count = np.count_nonzero(inside & (phantom.sides.values == side))
+    return float(count * phantom.spacing_mm**3 / 1000)
+
+
+def sinus_volumes_ml(phantom: Phantom, side: Side) -> dict[str, float]:
+    """Measure each of `SINUSES` on one side, mL."""
+    return {name: volume_ml(phantom, labels, side) for name, labels in SINUSES.items()}
+
+
+def anterior_share(phantom: Phantom, side: Side) -> float:
+    """Return the share of the ethmoid's air that is not behind the basal lamella."""
+    rear = volume_ml(phantom, (Label.POSTERIOR_ETHMOID_AIR,), side)
+    return 1 - rear / volume_ml(phantom, SINUSES["ethmoid"], side)
+
+
+def leaks(phantom: Phantom, plug_mm: dict[str, float] | None = None) -> list[str]:
+    """List sinuses that do not drain through their ostium alone.
+
+    A ball is put into each ostium; what then still joins the nose, or was no air at
+    the sinus's middle, is named. plug_mm: radii of the balls, `PLUG_MM` if None. A
+    missing frontal sinus is passed over. Raise ValueError for a volume that does not
+    hold the sinuses.
+    """
+    air = phantom.distance.values < 0
+    axes = (
+        start + phantom.spacing_mm * np.arange(n)
+        for start, n in zip(phantom.ct.origin_mm[::-1], air.shape, strict=True)
+    )
+    z, y, x = np.meshgrid(*axes, indexing="ij", sparse=True)
+    marks = phantom.landmarks
+    found = []
+    for (sinus, reach), side in itertools.product((plug_mm or PLUG_MM).items(), SIDES):
+        if sinus == "frontal" and phantom.parameters.scale("frontal", side) == 0:
+            continue
+        name = side.name.lower()
+        center = marks[f"{sinus} ostium, {name}"].position_mm
+        square = (x - center[0]) ** 2 + (y - center[1]) ** 2 + (z - center[2]) ** 2
+        radius = reach * phantom.parameters.head_scale
+        pieces, _ = ndimage.label(air & (square > radius**2))
+        inside = pieces[_voxel(phantom, marks[f"{sinus} sinus, {name}"])]
+        nose = pieces[_voxel(phantom, marks["nasopharynx"])]
+        if inside == 0 or nose == 0 or inside == nose:
+            found.append(f"{sinus} {name}")
+    return found
+
+
+def _voxel(phantom: Phantom, landmark: Landmark) -> tuple[int, ...]:
+    at = np.round((landmark.position_mm - phantom.ct.origin_mm) / phantom.spacing_mm)
+    index = tuple(int(i) for i in at[::-1])
+    if not all(0 <= i < n for i, n in zip(index, phantom.ct.shape, strict=True)):
+        raise UserError(
+            f"the {landmark.key} at {landmark.position_mm} mm lies outside the volume; "
+            f"build the phantom with the whole field of view"
+        )
+    return index
+
+
+def spine_distances_mm(parameters: PhantomParameters) -> dict[str, float]:
+    """Measure from the anterior nasal spine to what a surgeon looks for, mm.
+
+    The line to the nearest point of the basal lamella is followed to the skull base.
+    """
+    z = np.linspace(24, 46, 400)
+    plate = np.stack([np.full_like(z, 9.0), np.zeros_like(z), z])
+    plate[1] = basal_lamella().evaluate(plate)
+    length = np.linalg.norm(plate, axis=0)
+    nearest = int(np.argmin(length))
+    line = plate[:, nearest, None] / length[nearest] * np.linspace(40, 90, 2000)
+    over = np.argmax(line[2] > fovea(parameters).evaluate(line))
+    recess = np.array([[8.0], [-13.0], [50.0]])
+    top = float(fovea(parameters).evaluate(recess)[0])
+    scale = parameters.head_scale
+    return {
+        "basal lamella": scale * float(length[nearest]),
+        "skull base behind it": scale * float(np.linalg.norm(line[:, over])),
+        "skull base at the recess": scale * float(np.hypot(13.0, top)),
+        "sphenoid face": scale * float(np.linalg.norm([3.6, -54.0, 34.5])),
+        "nasofrontal beak": scale * float(np.hypot(3.0, 51.0)),
+    }
+
+
+def surface_errors_mm(phantom: Phantom, count: int = 4000) -> NDArray[np.float64]:
+    """Measure how far the stored zero set is from the model's, mm, at some voxels.
+
+    At up to `count` voxels within half a voxel of the surface, the model's value over
+    its slope against the stored distance, where the model is smooth.
+    """
+    rng = np.random.default_rng(0)
+    h = phantom.spacing_mm
+    near = np.argwhere(np.abs(phantom.distance.values) < 0.5 * h)
+    near = near[rng.choice(len(near), min(count, len(near)), replace=False)]
+    points = phantom.ct.origin_mm + h * near[:, ::-1]
+    steps = _STEP_MM * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+    values = distance_at(phantom.parameters, points[:, None] + steps)
+    slope = np.linalg.norm(values[:, 1:4] - values[:, 4:7], axis=1) / (2 * _STEP_MM)
+    smooth = slope > 0.5
+    stored = phantom.distance.values[tuple(near[smooth].T)]
+    errors: NDArray[np.float64] = np.abs(values[smooth, 0] / slope[smooth] - stored)
+    return errors

@@ -1,0 +1,1 @@
+"""Frames drawn by real ranks, and what the simulator foretells of them."""

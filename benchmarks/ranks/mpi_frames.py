@@ -1,0 +1,268 @@
+"""Frames drawn by real ranks: starts them with mpiexec, and is what they run.
+
+`python -m mpi4py -m benchmarks.ranks.mpi_frames FOLDER` is one rank. FOLDER holds
+`job.json` and the volumes that its requests name; each rank leaves `rank-<n>.json`
+there.
+"""
+
+import hashlib
+import resource
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from benchmarks.machine import ROOT
+from benchmarks.ranks.frame_series import FrameSeries
+from benchmarks.simulated_ranks.rank_recording import Recording
+from renderers.art.ranks.ledger import Ledger
+from renderers.art.ranks.policy import CellPolicy, Dataflow
+from renderers.art.ranks.rank import Rank
+from renderers.art.ranks.ray_travel import make_frame_node
+from renderers.art.regions import Gather
+from renderers.snapshots.data_store import DataStore
+from renderers.snapshots.launcher import Launcher, find_launcher
+from renderers.snapshots.request import SnapshotRequest
+from renderers.snapshots.scene_loader import load_scene
+from renderers.snapshots.team import mode_of, traced_camera
+
+LIMIT_S = 300.0
+"""Longest run; what takes longer hangs."""
+
+
+class RankJob(msgspec.Struct, frozen=True, kw_only=True):
+    """Set what ranks draw: a frame for each request, all of one scene.
+
+    rounds: how often the whole series is drawn, with new nodes each time. clock: of the
+    ledger, `cpu` or `wall`. recorded: write down every event.
+    """
+
+    requests: tuple[SnapshotRequest, ...] = ()
+    dataflow: str = Dataflow.MIGRATING.value
+    cache_cells: int | None = None
+    from_file: bool = False
+    cell_side: int = 8
+    region_px: int | None = None
+    rounds: int = 1
+    clock: str = "wall"
+    recorded: bool = False
+
+
+class FrameReport(msgspec.Struct, frozen=True, kw_only=True):
+    """Say what a frame cost one rank. digest: of the picture, rank 0 only."""
+
+    wall_s: float
+    ledger: dict[str, float]
+    tally: dict[str, int]
+    sends: int
+    digest: str = ""
+
+
+class RankReport(msgspec.Struct, frozen=True, kw_only=True):
+    """Say what one rank did. rounds: frames by round.
+
+    made_s: time of the first preparation. peak_bytes: most memory resident,
+    mapped files included. own_bytes: most that is this process's alone, looked at after
+    each frame; peak_own_bytes: looked at every 10 ms. distances: as the transport has
+    them.
+    """
+
+    rank: int
+    occupied: int
+    slots: int
+    made_s: float
+    rounds: tuple[tuple[FrameReport, ...], ...]
+    peak_bytes: int
+    own_bytes: int
+    peak_own_bytes: int = 0
+    distances: tuple[int, ...] = ()
+
+
+def run_ranks(
+    ranks: int,
+    job: RankJob,
+    folder: Path,
+    *before: str,
+    options: Sequence[str] = (),
+    launcher: Launcher | None = None,
+) -> list[RankReport]:
+    """Draw a job with so many processes; RuntimeError says what they said if it fails.
+
+    folder: has the data in `data`. before: words before mpiexec. options: after it.
+    launcher: None for the one that `find_launcher` finds.
+    """
+    (folder / "job.json").write_bytes(msgspec.json.encode(job))
+    for old in folder.glob("rank-*"):
+        old.unlink()
+    start_ranks(
+        ranks,
+        "benchmarks.ranks.mpi_frames",
+        folder,
+        *before,
+        options=options,
+        launcher=launcher,
+    )
+    return [
+        msgspec.json.decode((folder / f"rank-{n}.json").read_bytes(), type=RankReport)
+        for n in range(ranks)
+    ]
+
+
+def start_ranks(
+    ranks: int,
+    module: str,
+    folder: Path,
+    *before: str,
+    options: Sequence[str] = (),
+    launcher: Launcher | None = None,
+) -> None:
+    """Run a module of ours in so many processes, joined by MPI, and wait for them.
+
+    RuntimeError says what they said if it fails. before, options, launcher: as
+    `run_ranks` takes them.
+    """
+    launcher = launcher or find_launcher()
+    if launcher is None:
+        raise RuntimeError("there is no mpiexec; install the extra `mpi`")
+    words = [*before, *launcher.command(ranks, *options), sys.executable]
+    words += ["-m", "mpi4py", "-m", module, str(folder)]
+    done = subprocess.run(
+        words,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=LIMIT_S,
+        check=False,
+        cwd=ROOT,
+    )
+    if done.returncode:
+        raise RuntimeError(f"the ranks ended with {done.returncode}: {done.stderr}")
+
+
+def main(words: Sequence[str]) -> int:
+    """Be one rank."""
+    from renderers.art.ranks.mpi import MpiTransport
+
+    folder = Path(words[0])
+    job = msgspec.json.decode((folder / "job.json").read_bytes(), type=RankJob)
+    transport = MpiTransport(folder=folder)
+    clock = time.thread_time if job.clock == "cpu" else time.perf_counter
+    memory = _Memory()
+    memory.start()
+    rounds: list[tuple[FrameReport, ...]] = []
+    own = occupied = slots = 0
+    made_s = 0.0
+    rank = Rank(transport, clock)
+    frame = 0
+    for number in range(job.rounds):
+        began = time.perf_counter()
+        first = job.requests[0]
+        scene = load_scene(DataStore(folder / "data"), first)
+        march, node, work = make_frame_node(
+            scene,
+            mode_of(first),
+            first.to_quality(),
+            CellPolicy(job.cache_cells, Dataflow(job.dataflow), job.from_file),
+            rank=transport.rank,
+            ranks=transport.ranks,
+            distances=transport.distances,
+            cell_side=job.cell_side,
+        )
+        if not number:
+            made_s = time.perf_counter() - began
+        occupied, slots = work.occupied, len(work.bricks.view.stamp) - 1
+        watched = Recording(node) if job.recorded else node
+        series = FrameSeries(rank, march, watched, job.region_px, first_frame=frame)
+        reports = []
+        for request in job.requests:
+            before, sends = watched.tally(), transport.sends
+            transport.meet()
+            rank.watch.restart()
+            began = time.perf_counter()
+            gather = series.draw(traced_camera(request))
+            wall_s = time.perf_counter() - began
+            after = watched.tally()
+            reports.append(
+                FrameReport(
+                    wall_s=wall_s,
+                    ledger=rank.watch.ledger.parts(),
+                    tally={name: after[name] - before[name] for name in after},
+                    sends=transport.sends - sends,
+                    digest="" if gather is None else digest_of(gather),
+                )
+            )
+            own = max(own, own_bytes())
+        frame += len(job.requests)
+        rounds.append(tuple(reports))
+        if isinstance(watched, Recording):
+            np.savez(
+                folder / f"rank-{transport.rank}-round-{number}.npz",
+                events=watched.events(),
+                latency_s=np.array(watched.latency_s),
+                move_s=np.array(watched.move_s),
+            )
+    report = RankReport(
+        rank=transport.rank,
+        occupied=occupied,
+        slots=slots,
+        made_s=made_s,
+        rounds=tuple(rounds),
+        peak_bytes=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
+        own_bytes=own,
+        peak_own_bytes=memory.stop(),
+        distances=tuple(transport.distances(transport.rank)),
+    )
+    path = folder / f"rank-{transport.rank}.json"
+    path.write_bytes(msgspec.json.encode(report))
+    transport.close()
+    return 0
+
+
+class _Memory(threading.Thread):
+    """Look at this process's own memory now and then."""
+
+    def __init__(self) -> None:
+        super().__init__(daemon=True)
+        self._most = 0
+        self._ended = threading.Event()
+
+    def run(self) -> None:
+        """Look until stopped."""
+        while not self._ended.wait(0.01):
+            self._most = max(self._most, own_bytes())
+
+    def stop(self) -> int:
+        """End; get the most that was seen."""
+        self._ended.set()
+        self.join()
+        return self._most
+
+
+def busy_s(reports: Sequence[RankReport], number: int) -> float:
+    """Return the time that all ranks spent on a round, waiting apart."""
+    return sum(
+        Ledger(**frame.ledger).busy for r in reports for frame in r.rounds[number]
+    )
+
+
+def digest_of(gather: Gather) -> str:
+    """Return the SHA-256 of a picture's numbers."""
+    return hashlib.sha256(gather.value.tobytes() + gather.depth.tobytes()).hexdigest()
+
+
+def own_bytes() -> int:
+    """Return the memory that is this process's alone, as Linux counts it."""
+    for line in Path("/proc/self/status").read_text().splitlines():
+        name, _, value = line.partition(":")
+        if name == "RssAnon":
+            return int(value.split()[0]) * 1024
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

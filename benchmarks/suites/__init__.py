@@ -1,0 +1,1 @@
+"""The suites of `paravol bench`: each lists and makes its measurements."""

@@ -1,0 +1,318 @@
+"""Cells, rays or nothing between real ranks: the ways of the literature side by side.
+
+Every row starts its ranks with mpiexec on this machine. Pictures are compared with one
+process's, bit for bit; a row whose picture differs is an error.
+"""
+
+import tempfile
+from functools import cached_property
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from benchmarks.nasal_views import nasal_scene, path_views
+from benchmarks.plan import Measured, Plan, Task, UnavailableError
+from benchmarks.ranks.calibration import real_time
+from benchmarks.ranks.message_costs import Pattern, PatternJob, run_patterns
+from benchmarks.ranks.mpi_frames import RankJob, RankReport, run_ranks
+from benchmarks.ranks.orbits import folded_scene, orbit, write_folds
+from benchmarks.ranks.order_of_use import order_of_use
+from benchmarks.ranks.prediction import Learned, Predictor
+from benchmarks.schema import Setting
+from benchmarks.timing import Timing
+from renderers.art.ranks.policy import Dataflow
+from renderers.snapshots.client import SnapshotClient
+from renderers.snapshots.launcher import find_launcher
+from renderers.snapshots.request import ClassicWork, SnapshotRequest
+
+ROUNDS = 5
+LARGE_SIDE = 1024
+LARGE_CELL = 16
+LARGE_RANKS = 4
+BRICK_BYTES = (LARGE_CELL + 1) ** 3 * 8
+"""Of a cell of a large volume made ready: four int16 a voxel."""
+RAW_BYTES = (LARGE_CELL + 3) ** 3 * 2
+"""Of a cell as it is passed on, which ranks keep where cells migrate."""
+LARGE_FLOWS = (Dataflow.STATIC, Dataflow.MIGRATING, Dataflow.REPLICATED)
+
+Reports = list[RankReport]
+
+
+class DataflowPlan(Plan, suite="art-dataflow"):
+    """List and make the measurements of suite `art-dataflow`."""
+
+    def __init__(self, quick: bool) -> None:
+        self._quick = quick
+        self._side = 64 if quick else 96
+        self._size = 128 if quick else 256
+        self._made: list[tempfile.TemporaryDirectory[str]] = []
+        self._learned: Learned | None = None
+        self._digests: list[str] = []
+        self._large_digests: list[str] = []
+
+    def tasks(self) -> list[Task]:
+        """List the tasks, baselines first."""
+        tasks = []
+        for ranks in (1, 2, 4):
+            tasks += [self._way(ranks, way) for way in Dataflow]
+        tasks += [self._prediction(ranks) for ranks in (1, 2, 4)]
+        tasks.append(self._order_of_use())
+        tasks += [self._latency(ranks) for ranks in (2, 4, 8)]
+        for animation in ("orbit 30",) if self._quick else ("orbit 30", "orbit 60"):
+            tasks += [
+                self._coherence(animation, share, tile)
+                for share, tile in ((0.5, 32), (1.0, 32), (1.0, 16), (1.0, 64))
+            ]
+        if not self._quick:
+            tasks += [
+                self._coherence("demo's flight", share, 32) for share in (0.3, 1.0)
+            ]
+            tasks += [self._large(dataflow) for dataflow in LARGE_FLOWS]
+        return tasks
+
+    def close(self) -> None:
+        """Remove what was stored."""
+        for folder in self._made:
+            folder.cleanup()
+        self._made.clear()
+
+    @cached_property
+    def _folder(self) -> Path:
+        if find_launcher() is None:
+            raise UnavailableError("there is no mpiexec; install the extra `mpi`")
+        self._made.append(tempfile.TemporaryDirectory(prefix="paravol-ranks-"))
+        return Path(self._made[-1].name)
+
+    @cached_property
+    def _orbit(self) -> tuple[SnapshotRequest, ...]:
+        client, scene = SnapshotClient(self._folder), folded_scene(self._side)
+        return tuple(
+            client.request_classic(scene, camera)
+            for camera in orbit(self._side, self._size, 60)
+        )
+
+    @cached_property
+    def _flight(self) -> tuple[SnapshotRequest, ...]:
+        client, scene = SnapshotClient(self._folder), nasal_scene("default")
+        assert scene.surface is not None
+        return tuple(
+            client.request_scope(scene.surface, view.camera, samples=1)
+            for view in path_views(self._size, 60)
+        )
+
+    def _way(self, ranks: int, way: Dataflow) -> Task:
+        def run() -> Measured:
+            job = RankJob(
+                requests=self._orbit[:3], dataflow=way.value, rounds=ROUNDS + 1
+            )
+            reports = run_ranks(ranks, job, self._folder, *real_time())
+            self._same_bits(reports)
+            # The first round compiles.
+            frames = [[f.wall_s for f in r] for r in reports[0].rounds[1:]]
+            cold, warm = [f[0] for f in frames], [sum(f[1:]) for f in frames]
+            counters = {
+                "cold_s": min(cold),
+                "warm_s": min(warm) / 2,
+                "cells_fetched": _total(reports, 1, 0, "cells_fetched"),
+                "cells_fetched_warm": _total(reports, 1, 1, "cells_fetched"),
+                "rays_sent": _total(reports, 1, 0, "rays_sent"),
+                "sends": float(sum(r.rounds[1][0].sends for r in reports)),
+                "own_mb": max(r.own_bytes for r in reports) / 1e6,
+            }
+            return Measured(Timing.of(warm, warm), counters=counters)
+
+        return self.task(
+            f"ways/orbit/{ranks} ranks",
+            way.value,
+            run,
+            self._settings(ranks) | {"dataflow": way.value},
+            baseline=None if way is Dataflow.REPLICATED else "replicated",
+            clock="wall",
+        )
+
+    def _prediction(self, ranks: int) -> Task:
+        def run() -> Measured:
+            job = RankJob(
+                requests=self._orbit[:3],
+                rounds=ROUNDS,
+                recorded=True,
+                from_file=ranks == 1,
+            )
+            predictor, words = Predictor(job, self._folder), real_time()
+            if self._learned is None:
+                self._learned = predictor.learn(*words)
+            counters, walls, reports = predictor.compare(ranks, self._learned, *words)
+            self._same_bits(reports)
+            return Measured(Timing.of(walls, walls), counters=counters)
+
+        return self.task(
+            "prediction/orbit/migrating",
+            f"{ranks} ranks",
+            run,
+            self._settings(ranks),
+            clock="wall",
+        )
+
+    def _order_of_use(self) -> Task:
+        def run() -> Measured:
+            scene = folded_scene(self._side)
+            camera = orbit(self._side, self._size, 60)[0]
+            counters = order_of_use(scene, self._orbit[0].to_quality(), camera)
+            seconds = counters.pop("frame_s")
+            timing = Timing(seconds, seconds, seconds, 1)
+            return Measured(timing, counters=counters)
+
+        return self.task("order of use/orbit", "1 rank", run, self._settings(1))
+
+    def _latency(self, ranks: int) -> Task:
+        def run() -> Measured:
+            job = PatternJob(patterns=(Pattern(visits=400),))
+            reports = run_patterns(ranks, job, self._folder, *real_time())
+            took = np.concatenate([r.patterns[0].latency_s for r in reports])
+            median, late = np.percentile(took, (50, 95)).tolist()
+            counters = {"median_us": 1e6 * median, "p95_us": 1e6 * late}
+            timing = Timing(median, median, median, len(took))
+            return Measured(timing, counters=counters)
+
+        return self.task(
+            "request to cell/no rays/mpi",
+            f"{ranks} ranks",
+            run,
+            {"ranks": ranks},
+            baseline=None if ranks == 2 else "2 ranks",
+            clock="wall",
+        )
+
+    def _coherence(self, animation: str, share: float, tile: int) -> Task:
+        """Draw an animation; `share`: a cache's cells over those that can be seen."""
+
+        def run() -> Measured:
+            if animation == "demo's flight":
+                requests = self._flight
+            else:
+                requests = self._orbit[: int(animation.split()[1])]
+            job = RankJob(requests=requests[:1], dataflow="static", region_px=tile)
+            occupied = run_ranks(4, job, self._folder)[0].occupied
+            job = RankJob(
+                requests=requests,
+                cache_cells=max(int(share * occupied), occupied // 4 + 2),
+                region_px=tile,
+            )
+            reports = run_ranks(4, job, self._folder)
+            walls = [frame.wall_s for frame in reports[0].rounds[0]]
+            by_frame = [
+                _total(reports, 0, k, "cells_fetched") for k in range(len(walls))
+            ]
+            counters = {
+                "occupied": float(occupied),
+                "slots": float(reports[0].slots),
+                "fetched_cold": by_frame[0],
+                "fetched_warm": sum(by_frame[1:]) / (len(by_frame) - 1),
+                "fetched_most_warm": max(by_frame[1:]),
+                "fetched_whole": sum(by_frame),
+                "cold_s": walls[0],
+                "warm_s": float(np.median(walls[1:])),
+            }
+            counters |= {f"frame_{k:02}": n for k, n in enumerate(by_frame)}
+            return Measured(Timing.of(walls[1:], walls[1:]), counters=counters)
+
+        return self.task(
+            f"coherence/{animation}/4 ranks",
+            f"caches of {share:g} of the cells, tiles of {tile}",
+            run,
+            self._settings(4) | {"share": share, "tile": tile},
+            clock="wall",
+            cost_s=20.0,
+        )
+
+    def _large(self, dataflow: Dataflow) -> Task:
+        def run() -> Measured:
+            measured, digests = draw_large(LARGE_SIDE, self._folder, dataflow)
+            self._large_digests = self._large_digests or digests
+            if digests != self._large_digests:
+                raise RuntimeError(f"{dataflow.value} cells drew other pictures")
+            return measured
+
+        return self.task(
+            f"larger than memory/{LARGE_SIDE}/{LARGE_RANKS} ranks",
+            _from_file(dataflow),
+            run,
+            {"side": LARGE_SIDE, "cell": LARGE_CELL, "ranks": LARGE_RANKS},
+            baseline=None if dataflow is LARGE_FLOWS[0] else _from_file(LARGE_FLOWS[0]),
+            clock="wall",
+            cost_s=240.0,
+        )
+
+    def _same_bits(self, reports: Reports) -> None:
+        """Compare all pictures of an orbit's first frames with the first row's."""
+        for frames in reports[0].rounds:
+            digests = [frame.digest for frame in frames]
+            self._digests = self._digests or digests
+            if digests != self._digests:
+                raise RuntimeError(f"{len(reports)} ranks drew other pictures")
+
+    def _settings(self, ranks: int) -> dict[str, Setting]:
+        return {"ranks": ranks, "side": self._side, "size": self._size, "cell": 8}
+
+
+def _from_file(dataflow: Dataflow) -> str:
+    return f"{dataflow.value}, from the file"
+
+
+def draw_large(
+    side: int, folder: Path, dataflow: Dataflow
+) -> tuple[Measured, list[str]]:
+    """Draw a volume of which all caches together hold a quarter, in bytes.
+
+    Nobody has to keep a cell: they are read from the mapped file. Empty cells are one
+    brick. Give the pictures' digests, too.
+    """
+    volume_bytes = 2 * side**3
+    cell_bytes = BRICK_BYTES + (RAW_BYTES if dataflow is Dataflow.MIGRATING else 0)
+    slots = max(volume_bytes // 4 // LARGE_RANKS // cell_bytes, 8)
+    requests = large_requests(side, folder)
+    job = RankJob(
+        requests=requests,
+        dataflow=dataflow.value,
+        cache_cells=slots,
+        from_file=True,
+        cell_side=LARGE_CELL,
+    )
+    reports = run_ranks(LARGE_RANKS, job, folder)
+    walls = [frame.wall_s for frame in reports[0].rounds[0]]
+    counters = {
+        "volume_mb": volume_bytes / 1e6,
+        "cache_mb_a_rank": slots * cell_bytes / 1e6,
+        "slots": float(slots),
+        "occupied": float(reports[0].occupied),
+        "made_s": max(r.made_s for r in reports),
+        "cold_s": walls[0],
+        "second_s": walls[1],
+        "cells_fetched": _total(reports, 0, 0, "cells_fetched"),
+        "cells_evicted": _total(reports, 0, 0, "cells_evicted"),
+        "second_fetched": _total(reports, 0, 1, "cells_fetched"),
+    }
+    for report in reports:
+        counters[f"own_mb_{report.rank}"] = report.own_bytes / 1e6
+        counters[f"peak_own_mb_{report.rank}"] = report.peak_own_bytes / 1e6
+        counters[f"peak_mb_{report.rank}"] = report.peak_bytes / 1e6
+    digests = [frame.digest for frame in reports[0].rounds[0]]
+    return Measured(Timing.of(walls, walls), counters=counters), digests
+
+
+def large_requests(side: int, folder: Path) -> tuple[SnapshotRequest, ...]:
+    """Ask for two frames of a volume that is only on disk."""
+    digest = write_folds(side, folder / "data")
+    client, part = SnapshotClient(folder), folded_scene(side, 2)
+    requests = []
+    for camera in orbit(side, 256, 2):
+        request = client.request_classic(part, camera, quality="preview")
+        assert isinstance(request.work, ClassicWork)
+        work = msgspec.structs.replace(request.work, volume=digest)
+        requests.append(msgspec.structs.replace(request, work=work))
+    return tuple(requests)
+
+
+def _total(reports: Reports, number: int, frame: int, name: str) -> float:
+    return float(sum(r.rounds[number][frame].tally.get(name, 0) for r in reports))

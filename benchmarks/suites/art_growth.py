@@ -1,0 +1,201 @@
+"""How the ray tracer's cost grows: with voxels, pixels, steps and transparency.
+
+Each sweep changes one quantity and ends with the exponent of a power fitted to its
+times: 3 for voxels along an edge would be the cost of looking at every voxel. Lit
+volumes are drawn from cells of each side, too: time, bytes a voxel, and the time of a
+first picture, for which cells are made.
+"""
+
+import time
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.plan import Measured, Plan, Task
+from benchmarks.timing import measure
+from renderers.art import ActiveRayTracer, Quality
+from renderers.art.cells.cell_size import SIDES
+from renderers.scene import (
+    Camera,
+    PhongMaterial,
+    Projection,
+    Scene,
+    TransferFunction,
+    Volume,
+    four_lights,
+)
+
+EDGE_MM = 200.0
+SIZES = (64, 128, 256, 512)
+PICTURES = (128, 256, 512, 1024)
+STEPS = (2.0, 1.0, 0.5, 0.25)
+KAPPAS = (4.0, 1.0, 0.25, 0.0625)
+"""Extinction of the shells, per mm: from walls to veils, which rays cross."""
+
+USUAL_SIZE, USUAL_PICTURE, USUAL_STEP, USUAL_KAPPA = 128, 256, 0.5, 1.0
+SHELLS = 4
+
+
+def shells(size: int) -> Volume:
+    """Fill a cube with wavy shells, air between them; int16."""
+    axis = np.linspace(-1, 1, size, dtype=np.float32)
+    y, x = axis[:, None], axis[None]
+    values = np.empty((size, size, size), np.int16)
+    for plane, z in zip(values, axis, strict=True):
+        r = np.sqrt(x**2 + y**2 + z**2) + 0.05 * np.sin(9 * x) * np.cos(7 * y + 5 * z)
+        plane[:] = 1000 * np.sin(np.pi * (2 * SHELLS * r + 0.5))
+    h = EDGE_MM / (size - 1)
+    return Volume(values, np.full(3, h), np.full(3, -EDGE_MM / 2))
+
+
+def shell_scene(volume: Volume, kappa: float, *, lit: bool) -> Scene:
+    """Classify the upper part of the waves as tissue."""
+    transfer = TransferFunction(
+        np.array([300.0, 700.0]),
+        np.array([[0.7, 0.3, 0.2], [0.9, 0.8, 0.7]]),
+        np.array([0.0, kappa]),
+    )
+    if lit:
+        return Scene(volume, transfer, four_lights())
+    return Scene(volume, transfer, (), PhongMaterial(1.0, 0.0, 0.0))
+
+
+def shell_camera(pixels: int) -> Camera:
+    """Look at the cube from outside with a square picture."""
+    return Camera.looking_at(
+        [-300.0, -260.0, 150.0],
+        [0.0, 0.0, 0.0],
+        extent=0.3,
+        size=(pixels, pixels),
+        projection=Projection.PERSPECTIVE,
+    )
+
+
+def exponent(of: list[float], costs: list[float]) -> float:
+    """Fit a power to costs: the slope of their logarithms."""
+    slope: NDArray[np.float64] = np.polyfit(np.log(of), np.log(costs), 1)
+    return float(slope[0])
+
+
+class GrowthPlan(Plan, suite="art-growth"):
+    """List and make the measurements of suite `art-growth`."""
+
+    def __init__(self, quick: bool) -> None:
+        self._last = 2 if quick else 4
+        self._budget_s = 0.2 if quick else 1.0
+        self._seconds: dict[str, list[tuple[float, float]]] = {}
+
+    def tasks(self) -> list[Task]:
+        """List the sweeps."""
+        last = self._last
+        cells = [self._sides(kappa, side) for kappa in (1.0, 1e-3) for side in SIDES]
+        return cells + [
+            task
+            for lit in (False, True)
+            for task in (
+                *(
+                    self._task("voxels along an edge", n, lit, size=n)
+                    for n in SIZES[:last]
+                ),
+                *(
+                    self._task("pixels along an edge", n, lit, pixels=n)
+                    for n in PICTURES[:last]
+                ),
+                *(
+                    self._task("steps a voxel", 1 / h, lit, step=h)
+                    for h in STEPS[:last]
+                ),
+                *(
+                    self._task("transparency", 1 / kappa, lit, kappa=kappa)
+                    for kappa in KAPPAS[:last]
+                ),
+            )
+        ]
+
+    def _sides(self, kappa: float, side: int) -> Task:
+        """Draw shells, or a haze that fills all cells, from cells of one side."""
+        case = f"{'shells' if kappa == 1 else 'haze'}/four lights/cells"
+        return self.task(
+            case,
+            f"cells of {side}",
+            partial(self._measure_cells, kappa, side),
+            {"voxels": USUAL_SIZE, "size": USUAL_PICTURE, "threads": 1, "series": case},
+            baseline=None if side == SIDES[0] else f"cells of {SIDES[0]}",
+        )
+
+    def _measure_cells(self, kappa: float, side: int) -> Measured:
+        volume = shells(USUAL_SIZE)
+        scene = shell_scene(volume, kappa, lit=True)
+        if kappa < 1:
+            nodes, color = np.array([-1e4, 1e4]), np.full((2, 3), 0.5)
+            haze = TransferFunction(nodes, color, np.full(2, kappa))
+            scene = replace(scene, transfer_function=haze)
+        camera = shell_camera(USUAL_PICTURE)
+        first_s = []
+        for _ in range(2):
+            began = time.process_time()
+            tracer = ActiveRayTracer(scene, threads=1, cell_side=side)
+            tracer.render(camera)
+            first_s.append(time.process_time() - began)
+        timing, _ = measure(lambda: tracer.render(camera), budget_s=self._budget_s)
+        counters = {
+            "bytes_per_voxel": tracer.memory / volume.values.size,
+            "first_picture_s": min(first_s),
+        }
+        return Measured(timing, counters=counters)
+
+    def _task(
+        self,
+        sweep: str,
+        at: float,
+        lit: bool,
+        *,
+        size: int = USUAL_SIZE,
+        pixels: int = USUAL_PICTURE,
+        step: float = USUAL_STEP,
+        kappa: float = USUAL_KAPPA,
+    ) -> Task:
+        case = f"shells/{'four lights' if lit else 'no lights'}/{sweep}"
+        return self.task(
+            case,
+            f"{at:g}",
+            partial(self._measure, case, at, lit, size, pixels, step, kappa),
+            {
+                "voxels": size,
+                "size": pixels,
+                "step_voxels": step,
+                "kappa_per_mm": kappa,
+                "threads": 1,
+                "series": case,
+            },
+        )
+
+    def _measure(
+        self,
+        case: str,
+        at: float,
+        lit: bool,
+        size: int,
+        pixels: int,
+        step: float,
+        kappa: float,
+    ) -> Measured:
+        volume = shells(size)
+        tracer = ActiveRayTracer(
+            shell_scene(volume, kappa, lit=lit),
+            Quality(step, 1 / 1024, compact=True),
+            threads=1,
+        )
+        camera = shell_camera(pixels)
+        timing, _ = measure(lambda: tracer.render(camera), budget_s=self._budget_s)
+        assert tracer.report is not None
+        counters = {key: float(n) for key, n in tracer.report.counters.items()}
+        counters["bytes_per_voxel"] = tracer.memory / volume.values.size
+        measured = self._seconds.setdefault(case, [])
+        measured.append((at, timing.cpu_s))
+        if len(measured) > 1:
+            places, costs = zip(*measured, strict=True)
+            counters["exponent"] = exponent(list(places), list(costs))
+        return Measured(timing, counters=counters)

@@ -1,0 +1,284 @@
+"""The live picture along the bundled flight: its stages, its loop, its likeness."""
+
+import itertools
+import tempfile
+import time
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.nasal_views import Judge, acceptance_views, bundled_flight, path_views
+from benchmarks.plan import Measured, Plan, Task
+from benchmarks.schema import Setting
+from benchmarks.timing import Timing
+from devices import Pose, ProbePath, Registration
+from paravol.frame_loop import Timing as LoopTiming
+from paravol.frame_loop import fly
+from paravol.inputs.pose_completer import PATH_PEDAL, PathChannel
+from paravol.patient import PatientScene, load_patient
+from paravol.session_setup import (
+    LIVE_TIER,
+    SEED,
+    build_session,
+    build_view,
+    describe_session,
+    first_views,
+    path_view,
+)
+from paravol.view import EndoscopeView, Frame
+from renderers.scene import image_error
+from renderers.shading import meter
+from scenarios import View, tip_frame
+from scenarios.bundle import SessionRecorder
+
+FULL_SIZE = 512
+QUICK_SIZE = 192
+
+POSE_HZ = 200.0
+"""Poses a second of the loop that is measured: the loop must never wait for one."""
+
+STAGES = ("surface", "instrument", "light", "gain", "camera", "hash")
+
+
+class FlightPlan(Plan, suite="flight"):
+    """List and make the measurements of suite `flight`."""
+
+    def __init__(self, quick: bool) -> None:
+        self._size = QUICK_SIZE if quick else FULL_SIZE
+        self._places = 6 if quick else 50
+        self._repeats = 2 if quick else 5
+        self._flown_s = 3.0 if quick else bundled_flight()[1].duration_s
+        self._compared = 2 if quick else 20
+        self._views: dict[int, EndoscopeView] = {}
+
+    def tasks(self) -> list[Task]:
+        """List the tasks, baselines first."""
+        settings: dict[str, Setting] = {"size": self._size, "tier": LIVE_TIER}
+        one, two = "1 thread", "2 threads"
+        places = settings | {"places": self._places}
+        loop = settings | {"pose_hz": POSE_HZ, "flown_s": self._flown_s, "threads": 2}
+        likeness = settings | {
+            "series": "FSR live",
+            "places": self._compared,
+            "reference": "ART snapshot, same shading and gain",
+        }
+        return [
+            self.task(
+                "first_flight/path/frame",
+                one,
+                lambda: self._stages(1),
+                places | {"threads": 1},
+                clock="wall",
+                cost_s=30.0,
+            ),
+            self.task(
+                "first_flight/path/frame",
+                two,
+                lambda: self._stages(2),
+                places | {"threads": 2},
+                baseline=one,
+                clock="wall",
+                cost_s=30.0,
+            ),
+            self.task(
+                "first_flight/loop/frame",
+                two,
+                self._loop,
+                loop,
+                clock="wall",
+                cost_s=self._flown_s + 10.0,
+            ),
+            self.task(
+                "first_flight/likeness",
+                "FSR live",
+                self._likeness,
+                likeness,
+                cost_s=60.0,
+            ),
+        ]
+
+    def close(self) -> None:
+        """Let go of the views, whose idle threads end with the program."""
+        self._views.clear()
+
+    @cached_property
+    def _patient(self) -> PatientScene:
+        return load_patient(bundled_flight()[0], _quietly)
+
+    def _seen(self, time_s: float) -> View:
+        scenario, path = bundled_flight()
+        return path_view(
+            scenario, self._patient, path, time_s, (self._size, self._size)
+        )
+
+    def _view(self, threads: int) -> EndoscopeView:
+        if threads not in self._views:
+            scenario, path = bundled_flight()
+            view = build_view(
+                scenario,
+                self._patient,
+                tier=LIVE_TIER,
+                seed=SEED,
+                has_instrument=True,
+                threads=threads,
+            )
+            size = (self._size, self._size)
+            view.warm_up(first_views(scenario, self._patient, path, size), _quietly)
+            self._views[threads] = view
+        return self._views[threads]
+
+    def _stages(self, threads: int) -> Measured:
+        """Time every stage at places along the path, the least of a few repeats.
+
+        A row's times are those of the middle place; its counters say how they are
+        spread along the path.
+        """
+        view = self._view(threads)
+        path = bundled_flight()[1]
+        table = np.empty((self._places, len(STAGES)))
+        spent: list[float] = []
+        for place in range(self._places):
+            seen = self._seen((place + 0.5) * path.duration_s / self._places)
+            took = []
+            for _ in range(self._repeats):
+                cpu = time.process_time()
+                took.append(stage_times(view, seen))
+                spent.append(time.process_time() - cpu)
+            table[place] = np.min(took, axis=0)
+        frames = table.sum(axis=1)
+        columns = dict(zip(STAGES, table.T, strict=True)) | {"frame": frames}
+        counters = {
+            f"{name}_ms_p{rank}": float(np.quantile(column, rank / 100)) * 1e3
+            for name, column in columns.items()
+            for rank in (50, 95, 99)
+        }
+        middle = float(np.median(frames))
+        timing = Timing(middle, middle, float(np.median(spent)), self._repeats)
+        return Measured(timing, counters=counters)
+
+    def _loop(self) -> Measured:
+        """Fly in real time: poses in, pictures out, everything scored and recorded."""
+        scenario, path = bundled_flight()
+        view = self._view(2)
+        registration = Registration(np.eye(4), 0.0, np.zeros(0))
+        size = (self._size, self._size)
+        session = build_session(scenario, self._patient, np.eye(4), size)
+        info = describe_session(
+            scenario, self._patient, registration, size=self._size, has_instrument=True
+        )
+        cpu = time.process_time()
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            SessionRecorder(Path(folder) / "flight.paravol", info) as recorder,
+        ):
+            timing = fly(
+                PacedPoses(path),
+                PathChannel(path),
+                session,
+                view,
+                recorder,
+                until_s=self._flown_s,
+                on_frame=lambda *_: None,
+            )
+        return _of_loop(timing, time.process_time() - cpu)
+
+    def _likeness(self) -> Measured:
+        """Compare with ray-traced pictures: the six named views and the path."""
+        views = acceptance_views(self._size) + path_views(self._size, self._compared)
+        found = []
+        worst, least = None, 1.0
+        for head in dict.fromkeys(view.head for view in views):
+            judge = Judge(head)
+            for view in views:
+                if view.head != head:
+                    continue
+                agreement, splatted, traced = judge.compare(view)
+                found.append(agreement)
+                if worst is None or agreement.ssim < least:
+                    least = agreement.ssim
+                    worst = image_error(_unit(splatted), _unit(traced))
+            judge.close()
+        counters = {
+            "ssim_mean": float(np.mean([a.ssim for a in found])),
+            "ssim_min": least,
+            "rmse_codes_max": max(a.rmse_codes for a in found),
+            "normal_deg_max": max(a.normal_deg for a in found),
+            "holes": float(sum(a.holes for a in found)),
+            "openings": float(sum(a.openings for a in found)),
+            "closed": float(sum(a.closed for a in found)),
+        }
+        middle = self._seen(bundled_flight()[1].duration_s / 2)
+        begun, cpu = time.perf_counter(), time.process_time()
+        stage_times(self._view(1), middle)
+        wall = time.perf_counter() - begun
+        timing = Timing(wall, wall, time.process_time() - cpu, 1)
+        return Measured(timing, worst, "sRGB", counters)
+
+
+def stage_times(view: EndoscopeView, seen: View) -> list[float]:
+    """Draw a frame stage by stage; give the seconds of each of `STAGES`."""
+    times = [time.perf_counter()]
+
+    def tick() -> None:
+        times.append(time.perf_counter())
+
+    buffer = view.tissue(seen)
+    tick()
+    view.add_instrument(seen, buffer)
+    tick()
+    radiance = view.light(seen, buffer)
+    tick()
+    gain = meter(radiance)
+    tick()
+    pixels = view.expose(seen, buffer, radiance, gain=gain, number=1)
+    tick()
+    Frame(pixels, buffer, gain).fingerprint()
+    tick()
+    return [after - before for before, after in itertools.pairwise(times)]
+
+
+class PacedPoses:
+    """Return the poses of a path when their time has come, as an arm does."""
+
+    def __init__(self, path: ProbePath) -> None:
+        self._path = path
+        self._began_s: float | None = None
+        self._next = 0
+
+    def read(self, timeout_s: float) -> Pose:
+        """Return the next pose; TimeoutError when it is later than that."""
+        now = time.monotonic()
+        if self._began_s is None:
+            self._began_s = now
+        time_s = self._next / POSE_HZ
+        wait_s = self._began_s + time_s - now
+        if wait_s > timeout_s:
+            raise TimeoutError(f"the next pose is due in {wait_s:.3g} s")
+        if wait_s > 0:
+            time.sleep(wait_s)
+        self._next += 1
+        at = self._path.sample(min(time_s, self._path.duration_s))
+        frame = tip_frame(at.tip_mm, at.axis)
+        return Pose(time_s, self._began_s + time_s, frame, PATH_PEDAL)
+
+
+def _of_loop(timing: LoopTiming, cpu_s: float) -> Measured:
+    frames = len(timing.frame_ms)
+    counters = {"frames": float(frames), "frames_per_s": timing.fps}
+    for name, values in (("frame", timing.frame_ms), ("pose_age", timing.pose_age_ms)):
+        for rank, value in timing.percentiles(values).items():
+            counters[f"{name}_ms_{rank}"] = value
+    least, middle = min(timing.frame_ms), float(np.median(timing.frame_ms))
+    return Measured(
+        Timing(least / 1e3, middle / 1e3, cpu_s / frames, frames), counters=counters
+    )
+
+
+def _unit(picture: NDArray[np.uint8]) -> NDArray[np.float32]:
+    return picture.astype(np.float32) / np.float32(255)
+
+
+def _quietly(stage: str, share: float) -> None:
+    """Report nothing."""

@@ -1,0 +1,260 @@
+"""Snapshot jobs: what the spool adds, the first sight of a picture, cancelling."""
+
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.plan import Measured, Plan, Task, UnavailableError
+from benchmarks.scenes import subjects
+from benchmarks.schema import Setting
+from benchmarks.timing import Timing, measure
+from renderers.art.job_steps import Step, reached
+from renderers.scene import Camera, Image, Projection, image_error
+from renderers.snapshots.client import (
+    SnapshotCancelledError,
+    SnapshotClient,
+)
+from renderers.snapshots.growing import GrowingPicture
+from renderers.snapshots.request import QualityName, SnapshotRequest
+from renderers.snapshots.team import SerialTeam
+from renderers.snapshots.worker import run_worker
+
+UNIT = "8-bit codes"
+PATIENCE_S = 120.0
+ALONE = "team alone"
+"""The rays of a picture, without spool, files or preview."""
+
+CANCELLED: tuple[QualityName, ...] = ("snapshot", "reference")
+
+CANCEL_AFTER = 2
+"""Slices of rays before the client cancels: it is in the middle of the picture."""
+
+CANCEL_SIZE = 2048
+"""Pixels a side of a picture to cancel: it takes many slices of 40 ms."""
+
+
+@dataclass
+class _Served:
+    """Serve a spool from a thread of this process, whose kernels are compiled."""
+
+    folder: Path
+    client: SnapshotClient = field(init=False)
+    _stop: threading.Event = field(default_factory=threading.Event)
+
+    def __post_init__(self) -> None:
+        self.client = SnapshotClient(self.folder, name="benchmark")
+        self._thread = threading.Thread(
+            target=run_worker,
+            args=(self.folder,),
+            # a view is asked for again and again, and always to be drawn
+            kwargs={"stopped": self._stop.is_set, "threads": 1, "cache_bytes": 0},
+        )
+        self._thread.start()
+
+    def close(self) -> None:
+        self._stop.set()
+        self._thread.join(PATIENCE_S)
+
+
+class JobsPlan(Plan, suite="jobs"):
+    """List and make the measurements of suite `jobs`."""
+
+    def __init__(self, quick: bool) -> None:
+        self._size = 192 if quick else 512
+        self._budget_s = 1.0 if quick else 6.0
+        self._source = subjects(quick)[0]
+        self._scratch = tempfile.TemporaryDirectory(prefix="paravol-jobs-")
+        self._served: _Served | None = None
+        self._team = SerialTeam(1)
+
+    def tasks(self) -> list[Task]:
+        """List the tasks; the plain picture is each case's baseline."""
+        found = [self._task("classic picture", ALONE, self._alone)]
+        for name, call in (
+            ("job", partial(self._job, False)),
+            ("job shown as it grows", partial(self._job, True)),
+            ("first sight of it", self._first_sight),
+        ):
+            found.append(self._task("classic picture", name, call, ALONE))
+        for quality in CANCELLED:
+            for is_told in (True, False):
+                name = "client is told" if is_told else "worker is free"
+                call = partial(self._cancel, quality, is_told)
+                case = f"cancel, {quality}"
+                found.append(self._task(case, name, call, size=CANCEL_SIZE))
+        return found
+
+    def _task(
+        self,
+        case: str,
+        mode: str,
+        call: Callable[[], Measured],
+        baseline: str | None = None,
+        size: int | None = None,
+    ) -> Task:
+        settings: dict[str, Setting] = {"size": size or self._size, "threads": 1}
+        if baseline is not None:
+            settings["reference"] = baseline
+        return self.task(
+            case,
+            mode,
+            call,
+            settings,
+            baseline=baseline,
+            clock="wall",
+            cost_s=20.0,
+        )
+
+    def close(self) -> None:
+        """End the worker; remove its spool."""
+        if self._served is not None:
+            self._served.close()
+        self._scratch.cleanup()
+
+    @property
+    def _service(self) -> _Served:
+        if self._served is None:
+            self._served = _Served(Path(self._scratch.name) / "spool")
+        return self._served
+
+    def _request(
+        self,
+        size: int | None = None,
+        *,
+        progressive: bool = False,
+        quality: QualityName = "snapshot",
+    ) -> SnapshotRequest:
+        subject = self._source.subject
+        camera: Camera = subject.views["inside"].camera(
+            size or self._size, Projection.PERSPECTIVE
+        )
+        return self._service.client.request_classic(
+            subject.scene, camera, quality=quality, progressive=progressive
+        )
+
+    def _pixels(self) -> NDArray[np.uint8]:
+        request = self._request()
+        found = self._team.trace(request, self._source.subject.scene, _go).found
+        assert isinstance(found, Image)
+        return found.to_srgb8((0.0, 0.0, 0.0))
+
+    def _alone(self) -> Measured:
+        request, scene = self._request(), self._source.subject.scene
+        timing, _ = measure(
+            lambda: self._team.trace(request, scene, _go), budget_s=self._budget_s
+        )
+        return Measured(timing)
+
+    def _job(self, progressive: bool) -> Measured:
+        client = self._service.client
+
+        def ask() -> NDArray[np.uint8]:
+            job = client.submit(self._request(progressive=progressive))
+            return client.wait(job, timeout_s=PATIENCE_S).pixels()
+
+        timing, pixels = measure(ask, budget_s=self._budget_s)
+        return self._compared(timing, pixels)
+
+    def _first_sight(self) -> Measured:
+        """Time from asking to the first coarse picture, and how far off that is."""
+        client = self._service.client
+
+        def look() -> NDArray[np.uint8]:
+            request = self._request(progressive=True)
+            image = request.image
+            growing = GrowingPicture(
+                client.spool, request.id, image.width, image.height
+            )
+            client.submit(request)
+            began = time.monotonic()
+            while not growing.update():
+                if time.monotonic() - began > PATIENCE_S:
+                    raise UnavailableError("no coarse picture came")
+                time.sleep(0.002)
+            return growing.pixels
+
+        walls: list[float] = []
+        pixels = look()
+        for _ in range(5):
+            began = time.perf_counter()
+            pixels = look()
+            walls.append(time.perf_counter() - began)
+            self._rest()
+        return self._compared(Timing.of(walls, walls), pixels)
+
+    def _cancel(self, quality: QualityName, is_told: bool) -> Measured:
+        """Time from the wish, in the middle of a picture, to its effect."""
+        walls = []
+        for number in range(6):
+            wall = self._cancelled(quality, is_told)
+            if number:
+                walls.append(wall)
+        return Measured(Timing.of(walls, walls))
+
+    def _cancelled(self, quality: QualityName, is_told: bool) -> float:
+        client = self._service.client
+        self._rest()
+        drawing = threading.Event()
+        left = CANCEL_AFTER
+
+        def watch(step: Step) -> None:
+            nonlocal left
+            if step is Step.RAYS_MOVED:
+                left -= 1
+                if left <= 0:
+                    drawing.set()
+
+        reached.watcher = watch
+        try:
+            job = client.submit(self._request(CANCEL_SIZE, quality=quality))
+            if not drawing.wait(PATIENCE_S):
+                raise UnavailableError("the picture was never begun")
+        finally:
+            reached.watcher = None
+        began = time.perf_counter()
+        client.cancel(job)
+        if is_told:
+            try:
+                client.wait(job, timeout_s=PATIENCE_S)
+            except SnapshotCancelledError:
+                return time.perf_counter() - began
+            raise UnavailableError("the picture was finished before it was cancelled")
+        # The next job is claimed as soon as the worker is free.
+        follower = client.submit(self._request())
+        while not client.spool.attempt_folder(follower, 1).exists():
+            if time.perf_counter() - began > PATIENCE_S:
+                raise UnavailableError("the worker never came free")
+            time.sleep(0.001)
+        free = time.perf_counter() - began
+        client.cancel(follower)
+        return free
+
+    def _rest(self) -> None:
+        """Wait until nothing is being drawn."""
+        spool = self._service.client.spool
+        began = time.monotonic()
+        while any(
+            not spool.status(folder.name).state.is_final
+            for folder in spool.jobs.iterdir()
+        ) or any(spool.queue.iterdir()):
+            if time.monotonic() - began > PATIENCE_S:
+                raise UnavailableError("the worker does not come to rest")
+            time.sleep(0.01)
+
+    def _compared(self, timing: Timing, pixels: NDArray[np.uint8]) -> Measured:
+        self._rest()
+        error = image_error(
+            pixels.astype(np.float32), self._pixels().astype(np.float32)
+        )
+        return Measured(timing, error, UNIT)
+
+
+def _go(_: float) -> bool:
+    return True

@@ -1,0 +1,163 @@
+"""Mode `classic` at the sizes of 1995 and ten times that: 50,000 and 500,000 splats."""
+
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from benchmarks.peers.peer_process import PeerProcess
+from benchmarks.plan import Measured, Plan, Task
+from benchmarks.scenes import VIEWS, SubjectSource, phantom_subject
+from benchmarks.schema import Setting
+from benchmarks.suites.splat_tasks import SplatTasks
+from benchmarks.timing import measure
+from disk import UserError
+from renderers.fsr import FuzzySetRenderer, Inclusion, extract_fuzzy_set
+from renderers.fsr.fuzzy_set import BOUNDARY_THRESHOLD, default_inclusion
+from renderers.scene import Scene, Volume
+
+SETS = ((50_000, 1.45), (500_000, 0.64))
+"""Splats, and the spacing (mm) of a phantom that has somewhat more of them."""
+
+SIZE = 512
+CUBES = (128, 256)
+NUMPY = "numpy and scipy"
+
+
+class SplatsPlan(Plan, suite="splats"):
+    """List and make the measurements of suite `splats`."""
+
+    def __init__(self, quick: bool) -> None:
+        self._quick = quick
+        budget_s = 0.3 if quick else 3.0
+        self._budget_s = budget_s
+        self._peer = PeerProcess("benchmarks.peers.vtk_splats")
+        self._renderers: dict[tuple[str, int], FuzzySetRenderer] = {}
+        self._wanted: dict[str, int] = {}
+        self._draw = SplatTasks("splats", self._renderer, self._peer, budget_s)
+
+    def tasks(self) -> list[Task]:
+        """List the tasks, baselines first; a quick run has one set and one cube."""
+        found: list[Task] = []
+        for count, spacing_mm in SETS[:1] if self._quick else SETS:
+            name = f"phantom_{count // 1000}k"
+            source = SubjectSource(name, partial(phantom_subject, spacing_mm))
+            self._wanted[name] = count
+            for view in VIEWS[:1] if self._quick else VIEWS:
+                found += self._draw.beside_vtk(source, view, SIZE)
+                found += self._draw.on_two_threads(source, view, SIZE)
+                found += self._draw.in_two_stages(source, view, SIZE)
+        for size in CUBES[:1] if self._quick else CUBES:
+            found += self._extraction(size)
+        return found
+
+    def close(self) -> None:
+        """End the peer and all threads."""
+        self._peer.close()
+        for renderer in self._renderers.values():
+            renderer.close()
+
+    def _renderer(self, source: SubjectSource, threads: int) -> FuzzySetRenderer:
+        key = source.name, threads
+        if key not in self._renderers:
+            scene = source.subject.scene
+            self._renderers[key] = FuzzySetRenderer(
+                scene,
+                threshold=threshold_for(scene, self._wanted[source.name]),
+                threads=threads,
+            )
+        return self._renderers[key]
+
+    def _extraction(self, size: int) -> list[Task]:
+        def scene() -> Scene:
+            return cube_of_head(size)
+
+        def own() -> Measured:
+            head = scene()
+            inclusion = default_inclusion(head)
+            timing, found = measure(
+                lambda: extract_fuzzy_set(head.volume, inclusion, BOUNDARY_THRESHOLD),
+                budget_s=self._budget_s,
+            )
+            truth = plain_extraction(head.volume, inclusion, BOUNDARY_THRESHOLD)
+            i, j, k = found.rows.voxels().T
+            mask = np.zeros(head.volume.shape, bool)
+            mask[k, j, i] = True
+            counters = {
+                "splats": float(len(found)),
+                "voxels that differ": float(np.count_nonzero(mask != truth)),
+            }
+            return Measured(timing, counters=counters)
+
+        def plain() -> Measured:
+            head = scene()
+            inclusion = default_inclusion(head)
+            timing, truth = measure(
+                lambda: plain_extraction(head.volume, inclusion, BOUNDARY_THRESHOLD),
+                budget_s=0.0,
+                least=1,
+                warm_up=False,
+            )
+            return Measured(timing, counters={"splats": float(truth.sum())})
+
+        case = f"phantom_{size}/extraction"
+        settings: dict[str, Setting] = {"voxels": size**3, "threads": 1}
+        return [
+            self.task(case, NUMPY, plain, settings | {"series": NUMPY}),
+            self.task(
+                case,
+                "FSR extraction",
+                own,
+                settings | {"series": "FSR extraction"},
+                baseline=NUMPY,
+            ),
+        ]
+
+
+def threshold_for(scene: Scene, count: int) -> float:
+    """Find the threshold at which a scene's default set has so many splats.
+
+    The count is exact but for equal values of F. Raises ValueError where the default
+    threshold already gives fewer.
+    """
+    whole = extract_fuzzy_set(
+        scene.volume, default_inclusion(scene), BOUNDARY_THRESHOLD
+    )
+    if len(whole) < count:
+        raise UserError(f"wanted {count} splats, but there are only {len(whole)}")
+    return float(np.partition(whole.inclusion, len(whole) - count)[-count])
+
+
+def cube_of_head(size: int) -> Scene:
+    """Resample the phantom's CT to a cube of `size` voxels a side."""
+    scene = phantom_subject(1.0).scene
+    values = scene.volume.values
+    factors = [size / n for n in values.shape]
+    grown = ndimage.zoom(values, factors, order=1)
+    spacing = scene.volume.spacing_mm / factors[::-1]
+    cube = Volume(grown, spacing, scene.volume.origin_mm)
+    return Scene(cube, scene.transfer_function)
+
+
+def plain_extraction(
+    volume: Volume, inclusion: Inclusion, threshold: float
+) -> NDArray[np.bool_]:
+    """Say which voxels a fuzzy set has, with whole arrays of numpy and scipy."""
+    values = volume.values.astype(np.float32)
+    square = np.zeros_like(values)
+    for axis in range(3):
+        slope = ndimage.sobel(values, axis=axis, mode="nearest")
+        square += (slope / (32 * volume.spacing_mm[2 - axis])) ** 2
+    rows, columns = inclusion.table.shape
+    span = inclusion.density_high - inclusion.density_low
+    density = (values - inclusion.density_low) * ((columns - 1) / span)
+    gradient = np.sqrt(square) * ((rows - 1) / inclusion.gradient_top)
+    t = ndimage.map_coordinates(
+        inclusion.table,
+        [np.minimum(gradient, rows - 1), np.clip(density, 0, columns - 1)],
+        order=1,
+        mode="nearest",
+    )
+    included: NDArray[np.bool_] = t >= threshold
+    return included

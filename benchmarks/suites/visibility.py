@@ -1,0 +1,142 @@
+"""Leaving out what walls hide: nothing, by cones every frame, by sets found once."""
+
+from functools import cached_property, partial
+
+import numpy as np
+
+from benchmarks.plan import Measured, Plan, Task
+from benchmarks.scenes import SubjectSource, subjects
+from benchmarks.schema import Setting
+from benchmarks.timing import measure
+from devices import load_probe_path
+from renderers.fsr.surfels import SurfelRasterizer
+from renderers.fsr.visibility import VisibleSets, build_visible_sets
+from renderers.scene import Camera, ImageError, Volume
+from renderers.scene.thread_team import ThreadTeam
+from scenarios import load_scenario, tip_frame
+
+NOTHING = "all blocks in view"
+CONES = "cones every frame"
+SETS = "sets found once"
+BUILD = "finding the sets"
+SIZE = 512
+VIEWS = 24
+QUICK_VIEWS = 4
+FIRST_S, LAST_S = 2.0, 23.0
+"""Where the bundled flight is inside the nose."""
+
+
+class VisibilityPlan(Plan, suite="visibility"):
+    """List and make the measurements of suite `visibility`."""
+
+    def __init__(self, quick: bool) -> None:
+        self._source: SubjectSource = subjects(quick)[0]
+        self._views = QUICK_VIEWS if quick else VIEWS
+        self._budget_s = 0.3 if quick else 3.0
+        self._team = ThreadTeam(1)
+
+    def tasks(self) -> list[Task]:
+        """List the tasks, baselines first."""
+        case = f"{self._source.name}/path/surface"
+        settings: dict[str, Setting] = {
+            "size": SIZE,
+            "threads": 1,
+            "views": self._views,
+            "reference": NOTHING,
+        }
+        drawn = [
+            self.task(
+                case,
+                mode,
+                partial(self._draw, mode),
+                settings | {"series": mode},
+                baseline=None if mode == NOTHING else NOTHING,
+                cost_s=20.0,
+            )
+            for mode in (NOTHING, CONES, SETS)
+        ]
+        built = self.task(
+            f"{self._source.name}/airway/sets",
+            BUILD,
+            self._build,
+            {"threads": 1, "series": BUILD},
+            cost_s=60.0,
+        )
+        return [*drawn, built]
+
+    def close(self) -> None:
+        """End the threads."""
+        self._team.close()
+
+    @cached_property
+    def _distance(self) -> Volume:
+        surface = self._source.subject.scene.surface
+        assert surface is not None
+        return surface.distance
+
+    @cached_property
+    def _cameras(self) -> list[Camera]:
+        scenario, folder = load_scenario("first_flight")
+        path = load_probe_path(folder / scenario.path)
+        scope = scenario.scope.endoscope()
+        cameras = []
+        for time_s in np.linspace(FIRST_S, LAST_S, self._views):
+            at = path.sample(float(time_s))
+            pose = tip_frame(at.tip_mm, at.axis)
+            cameras.append(scope.camera(pose, at.roll_deg, (SIZE, SIZE)))
+        return cameras
+
+    @cached_property
+    def _sets(self) -> VisibleSets:
+        return build_visible_sets(self._distance, self._bare.bounds(), self._team)
+
+    @cached_property
+    def _bare(self) -> SurfelRasterizer:
+        return SurfelRasterizer(self._distance, hide=False)
+
+    def _draw(self, mode: str) -> Measured:
+        """Time all views together; the error counts pixels that are not the same."""
+        rasterizer = self._bare
+        if mode != NOTHING:
+            rasterizer = SurfelRasterizer(self._distance)
+        if mode == SETS:
+            rasterizer.use_visible_sets(self._sets)
+        other = looked_up = 0.0
+        listed = 0
+        for camera in self._cameras:
+            found = rasterizer.draw(camera, self._team)
+            listed += rasterizer.counters["listed"]
+            looked_up += rasterizer.counters["looked up"]
+            wanted = self._bare.draw(camera, self._team)
+            other += float(np.mean(found.depth_mm != wanted.depth_mm))
+        timing, _ = measure(
+            lambda: [rasterizer.draw(c, self._team) for c in self._cameras],
+            budget_s=self._budget_s,
+        )
+        share = other / self._views
+        return Measured(
+            timing,
+            ImageError(rmse=share, p999=0.0, max=float(share > 0), bias=share),
+            "share of pixels",
+            {
+                "ms_per_view": timing.cpu_s / self._views * 1e3,
+                "surfels_listed": listed / self._views,
+                "views_looked_up": looked_up,
+            },
+        )
+
+    def _build(self) -> Measured:
+        timing, sets = measure(
+            lambda: build_visible_sets(self._distance, self._bare.bounds(), self._team),
+            least=1,
+            most=1,
+        )
+        return Measured(
+            timing,
+            counters={
+                "boxes": len(sets.bits),
+                "blocks": len(sets.numbers),
+                "share_kept": sets.share,
+                "megabytes": sets.bits.nbytes / 1e6,
+            },
+        )

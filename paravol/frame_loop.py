@@ -1,0 +1,197 @@
+"""The live loop: poses in, frames out, everything recorded."""
+
+import gc
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from devices import Pose
+from paravol.inputs.pose_completer import PoseCompleter
+from paravol.inputs.pose_sources import EndedError, OrderedPoses
+from paravol.view import EndoscopeView, Frame
+from scenarios import Sample, Session, View
+from scenarios.bundle import FrameRecord, SampleRecord, SessionRecorder
+
+PATIENCE_S = 2.0
+"""How long the loop waits for a pose before it reports that the device is silent. The
+driver itself notices a lost line within about a second."""
+
+
+LONGEST_S = 0.25
+"""How long poses are gathered for a frame, at most: a machine that takes longer for a
+pose than the arm between two would otherwise never draw one."""
+
+
+@dataclass(frozen=True, slots=True)
+class FrameEvent:
+    """Hold a finished frame and what it shows.
+
+    number: counts frames from 0. pose_age_ms: from the newest pose's measurement to
+    now, when the picture is there.
+    """
+
+    view: View
+    frame: Frame
+    sample: Sample
+    number: int
+    pose_age_ms: float
+
+
+OnFrame = Callable[[FrameEvent], None]
+"""Called with each finished frame, in order, not by the thread that reads poses."""
+
+
+@dataclass(slots=True)
+class Timing:
+    """Gather what a flight took, frame by frame.
+
+    frame_ms: from one finished picture to the next. pose_age_ms: from a pose's
+    measurement to its finished picture.
+    """
+
+    frame_ms: list[float] = field(default_factory=list)
+    pose_age_ms: list[float] = field(default_factory=list)
+    wall_s: float = 0.0
+
+    @property
+    def fps(self) -> float:
+        """Return the mean number of frames per second of wall time."""
+        return len(self.frame_ms) / self.wall_s if self.wall_s > 0 else 0.0
+
+    def figures(self) -> dict[str, Any]:
+        """Return frames, fps and the percentiles of frame time and pose age."""
+        return {
+            "frames": len(self.frame_ms),
+            "fps": self.fps,
+            "frame_ms": self.percentiles(self.frame_ms),
+            "pose_age_ms": self.percentiles(self.pose_age_ms),
+        }
+
+    @staticmethod
+    def percentiles(values: list[float]) -> dict[str, float]:
+        """Return the 50th, 95th and 99th percentile by name; zeros for nothing."""
+        cuts = np.percentile(values, (50, 95, 99)) if values else np.zeros(3)
+        return dict(zip(("p50", "p95", "p99"), (float(c) for c in cuts), strict=True))
+
+
+def fly(
+    source: OrderedPoses,
+    completer: PoseCompleter,
+    session: Session,
+    view: EndoscopeView,
+    recorder: SessionRecorder,
+    *,
+    until_s: float,
+    on_frame: OnFrame,
+) -> Timing:
+    """Fly until a sample's time reaches `until_s`, or the source says `EndedError`.
+
+    Every pose is recorded and scored; each frame shows the newest one. Errors of the
+    device pass through; what was recorded before is on disk.
+    """
+    frames = _FrameRecorder(recorder, on_frame)
+    with _frozen_garbage(), _settled(view), suppress(EndedError):
+        number = 0
+        begun = time.perf_counter()
+        while True:
+            newest: tuple[Pose, Sample] | None = None
+            for pose in _arrived(source):
+                sample = completer.complete(pose)
+                if sample.time_s >= until_s:
+                    return frames.timing
+                if sample.time_s < 0.0:
+                    begun = time.perf_counter()
+                    frames.start()
+                    continue
+                session.step(sample)
+                newest = pose, sample
+                recorder.add(SampleRecord.of(sample))
+            if newest is None:
+                continue
+            pose, sample = newest
+            before, begun = begun, time.perf_counter()
+            seen = session.view(sample)
+            finish = partial(
+                frames.finish, number, recorder.samples - 1, pose, sample, seen
+            )
+            view.begin(seen, number=number, elapsed_s=begun - before, then=finish)
+            number += 1
+    return frames.timing
+
+
+class _FrameRecorder:
+    """Record each finished frame and report it."""
+
+    def __init__(self, recorder: SessionRecorder, on_frame: OnFrame) -> None:
+        self.timing = Timing()
+        self._recorder = recorder
+        self._on_frame = on_frame
+        self.start()
+
+    def start(self) -> None:
+        """Count time from now on."""
+        self._started = self._last = time.perf_counter()
+
+    def finish(
+        self,
+        number: int,
+        index: int,
+        pose: Pose,
+        sample: Sample,
+        seen: View,
+        frame: Frame,
+    ) -> None:
+        """Record a finished frame; index: of its sample among those recorded."""
+        before, self._last = self._last, time.perf_counter()
+        age_ms = (time.monotonic() - pose.host_time_s) * 1e3
+        self.timing.frame_ms.append((self._last - before) * 1e3)
+        self.timing.pose_age_ms.append(age_ms)
+        self.timing.wall_s = self._last - self._started
+        gap, print_ = seen.clearance_mm, frame.fingerprint()
+        self._recorder.add(FrameRecord(number, index, frame.gain, gap, print_))
+        self._on_frame(FrameEvent(seen, frame, sample, number, age_ms))
+
+
+@contextmanager
+def _settled(view: EndoscopeView) -> Iterator[None]:
+    """Wait, at the end, for the frame in progress."""
+    try:
+        yield
+    finally:
+        view.settle()
+
+
+@contextmanager
+def _frozen_garbage() -> Iterator[None]:
+    """Exclude the objects that exist already from garbage collection.
+
+    The compiler leaves half a million; a collection that visits them takes as long as
+    several frames.
+    """
+    gc.collect()
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
+
+
+def _arrived(source: OrderedPoses) -> Iterator[Pose]:
+    """Wait for one pose, then give all that have come in meanwhile.
+
+    What is measured later is left to the next frame.
+    """
+    pose = source.read(PATIENCE_S)
+    looked_s = time.monotonic()
+    yield pose
+    while pose.host_time_s < looked_s and time.monotonic() < looked_s + LONGEST_S:
+        try:
+            pose = source.read(0.0)
+        except TimeoutError:
+            return
+        yield pose

@@ -1,0 +1,30 @@
+"""What ``import paravol`` gives; see docs/python.md."""
+
+from paravol.patient import HighQualityPicture, Look, PatientScene, instrument
+from paravol.patient import load_case as load
+from paravol.patient import load_phantom as phantom
+from paravol.session_replay import (
+    RecordedSession,
+    ReplayedFrame,
+    ReplayReport,
+    read_session,
+    replay_frames,
+)
+from paravol.session_replay import replay_session as replay
+from paravol.session_setup import flight_pose
+
+__all__ = [
+    "HighQualityPicture",
+    "Look",
+    "PatientScene",
+    "RecordedSession",
+    "ReplayReport",
+    "ReplayedFrame",
+    "flight_pose",
+    "instrument",
+    "load",
+    "phantom",
+    "read_session",
+    "replay",
+    "replay_frames",
+]

@@ -1,0 +1,75 @@
+"""What the trainee's window says in words and figures."""
+
+import math
+from dataclasses import dataclass
+
+from scenarios.scoring import PRESSURE_MM
+
+NEAR_MM = 0.5
+"""Clearance below which the scope is about to touch: a hand's tremor is a fifth."""
+
+FREE_MM = 50.0
+"""Clearance of a scope that is outside the head: how far out is of no interest."""
+
+UNKNOWN = "--"
+
+
+@dataclass(frozen=True, slots=True)
+class Readings:
+    """Gather the figures of one moment; those that are not known yet are None.
+
+    clearance_mm: gap between the scope's shaft and tissue, negative inside it.
+    pose_age_ms: from the arm's measurement to the finished picture.
+    registration_mm: residual of the touched fiducials, rms.
+    """
+
+    fps: float | None = None
+    pose_age_ms: float | None = None
+    clearance_mm: float | None = None
+    time_s: float | None = None
+    registration_mm: float | None = None
+
+    @property
+    def is_contact(self) -> bool:
+        """Return whether the scope is in tissue."""
+        return self.clearance_mm is not None and self.clearance_mm < 0.0
+
+    @property
+    def is_pressing(self) -> bool:
+        """Return whether the scope presses into tissue, and does not only touch it."""
+        return self.clearance_mm is not None and self.clearance_mm < -PRESSURE_MM
+
+    @property
+    def is_alarming(self) -> bool:
+        """Return whether the scope touches or is about to."""
+        return self.clearance_mm is not None and self.clearance_mm < NEAR_MM
+
+    def texts(self) -> dict[str, str]:
+        """Return caption and text of every gauge, in order."""
+        return {
+            "Frame rate": _figure(self.fps, "{:.0f} fps"),
+            "Pose age": _figure(self.pose_age_ms, "{:.0f} ms"),
+            "Clearance": self._clearance(),
+            "Time": _clock(self.time_s),
+            "Registration": _figure(self.registration_mm, "{:.2f} mm"),
+        }
+
+    def _clearance(self) -> str:
+        if self.clearance_mm is None:
+            return UNKNOWN
+        if self.clearance_mm > FREE_MM:
+            return "free"
+        if self.is_contact:
+            return f"contact {-self.clearance_mm:.1f} mm"
+        return f"{self.clearance_mm:.1f} mm"
+
+
+def _figure(value: float | None, form: str) -> str:
+    return UNKNOWN if value is None else form.format(value)
+
+
+def _clock(time_s: float | None) -> str:
+    if time_s is None:
+        return UNKNOWN
+    minutes, seconds = divmod(math.floor(time_s * 10) / 10, 60.0)
+    return f"{minutes:.0f}:{seconds:04.1f}"

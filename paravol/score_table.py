@@ -1,0 +1,43 @@
+"""A score as a table of names and texts."""
+
+from scenarios import Score
+from scenarios.scoring import PRESSURE_MM
+
+
+def score_rows(score: Score) -> list[tuple[str, str]]:
+    """Return the name and the text of each of a score's figures, in order."""
+    rows = [
+        ("time", f"{score.duration_s:.1f} s"),
+        ("path length", f"{score.path_length_mm:.0f} mm"),
+        ("smallest clearance", clearance(score)),
+        *contact_rows(score),
+    ]
+    rows += [
+        (f"nearest to {name}", f"{distance_mm:.1f} mm")
+        for name, distance_mm in score.target_distance_mm.items()
+    ]
+    return rows
+
+
+def clearance(score: Score) -> str:
+    """Return the smallest gap; none is known without a sample."""
+    gap_mm = score.min_clearance_mm
+    return "unknown" if gap_mm == float("inf") else f"{gap_mm:.2f} mm"
+
+
+def contact_rows(score: Score) -> list[tuple[str, str]]:
+    """Return how often, how long, how deep and what was touched."""
+    if not score.contacts:
+        return [("contacts", "none")]
+    share = score.contact_s / score.duration_s if score.duration_s > 0.0 else 0.0
+    # By time; of equal times the one touched first.
+    touched = sorted(score.touched_s.items(), key=lambda item: -item[1])
+    return [
+        ("contacts", f"{score.contacts}, {score.contact_s:.1f} s in all ({share:.0%})"),
+        (f"pressed deeper than {PRESSURE_MM:g} mm", f"{score.pressure_s:.1f} s"),
+        (
+            "deepest contact",
+            f"{score.worst_depth_mm:.2f} mm, {score.worst_structure}",
+        ),
+        ("touched", "; ".join(f"{name} {time_s:.1f} s" for name, time_s in touched)),
+    ]

@@ -1,0 +1,335 @@
+"""Run a recorded session again, without the device: same frames, same score."""
+
+from collections import deque
+from collections.abc import Callable, Generator, Iterator
+from contextlib import ExitStack, closing
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from disk import UserError
+from paravol.patient import (
+    PatientScene,
+    Progress,
+    StrPath,
+    load_patient,
+    no_progress,
+    thread_count,
+)
+from paravol.session_setup import build_session, build_view
+from paravol.video import VideoWriter
+from paravol.view import Frame
+from renderers.shading import LOOK_VERSION
+from scenarios import Sample, Scenario, Score
+from scenarios.bundle import (
+    Damage,
+    FrameRecord,
+    SampleRecord,
+    SessionInfo,
+    read_recording,
+)
+
+VIDEO_FPS = 30.0
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayReport:
+    """Say what a replay found.
+
+    complete: the recording was closed properly.
+    differing_frames, differing_clearances: numbers of the frames whose picture or
+        whose clearance differs from the recorded one.
+    same_look: whether the recording is of the look that this version draws; the
+        pictures of another look are drawn but not compared.
+    score: computed again from the recorded poses.
+    same_score: whether it equals the recorded one, figure by figure, the names of
+        structures only where this version gives the same; None when the recording
+        ended before it had one, or is damaged.
+    damages: parts of the recording that cannot be read; the rest was run.
+    seconds: of flight from the first sample to the last.
+    """
+
+    complete: bool
+    samples: int
+    frames: int
+    differing_frames: list[int]
+    differing_clearances: list[int]
+    score: Score
+    same_score: bool | None
+    same_look: bool
+    damages: tuple[Damage, ...]
+    seconds: float
+
+    @property
+    def good_s(self) -> float:
+        """Return the seconds of flight that could be read."""
+        return self.seconds - sum(lost.to_s - lost.from_s for lost in self.damages)
+
+    @property
+    def is_exact(self) -> bool:
+        """Return whether all came out again as recorded, as far as it was recorded."""
+        return not (
+            self.damages
+            or self.differing_frames
+            or self.differing_clearances
+            or self.same_score is False
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayedFrame:
+    """Hold a recorded frame, drawn again.
+
+    time_s: of the session. rgb: ``(h, w, 3)`` uint8 sRGB. depth_mm: ``(h, w)`` float32
+    along each pixel's ray, +inf where nothing is met. is_same: whether the picture is
+    the recorded one, to the bit; None where it was recorded with another look.
+    """
+
+    number: int
+    time_s: float
+    rgb: NDArray[np.uint8]
+    depth_mm: NDArray[np.float32]
+    is_same: bool | None
+
+
+class Replay:
+    """Run a recorded session again: iterate over `frames` once, then ask to `report`.
+
+    The arguments are those of `replay_session`.
+    """
+
+    def __init__(
+        self,
+        folder: StrPath,
+        threads: int | None = None,
+        progress: Progress = no_progress,
+        patient: PatientScene | None = None,
+    ) -> None:
+        self._folder = folder = Path(folder)
+        self._progress = progress
+        self.recording = read_recording(folder)
+        info = self.recording.info
+        scenario = msgspec.json.decode(info.scenario, type=Scenario)
+        patient = patient or load_patient(scenario, progress)
+        if patient.surface_sha256 != info.surface_sha256:
+            raise UserError(
+                f"{folder} was flown through another head (surface "
+                f"{info.surface_sha256[:12]}, now {patient.surface_sha256[:12]}): this "
+                "version of the program builds it differently, so the pictures cannot "
+                "match."
+            )
+        matrix = np.array(info.world_from_device).reshape(4, 4)
+        self._session = build_session(scenario, patient, matrix, info.picture_size)
+        self._view = build_view(
+            scenario,
+            patient,
+            tier=info.tier,
+            seed=info.seed,
+            has_instrument=info.has_instrument,
+            threads=threads or thread_count(),
+        )
+        self._same_look = info.look == LOOK_VERSION
+        self._same_names = patient.structures_sha256 == info.structures_sha256 != ""
+        self.samples: list[Sample] = []
+        self._count = 0
+        self._pictures: list[int] = []
+        self._clearances: list[int] = []
+
+    def frames(
+        self, then: Callable[[ReplayedFrame], None] | None = None
+    ) -> Generator[ReplayedFrame, None, None]:
+        """Draw every recorded frame again, in order, and score every sample.
+
+        then: called with each frame by the thread that finishes it, while the next one
+        is begun.
+        """
+        records, places = self.recording.records, self.recording.places
+        finished: deque[ReplayedFrame] = deque()
+        try:
+            for index, record in enumerate(records):
+                if isinstance(record, SampleRecord):
+                    sample = record.sample()
+                    self._session.step(sample)
+                    self.samples.append(sample)
+                elif (
+                    isinstance(record, FrameRecord)
+                    and (place := places.get(record.sample)) is not None
+                    and place < len(self.samples)
+                ):
+                    # A frame is recorded when it is finished; newer samples have come.
+                    self._begin(record, self.samples[place], finished, then)
+                    while finished:
+                        yield finished.popleft()
+                self._progress("Replaying", (index + 1) / len(records))
+        finally:
+            # interrupted, no frame is left in the making
+            self._view.settle()
+        yield from finished
+
+    def _begin(
+        self,
+        record: FrameRecord,
+        sample: Sample,
+        finished: deque[ReplayedFrame],
+        then: Callable[[ReplayedFrame], None] | None,
+    ) -> None:
+        """Begin to draw a frame; the one before is finished afterwards."""
+        seen = self._session.view(sample)
+
+        def finish(frame: Frame) -> None:
+            is_same = None
+            if self._same_look:
+                is_same = frame.fingerprint() == record.xxh3_128
+                if not is_same:
+                    self._pictures.append(record.number)
+            depth_mm = frame.gbuffer.depth_mm
+            made = ReplayedFrame(
+                record.number, sample.time_s, frame.pixels, depth_mm, is_same
+            )
+            if then is not None:
+                then(made)
+            finished.append(made)
+
+        self._view.begin(
+            seen, number=record.number, elapsed_s=0.0, gain=record.gain, then=finish
+        )
+        self._count += 1
+        if seen.clearance_mm != record.clearance_mm:
+            self._clearances.append(record.number)
+
+    def report(self) -> ReplayReport:
+        """Return what the replay found."""
+        recording, samples = self.recording, self.samples
+        score = self._session.score()
+        same_score = None
+        if not recording.damages:
+            same_score = _same_score(self._folder, score, self._same_names)
+        return ReplayReport(
+            complete=recording.complete,
+            samples=len(samples),
+            frames=self._count,
+            differing_frames=self._pictures,
+            differing_clearances=self._clearances,
+            score=score,
+            same_score=same_score,
+            same_look=self._same_look,
+            damages=recording.damages,
+            seconds=samples[-1].time_s - samples[0].time_s if samples else 0.0,
+        )
+
+
+def replay_session(
+    folder: StrPath,
+    *,
+    threads: int | None = None,
+    progress: Progress = no_progress,
+    video: StrPath | None = None,
+    patient: PatientScene | None = None,
+) -> ReplayReport:
+    """Draw every recorded frame again, score every sample again and compare.
+
+    video: an ``.mp4`` file to write. patient: the one that was flown through, where it
+    is loaded already. threads: None for all processors; they change no picture.
+    UserError when the session cannot be read, or was flown through another head.
+    """
+    replayed = Replay(folder, threads, progress, patient)
+    size = replayed.recording.info.picture_size
+    film: VideoWriter | None = None
+
+    def show(frame: ReplayedFrame) -> None:
+        if film is not None:
+            film.show_until(frame.rgb, frame.time_s)
+
+    with ExitStack() as stack:
+        if video is not None:
+            film = stack.enter_context(VideoWriter(Path(video), size, VIDEO_FPS))
+        frames = stack.enter_context(closing(replayed.frames(show)))
+        last = deque(frames, maxlen=1)
+        if film is not None and last:
+            # the last frame was still to be seen when the flight ended
+            film.show_until(last[0].rgb, replayed.samples[-1].time_s)
+    return replayed.report()
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedSession:
+    """Hold what a session's folder says, without drawing anything.
+
+    info: what was flown, how registered, with which versions. samples: what was
+    measured, in order. is_complete: False where the recording ends in the middle.
+    score: None where the flight did not reach its end.
+    """
+
+    info: SessionInfo
+    samples: list[Sample]
+    is_complete: bool
+    score: Score | None
+
+
+def replay_frames(
+    folder: StrPath, patient: PatientScene | None = None
+) -> Iterator[ReplayedFrame]:
+    """Yield a session's frames as they are drawn again; errors as `replay_session`."""
+    return Replay(folder, patient=patient).frames()
+
+
+def read_session(folder: StrPath) -> RecordedSession:
+    """Read a recorded session; UserError where the folder holds none."""
+    recording = read_recording(Path(folder))
+    samples = [r.sample() for r in recording.records if isinstance(r, SampleRecord)]
+    figures = _recorded_score(Path(folder))
+    score = None if figures is None else msgspec.convert(figures, Score)
+    return RecordedSession(recording.info, samples, recording.complete, score)
+
+
+class _Recorded(msgspec.Struct):
+    """The part of result.json that a replay computes again."""
+
+    score: dict[str, Any]
+
+
+_FIRST_FIGURES = frozenset(
+    (
+        "duration_s",
+        "path_length_mm",
+        "min_clearance_mm",
+        "contacts",
+        "target_distance_mm",
+    )
+)
+"""Figures that every recorded score has."""
+
+_NAMES = frozenset(("worst_structure", "touched_s"))
+"""Figures that depend on how the head's structures are named."""
+
+
+def _recorded_score(folder: Path) -> dict[str, Any] | None:
+    """Read the figures of the recorded score; None where there are none."""
+    try:
+        raw = (folder / "result.json").read_bytes()
+    except FileNotFoundError:
+        return None
+    try:
+        recorded = msgspec.json.decode(raw, type=_Recorded).score
+    except msgspec.DecodeError as error:
+        raise UserError(f"{folder}/result.json is not valid: {error}.") from error
+    lacking = sorted(_FIRST_FIGURES - recorded.keys())
+    if lacking:
+        raise UserError(
+            f"{folder}/result.json is not valid: its score has no {lacking[0]}."
+        )
+    return recorded
+
+
+def _same_score(folder: Path, score: Score, same_names: bool) -> bool | None:
+    """Compare what was recorded; older recordings have fewer figures."""
+    recorded = _recorded_score(folder)
+    if recorded is None:
+        return None
+    compared = recorded if same_names else recorded.keys() - _NAMES
+    found = asdict(score)
+    return all(name in found and found[name] == recorded[name] for name in compared)

@@ -1,0 +1,158 @@
+"""A head ready to be pictured, and what a view of it asks the ray tracer for."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from disk import UserError
+from paravol.patient import Progress, load_case, load_phantom
+from paravol.snapshots.view_file import (
+    CaseHead,
+    Head,
+    PhantomHead,
+    PlacedInstrument,
+    ScanHead,
+    ScopeLook,
+    ViewFile,
+)
+from renderers.art.quality import ClassificationName
+from renderers.scene import Scene
+from renderers.scene.mesh import PlacedMesh
+from renderers.snapshots.client import RequestOptions, SnapshotClient
+from renderers.snapshots.request import (
+    PathTracingSpec,
+    QualityName,
+    Samples,
+    SnapshotRequest,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class RenderSettings:
+    """Set how finely a picture is drawn, and how long it may take.
+
+    seconds: the best picture so far is taken then. tolerance: as in
+    `SnapshotRequest`.
+    """
+
+    quality: QualityName = "snapshot"
+    samples: Samples = 4
+    path_tracing: PathTracingSpec | None = None
+    seconds: float | None = None
+    classification: ClassificationName = "integrated"
+    tolerance: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class HeadScene:
+    """Hold one head's scene. surface_sha256: "" where it has no surface."""
+
+    scene: Scene
+    surface_sha256: str
+
+    @classmethod
+    def of(cls, head: Head, progress: Progress) -> "HeadScene":
+        """Build, read or import a head; ValueError for one that cannot be had."""
+        if isinstance(head, ScanHead):
+            return cls(_scan_scene(Path(head.file), progress), "")
+        if isinstance(head, CaseHead):
+            if not Path(head.folder).is_dir():
+                raise UserError(
+                    f"The view is of the case {head.folder}, which is not there; say "
+                    "with --case where it lies now."
+                )
+            room = load_case(Path(head.folder), progress)
+        else:
+            assert isinstance(head, PhantomHead)
+            room = load_phantom(head.seed, head.spacing_mm, progress)
+        return cls(room.scene, room.surface_sha256)
+
+    def demand(self, view: ViewFile) -> None:
+        """Raise ValueError where the view is of another head, or cannot be drawn."""
+        wanted = view.surface_sha256
+        if wanted is not None and wanted != self.surface_sha256:
+            found = self.surface_sha256[:12] or "none"
+            raise UserError(
+                f"The view is of another head (surface {wanted[:12]}, now {found}); "
+                "name the case it was taken in with --case."
+            )
+        if self.scene.surface is None and isinstance(view.look, ScopeLook):
+            raise UserError(
+                "A scan has no surface that an endoscope could see; make a case of it "
+                "with paravol import, or look at it in mode classic."
+            )
+        lens = view.camera.projection
+        if isinstance(view.look, ScopeLook) and lens != "equidistant":
+            raise UserError(
+                f"An endoscope's lens is equidistant, got {lens}; draw this view in "
+                "mode classic."
+            )
+
+    def request(
+        self, client: SnapshotClient, view: ViewFile, settings: RenderSettings
+    ) -> SnapshotRequest:
+        """Make the request for a picture of a view."""
+        self.demand(view)
+        camera, look = view.to_camera(), view.look
+        options = RequestOptions(
+            quality=settings.quality,
+            deflectors=view.deflectors,
+            max_seconds=LONGEST_S,
+            progressive=True,
+            deliver_after_s=settings.seconds,
+        )
+        instruments = placed(view.instruments)
+        if not isinstance(look, ScopeLook):
+            options["classification"] = settings.classification
+            return client.request_classic(
+                self.scene,
+                camera,
+                samples=settings.samples,
+                instruments=instruments,
+                **options,
+            )
+        assert self.scene.surface is not None
+        options["tolerance"] = settings.tolerance
+        return client.request_scope(
+            self.scene.surface,
+            camera,
+            samples=settings.samples,
+            instruments=instruments,
+            path_tracing=settings.path_tracing,
+            ring_radius_mm=look.ring_radius_mm,
+            light_power=look.light_power,
+            seed=look.seed,
+            blood_bias=look.blood_bias,
+            gain=look.gain,
+            frame_number=look.frame_number,
+            **options,
+        )
+
+
+LONGEST_S = 86_400.0
+"""A picture that takes a day is given up."""
+
+
+def placed(instruments: tuple[PlacedInstrument, ...]) -> list[PlacedMesh]:
+    """Return instruments' meshes with their 4x4 poses."""
+    if not instruments:
+        return []
+    # Imported here: building meshes loads a large library.
+    from scenarios.instruments import suction_tube
+
+    tube = suction_tube()
+    last = np.array([[0.0, 0.0, 0.0, 1.0]])
+    return [
+        (tube, np.vstack([np.array(i.world_from_instrument), last]))
+        for i in instruments
+    ]
+
+
+def _scan_scene(file: Path, progress: Progress) -> Scene:
+    from anatomy.scan.histogram import find_peaks, transfer_of
+    from anatomy.scan.scan import Modality, read_scan
+
+    scan = read_scan(file, progress=progress)
+    peaks = find_peaks(scan.volume, bone=scan.modality is Modality.CT)
+    return Scene(scan.volume, transfer_of(peaks))

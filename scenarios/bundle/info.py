@@ -1,0 +1,45 @@
+"""The description of a recorded session, and how a bundle's JSON is written."""
+
+import json
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+
+from disk import whole_file
+
+
+class SessionInfo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Describe a session well enough to run it again.
+
+    scenario: the scenario file's text, so that a replay does not depend on it.
+    world_from_device: the registration, 16 numbers in row order.
+    surface_sha256: hash of the air distance values that were flown through.
+    look: version of the picture's look; recordings from before it was counted have 1.
+    structures_sha256: hash of what names the structures that were touched; "" in
+        recordings from before they were named.
+    automatic: recorded without a request; removed when space runs short.
+    """
+
+    scenario_name: str
+    scenario: str
+    picture_size: tuple[int, int]
+    tier: str
+    seed: int
+    world_from_device: list[float]
+    registration_rms_mm: float
+    surface_sha256: str
+    has_instrument: bool
+    created: str
+    versions: dict[str, str]
+    look: int = 1
+    structures_sha256: str = ""
+    automatic: bool = False
+    schema_version: Literal[1] = 1
+
+
+def write_json(path: Path, value: object) -> None:
+    """Write JSON for people, atomically."""
+    text = json.dumps(msgspec.to_builtins(value), indent=2, allow_nan=False) + "\n"
+    with whole_file(path) as beside:
+        beside.write_text(text, "utf-8")

@@ -1,0 +1,92 @@
+"""The window fits a small screen and uses a large one."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytestmark = [pytest.mark.display, pytest.mark.slow]
+
+ROOT = Path(__file__).parents[2]
+
+MEASURE = """
+import json, sys
+import numpy as np
+from PySide6.QtCore import QPoint
+from PySide6.QtWidgets import QApplication, QLabel
+from paravol.environment import prepare_environment
+prepare_environment()
+from paravol.flight import FlightOrder
+from paravol.inputs import choose_input
+from paravol.snapshots.snapshot_queue import MomentPicture
+from app.window.main_window import TraineeWindow
+from app.window.flight_thread import FlightThread
+from devices import load_probe_path
+from scenarios import load_scenario
+
+application = QApplication([])
+scenario, folder = load_scenario("first_flight")
+path = load_probe_path(folder / scenario.path)
+mouse = choose_input("mouse", None, scenario, path, folder / scenario.path)
+flight = FlightThread(FlightOrder(scenario, path, mouse, 64, 1, None))
+window = TraineeWindow(flight, None, edge_samples=0)
+window.show()
+# with all that the column ever holds
+window._moments.show_moment(MomentPicture(1.0, np.zeros((64, 64, 3), np.uint8), 0.5))
+application.processEvents()
+screen = window.screen().availableGeometry()
+parts = [window.picture, window._gauges, window._slices, window._moments]
+parts += [label for label in window.findChildren(QLabel) if label.isVisible()]
+inside = window.rect()
+outside = []
+for part in parts:
+    rect = part.rect().translated(part.mapTo(window, QPoint()))
+    if not inside.contains(rect):
+        outside.append(f"{part} {rect}")
+clipped = [
+    label.text() for label in parts[4:]
+    if label.heightForWidth(label.width()) > label.height()
+    or (not label.wordWrap() and label.sizeHint().width() > label.width())
+]
+figure = next(l for l in parts[4:] if l.objectName() == "figure")
+print(json.dumps({
+    "window": [window.width(), window.height()],
+    "screen": [screen.width(), screen.height()],
+    "outside": outside,
+    "clipped": clipped,
+    "labels": len(parts) - 4,
+    "text": figure.fontInfo().pixelSize(),
+    "slices": window._slices.height(),
+}))
+window.shut()
+window.release()
+"""
+
+
+@pytest.mark.parametrize(
+    "screen_of", [(1024, 768), (1280, 720), (1920, 1080), (3840, 2160)], indirect=True
+)
+def test_everything_lies_on_the_screen_and_grows_with_it(
+    screen_of: tuple[int, int],
+) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", MEASURE],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=240.0,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    found = json.loads(done.stdout)
+    width, height = found["window"]
+    assert found["screen"] == list(screen_of)
+    assert width <= screen_of[0]
+    assert height <= screen_of[1]
+    assert found["labels"] > 20
+    assert found["outside"] == []
+    assert found["clipped"] == []
+    # a text is a fortieth of the window's height or so, on every screen
+    assert 0.02 < found["text"] / height < 0.045
+    assert found["slices"] > 0.14 * height

@@ -1,0 +1,43 @@
+"""Suite `art-growth`: its scene, its fit, its sweeps."""
+
+import numpy as np
+import pytest
+
+from benchmarks.suites.art_growth import GrowthPlan, exponent, shell_scene, shells
+
+
+def test_a_power_is_found() -> None:
+    assert exponent([1.0, 2, 4], [3.0, 12, 48]) == pytest.approx(2)
+
+
+def test_shells_are_the_same_at_any_size() -> None:
+    """Air between tissue, as much of each; the same places have the same values."""
+    coarse, fine = shells(33), shells(65)
+    assert np.array_equal(coarse.values, fine.values[::2, ::2, ::2])
+    share = float(np.mean(fine.values > 300))
+    assert 0.3 < share < 0.5
+    assert shell_scene(coarse, 1.0, lit=False).transfer_function.is_clear(-1000, 300)
+
+
+def test_a_sweep_ends_with_its_exponent() -> None:
+    plan = GrowthPlan(quick=True)
+    plan._budget_s = 0.0
+    tasks = [t for t in plan.tasks() if t.case == "shells/no lights/steps a voxel"]
+    first, second = (task.measure() for task in tasks)
+    assert "exponent" not in first.counters
+    assert np.isfinite(second.counters["exponent"])
+    assert second.counters["samples"] > 1.5 * first.counters["samples"]
+    # Int16 values and a byte of distance; no gradients without lights.
+    assert second.counters["bytes_per_voxel"] == pytest.approx(3, abs=0.05)
+
+
+@pytest.mark.slow
+def test_cells_of_each_side_are_measured() -> None:
+    """Where all cells are met, larger ones share fewer voxels."""
+    plan = GrowthPlan(quick=True)
+    plan._budget_s = 0.0
+    tasks = [t for t in plan.tasks() if t.case == "haze/four lights/cells"]
+    found = [task.measure().counters for task in tasks]
+    memory = [counters["bytes_per_voxel"] for counters in found]
+    assert memory == pytest.approx([12.4, 10.6, 9.8], abs=0.1)
+    assert all(counters["first_picture_s"] > 0 for counters in found)

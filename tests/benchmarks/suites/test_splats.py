@@ -1,0 +1,75 @@
+"""Suite `splats` from end to end on a small ball."""
+
+from contextlib import closing
+
+import numpy as np
+import pytest
+
+from benchmarks.plan import Measured, UnavailableError
+from benchmarks.scenes import SubjectSource
+from benchmarks.suites.splat_tasks import PEER
+from benchmarks.suites.splats import SplatsPlan, plain_extraction, threshold_for
+from renderers.fsr import FuzzySetRenderer, extract_fuzzy_set
+from renderers.fsr.fuzzy_set import BOUNDARY_THRESHOLD, default_inclusion
+
+
+def small_plan(ball: SubjectSource, monkeypatch: pytest.MonkeyPatch) -> SplatsPlan:
+    scene = ball.subject.scene
+    monkeypatch.setattr(
+        "benchmarks.suites.splats.phantom_subject", lambda spacing_mm: ball.subject
+    )
+    monkeypatch.setattr("benchmarks.suites.splats.cube_of_head", lambda size: scene)
+    monkeypatch.setattr("benchmarks.suites.splats.SETS", ((1000, 1.0), (1500, 1.0)))
+    monkeypatch.setattr("benchmarks.suites.splats.SIZE", 64)
+    plan = SplatsPlan(quick=True)
+    plan._budget_s = plan._draw._budget_s = 0.0
+    return plan
+
+
+def test_the_threshold_gives_as_many_splats_as_wanted(ball: SubjectSource) -> None:
+    scene = ball.subject.scene
+    most = len(FuzzySetRenderer(scene).fuzzy_set)
+    for count in (most // 3, most - 1):
+        found = FuzzySetRenderer(scene, threshold=threshold_for(scene, count)).fuzzy_set
+        same = np.count_nonzero(found.inclusion == found.inclusion.min())
+        assert count <= len(found) < count + same
+    with pytest.raises(ValueError, match="only"):
+        threshold_for(scene, most + 1)
+
+
+def test_plain_arrays_find_the_same_voxels(ball: SubjectSource) -> None:
+    scene = ball.subject.scene
+    inclusion = default_inclusion(scene)
+    found = extract_fuzzy_set(scene.volume, inclusion, BOUNDARY_THRESHOLD)
+    i, j, k = found.rows.voxels().T
+    mask = np.zeros(scene.volume.shape, bool)
+    mask[k, j, i] = True
+    plain = plain_extraction(scene.volume, inclusion, BOUNDARY_THRESHOLD)
+    assert np.count_nonzero(plain != mask) <= 1e-4 * mask.sum()
+    assert mask.sum() > 1000
+
+
+@pytest.mark.slow
+def test_every_row_has_its_figures(
+    ball: SubjectSource, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found: dict[tuple[str, str], Measured] = {}
+    with closing(small_plan(ball, monkeypatch)) as plan:
+        for task in plan.tasks():
+            try:
+                found[task.case, task.mode] = task.measure()
+            except UnavailableError:
+                assert task.mode == PEER
+    case = "phantom_1k/inside/shaded"
+    one = found[case, "FSR gaussian"]
+    assert one.error is not None
+    assert one.error.rmse < 0.15
+    assert one.counters["ns per fragment, frame"] > 0
+    for name in ("2 threads", "2 threads, film"):
+        assert found[case, f"FSR gaussian, {name}"].error == one.error
+    for name in ("drawing alone", "culled meanwhile"):
+        stage = found[case, f"FSR gaussian, {name}"]
+        assert stage.error == one.error
+        assert stage.counters["culling, ms"] > 0
+    extraction = found["phantom_128/extraction", "FSR extraction"].counters
+    assert extraction["voxels that differ"] <= 1e-4 * extraction["splats"]

@@ -1,0 +1,167 @@
+"""Poses on their way into frames."""
+
+import itertools
+import time
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from devices import Pose
+from paravol.frame_loop import FrameEvent, _arrived, fly
+from paravol.view import Frame
+from renderers.scene import GBuffer
+from renderers.scene.thread_team import Errand, ThreadTeam
+from scenarios import Sample
+from scenarios.bundle import FrameRecord, SampleRecord
+
+
+def pose(host_time_s: float) -> Pose:
+    return Pose(host_time_s, host_time_s, np.eye(4), 0)
+
+
+class Waiting:
+    """Poses that are there already."""
+
+    def __init__(self, poses: list[Pose]) -> None:
+        self.poses = poses
+
+    def read(self, timeout_s: float) -> Pose:
+        if not self.poses:
+            raise TimeoutError("silence")
+        return self.poses.pop(0)
+
+
+class Endless:
+    """A device that has measured again whenever it is asked."""
+
+    def read(self, timeout_s: float) -> Pose:
+        return pose(time.monotonic())
+
+
+def test_a_frame_takes_all_poses_that_are_there() -> None:
+    now = time.monotonic()
+    sent = [pose(now - 0.01 * (9 - i)) for i in range(10)]
+    assert list(_arrived(Waiting(sent.copy()))) == sent
+
+
+def test_a_frame_is_drawn_however_fast_poses_come() -> None:
+    """Those who are slower than the device fall behind, but they come to an end."""
+    taken = list(itertools.islice(_arrived(Endless()), 1000))
+    assert len(taken) < 5
+
+
+def test_no_pose_is_lost_between_two_frames() -> None:
+    now = time.monotonic()
+    # measured before and after the look
+    sent = [pose(now - 1.0), pose(now + 50.0), pose(now + 100.0)]
+    source = Waiting(sent.copy())
+    assert list(_arrived(source)) == sent[:2]
+    assert list(_arrived(source)) == sent[2:]
+
+
+class Slow:
+    """Frames that take their time, finished by another thread."""
+
+    def __init__(self) -> None:
+        self._team = ThreadTeam(2)
+        self._begun: Errand[Frame] | None = None
+
+    def begin(self, seen: Any, *, then: Any, **_: Any) -> Any:
+        def finish() -> Any:
+            time.sleep(0.002)
+            then(Frame(np.zeros((2, 2, 3), np.uint8), GBuffer.empty(2, 2), 0.5))
+
+        self.settle()
+        self._begun = self._team.start(finish)
+
+    def settle(self) -> None:
+        begun, self._begun = self._begun, None
+        if begun is not None:
+            begun.result()
+
+
+class Still:
+    """A session in which nothing happens."""
+
+    def step(self, sample: Sample) -> None:
+        pass
+
+    def view(self, sample: Sample) -> Any:
+        return SimpleNamespace(clearance_mm=sample.time_s)
+
+
+class Kept:
+    """What would be recorded."""
+
+    def __init__(self) -> None:
+        self.records: list[Any] = []
+
+    @property
+    def samples(self) -> int:
+        return sum(isinstance(r, SampleRecord) for r in self.records)
+
+    def add(self, record: Any) -> None:
+        self.records.append(record)
+
+
+class Marks:
+    """A second channel that does nothing."""
+
+    def complete(self, pose: Pose) -> Sample:
+        zero = np.zeros(3)
+        return Sample(pose.time_s, pose.device_from_tip, 0.0, zero, zero, 0)
+
+
+def flown(on_frame: Any) -> tuple[Any, Kept]:
+    """Fly over 20 poses that are measured when they are read."""
+    times = iter(np.arange(-2, 30).tolist())
+
+    class Measured:
+        def read(self, timeout_s: float) -> Pose:
+            if timeout_s == 0.0:
+                raise TimeoutError
+            return Pose(next(times), time.monotonic(), np.eye(4), 0)
+
+    kept, view = Kept(), Slow()
+    any_view: Any = view
+    any_kept: Any = kept
+    any_session: Any = Still()
+    try:
+        timing = fly(
+            Measured(),
+            Marks(),
+            any_session,
+            any_view,
+            any_kept,
+            until_s=20.0,
+            on_frame=on_frame,
+        )
+    finally:
+        assert view._begun is None
+    return timing, kept
+
+
+def test_every_frame_is_recorded_and_told_once_in_order() -> None:
+    told: list[FrameEvent] = []
+    timing, kept = flown(told.append)
+    frames = [r for r in kept.records if isinstance(r, FrameRecord)]
+    assert kept.samples == len(frames) == len(told) == len(timing.frame_ms) == 20
+    assert [f.number for f in frames] == [s.number for s in told] == list(range(20))
+    samples = [r for r in kept.records if isinstance(r, SampleRecord)]
+    for record, shown in zip(frames, told, strict=True):
+        # whatever was measured while the frame was in the making
+        assert samples[record.sample].time_s == shown.sample.time_s
+        assert record.clearance_mm == shown.sample.time_s
+    assert sum(timing.frame_ms) / 1e3 == pytest.approx(timing.wall_s)
+    assert all(age >= 2.0 for age in timing.pose_age_ms)
+
+
+def test_an_error_in_telling_ends_the_flight() -> None:
+    def fail(shown: FrameEvent) -> None:
+        if shown.number == 19:
+            raise OSError("nobody listens")
+
+    with pytest.raises(OSError, match="nobody listens"):
+        flown(fail)

@@ -1,0 +1,90 @@
+"""Flights that nobody asked to record: which are kept, and which are never removed."""
+
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from paravol.session_store import SessionStore
+from scenarios.bundle import SessionInfo
+
+INFO = SessionInfo(
+    scenario_name="test",
+    scenario="{}",
+    picture_size=(64, 64),
+    tier="LIVE",
+    seed=3,
+    world_from_device=[],
+    registration_rms_mm=0.1,
+    surface_sha256="0" * 64,
+    has_instrument=True,
+    created="",
+    versions={},
+    automatic=True,
+)
+
+
+def put(folder: Path, day: int, size: int, *, automatic: bool = True) -> Path:
+    folder.mkdir(parents=True)
+    info = msgspec.structs.replace(
+        INFO, created=f"2026-01-{day:02}T00:00:00+00:00", automatic=automatic
+    )
+    (folder / "session.json").write_bytes(msgspec.json.encode(info))
+    (folder / "stream.mcap").write_bytes(bytes(size))
+    return folder
+
+
+def test_the_oldest_go_first_until_the_rest_is_within_the_limit(tmp_path: Path) -> None:
+    # by when they were flown, not by their names
+    new = put(tmp_path / "a.paravol", 9, 3000)
+    old = put(tmp_path / "b.paravol", 1, 3000)
+    middle = put(tmp_path / "c.paravol", 5, 3000)
+    kept = SessionStore(tmp_path, limit_bytes=8000)
+    assert kept.make_room() == [old]
+    assert kept.make_room() == []
+    assert new.exists()
+    assert middle.exists()
+    assert not old.exists()
+
+
+def test_what_somebody_named_or_put_there_stays(tmp_path: Path) -> None:
+    kept = SessionStore(tmp_path / "sessions", limit_bytes=0)
+    named = put(kept.folder / "mine.paravol", 1, 3000, automatic=False)
+    elsewhere = put(tmp_path / "saved.paravol", 1, 3000)
+    (kept.folder / "link.paravol").symlink_to(elsewhere)
+    strange = kept.folder / "notes.paravol"
+    strange.mkdir()
+    (strange / "session.json").write_text("[")
+    (kept.folder / "file.paravol").write_text("mine")
+    before_it = put(kept.folder / "other name", 1, 3000)
+    gone = put(kept.folder / "unasked.paravol", 2, 3000)
+    assert kept.make_room() == [gone]
+    for path in (named, elsewhere, strange, before_it, kept.folder / "file.paravol"):
+        assert path.exists()
+    assert (kept.folder / "link.paravol").is_symlink()
+
+
+def test_a_session_that_is_being_recorded_is_not_removed(tmp_path: Path) -> None:
+    kept = SessionStore(tmp_path, limit_bytes=0)
+    with kept.new_session("first flight/../x") as folder:
+        assert folder.parent == tmp_path
+        (folder / "session.json").write_bytes(msgspec.json.encode(INFO))
+        assert kept.make_room() == []
+        with kept.new_session("first flight/../x") as second:
+            assert second != folder
+            assert folder.exists()
+    assert kept.make_room() == [folder]
+
+
+def test_the_users_own_place_is_below_the_data_directory(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    assert SessionStore.of_the_user().folder == tmp_path / "paravol" / "sessions"
+
+
+def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
+    (tmp_path / "sessions").write_text("a file")
+    kept = SessionStore(tmp_path / "sessions")
+    with pytest.raises(OSError, match="sessions"), kept.new_session("x"):
+        pass

@@ -1,0 +1,67 @@
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+from numpy.typing import NDArray
+
+from renderers.fsr.deformation import SEAM_MM
+from renderers.fsr.surfels import SurfelRasterizer
+from renderers.scene import Camera, Volume
+from renderers.scene.deflection import Cut, Deflection, Translation
+from renderers.scene.thread_team import ThreadTeam
+
+CUT = Cut(np.array([4.8, 0.0, 0.0]), 2.9, np.array([0.0, 1.0, 0.0]), 0.8)
+
+
+def view() -> Camera:
+    return Camera.looking_at((0.5, -1, 0.3), (6, 0.2, 0), size=(90, 90))
+
+
+def test_pixels_beside_a_cut_are_where_tissue_begins(
+    hollow: Volume, team: ThreadTeam
+) -> None:
+    """At each there is tissue within a hair, and air before it, rims and all."""
+    deflection = Deflection((CUT,))
+    drawer = SurfelRasterizer(hollow, deflection=deflection)
+    found = drawer.draw(view(), team)
+    assert drawer.counters["cut rays traced"] > 1000
+    assert drawer.counters["cut pixels corrected"] > 200
+    origins, ways = view().rays()
+    shown = found.coverage > 0
+    depth = found.depth_mm[shown].astype(np.float64)
+    x = origins[shown] + depth[:, None] * ways[shown]
+    beside = deflection.opening(x) < SEAM_MM
+    assert beside.sum() > 200
+
+    def inside(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        seen = hollow.sample(deflection.pull_back(x))
+        return np.asarray(np.minimum(seen, deflection.opening(x)))
+
+    # depths are of float32
+    assert np.abs(inside(x[beside])).max() < 1e-3
+    before = x[beside] - 0.1 * ways[shown][beside]
+    facing = np.einsum("ij,ij->i", found.normal[shown][beside], ways[shown][beside])
+    assert np.all(inside(before[facing < -0.3]) < 0)
+    length = np.linalg.norm(found.normal[shown], axis=-1)
+    np.testing.assert_allclose(length, 1, atol=1e-4)
+
+
+def test_bits_do_not_depend_on_the_number_of_threads(hollow: Volume) -> None:
+    drawer = SurfelRasterizer(hollow, deflection=Deflection((CUT,)))
+    teams = [ThreadTeam(1), ThreadTeam(3)]
+    one, many = (drawer.draw(view(), team) for team in teams)
+    assert_array_equal(one.depth_mm, many.depth_mm)
+    assert_array_equal(one.normal, many.normal)
+    assert_array_equal(one.coverage, many.coverage)
+    for team in teams:
+        team.close()
+
+
+@pytest.mark.parametrize(
+    "deflectors", [(), (Translation(CUT.center_mm, 2, np.array([0.3, 0, 0])),)]
+)
+def test_without_a_cut_no_pixel_is_asked(
+    hollow: Volume, team: ThreadTeam, deflectors: tuple[Translation, ...]
+) -> None:
+    drawer = SurfelRasterizer(hollow, deflection=Deflection(deflectors))
+    drawer.draw(view(), team)
+    assert drawer.counters["cut rays traced"] == 0
