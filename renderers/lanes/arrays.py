@@ -1,7 +1,12 @@
 """Names for the numbers and arrays that compiled code takes."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
+
+Lanes = Any
+"""A vector: a type of the compiler alone, which lives inside kernels only."""
 
 f32 = np.float32
 i32 = np.int32

@@ -10,7 +10,8 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from renderers.lanes.arrays import Doubles, Flags, Floats, Ints
 
 TRANSLATION, ROTATION, SCALING, CUT = 0, 1, 2, 3
 
@@ -20,11 +21,9 @@ TOLD_BY_MM = 1e-4
 CLEAR_SHARE = 0.95
 """Of a way that is clear by the distance: between voxels it may be a little more."""
 
-Maps = NDArray[np.float64]
-
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def bend(maps: Maps, point: NDArray[np.float64], trail: NDArray[np.float64]) -> float:
+def bend(maps: Doubles, point: Doubles, trail: Doubles) -> float:
     """Move a point to the place that is seen there; give the opening of cuts.
 
     trail: (n, 3), becomes where the point was before each map took it. The opening is
@@ -64,9 +63,7 @@ def bend(maps: Maps, point: NDArray[np.float64], trail: NDArray[np.float64]) -> 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def bend_gradient(
-    maps: Maps, trail: NDArray[np.float64], gradient: NDArray[np.float64]
-) -> None:
+def bend_gradient(maps: Doubles, trail: Doubles, gradient: Doubles) -> None:
     """Turn a gradient at the place seen into one where it is seen: by J transposed.
 
     trail: as `bend` left it.
@@ -109,11 +106,11 @@ def bend_gradient(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def slope_of_opening(
-    maps: Maps,
-    at: NDArray[np.float64],
-    beside: NDArray[np.float64],
-    trail: NDArray[np.float64],
-    slope: NDArray[np.float64],
+    maps: Doubles,
+    at: Doubles,
+    beside: Doubles,
+    trail: Doubles,
+    slope: Doubles,
 ) -> None:
     """Find how the distance from the nearest cut's face grows about a place, mm a mm.
 
@@ -158,7 +155,7 @@ def turned(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def away(maps: Maps, point: NDArray[np.float64]) -> float:
+def away(maps: Doubles, point: Doubles) -> float:
     """Return how far (mm) a point is from all balls, 0 inside any."""
     least = np.inf
     for k in range(len(maps)):
@@ -168,7 +165,7 @@ def away(maps: Maps, point: NDArray[np.float64]) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def entry(maps: Maps, eye: NDArray[np.float64], way: NDArray[np.float64]) -> float:
+def entry(maps: Doubles, eye: Doubles, way: Doubles) -> float:
     """Return how far (mm) along a ray the first ball begins, infinite for none.
 
     eye: (3,), where the ray begins. way: (3,) unit.
@@ -190,12 +187,12 @@ def entry(maps: Maps, eye: NDArray[np.float64], way: NDArray[np.float64]) -> flo
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def find_bent(
-    maps: Maps,
-    geometry: NDArray[np.float32],
-    count: NDArray[np.int32],
-    spacing: NDArray[np.float64],
+    maps: Doubles,
+    geometry: Floats,
+    count: Ints,
+    spacing: Doubles,
     slack: float,
-    bent: NDArray[np.bool_],
+    bent: Flags,
 ) -> None:
     """Mark the rays that come within `slack` mm of any ball between their ends."""
     for ray in range(len(count)):

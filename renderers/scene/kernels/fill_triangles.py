@@ -1,23 +1,19 @@
 """Triangles met by eight rays at a time, exactly along a lens's rays."""
 
-from typing import Any
-
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from renderers.lanes import any_, f32, f64, full, lanes, load_where, store_where, unzip3
+from renderers.lanes.arrays import Doubles, Floats, Ints, Lanes
 from renderers.scene.kernels.triangles import row_span, slope
-
-Floats = NDArray[np.float32]
-Doubles = NDArray[np.float64]
-Ints = NDArray[np.int32]
 
 W = 8
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _quotient(u: Any, v: Any, w: Any, total: Any, places: Doubles, r: int) -> Any:
+def _quotient(
+    u: Lanes, v: Lanes, w: Lanes, total: Lanes, places: Doubles, r: int
+) -> Lanes:
     """Return depths along parallel rays."""
     return (u * places[r, 9] + v * places[r, 10] + w * places[r, 11]) / total
 

@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Doubles = NDArray[np.float64]
+from renderers.lanes.arrays import Doubles
 
 PERSPECTIVE = 1
 """The value of `Projection`."""

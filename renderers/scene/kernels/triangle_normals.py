@@ -5,14 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from renderers.lanes.arrays import Bytes, Doubles, Floats, Ints, f32
 from renderers.scene.kernels.triangles import ORTHOGRAPHIC, edge_products, place
-
-f32 = np.float32
-Floats = NDArray[np.float32]
-Doubles = NDArray[np.float64]
-Ints = NDArray[np.int32]
 
 SILHOUETTE = 1e-3
 """Least cosine between a smooth normal and the ray: at a silhouette the interpolated
@@ -22,9 +17,9 @@ normal may look past the horizon."""
 class DrawnPixels(NamedTuple):
     """What is written of a picture's pixels."""
 
-    normal: NDArray[np.float32]
-    coverage: NDArray[np.float32]
-    material: NDArray[np.uint8]
+    normal: Floats
+    coverage: Floats
+    material: Bytes
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from renderers.lanes.arrays import Doubles, Floats, Ints
 from renderers.scene.kernels.triangle_bounds import (
     BOXED,
     PERSPECTIVE,
@@ -24,11 +24,6 @@ from renderers.scene.kernels.triangle_bounds import (
     bound_equidistant,
     bound_plane,
 )
-
-f32 = np.float32
-Floats = NDArray[np.float32]
-Doubles = NDArray[np.float64]
-Ints = NDArray[np.int32]
 
 ORTHOGRAPHIC = 2
 """The value of `Projection`."""
@@ -56,10 +51,10 @@ class LensBounds(NamedTuple):
 class CutMesh(NamedTuple):
     """Triangles, and where to look for them; see `Facets`."""
 
-    corners: NDArray[np.float32]
-    pieces: NDArray[np.float32]
-    parent: NDArray[np.int32]
-    first: NDArray[np.int32]
+    corners: Floats
+    pieces: Floats
+    parent: Ints
+    first: Ints
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")

@@ -6,8 +6,8 @@ from numba import njit
 
 import renderers.shading.kernels.pixel_block as block
 from renderers.lanes import load, maximum, sqrt, store
-from renderers.lanes.arrays import Floats, f32
-from renderers.shading.kernels.elementary import Lanes, Three, load3, resolved, store3
+from renderers.lanes.arrays import Floats, Lanes, f32
+from renderers.shading.kernels.elementary import Three, load3, resolved, store3
 from renderers.shading.kernels.pixel_block import N
 
 WAVE_LONG = f32(6.5 / (2 * math.pi))

@@ -1,18 +1,14 @@
 """Compiled: elementary functions of vectors, and triples of a block of pixels."""
 
-from typing import Any
-
 import numpy as np
 from numba import njit
 
 from renderers.lanes import as_f32, load, maximum, minimum, store
 from renderers.lanes import f32 as to_real
 from renderers.lanes import i32 as to_whole
-from renderers.lanes.arrays import Floats, f32
+from renderers.lanes.arrays import Floats, Lanes, f32
 from renderers.shading.kernels.pixel_block import N
 
-Lanes = Any
-"""A vector; it lives inside kernels only."""
 Three = tuple[Lanes, Lanes, Lanes]
 Four = tuple[Lanes, Lanes, Lanes, Lanes]
 

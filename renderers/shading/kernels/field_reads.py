@@ -8,8 +8,8 @@ from numba import njit
 from renderers.lanes import cell1, full, greatest, maximum, minimum, sqrt
 from renderers.lanes import f32 as to_real
 from renderers.lanes import i32 as to_whole
-from renderers.lanes.arrays import Floats, f32
-from renderers.shading.kernels.elementary import Lanes, Three, along_axes
+from renderers.lanes.arrays import Floats, Lanes, f32
+from renderers.shading.kernels.elementary import Three, along_axes
 
 Place = tuple[np.float32, np.float32, np.float32]
 

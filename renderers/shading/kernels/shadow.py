@@ -10,8 +10,8 @@ from numba import njit
 
 import renderers.shading.kernels.pixel_block as block
 from renderers.lanes import any_, full, load, maximum, minimum, sqrt, store
-from renderers.lanes.arrays import Floats, f32
-from renderers.shading.kernels.elementary import Lanes, load3
+from renderers.lanes.arrays import Floats, Lanes, f32
+from renderers.shading.kernels.elementary import load3
 from renderers.shading.kernels.field_reads import Place
 from renderers.shading.kernels.pixel_block import N
 

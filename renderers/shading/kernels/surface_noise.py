@@ -25,14 +25,8 @@ from renderers.lanes import (
     store,
 )
 from renderers.lanes import i32 as to_whole
-from renderers.lanes.arrays import Floats, Shorts, f32
-from renderers.shading.kernels.elementary import (
-    Lanes,
-    exp_negative,
-    load3,
-    resolved,
-    smooth,
-)
+from renderers.lanes.arrays import Floats, Lanes, Shorts, f32
+from renderers.shading.kernels.elementary import exp_negative, load3, resolved, smooth
 from renderers.shading.kernels.pixel_block import N, W
 
 MOTTLE_LONG = f32(0.26)

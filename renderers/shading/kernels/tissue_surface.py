@@ -23,9 +23,8 @@ from renderers.lanes import (
 )
 from renderers.lanes import f32 as to_real
 from renderers.lanes import i32 as to_whole
-from renderers.lanes.arrays import Bytes, Floats, f32, i32
+from renderers.lanes.arrays import Bytes, Floats, Lanes, f32, i32
 from renderers.shading.kernels.bump_normals import bump
-from renderers.shading.kernels.elementary import Lanes
 from renderers.shading.kernels.pixel_block import ROWS, N, W
 from renderers.shading.kernels.surface_noise import (
     NoiseTile,

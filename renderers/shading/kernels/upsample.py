@@ -4,8 +4,6 @@ Four pixels at a time: they lie between the same lattice points, whose spacing i
 multiple of four.
 """
 
-from typing import Any
-
 import numpy as np
 from numba import njit
 
@@ -26,7 +24,7 @@ from renderers.lanes import (
     zip3,
 )
 from renderers.lanes import f32 as to_real
-from renderers.lanes.arrays import Flags, Floats, f32, i32
+from renderers.lanes.arrays import Flags, Floats, Lanes, f32, i32
 from renderers.shading.kernels.elementary import along_axes
 from renderers.shading.kernels.field_reads import to_voxels
 from renderers.shading.kernels.indirect import (
@@ -56,7 +54,7 @@ LEAST = f32(0.05)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def triples(array: Floats, at: int, count: int) -> Any:
+def triples(array: Floats, at: int, count: int) -> Lanes:
     """Load x, y and z of `count` pixels, zeros after them."""
     here = lanes(W)
     return unzip3(
@@ -68,9 +66,9 @@ def triples(array: Floats, at: int, count: int) -> Any:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def interpolate(
-    view: View, stride: int, grid: Floats, y: int, x: int, kinds: Any, t: Any, n: Any,
-    channels: int, found: Floats,
-) -> Any:  # fmt: skip
+    view: View, stride: int, grid: Floats, y: int, x: int, kinds: Lanes, t: Lanes,
+    n: tuple[Lanes, Lanes, Lanes], channels: int, found: Floats,
+) -> Lanes:  # fmt: skip
     """Sum the cell's corners of a pixel's own surface; give their weight.
 
     n: the pixels' normals. found: sums of `W` pixels for each channel.

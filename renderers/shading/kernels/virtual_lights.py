@@ -26,8 +26,8 @@ from renderers.lanes import (
 )
 from renderers.lanes import count as count_of
 from renderers.lanes import f32 as to_real
-from renderers.lanes.arrays import Flags, Floats, f32, i32
-from renderers.shading.kernels.elementary import Four, Lanes, along_axes, load3, rotated
+from renderers.lanes.arrays import Flags, Floats, Lanes, f32, i32
+from renderers.shading.kernels.elementary import Four, along_axes, load3, rotated
 from renderers.shading.kernels.field_reads import (
     DistanceField,
     is_outside,
