@@ -169,7 +169,7 @@ def _draw_points(
     actor.GetProperty().LightingOff()
 
 
-def _hidden_first(index: NDArray[Any], count: int) -> NDArray[Any]:
+def _hidden_first(index: NDArray[np.int32], count: int) -> NDArray[np.int64]:
     """Put those of `count` splats that a view leaves out before its own.
 
     VTK makes room for as many points as it is told to draw, then fills in all there
@@ -181,7 +181,7 @@ def _hidden_first(index: NDArray[Any], count: int) -> NDArray[Any]:
     return np.concatenate([np.flatnonzero(hidden), index])
 
 
-def _cells(index: NDArray[Any]) -> vtkCellArray:
+def _cells(index: NDArray[np.int64]) -> vtkCellArray:
     """Make one vertex cell of every point in an order; VTK draws them as they come."""
     convert: Any = numpy_to_vtkIdTypeArray
     cells = vtkCellArray()
@@ -193,7 +193,7 @@ def _cells(index: NDArray[Any]) -> vtkCellArray:
     return cells
 
 
-def _copied(array: NDArray[Any]) -> vtkDataArray:
+def _copied(array: NDArray[np.float32] | NDArray[np.uint8]) -> vtkDataArray:
     convert: Any = numpy_to_vtk
     result: vtkDataArray = convert(array, deep=True)
     return result
