@@ -36,7 +36,7 @@ from renderers.shading import (
     downsample_radiance,
 )
 from renderers.shading.illumination import Effects
-from renderers.shading.path_light import PathLight
+from renderers.shading.path_tracer import PathLight
 from scenarios.instruments import suction_tube
 
 SIZE = 512

@@ -19,7 +19,7 @@ import msgspec
 from devices import DeviceError, ProbePath, Registration
 from devices.controls.pedals import Button, ButtonEvent
 from disk import UserError
-from paravol.frame_loop import FrameEvent, Timing, fly
+from paravol.flight_loop import FrameEvent, Timing, fly
 from paravol.inputs.flight_input import FlightInput
 from paravol.inputs.pose_completer import (
     KeyboardRoll,

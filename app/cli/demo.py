@@ -9,7 +9,7 @@ from app.cli.terminal import Stages, print_json, print_table
 from devices import DeviceError, ProbePath, load_probe_path
 from disk import UserError
 from paravol.flight import FinishedFlight, Flight, FlightObserver, FlightOrder
-from paravol.frame_loop import FrameEvent
+from paravol.flight_loop import FrameEvent
 from paravol.inputs.arm import ArmInput
 from paravol.inputs.open_arm import demand_port
 from paravol.output_folder import claimed_folder, remove_old_session

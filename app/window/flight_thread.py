@@ -18,7 +18,7 @@ from app.vtk.head_model import head_model
 from devices import DeviceError
 from paravol.cutaway import cutter
 from paravol.flight import Flight, FlightObserver, FlightOrder
-from paravol.frame_loop import FrameEvent
+from paravol.flight_loop import FrameEvent
 from paravol.patient import PatientScene
 from paravol.session_setup import SEED
 from paravol.snapshots.moments import SnapshotRequestFactory

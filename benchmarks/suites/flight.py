@@ -14,8 +14,8 @@ from benchmarks.plan import Measured, Plan, Task
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
 from devices import Pose, ProbePath, Registration
-from paravol.frame_loop import Timing as LoopTiming
-from paravol.frame_loop import fly
+from paravol.flight_loop import Timing as LoopTiming
+from paravol.flight_loop import fly
 from paravol.inputs.pose_completer import PATH_PEDAL, PathChannel
 from paravol.patient import PatientScene, load_patient
 from paravol.session_setup import (

@@ -14,7 +14,7 @@ from benchmarks.timing import measure
 from renderers.art import ActiveRayTracer
 from renderers.scene import AirSurface, GBuffer, image_error
 from renderers.shading import ScopeShader, Tier
-from renderers.shading.path_light import PathLight, PathTracer
+from renderers.shading.path_tracer import PathLight, PathTracer
 
 PATHS = "paths from wall to wall"
 NOTHING = "no bounce light"

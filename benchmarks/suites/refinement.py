@@ -18,8 +18,8 @@ from benchmarks.timing import Timing
 from renderers.art import ActiveRayTracer
 from renderers.scene import ImageError, Scene, image_error
 from renderers.shading import ScopeShader, Tier
-from renderers.shading.path_light import PathTracer, SeenWalls
 from renderers.shading.path_sampling import PathSampling
+from renderers.shading.path_tracer import PathTracer, SeenWalls
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.delivery import Finisher, Picture
 from renderers.snapshots.refinement import Refinement

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.extract import Elements, InclusionTable, extract_rows
+from renderers.fsr.kernels.extract_splats import Elements, InclusionTable, extract_rows
 from renderers.fsr.kernels.gradients import FlatVolume
 from renderers.fsr.sobel_normals import decode_normals, flat_volume
 from renderers.fsr.sparse_rows import SparseRows

@@ -9,7 +9,7 @@ it 5:1 voxels are 31 degrees off.
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.extract import UNDEFINED
+from renderers.fsr.kernels.extract_splats import UNDEFINED
 from renderers.fsr.kernels.gradients import FlatVolume
 from renderers.scene import Volume
 

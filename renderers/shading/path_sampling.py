@@ -15,7 +15,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.shading.path_light import PathLight, PathTracer, SeenWalls, estimate
+from renderers.shading.path_tracer import PathLight, PathTracer, SeenWalls, estimate
 
 BLOCK_PX = 16
 """Edge of a block: some 10 ms of paths, and enough pixels to know its error by."""

@@ -12,16 +12,16 @@ from renderers.lanes.self_check import demand_vectors
 from renderers.scene import AirSurface, Camera, GBuffer, Projection
 from renderers.scene.thread_team import ThreadTeam
 from renderers.shading.bands import RowBands
-from renderers.shading.bounce import STRIDE, VirtualLights
+from renderers.shading.bounce_light import STRIDE, VirtualLights
 from renderers.shading.capsules import Caster, capsule_table
 from renderers.shading.hairs import HairLayer, PlacedStrands, draw_hairs
 from renderers.shading.illumination import Detail, Effects, ScopeLight, Tier
-from renderers.shading.indirect_light import Followed, IndirectLight, view_of
-from renderers.shading.kernels.indirect import LitWalls
+from renderers.shading.kernels.follow_rays import LitWalls
 from renderers.shading.kernels.shade_rows import Shadows, shade_rows
 from renderers.shading.lattice_points import asked_points, dilated, pixels_of
 from renderers.shading.lit_walls import fibre_light, seen_field
-from renderers.shading.path_light import PathLight, demand_size
+from renderers.shading.mirrored_light import Followed, MirroredLight, view_of
+from renderers.shading.path_tracer import PathLight, demand_size
 from renderers.shading.surface_look import surface_tables
 
 BOUNCE_FACTOR = 1.15
@@ -36,7 +36,7 @@ class Lattice:
     And what of a view's light asks for no G-buffer. lights: that bounce stands for.
     walls: lit by them and by the scope. shadows: of the tools in the light. hairs:
     those in view. grid: of `VirtualLights.gather`; gathered: the points that it has.
-    followed: of `IndirectLight.follow`.
+    followed: of `MirroredLight.follow`.
     """
 
     lights: VirtualLights
@@ -79,7 +79,7 @@ class ScopeShader:
         )
         self.effects = tier.effects if effects is None else effects
         self._hairs = HairLayer(surface, seed) if self.effects.hairs else None
-        self._indirect = IndirectLight(
+        self._mirrored = MirroredLight(
             surface, self.effects, tier.mirror_stride, blood_bias
         )
 
@@ -135,7 +135,7 @@ class ScopeShader:
                 f"light of {bounce.irradiance.shape} does not fit a G-buffer of "
                 f"{gbuffer.size}"
             )
-        self._indirect.add(
+        self._mirrored.add(
             radiance,
             gbuffer,
             camera,
@@ -170,10 +170,10 @@ class ScopeShader:
         """
         points = asked_points(only, gbuffer.size, STRIDE)
         pixels = pixels_of(points, STRIDE, gbuffer.size)
-        if self._indirect.wants(gbuffer):
+        if self._mirrored.wants(gbuffer):
             stride = self.tier.mirror_stride
             points = asked_points(only, gbuffer.size, stride)
-            reach = self._indirect.reach(gbuffer)
+            reach = self._mirrored.reach(gbuffer)
             pixels |= pixels_of(dilated(points, reach), stride, gbuffer.size)
         return pixels
 
@@ -199,7 +199,7 @@ class ScopeShader:
         if self._hairs is not None:
             hairs = self._hairs.place(camera, light, sources)
         gathered = np.zeros(grid.shape[1:], np.bool_)
-        walls = self._indirect.lit_walls(camera, light, lights, sources, BOUNCE_FACTOR)
+        walls = self._mirrored.lit_walls(camera, light, lights, sources, BOUNCE_FACTOR)
         return Lattice(lights, walls, shadows, hairs, grid, gathered, followed)
 
     def _shadows(
@@ -221,7 +221,7 @@ class ScopeShader:
         if fresh.any():
             lattice.lights.gather(gbuffer, camera, self._bands, fresh, lattice.grid)
             lattice.gathered[fresh] = True
-        self._indirect.follow(
+        self._mirrored.follow(
             gbuffer,
             camera,
             lattice.walls,

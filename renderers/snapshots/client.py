@@ -17,6 +17,7 @@ from renderers.art.quality import ClassificationName
 from renderers.scene import AirSurface, Camera, Material, Scene, Volume
 from renderers.scene.mesh import PlacedMesh
 from renderers.snapshots.data_store import DataStore
+from renderers.snapshots.lease import LEASE_S
 from renderers.snapshots.request import (
     REQUEST_SCHEMA,
     CameraSpec,
@@ -38,7 +39,7 @@ from renderers.snapshots.request import (
     SnapshotRequest,
     SnapshotResult,
 )
-from renderers.snapshots.spool import LEASE_S, JobState, Spool
+from renderers.snapshots.spool import JobState, Spool
 
 POLL_S = 0.05
 

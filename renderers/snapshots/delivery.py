@@ -20,7 +20,7 @@ from renderers.shading import (
     downsample_gbuffer,
     downsample_radiance,
 )
-from renderers.shading.path_light import BATCH_PATHS, SeenWalls
+from renderers.shading.path_tracer import BATCH_PATHS, SeenWalls
 from renderers.snapshots.data_store import DataStore, make_last, npy_record, write_whole
 from renderers.snapshots.error_estimate import eye_codes, in_field, stopped_error
 from renderers.snapshots.path_traced import follow_light, path_tracing_of

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from renderers.art.tracer import RenderStoppedError
 from renderers.scene import AirSurface
-from renderers.shading.path_light import BATCH_PATHS, PathLight, PathTracer, SeenWalls
 from renderers.shading.path_sampling import PathSampling
+from renderers.shading.path_tracer import BATCH_PATHS, PathLight, PathTracer, SeenWalls
 from renderers.snapshots.data_store import DataStore
 from renderers.snapshots.request import PathTracingSpec, ScopeWork, SnapshotRequest
 from renderers.snapshots.saved_work import SavedWork

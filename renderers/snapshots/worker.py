@@ -15,6 +15,7 @@ from renderers.scene import Scene
 from renderers.snapshots.data_store import write_whole
 from renderers.snapshots.delivery import Finisher, write_picture
 from renderers.snapshots.heartbeat import Heartbeat, Verdict
+from renderers.snapshots.lease import LEASE_S
 from renderers.snapshots.path_traced import path_tracing_of
 from renderers.snapshots.progressive import Preview, trace_best
 from renderers.snapshots.pruning import KEEP_S, Pruner
@@ -28,7 +29,7 @@ from renderers.snapshots.request import (
 from renderers.snapshots.result_cache import CACHE_BYTES, ResultCache
 from renderers.snapshots.saved_work import SavedWork, code_key, forget_saved
 from renderers.snapshots.scene_loader import camera_in_tissue, load_scene, load_tools
-from renderers.snapshots.spool import LEASE_S, SAVE_EVERY_S, Claim, JobState, Spool
+from renderers.snapshots.spool import SAVE_EVERY_S, Claim, JobState, Spool
 from renderers.snapshots.team import Progress, SerialTeam, Team, Traced
 
 POLL_S = 0.05

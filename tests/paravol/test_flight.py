@@ -15,7 +15,7 @@ from app.window.style import ALARM
 from devices import load_probe_path
 from devices.microscribe import MicroScribeEmulator
 from paravol.flight import Flight, FlightObserver, FlightOrder, save_frame_view
-from paravol.frame_loop import FrameEvent
+from paravol.flight_loop import FrameEvent
 from paravol.inputs import choose_input
 from paravol.inputs.flight_input import in_the_patient
 from paravol.patient import PatientScene, load_patient

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from numba import njit
 
 from renderers.fsr.kernels.array_types import F32, F64, I16, I64, U16
-from renderers.fsr.kernels.extract import UNDEFINED
+from renderers.fsr.kernels.extract_splats import UNDEFINED
 from renderers.fsr.kernels.project_splats import Splats
 
 

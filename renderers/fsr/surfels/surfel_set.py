@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.gradients import extract_surfel_rows
+from renderers.fsr.kernels.extract_surfels import extract_surfel_rows
 from renderers.fsr.sobel_normals import flat_volume
 from renderers.fsr.sparse_rows import SparseRows
 from renderers.scene import Volume

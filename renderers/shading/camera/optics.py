@@ -7,7 +7,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.shading.camera.camera_settings import CameraSettings, field_tables
+from renderers.shading.camera.camera_settings import CameraSettings
+from renderers.shading.camera.field_stop import field_tables
 from renderers.shading.kernels.camera_expose import Lateral, W
 
 _DESIGN_PX = 480.0

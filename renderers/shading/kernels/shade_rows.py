@@ -31,7 +31,7 @@ from renderers.lanes.atomics import take_turn
 from renderers.shading.kernels.direct_light import light
 from renderers.shading.kernels.elementary import along_axes, rotated
 from renderers.shading.kernels.field_reads import DistanceField
-from renderers.shading.kernels.indirect import View
+from renderers.shading.kernels.follow_rays import View
 from renderers.shading.kernels.path_tracing import FibreLight
 from renderers.shading.kernels.pixel_block import CELL, ROWS, SLOTS, N, W
 from renderers.shading.kernels.shadow import darken

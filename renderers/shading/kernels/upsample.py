@@ -27,7 +27,7 @@ from renderers.lanes import f32 as to_real
 from renderers.lanes.arrays import Flags, Floats, Lanes, f32, i32
 from renderers.shading.kernels.elementary import along_axes
 from renderers.shading.kernels.field_reads import to_voxels
-from renderers.shading.kernels.indirect import (
+from renderers.shading.kernels.follow_rays import (
     FILM,
     FOUND,
     METAL,

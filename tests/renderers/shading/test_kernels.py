@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from renderers.scene import AirSurface, Camera, GBuffer
 from renderers.shading import Effects, ScopeLight, ScopeShader, Tier
-from renderers.shading.bounce import VirtualLights
+from renderers.shading.bounce_light import VirtualLights
 from renderers.shading.kernels.surface_noise import TILE_SIZE, NoiseTile
 from renderers.shading.shader import BOUNCE_FACTOR
 from renderers.shading.surface_look import surface_tables

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from renderers.scene import AirSurface, Camera, GBuffer, Volume
 from renderers.shading.illumination import ScopeLight
-from renderers.shading.path_light import PathLight, PathTracer, SeenWalls, estimate
 from renderers.shading.path_sampling import PathSampling
+from renderers.shading.path_tracer import PathLight, PathTracer, SeenWalls, estimate
 from renderers.shading.tissue_colour import colour_table
 
 RADIUS_MM = 8.0

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from renderers.scene import AirSurface, Camera, GBuffer, Material, Projection
 from renderers.shading import Caster, Effects, ScopeLight, ScopeShader, Tier
-from renderers.shading.path_light import PathLight
+from renderers.shading.path_tracer import PathLight
 from tests.renderers.shading.steel import tool
 
 LIGHT = ScopeLight()

@@ -8,7 +8,7 @@ from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from renderers.shading.kernels.field_reads import DistanceField, to_voxels
-from renderers.shading.kernels.indirect import (
+from renderers.shading.kernels.follow_rays import (
     FILM,
     FOUND,
     METAL,

@@ -5,7 +5,7 @@ import pytest
 
 from renderers.scene import AirSurface, Camera, GBuffer, Volume
 from renderers.shading import ScopeLight
-from renderers.shading.bounce import CONE_HALF_ANGLE, VirtualLights
+from renderers.shading.bounce_light import CONE_HALF_ANGLE, VirtualLights
 
 RADIUS_MM = 9.0
 

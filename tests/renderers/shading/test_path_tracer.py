@@ -8,7 +8,7 @@ from numpy.testing import assert_array_equal
 
 from renderers.scene import AirSurface, Camera, GBuffer, Volume
 from renderers.shading.illumination import ScopeLight
-from renderers.shading.path_light import PathLight, PathTracer
+from renderers.shading.path_tracer import PathLight, PathTracer
 from renderers.shading.tissue_colour import colour_table
 
 RADIUS_MM = 8.0

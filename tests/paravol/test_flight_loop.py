@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from devices import Pose
-from paravol.frame_loop import FrameEvent, _arrived, fly
+from paravol.flight_loop import FrameEvent, _arrived, fly
 from paravol.view import Frame
 from renderers.scene import GBuffer
 from renderers.scene.thread_team import Errand, ThreadTeam

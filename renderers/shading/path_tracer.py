@@ -4,7 +4,7 @@ Every wall is diffuse with the albedo of its blood and skin (without the fine mo
 which averages out over what a point sees), the scope's sources light it with their
 shadows, and light is followed from wall to wall until little is left. The mean of many
 paths is right but for its noise, and the noise is told: this is what the fast bounce
-light (`renderers.shading.bounce`) is judged by.
+light (`renderers.shading.bounce_light`) is judged by.
 """
 
 import math

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from renderers.scene import AirSurface, Camera, GBuffer
 from renderers.shading.bands import RowBands
-from renderers.shading.bounce import VirtualLights
+from renderers.shading.bounce_light import VirtualLights
 from renderers.shading.illumination import Effects, ScopeLight
-from renderers.shading.kernels.indirect import (
+from renderers.shading.kernels.follow_rays import (
     FILM,
     FOUND,
     MIRROR,
@@ -49,7 +49,7 @@ class Followed:
         return cls(found, found.copy(), np.zeros(points, np.bool_))
 
 
-class IndirectLight:
+class MirroredLight:
     """Add to radiance what comes by way of one more wall.
 
     The wall that is seen in a mirror, or that lights a thin wall from behind, is lit

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from renderers.shading.kernels.field_reads import DistanceField
-from renderers.shading.kernels.indirect import (
+from renderers.shading.kernels.follow_rays import (
     FILM,
     FOUND,
     METAL,
