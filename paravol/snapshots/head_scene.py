@@ -62,11 +62,11 @@ class HeadScene:
                     f"The view is of the case {head.folder}, which is not there; say "
                     "with --case where it lies now."
                 )
-            room = load_case(Path(head.folder), progress)
+            patient = load_case(Path(head.folder), progress)
         else:
             assert isinstance(head, PhantomHead)
-            room = load_phantom(head.seed, head.spacing_mm, progress)
-        return cls(room.scene, room.surface_sha256)
+            patient = load_phantom(head.seed, head.spacing_mm, progress)
+        return cls(patient.scene, patient.surface_sha256)
 
     def demand(self, view: ViewFile) -> None:
         """Raise ValueError where the view is of another head, or cannot be drawn."""

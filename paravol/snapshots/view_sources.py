@@ -70,15 +70,15 @@ def session_views(
             f"{folder} was flown through the case {scenario.head.case}, which is not "
             "there; say with --case where it lies now."
         )
-    room = load_patient(scenario, progress)
-    if room.surface_sha256 != info.surface_sha256:
+    patient = load_patient(scenario, progress)
+    if patient.surface_sha256 != info.surface_sha256:
         raise UserError(
             f"{folder} was flown through another head (surface "
-            f"{info.surface_sha256[:12]}, now {room.surface_sha256[:12]}); name the "
+            f"{info.surface_sha256[:12]}, now {patient.surface_sha256[:12]}); name the "
             "case it was flown through with --case."
         )
     matrix = np.array(info.world_from_device).reshape(4, 4)
-    session = build_session(scenario, room, matrix, (size, size))
+    session = build_session(scenario, patient, matrix, (size, size))
     begins = np.array([sample.time_s for sample, _, _ in samples])
     _demand_within(times_s, float(begins[-1]), folder)
     chosen = np.maximum(np.searchsorted(begins, times_s, side="right") - 1, 0)
@@ -87,14 +87,14 @@ def session_views(
         seen = view_of(
             session.view(sample),
             scenario,
-            room,
+            patient,
             gain=gain,
             number=number,
             seed=info.seed,
             has_instrument=info.has_instrument,
         )
         views.append(seen)
-    return HeadScene(room.scene, room.surface_sha256), views
+    return HeadScene(patient.scene, patient.surface_sha256), views
 
 
 def case_views(
@@ -102,14 +102,18 @@ def case_views(
 ) -> tuple[HeadScene, list[ViewFile]]:
     """Return what a scope sees along a case's exercise; ValueError after its end."""
     scenario, place = load_scenario(str(scenario_of_case(folder)))
-    room = load_patient(scenario, progress)
+    patient = load_patient(scenario, progress)
     path = load_probe_path(place / scenario.path)
     _demand_within(times_s, path.duration_s, folder)
     views = [
-        view_of(path_view(scenario, room, path, float(t), (size, size)), scenario, room)
+        view_of(
+            path_view(scenario, patient, path, float(t), (size, size)),
+            scenario,
+            patient,
+        )
         for t in times_s
     ]
-    return HeadScene(room.scene, room.surface_sha256), views
+    return HeadScene(patient.scene, patient.surface_sha256), views
 
 
 def _demand_within(times_s: NDArray[np.float64], end_s: float, folder: Path) -> None:
@@ -159,7 +163,7 @@ def placed_view(
 def view_of(
     view: View,
     scenario: Scenario,
-    room: PatientScene,
+    patient: PatientScene,
     *,
     gain: float | None = None,
     number: int = 0,
@@ -185,5 +189,5 @@ def view_of(
             scenario.scope.ring_radius_mm, seed=seed, gain=gain, frame_number=number
         ),
         instruments=tools,
-        surface_sha256=room.surface_sha256,
+        surface_sha256=patient.surface_sha256,
     )

@@ -29,17 +29,17 @@ def _is_shared(array: Any) -> bool:
 
 
 @vector_function
-def take_turn(turns: Any) -> Any:
-    """Add one to the first element of an int64 array; give what it was before.
+def fetch_add(turns: Any) -> Any:
+    """Add one to the first element of an int64 array; return what it was before.
 
-    One step: no two threads get the same turn.
+    Atomic: no two threads get the same number.
     """
     return _changed_by(turns, "add", "monotonic")
 
 
 @vector_function
 def give_back(turns: Any) -> Any:
-    """Take one from the first element of an int64 array; give what it was before.
+    """Take one from the first element of an int64 array; return what it was before.
 
     Whoever sees that sees all that was written before it.
     """
@@ -72,7 +72,7 @@ def wait_for_change(shared: Longs, value: int, looks: int) -> bool:
 @njit(cache=True)
 def count_up(shared: Longs) -> None:
     """Add one in one step, as compiled code that does not hold the lock does."""
-    take_turn(shared)
+    fetch_add(shared)
 
 
 @njit(cache=True, nogil=True)

@@ -160,16 +160,16 @@ def room_of(
     """Keep a head as a case, read it back, and look from the middle of its flight."""
     write_imported_case(head, (source_record(scan, "test"),), folder)
     scenario, place = load_scenario(str(scenario_of_case(folder)))
-    room = load_patient(scenario, lambda stage, share: None)
+    patient = load_patient(scenario, lambda stage, share: None)
     path = load_probe_path(place / scenario.path)
     view = build_view(
-        scenario, room, tier="LIVE", seed=1, has_instrument=False, threads=1
+        scenario, patient, tier="LIVE", seed=1, has_instrument=False, threads=1
     )
-    seen = path_view(scenario, room, path, 0.4 * path.duration_s, (200, 200))
+    seen = path_view(scenario, patient, path, 0.4 * path.duration_s, (200, 200))
     frame = view.draw(seen, number=0, elapsed_s=0.0)
     covered = np.asarray(frame.gbuffer.coverage) > 0.5
     assert covered.mean() > 0.5
-    return room, frame.pixels
+    return patient, frame.pixels
 
 
 def check_picture(pixels: NDArray[np.uint8]) -> None:
@@ -184,18 +184,18 @@ def check_picture(pixels: NDArray[np.uint8]) -> None:
 @needs_ct
 @pytest.mark.slow
 def test_the_ct_is_flown_through(ct: Scan, head: ImportedHead, tmp_path: Path) -> None:
-    room, pixels = room_of(ct, head, tmp_path)
+    patient, pixels = room_of(ct, head, tmp_path)
     check_picture(pixels)
     case = read_case(tmp_path)
     assert np.array_equal(case.ct.values, head.ct.values)
     assert case.record.sources[0].modality == "CT"
-    assert room.way_in is not None
+    assert patient.way_in is not None
     assert head.approach is not None
-    assert np.array_equal(room.way_in.pivot_mm, head.approach.pivot_mm)
+    assert np.array_equal(patient.way_in.pivot_mm, head.approach.pivot_mm)
     # its own histogram's transfer function is what classic mode draws with
     assert case.record.transfer is not None
     stored = case.record.transfer.function()
-    assert np.array_equal(room.scene.transfer_function.nodes, stored.nodes)
+    assert np.array_equal(patient.scene.transfer_function.nodes, stored.nodes)
 
 
 @needs_mr

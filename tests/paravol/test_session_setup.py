@@ -25,15 +25,15 @@ def quietly(stage, share):
 
 scenario, folder = load_scenario(sys.argv[1])
 path = load_probe_path(folder / scenario.path)
-room = load_patient(scenario, quietly)
+patient = load_patient(scenario, quietly)
 view = build_view(
-    scenario, room, tier="LIVE", seed=1, has_instrument=True, threads=2
+    scenario, patient, tier="LIVE", seed=1, has_instrument=True, threads=2
 )
 size = (96, 96)
-view.warm_up(first_views(scenario, room, path, size), quietly)
+view.warm_up(first_views(scenario, patient, path, size), quietly)
 before = compiled()
 for place in range(51):
-    seen = path_view(scenario, room, path, place / 50 * path.duration_s, size)
+    seen = path_view(scenario, patient, path, place / 50 * path.duration_s, size)
     view.draw(seen, number=place, elapsed_s=0.02)
 after = compiled()
 print(sum(n > 0 for n in before.values()))

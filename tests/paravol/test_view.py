@@ -20,18 +20,18 @@ PLACES_S = (1.0, 2.0, 2.001)
 
 
 @pytest.fixture(scope="module")
-def room(coarse_scenario: Path) -> tuple[list[EndoscopeView], list[View]]:
+def patient(coarse_scenario: Path) -> tuple[list[EndoscopeView], list[View]]:
     """Two renderers of one head, and a few views; some differ by the tool alone."""
     scenario, folder = load_scenario(str(coarse_scenario))
     path = load_probe_path(folder / scenario.path)
-    room = load_patient(scenario, lambda stage, share: None)
-    views = [path_view(scenario, room, path, t, SIZE) for t in PLACES_S]
+    patient = load_patient(scenario, lambda stage, share: None)
+    views = [path_view(scenario, patient, path, t, SIZE) for t in PLACES_S]
     moved = views[0].world_from_instrument.copy()
     moved[:3, 3] += 0.5 * views[0].camera.frame[1]
     views.append(dataclasses.replace(views[0], world_from_instrument=moved))
     renderers = [
         build_view(
-            scenario, room, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=1
+            scenario, patient, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=1
         )
         for _ in range(2)
     ]
@@ -41,9 +41,9 @@ def room(coarse_scenario: Path) -> tuple[list[EndoscopeView], list[View]]:
 @settings(max_examples=10, deadline=None)
 @given(st.lists(st.integers(0, 3), min_size=2, max_size=10))
 def test_frames_are_those_of_a_renderer_that_skips_nothing(
-    room: tuple[list[EndoscopeView], list[View]], order: list[int]
+    patient: tuple[list[EndoscopeView], list[View]], order: list[int]
 ) -> None:
-    (view, fresh), seen = room
+    (view, fresh), seen = patient
     before = view.views_skipped
     rests = 0
     last = None
@@ -62,10 +62,10 @@ def test_frames_are_those_of_a_renderer_that_skips_nothing(
 
 
 def test_a_resting_scope_is_exposed_anew_each_time(
-    room: tuple[list[EndoscopeView], list[View]],
+    patient: tuple[list[EndoscopeView], list[View]],
 ) -> None:
     """Grain and gain go on; the view is found once."""
-    (view, _), seen = room
+    (view, _), seen = patient
     before = view.views_skipped
     frames = [view.draw(seen[1], number=n, elapsed_s=0.0, gain=0.7) for n in (7, 8, 7)]
     assert view.views_skipped - before >= 2
@@ -78,17 +78,17 @@ def test_a_resting_scope_is_exposed_anew_each_time(
 def shared(coarse_scenario: Path) -> EndoscopeView:
     """One renderer with two threads."""
     scenario, _ = load_scenario(str(coarse_scenario))
-    room = load_patient(scenario, lambda stage, share: None)
+    patient = load_patient(scenario, lambda stage, share: None)
     return build_view(
-        scenario, room, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=2
+        scenario, patient, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=2
     )
 
 
 def test_frames_begun_one_upon_another_are_those_drawn_one_by_one(
-    room: tuple[list[EndoscopeView], list[View]], shared: EndoscopeView
+    patient: tuple[list[EndoscopeView], list[View]], shared: EndoscopeView
 ) -> None:
     """With the automatic gain, which each frame hands to the next."""
-    (_, alone), seen = room
+    (_, alone), seen = patient
     order = [0, 1, 1, 3, 2, 0, 3, 1]
     told: list[Frame] = []
     begun = [
@@ -106,12 +106,12 @@ def test_frames_begun_one_upon_another_are_those_drawn_one_by_one(
 
 
 def test_what_fails_at_the_end_of_a_frame_is_raised_by_the_next(
-    room: tuple[list[EndoscopeView], list[View]], shared: EndoscopeView
+    patient: tuple[list[EndoscopeView], list[View]], shared: EndoscopeView
 ) -> None:
     def fail(frame: Frame) -> None:
         raise OSError("the disk is full")
 
-    _, seen = room
+    _, seen = patient
     shared.begin(seen[0], number=0, elapsed_s=0.0, gain=0.7, then=fail)
     with pytest.raises(OSError, match="disk is full"):
         shared.begin(seen[1], number=1, elapsed_s=0.0, gain=0.7)
@@ -120,7 +120,7 @@ def test_what_fails_at_the_end_of_a_frame_is_raised_by_the_next(
     with pytest.raises(OSError, match="disk is full"):
         shared.settle()
     shared.settle()
-    expected = room[0][0].draw(seen[1], number=1, elapsed_s=0.0, gain=0.7)
+    expected = patient[0][0].draw(seen[1], number=1, elapsed_s=0.0, gain=0.7)
     frame = shared.draw(seen[1], number=1, elapsed_s=0.0, gain=0.7)
     np.testing.assert_array_equal(frame.pixels, expected.pixels)
 

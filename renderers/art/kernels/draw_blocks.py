@@ -32,7 +32,7 @@ from renderers.art.kernels.march_types import (
 from renderers.art.kernels.set_up_rays import set_up_rays
 from renderers.lanes import count as count_lanes
 from renderers.lanes import lanes, load, store
-from renderers.lanes.atomics import take_turn
+from renderers.lanes.atomics import fetch_add
 
 WIDTH = 32
 """Rays of a packet: with and without AVX-512 the fastest of 4 to 64."""
@@ -141,11 +141,11 @@ def strip_kernel(kind: int) -> Callable[..., tuple[int, int, int]]:
         straight = Deflectors(np.zeros((0, 9)), 1.0, False)
         order = np.empty(BLOCK, np.int32)
         width, height, kept, fresh, early = 0, 0, 0, 0, 0
-        while kept < len(waiting) and take_turn(turns) < limit:
+        while kept < len(waiting) and fetch_add(turns) < limit:
             if from_end:
-                number = len(blocks) - 1 - take_turn(turns[2:])
+                number = len(blocks) - 1 - fetch_add(turns[2:])
             else:
-                number = take_turn(turns[1:])
+                number = fetch_add(turns[1:])
             x, y = blocks[number, 0], blocks[number, 1]
             columns, rows = blocks[number, 2] - x, blocks[number, 3] - y
             n = columns * rows

@@ -43,7 +43,7 @@ from renderers.lanes import (
     store_groups,
     store_triples,
 )
-from renderers.lanes.atomics import take_turn
+from renderers.lanes.atomics import fetch_add
 
 _ONE = np.float32(1)
 _ZERO = np.float32(0)
@@ -318,7 +318,7 @@ def draw_tiles(
     ``(tiles, SQUARES * RAY)``. found: ``(tiles, 3)``, what `draw_tile` returns.
     """
     while True:
-        tile = take_turn(counter)
+        tile = fetch_add(counter)
         if tile >= rays.shape[0]:
             return
         row, column = tile // across, tile % across

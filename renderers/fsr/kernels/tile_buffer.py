@@ -12,7 +12,7 @@ from numba import njit
 
 from renderers.fsr.kernels.array_types import F32, I32, I64, Flags, Lanes
 from renderers.lanes import full, load, store_groups, store_quads
-from renderers.lanes.atomics import take_turn
+from renderers.lanes.atomics import fetch_add
 
 TILE_SHIFT = 5
 TILE_SIDE = 1 << TILE_SHIFT
@@ -167,7 +167,7 @@ def next_run(counter: I64, image: F32, alive: I64) -> tuple[int, int]:
     down = (image.shape[0] + TILE_SIDE - 1) // TILE_SIDE
     runs = (across + RUN - 1) // RUN
     while True:
-        turn = take_turn(counter)
+        turn = fetch_add(counter)
         if turn >= down * runs:
             return 0, 0
         column, row = turn // down * RUN, turn % down

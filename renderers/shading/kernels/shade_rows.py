@@ -27,7 +27,7 @@ from renderers.lanes import (
     zip3,
 )
 from renderers.lanes.arrays import Floats, Longs, f32, i32
-from renderers.lanes.atomics import take_turn
+from renderers.lanes.atomics import fetch_add
 from renderers.shading.kernels.direct_light import light
 from renderers.shading.kernels.elementary import along_axes, rotated
 from renderers.shading.kernels.field_reads import DistanceField
@@ -177,7 +177,7 @@ def shade_rows(
     bounced = np.zeros((2, PLANES, width + W + CELL), np.float32)
     height = depth.shape[0]
     while True:
-        first = take_turn(turns) * TURN_ROWS
+        first = fetch_add(turns) * TURN_ROWS
         if first >= height:
             return
         last = min(first + TURN_ROWS, height)

@@ -43,14 +43,14 @@ def nose(folder: Path, seed: int) -> Path:
 def session_through(case: Path, folder: Path) -> Path:
     """Record one sample in the middle of the case's exercise."""
     scenario, place = load_scenario(str(scenario_of_case(case)))
-    room = load_patient(scenario, lambda stage, share: None)
+    patient = load_patient(scenario, lambda stage, share: None)
     path = load_probe_path(place / scenario.path)
     at = path.sample(0.4 * path.duration_s)
     sample = Sample(
         1.0, tip_frame(at.tip_mm, at.axis), at.roll_deg, at.tip_mm, at.axis, 0
     )
     info = describe_session(
-        scenario, room, in_the_patient(), size=SIZE, has_instrument=False
+        scenario, patient, in_the_patient(), size=SIZE, has_instrument=False
     )
     with SessionRecorder(folder, info) as recorder:
         recorder.add(SampleRecord.of(sample))

@@ -51,8 +51,8 @@ def recorded(folder: Path, times: list[float], sha256: str) -> list[SampleRecord
     return records
 
 
-def played(chosen: RecordingInput, room: PatientScene) -> list[SampleRecord]:
-    with chosen.open(room) as source:
+def played(chosen: RecordingInput, patient: PatientScene) -> list[SampleRecord]:
+    with chosen.open(patient) as source:
         return [SampleRecord.of(chosen.completer.complete(pose)) for pose in source]
 
 

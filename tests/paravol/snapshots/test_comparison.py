@@ -68,14 +68,16 @@ def test_a_view_with_a_tool_is_drawn_as_the_window_draws_it(
 ) -> None:
     """To the bit, the shadow of the tool included."""
     scenario, folder = load_scenario(str(coarse_scenario))
-    room = load_patient(scenario, lambda stage, share: None)
+    patient = load_patient(scenario, lambda stage, share: None)
     path = load_probe_path(folder / scenario.path)
-    seen = first_views(scenario, room, path, (SIZE, SIZE))[-1]
+    seen = first_views(scenario, patient, path, (SIZE, SIZE))[-1]
     drawer = build_view(
-        scenario, room, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=1
+        scenario, patient, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=1
     )
     frame = drawer.draw(seen, number=3, elapsed_s=0.0)
-    view = view_of(seen, scenario, room, gain=frame.gain, number=3, has_instrument=True)
-    head_scene = HeadScene(room.scene, room.surface_sha256)
+    view = view_of(
+        seen, scenario, patient, gain=frame.gain, number=3, has_instrument=True
+    )
+    head_scene = HeadScene(patient.scene, patient.surface_sha256)
     found = splatted(head_scene, view, frame.gain, 1)
     assert np.array_equal(found, frame.pixels)

@@ -6,8 +6,8 @@ from numpy.typing import NDArray
 
 from renderers.lanes.atomics import (
     count_up,
+    fetch_add,
     leave_and_wait,
-    take_turn,
     wait_for_change,
 )
 
@@ -17,7 +17,7 @@ def take_many(turns: NDArray[np.int64], taken: NDArray[np.int64]) -> int:
     """Mark the turns taken, each by one more, until there are no more."""
     mine = 0
     while True:
-        turn = take_turn(turns)
+        turn = fetch_add(turns)
         if turn >= taken.shape[0]:
             return mine
         taken[turn] += 1
