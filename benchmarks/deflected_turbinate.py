@@ -74,20 +74,6 @@ def turbinate_camera(view: str = "front") -> Camera:
     return Camera.looking_at(eye, target, extent=extent, size=(SIZE, SIZE))
 
 
-def turbinate_tool(view: str) -> NDArray[np.float64]:
-    """Place a suction tube ``(4, 4)`` beside the lens, its tip before the turbinate."""
-    eye, target, _ = VIEWS[view]
-    right, up, forward = turbinate_camera(view).frame[1:]
-    tip = eye + 0.75 * (target - eye) + 0.8 * right
-    back = eye - 3.0 * forward + 2.5 * (right - up) - tip
-    back /= np.linalg.norm(back)
-    across = np.cross(up, back)
-    across /= np.linalg.norm(across)
-    pose = np.eye(4)
-    pose[:3] = np.stack([across, np.cross(back, across), back, tip], axis=1)
-    return pose
-
-
 def turbinate_picture(
     scene: Scene,
     buffer: GBuffer,

@@ -11,7 +11,6 @@ from benchmarks.deflected_turbinate import (
     turbinate_camera,
     turbinate_picture,
     turbinate_scene,
-    turbinate_tool,
 )
 from renderers.art import ActiveRayTracer
 from renderers.fsr import FuzzySetRenderer
@@ -38,6 +37,20 @@ SPACING_MM = 0.7
 def phantom() -> Phantom:
     box = ((-32.0, 12.0), (-6.0, 60.0), (-4.0, 56.0))
     return build_phantom(PhantomParameters(), SPACING_MM, field_mm=box)
+
+
+def turbinate_tool(view: str) -> NDArray[np.float64]:
+    """Place a suction tube ``(4, 4)`` beside the lens, its tip before the turbinate."""
+    eye, target, _ = VIEWS[view]
+    right, up, forward = turbinate_camera(view).frame[1:]
+    tip = eye + 0.75 * (target - eye) + 0.8 * right
+    back = eye - 3.0 * forward + 2.5 * (right - up) - tip
+    back /= np.linalg.norm(back)
+    across = np.cross(up, back)
+    across /= np.linalg.norm(across)
+    pose = np.eye(4)
+    pose[:3] = np.stack([across, np.cross(back, across), back, tip], axis=1)
+    return pose
 
 
 def with_tool(buffer: GBuffer, view: str, tool: Mesh) -> GBuffer:
