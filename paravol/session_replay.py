@@ -131,6 +131,8 @@ class Replay:
             seed=info.seed,
             has_instrument=info.has_instrument,
             threads=threads or thread_count(),
+            progress=progress,
+            visible_sets=info.visible_sets,
         )
         self._same_look = info.look == LOOK_VERSION
         self._same_names = patient.structures_sha256 == info.structures_sha256 != ""

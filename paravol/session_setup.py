@@ -49,6 +49,7 @@ def describe_session(
         structures_sha256=""
         if patient.structures is None
         else patient.structures.sha256(),
+        visible_sets=False,
     )
 
 
@@ -78,8 +79,12 @@ def build_view(
     has_instrument: bool,
     threads: int,
     progress: Progress | None = None,
+    visible_sets: bool = False,
 ) -> EndoscopeView:
-    """Set up the picture; seconds for a head that is seen for the first time."""
+    """Set up the picture; with visible sets 20 s for a head that is new.
+
+    visible_sets: see `EndoscopeView`.
+    """
     # Imported here: building meshes loads a large library.
     from scenarios.instruments import suction_tube
 
@@ -91,6 +96,7 @@ def build_view(
         seed=seed,
         threads=threads,
         progress=progress,
+        visible_sets=visible_sets,
     )
 
 

@@ -69,7 +69,7 @@ class EndoscopeView:
 
         instrument: mesh of the tool beside the scope, or None. visible_sets: look up
         what can be seen from where in place of tracing cones every frame: the same
-        pictures, see `FuzzySetRenderer.use_visible_sets`.
+        pictures but for pinholes, see `FuzzySetRenderer.use_visible_sets`.
         """
         # one team for all stages: its threads are still awake when the next begins
         team = ThreadTeam(threads)

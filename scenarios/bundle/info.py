@@ -19,6 +19,8 @@ class SessionInfo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     structures_sha256: hash of what names the structures that were touched; "" in
         recordings from before they were named.
     automatic: recorded without a request; removed when space runs short.
+    visible_sets: surfels were culled by visible sets, as they always were before this
+        was written down. They leave out what shows through pinholes between discs.
     """
 
     scenario_name: str
@@ -35,6 +37,7 @@ class SessionInfo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     look: int = 1
     structures_sha256: str = ""
     automatic: bool = False
+    visible_sets: bool = True
     schema_version: Literal[1] = 1
 
 
