@@ -192,7 +192,7 @@ def test_a_head_is_within_the_tolerances_of_each_quality(look: str) -> None:
             assert ssim(*codes) > likeness, name
             shortened = look in ("see-through", "thin shell")
             worse: ClassificationName = "integrated" if shortened else "post"
-            # .0004 of .0005: through a closed head a quarter of a voxel will do for bone
+            # .0004 of .0005: in a closed head a quarter of a voxel will do for bone
             will_do = name == "final" and look == "see-through"
             if name == "preview" or (shortened and not will_do):
                 coarse = replace(tracer.quality, classification=worse, tolerance=None)
