@@ -438,7 +438,7 @@ def test_a_flight_without_a_window_is_observed_recorded_and_replayed(
     assert report.frames == len(observer.frames) == len(flown.timing.frame_ms)
     records = read_session(record)[1]
     (event,) = (r for r in records if isinstance(r, EventRecord))
-    assert (event.kind, event.text) == ("snapshot", "frame 2")
+    assert (event.kind, event.text) == ("snapshot", "frame 0")
 
 
 def test_a_flight_that_is_cancelled_before_leaves_nothing(tmp_path: Path) -> None:

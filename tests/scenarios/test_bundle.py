@@ -256,3 +256,11 @@ def test_two_threads_may_add_to_one_recording(tmp_path: Path) -> None:
     times = [r.time_s for r in read if isinstance(r, SampleRecord)]
     assert times == sorted(times)
     assert len(times) == count
+
+
+def test_a_recording_from_before_visible_sets_were_named_had_them() -> None:
+    fields = msgspec.to_builtins(INFO)
+    del fields["visible_sets"]
+    assert msgspec.convert(fields, SessionInfo).visible_sets
+    plain = msgspec.structs.replace(INFO, visible_sets=False)
+    assert not msgspec.convert(msgspec.to_builtins(plain), SessionInfo).visible_sets

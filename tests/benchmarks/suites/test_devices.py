@@ -23,7 +23,12 @@ def test_the_soak_belongs_to_the_full_run_only() -> None:
 
 
 @pytest.mark.parametrize(
-    ("reports", "frame_s"), [(AT_ONCE, None), (CONFIRMED, None), (CONFIRMED, FRAME_S)]
+    ("reports", "frame_s"),
+    [
+        pytest.param(AT_ONCE, None, marks=pytest.mark.slow),
+        pytest.param(CONFIRMED, None, marks=pytest.mark.slow),
+        (CONFIRMED, FRAME_S),
+    ],
 )
 def test_every_packet_becomes_a_pose(
     reports: MotionReports, frame_s: float | None

@@ -157,6 +157,7 @@ def test_it_is_an_actor_of_any_pyvista_scene(renderer: FuzzySetRenderer) -> None
     plotter.close()
 
 
+@pytest.mark.slow
 @pytest.mark.display
 @needs_opengl
 def test_windows_of_x_and_of_egl_show_the_same(

@@ -131,7 +131,10 @@ def _read_on(arm: MicroScribe, patience_s: float) -> None:
 @either_way
 @pytest.mark.parametrize(
     ("fault", "cause"),
-    [("f1@0.3", "does not answer; check its power"), ("garbage@0.3", "no packets")],
+    [
+        ("f1@0.3", "does not answer; check its power"),
+        pytest.param("garbage@0.3", "no packets", marks=pytest.mark.slow),
+    ],
 )
 def test_a_silence_names_the_port_and_its_cause(
     no_thread_stays: None, reports: MotionReports | None, fault: str, cause: str
