@@ -48,6 +48,7 @@ class FullScreen:
             window.setGeometry(self._left)
             return
         self._left = window.geometry()
-        window.showFullScreen()
-        # Without a window manager nothing else does it.
+        # Without a window manager nothing else does it; afterwards it would end the
+        # state of filling the screen.
         window.setGeometry(window.screen().geometry())
+        window.showFullScreen()
