@@ -12,7 +12,7 @@ import os
 import re
 from pathlib import Path
 
-_PACKAGES = ("anatomy", "benchmarks", "devices", "renderers", "scenarios")
+_PACKAGES = ("anatomy", "benchmarks", "devices", "renderers", "scenarios", "surgery")
 _IMPORT = re.compile(
     rf"^(?:from|import) +((?:{'|'.join(_PACKAGES)})(?:\.\w+)+)", re.MULTILINE
 )

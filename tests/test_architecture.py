@@ -10,7 +10,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 PACKAGES = (
     *("anatomy", "app", "benchmarks", "devices", "disk", "paravol"),
-    *("renderers", "scenarios"),
+    *("renderers", "scenarios", "surgery"),
 )
 SOURCES = sorted(p for name in PACKAGES for p in (ROOT / name).rglob("*.py"))
 TESTS = sorted((ROOT / "tests").rglob("*.py"))

@@ -2,13 +2,14 @@
 
 from renderers.scene.aiming import UpWarning
 from renderers.scene.camera import Camera, Projection
+from renderers.scene.change import Change, ChangeKind
 from renderers.scene.distortion import Distortion
 from renderers.scene.gbuffer import GBuffer, Material
 from renderers.scene.image import Image, save_png, srgb_from_linear
 from renderers.scene.light import Light, four_lights
 from renderers.scene.mesh import Mesh
 from renderers.scene.metrics import ImageError, image_error, rmse_codes, ssim
-from renderers.scene.scene import AirSurface, PhongMaterial, Renderer, Scene
+from renderers.scene.scene import AirSurface, PhongMaterial, Renderer, Scene, Wounds
 from renderers.scene.spine import Spine
 from renderers.scene.transfer import (
     TransferFunction,
@@ -20,6 +21,8 @@ __all__ = [
     "AIR_HU",
     "AirSurface",
     "Camera",
+    "Change",
+    "ChangeKind",
     "Distortion",
     "GBuffer",
     "Image",
@@ -35,6 +38,7 @@ __all__ = [
     "TransferFunction",
     "UpWarning",
     "Volume",
+    "Wounds",
     "extinction_from_opacity",
     "four_lights",
     "image_error",

@@ -15,6 +15,35 @@ from renderers.scene.transfer import TransferFunction
 from renderers.scene.volume import Volume
 
 
+WOUND_UNIT_MM = 0.02
+"""Depths and thicknesses of layers are stored in these steps, up to 5.1 mm."""
+
+FILM_UNIT_MM = 0.01
+"""Thickness of blood on a surface is stored in these steps, up to 2.55 mm."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wounds:
+    """Hold what tells a cut surface from a healthy one; all on the distance's grid.
+
+    The surface is a cut where the pristine distance at it is above about 0.1 mm: so
+    deep it lies below the mucosa that was. That depth picks the layer laid open.
+
+    pristine: float32 mm, the signed air distance before any tissue was taken.
+    flesh: uint8, depth at which bone begins, in steps of `WOUND_UNIT_MM`; 255 for
+        nowhere.
+    bone: uint8, thickness of that bone in the same steps.
+    deep: uint8, what lies beyond it: 0 soft tissue, 255 bone.
+    film: uint8, thickness of blood on the surface, in steps of `FILM_UNIT_MM`.
+    """
+
+    pristine: Volume
+    flesh: Volume
+    bone: Volume
+    deep: Volume
+    film: Volume
+
+
 @dataclass(frozen=True, slots=True)
 class AirSurface:
     """Describe the boundary between air and tissue, which an endoscope sees.
@@ -23,11 +52,13 @@ class AirSurface:
         zero set is the surface in mode `scope`, in both renderers.
     blood: uint8 on the same grid, blood volume fraction ``B = (v / 255)**2``.
     skin: uint8 on the same grid, weight 0..255 of dry skin over mucosa.
+    wounds: what shows cuts and blood; None where nobody operates.
     """
 
     distance: Volume
     blood: Volume
     skin: Volume
+    wounds: Wounds | None = None
 
     def __post_init__(self) -> None:
         if self.distance.values.dtype != np.float32:
