@@ -1,0 +1,404 @@
+"""A patient whose tissue can be taken away.
+
+The truth is the signed distance to the air, carved by ``d := min(d, tool)``, beside
+pristine fields that never change. It never drifts: cutting the same place again takes
+nothing, and the same cut in one step or in a thousand leaves the same patient.
+"""
+
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+from xxhash import xxh3_128
+
+from anatomy.tissue import TISSUE_OF, Label
+from anatomy.wall_layers import NO_WALL, WallKind, WallLayers
+from disk import UserError
+from renderers.scene import AirSurface, Change, Volume, Wounds
+from renderers.scene.scene import WOUND_UNIT_MM
+from renderers.scene.volume import AIR_HU
+from surgery import solids as solid
+from surgery.edit import Edit, Taker
+from surgery.kernels.carve import FULL, carve, clear_pieces, fill_all
+
+REACH_MM = 3.0
+"""So far from a cut the distance is brought up to date; deeper in tissue nobody asks
+how far it is to the air. Loose pieces are looked for within it, too."""
+
+UNDO_BYTES = 64 << 20
+"""Old values kept to undo cuts with, at most: some thousand bites."""
+
+FIRST_BONE, LAST_BONE = Label.THICK_BONE, Label.TEETH
+UNBREAKABLE_N_MM = 10.0
+"""Stiffness of tissue that no hand tool bites."""
+
+_PER_UNIT = 1.0 / WOUND_UNIT_MM
+
+
+@dataclass(slots=True)
+class Books:
+    """Count what was taken, in shares of a voxel: `FULL` of them are one.
+
+    by_label: ``(256,)`` int64, by the tissue's `Label`. by_wall: ``(256,)`` int64, of
+    that the bone of walls, by rows of `WallLayers.kinds`. pieces: of that what had
+    become loose. voxel_mm3: volume of a voxel.
+    """
+
+    voxel_mm3: float
+    by_label: NDArray[np.int64] = field(default_factory=lambda: np.zeros(256, np.int64))
+    by_wall: NDArray[np.int64] = field(default_factory=lambda: np.zeros(256, np.int64))
+    pieces: int = 0
+
+    @property
+    def counts(self) -> int:
+        """Return all that was taken."""
+        return int(self.by_label.sum())
+
+    def mm3(self, counts: int) -> float:
+        """Return the volume of so many counts."""
+        return counts / FULL * self.voxel_mm3
+
+    def tissues(self) -> dict[str, float]:
+        """Return the volume of each tissue taken, mm3."""
+        return {
+            Label(int(n)).name.lower().replace("_", " "): self.mm3(
+                int(self.by_label[n])
+            )
+            for n in np.flatnonzero(self.by_label)
+        }
+
+    def walls(self, kinds: tuple[WallKind, ...]) -> dict[str, float]:
+        """Return the volume of the bone of each wall taken, mm3, by its name."""
+        found: dict[str, float] = {}
+        for n in np.flatnonzero(self.by_wall):
+            name = kinds[n].name or "bone"
+            found[name] = found.get(name, 0.0) + self.mm3(int(self.by_wall[n]))
+        return found
+
+    def add(self, other: "Books", sign: int = 1) -> None:
+        """Add what others count, or take it away again."""
+        self.by_label += sign * other.by_label
+        self.by_wall += sign * other.by_wall
+        self.pieces += sign * other.pieces
+
+
+@dataclass(frozen=True, slots=True)
+class _Before:
+    """Hold what an edit replaced, flat: voxel numbers, distances, fills."""
+
+    edit: Edit
+    books: Books
+    voxels: NDArray[np.int32]
+    distance: NDArray[np.float32]
+    fill: NDArray[np.uint16]
+
+    @property
+    def bytes(self) -> int:
+        return 10 * len(self.voxels) + 4096 + self.edit.solids.nbytes
+
+
+class OperatedPatient:
+    """Hold a head that is operated on.
+
+    surface: the air surface as it is now; its distance is edited in place, and its
+        wounds say what a cut lays open. pristine: the surface as it was.
+    fill: ``(nz, ny, nx)`` uint16, share of tissue in each voxel, `FULL` is all.
+    ct: CT numbers that follow the cuts, in place; None where none were given.
+    generation: counts changes, undoing included. books: what was taken so far.
+    """
+
+    def __init__(
+        self,
+        surface: AirSurface,
+        layers: WallLayers | None,
+        labels: Volume | None = None,
+        ct: Volume | None = None,
+    ) -> None:
+        """Copy what will change.
+
+        layers: None for a head whose walls are unknown: all is soft tissue, of the
+        labels, where there are any. ct: shows what is taken as air.
+        """
+        distance = surface.distance
+        if layers is None:
+            layers = _soft_walls(distance, labels)
+        if layers.wall.shape != distance.shape or layers.ground.shape != distance.shape:
+            raise UserError(
+                f"walls of shape {layers.wall.shape} do not fit a head of "
+                f"{distance.shape}"
+            )
+        self.pristine = surface
+        self.layers = layers
+        self.generation = 0
+        self.edits = 0
+        self._distance = distance.values.copy()
+        carved = distance.with_values(self._distance, distance.background)
+        self.wounds_film: NDArray[np.uint8] = np.zeros(distance.shape, np.uint8)
+        wounds = _wounds(distance, layers, self.wounds_film)
+        self.surface = AirSurface(carved, surface.blood, surface.skin, wounds)
+        self.fill = np.empty(distance.shape, np.uint16)
+        self._spacing = float(distance.spacing_mm.max())
+        fill_all(distance.values, 1.0 / self._spacing, self.fill)
+        self.books = Books(float(np.prod(distance.spacing_mm)))
+        self.ct = None
+        if ct is not None:
+            self._ct = ct.values.copy()
+            self._first_ct = ct.values
+            self.ct = ct.with_values(self._ct, ct.background)
+        self.touched: tuple[NDArray[np.int64], NDArray[np.int64]] | None = None
+        matrix = distance.world_from_voxel
+        self._grid = np.stack(
+            [matrix[:3, 3], *matrix[:3, :3].T, distance.spacing_mm]
+        ).astype(np.float64)
+        self._walls = layers.wall.values, layers.ground.values
+        self._thickness = layers.table()
+        self._kinds = np.zeros((256, 2), np.uint8)
+        for row, kind in enumerate(layers.kinds):
+            self._kinds[row] = kind.mucosa, kind.bone
+        self._takers: dict[Taker, tuple[NDArray[np.float32], NDArray[np.uint8]]] = {}
+        self._undo: deque[_Before] = deque()
+        self._undo_bytes = 0
+
+    def carve(
+        self,
+        solids: solid.Rows,
+        taker: Taker,
+        *,
+        time_s: float = 0.0,
+        tool: str = "",
+        stroke: int | None = None,
+    ) -> Edit | None:
+        """Cut a tool's solids out; None where nothing was there to be taken.
+
+        solids: rows of `surgery.solids`. stroke: edits with the same number are undone
+        together; None for a stroke of its own.
+        """
+        solids = solid.checked(solids)
+        box = self._box(solids, REACH_MM)
+        if np.any(box[3:] <= box[:3]):
+            return None
+        here = tuple(slice(box[a], box[a + 3]) for a in (2, 1, 0))
+        old, old_fill = self._distance[here].copy(), self.fill[here].copy()
+        books = Books(self.books.voxel_mm3)
+        bounds = np.empty(6, np.int64)
+        pristine = self.pristine.distance.values
+        tables = self._tables(taker)
+        counts = books.by_label, books.by_wall
+        changed = carve(
+            self._distance,
+            self.fill,
+            pristine,
+            self._walls,
+            tables,
+            solids,
+            self._grid,
+            box,
+            counts,
+            bounds,
+        )
+        if changed == 0:
+            return None
+        before = books.counts
+        loose = _loose_pieces(self._distance[here])
+        if loose is not None:
+            clear_pieces(
+                self._distance,
+                self.fill,
+                pristine,
+                self._walls,
+                tables,
+                loose,
+                box,
+                self._spacing,
+                counts,
+            )
+        books.pieces = books.counts - before
+        mask = self._distance[here] != old
+        k, j, i = np.nonzero(mask)
+        low = np.array([i.min(), j.min(), k.min()], np.int64) + box[:3]
+        high = np.array([i.max(), j.max(), k.max()], np.int64) + box[:3]
+        _, ny, nx = self._distance.shape
+        voxels = ((k + box[2]) * ny + j + box[1]) * nx + i + box[0]
+        if books.counts == 0 and not np.any(old[mask] > -self._spacing):
+            # only the distances of air: nothing was there
+            self._distance.reshape(-1)[voxels] = old[mask]
+            return None
+        self.edits += 1
+        self.generation += 1
+        self._extend(low, high)
+        edit = Edit(
+            self.edits,
+            time_s,
+            self.edits if stroke is None else stroke,
+            tool,
+            solids,
+            books.tissues(),
+            books.walls(self.layers.kinds),
+            books.mm3(books.pieces),
+            books.counts,
+            Change(self.generation, low, high),
+        )
+        self.books.add(books)
+        self._keep(
+            _Before(edit, books, voxels.astype(np.int32), old[mask], old_fill[mask])
+        )
+        self._follow(low, high)
+        return edit
+
+    def undo(self) -> Change | None:
+        """Take the newest stroke back; None where nothing can be undone.
+
+        What was bled is not undone.
+        """
+        if not self._undo:
+            return None
+        stroke = self._undo[-1].edit.stroke
+        low, high = np.full(3, 1 << 30, np.int64), np.full(3, -1, np.int64)
+        while self._undo and self._undo[-1].edit.stroke == stroke:
+            step = self._undo.pop()
+            self._undo_bytes -= step.bytes
+            self._distance.reshape(-1)[step.voxels] = step.distance
+            self.fill.reshape(-1)[step.voxels] = step.fill
+            self.books.add(step.books, -1)
+            low = np.minimum(low, step.edit.change.low)
+            high = np.maximum(high, step.edit.change.high)
+        self.generation += 1
+        self._follow(low, high)
+        return Change(self.generation, low, high)
+
+    @property
+    def remaining_counts(self) -> int:
+        """Return all tissue that is left, in the units of the books."""
+        return int(self.fill.sum(dtype=np.int64))
+
+    def hash(self) -> str:
+        """Return 32 hexadecimal digits of the carved distance and the fill."""
+        digest = xxh3_128(self._distance.data)
+        digest.update(self.fill.data)
+        return digest.hexdigest()
+
+    def _box(self, solids: solid.Rows, reach_mm: float) -> NDArray[np.int64]:
+        """Return voxels around solids: i0 j0 k0 i1 j1 k1, ends excluded."""
+        low, high = solid.bounds(solids)
+        corners = np.array(
+            [
+                [(low, high)[c >> a & 1][a] for a in range(3)]
+                for c in range(8)
+            ]
+        )  # fmt: skip
+        matrix = self.surface.distance.voxel_from_world
+        voxels = corners @ matrix[:3, :3].T + matrix[:3, 3]
+        reach = reach_mm / self.surface.distance.spacing_mm
+        top = np.array(self._distance.shape[::-1], np.float64)
+        first = np.clip(np.floor(voxels.min(axis=0) - reach), 0, top)
+        end = np.clip(np.ceil(voxels.max(axis=0) + reach) + 1, 0, top)
+        return np.concatenate([first, end]).astype(np.int64)
+
+    def _tables(
+        self, taker: Taker
+    ) -> tuple[
+        NDArray[np.float32], NDArray[np.float32], NDArray[np.uint8], NDArray[np.uint8]
+    ]:
+        """Return what `carve` must know of walls and of what the tool can do."""
+        known = self._takers.get(taker)
+        if known is None:
+            spared = np.full(256, np.inf, np.float32)
+            for row, kind in enumerate(self.layers.kinds):
+                too_thick = kind.bone_mm > taker.bone_mm
+                if kind.bone_mm > 0 and (too_thick or kind.fracture_n > taker.force_n):
+                    spared[row] = kind.mucosa_mm
+            hard = np.zeros(256, np.uint8)
+            for label, tissue in TISSUE_OF.items():
+                breaks = 0 < tissue.fracture_n <= taker.force_n
+                stiff = tissue.stiffness_n_mm >= UNBREAKABLE_N_MM
+                is_bone = FIRST_BONE <= label <= LAST_BONE
+                thin = breaks and taker.bone_mm > 0
+                hard[label] = stiff or (is_bone and not thin)
+            known = self._takers[taker] = spared, hard
+        return self._thickness, known[0], known[1], self._kinds
+
+    def _extend(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> None:
+        if self.touched is not None:
+            low = np.minimum(low, self.touched[0])
+            high = np.maximum(high, self.touched[1])
+        self.touched = low, high
+
+    def _keep(self, before: _Before) -> None:
+        self._undo.append(before)
+        self._undo_bytes += before.bytes
+        while self._undo_bytes > UNDO_BYTES and len(self._undo) > 1:
+            self._undo_bytes -= self._undo.popleft().bytes
+
+    def _follow(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> None:
+        """Bring the CT up to date within a box: what was taken is air."""
+        if self.ct is None:
+            return
+        here = tuple(slice(low[a], high[a] + 1) for a in (2, 1, 0))
+        first = np.empty(self.fill[here].shape, np.uint16)
+        values = np.ascontiguousarray(self.pristine.distance.values[here])
+        fill_all(values, 1.0 / self._spacing, first)
+        share = self.fill[here] / np.maximum(first, 1).astype(np.float32)
+        density = (self._first_ct[here].astype(np.float32) - AIR_HU) * share + AIR_HU
+        cut = self.fill[here] != first
+        self._ct[here] = np.where(
+            cut, np.rint(density).astype(self._ct.dtype), self._first_ct[here]
+        )
+
+
+def _soft_walls(distance: Volume, labels: Volume | None) -> WallLayers:
+    """Return walls of which nothing is known but the labels behind them."""
+    ground = np.full(distance.shape, Label.MUCOSA, np.uint8)
+    if labels is not None:
+        values = labels.values.astype(np.uint8)
+        ground = np.where(values >= Label.MUCOSA, values, ground)
+    none = WallKind("", 0.0, 0.0, Label.MUCOSA, Label.MUCOSA)
+    wall = np.full(distance.shape, NO_WALL, np.uint8)
+    return WallLayers(
+        distance.with_values(wall, 0.0),
+        distance.with_values(ground, 0.0),
+        (none,),
+        source="unknown",
+    )
+
+
+def _wounds(distance: Volume, layers: WallLayers, film: NDArray[np.uint8]) -> Wounds:
+    """Turn walls into what shading reads, see `Wounds`."""
+    thickness = layers.table()
+    steps = np.clip(np.rint(thickness * _PER_UNIT), 0, 254).astype(np.uint8)
+    wall, ground = layers.wall.values, layers.ground.values
+    is_bone = (ground >= FIRST_BONE) & (ground <= LAST_BONE)
+    bone = steps[:, 1][wall]
+    flesh = np.where((bone > 0) | is_bone, steps[:, 0][wall], 255).astype(np.uint8)
+    deep = np.where(is_bone, 255, 0).astype(np.uint8)
+    return Wounds(
+        distance,
+        distance.with_values(flesh, 0.0),
+        distance.with_values(bone, 0.0),
+        distance.with_values(deep, 0.0),
+        distance.with_values(film, 0.0),
+    )
+
+
+def _loose_pieces(distance: NDArray[np.float32]) -> NDArray[np.uint8] | None:
+    """Mark tissue in a box that hangs on nothing, with the rim of air that it fills.
+
+    What reaches the box's faces hangs on what is outside. None where all tissue does.
+    """
+    tissue = distance > 0
+    numbers, count = ndimage.label(tissue)
+    if count <= 1:
+        return None
+    held = np.zeros(count + 1, bool)
+    for axis in range(3):
+        for end in (0, -1):
+            held[np.unique(np.take(numbers, end, axis=axis))] = True
+    held[0] = True
+    if held.all():
+        return None
+    loose = ~held[numbers]
+    around = ndimage.binary_dilation(loose) & ~tissue
+    touched = ndimage.binary_dilation(tissue & ~loose)
+    marked: NDArray[np.uint8] = (loose | (around & ~touched)).astype(np.uint8)
+    return marked
