@@ -5,6 +5,7 @@
 
 from scenarios.clearance import Clearance, shaft_clearance
 from scenarios.endoscope import Endoscope, tip_frame
+from scenarios.instrument_state import InstrumentState
 from scenarios.scenario import Moment, Scenario, load_scenario
 from scenarios.scoring import Score, Scorer
 from scenarios.session import Sample, Session, View
@@ -13,6 +14,7 @@ from scenarios.structures import Structures
 __all__ = [
     "Clearance",
     "Endoscope",
+    "InstrumentState",
     "Moment",
     "Sample",
     "Scenario",

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from renderers.scene import Camera, Volume
 from scenarios.clearance import shaft_clearance
 from scenarios.endoscope import Endoscope, tip_frame
+from scenarios.instrument_state import AS_BEFORE, InstrumentState
 from scenarios.scoring import CONTACT_MM, Score, Scorer
 from scenarios.structures import TISSUE, Structures
 
@@ -26,7 +27,8 @@ class Sample:
 
     device_from_tip: 4x4 pose of the scope's tip in the arm's frame.
     roll_deg: the light post's turn, from the second channel.
-    instrument_tip_mm, instrument_pointing: ``(3,)`` patient frame.
+    instrument_tip_mm, instrument_pointing: ``(3,)`` patient frame. instrument: what the
+    second hand holds and does.
     """
 
     time_s: float
@@ -35,6 +37,7 @@ class Sample:
     instrument_tip_mm: NDArray[np.float64]
     instrument_pointing: NDArray[np.float64]
     buttons: int
+    instrument: InstrumentState = AS_BEFORE
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 ::
 
     session.json    what was flown, with which versions; written first
-    stream.mcap     samples and frames, appended as they come
+    stream.mcap     samples, frames and edits, appended as they come
     snapshots/      high-quality pictures
     result.json     score and figures; written last, absent after a crash
 
@@ -14,13 +14,22 @@ damaged byte, see `scenarios.bundle.reader`.
 
 from scenarios.bundle.info import SessionInfo, write_json
 from scenarios.bundle.reader import Damage, Recording, read_recording, read_session
-from scenarios.bundle.records import EventRecord, FrameRecord, Record, SampleRecord
+from scenarios.bundle.records import (
+    EditRecord,
+    EventRecord,
+    FrameRecord,
+    PatientRecord,
+    Record,
+    SampleRecord,
+)
 from scenarios.bundle.writer import SessionRecorder
 
 __all__ = [
     "Damage",
+    "EditRecord",
     "EventRecord",
     "FrameRecord",
+    "PatientRecord",
     "Record",
     "Recording",
     "SampleRecord",

@@ -4,11 +4,18 @@ import msgspec
 import numpy as np
 
 from disk import UserError
+from scenarios.instrument_state import AS_BEFORE, InstrumentState
 from scenarios.session import Sample
+from surgery.edit import Edit
 
 
-class SampleRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One measured sample; see `scenarios.session.Sample`."""
+class SampleRecord(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
+):
+    """One measured sample; see `scenarios.session.Sample`.
+
+    instrument: absent in recordings from before tools did anything.
+    """
 
     time_s: float
     device_from_tip: list[float]
@@ -16,6 +23,7 @@ class SampleRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     instrument_tip_mm: list[float]
     instrument_pointing: list[float]
     buttons: int
+    instrument: InstrumentState = AS_BEFORE
 
     @classmethod
     def of(cls, sample: Sample) -> "SampleRecord":
@@ -27,6 +35,7 @@ class SampleRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             [float(v) for v in sample.instrument_tip_mm],
             [float(v) for v in sample.instrument_pointing],
             sample.buttons,
+            sample.instrument,
         )
 
     def sample(self) -> Sample:
@@ -42,6 +51,7 @@ class SampleRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             np.array(self.instrument_tip_mm),
             np.array(self.instrument_pointing),
             self.buttons,
+            self.instrument,
         )
 
 
@@ -70,10 +80,55 @@ class EventRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     text: str
 
 
-Record = SampleRecord | FrameRecord | EventRecord
+class EditRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What one cut took; edits follow from samples, so a replay can be checked.
 
-TOPICS: dict[str, type[SampleRecord] | type[FrameRecord] | type[EventRecord]] = {
+    number, time_s, tool, taken_mm3, bone_mm3, pieces_mm3, counts: as in
+    `surgery.edit.Edit`. solids: its rows of 16 numbers, one after the other.
+    """
+
+    number: int
+    time_s: float
+    tool: str
+    counts: int
+    taken_mm3: dict[str, float]
+    bone_mm3: dict[str, float]
+    pieces_mm3: float
+    solids: list[float]
+
+    @classmethod
+    def of(cls, edit: Edit) -> "EditRecord":
+        """Make the record of an edit."""
+        return cls(
+            edit.number,
+            edit.time_s,
+            edit.tool,
+            edit.counts,
+            edit.taken_mm3,
+            edit.bone_mm3,
+            edit.pieces_mm3,
+            edit.solids.ravel().tolist(),
+        )
+
+
+class PatientRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The operated patient at one moment.
+
+    xxh3_128: of distance and fill, see `surgery.patient.OperatedPatient.hash`.
+    generation: changes so far, undoing included.
+    """
+
+    time_s: float
+    generation: int
+    xxh3_128: str
+
+
+Record = SampleRecord | FrameRecord | EventRecord | EditRecord | PatientRecord
+
+TOPICS: dict[str, type[Record]] = {
     "/sample": SampleRecord,
     "/frame": FrameRecord,
     "/event": EventRecord,
+    "/edit": EditRecord,
+    "/patient": PatientRecord,
 }
