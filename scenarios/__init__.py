@@ -6,9 +6,10 @@
 from scenarios.clearance import Clearance, shaft_clearance
 from scenarios.endoscope import Endoscope, tip_frame
 from scenarios.instrument_state import InstrumentState
+from scenarios.sample import Sample
 from scenarios.scenario import Moment, Scenario, load_scenario
 from scenarios.scoring import Score, Scorer
-from scenarios.session import Sample, Session, View
+from scenarios.session import Session, View
 from scenarios.structures import Structures
 
 __all__ = [

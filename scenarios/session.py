@@ -11,33 +11,15 @@ from numpy.typing import NDArray
 
 from renderers.scene import Camera, Volume
 from scenarios.clearance import shaft_clearance
-from scenarios.endoscope import Endoscope, tip_frame
-from scenarios.instrument_state import AS_BEFORE, InstrumentState
+from scenarios.endoscope import Endoscope
+from scenarios.operation import Operation, tool_frame
+from scenarios.sample import Sample
 from scenarios.scoring import CONTACT_MM, Score, Scorer
 from scenarios.structures import TISSUE, Structures
 
 SHAFT_CHECKED_MM = 110.0
 """Length of shaft that is kept clear of tissue: the whole nasal passage (the
 nasopharynx lies about 90 mm behind the nostril)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Sample:
-    """Hold one moment as it was measured; everything else follows from it.
-
-    device_from_tip: 4x4 pose of the scope's tip in the arm's frame.
-    roll_deg: the light post's turn, from the second channel.
-    instrument_tip_mm, instrument_pointing: ``(3,)`` patient frame. instrument: what the
-    second hand holds and does.
-    """
-
-    time_s: float
-    device_from_tip: NDArray[np.float64]
-    roll_deg: float
-    instrument_tip_mm: NDArray[np.float64]
-    instrument_pointing: NDArray[np.float64]
-    buttons: int
-    instrument: InstrumentState = AS_BEFORE
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +56,7 @@ class Session:
         targets: dict[str, NDArray[np.float64]],
         size: tuple[int, int],
         structures: Structures | None = None,
+        operation: Operation | None = None,
     ) -> None:
         """Start a flight.
 
@@ -82,17 +65,21 @@ class Session:
         targets: landmark positions to approach, world mm.
         size: ``(width, height)`` of the picture.
         structures: what names contacts; None where the head has no names.
+        operation: what the second hand does to the patient; None where it only looks.
         """
         self.endoscope = endoscope
         self.world_from_device = world_from_device
         self.size = size
         self._distance = distance
         self._structures = structures
+        self.operation = operation
         self._scorer = Scorer(targets)
         self._stepped: tuple[Sample, _Placed] | None = None
 
     def step(self, sample: Sample) -> None:
         """Take in one sample and score it."""
+        if self.operation is not None:
+            self.operation.step(sample)
         placed = self._placed(sample)
         tip_mm = placed.world_from_tip[:3, 3]
         self._scorer.add(sample.time_s, tip_mm, placed.gap_mm, placed.touched)
@@ -104,7 +91,7 @@ class Session:
         return View(
             self.endoscope.camera(placed.world_from_tip, sample.roll_deg, self.size),
             placed.world_from_tip,
-            tip_frame(sample.instrument_tip_mm, sample.instrument_pointing),
+            tool_frame(sample),
             placed.gap_mm,
             placed.touched,
         )

@@ -37,7 +37,7 @@ class WorkingPart:
     """
 
     action: Action = Action.NONE
-    taker: Taker = Taker()
+    taker: Taker = field(default_factory=Taker)
     jaws: Rows = field(default_factory=lambda: np.zeros((0, solids.ROW)))
     edge: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
     radius_mm: float = 0.0

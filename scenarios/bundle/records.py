@@ -5,14 +5,14 @@ import numpy as np
 
 from disk import UserError
 from scenarios.instrument_state import AS_BEFORE, InstrumentState
-from scenarios.session import Sample
+from scenarios.sample import Sample
 from surgery.edit import Edit
 
 
 class SampleRecord(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """One measured sample; see `scenarios.session.Sample`.
+    """One measured sample; see `scenarios.sample.Sample`.
 
     instrument: absent in recordings from before tools did anything.
     """

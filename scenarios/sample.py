@@ -1,0 +1,27 @@
+"""One moment of a session as it was measured."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.instrument_state import AS_BEFORE, InstrumentState
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """Hold one moment as it was measured; everything else follows from it.
+
+    device_from_tip: 4x4 pose of the scope's tip in the arm's frame.
+    roll_deg: the light post's turn, from the second channel.
+    instrument_tip_mm, instrument_pointing: ``(3,)`` patient frame. instrument: what the
+    second hand holds and does.
+    """
+
+    time_s: float
+    device_from_tip: NDArray[np.float64]
+    roll_deg: float
+    instrument_tip_mm: NDArray[np.float64]
+    instrument_pointing: NDArray[np.float64]
+    buttons: int
+    instrument: InstrumentState = AS_BEFORE
