@@ -45,6 +45,7 @@ from paravol.session_setup import (
     build_view,
     describe_session,
     first_views,
+    operate_on,
 )
 from paravol.session_store import KEPT_BYTES, SessionStore
 from paravol.snapshots.view_file import save_view
@@ -220,7 +221,7 @@ class Flight:
     def _run(self) -> FinishedFlight | None:
         order, observer = self.order, self._observer
         scenario, has_instrument = order.scenario, order.input.has_instrument
-        patient = load_patient(scenario, self._progress)
+        patient, operation = operate_on(load_patient(scenario, self._progress))
         observer.on_patient(patient)
         size = (order.size, order.size)
         view = build_view(
@@ -254,7 +255,7 @@ class Flight:
                 has_instrument=has_instrument,
             )
             matrix = registration.world_from_device
-            session = build_session(scenario, patient, matrix, size)
+            session = build_session(scenario, patient, matrix, size, operation)
             recorder = self.recording.open(stack, info)
             observer.on_start(residual_mm)
             completer: PoseCompleter = PedalListener(

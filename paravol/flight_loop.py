@@ -15,7 +15,13 @@ from paravol.inputs.pose_completer import PoseCompleter
 from paravol.inputs.pose_sources import EndedError, OrderedPoses
 from paravol.view import EndoscopeView, Frame
 from scenarios import Sample, Session, View
-from scenarios.bundle import FrameRecord, SampleRecord, SessionRecorder
+from scenarios.bundle import (
+    EditRecord,
+    FrameRecord,
+    PatientRecord,
+    SampleRecord,
+    SessionRecorder,
+)
 
 PATIENCE_S = 2.0
 """How long the loop waits for a pose before it reports that the device is silent. The
@@ -95,6 +101,7 @@ def fly(
     device pass through; what was recorded before is on disk.
     """
     frames = _FrameRecorder(recorder, on_frame)
+    operated = _Operated(view, recorder)
     with _frozen_garbage(), _settled(view), suppress(EndedError):
         number = 0
         begun = time.perf_counter()
@@ -114,6 +121,7 @@ def fly(
             if newest is None:
                 continue
             pose, sample = newest
+            operated.follow(session, sample.time_s)
             before, begun = begun, time.perf_counter()
             seen = session.view(sample)
             finish = partial(
@@ -122,6 +130,36 @@ def fly(
             view.begin(seen, number=number, elapsed_s=begun - before, then=finish)
             number += 1
     return frames.timing
+
+
+HASHED_EVERY_S = 5.0
+"""How often the operated patient's hash is recorded, while it changes."""
+
+
+class _Operated:
+    """Show and record what came of the samples since the last frame."""
+
+    def __init__(self, view: EndoscopeView, recorder: SessionRecorder) -> None:
+        self._view = view
+        self._recorder = recorder
+        self._hashed = 0
+        self._hashed_s = -HASHED_EVERY_S
+
+    def follow(self, session: Session, time_s: float) -> None:
+        """Bring the picture up to date; record edits, and now and then the patient."""
+        operation = session.operation
+        if operation is None:
+            return
+        self._view.apply(operation.take_changes())
+        for edit in operation.take_edits():
+            self._recorder.add(EditRecord.of(edit))
+        patient = operation.patient
+        is_due = time_s >= self._hashed_s + HASHED_EVERY_S
+        if patient.generation != self._hashed and is_due:
+            self._hashed, self._hashed_s = patient.generation, time_s
+            self._recorder.add(
+                PatientRecord(time_s, patient.generation, patient.hash())
+            )
 
 
 class _FrameRecorder:

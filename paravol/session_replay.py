@@ -3,7 +3,7 @@
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
 from contextlib import ExitStack, closing
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -20,14 +20,17 @@ from paravol.patient import (
     no_progress,
     thread_count,
 )
-from paravol.session_setup import build_session, build_view
+from paravol.session_setup import build_session, build_view, operate_on
 from paravol.video import VideoWriter
 from paravol.view import Frame
 from renderers.shading import LOOK_VERSION
 from scenarios import Sample, Scenario, Score
 from scenarios.bundle import (
     Damage,
+    EditRecord,
     FrameRecord,
+    PatientRecord,
+    Recording,
     SampleRecord,
     SessionInfo,
     read_recording,
@@ -51,6 +54,8 @@ class ReplayReport:
         ended before it had one, or is damaged.
     damages: parts of the recording that cannot be read; the rest was run.
     seconds: of flight from the first sample to the last.
+    differing_edits: numbers of the edits that did not come out as recorded.
+    differing_patients: times at which the operated patient is not the recorded one.
     """
 
     complete: bool
@@ -63,6 +68,8 @@ class ReplayReport:
     same_look: bool
     damages: tuple[Damage, ...]
     seconds: float
+    differing_edits: list[int] = field(default_factory=list)
+    differing_patients: list[float] = field(default_factory=list)
 
     @property
     def good_s(self) -> float:
@@ -76,6 +83,8 @@ class ReplayReport:
             self.damages
             or self.differing_frames
             or self.differing_clearances
+            or self.differing_edits
+            or self.differing_patients
             or self.same_score is False
         )
 
@@ -94,6 +103,32 @@ class ReplayedFrame:
     rgb: NDArray[np.uint8]
     depth_mm: NDArray[np.float32]
     is_same: bool | None
+
+
+class _Plan:
+    """Sort a recording by what shows what.
+
+    A frame is recorded when it is finished, after newer samples have come, but it shows
+    the patient as the samples up to its own had left it. samples: in order. frames: by
+    the place of the sample that they show. edits: by number. patients: by time.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        self.samples: list[SampleRecord] = []
+        self.frames: dict[int, list[FrameRecord]] = {}
+        self.edits: dict[int, EditRecord] = {}
+        self.patients: dict[float, PatientRecord] = {}
+        for record in recording.records:
+            if isinstance(record, SampleRecord):
+                self.samples.append(record)
+            elif isinstance(record, FrameRecord):
+                place = recording.places.get(record.sample)
+                if place is not None:
+                    self.frames.setdefault(place, []).append(record)
+            elif isinstance(record, EditRecord):
+                self.edits[record.number] = record
+            elif isinstance(record, PatientRecord):
+                self.patients[record.time_s] = record
 
 
 class Replay:
@@ -123,7 +158,13 @@ class Replay:
                 "match."
             )
         matrix = np.array(info.world_from_device).reshape(4, 4)
-        self._session = build_session(scenario, patient, matrix, info.picture_size)
+        self._operation = None
+        if info.operated:
+            patient, self._operation = operate_on(patient)
+        self.patient = patient
+        self._session = build_session(
+            scenario, patient, matrix, info.picture_size, self._operation
+        )
         self._view = build_view(
             scenario,
             patient,
@@ -138,6 +179,8 @@ class Replay:
         self._same_names = patient.structures_sha256 == info.structures_sha256 != ""
         self.samples: list[Sample] = []
         self._count = 0
+        self._edits: list[int] = []
+        self._patients: list[float] = []
         self._pictures: list[int] = []
         self._clearances: list[int] = []
 
@@ -149,28 +192,39 @@ class Replay:
         then: called with each frame by the thread that finishes it, while the next one
         is begun.
         """
-        records, places = self.recording.records, self.recording.places
         finished: deque[ReplayedFrame] = deque()
+        plan = _Plan(self.recording)
+        count = len(plan.samples)
         try:
-            for index, record in enumerate(records):
-                if isinstance(record, SampleRecord):
-                    sample = record.sample()
-                    self._session.step(sample)
-                    self.samples.append(sample)
-                elif (
-                    isinstance(record, FrameRecord)
-                    and (place := places.get(record.sample)) is not None
-                    and place < len(self.samples)
-                ):
-                    # A frame is recorded when it is finished; newer samples have come.
-                    self._begin(record, self.samples[place], finished, then)
+            for place, record in enumerate(plan.samples):
+                sample = record.sample()
+                self._session.step(sample)
+                self.samples.append(sample)
+                self._compare_edits(plan, sample.time_s)
+                for shown in plan.frames.get(place, ()):
+                    self._begin(shown, sample, finished, then)
                     while finished:
                         yield finished.popleft()
-                self._progress("Replaying", (index + 1) / len(records))
+                self._progress("Replaying", (place + 1) / count)
         finally:
             # interrupted, no frame is left in the making
             self._view.settle()
+        if self._operation is not None:
+            # recorded, but nothing in the samples made them
+            self._edits += sorted(plan.edits)
         yield from finished
+
+    def _compare_edits(self, plan: "_Plan", time_s: float) -> None:
+        """Check that the samples so far made the edits, and left the patient."""
+        operation = self._operation
+        if operation is None:
+            return
+        for edit in operation.take_edits():
+            if plan.edits.pop(edit.number, None) != EditRecord.of(edit):
+                self._edits.append(edit.number)
+        known = plan.patients.get(time_s)
+        if known is not None and known.xxh3_128 != operation.patient.hash():
+            self._patients.append(time_s)
 
     def _begin(
         self,
@@ -180,6 +234,8 @@ class Replay:
         then: Callable[[ReplayedFrame], None] | None,
     ) -> None:
         """Begin to draw a frame; the one before is finished afterwards."""
+        if self._operation is not None:
+            self._view.apply(self._operation.take_changes())
         seen = self._session.view(sample)
 
         def finish(frame: Frame) -> None:
@@ -221,6 +277,8 @@ class Replay:
             same_look=self._same_look,
             damages=recording.damages,
             seconds=samples[-1].time_s - samples[0].time_s if samples else 0.0,
+            differing_edits=self._edits,
+            differing_patients=self._patients,
         )
 
 

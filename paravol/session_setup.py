@@ -14,6 +14,8 @@ from paravol.view import EndoscopeView
 from renderers.shading import LOOK_VERSION, Tier
 from scenarios import Sample, Scenario, Session, View, load_scenario, tip_frame
 from scenarios.bundle import SessionInfo
+from scenarios.operation import Operation
+from surgery.patient import OperatedPatient
 
 SEED = 1
 """Of the tissue's fine detail: the same patient looks the same in every session."""
@@ -50,6 +52,31 @@ def describe_session(
         if patient.structures is None
         else patient.structures.sha256(),
         visible_sets=False,
+        operated=True,
+    )
+
+
+def operate_on(patient: PatientScene) -> tuple[PatientScene, Operation]:
+    """Return the patient as it is operated on, and what edits it.
+
+    The scene's distance, CT and wounds are edited in place; the given patient stays as
+    it is.
+    """
+    # Imported here: building meshes loads a large library.
+    from scenarios.instruments.catalogue import working_part
+
+    labels = None if patient.structures is None else patient.structures.labels
+    operated = OperatedPatient(
+        patient.surface, patient.layers, labels, patient.scene.volume
+    )
+    assert operated.ct is not None
+    scene = replace(patient.scene, volume=operated.ct, surface=operated.surface)
+    structures = patient.structures
+    if structures is not None:
+        structures = replace(structures, distance=operated.surface.distance)
+    return (
+        replace(patient, scene=scene, structures=structures),
+        Operation(operated, working_part),
     )
 
 
@@ -58,8 +85,12 @@ def build_session(
     patient: PatientScene,
     world_from_device: NDArray[np.float64],
     size: tuple[int, int],
+    operation: Operation | None = None,
 ) -> Session:
-    """Start a session of the scenario under a registration, 4x4."""
+    """Start a session of the scenario under a registration, 4x4.
+
+    operation: what the second hand does to the patient; see `operate_on`.
+    """
     return Session(
         scenario.scope.endoscope(),
         world_from_device,
@@ -67,6 +98,7 @@ def build_session(
         patient.positions(scenario.targets),
         size,
         patient.structures,
+        operation,
     )
 
 

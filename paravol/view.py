@@ -10,7 +10,7 @@ from xxhash import xxh3_128_hexdigest
 
 from paravol.patient import PatientScene, Progress, no_progress
 from renderers.fsr import FuzzySetRenderer
-from renderers.scene import GBuffer, Mesh
+from renderers.scene import Change, GBuffer, Mesh
 from renderers.scene.mesh_drawing import ListedFacets
 from renderers.scene.thread_team import Errand, ThreadTeam
 from renderers.shading import (
@@ -88,6 +88,8 @@ class EndoscopeView:
         # that one of them has the whole tool
         self._bands = RowBands(team, bands_per_thread=4)
         self._lit: tuple[object, GBuffer, NDArray[np.float32]] | None = None
+        self.generation = 0
+        """Of the tissue that the next picture shows; see `Change`."""
         self.views_skipped = 0
         """Frames whose view was the one before, so that they were only exposed."""
 
@@ -106,6 +108,16 @@ class EndoscopeView:
             radiance = self.light(view, buffer)
             self.expose(view, buffer, radiance, gain=meter(radiance), number=0)
         progress(stage, 1.0)
+
+    def apply(self, changes: Sequence[Change]) -> None:
+        """Bring everything derived from the patient up to date, before a frame begins.
+
+        changes: edits that were made in the scene's arrays since the last call.
+        """
+        for change in changes:
+            self.renderer.update(change)
+            self._shader.update(change)
+            self.generation = change.generation
 
     def gbuffer(self, view: View) -> GBuffer:
         """Find what each pixel shows, the instrument in front of or behind tissue."""
@@ -174,7 +186,11 @@ class EndoscopeView:
         is called with it, is raised by its result and by the next call. A scope that
         rests is only exposed anew: the same bits as drawn again.
         """
-        seen = view.camera.key, view.world_from_instrument.tobytes()
+        seen = (
+            view.camera.key,
+            view.world_from_instrument.tobytes(),
+            self.generation,
+        )
         if self._lit is None or self._lit[0] != seen:
             # what the camera alone decides: between stages one thread would find it
             # while the others wait; now they still develop the picture before

@@ -29,5 +29,7 @@ class InstrumentState:
     washed: int = 0
 
 
+EMPTY_HAND = InstrumentState(NO_TOOL)
+
 AS_BEFORE = InstrumentState()
 """The state in recordings from before tools did anything."""

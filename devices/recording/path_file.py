@@ -47,6 +47,7 @@ class _PathFile(msgspec.Struct, forbid_unknown_fields=True):
     unit: Literal["mm"]
     columns: tuple[str, ...]
     rows: list[tuple[float, ...]]
+    tools: tuple[tuple[float, str], ...] = ()
 
 
 def load_probe_path(file: Path | str) -> ProbePath:
@@ -67,23 +68,24 @@ def load_probe_path(file: Path | str) -> ProbePath:
         if any(len(row) != len(COLUMNS) for row in read.rows):
             raise UserError(f"each row must have {len(COLUMNS)} values")
         table = np.array(read.rows, dtype=np.float64).reshape(-1, len(COLUMNS))
-        return _path_from_table(read.name, read.source, table)
+        return _path_from_table(read, table)
 
 
 def save_probe_path(path: ProbePath, file: Path | str) -> None:
     """Write ``path`` so that loading it gives the same bits; whole or not at all."""
     file = Path(file)
-    header = msgspec.json.encode(
-        {
-            "format": "paravol.path",
-            "version": 1,
-            "name": path.name,
-            "source": path.source,
-            "frame": "LPS",
-            "unit": "mm",
-            "columns": COLUMNS,
-        }
-    )
+    said: dict[str, object] = {
+        "format": "paravol.path",
+        "version": 1,
+        "name": path.name,
+        "source": path.source,
+        "frame": "LPS",
+        "unit": "mm",
+        "columns": COLUMNS,
+    }
+    if path.tools:
+        said["tools"] = path.tools
+    header = msgspec.json.encode(said)
     table = np.column_stack(
         (
             path.t_s,
@@ -102,13 +104,14 @@ def save_probe_path(path: ProbePath, file: Path | str) -> None:
         beside.write_bytes(header[:-1] + b',"rows":[\n' + rows + b"\n]}\n")
 
 
-def _path_from_table(name: str, source: str, table: NDArray[np.float64]) -> ProbePath:
+def _path_from_table(read: _PathFile, table: NDArray[np.float64]) -> ProbePath:
     buttons = table[:, 14].astype(np.int64)
     if not np.array_equal(buttons, table[:, 14]):
         raise UserError("its buttons must be whole numbers")
     return ProbePath(
-        name=name,
-        source=source,
+        name=read.name,
+        source=read.source,
+        tools=read.tools,
         t_s=table[:, 0],
         tip_mm=table[:, 1:4],
         axis=table[:, 4:7],

@@ -18,7 +18,10 @@ LARGEST_ROLL_STEP_DEG = 90.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProbeSample:
-    """State of scope, instrument and pedals at one moment; patient LPS, mm."""
+    """State of scope, instrument and pedals at one moment; patient LPS, mm.
+
+    tool: name of the instrument in hand, "" where the path names none.
+    """
 
     t_s: float
     tip_mm: NDArray[np.float64]
@@ -27,6 +30,7 @@ class ProbeSample:
     instrument_tip_mm: NDArray[np.float64]
     instrument_axis: NDArray[np.float64]
     buttons: int
+    tool: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,9 +57,12 @@ class ProbePath:
     instrument_axis: NDArray[np.float64]
     """(n, 3)"""
     buttons: NDArray[np.int64]
-    """(n,) 0..127, as a MicroScribe packet carries them."""
+    """(n,) 0..127, as a MicroScribe packet carries them: bits 0 and 1 are the arm's
+    pedals, bit 2 works the instrument, bit 3 is suction."""
     source: str = field(default="")
     """How the path was made, for a person."""
+    tools: tuple[tuple[float, str], ...] = ()
+    """Times from which on an instrument is in hand, and its name; in order."""
 
     def __post_init__(self) -> None:
         if not self.name:
@@ -84,6 +91,9 @@ class ProbePath:
                 f"roll_deg must be continuous, it jumps by {step.max():.4g} degrees "
                 f"after sample {int(np.argmax(step))}"
             )
+        changes_s = [time_s for time_s, _ in self.tools]
+        if changes_s != sorted(changes_s) or not all(map(math.isfinite, changes_s)):
+            raise UserError(f"tools must be in order of time, got {changes_s}")
         if self.buttons.min() < 0 or self.buttons.max() > 127:
             raise UserError("buttons must lie in 0..127")
 
@@ -132,7 +142,13 @@ class ProbePath:
                 self.instrument_axis[i], self.instrument_axis[i + 1], u
             ),
             buttons=int(self.buttons[i + 1] if u == 1.0 else self.buttons[i]),
+            tool=self.tool_at(t),
         )
+
+    def tool_at(self, t_s: float) -> str:
+        """Return the name of the instrument in hand, "" where the path names none."""
+        held = [name for time_s, name in self.tools if time_s <= t_s]
+        return held[-1] if held else ""
 
 
 def slerp(

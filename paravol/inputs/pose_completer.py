@@ -9,11 +9,15 @@ import numpy as np
 from devices import Pose, ProbePath
 from devices.controls.pedals import Button, ButtonEvent, Debouncer
 from devices.controls.roll import HorizonRoll, RollSource
-from scenarios import Sample
+from scenarios import InstrumentState, Sample
 from scenarios.bundle import EventRecord
+from scenarios.instrument_state import EMPTY_HAND, FIRST_TOOL
 
 PATH_PEDAL = 2
 """Button bit that is down while a recorded path is being flown."""
+
+PATH_WORK, PATH_SUCTION = 4, 8
+"""Button bits of a path's second channel: its tool works, or sucks."""
 
 AWAY_MM = np.array([0.0, -400.0, -400.0])
 """Where an absent second tool is placed: far in front of the face."""
@@ -72,6 +76,7 @@ class HandChannel:
             AWAY_MM,
             np.array([0.0, 1.0, 0.0]),
             pose.buttons,
+            EMPTY_HAND,
         )
 
 
@@ -122,4 +127,9 @@ def _sample(pose: Pose, time_s: float, path: ProbePath, at_s: float) -> Sample:
         state.instrument_tip_mm,
         state.instrument_axis,
         pose.buttons,
+        InstrumentState(
+            state.tool or FIRST_TOOL,
+            is_working=bool(state.buttons & PATH_WORK),
+            is_sucking=bool(state.buttons & PATH_SUCTION),
+        ),
     )

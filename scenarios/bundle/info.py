@@ -21,6 +21,7 @@ class SessionInfo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     automatic: recorded without a request; removed when space runs short.
     visible_sets: surfels were culled by visible sets, as they always were before this
         was written down. They leave out what shows through pinholes between discs.
+    operated: the samples' tools take tissue away, as none did before.
     """
 
     scenario_name: str
@@ -38,6 +39,7 @@ class SessionInfo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     structures_sha256: str = ""
     automatic: bool = False
     visible_sets: bool = True
+    operated: bool = False
     schema_version: Literal[1] = 1
 
 
