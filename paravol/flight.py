@@ -21,6 +21,7 @@ from devices.controls.pedals import Button, ButtonEvent
 from disk import UserError
 from paravol.flight_loop import FrameEvent, Timing, fly
 from paravol.inputs.flight_input import FlightInput
+from paravol.inputs.operating_hand import OperatingHand
 from paravol.inputs.pose_completer import (
     KeyboardRoll,
     PedalListener,
@@ -175,13 +176,15 @@ class DeviceLostError(UserError):
 class Flight:
     """Fly once. `end`, `cancel` and what asks for a frame may be called by any thread.
 
-    roll: turns the light post by hand. recording: where the flight is recorded.
+    roll: turns the light post by hand. hand: holds the instruments. recording: where
+    the flight is recorded.
     result: how it ended; None before, and where not a single pose was flown.
     """
 
     def __init__(self, order: FlightOrder, observer: FlightObserver) -> None:
         self.order = order
         self.roll = KeyboardRoll(order.input.completer)
+        self.hand = OperatingHand(self.roll, order.scenario.scope.endoscope())
         self.recording = Recording(order)
         self.result: FlightEnd | None = None
         self._observer = observer
@@ -254,12 +257,12 @@ class Flight:
                 size=order.size,
                 has_instrument=has_instrument,
             )
-            matrix = registration.world_from_device
+            matrix = self.hand.world_from_device = registration.world_from_device
             session = build_session(scenario, patient, matrix, size, operation)
             recorder = self.recording.open(stack, info)
             observer.on_start(residual_mm)
             completer: PoseCompleter = PedalListener(
-                self.roll, partial(self._on_pedal, recorder)
+                self.hand, partial(self._on_pedal, recorder)
             )
             if streamer is not None:
                 completer = StreamingCompleter(
@@ -295,12 +298,14 @@ class Flight:
     def _on_pedal(
         self, recorder: SessionRecorder, event: ButtonEvent, sample: Sample
     ) -> None:
-        """Record a pedal; the right one keeps the moment."""
+        """Record a pedal; the right one keeps the moment, the left works the tool."""
         if sample.time_s < 0.0:
             return
         recorder.add(pedal_record(event, sample.time_s))
         if event.is_down and event.button == Button.RIGHT_PEDAL:
             self.keep_moment()
+        if event.button == Button.LEFT_PEDAL and not self.order.input.has_instrument:
+            self.hand.work(event.is_down)
 
     def _follow(
         self,
