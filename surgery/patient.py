@@ -21,7 +21,7 @@ from renderers.scene.scene import WOUND_UNIT_MM
 from renderers.scene.volume import AIR_HU
 from surgery import solids as solid
 from surgery.edit import Edit, Taker
-from surgery.kernels.carve import FULL, carve, clear_pieces, fill_all
+from surgery.kernels.carve import FULL, carve, clear_pieces, fill_all, share_out
 
 REACH_MM = 3.0
 """So far from a cut the distance is brought up to date; deeper in tissue nobody asks
@@ -86,17 +86,17 @@ class Books:
 
 @dataclass(frozen=True, slots=True)
 class _Before:
-    """Hold what an edit replaced, flat: voxel numbers, distances, fills."""
+    """Hold what an edit replaced, flat: voxel numbers, distances, three fills."""
 
     edit: Edit
     books: Books
     voxels: NDArray[np.int32]
     distance: NDArray[np.float32]
-    fill: NDArray[np.uint16]
+    fills: tuple[NDArray[np.uint16], ...]
 
     @property
     def bytes(self) -> int:
-        return 10 * len(self.voxels) + 4096 + self.edit.solids.nbytes
+        return 14 * len(self.voxels) + 4096 + self.edit.solids.nbytes
 
 
 class OperatedPatient:
@@ -141,6 +141,18 @@ class OperatedPatient:
         self.fill = np.empty(distance.shape, np.uint16)
         self._spacing = float(distance.spacing_mm.max())
         fill_all(distance.values, 1.0 / self._spacing, self.fill)
+        flesh, bone = np.empty_like(self.fill), np.empty_like(self.fill)
+        self._thickness = layers.table()
+        share_out(
+            distance.values,
+            layers.wall.values,
+            self._thickness,
+            0.5 * self._spacing,
+            self.fill,
+            flesh,
+            bone,
+        )
+        self._fills = self.fill, flesh, bone
         self.books = Books(float(np.prod(distance.spacing_mm)))
         self.ct = None
         if ct is not None:
@@ -153,7 +165,6 @@ class OperatedPatient:
             [matrix[:3, 3], *matrix[:3, :3].T, distance.spacing_mm]
         ).astype(np.float64)
         self._walls = layers.wall.values, layers.ground.values
-        self._thickness = layers.table()
         self._kinds = np.zeros((256, 2), np.uint8)
         for row, kind in enumerate(layers.kinds):
             self._kinds[row] = kind.mucosa, kind.bone
@@ -180,20 +191,20 @@ class OperatedPatient:
         if np.any(box[3:] <= box[:3]):
             return None
         here = tuple(slice(box[a], box[a + 3]) for a in (2, 1, 0))
-        old, old_fill = self._distance[here].copy(), self.fill[here].copy()
+        old = self._distance[here].copy()
+        old_fills = [fill[here].copy() for fill in self._fills]
         books = Books(self.books.voxel_mm3)
         bounds = np.empty(6, np.int64)
-        pristine = self.pristine.distance.values
-        tables = self._tables(taker)
         counts = books.by_label, books.by_wall
         changed = carve(
             self._distance,
-            self.fill,
-            pristine,
+            self._fills,
+            self.pristine.distance.values,
             self._walls,
-            tables,
+            self._tables(taker),
             solids,
             self._grid,
+            REACH_MM,
             box,
             counts,
             bounds,
@@ -205,10 +216,9 @@ class OperatedPatient:
         if loose is not None:
             clear_pieces(
                 self._distance,
-                self.fill,
-                pristine,
+                self._fills,
                 self._walls,
-                tables,
+                self._kinds,
                 loose,
                 box,
                 self._spacing,
@@ -242,7 +252,13 @@ class OperatedPatient:
         )
         self.books.add(books)
         self._keep(
-            _Before(edit, books, voxels.astype(np.int32), old[mask], old_fill[mask])
+            _Before(
+                edit,
+                books,
+                voxels.astype(np.int32),
+                old[mask],
+                tuple(fill[mask] for fill in old_fills),
+            )
         )
         self._follow(low, high)
         return edit
@@ -260,7 +276,8 @@ class OperatedPatient:
             step = self._undo.pop()
             self._undo_bytes -= step.bytes
             self._distance.reshape(-1)[step.voxels] = step.distance
-            self.fill.reshape(-1)[step.voxels] = step.fill
+            for fill, before in zip(self._fills, step.fills, strict=True):
+                fill.reshape(-1)[step.voxels] = before
             self.books.add(step.books, -1)
             low = np.minimum(low, step.edit.change.low)
             high = np.maximum(high, step.edit.change.high)

@@ -41,50 +41,82 @@ def _share(low: float, high: float, upper: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def book(
-    was: int, now: int, depth: float, half: float, mucosa: float, bone: float,
-    kinds: Bytes, row: int, ground: int, by_label: Longs, by_wall: Longs,
+def share_out(
+    distance: Floats, wall: Bytes, layers: Floats, half: float, fill: Fill,
+    flesh: Fill, bone: Fill,
 ) -> None:  # fmt: skip
-    """Put the fill that a voxel lost into the books, shared out over its layers.
+    """Find how much of each voxel's fill is mucosa and how much is a wall's bone.
 
-    What is left of each layer follows from the voxel's fill alone. So the sum over any
-    steps is that of one step, and no count is lost. depth: pristine, of its middle;
-    half: half its edge; mucosa, bone: thicknesses. kinds: ``(256, 2)`` labels of
-    mucosa and bone by wall row.
+    half: half a voxel's edge, mm. The voxel's depths are the interval around its
+    middle's; a plate thinner than that has its own share of it.
     """
-    low = max(depth - half, 0.0)
-    high = max(depth + half, low + 1e-6)
-    first = _share(low, high, mucosa)
-    second = _share(low, high, mucosa + bone)
-    a = math.floor(first * FULL + 0.5)
-    b = math.floor(second * FULL + 0.5)
-    flesh = was * a // FULL - now * a // FULL
-    both = was * b // FULL - now * b // FULL
-    by_label[kinds[row, 0]] += flesh
-    by_label[kinds[row, 1]] += both - flesh
-    by_label[ground] += (was - now) - both
-    by_wall[row] += both - flesh
+    for k in range(distance.shape[0]):
+        for j in range(distance.shape[1]):
+            for i in range(distance.shape[2]):
+                depth, row = distance[k, j, i], wall[k, j, i]
+                mucosa, thick = layers[row, 0], layers[row, 1]
+                low = max(depth - half, 0.0)
+                high = max(depth + half, low + 1e-6)
+                full = int(fill[k, j, i])
+                first = math.floor(full * _share(low, high, mucosa) + 0.5)
+                both = math.floor(full * _share(low, high, mucosa + thick) + 0.5)
+                flesh[k, j, i] = first
+                bone[k, j, i] = both - first
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def book(
+    fills: tuple[Fill, Fill, Fill], k: int, j: int, i: int, now: int, is_bared: bool,
+    labels: Bytes, row: int, ground: int, books: tuple[Longs, Longs],
+) -> None:  # fmt: skip
+    """Lower a voxel's fill and put what it lost into the books.
+
+    fills: all of the voxel, and of that its mucosa and its wall's bone. What was cut
+    through is lost in proportion; what was bared is lost from the outermost layer
+    inwards. labels: ``(2,)`` of mucosa and bone.
+    """
+    fill, flesh, bone = fills
+    by_label, by_wall = books
+    was = int(fill[k, j, i])
+    if now >= was:
+        return
+    taken = was - now
+    outer, inner = int(flesh[k, j, i]), int(bone[k, j, i])
+    first, second = outer, inner
+    if not is_bared:
+        first = outer - outer * now // was
+        second = inner - inner * now // was
+    first = min(first, taken)
+    second = min(second, taken - first)
+    fill[k, j, i] = now
+    flesh[k, j, i] = outer - first
+    bone[k, j, i] = inner - second
+    by_label[labels[0]] += first
+    by_label[labels[1]] += second
+    by_label[ground] += taken - first - second
+    by_wall[row] += second
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def carve(
-    distance: Floats, fill: Fill, pristine: Floats, walls: tuple[Bytes, Bytes],
-    tables: tuple[Floats, Floats, Bytes, Bytes], rows: Doubles, grid: Doubles,
-    box: Longs, books: tuple[Longs, Longs], bounds: Longs,
+    distance: Floats, fills: tuple[Fill, Fill, Fill], pristine: Floats,
+    walls: tuple[Bytes, Bytes], tables: tuple[Floats, Floats, Bytes, Bytes],
+    rows: Doubles, grid: Doubles, reach: float, box: Longs,
+    books: tuple[Longs, Longs], bounds: Longs,
 ) -> int:  # fmt: skip
     """Carve a box: distance becomes the lesser of itself and the tool's.
 
-    distance, fill: mutable, pristine: not. walls: row of the wall, and ground label.
-    tables: ``(256, 2)`` mucosa and bone thickness by row; ``(256,)`` depth that may be
-    taken by row, +inf for all; ``(256,)`` 1 for grounds that are too hard; ``(256,
-    2)`` labels by row. rows: solids. grid: ``(5, 3)`` float64: origin, columns of the
-    axes times their spacing as rows, and spacing. box: i0 j0 k0 i1 j1 k1, ends
-    excluded. books: counts by label and by wall. bounds: ``(6,)``, first and last
-    changed voxel. Returns the number of voxels that changed.
+    distance, fills: mutable, see `book`; pristine: not. walls: row of the wall, and
+    ground label. tables: ``(256, 2)`` mucosa and bone thickness by row; ``(256,)``
+    depth that may be taken by row, +inf for all; ``(256,)`` 1 for grounds that are too
+    hard; ``(256, 2)`` labels by row. rows: solids. grid: ``(5, 3)`` float64: origin,
+    columns of the axes times their spacing as rows, and spacing. reach: farther from
+    the solids, mm, nothing changes. box: i0 j0 k0 i1 j1 k1, ends excluded. books:
+    counts by label and by wall. bounds: ``(6,)``, first and last changed voxel. Returns
+    the number of voxels that changed.
     """
     wall, ground = walls
     layers, spared, hard, kinds = tables
-    by_label, by_wall = books
     h = max(grid[4, 0], max(grid[4, 1], grid[4, 2]))
     per_mm = 1.0 / h
     bounds[:3] = 1 << 30
@@ -98,7 +130,7 @@ def carve(
                 z = grid[0, 2] + i * grid[1, 2] + j * grid[2, 2] + k * grid[3, 2]
                 s = solids_distance(x, y, z, rows)
                 old = distance[k, j, i]
-                if not s < old:
+                if not (s < old and s < reach):
                     continue
                 row, below = wall[k, j, i], ground[k, j, i]
                 depth = pristine[k, j, i]
@@ -106,8 +138,11 @@ def carve(
                 least = spared[row]
                 if hard[below]:
                     least = min(least, mucosa + bone)
-                if least < 1e6:
-                    s = max(s, float(depth) - least)
+                # a tool that spares a wall's bone takes none of it, at its rim neither
+                is_bared = spared[row] < 1e6
+                if float(depth) - least > s:
+                    s = float(depth) - least
+                    is_bared = True
                 new = np.float32(s)
                 if not new < old:
                     continue
@@ -116,29 +151,21 @@ def carve(
                 bounds[0], bounds[3] = min(bounds[0], i), max(bounds[3], i)
                 bounds[1], bounds[4] = min(bounds[1], j), max(bounds[4], j)
                 bounds[2], bounds[5] = min(bounds[2], k), max(bounds[5], k)
-                was, now = int(fill[k, j, i]), filled(float(new), per_mm)
-                if now < was:
-                    fill[k, j, i] = now
-                    book(
-                        was, now, depth, 0.5 * h, mucosa, bone, kinds, row, below,
-                        by_label, by_wall,
-                    )  # fmt: skip
+                now = filled(float(new), per_mm)
+                book(fills, k, j, i, now, is_bared, kinds[row], row, below, books)
     return count
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def clear_pieces(
-    distance: Floats, fill: Fill, pristine: Floats, walls: tuple[Bytes, Bytes],
-    tables: tuple[Floats, Floats, Bytes, Bytes], loose: Bytes, box: Longs, h: float,
-    books: tuple[Longs, Longs],
+    distance: Floats, fills: tuple[Fill, Fill, Fill], walls: tuple[Bytes, Bytes],
+    kinds: Bytes, loose: Bytes, box: Longs, h: float, books: tuple[Longs, Longs],
 ) -> int:  # fmt: skip
     """Make air of the voxels that are marked as loose pieces; returns their number.
 
     loose: over the box. Other arrays as in `carve`.
     """
     wall, ground = walls
-    layers, _, _, kinds = tables
-    by_label, by_wall = books
     air = np.float32(-0.5 * h)
     count = 0
     for k in range(box[2], box[5]):
@@ -150,13 +177,6 @@ def clear_pieces(
                     continue
                 distance[k, j, i] = air
                 count += 1
-                was = int(fill[k, j, i])
-                if was == 0:
-                    continue
-                fill[k, j, i] = 0
-                row = wall[k, j, i]
-                book(
-                    was, 0, pristine[k, j, i], 0.5 * h, layers[row, 0], layers[row, 1],
-                    kinds, row, ground[k, j, i], by_label, by_wall,
-                )  # fmt: skip
+                row, below = wall[k, j, i], ground[k, j, i]
+                book(fills, k, j, i, 0, False, kinds[row], row, below, books)
     return count
