@@ -28,6 +28,17 @@ def redistance(
     tissue at the same time; values next to the surface part the two, so the result
     is the same.
     """
+    return signed_distance(field, spacing_mm, -DEEPEST_MM, FARTHEST_MM, threads)
+
+
+def signed_distance(
+    field: NDArray[np.float32],
+    spacing_mm: float,
+    inside_mm: float,
+    outside_mm: float,
+    threads: int = 1,
+) -> NDArray[np.float32]:
+    """Compute what `redistance` does, up to limits of one's own, both positive mm."""
     values = np.ascontiguousarray(field, dtype=np.float32)
     if values.ndim != 3 or not spacing_mm > 0:
         raise UserError(
@@ -37,8 +48,8 @@ def redistance(
     distance = np.empty_like(values)
     state = np.zeros(values.shape, dtype=np.uint8)
     rows = np.zeros((2, *values.shape[:2]), dtype=np.uint8)
-    h, far = np.float32(spacing_mm), np.float32(-DEEPEST_MM)
-    kernels.start_values(values, h, far, np.float32(FARTHEST_MM), distance, state, rows)
+    h, far = np.float32(spacing_mm), np.float32(inside_mm)
+    kernels.start_values(values, h, far, np.float32(outside_mm), distance, state, rows)
 
     def sweep(space: int) -> None:
         kernels.sweep(
@@ -47,6 +58,6 @@ def redistance(
 
     with ThreadPoolExecutor(max_workers=min(threads, 2)) as pool:
         list(pool.map(sweep, (0, 1)))
-    np.minimum(distance, np.float32(FARTHEST_MM), out=distance, where=values >= 0)
+    np.minimum(distance, np.float32(outside_mm), out=distance, where=values >= 0)
     np.negative(distance, out=distance, where=values < 0)
     return distance

@@ -6,6 +6,8 @@ is known to a fraction of a voxel, then tells the layer.
 """
 
 from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +16,15 @@ from renderers.scene.volume import Volume
 
 NO_WALL = 0
 """Row of `WallLayers.kinds` for what belongs to no wall of an airway."""
+
+
+class Layer(IntEnum):
+    """Name what a place is made of, from the air inwards."""
+
+    AIR = 0
+    MUCOSA = 1
+    BONE = 2
+    GROUND = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,3 +69,55 @@ class WallLayers:
         for row, kind in enumerate(self.kinds):
             table[row] = kind.mucosa_mm, kind.bone_mm
         return table
+
+
+@dataclass(frozen=True, slots=True)
+class LayerSample:
+    """Hold what is at points; all arrays have the points' leading shape.
+
+    depth_mm: distance to the pristine air surface, negative in air. layer: uint8
+    `Layer`. label: uint8 `Label` of the tissue, 0 in air. wall: uint8 row of
+    `WallLayers.kinds`.
+    """
+
+    depth_mm: NDArray[np.float64]
+    layer: NDArray[np.uint8]
+    label: NDArray[np.uint8]
+    wall: NDArray[np.uint8]
+
+
+def layer_at(
+    layers: WallLayers, distance: Volume, points_mm: NDArray[np.float64]
+) -> LayerSample:
+    """Tell layer, tissue and wall at ``(..., 3)`` LPS points, mm.
+
+    distance: the pristine air distance, negative in air; the depth is interpolated in
+    it. Wall and ground are those of the nearest voxel.
+    """
+    points = np.asarray(points_mm, np.float64)
+    depth = distance.sample(points)
+    wall = nearest_values(layers.wall, points).astype(np.uint8)
+    ground = nearest_values(layers.ground, points)
+    mucosa_mm, bone_mm = np.moveaxis(layers.table()[wall], -1, 0)
+    layer = np.where(depth < 0, Layer.AIR, Layer.MUCOSA)
+    layer = np.where(depth >= mucosa_mm, Layer.BONE, layer)
+    layer = np.where(depth >= mucosa_mm + bone_mm, Layer.GROUND, layer)
+    layer = np.where(depth < 0, Layer.AIR, layer).astype(np.uint8)
+    names = np.zeros((len(layers.kinds), 4), np.uint8)
+    for row, kind in enumerate(layers.kinds):
+        names[row, Layer.MUCOSA], names[row, Layer.BONE] = kind.mucosa, kind.bone
+    label = np.where(layer == Layer.GROUND, ground, names[wall, layer])
+    return LayerSample(depth, layer, label.astype(np.uint8), wall)
+
+
+def nearest_values(volume: Volume, points_mm: NDArray[np.float64]) -> NDArray[Any]:
+    """Return the values of the voxels nearest to ``(..., 3)`` LPS points.
+
+    Outside the grid it is the volume's background.
+    """
+    matrix = volume.voxel_from_world
+    index = np.rint(points_mm @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.intp)
+    top = np.array(volume.shape[::-1]) - 1
+    inside = np.all((index >= 0) & (index <= top), axis=-1)
+    i, j, k = np.moveaxis(np.clip(index, 0, top), -1, 0)
+    return np.where(inside, volume.values[k, j, i], volume.background)

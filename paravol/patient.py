@@ -14,9 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from anatomy import PhantomParameters, classic_transfer_function, sinus_phantom
 from anatomy.case import read_case
+from anatomy.hazard_volumes import HazardVolumes
 from anatomy.phantom.head_skin import head_skin
 from anatomy.scan.approach import Approach
 from anatomy.tissue import Label
+from anatomy.wall_layers import WallLayers
 from disk import UserError
 from paravol.slice_views import SECOND, SliceViews
 from renderers.scene import AirSurface, Camera, Mesh, Scene, Volume
@@ -90,6 +92,8 @@ class PatientScene:
     face: gives the distance to the skin of the whole head, mm, negative in the room,
         on a coarse grid of its own; None where it is unknown. A phantom's takes half a
         second.
+    layers: what lies behind the surface; None where nobody knows.
+    hazards: distances to what must not be hurt; None where nobody knows.
     """
 
     scene: Scene
@@ -99,6 +103,8 @@ class PatientScene:
     others: Mapping[str, Volume] = field(default_factory=dict)
     structures: Structures | None = None
     face: Callable[[], Volume] | None = None
+    layers: WallLayers | None = None
+    hazards: HazardVolumes | None = None
 
     @property
     def surface(self) -> AirSurface:
@@ -319,6 +325,8 @@ def load_phantom(
             phantom.distance, phantom.labels, label_names, landmarks
         ),
         face=partial(head_skin, phantom.parameters, SKIN_MM),
+        layers=phantom.layers,
+        hazards=phantom.hazards,
     )
 
 

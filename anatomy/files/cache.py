@@ -2,6 +2,7 @@
 
 import hashlib
 import logging
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +11,12 @@ import numpy as np
 import platformdirs
 from numpy.typing import NDArray
 
+from anatomy.hazard_volumes import FARTHEST_MM, UNIT_MM, HazardVolumes
 from anatomy.phantom.lattice import Box, Lattice
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import Phantom, Progress, build_phantom, whole_field
 from anatomy.queries.landmarks import landmarks
+from anatomy.wall_layers import NO_WALL, WallKind, WallLayers
 from disk import ForeignFileError, UserError, foreign_file
 from renderers.scene import Volume
 from renderers.scene.cache_entries import kept_entry, mark_used
@@ -21,7 +24,7 @@ from renderers.scene.cache_entries import kept_entry, mark_used
 log = logging.getLogger(__name__)
 
 ENTRIES_KEPT = 8
-"""Oldest entries beyond this many are removed: one at 0.5 mm takes 67 MB."""
+"""Oldest entries beyond this many are removed: one at 0.5 mm takes 190 MB."""
 
 # field of Phantom, dtype, background; the order is the order in the file
 _VOLUMES = (
@@ -33,6 +36,7 @@ _VOLUMES = (
     ("blood", np.uint8, 0.0),
     ("skin", np.uint8, 0.0),
 )
+_HAZARD = "hazard "
 
 
 def default_folder() -> Path:
@@ -96,31 +100,62 @@ def _load(
     """Read an entry; None if there is none or it is not what was stored."""
     if not path.is_file():
         return None
-    volumes: dict[str, Any] = {}
     try:
         with (
             foreign_file(path, "a phantom"),
             path.open("rb") as file,
             np.load(file, allow_pickle=False) as archive,
         ):
-            for name, dtype, background in _VOLUMES:
-                values: NDArray[Any] = archive[name]
-                if values.dtype != dtype or values.shape != lattice.shape:
-                    raise UserError(f"{name} is {values.dtype} {values.shape}")
-                volumes[name] = Volume(
-                    values,
-                    np.full(3, lattice.spacing_mm),
-                    lattice.origin_mm,
-                    background=background,
-                )
+            read = partial(_volume, archive, lattice)
+            volumes = {name: read(name, kind, out) for name, kind, out in _VOLUMES}
+            kinds = msgspec.json.decode(
+                archive["wall_kinds"].tobytes(), type=tuple[WallKind, ...]
+            )
+            layers = WallLayers(
+                read("wall", np.uint8, float(NO_WALL)),
+                read("ground", np.uint8, 0.0),
+                kinds,
+            )
+            prefix, outside = _HAZARD, FARTHEST_MM / UNIT_MM
+            hazards = HazardVolumes(
+                {
+                    name.removeprefix(prefix): read(name, np.int16, outside)
+                    for name in archive.files
+                    if name.startswith(prefix)
+                }
+            )
         mark_used(path)
     except (ForeignFileError, OSError) as e:
         log.warning("the cached phantom %s is broken and is built again: %s", path, e)
         return None
-    return Phantom(parameters=parameters, landmarks=landmarks(parameters), **volumes)
+    return Phantom(
+        parameters=parameters,
+        landmarks=landmarks(parameters),
+        layers=layers,
+        hazards=hazards,
+        **volumes,
+    )
+
+
+def _volume(
+    archive: Any, lattice: Lattice, name: str, dtype: type, background: float
+) -> Volume:
+    values: NDArray[Any] = archive[name]
+    if values.dtype != dtype or values.shape != lattice.shape:
+        raise UserError(f"{name} is {values.dtype} {values.shape}")
+    spacing = np.full(3, lattice.spacing_mm)
+    return Volume(values, spacing, lattice.origin_mm, background=background)
 
 
 def _store(path: Path, phantom: Phantom) -> None:
     arrays = {name: getattr(phantom, name).values for name, _, _ in _VOLUMES}
+    arrays |= {
+        _HAZARD + name: volume.values
+        for name, volume in phantom.hazards.volumes.items()
+    }
+    arrays["wall"] = phantom.layers.wall.values
+    arrays["ground"] = phantom.layers.ground.values
+    kinds = msgspec.json.encode(phantom.layers.kinds)
+    arrays["wall_kinds"] = np.frombuffer(kinds, np.uint8)
     with kept_entry(path, ENTRIES_KEPT) as beside:
         np.savez(beside, **arrays)

@@ -72,18 +72,8 @@ def weights(
     return result
 
 
-def paint(
-    model: Model,
-    grids: Grids,
-    distance: NDArray[np.float32],
-    spacing_mm: float,
-    run: Callable[[Callable[[int, int], None], int], None],
-) -> Painted:
-    """Paint CT numbers, labels and bone cover over the whole grid.
-
-    run: calls a function on ``(first, last)`` ranges that tile the number given, on
-    as many threads as it likes.
-    """
+def layer_tables(model: Model) -> WallLayers:
+    """List what lies behind the surface of each part, structure and plate."""
     part_layers = np.array(
         [
             [p.wall.mucosa_mm, p.wall.bone_mm, p.label, Label.MUCOSA, p.wall.bone_label]
@@ -101,7 +91,7 @@ def paint(
         for variant, bare in _DEHISCENT.items():
             if model.parameters.has(variant, part.side):
                 shell[k, bare] |= 1
-    layers = WallLayers(
+    return WallLayers(
         part_layers,
         structure_layers,
         PHARYNX_ROW,
@@ -109,6 +99,21 @@ def paint(
         shell,
         np.array([TISSUES[n].hu for n in ("air", "mucosa", "thin bone")]),
     )
+
+
+def paint(
+    model: Model,
+    grids: Grids,
+    distance: NDArray[np.float32],
+    spacing_mm: float,
+    run: Callable[[Callable[[int, int], None], int], None],
+) -> Painted:
+    """Paint CT numbers, labels and bone cover over the whole grid.
+
+    run: calls a function on ``(first, last)`` ranges that tile the number given, on
+    as many threads as it likes.
+    """
+    layers = layer_tables(model)
     painted = Painted(
         np.empty(distance.shape, dtype=np.int16),
         np.empty(distance.shape, dtype=np.uint8),

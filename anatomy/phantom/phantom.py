@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.hazard_volumes import HazardVolumes
 from anatomy.phantom import air
 from anatomy.phantom.air import remove_slivers
 from anatomy.phantom.coverage import paint
@@ -13,9 +14,12 @@ from anatomy.phantom.ct_noise import ct_noise
 from anatomy.phantom.lattice import Box, Lattice, field_for
 from anatomy.phantom.model import build_model
 from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.walls import wall_layers
+from anatomy.queries.hazard_sampling import sample_hazards
 from anatomy.queries.landmarks import Landmark, landmarks
 from anatomy.redistance import FARTHEST_MM, redistance
 from anatomy.tissue import Label, Side
+from anatomy.wall_layers import WallLayers
 from disk import UserError
 from renderers.scene.volume import AIR_HU, Volume
 
@@ -32,7 +36,8 @@ class Phantom:
     ct: int16 HU. labels: uint8 `Label`. sides: uint8 `Side`. bone_cover: uint8, 255
     is all bone. distance: float32 mm to the air boundary, negative in air, zero on
     the surface that is shown. blood: uint8, fraction ``(v / 255)^2``. skin: uint8
-    weight of dry skin, 255 is all.
+    weight of dry skin, 255 is all. layers: what lies behind the surface. hazards:
+    distances to what must not be hurt.
     """
 
     parameters: PhantomParameters
@@ -44,6 +49,8 @@ class Phantom:
     blood: Volume
     skin: Volume
     landmarks: dict[str, Landmark]
+    layers: WallLayers
+    hazards: HazardVolumes
 
     @property
     def spacing_mm(self) -> float:
@@ -99,16 +106,22 @@ def build_phantom(
             values, np.full(3, spacing_mm), lattice.origin_mm, background=background
         )
 
+    stored = volume(distance, FARTHEST_MM)
+    if progress is not None:
+        progress("measuring hazards", 0.0)
+    hazards = sample_hazards(parameters, stored, workers)
     return Phantom(
         parameters,
         volume(painted.hu, AIR_HU),
         volume(painted.labels, 0.0),
         volume(sides, 0.0),
         volume(painted.bone_cover, 0.0),
-        volume(distance, FARTHEST_MM),
+        stored,
         volume(grids.blood, 0.0),
         volume(grids.skin, 0.0),
         landmarks(parameters),
+        wall_layers(model, grids, stored, hazards),
+        hazards,
     )
 
 

@@ -30,8 +30,7 @@ from disk import UserError
 _STEP_MM = 0.25
 _CHUNK = 4096
 
-# Tubes are exact distances; of the rest the value is divided by the gradient's norm.
-_EXACT = frozenset(
+EXACT = frozenset(
     (
         "optic nerve",
         "internal carotid",
@@ -40,6 +39,10 @@ _EXACT = frozenset(
         "sphenopalatine artery",
     )
 )
+"""Tubes are exact distances; other values are divided by their gradient's norm."""
+
+_ONE_FOR_BOTH = frozenset(("skull base",))
+"""What is described by the distance from the midline, on either side of it."""
 
 
 def hazard_fields(parameters: PhantomParameters, side: Side) -> dict[str, Field]:
@@ -76,8 +79,8 @@ def hazard_distances(
     found = {}
     for side in (Side.RIGHT, Side.LEFT):
         for name in hazard_fields(parameters, side):
-            value = _evaluate(parameters, side, name, ras)
-            if name not in _EXACT:
+            value = _evaluate(parameters, side, name, ras).astype(np.float64)
+            if name not in EXACT:
                 square = np.zeros_like(value)
                 for axis in range(3):
                     step = np.zeros(3)
@@ -92,6 +95,17 @@ def hazard_distances(
             distance = np.where(depth > 0, np.maximum(distance, depth), distance)
             found[f"{name}, {side.name.lower()}"] = distance
     return found
+
+
+def hazard_values(
+    parameters: PhantomParameters, side: Side, name: str, ras: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """Evaluate the field of one structure, mm, at ``(n, 3)`` RAS points of the head.
+
+    A distance for the names in `EXACT`, else only its sign is one's.
+    """
+    scale = parameters.head_scale
+    return np.float32(scale) * _evaluate(parameters, side, name, ras / scale)
 
 
 @lru_cache(maxsize=4)
@@ -125,10 +139,12 @@ def _compiled(
 
 def _evaluate(
     parameters: PhantomParameters, side: Side, name: str, ras: NDArray[np.float64]
-) -> NDArray[np.float64]:
+) -> NDArray[np.float32]:
     model, spans = _compiled(parameters, side)
     begin, end = spans[name]
     sign = np.float32(1.0 if side == Side.RIGHT else -1.0)
+    if name in _ONE_FOR_BOTH:
+        sign = np.float32(0.0)
     flat = ras.T.astype(np.float32)
     result = np.empty(flat.shape[1], dtype=np.float32)
     for start in range(0, flat.shape[1], _CHUNK):
@@ -139,4 +155,4 @@ def _evaluate(
         marks = np.full((model.mark_rows, n), np.inf, dtype=np.float32)
         out = result[start : start + n]
         kernels.evaluate_span(block, model.tables, sign, begin, end, work, marks, out)
-    return result.astype(np.float64)
+    return result
