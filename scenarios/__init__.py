@@ -1,6 +1,6 @@
 """What happens in the operating room: tools, exercises, scores. Names no renderer.
 
-`scenarios.instruments` is imported by itself: building meshes loads a large library.
+`scenarios.instruments` is imported by itself.
 """
 
 from scenarios.clearance import Clearance, shaft_clearance

@@ -83,18 +83,26 @@ class Endoscope:
 
 
 def tip_frame(
-    tip_mm: NDArray[np.float64], pointing: NDArray[np.float64]
+    tip_mm: NDArray[np.float64],
+    pointing: NDArray[np.float64],
+    roll_deg: float = 0.0,
 ) -> NDArray[np.float64]:
     """Build ``world_from_tip`` (4x4) of a tool at `tip_mm` pointing along `pointing`.
 
-    x and y of the frame are the upright ones, so that a picture of a tool without a
-    roll sensor stays still.
+    roll_deg: turn of the frame, right-handed about the pointing direction. At 0 x and y
+    are the upright ones, so that a picture of a tool without a roll sensor stays still;
+    y, which jaws and windows face, is then upwards.
     """
     z = -np.asarray(pointing, dtype=np.float64)
     z = z / np.linalg.norm(z)
     right, _ = _upright(-z)
     frame = np.eye(4)
     frame[:3, 0], frame[:3, 1], frame[:3, 2] = right, _cross(z, right), z
+    if roll_deg:
+        turn = math.radians(roll_deg)
+        cosine, sine = math.cos(turn), math.sin(turn)
+        x, y = frame[:3, :2].T.copy()
+        frame[:3, 0], frame[:3, 1] = cosine * x - sine * y, cosine * y + sine * x
     frame[:3, 3] = tip_mm
     return frame
 

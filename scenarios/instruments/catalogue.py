@@ -1,0 +1,215 @@
+"""The tools of an endoscopic sinus operation: what each does, and how large it is.
+
+Sizes. Casiano's dissection guide (chapter on instrumentation) lists 3.5 mm straight
+and upbiting forceps, both grasping and through-cutting, a 360-degree backbiting
+forceps, a ball probe, a 4 mm curved suction, 10 and 12 French Frazier suctions and a
+4 mm straight powered cannula. Goode describes a powered 3.5 mm sheath with an opening
+at the side near its tip. Lengths of jaws and windows, the knife, the elevator and the
+curette are recalled from makers' catalogues.
+
+Forces. Joice 2010 (Am J Rhinol Allergy 24): 6.1 N through ethmoid lamellae and lamina
+papyracea, 17.8 N through the skull base, in cadavers; Joice 2012 (Allergy Rhinol 3):
+1.5 times as much in patients. What a tool brings on bone is set between these: grasping
+forceps and through-cutting punches take lamellae and spare the skull base, which a
+backbiter or a curette can break. Seven microdebriders abraded spicules and none abraded
+intact bone (Am J Otolaryngol 1999;20:294). A scope is pressed with 2.2 N on average and
+8.0 N at most (Eur Arch Otorhinolaryngol 2008), a probe about as much. Thicknesses of
+bone and flows of suction are estimates.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+from functools import cache
+
+import numpy as np
+
+from disk import UserError
+from renderers.scene import Mesh
+from renderers.scene.mesh import PlacedMesh
+from scenarios.instruments.forceps import Backbiter, Forceps
+from scenarios.instruments.hand_tools import BallProbe, Curette, Elevator, SickleKnife
+from scenarios.instruments.lofting import joined
+from scenarios.instruments.parts import (
+    Capsules,
+    Doubles,
+    Part,
+    Shape,
+    moved,
+    no_solids,
+)
+from scenarios.instruments.suction import CurvedSuction, Debrider, Frazier
+from surgery import solids
+from surgery.edit import Taker
+
+
+class Action(Enum):
+    """Say when a tool takes tissue."""
+
+    BITE = "bite"
+    """When its jaws close."""
+    POWERED = "powered"
+    """While its pedal is down and the suction is on."""
+    SCRAPE = "scrape"
+    """While it is dragged under force."""
+    CUT = "cut"
+    """While its edge moves."""
+    FEEL = "feel"
+    """Never: it tells hard from soft."""
+    SUCK = "suck"
+    """Never: it takes blood and loose pieces."""
+
+
+NOTHING = Taker()
+
+
+@dataclass(frozen=True, slots=True)
+class Instrument:
+    """Describe one tool.
+
+    taker: force that it brings on bone, N, and thickest bone that it takes, mm.
+    takes_soft: whether soft tissue comes away with it. suction_ml_s: flow through it.
+    Its frame: origin at the end of the tip, +z back up the shaft, bent parts, windows
+    and jaws towards +y. `scenarios.tip_frame` gives it a place and a roll.
+    """
+
+    name: str
+    action: Action
+    shape: Shape
+    taker: Taker = NOTHING
+    takes_soft: bool = True
+    suction_ml_s: float = 0.0
+
+    @property
+    def needs_suction(self) -> bool:
+        """Return whether it takes tissue only while it sucks."""
+        return self.action is Action.POWERED
+
+    @property
+    def has_jaws(self) -> bool:
+        """Return whether a part of it turns about a hinge."""
+        return any(part.open_deg for part in parts_of(self))
+
+    def placed(self, world_from_instrument: Doubles, jaw: float) -> list[PlacedMesh]:
+        """Return its parts' meshes with their 4x4 poses; jaw: 0 open, 1 closed."""
+        return [
+            (
+                part.mesh,
+                world_from_instrument @ part.pose(jaw)
+                if part.open_deg
+                else world_from_instrument,
+            )
+            for part in parts_of(self)
+        ]
+
+    def mesh(self, jaw: float = 1.0) -> Mesh:
+        """Return it as one mesh in its own frame."""
+        parts = parts_of(self)
+        if len(parts) == 1:
+            return parts[0].mesh
+        return joined(
+            *(
+                Mesh(moved(mesh.vertices, pose), mesh.faces, mesh.material)
+                for mesh, pose in self.placed(np.eye(4), jaw)
+            )
+        )
+
+    def capsules(self, world_from_instrument: Doubles, jaw: float) -> Capsules:
+        """Return what it is to contact and clearance, in the world."""
+        return Capsules.joined(
+            [
+                part.capsules.placed(world_from_instrument @ part.pose(jaw))
+                for part in parts_of(self)
+            ]
+        )
+
+    def tip_ball(self, world_from_instrument: Doubles) -> tuple[Doubles, float]:
+        """Return middle ``(3,)`` in the world and radius of the ball at its end, mm."""
+        middle, radius = self.shape.tip()
+        return moved(middle[None], world_from_instrument)[0], radius
+
+    def working_volume(
+        self,
+        world_from_instrument: Doubles,
+        jaw: float = 1.0,
+        before: Doubles | None = None,
+    ) -> solids.Rows:
+        """Return what comes away, as rows of `surgery.solids` in the world.
+
+        With jaws: what they enclose when they close from `jaw`; 1 is what the closed
+        cups hold. Others: what their edges sweep from the pose `before`, 4x4, which is
+        the present one if None; a turn between the two should be small. No rows for
+        what only feels or sucks.
+        """
+        after = world_from_instrument
+        start = after if before is None else before
+        rows = [placed_solids(self.shape.bite(jaw), after)]
+        for edge in self.shape.edges():
+            old, new = moved(edge.points_mm, start), moved(edge.points_mm, after)
+            for k in range(len(old) - 1):
+                ends = slice(k, k + 2)
+                if before is None:
+                    rows.append(solids.capsule(new[k], new[k + 1], edge.radius_mm))
+                else:
+                    rows.append(solids.blade(old[ends], new[ends], edge.radius_mm))
+        return np.concatenate(rows) if rows else no_solids()
+
+
+@cache
+def parts_of(instrument: Instrument) -> tuple[Part, ...]:
+    """Return an instrument's parts, the shaft first, built once."""
+    return instrument.shape.parts()
+
+
+def placed_solids(capsules: solids.Rows, pose: Doubles) -> solids.Rows:
+    """Move capsules ``(n, 16)`` by a rigid 4x4 transform."""
+    rows = capsules.copy()
+    rows[:, 1:4] = moved(rows[:, 1:4], pose)
+    rows[:, 4:7] = moved(rows[:, 4:7], pose)
+    return rows
+
+
+SUCTION_TUBE = "suction tube"
+"""What recordings show that name no tool."""
+
+_CATALOGUE = (
+    Instrument(
+        SUCTION_TUBE, Action.SUCK, Frazier(), takes_soft=False, suction_ml_s=20.0
+    ),
+    Instrument(
+        "curved suction",
+        Action.SUCK,
+        CurvedSuction(),
+        takes_soft=False,
+        suction_ml_s=30.0,
+    ),
+    Instrument("straight forceps", Action.BITE, Forceps(), Taker(20.0, 0.8)),
+    Instrument(
+        "upturned forceps", Action.BITE, Forceps(turn_deg=45.0), Taker(20.0, 0.8)
+    ),
+    Instrument(
+        "through-cutting punch",
+        Action.BITE,
+        Forceps(jaw_mm=9.0, cup_mm=6.0, open_deg=45.0, through=True),
+        Taker(25.0, 1.0),
+    ),
+    Instrument("backbiter", Action.BITE, Backbiter(), Taker(40.0, 2.0)),
+    Instrument(
+        "microdebrider", Action.POWERED, Debrider(), Taker(4.0, 0.2), suction_ml_s=15.0
+    ),
+    Instrument("curette", Action.SCRAPE, Curette(), Taker(30.0, 1.5)),
+    Instrument("sickle knife", Action.CUT, SickleKnife(), Taker(12.0, 0.3)),
+    Instrument("ball probe", Action.FEEL, BallProbe(), Taker(3.0), takes_soft=False),
+    Instrument("elevator", Action.SCRAPE, Elevator(), Taker(12.0, 0.3)),
+)
+
+INSTRUMENTS = {each.name: each for each in _CATALOGUE}
+
+
+def instrument_named(name: str) -> Instrument:
+    """Look a tool up; UserError names those that there are."""
+    found = INSTRUMENTS.get(name)
+    if found is None:
+        raise UserError(
+            f"There is no instrument {name!r}; there are: {', '.join(INSTRUMENTS)}."
+        )
+    return found
