@@ -17,7 +17,10 @@ Kind = TypeVar("Kind", bound=np.generic)
 
 
 class Material(IntEnum):
-    """Name what a pixel shows. TISSUE takes its colour from the blood volume."""
+    """Name what a pixel shows. TISSUE takes its colour from the blood volume.
+
+    The last four are laid open by cuts; shading finds them in pixels of TISSUE.
+    """
 
     TISSUE = 0
     METAL = 1
@@ -26,6 +29,10 @@ class Material(IntEnum):
     MUCUS = 4
     POLYP = 5
     BONE = 6
+    RAW_FLESH = 7
+    BONE_EDGE = 8
+    CUT_BONE = 9
+    DEEP_TISSUE = 10
 
 
 def read_only(array: NDArray[Kind]) -> NDArray[Kind]:

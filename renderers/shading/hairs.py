@@ -1,7 +1,7 @@
 """Hairs drawn over a shaded picture: lit by the scope, hidden by what is nearer."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,8 @@ from renderers.shading.strands import Strands
 ALBEDO = (0.032, 0.020, 0.014)
 """Dark brown."""
 GLOSS = 0.006
+ROOT_MM = 0.2
+"""A hair falls out where so much of the skin that it stands in is taken."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,13 +44,26 @@ class HairLayer:
     """
 
     def __init__(self, surface: AirSurface, seed: int) -> None:
-        self.strands = Strands.grow(surface, seed)
+        wounds = surface.wounds
+        self._distance = surface.distance
+        self._pristine = surface.distance if wounds is None else wounds.pristine
+        # where they grew before anything was cut
+        grown = surface if wounds is None else replace(surface, distance=self._pristine)
+        self._grown = self.strands = Strands.grow(grown, seed)
         self._albedo = np.array(ALBEDO, np.float32)
-        points = self.strands.points_mm.reshape(-1, 3)
+        points = self._grown.points_mm.reshape(-1, 3)
         # a ball around them all
         self._middle = points.mean(axis=0) if len(points) else np.zeros(3)
         reach = np.linalg.norm(points - self._middle, axis=1)
         self._radius = float(reach.max(initial=0.0))
+        if wounds is not None:
+            self.update()
+
+    def update(self) -> None:
+        """Drop the hairs whose roots were cut away; what was undone has them again."""
+        roots = self._grown.points_mm[:, 0]
+        taken = self._pristine.sample(roots) - self._distance.sample(roots)
+        self.strands = self._grown.only(taken < ROOT_MM)
 
     def place(
         self, camera: Camera, light: ScopeLight, sources: NDArray[np.float32]

@@ -32,11 +32,16 @@ def fibre_light(
     )
 
 
-def wall_colour(surface: AirSurface, blood_bias: float) -> WallColour:
-    """Return what gives the walls their albedo; blood_bias: factor on all blood."""
+def wall_colour(
+    surface: AirSurface, blood_bias: float, blood: NDArray[np.uint8]
+) -> WallColour:
+    """Return what gives the walls their albedo.
+
+    blood_bias: factor on all blood. blood: codes, see `WallBlood`.
+    """
     return WallColour(
         colour_table(),
-        surface.blood.values,
+        blood,
         surface.skin.values,
         np.array(SKIN_COLOR, np.float32),
         colour_row(BONE),

@@ -6,7 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.scene import Material
-from renderers.shading.tissue_colour import BONE, FRESH_BLOOD, POLYP, TissueOptics
+from renderers.shading.tissue_colour import (
+    BONE,
+    BONE_EDGE,
+    CUT_BONE,
+    DEEP_TISSUE,
+    FRESH_BLOOD,
+    POLYP,
+    RAW_FLESH,
+    TissueOptics,
+)
 
 WATER_F0 = 0.021
 """Normal reflectance of the watery film on mucosa (n = 1.34)."""
@@ -55,6 +64,11 @@ SURFACES: dict[Material, Surface] = {
     ),
     Material.POLYP: _of_optics(POLYP, 0.6, FILM_ALPHA),
     Material.BONE: _of_optics(BONE, 1.0, 0.25),
+    # torn, so that the film is no mirror even where no relief is resolved
+    Material.RAW_FLESH: _of_optics(RAW_FLESH, 1.0, 0.13),
+    Material.BONE_EDGE: _of_optics(BONE_EDGE, 1.0, 0.18),
+    Material.CUT_BONE: _of_optics(CUT_BONE, 1.0, 0.34),
+    Material.DEEP_TISSUE: _of_optics(DEEP_TISSUE, 1.0, 0.15),
 }
 
 F0 = 4

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.scene import AirSurface, Camera, GBuffer
+from renderers.scene import AirSurface, Camera, Change, GBuffer
 from renderers.shading.bands import RowBands
 from renderers.shading.bounce_light import VirtualLights
 from renderers.shading.illumination import Effects, ScopeLight
@@ -24,6 +24,7 @@ from renderers.shading.kernels.upsample import add_rows
 from renderers.shading.lattice_points import dilated
 from renderers.shading.lit_walls import fibre_light, seen_field, wall_colour
 from renderers.shading.materials import F0, material_table
+from renderers.shading.wounds import WallBlood
 
 BLUR_SHARE = 32
 """Of a picture's width, over which what ground metal mirrors runs together."""
@@ -75,8 +76,13 @@ class MirroredLight:
             + THIN * effects.thin_walls
         )
         self._stride = stride
-        self._colour = wall_colour(surface, blood_bias)
+        self._blood = WallBlood(surface)
+        self._colour = wall_colour(surface, blood_bias, self._blood.codes)
         self._reflect = np.ascontiguousarray(material_table()[:, F0])
+
+    def update(self, change: Change) -> None:
+        """Bring the walls up to date after an edit in place."""
+        self._blood.update(change)
 
     def follow(
         self,

@@ -20,6 +20,7 @@ from renderers.shading.bands import RowBands
 from renderers.shading.illumination import ScopeLight
 from renderers.shading.kernels.path_tracing import BatchPlan, SeenPoints, walk_rows
 from renderers.shading.lit_walls import fibre_light, seen_field, wall_colour
+from renderers.shading.wounds import WallBlood
 
 BATCH_PATHS = 16
 """Paths of a pixel that share one lattice of first directions."""
@@ -125,7 +126,7 @@ class PathTracer:
         self.surface = surface
         self._bounces = bounces
         self._seed = seed
-        self._colour = wall_colour(surface, blood_bias)
+        self._colour = wall_colour(surface, blood_bias, WallBlood(surface).codes)
         self._bands = RowBands(threads)
 
     def light(

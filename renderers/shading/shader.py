@@ -9,7 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.lanes.self_check import demand_vectors
-from renderers.scene import AirSurface, Camera, GBuffer, Projection
+from renderers.scene import (
+    AirSurface,
+    Camera,
+    Change,
+    ChangeKind,
+    GBuffer,
+    Projection,
+)
 from renderers.scene.thread_team import ThreadTeam
 from renderers.shading.bands import RowBands
 from renderers.shading.bounce_light import STRIDE, VirtualLights
@@ -17,12 +24,13 @@ from renderers.shading.capsules import Caster, capsule_table
 from renderers.shading.hairs import HairLayer, PlacedStrands, draw_hairs
 from renderers.shading.illumination import Detail, Effects, ScopeLight, Tier
 from renderers.shading.kernels.follow_rays import LitWalls
-from renderers.shading.kernels.shade_rows import Shadows, shade_rows
+from renderers.shading.kernels.shade_rows import Bounced, Shadows, shade_rows
 from renderers.shading.lattice_points import asked_points, dilated, pixels_of
 from renderers.shading.lit_walls import fibre_light, seen_field
 from renderers.shading.mirrored_light import Followed, MirroredLight, view_of
 from renderers.shading.path_tracer import PathLight, demand_size
-from renderers.shading.surface_look import surface_tables
+from renderers.shading.surface_look import surface_tables, tint_of
+from renderers.shading.wounds import WoundLook
 
 BOUNCE_FACTOR = 1.15
 """Fitted over five nasal views against a path tracer with four bounces; the virtual
@@ -73,15 +81,34 @@ class ScopeShader:
         self.tier = tier
         self.blood_bias = blood_bias
         self._bands = RowBands(threads)
+        self._surface = surface
         self._distance = surface.distance
+        self._tint = tint_of(surface.blood.values, surface.skin.values)
         self._tables = surface_tables(
-            surface, seed, blood_bias, tier.detail is Detail.FULL
+            self._tint, seed, blood_bias, tier.detail is Detail.FULL
         )
+        self._wounds = WoundLook(surface)
         self.effects = tier.effects if effects is None else effects
         self._hairs = HairLayer(surface, seed) if self.effects.hairs else None
         self._mirrored = MirroredLight(
             surface, self.effects, tier.mirror_stride, blood_bias
         )
+
+    def update(self, change: Change) -> None:
+        """Bring what was made from the surface up to date after an edit in place.
+
+        Pictures are then those of a new shader, to the bit. What is edited: distance,
+        blood and skin of the surface, and the film of its wounds.
+        """
+        low, high = change.low, change.high
+        here = tuple(slice(low[a], high[a] + 1) for a in (2, 1, 0))
+        if change.kind is not ChangeKind.FILM:
+            blood, skin = self._surface.blood.values, self._surface.skin.values
+            self._tint[here] = tint_of(blood[here], skin[here])
+            if self._hairs is not None:
+                self._hairs.update()
+        self._wounds.update(change)
+        self._mirrored.update(change)
 
     def shade(
         self,
@@ -257,9 +284,9 @@ class ScopeShader:
                 np.float32(camera.radians_per_pixel),
                 beam,
                 shadows,
-                grid,
-                np.float32(BOUNCE_FACTOR),
+                Bounced(grid, np.float32(BOUNCE_FACTOR)),
                 self._tables,
+                self._wounds.field,
                 lit,
                 radiance,
                 turns,

@@ -78,6 +78,10 @@ class Strands:
         radius = RADIUS_MM * (1 - (1 - TIP_SHARE) * share)
         return cls(points, np.broadcast_to(radius, points.shape[:2]).copy())
 
+    def only(self, wanted: NDArray[np.bool_]) -> "Strands":
+        """Return those of the hairs that are wanted, ``(n,)``."""
+        return Strands(self.points_mm[wanted], self.radius_mm[wanted])
+
 
 def _roots(surface: AirSurface, rng: np.random.Generator) -> tuple[Doubles, Doubles]:
     """Choose places on the skin and their normals towards air, both ``(n, 3)``."""

@@ -1,13 +1,11 @@
 """What shading precomputes from one air surface.
 
-Everything here depends on the anatomy and a seed only, never on the view. After
-cutting, rebuild it (a fraction of a second).
+Everything here depends on the anatomy and a seed only, never on the view.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.scene import AirSurface
 from renderers.scene.gbuffer import read_only
 from renderers.shading.kernels.tissue_surface import SurfaceTables
 from renderers.shading.materials import material_table
@@ -26,12 +24,21 @@ _VESSEL_VOXELS = 11.4
 """The same for shortest wavelength 8: zero curves need the finer sampling."""
 
 
-def surface_tables(
-    surface: AirSurface, seed: int, blood_bias: float, full_detail: bool
-) -> SurfaceTables:
-    """Precompute for `surface`; `seed` decides mottle, ripples and vessels.
+def tint_of(blood: NDArray[np.uint8], skin: NDArray[np.uint8]) -> NDArray[np.uint16]:
+    """Join codes of blood and of skin as `SurfaceTables` has them."""
+    tint = skin.astype(np.uint16)
+    tint <<= 8
+    tint |= blood
+    return tint
 
-    blood_bias: factor on all blood content.
+
+def surface_tables(
+    tint: NDArray[np.uint16], seed: int, blood_bias: float, full_detail: bool
+) -> SurfaceTables:
+    """Precompute for a surface; `seed` decides mottle, ripples and vessels.
+
+    tint: see `tint_of`; its owner may change it. blood_bias: factor on all blood
+    content.
     """
     to_tile = np.stack(
         [
@@ -42,9 +49,6 @@ def surface_tables(
             tile_from_mm(2.8, _VESSEL_VOXELS, 2),
         ]
     )
-    tint = surface.skin.values.astype(np.uint16)
-    tint <<= 8
-    tint |= surface.blood.values
     return SurfaceTables(
         read_only(tint.reshape(-1)),
         read_only(rows_of_eight(colour_table())),

@@ -152,6 +152,14 @@ POLYP = TissueOptics(0.006, 0.7, 12.0, 1.0, 0.35, 2.0)
 """Watery oedema: little blood, little scattering, a yellow tinge."""
 BONE = TissueOptics(0.003, 0.8, 30.0, 0.7, 0.25, 1.0)
 FRESH_BLOOD = TissueOptics(1.0, 0.95, 20.0, 1.0)
+RAW_FLESH = TissueOptics(0.34, 0.85)
+"""What lies under mucosa, torn: its vessels are open, blood has soaked it."""
+BONE_EDGE = TissueOptics(0.035, 0.8, 24.0, 0.9)
+"""Cover of a bone and threads of it: pale, hardly any vessels."""
+CUT_BONE = TissueOptics(0.014, 0.8, 27.0, 0.7, 0.3, 1.4)
+"""Living bone: a trace of blood, and a thin smear of it, dull what is white when dry."""
+DEEP_TISSUE = TissueOptics(0.42, 0.65, 17.0, 1.2, 0.3, 0.8)
+"""Muscle and fat behind a wall."""
 
 SKIN_COLOR = (0.47, 0.235, 0.18)
 """Linear albedo of vestibular skin: the model's skin, reddened towards mucosa."""

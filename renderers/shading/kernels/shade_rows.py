@@ -42,6 +42,7 @@ from renderers.shading.kernels.tissue_surface import (
     set_tissue,
 )
 from renderers.shading.kernels.virtual_lights import PLANES, lift, spread_grid
+from renderers.shading.kernels.wound_marks import WoundField, mark_wounds
 
 TURN_ROWS = 2 * CELL
 """Rows of the picture that a thread shades at a time."""
@@ -52,6 +53,13 @@ class Shadows(NamedTuple):
 
     arcs: Floats
     capsules: Floats
+
+
+class Bounced(NamedTuple):
+    """Light by way of other walls: a grid of `VirtualLights.gather`, and its factor."""
+
+    grid: Floats
+    factor: np.float32
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -149,24 +157,25 @@ def shade_rows(
     pixel: np.float32,
     beam: FibreLight,
     shadows: Shadows,
-    grid: Floats,
-    bounce: np.float32,
+    bounced_light: Bounced,
     surface: SurfaceTables,
+    wounds: WoundField,
     lit: bool,
     radiance: Floats,
     turns: Longs,
 ) -> None:
     """Write linear radiance ``(h, w, 3)`` of the rows whose turns this thread gets.
 
-        turns: one number that all threads share, of runs of `TURN_ROWS` rows. lit: else
-        write what a surface sends back of diffuse light, its albedo less what its film
+    turns: one number that all threads share, of runs of `TURN_ROWS` rows. lit: else
+    write what a surface sends back of diffuse light, its albedo less what its film
     mirrors, times coverage. eye_mm: the eye seen from the volume's centre. pixel: its
-        radians. grid: of bounced light, which is multiplied by `bounce`.
+    radians. wounds: none where its cubes are empty.
     """
     depth, normal, coverage, material, lens, axes = view
     distance, to_voxel, eye_voxel = field
     sources, forward, spread, each = beam
     arcs, capsules = shadows
+    grid, bounce = bounced_light
     materials = surface.materials
     width = depth.shape[1]
     scratch = np.zeros(SLOTS + W, np.float32)
@@ -201,6 +210,8 @@ def shade_rows(
                     # its grid is at hand while the surface's memory is not
                     lift(w, bounced, y0, x0)
                 find_surface(w, mixed, surface, distance.shape, eye_mm)
+                if wounds.cubes.size:
+                    mark_wounds(w, field, eye_mm, wounds, surface.tile, materials)
                 if lit:
                     light(w, sources, arcs, capsules, forward, spread, each)
                     if capsules.shape[0]:

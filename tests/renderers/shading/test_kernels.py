@@ -12,7 +12,7 @@ from renderers.shading import Effects, ScopeLight, ScopeShader, Tier
 from renderers.shading.bounce_light import VirtualLights
 from renderers.shading.kernels.surface_noise import TILE_SIZE, NoiseTile
 from renderers.shading.shader import BOUNCE_FACTOR
-from renderers.shading.surface_look import surface_tables
+from renderers.shading.surface_look import surface_tables, tint_of
 
 Array = NDArray[Any]
 SEED = 7
@@ -69,7 +69,9 @@ class Twin:
     def __init__(
         self, surface: AirSurface, buffer: GBuffer, camera: Camera, tier: Tier
     ) -> None:
-        self.look = surface_tables(surface, SEED, 1.0, True)
+        self.look = surface_tables(
+            tint_of(surface.blood.values, surface.skin.values), SEED, 1.0, True
+        )
         self.tier = tier
         self.camera = camera
         self.light = ScopeLight()

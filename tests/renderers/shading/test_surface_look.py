@@ -2,18 +2,20 @@ import numpy as np
 from numpy.testing import assert_array_equal
 
 from renderers.scene import AirSurface
-from renderers.shading.surface_look import surface_tables
+from renderers.shading.surface_look import surface_tables, tint_of
 from renderers.shading.tissue_colour import colour_table
 
 
 def test_the_tint_is_blood_and_skin(surface: AirSurface) -> None:
-    look = surface_tables(surface, 1, 1.0, True)
+    tint = tint_of(surface.blood.values, surface.skin.values)
+    look = surface_tables(tint, 1, 1.0, True)
     assert_array_equal(look.tint & 255, surface.blood.values.reshape(-1))
     assert_array_equal(look.tint >> 8, surface.skin.values.reshape(-1))
 
 
 def test_the_seed_decides_the_tiles(surface: AirSurface) -> None:
-    a, b, c = (surface_tables(surface, seed, 1.0, True) for seed in (1, 1, 2))
+    tint = tint_of(surface.blood.values, surface.skin.values)
+    a, b, c = (surface_tables(tint, seed, 1.0, True) for seed in (1, 1, 2))
     assert_array_equal(a.tile.quads, b.tile.quads)
     assert not np.array_equal(a.tile.quads, c.tile.quads)
     # vessels must not follow the mottle
@@ -22,7 +24,8 @@ def test_the_seed_decides_the_tiles(surface: AirSurface) -> None:
 
 
 def test_its_arrays_cannot_be_written(surface: AirSurface) -> None:
-    look = surface_tables(surface, 1, 1.0, True)
+    tint = tint_of(surface.blood.values, surface.skin.values)
+    look = surface_tables(tint, 1, 1.0, True)
     for name in ("tint", "colours", "skin", "materials", "to_tile"):
         assert not getattr(look, name).flags.writeable, name
     assert not look.tile.quads.flags.writeable
