@@ -261,6 +261,8 @@ class Finisher:
         key = msgspec.json.encode(
             (
                 work.distance,
+                work.changes,
+                work.wounds,
                 work.blood,
                 work.skin,
                 work.grid,

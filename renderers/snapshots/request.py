@@ -137,11 +137,29 @@ class PathTracingSpec(_Strict, frozen=True):
     state: Digest | None = None
 
 
+class WoundsSpec(_Strict, frozen=True):
+    """Name what tells a cut surface from a healthy one; see `renderers.scene.Wounds`.
+
+    flesh, bone, deep: uint8 arrays of the head's grid. film: bricks of uint8 that are
+    wet, as `ScopeWork.changes` has them; None for a dry head. The pristine distance is
+    the work's own.
+    """
+
+    flesh: Digest
+    bone: Digest
+    deep: Digest
+    film: Digest | None = None
+
+
 class ScopeWork(_Strict, frozen=True, tag="scope", tag_field="mode"):
     """Draw what the endoscope sees.
 
     distance, blood, skin: arrays of one grid; see `renderers.scene.AirSurface`.
-    gain: of the camera, frozen; None meters the picture.
+    gain: of the camera, frozen; None meters the picture. changes: of a head that was
+    operated on, whose distance is the one before: an array int32 ``(n, 513)`` of the
+    bricks of 8 x 8 x 8 voxels that differ, ascending. A row is a brick's number, x
+    fastest, and the bits of its values; see `renderers.snapshots.volume_changes`. None
+    where none differ. wounds: None for a head that nobody operates on.
     """
 
     distance: Digest
@@ -156,6 +174,8 @@ class ScopeWork(_Strict, frozen=True, tag="scope", tag_field="mode"):
     frame_number: Annotated[int, Meta(ge=0, lt=2**31)] = 0
     instruments: Annotated[tuple[InstrumentSpec, ...], Meta(max_length=16)] = ()
     path_tracing: PathTracingSpec | None = msgspec.field(name="truth", default=None)
+    changes: Digest | None = None
+    wounds: WoundsSpec | None = None
 
 
 class LightSpec(_Strict, frozen=True):
@@ -175,7 +195,11 @@ class NodeSpec(_Strict, frozen=True):
 
 
 class ClassicWork(_Strict, frozen=True, tag="classic", tag_field="mode"):
-    """Draw a volume through a transfer function, and opaque instruments within it."""
+    """Draw a volume through a transfer function, and opaque instruments within it.
+
+    changes: as in `ScopeWork`, bricks of the volume's own type: a row has 1 + 128 x
+    (bytes of a value) numbers.
+    """
 
     volume: Digest
     grid: GridSpec
@@ -187,6 +211,7 @@ class ClassicWork(_Strict, frozen=True, tag="classic", tag_field="mode"):
     shininess: Annotated[float, Meta(ge=1, le=1000)] = 16.0
     background: tuple[Share, Share, Share] = (0.0, 0.0, 0.0)
     instruments: Annotated[tuple[InstrumentSpec, ...], Meta(max_length=16)] = ()
+    changes: Digest | None = None
 
 
 Millimetres: TypeAlias = Annotated[float, Meta(gt=0, le=1e4)]

@@ -47,7 +47,7 @@ def trace_key(request: SnapshotRequest) -> bytes:
     if isinstance(work, ClassicWork):
         bare: object = msgspec.structs.replace(work, background=(0.0, 0.0, 0.0))
     else:
-        bare = work.distance, work.grid
+        bare = work.distance, work.changes, work.grid
     # the key of the rest has the work of nobody in its place
     rest = msgspec.json.decode(picture_key(request)) | {"work": None}
     return msgspec.json.encode((bare, rest))

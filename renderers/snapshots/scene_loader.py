@@ -18,6 +18,7 @@ from renderers.scene import (
     Scene,
     TransferFunction,
     Volume,
+    Wounds,
 )
 from renderers.scene.deflection import deflected_surface
 from renderers.scene.mesh import PlacedMesh
@@ -28,8 +29,10 @@ from renderers.snapshots.request import (
     InstrumentSpec,
     ScopeWork,
     SnapshotRequest,
+    WoundsSpec,
     to_deflection,
 )
+from renderers.snapshots.volume_changes import VolumeChanges
 
 LARGEST_VOLUME = 8 << 30
 LARGEST_MESH = 256 << 20
@@ -52,12 +55,26 @@ def load_volume(
     )
 
 
+def edited(data: DataStore, base: Volume, changes: str | None, name: str) -> Volume:
+    """Return a volume with the bricks of a digest written into a copy of it.
+
+    The volume itself where there are none. ValueError, beginning with `name`, for
+    bricks that do not fit.
+    """
+    if changes is None:
+        return base
+    record = data.get(changes, ("int32",), LARGEST_VOLUME)
+    bricks = VolumeChanges.of_record(record, base.values, name)
+    return base.with_values(bricks.applied(base.values), base.background)
+
+
 def load_scene(data: DataStore, request: SnapshotRequest) -> Scene:
     """Load what a request needs to be traced and shaded."""
     work = request.work
     if isinstance(work, ClassicWork):
+        volume = load_volume(data, work.volume, work.grid, background=AIR_HU)
         return Scene(
-            load_volume(data, work.volume, work.grid, background=AIR_HU),
+            edited(data, volume, work.changes, "changes"),
             TransferFunction(
                 np.array([node.density for node in work.nodes]),
                 np.array([node.color for node in work.nodes]),
@@ -69,19 +86,51 @@ def load_scene(data: DataStore, request: SnapshotRequest) -> Scene:
             ),
             PhongMaterial(work.ambient, work.diffuse, work.specular, work.shininess),
         )
-    distance = load_volume(data, work.distance, work.grid, "float32", background=1.0)
+    base = load_volume(data, work.distance, work.grid, "float32", background=1.0)
+    distance = edited(data, base, work.changes, "changes")
     blood = load_volume(data, work.blood, work.grid, "uint8", background=0.0)
     skin = load_volume(data, work.skin, work.grid, "uint8", background=0.0)
     # Mode scope classifies nothing; the distance stands in for a density.
     nothing = TransferFunction(np.array([0.0, 1.0]), np.zeros((2, 3)), np.zeros(2))
-    return Scene(distance, nothing, surface=AirSurface(distance, blood, skin))
+    wounds = None
+    if work.wounds is not None:
+        wounds = _wounds(data, base, work.grid, work.wounds)
+    return Scene(distance, nothing, surface=AirSurface(distance, blood, skin, wounds))
+
+
+def _wounds(
+    data: DataStore, pristine: Volume, grid: GridSpec, spec: WoundsSpec
+) -> Wounds:
+    """Load what tells a cut from a healthy surface; ValueError where it does not fit.
+
+    pristine: the distance before any tissue was taken.
+    """
+    layers: list[Volume] = []
+    for name in ("flesh", "bone", "deep"):
+        digest = getattr(spec, name)
+        layer = load_volume(data, digest, grid, "uint8", background=0.0)
+        if layer.shape != pristine.shape:
+            raise UserError(
+                f"wounds.{name} must be of shape {pristine.shape}, got {layer.shape}"
+            )
+        layers.append(layer)
+    dry = pristine.with_values(np.zeros(pristine.shape, np.uint8), 0.0)
+    flesh, bone, deep = layers
+    film = edited(data, dry, spec.film, "wounds.film")
+    return Wounds(pristine, flesh, bone, deep, film)
 
 
 def scene_key(request: SnapshotRequest) -> bytes:
     """Describe what a prepared ray tracer depends on; equal keys may share one."""
     work = request.work
     if isinstance(work, ScopeWork):
-        part: object = (work.distance, work.blood, work.skin, work.grid)
+        part: object = (
+            work.distance,
+            work.changes,
+            work.blood,
+            work.skin,
+            work.grid,
+        )
     else:
         part = msgspec.structs.replace(work, instruments=())
     return _key(part, request)
@@ -95,7 +144,7 @@ def family_key(request: SnapshotRequest) -> bytes:
     work = request.work
     part: object = ("scope", work.grid)
     if isinstance(work, ClassicWork):
-        part = msgspec.structs.replace(work, volume="", instruments=())
+        part = msgspec.structs.replace(work, volume="", changes=None, instruments=())
     return _key(part, request)
 
 

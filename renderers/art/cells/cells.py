@@ -189,7 +189,7 @@ def cube_distances(
     return flat
 
 
-def _may_change(values: NDArray[np.generic]) -> bool:
+def may_change(values: NDArray[np.generic]) -> bool:
     """Return whether an array, or one that it is a view of, can be written to."""
     owner: object = values
     while isinstance(owner, np.ndarray):
@@ -253,7 +253,7 @@ class CellShare:
         # For many ranks this is a mapped file: what is not read takes no memory.
         self._values = values
         self._sums: NDArray[np.uint64] | None = None
-        if self._whole and _may_change(values):
+        if self._whole and may_change(values):
             self._sums = np.zeros(self.grid.cells, np.uint64)
             chosen = np.flatnonzero(self._wanted)
             starts = [self.grid.start(int(cell)) for cell in chosen]

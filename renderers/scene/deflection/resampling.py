@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from renderers.scene.deflection.chain import Deflection
 from renderers.scene.deflection.deflector import Points
-from renderers.scene.scene import AirSurface, Scene
+from renderers.scene.scene import AirSurface, Scene, Wounds
 from renderers.scene.volume import Volume
 
 RAW_BLOOD = 72
@@ -46,10 +46,20 @@ def deflected_surface(surface: AirSurface, deflection: Deflection) -> AirSurface
     voxels, x = _moved(blood, deflection)
     raw = voxels[np.abs(deflection.opening(x)) < RAW_DEPTH_MM]
     tint = blood.values[tuple(raw.T)]
+    wounds = surface.wounds
+    if wounds is not None:
+        wounds = Wounds(
+            deflected_distance(wounds.pristine, deflection),
+            *(
+                deflected_volume(part, deflection)
+                for part in (wounds.flesh, wounds.bone, wounds.deep, wounds.film)
+            ),
+        )
     return AirSurface(
         deflected_distance(surface.distance, deflection),
         _with(blood, raw, np.maximum(tint, RAW_BLOOD)),
         deflected_volume(surface.skin, deflection),
+        wounds,
     )
 
 

@@ -1,0 +1,170 @@
+"""What an edited volume differs in from the one it was: bricks of 8 x 8 x 8 voxels.
+
+A request names the volume as it was, which is stored once, and these bricks beside it.
+A worker need not repeat the edits: it writes the bricks into a copy and has the edited
+volume's bits, of any generation, in any order.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from disk import UserError
+from renderers.scene import AirSurface
+
+EDGE = 8
+"""Voxels along a brick."""
+
+Box = tuple[NDArray[np.int64], NDArray[np.int64]]
+"""First and last voxel, (i, j, k), as a `Change` has them."""
+
+
+@dataclass(frozen=True, slots=True)
+class VolumeChanges:
+    """Hold the bricks in which one volume differs from another.
+
+    numbers: ``(n,)`` int32, ascending; bricks are counted with x fastest. values:
+    ``(n, 8, 8, 8)`` of the volumes' type, 0 beyond the volume's faces.
+    """
+
+    numbers: NDArray[np.int32]
+    values: NDArray[np.generic]
+
+    def __len__(self) -> int:
+        """Count the bricks."""
+        return len(self.numbers)
+
+    @classmethod
+    def between(
+        cls,
+        base: NDArray[np.generic],
+        edited: NDArray[np.generic],
+        within: Box | None = None,
+    ) -> "VolumeChanges":
+        """Compare the bits of two volumes of one shape and type.
+
+        within: the voxels that may differ; None for all of them.
+        """
+        if base.shape != edited.shape or base.dtype != edited.dtype:
+            raise ValueError(
+                f"{edited.dtype} {edited.shape} is no edit of {base.dtype} {base.shape}"
+            )
+        shape = np.array(edited.shape)
+        low, high = np.zeros(3, np.int64), shape - 1
+        if within is not None:
+            low = np.maximum(within[0][::-1], 0) // EDGE * EDGE
+            high = np.minimum(within[1][::-1] // EDGE * EDGE + EDGE, shape) - 1
+        here = tuple(slice(a, b + 1) for a, b in zip(low, high, strict=True))
+        bits = np.dtype(f"u{edited.dtype.itemsize}")
+        differs = edited[here].view(bits) != base[here].view(bits)
+        if not differs.any():
+            none = np.empty((0, EDGE, EDGE, EDGE), edited.dtype)
+            return cls(np.empty(0, np.int32), none)
+        for axis, length in enumerate(differs.shape):
+            starts = np.arange(0, length, EDGE)
+            differs = np.logical_or.reduceat(differs, starts, axis=axis)
+        bricks = np.argwhere(differs) + low // EDGE
+        _, cy, cx = _counts(edited.shape)
+        numbers = (bricks[:, 0] * cy + bricks[:, 1]) * cx + bricks[:, 2]
+        values = np.zeros((len(bricks), EDGE, EDGE, EDGE), edited.dtype)
+        for brick, (z, y, x) in zip(values, (bricks * EDGE).tolist(), strict=True):
+            part = edited[z : z + EDGE, y : y + EDGE, x : x + EDGE]
+            brick[tuple(slice(n) for n in part.shape)] = part
+        return cls(numbers.astype(np.int32), values)
+
+    def record(self) -> NDArray[np.int32]:
+        """Return the array that travels: a row a brick, its number and its bits."""
+        values = np.ascontiguousarray(self.values)
+        bits = values.reshape(len(self), EDGE**3).view(np.int32)
+        return np.concatenate([self.numbers[:, None], bits], axis=1)
+
+    @classmethod
+    def of_record(
+        cls, record: NDArray[np.generic], base: NDArray[np.generic], name: str
+    ) -> "VolumeChanges":
+        """Read a record of a volume; UserError, beginning with `name`, for a wrong one.
+
+        The bricks must be of the volume, ascending and each there once, their values
+        finite.
+        """
+        wide = 1 + EDGE**3 * base.dtype.itemsize // 4
+        if record.dtype != np.int32 or record.ndim != 2 or record.shape[1] != wide:
+            raise UserError(
+                f"{name}: bricks of {base.dtype} are rows of {wide} int32, got "
+                f"{record.dtype} {record.shape}"
+            )
+        numbers = np.ascontiguousarray(record[:, 0])
+        bricks = math.prod(_counts(base.shape))
+        wrong = numbers[(numbers < 0) | (numbers >= bricks)]
+        if len(wrong):
+            raise UserError(
+                f"{name}: there is no brick {wrong[0]}; the volume has {bricks}"
+            )
+        disorder = np.flatnonzero(np.diff(numbers) <= 0)
+        if len(disorder):
+            at = int(disorder[0])
+            raise UserError(
+                f"{name}: bricks must ascend, each there once; {numbers[at + 1]} comes "
+                f"after {numbers[at]}"
+            )
+        edges = (len(record), EDGE, EDGE, EDGE)
+        values = np.ascontiguousarray(record[:, 1:]).view(base.dtype).reshape(edges)
+        if base.dtype.kind == "f":
+            unreal = np.flatnonzero(~np.isfinite(values).all(axis=(1, 2, 3)))
+            if len(unreal):
+                raise UserError(
+                    f"{name}: brick {numbers[unreal[0]]} holds a value that is not "
+                    "finite"
+                )
+        return cls(numbers, values)
+
+    def applied(self, base: NDArray[np.generic]) -> NDArray[np.generic]:
+        """Return a copy of a volume with the bricks in it."""
+        edited = np.array(base)
+        _, cy, cx = _counts(base.shape)
+        for number, brick in zip(self.numbers.tolist(), self.values, strict=True):
+            places = number // (cy * cx), number // cx % cy, number % cx
+            z, y, x = (EDGE * place for place in places)
+            part = edited[z : z + EDGE, y : y + EDGE, x : x + EDGE]
+            part[...] = brick[tuple(slice(n) for n in part.shape)]
+        return edited
+
+
+def _counts(shape: tuple[int, ...]) -> tuple[int, int, int]:
+    """Return the number of bricks along z, y, x."""
+    nz, ny, nx = (-(-n // EDGE) for n in shape)
+    return nz, ny, nx
+
+
+@dataclass(frozen=True, slots=True)
+class FrozenSurface:
+    """Hold an air surface as it was at one moment, whatever is cut out of it later.
+
+    surface: the living one, of which only what never changes is read. distance: what
+    was cut by then; None where nobody operates. film: what had bled.
+    """
+
+    surface: AirSurface
+    distance: VolumeChanges | None = None
+    film: VolumeChanges | None = None
+
+    @classmethod
+    def of(cls, surface: AirSurface, within: Box | None = None) -> "FrozenSurface":
+        """Copy the bricks that differ; to be called by whoever edits, between edits.
+
+        within: the voxels that were ever cut; None compares all.
+        """
+        wounds = surface.wounds
+        if wounds is None:
+            return cls(surface)
+        film = wounds.film.values
+        dry = np.broadcast_to(np.zeros((), film.dtype), film.shape)
+        return cls(
+            surface,
+            VolumeChanges.between(
+                wounds.pristine.values, surface.distance.values, within
+            ),
+            VolumeChanges.between(dry, film),
+        )
