@@ -62,9 +62,6 @@ def operate_on(patient: PatientScene) -> tuple[PatientScene, Operation]:
     The scene's distance, CT and wounds are edited in place; the given patient stays as
     it is.
     """
-    # Imported here: building meshes loads a large library.
-    from scenarios.instruments.catalogue import working_part
-
     labels = None if patient.structures is None else patient.structures.labels
     operated = OperatedPatient(
         patient.surface, patient.layers, labels, patient.scene.volume
@@ -76,7 +73,7 @@ def operate_on(patient: PatientScene) -> tuple[PatientScene, Operation]:
         structures = replace(structures, distance=operated.surface.distance)
     return (
         replace(patient, scene=scene, structures=structures),
-        Operation(operated, working_part),
+        Operation(operated),
     )
 
 

@@ -4,26 +4,34 @@ Everything follows from the samples: the same ones leave the same patient, whate
 machine steps them and however fast.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderers.scene import Change
-from scenarios.endoscope import tip_frame
-from scenarios.instrument_state import NO_TOOL, InstrumentState
-from scenarios.sample import Sample
+from scenarios.instrument_state import NO_TOOL
+from scenarios.instruments.catalogue import Action, Instrument, instrument_named
+from scenarios.sample import Sample, tool_frame
 from surgery.edit import Edit
 from surgery.patient import OperatedPatient
-from surgery.working_part import Action, WorkingPart
+from surgery.solids import ROUGH, SEED, Rows
 
 CLOSED, OPEN = 0.9, 0.5
 """A bite is taken when the jaw closes beyond the first after it was open beyond the
-second."""
+second. It takes what lay between the jaws where they were widest."""
 
 SHORTEST_MM = 0.1
 """A blade cuts when it has moved so far since the last cut, or has just begun."""
+
+TIP_MM = 5.0
+"""What a tool cuts with lies at most so far from its origin: a turn moves it."""
+
+TORN_MM = 0.15
+"""Amplitude of the roughness that a bite leaves."""
+
+SCRAPED_MM = 0.08
+"""That of what is scraped or shaved."""
 
 FASTEST_MM_S = 2000.0
 """Nothing is cut on a faster way: no hand moves so, a device was moved or lost."""
@@ -52,17 +60,16 @@ class _Cutting:
 class Operation:
     """Turn samples into edits of a patient.
 
-    patient: is edited. part_of: the working part of an instrument, by its name.
-    edits, changes: what came of the samples since somebody last took them.
+    patient: is edited. edits, changes: what came of the samples since somebody last
+    took them.
     """
 
     patient: OperatedPatient
-    part_of: Callable[[str], WorkingPart]
     edits: list[Edit] = field(default_factory=list)
     changes: list[Change] = field(default_factory=list)
     _strokes: int = 0
     _undone: int = 0
-    _was_open: bool = True
+    _widest: float = 1.0
     _cutting: _Cutting | None = None
 
     def step(self, sample: Sample) -> None:
@@ -76,15 +83,14 @@ class Operation:
         if state.name == NO_TOOL:
             self._rest()
             return
-        part = self.part_of(state.name)
+        tool = instrument_named(state.name)
         frame = tool_frame(sample)
         if not np.all(np.isfinite(frame)):
             self._rest()
-            return
-        if part.action is Action.BITE:
-            self._bite(part, frame, sample)
-        elif part.action is Action.SWEEP:
-            self._sweep(part, frame, sample)
+        elif tool.action is Action.BITE:
+            self._bite(tool, frame, sample)
+        elif tool.action in (Action.POWERED, Action.SCRAPE, Action.CUT):
+            self._sweep(tool, frame, sample)
         else:
             self._rest()
 
@@ -100,78 +106,62 @@ class Operation:
 
     def _rest(self) -> None:
         self._cutting = None
-        self._was_open = True
+        self._widest = 1.0
 
     def _bite(
-        self, part: WorkingPart, frame: NDArray[np.float64], sample: Sample
+        self, tool: Instrument, frame: NDArray[np.float64], sample: Sample
     ) -> None:
         self._cutting = None
         jaw = sample.instrument.jaw
-        if self._was_open and jaw >= CLOSED:
-            self._was_open = False
+        if jaw >= CLOSED and self._widest <= OPEN:
+            rows = tool.working_volume(frame, self._widest)
+            self._widest = 1.0
             self._strokes += 1
-            rows = part.bite(frame, self._strokes)
-            self._carve(part, rows, sample, self._strokes)
-        elif jaw <= OPEN:
-            self._was_open = True
+            self._carve(tool, rows, sample, self._strokes, TORN_MM)
+        elif jaw < CLOSED:
+            self._widest = min(self._widest, jaw)
 
     def _sweep(
-        self, part: WorkingPart, frame: NDArray[np.float64], sample: Sample
+        self, tool: Instrument, frame: NDArray[np.float64], sample: Sample
     ) -> None:
         state = sample.instrument
-        works = state.is_working and (state.is_sucking or not part.needs_suction)
-        if not works:
+        if not state.is_working or (tool.needs_suction and not state.is_sucking):
             self._rest()
             return
         last = self._cutting
         if last is None or not last.leads_to(frame, sample.time_s):
             self._strokes += last is None
             self._cutting = _Cutting(frame, frame, sample.time_s, self._strokes)
-            rows = part.sweep(frame, frame, self._strokes)
-            self._carve(part, rows, sample, self._strokes)
+            rows = tool.working_volume(frame)
+            self._carve(tool, rows, sample, self._strokes, SCRAPED_MM)
             return
         last.seen, last.seen_s = frame, sample.time_s
-        first, end = (part.edge @ f[:3, :3].T + f[:3, 3] for f in (last.cut, frame))
-        if np.abs(end - first).max() < SHORTEST_MM:
+        moved_mm = np.linalg.norm(frame[:3, 3] - last.cut[:3, 3])
+        turned = np.abs(frame[:3, :3] - last.cut[:3, :3]).max()
+        if moved_mm + turned * TIP_MM < SHORTEST_MM:
             return
-        rows = part.sweep(last.cut, frame, last.stroke)
-        self._carve(part, rows, sample, last.stroke)
+        rows = tool.working_volume(frame, before=last.cut)
+        self._carve(tool, rows, sample, last.stroke, SCRAPED_MM)
         last.cut = frame
 
     def _carve(
         self,
-        part: WorkingPart,
-        rows: NDArray[np.float64],
+        tool: Instrument,
+        rows: Rows,
         sample: Sample,
         stroke: int,
+        rough_mm: float,
     ) -> None:
+        if len(rows) == 0:
+            return
+        rows[:, ROUGH], rows[:, SEED] = rough_mm, stroke
         edit = self.patient.carve(
             rows,
-            part.taker,
+            tool.taker,
             time_s=sample.time_s,
-            tool=sample.instrument.name,
+            tool=tool.name,
             stroke=stroke,
         )
         if edit is not None:
             self.edits.append(edit)
             self.changes.append(edit.change)
-
-
-def tool_frame(sample: Sample) -> NDArray[np.float64]:
-    """Return ``world_from_instrument`` of a sample, 4x4, its roll included."""
-    return rolled(
-        tip_frame(sample.instrument_tip_mm, sample.instrument_pointing),
-        sample.instrument,
-    )
-
-
-def rolled(frame: NDArray[np.float64], state: InstrumentState) -> NDArray[np.float64]:
-    """Turn a tool's frame about its axis, right-handed about where it points."""
-    if state.roll_deg == 0.0:
-        return frame
-    # +z runs back up the shaft: right-handed about -z
-    angle = -np.radians(state.roll_deg)
-    turned = frame.copy()
-    turned[:3, 0] = np.cos(angle) * frame[:3, 0] + np.sin(angle) * frame[:3, 1]
-    turned[:3, 1] = np.cos(angle) * frame[:3, 1] - np.sin(angle) * frame[:3, 0]
-    return turned

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.endoscope import tip_frame
 from scenarios.instrument_state import AS_BEFORE, InstrumentState
 
 
@@ -25,3 +26,12 @@ class Sample:
     instrument_pointing: NDArray[np.float64]
     buttons: int
     instrument: InstrumentState = AS_BEFORE
+
+
+def tool_frame(sample: Sample) -> NDArray[np.float64]:
+    """Return ``world_from_instrument`` of a sample, 4x4, its roll included."""
+    return tip_frame(
+        sample.instrument_tip_mm,
+        sample.instrument_pointing,
+        sample.instrument.roll_deg,
+    )

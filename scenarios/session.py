@@ -5,6 +5,7 @@ same cameras and the same score, which is what makes a replay a check.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +13,13 @@ from numpy.typing import NDArray
 from renderers.scene import Camera, Volume
 from scenarios.clearance import shaft_clearance
 from scenarios.endoscope import Endoscope
-from scenarios.operation import Operation, tool_frame
-from scenarios.sample import Sample
+from scenarios.sample import Sample, tool_frame
 from scenarios.scoring import CONTACT_MM, Score, Scorer
 from scenarios.structures import TISSUE, Structures
+
+if TYPE_CHECKING:
+    # what edits a patient loads a compiler
+    from scenarios.operation import Operation
 
 SHAFT_CHECKED_MM = 110.0
 """Length of shaft that is kept clear of tissue: the whole nasal passage (the
@@ -56,7 +60,7 @@ class Session:
         targets: dict[str, NDArray[np.float64]],
         size: tuple[int, int],
         structures: Structures | None = None,
-        operation: Operation | None = None,
+        operation: "Operation | None" = None,
     ) -> None:
         """Start a flight.
 

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from surgery.kernels.solid_distance import solids_distance
+from surgery.kernels.solid_distance import balls_around, solids_distance_below
 
 FULL = 65535
 """Fill of a voxel that is all tissue. Counts of the books are shares of this."""
@@ -119,6 +119,7 @@ def carve(
     layers, spared, hard, kinds = tables
     h = max(grid[4, 0], max(grid[4, 1], grid[4, 2]))
     per_mm = 1.0 / h
+    balls = balls_around(rows)
     bounds[:3] = 1 << 30
     bounds[3:] = -1
     count = 0
@@ -128,9 +129,10 @@ def carve(
                 x = grid[0, 0] + i * grid[1, 0] + j * grid[2, 0] + k * grid[3, 0]
                 y = grid[0, 1] + i * grid[1, 1] + j * grid[2, 1] + k * grid[3, 1]
                 z = grid[0, 2] + i * grid[1, 2] + j * grid[2, 2] + k * grid[3, 2]
-                s = solids_distance(x, y, z, rows)
                 old = distance[k, j, i]
-                if not (s < old and s < reach):
+                limit = min(float(old), reach)
+                s = solids_distance_below(x, y, z, rows, balls, limit)
+                if not s < limit:
                     continue
                 row, below = wall[k, j, i], ground[k, j, i]
                 depth = pristine[k, j, i]

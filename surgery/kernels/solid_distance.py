@@ -111,6 +111,22 @@ def _smooth_distance(x: float, y: float, z: float, row: Doubles) -> float:
     return box
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _rough_distance(
+    x: float, y: float, z: float, row: Doubles, nearest: float
+) -> float:
+    """Return the lesser of `nearest` and the distance to one solid."""
+    s = _smooth_distance(x, y, z, row)
+    rough = row[14]
+    # rough solids are no larger than their amplitude says
+    if rough > 0.0 and abs(s) < FADE_MM and s - rough < nearest:
+        seed = int(row[15])
+        ragged = 0.65 * noise(x * 1.3, y * 1.3, z * 1.3, seed)
+        ragged += 0.35 * noise(x * 3.1, y * 3.1, z * 3.1, seed + 7)
+        s += rough * (1.0 - abs(s) / FADE_MM) * ragged
+    return min(nearest, float(s))
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def solids_distance(x: float, y: float, z: float, rows: Doubles) -> float:
     """Return the signed distance to a union of solids, mm, negative inside.
@@ -119,14 +135,49 @@ def solids_distance(x: float, y: float, z: float, rows: Doubles) -> float:
     """
     nearest = 1e30
     for n in range(rows.shape[0]):
+        nearest = _rough_distance(x, y, z, rows[n], nearest)
+    return nearest
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def balls_around(rows: Doubles) -> Doubles:
+    """Return a ball around each solid, ``(n, 4)``: its middle and its radius, mm."""
+    balls = np.empty((rows.shape[0], 4))
+    for n in range(rows.shape[0]):
         row = rows[n]
-        s = _smooth_distance(x, y, z, row)
-        rough = row[14]
-        # rough solids are no larger than their amplitude says
-        if rough > 0.0 and abs(s) < FADE_MM and s - rough < nearest:
-            seed = int(row[15])
-            ragged = 0.65 * noise(x * 1.3, y * 1.3, z * 1.3, seed)
-            ragged += 0.35 * noise(x * 3.1, y * 3.1, z * 3.1, seed + 7)
-            s += rough * (1.0 - abs(s) / FADE_MM) * ragged
-        nearest = min(nearest, s)
+        count = 1
+        if row[0] == 0.0:
+            count = 2
+        elif row[0] == 2.0:
+            count = 4
+        for axis in range(3):
+            middle = 0.0
+            for point in range(count):
+                middle += row[1 + 3 * point + axis]
+            balls[n, axis] = middle / count
+        if count == 1:
+            far = math.sqrt(row[10] ** 2 + row[11] ** 2 + row[12] ** 2)
+        else:
+            far = 0.0
+            for point in range(count):
+                square = 0.0
+                for axis in range(3):
+                    square += (row[1 + 3 * point + axis] - balls[n, axis]) ** 2
+                far = max(far, math.sqrt(square))
+            far += row[7] if count == 2 else row[13]
+        balls[n, 3] = far + row[14]
+    return balls
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def solids_distance_below(
+    x: float, y: float, z: float, rows: Doubles, balls: Doubles, limit: float
+) -> float:
+    """Return `solids_distance` where that is below a limit, else the limit."""
+    nearest = limit
+    for n in range(rows.shape[0]):
+        dx, dy, dz = x - balls[n, 0], y - balls[n, 1], z - balls[n, 2]
+        far = nearest + balls[n, 3]
+        if far > 0.0 and dx * dx + dy * dy + dz * dz < far * far:
+            nearest = _rough_distance(x, y, z, rows[n], nearest)
     return nearest

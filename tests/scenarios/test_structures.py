@@ -4,7 +4,7 @@ import pytest
 from renderers.scene import Volume
 from scenarios import Session, Structures, shaft_clearance, tip_frame
 from scenarios.endoscope import Endoscope
-from scenarios.session import Sample
+from scenarios.sample import Sample
 from scenarios.structures import MUCOSA, TISSUE
 
 SEPTUM, LINING = 14, 10
