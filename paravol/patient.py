@@ -367,6 +367,8 @@ def load_case(folder: StrPath, progress: Progress = no_progress) -> PatientScene
         others,
         Structures.of(surface.distance, case.labels, label_names, landmarks),
         None if skin is None else lambda: skin,
+        case.layers,
+        case.hazards,
     )
 
 
