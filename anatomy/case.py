@@ -271,9 +271,10 @@ def store_case(
         volumes |= {_HAZARD + name: held for name, held in hazards.volumes.items()}
         record = msgspec.structs.replace(record, hazard_source=hazards.source)
     kept = {_file(name)[0] for name in volumes}
-    for old in [*(file for file, _ in FILES.values()), *folder.glob("hazard-*.nrrd")]:
-        if Path(old).name not in kept:
-            (folder / old).unlink(missing_ok=True)
+    ours = [folder / file for file, _ in FILES.values()]
+    for old in (*ours, *folder.glob("hazard-*.nrrd")):
+        if old.name not in kept:
+            old.unlink(missing_ok=True)
     for name, volume in volumes.items():
         fields = segment_fields(label_names) if name == "labels" else None
         save_volume(volume, folder / _file(name)[0], fields)
@@ -310,7 +311,8 @@ def read_case(folder: Path | str) -> Case:
     if lacking or unknown:
         raise UserError(
             f"{source / RECORD} must name ct and labels, and of others only "
-            f"{', '.join(FILES)} and hazards; it names {', '.join(sorted(record.sha256)) or 'none'}"
+            f"{', '.join(FILES)} and hazards; it names "
+            f"{', '.join(sorted(record.sha256)) or 'none'}"
         )
     volumes = {}
     for name in record.sha256:
@@ -361,9 +363,7 @@ def _layers(
     )
 
 
-def _hazards(
-    volumes: Mapping[str, Volume], record: CaseRecord
-) -> HazardVolumes | None:
+def _hazards(volumes: Mapping[str, Volume], record: CaseRecord) -> HazardVolumes | None:
     found = {
         name.removeprefix(_HAZARD): volume
         for name, volume in volumes.items()
