@@ -4,12 +4,15 @@
 the volumes that a flight needs: ``distance.nrrd``, ``blood.nrrd``, ``skin.nrrd``; a
 second scan on the same grid is ``mr.nrrd``, a phantom's are ``t1.nrrd`` and
 ``t2.nrrd``. ``face.nrrd`` is the distance to the skin of the whole head, on a coarser
-grid. ``case.json`` names them with their hashes. It is removed first and written last:
-a folder without it is no case.
+grid. ``walls.nrrd`` and ``ground.nrrd`` say what lies behind the surface of the air,
+with a table in ``case.json``; ``hazard-orbit.nrrd`` and others like it are distances in
+hundredths of a millimetre, negative inside. ``case.json`` names all with their hashes.
+It is removed first and written last: a folder without it is no case.
 """
 
 import colorsys
 import hashlib
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +24,8 @@ from numpy.typing import NDArray
 
 from anatomy.files.markups import read_markups, write_markups
 from anatomy.files.volumes import load_volume, save_volume, write_file
+from anatomy.hazard_volumes import FARTHEST_MM as HAZARD_MM
+from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from anatomy.phantom.head_skin import head_skin
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import Phantom
@@ -30,12 +35,18 @@ from anatomy.redistance import DEEPEST_MM, FARTHEST_MM
 from anatomy.scan.face_points import FACE_RADIUS_MM, face_points
 from anatomy.scan.histogram import find_peaks, transfer_of
 from anatomy.tissue import Label, Side
+from anatomy.wall_layers import NO_WALL, WallKind, WallLayers
 from disk import UserError
 from disk.typed_record import decode_json
 from renderers.scene.transfer import TransferFunction
 from renderers.scene.volume import AIR_HU, Volume
 
 SCHEMA_VERSION = 1
+
+WALLS, GROUND = "walls", "ground"
+
+_HAZARD = "hazard "
+_HAZARD_NAME = re.compile(r"hazard [a-z][a-z ]{0,40}")
 
 FILES = {
     "ct": ("ct.nrrd", AIR_HU),
@@ -47,6 +58,8 @@ FILES = {
     "t1": ("t1.nrrd", 0.0),
     "t2": ("t2.nrrd", 0.0),
     "face": ("face.nrrd", DEEPEST_MM),
+    WALLS: ("walls.nrrd", float(NO_WALL)),
+    GROUND: ("ground.nrrd", 0.0),
 }
 """Of each volume: its file and what lies outside it."""
 
@@ -115,6 +128,14 @@ class SourceRecord(msgspec.Struct, frozen=True, kw_only=True):
     notes: tuple[str, ...] = ()
 
 
+class WallsRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """Hold the table of `WallLayers`, row by row, and how the layers were found."""
+
+    kinds: tuple[WallKind, ...]
+    source: str
+    uncertainty_mm: float = 0.0
+
+
 class ApproachRecord(msgspec.Struct, frozen=True, kw_only=True):
     """Say where a scope enters and where it points; LPS, mm."""
 
@@ -129,7 +150,8 @@ class CaseRecord(msgspec.Struct, frozen=True, kw_only=True):
     label_names: by the labels' values in decimal.
     parameters: of a phantom. sources, notes, airway_ml, cavities, openings, approach:
     of a scan; the second source is the second volume. transfer: for mode `classic`.
-    sha256: of each volume's values, by name.
+    sha256: of each volume's values, by name. walls: None where nobody knows what lies
+    behind the surface. hazard_source: how the hazards were found, "" without any.
     """
 
     schema_version: int
@@ -144,15 +166,22 @@ class CaseRecord(msgspec.Struct, frozen=True, kw_only=True):
     openings: tuple[OpeningRecord, ...] = ()
     approach: ApproachRecord | None = None
     transfer: TransferRecord | None = None
+    walls: WallsRecord | None = None
+    hazard_source: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """Hold a patient as read from a folder; volumes by the names of `FILES`."""
+    """Hold a patient as read from a folder; volumes by the names of `FILES`.
+
+    layers, hazards: None where the case has none.
+    """
 
     volumes: Mapping[str, Volume]
     landmarks: dict[str, Landmark]
     record: CaseRecord
+    layers: WallLayers | None = None
+    hazards: HazardVolumes | None = None
 
     @property
     def ct(self) -> Volume:
@@ -200,7 +229,16 @@ def write_case(
         name: Landmark(name, Side.MIDLINE, place, FACE_RADIUS_MM)
         for name, place in face_points(face, nostril).items()
     }
-    store_case(Path(folder), volumes, names, {**phantom.landmarks, **marks}, record)
+    marks = {**phantom.landmarks, **marks}
+    store_case(
+        Path(folder),
+        volumes,
+        names,
+        marks,
+        record,
+        layers=phantom.layers,
+        hazards=phantom.hazards,
+    )
 
 
 def store_case(
@@ -209,20 +247,37 @@ def store_case(
     label_names: Mapping[int, str],
     landmarks: Mapping[str, Landmark],
     record: CaseRecord,
+    *,
+    layers: WallLayers | None = None,
+    hazards: HazardVolumes | None = None,
 ) -> CaseRecord:
-    """Write a case; gives the record with the hashes filled in.
+    """Write a case; gives the record with hashes, walls and hazards filled in.
 
     volumes: by the names of `FILES`. label_names: by the values of the labels; 0 is
-    left out.
+    left out. layers, hazards: None for a head whose walls or hazards nobody knows.
     """
     folder.mkdir(parents=True, exist_ok=True)
     (folder / RECORD).unlink(missing_ok=True)
-    for name, (file, _) in FILES.items():
-        if name not in volumes:
-            (folder / file).unlink(missing_ok=True)
-            continue
+    volumes = dict(volumes)
+    if layers is not None:
+        volumes |= {WALLS: layers.wall, GROUND: layers.ground}
+        walls = WallsRecord(
+            kinds=layers.kinds,
+            source=layers.source,
+            uncertainty_mm=layers.uncertainty_mm,
+        )
+        record = msgspec.structs.replace(record, walls=walls)
+    if hazards is not None:
+        volumes |= {_HAZARD + name: held for name, held in hazards.volumes.items()}
+        record = msgspec.structs.replace(record, hazard_source=hazards.source)
+    kept = {_file(name)[0] for name in volumes}
+    ours = [folder / file for file, _ in FILES.values()]
+    for old in (*ours, *folder.glob("hazard-*.nrrd")):
+        if old.name not in kept:
+            old.unlink(missing_ok=True)
+    for name, volume in volumes.items():
         fields = segment_fields(label_names) if name == "labels" else None
-        save_volume(volumes[name], folder / file, fields)
+        save_volume(volume, folder / _file(name)[0], fields)
     write_markups(landmarks, folder / LANDMARKS)
     hashes = {name: values_hash(volume.values) for name, volume in volumes.items()}
     finished = msgspec.structs.replace(
@@ -248,15 +303,20 @@ def read_case(folder: Path | str) -> Case:
             f"program reads {SCHEMA_VERSION}"
         )
     lacking = {"ct", "labels"} - record.sha256.keys()
-    unknown = record.sha256.keys() - FILES.keys()
+    unknown = {
+        name
+        for name in record.sha256.keys() - FILES.keys()
+        if not _HAZARD_NAME.fullmatch(name)
+    }
     if lacking or unknown:
         raise UserError(
             f"{source / RECORD} must name ct and labels, and of others only "
-            f"{', '.join(FILES)}; it names {', '.join(sorted(record.sha256)) or 'none'}"
+            f"{', '.join(FILES)} and hazards; it names "
+            f"{', '.join(sorted(record.sha256)) or 'none'}"
         )
     volumes = {}
     for name in record.sha256:
-        file, background = FILES[name]
+        file, background = _file(name)
         volume = load_volume(source / file, background=background)
         if record.sha256[name] != values_hash(volume.values):
             raise UserError(
@@ -271,7 +331,45 @@ def read_case(folder: Path | str) -> Case:
         if name != "face"
     ):
         raise UserError(f"the volumes of {source} do not share one grid")
-    return Case(volumes, read_markups(source / LANDMARKS), record)
+    layers, hazards = _layers(source, volumes, record), _hazards(volumes, record)
+    others = {name: volumes[name] for name in volumes.keys() & FILES.keys()}
+    return Case(others, read_markups(source / LANDMARKS), record, layers, hazards)
+
+
+def _file(name: str) -> tuple[str, float]:
+    """Return a volume's file and what lies outside it."""
+    if name in FILES:
+        return FILES[name]
+    return f"{name.replace(' ', '-')}.nrrd", HAZARD_MM / UNIT_MM
+
+
+def _layers(
+    source: Path, volumes: Mapping[str, Volume], record: CaseRecord
+) -> WallLayers | None:
+    if record.walls is None or WALLS not in volumes or GROUND not in volumes:
+        return None
+    wall, kinds = volumes[WALLS], record.walls.kinds
+    if wall.values.dtype != np.uint8 or int(wall.values.max()) >= len(kinds):
+        raise UserError(
+            f"{source / FILES[WALLS][0]} names wall {wall.values.max()}, but the table "
+            f"in {RECORD} has {len(kinds)} rows; write the case again"
+        )
+    return WallLayers(
+        wall,
+        volumes[GROUND],
+        kinds,
+        record.walls.source,
+        record.walls.uncertainty_mm,
+    )
+
+
+def _hazards(volumes: Mapping[str, Volume], record: CaseRecord) -> HazardVolumes | None:
+    found = {
+        name.removeprefix(_HAZARD): volume
+        for name, volume in volumes.items()
+        if name.startswith(_HAZARD)
+    }
+    return HazardVolumes(found, record.hazard_source) if found else None
 
 
 def segment_fields(names: Mapping[int, str]) -> dict[str, str]:

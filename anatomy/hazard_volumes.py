@@ -1,10 +1,12 @@
 """Distances to the structures that must not be hurt, sampled on a grid."""
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from xxhash import xxh3_128_digest
 
 from renderers.scene.volume import Volume
 
@@ -37,8 +39,29 @@ class HazardVolumes:
         """Interpolate the distance to one hazard at ``(..., 3)`` LPS points."""
         return self.volumes[name].sample(points_mm) * UNIT_MM
 
-    def nearest(self, point_mm: NDArray[np.float64]) -> tuple[str, float]:
-        """Return the nearest hazard's name and its distance in mm from one point."""
-        found = {name: float(self.distance_mm(name, point_mm)) for name in self.names}
-        name = min(found, key=found.__getitem__)
-        return name, found[name]
+    def along_mm(
+        self,
+        name: str,
+        begin_mm: NDArray[np.float64],
+        step_mm: NDArray[np.float64],
+        count: int,
+    ) -> float:
+        """Return the least distance to a hazard of `count` points on a line, LPS mm."""
+        # Imported here: this module's names are needed where nothing is compiled.
+        from anatomy.kernels.hazard_reads import least_along
+
+        volume = self.volumes[name]
+        matrix = volume.voxel_from_world
+        start = matrix[:3, :3] @ begin_mm + matrix[:3, 3]
+        step = matrix[:3, :3] @ step_mm
+        steps = least_along(volume.values, start, step, count, volume.background)
+        return UNIT_MM * steps
+
+    def sha256(self) -> str:
+        """Hash all distances and their grid."""
+        digest = hashlib.sha256()
+        for name, volume in sorted(self.volumes.items()):
+            digest.update(f"{name} {volume.shape}".encode())
+            digest.update(volume.world_from_voxel.tobytes())
+            digest.update(xxh3_128_digest(volume.values.data))
+        return digest.hexdigest()

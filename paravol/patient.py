@@ -117,6 +117,11 @@ class PatientScene:
         """Return a hash of what names the structures; "" where none are named."""
         return "" if self.structures is None else self.structures.sha256()
 
+    @property
+    def hazards_sha256(self) -> str:
+        """Return a hash of the distances to hazards; "" where they are unknown."""
+        return "" if self.hazards is None else self.hazards.sha256()
+
     def slice_views(self) -> SliceViews:
         """Return what navigation slices are cut from."""
         volumes = {"ct": self.scene.volume, **self.others}
@@ -367,6 +372,8 @@ def load_case(folder: StrPath, progress: Progress = no_progress) -> PatientScene
         others,
         Structures.of(surface.distance, case.labels, label_names, landmarks),
         None if skin is None else lambda: skin,
+        case.layers,
+        case.hazards,
     )
 
 

@@ -13,6 +13,12 @@ FREE_MM = 50.0
 
 UNKNOWN = "--"
 
+NO_LABELS = "unknown (no labels)"
+"""What is said of a head in which nobody has marked what must not be hurt."""
+
+HAZARD_FAR_MM = 20.0
+"""Farther away a hazard's distance is of no interest."""
+
 
 @dataclass(frozen=True, slots=True)
 class Readings:
@@ -21,6 +27,8 @@ class Readings:
     clearance_mm: gap between the scope's shaft and tissue, negative inside it.
     pose_age_ms: from the arm's measurement to the finished picture.
     registration_mm: residual of the touched fiducials, rms.
+    hazard: the nearest hazard and how near a tool is, mm. has_hazards: whether the
+    head's hazards are known.
     """
 
     fps: float | None = None
@@ -28,6 +36,8 @@ class Readings:
     clearance_mm: float | None = None
     time_s: float | None = None
     registration_mm: float | None = None
+    hazard: tuple[str, float] | None = None
+    has_hazards: bool = True
 
     @property
     def is_contact(self) -> bool:
@@ -50,9 +60,20 @@ class Readings:
             "Frame rate": _figure(self.fps, "{:.0f} fps"),
             "Pose age": _figure(self.pose_age_ms, "{:.0f} ms"),
             "Clearance": self._clearance(),
+            "Hazard": self._hazard(),
             "Time": _clock(self.time_s),
             "Registration": _figure(self.registration_mm, "{:.2f} mm"),
         }
+
+    def _hazard(self) -> str:
+        if not self.has_hazards:
+            return NO_LABELS
+        if self.hazard is None:
+            return UNKNOWN
+        name, distance_mm = self.hazard
+        if distance_mm > HAZARD_FAR_MM:
+            return "far"
+        return f"{name} {distance_mm:.1f} mm"
 
     def _clearance(self) -> str:
         if self.clearance_mm is None:

@@ -1,7 +1,12 @@
 """A score as a table of names and texts."""
 
+from paravol.readings import NO_LABELS
 from scenarios import Score
+from scenarios.hazard_watch import HazardApproach
 from scenarios.scoring import PRESSURE_MM
+
+TOLD_MM = 10.0
+"""Hazards that nothing came nearer to are left out of the table."""
 
 
 def score_rows(score: Score) -> list[tuple[str, str]]:
@@ -12,11 +17,32 @@ def score_rows(score: Score) -> list[tuple[str, str]]:
         ("smallest clearance", clearance(score)),
         *contact_rows(score),
     ]
+    rows += hazard_rows(score)
     rows += [
         (f"nearest to {name}", f"{distance_mm:.1f} mm")
         for name, distance_mm in score.target_distance_mm.items()
     ]
     return rows
+
+
+def hazard_rows(score: Score) -> list[tuple[str, str]]:
+    """Return how near scope and tool came to each hazard, the nearest first."""
+    if score.hazards is None:
+        return []
+    if not score.hazards:
+        return [("hazards", NO_LABELS)]
+    found = sorted(score.hazards.items(), key=lambda item: item[1].nearest_mm)
+    told = [item for item in found if item[1].nearest_mm < TOLD_MM]
+    if not told:
+        return [("hazards", f"none nearer than {TOLD_MM:g} mm")]
+    return [(f"hazard: {name}", _approach(at)) for name, at in told]
+
+
+def _approach(at: HazardApproach) -> str:
+    text = f"scope {at.shaft_mm:.1f} mm at {at.shaft_s:.1f} s"
+    if at.instrument_mm is not None:
+        text += f"; tool {at.instrument_mm:.1f} mm at {at.instrument_s:.1f} s"
+    return text
 
 
 def clearance(score: Score) -> str:

@@ -176,7 +176,11 @@ class Replay:
             visible_sets=info.visible_sets,
         )
         self._same_look = info.look == LOOK_VERSION
-        self._same_names = patient.structures_sha256 == info.structures_sha256 != ""
+        self._unlike: frozenset[str] = frozenset()
+        if not patient.structures_sha256 == info.structures_sha256 != "":
+            self._unlike |= _NAMES
+        if patient.hazards_sha256 != info.hazards_sha256:
+            self._unlike |= _HAZARDS
         self.samples: list[Sample] = []
         self._count = 0
         self._edits: list[int] = []
@@ -265,7 +269,7 @@ class Replay:
         score = self._session.score()
         same_score = None
         if not recording.damages:
-            same_score = _same_score(self._folder, score, self._same_names)
+            same_score = _same_score(self._folder, score, self._unlike)
         return ReplayReport(
             complete=recording.complete,
             samples=len(samples),
@@ -366,6 +370,9 @@ _FIRST_FIGURES = frozenset(
 _NAMES = frozenset(("worst_structure", "touched_s"))
 """Figures that depend on how the head's structures are named."""
 
+_HAZARDS = frozenset(("hazards",))
+"""Figures that depend on how the head's hazards were measured."""
+
 
 def _recorded_score(folder: Path) -> dict[str, Any] | None:
     """Read the figures of the recorded score; None where there are none."""
@@ -385,11 +392,14 @@ def _recorded_score(folder: Path) -> dict[str, Any] | None:
     return recorded
 
 
-def _same_score(folder: Path, score: Score, same_names: bool) -> bool | None:
-    """Compare what was recorded; older recordings have fewer figures."""
+def _same_score(folder: Path, score: Score, unlike: frozenset[str]) -> bool | None:
+    """Compare what was recorded; older recordings have fewer figures.
+
+    unlike: figures that this version measures in another way.
+    """
     recorded = _recorded_score(folder)
     if recorded is None:
         return None
-    compared = recorded if same_names else recorded.keys() - _NAMES
+    compared = recorded.keys() - unlike
     found = asdict(score)
     return all(name in found and found[name] == recorded[name] for name in compared)

@@ -53,6 +53,7 @@ def describe_session(
         else patient.structures.sha256(),
         visible_sets=False,
         operated=True,
+        hazards_sha256=patient.hazards_sha256,
     )
 
 
@@ -96,6 +97,7 @@ def build_session(
         size,
         patient.structures,
         operation,
+        patient.hazards,
     )
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from disk import UserError
+from scenarios.hazard_watch import HazardApproach, HazardGaps, HazardWatch
 
 CONTACT_MM = 0.0
 """A gap below this is a contact."""
@@ -38,6 +39,8 @@ class Score:
     worst_depth_mm: of the deepest contact, 0 without any; worst_structure: what was
         touched then, "" without any.
     touched_s: time in contact with each structure touched.
+    hazards: nearest approach to each hazard; empty where the head has no hazards, None
+        where nobody measured them, as in older recordings.
     """
 
     duration_s: float
@@ -50,6 +53,7 @@ class Score:
     worst_depth_mm: float = 0.0
     worst_structure: str = ""
     touched_s: dict[str, float] = field(default_factory=dict)
+    hazards: dict[str, HazardApproach] | None = None
 
 
 @dataclass(slots=True)
@@ -73,6 +77,7 @@ class Scorer:
     _worst: tuple[float, str] = (0.0, "")
     _touched: dict[str, float] = field(default_factory=dict)
     _nearest: dict[str, float] = field(default_factory=dict)
+    _hazards: HazardWatch = field(default_factory=HazardWatch)
 
     def add(
         self,
@@ -80,10 +85,12 @@ class Scorer:
         tip_mm: NDArray[np.float64],
         gap_mm: float,
         structure: str = "",
+        hazards: HazardGaps | None = None,
     ) -> None:
         """Take in one sample; times must not run backwards.
 
-        structure: what the scope touches, where the gap is a contact.
+        structure: what the scope touches, where the gap is a contact. hazards: how
+        near the tools are to them; None where they are unknown.
         """
         if self._first_s is None:
             self._first_s = time_s
@@ -102,6 +109,8 @@ class Scorer:
             self._length += moved
             self._counted_tip = tip_mm
         self._gap = min(self._gap, gap_mm)
+        if hazards is not None:
+            self._hazards.add(time_s, hazards)
         depth = max(CONTACT_MM - gap_mm, 0.0)
         self._contacts += depth > 0.0 and self._depth == 0.0
         self._depth, self._structure = depth, structure
@@ -127,6 +136,7 @@ class Scorer:
             worst_depth_mm=self._worst[0],
             worst_structure=self._worst[1],
             touched_s=dict(self._touched),
+            hazards=self._hazards.approaches(),
         )
 
     def _last_contact(self, elapsed_s: float) -> None:

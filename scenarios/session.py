@@ -10,9 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.hazard_volumes import HazardVolumes
 from renderers.scene import Camera, Volume
 from scenarios.clearance import shaft_clearance
 from scenarios.endoscope import Endoscope
+from scenarios.hazard_watch import HazardGaps, hazard_gaps
+from scenarios.instrument_state import NO_TOOL
 from scenarios.sample import Sample, tool_frame
 from scenarios.scoring import CONTACT_MM, Score, Scorer
 from scenarios.structures import TISSUE, Structures
@@ -30,7 +33,8 @@ nasopharynx lies about 90 mm behind the nostril)."""
 class View:
     """Say what a sample means in the patient: the camera, the tools, the gap.
 
-    touched: the structure in contact with the shaft, "" without contact.
+    touched: the structure in contact with the shaft, "" without contact. hazard: the
+    nearest hazard and how near scope or tool is, mm; None where none is known.
     """
 
     camera: Camera
@@ -38,15 +42,17 @@ class View:
     world_from_instrument: NDArray[np.float64]
     clearance_mm: float
     touched: str = ""
+    hazard: tuple[str, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class _Placed:
-    """Say where a sample's scope is: 4x4 pose, gap in mm, structure touched."""
+    """Say where a sample's scope is: 4x4 pose, gap in mm, what is touched or near."""
 
     world_from_tip: NDArray[np.float64]
     gap_mm: float
     touched: str
+    hazards: HazardGaps | None
 
 
 class Session:
@@ -61,6 +67,7 @@ class Session:
         size: tuple[int, int],
         structures: Structures | None = None,
         operation: "Operation | None" = None,
+        hazards: HazardVolumes | None = None,
     ) -> None:
         """Start a flight.
 
@@ -70,12 +77,14 @@ class Session:
         size: ``(width, height)`` of the picture.
         structures: what names contacts; None where the head has no names.
         operation: what the second hand does to the patient; None where it only looks.
+        hazards: what must not be hurt; None where nobody knows where that is.
         """
         self.endoscope = endoscope
         self.world_from_device = world_from_device
         self.size = size
         self._distance = distance
         self._structures = structures
+        self._hazards = hazards
         self.operation = operation
         self._scorer = Scorer(targets)
         self._stepped: tuple[Sample, _Placed] | None = None
@@ -86,7 +95,9 @@ class Session:
             self.operation.step(sample)
         placed = self._placed(sample)
         tip_mm = placed.world_from_tip[:3, 3]
-        self._scorer.add(sample.time_s, tip_mm, placed.gap_mm, placed.touched)
+        self._scorer.add(
+            sample.time_s, tip_mm, placed.gap_mm, placed.touched, placed.hazards
+        )
         self._stepped = sample, placed
 
     def view(self, sample: Sample) -> View:
@@ -98,6 +109,7 @@ class Session:
             tool_frame(sample),
             placed.gap_mm,
             placed.touched,
+            None if placed.hazards is None else placed.hazards.nearest(),
         )
 
     def _placed(self, sample: Sample) -> _Placed:
@@ -116,7 +128,22 @@ class Session:
         if clearance.gap_mm < CONTACT_MM:
             named = self._structures
             touched = TISSUE if named is None else named.touched(clearance)
-        return _Placed(world_from_tip, clearance.gap_mm, touched)
+        gaps = self._hazard_gaps(sample, world_from_tip)
+        return _Placed(world_from_tip, clearance.gap_mm, touched, gaps)
+
+    def _hazard_gaps(
+        self, sample: Sample, world_from_tip: NDArray[np.float64]
+    ) -> HazardGaps | None:
+        if self._hazards is None:
+            return None
+        held = None
+        if sample.instrument.name != NO_TOOL:
+            tip_mm = tool_frame(sample)[:3, 3]
+            held = tip_mm if np.all(np.isfinite(tip_mm)) else None
+        radius_mm = self.endoscope.diameter_mm / 2
+        return hazard_gaps(
+            self._hazards, world_from_tip, radius_mm, SHAFT_CHECKED_MM, held
+        )
 
     def score(self) -> Score:
         """Return the score so far."""

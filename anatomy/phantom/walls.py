@@ -12,7 +12,7 @@ from anatomy.kernels.tables import Grids
 from anatomy.phantom.coverage import layer_tables
 from anatomy.phantom.model import Model
 from anatomy.redistance import FARTHEST_MM
-from anatomy.tissue import TISSUE_OF, Label
+from anatomy.tissue import TISSUE_OF, TISSUES, Label
 from anatomy.wall_layers import NO_WALL, WallKind, WallLayers
 from renderers.scene.volume import Volume
 
@@ -36,7 +36,23 @@ PROTECTED = {
 _UNPROTECTED = frozenset(("septum",))
 """Hazards that begin at their own mucosa: no wall stands before them."""
 
-_NAMES = {Label.UNCINATE: "uncinate process", Label.THICK_BONE: "thick bone"}
+_NAMES = {Label.UNCINATE: "uncinate process"}
+
+THIN_MM = 0.5
+"""Shells of bone up to this thick break like other thin bone."""
+
+_BY_HAZARD = {
+    "orbit": ("lamina papyracea", Label.LAMINA_PAPYRACEA),
+    "skull base": ("fovea ethmoidalis", Label.FOVEA),
+}
+"""A cell's own thin wall is the plate of what lies behind it: zones of plates end
+before the foremost cells do."""
+
+_CELL_WALLS = frozenset(("ethmoid septum", "thin bone"))
+
+BONE_HU = 300.0
+"""Between cells a scan shows lining, which their label calls septum: below this it is
+no bone."""
 
 
 def wall_layers(
@@ -67,9 +83,14 @@ def wall_layers(
         table.append(_protecting(kinds[kind], ("", *hazards.names)[hazard]))
     return WallLayers(
         distance.with_values(row_of[codes], float(NO_WALL)),
-        distance.with_values(grids.ground, 0.0),
+        distance.with_values(_ground(grids), 0.0),
         tuple(table),
     )
+
+
+def _ground(grids: Grids) -> NDArray[np.uint8]:
+    lining = (grids.ground == Label.ETHMOID_SEPTUM) & (grids.ground_hu < BONE_HU)
+    return np.where(lining, np.uint8(Label.MUCOSA), grids.ground)
 
 
 def _kinds(
@@ -96,9 +117,11 @@ def _kinds(
                     label, thick = Label.SEPTAL_BONE, SEPTUM_BONE_MM
                 elif ground == _BARE or thick == 0.0:
                     label, thick = Label(0), 0.0
+                strength = TISSUE_OF[label].fracture_n
                 if thick > 0.0 and not name:
                     name = _NAMES.get(label, label.name.lower().replace("_", " "))
-                strength = TISSUE_OF[label].fracture_n
+                    if label == Label.THICK_BONE and thick <= THIN_MM:
+                        name, strength = "thin bone", TISSUES["thin bone"].fracture_n
                 kind = WallKind(
                     name, float(mucosa_mm), thick, int(mucosa), int(label), strength
                 )
@@ -144,6 +167,12 @@ _CREST_N = {"optic nerve": TISSUE_OF[Label.SPHENOID_WALL].fracture_n * 15.43 / 1
 
 
 def _protecting(kind: WallKind, hazard: str) -> WallKind:
+    if kind.name in _CELL_WALLS and hazard in _BY_HAZARD:
+        name, bone = _BY_HAZARD[hazard]
+        strength = TISSUE_OF[bone].fracture_n
+        return replace(
+            kind, name=name, bone=int(bone), behind=hazard, fracture_n=strength
+        )
     strength = kind.fracture_n
     if kind.bone == Label.SPHENOID_WALL:
         strength = _CREST_N.get(hazard, strength)

@@ -328,6 +328,8 @@ class TraineeWindow(QMainWindow):
             frame.view.clearance_mm,
             frame.time_s,
             self._registration_mm,
+            frame.view.hazard,
+            frame.view.hazard is not None,
         )
 
     @Slot()

@@ -22,6 +22,7 @@ class SessionInfo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     visible_sets: surfels were culled by visible sets, as they always were before this
         was written down. They leave out what shows through pinholes between discs.
     operated: the samples' tools take tissue away, as none did before.
+    hazards_sha256: hash of the distances to hazards; "" where they were not known.
     """
 
     scenario_name: str
@@ -40,6 +41,7 @@ class SessionInfo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     automatic: bool = False
     visible_sets: bool = True
     operated: bool = False
+    hazards_sha256: str = ""
     schema_version: Literal[1] = 1
 
 

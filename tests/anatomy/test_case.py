@@ -44,6 +44,8 @@ def test_an_asymmetric_head_survives_writing_and_reading(
     assert case.labels.values[k, j, i] == Label.INFERIOR_TURBINATE
     names = {p.name for p in (tmp_path / "case").iterdir()}
     volumes = {f"{name}.nrrd" for name in ("ct", "distance", "blood", "skin", "face")}
+    volumes |= {"walls.nrrd", "ground.nrrd"}
+    volumes |= {f"hazard-{n.replace(' ', '-')}.nrrd" for n in head.hazards.names}
     assert names == {
         *volumes, "labels.seg.nrrd", "landmarks.mrk.json", "case.json"
     }  # fmt: skip

@@ -46,11 +46,17 @@ def test_the_clock_tells_whole_tenths_that_have_passed(time_s: float) -> None:
 
 
 def test_figures_carry_their_units() -> None:
-    texts = Readings(31.4, 12.6, 1.24, 75.0, 0.234).texts()
+    texts = Readings(31.4, 12.6, 1.24, 75.0, 0.234, ("orbit", 3.21)).texts()
     assert texts == {
         "Frame rate": "31 fps",
         "Pose age": "13 ms",
         "Clearance": "1.2 mm",
+        "Hazard": "orbit 3.2 mm",
         "Time": "1:15.0",
         "Registration": "0.23 mm",
     }
+
+
+def test_a_head_without_labels_says_that_its_hazards_are_unknown() -> None:
+    assert Readings(has_hazards=False).texts()["Hazard"] == "unknown (no labels)"
+    assert Readings(hazard=("orbit", 24.9)).texts()["Hazard"] == "far"

@@ -1,0 +1,120 @@
+"""How near the tools came to what must not be hurt."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from anatomy.hazard_volumes import HazardVolumes
+
+ALWAYS_NEAR = frozenset(("septum",))
+"""What a scope glides along in every nose: never named as the nearest hazard."""
+
+STEP_MM = 0.25
+"""Between places along a shaft where distances are read: they change by at most 1 mm
+per mm, so half of this is the most that is missed."""
+
+
+@dataclass(frozen=True, slots=True)
+class HazardApproach:
+    """Hold the nearest approach to one hazard, mm, and when it was, s; negative inside.
+
+    tip: of the middle of the scope's end face. shaft: of the scope's surface.
+    instrument: of the tip of the tool in the second hand, None where none was held.
+    """
+
+    tip_mm: float
+    tip_s: float
+    shaft_mm: float
+    shaft_s: float
+    instrument_mm: float | None = None
+    instrument_s: float | None = None
+
+    @property
+    def nearest_mm(self) -> float:
+        """Return how near the nearest of all came."""
+        tool = math.inf if self.instrument_mm is None else self.instrument_mm
+        return min(self.tip_mm, self.shaft_mm, tool)
+
+
+@dataclass(frozen=True, slots=True)
+class HazardGaps:
+    """Hold one moment's distances in mm by hazard; instrument: None without a tool."""
+
+    tip: dict[str, float]
+    shaft: dict[str, float]
+    instrument: dict[str, float] | None
+
+    def nearest(self) -> tuple[str, float] | None:
+        """Return the hazard that a tool is nearest to, and how near; None for none."""
+        found = dict(self.shaft)
+        for name, gap in (self.instrument or {}).items():
+            found[name] = min(found[name], gap)
+        named = [name for name in found if name not in ALWAYS_NEAR]
+        if not named:
+            return None
+        name = min(named, key=found.__getitem__)
+        return name, found[name]
+
+
+def hazard_gaps(
+    hazards: HazardVolumes,
+    world_from_tip: NDArray[np.float64],
+    radius_mm: float,
+    length_mm: float,
+    instrument_tip_mm: NDArray[np.float64] | None,
+) -> HazardGaps:
+    """Measure the tools of one moment.
+
+    world_from_tip: 4x4 of a straight shaft, as for `shaft_clearance`: a capsule whose
+    end sphere is centred one radius behind the tip. instrument_tip_mm: ``(3,)``, None
+    without a tool.
+    """
+    tip, back = world_from_tip[:3, 3], world_from_tip[:3, 2]
+    count = max(int((length_mm - radius_mm + STEP_MM / 2) / STEP_MM) + 1, 1)
+    begin = tip + radius_mm * back
+    step = STEP_MM * back
+    names = hazards.names
+    return HazardGaps(
+        {name: hazards.along_mm(name, tip, step, 1) for name in names},
+        {
+            name: hazards.along_mm(name, begin, step, count) - radius_mm
+            for name in names
+        },
+        None
+        if instrument_tip_mm is None
+        else {
+            name: hazards.along_mm(name, instrument_tip_mm, step, 1) for name in names
+        },
+    )
+
+
+@dataclass(slots=True)
+class HazardWatch:
+    """Keep the nearest approaches, sample by sample."""
+
+    _nearest: dict[str, HazardApproach] = field(default_factory=dict)
+
+    def add(self, time_s: float, gaps: HazardGaps) -> None:
+        """Take in one moment."""
+        for name, shaft_mm in gaps.shaft.items():
+            tip = gaps.tip[name], time_s
+            shaft = shaft_mm, time_s
+            tool: tuple[float | None, float | None] = None, None
+            if gaps.instrument is not None:
+                tool = gaps.instrument[name], time_s
+            old = self._nearest.get(name)
+            if old is not None:
+                tip = min((old.tip_mm, old.tip_s), tip, key=_distance)
+                shaft = min((old.shaft_mm, old.shaft_s), shaft, key=_distance)
+                tool = min((old.instrument_mm, old.instrument_s), tool, key=_distance)
+            self._nearest[name] = HazardApproach(*tip, *shaft, *tool)
+
+    def approaches(self) -> dict[str, HazardApproach]:
+        """Return the nearest approaches so far, by hazard."""
+        return dict(self._nearest)
+
+
+def _distance(found: tuple[float | None, float | None]) -> float:
+    return math.inf if found[0] is None else found[0]
