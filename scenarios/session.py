@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from renderers.scene import Camera, Volume
 from scenarios.clearance import shaft_clearance
 from scenarios.endoscope import Endoscope
+from scenarios.instrument_state import FIRST_TOOL
 from scenarios.sample import Sample, tool_frame
 from scenarios.scoring import CONTACT_MM, Score, Scorer
 from scenarios.structures import TISSUE, Structures
@@ -30,7 +31,8 @@ nasopharynx lies about 90 mm behind the nostril)."""
 class View:
     """Say what a sample means in the patient: the camera, the tools, the gap.
 
-    touched: the structure in contact with the shaft, "" without contact.
+    touched: the structure in contact with the shaft, "" without contact. instrument:
+    name of the tool beside the scope, `NO_TOOL` for none. jaw: 0 open to 1 closed.
     """
 
     camera: Camera
@@ -38,6 +40,8 @@ class View:
     world_from_instrument: NDArray[np.float64]
     clearance_mm: float
     touched: str = ""
+    instrument: str = FIRST_TOOL
+    jaw: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +102,8 @@ class Session:
             tool_frame(sample),
             placed.gap_mm,
             placed.touched,
+            sample.instrument.name,
+            sample.instrument.jaw,
         )
 
     def _placed(self, sample: Sample) -> _Placed:
