@@ -232,7 +232,7 @@ class Flight:
             patient,
             tier=LIVE_TIER,
             seed=SEED,
-            has_instrument=has_instrument,
+            has_instrument=True,
             threads=order.threads,
             progress=self._progress,
         )
@@ -426,7 +426,7 @@ def save_frame_view(
         gain=event.frame.gain,
         number=event.number,
         seed=SEED,
-        has_instrument=order.input.has_instrument,
+        has_instrument=True,
     )
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -23,6 +23,8 @@ from disk import UserError
 from paravol.slice_views import SECOND, SliceViews
 from renderers.scene import AirSurface, Camera, Mesh, Scene, Volume
 from scenarios import Endoscope, Scenario, Structures, View, tip_frame
+from scenarios.instrument_state import FIRST_TOOL, NO_TOOL
+from scenarios.instruments import instrument_named, placed_tool
 
 if TYPE_CHECKING:
     from paravol.snapshots.comparison import Difference
@@ -50,8 +52,8 @@ class Look:
     rgb: ``(h, w, 3)`` uint8 sRGB, row 0 at the top. depth_mm: ``(h, w)`` float32, along
     each pixel's ray, +inf where nothing is met. camera: its ``rays()`` give the rays,
     patient LPS, mm. gain: of the camera, for
-    `PatientScene.look` to expose another picture alike. instrument_pose: as it was
-    given.
+    `PatientScene.look` to expose another picture alike. instrument_pose, instrument,
+    jaw: as they were given.
     """
 
     rgb: NDArray[np.uint8]
@@ -59,6 +61,8 @@ class Look:
     camera: Camera
     gain: float
     instrument_pose: NDArray[np.float64] | None = None
+    instrument: str = FIRST_TOOL
+    jaw: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,6 +170,8 @@ class PatientScene:
         size: int = 512,
         gain: float | None = None,
         instrument_pose: NDArray[np.float64] | None = None,
+        instrument: str = FIRST_TOOL,
+        jaw: float = 1.0,
     ) -> Look:
         """Draw what the endoscope sees, lit and exposed as in the trainer.
 
@@ -173,9 +179,9 @@ class PatientScene:
         any place, lens and size; `Endoscope.camera` makes that of other scopes.
         renderer: "fsr" splats, as the live picture does; "art" casts rays. Both are
         shaded alike. size: of the square picture, pixels. gain: of the camera; None
-        exposes automatically. instrument_pose: ``world_from_instrument`` of a suction
-        tube, 4x4; None for none. The
-        first picture takes seconds longer: the scene is prepared for it.
+        exposes automatically. instrument_pose: ``world_from_instrument`` of a tool,
+        4x4; None for none. instrument: its name. jaw: 0 open to 1 closed. The first
+        picture takes seconds longer: the scene is prepared for it.
         """
         from renderers.shading import meter
 
@@ -183,10 +189,10 @@ class PatientScene:
         if not isinstance(camera, Camera):
             camera = Endoscope().camera(np.asarray(place), 0.0, (size, size))
         view, tool = self._view, np.eye(4)
-        view.instrument = None
         if instrument_pose is not None:
-            view.instrument, tool = instrument(), np.asarray(instrument_pose)
-        seen = View(camera, np.eye(4), tool, 0.0)
+            tool = np.asarray(instrument_pose)
+        name = NO_TOOL if instrument_pose is None else instrument
+        seen = View(camera, np.eye(4), tool, 0.0, instrument=name, jaw=jaw)
         if renderer == "fsr":
             buffer = view.tissue(seen)
         elif renderer == "art":
@@ -197,7 +203,8 @@ class PatientScene:
         radiance = view.light(seen, buffer)
         chosen = meter(radiance) if gain is None else gain
         pixels = view.expose(seen, buffer, radiance, gain=chosen, number=0)
-        return Look(pixels, buffer.depth_mm, camera, chosen, instrument_pose)
+        depth_mm = buffer.depth_mm
+        return Look(pixels, depth_mm, camera, chosen, instrument_pose, instrument, jaw)
 
     def snapshot(
         self, look: Look, *, ranks: int = 1, progress: Progress = no_progress
@@ -215,7 +222,7 @@ class PatientScene:
 
         tools = []
         if look.instrument_pose is not None:
-            tools.append((instrument(), look.instrument_pose))
+            tools = placed_tool(look.instrument, look.instrument_pose, look.jaw)
         with ExitStack() as stack:
             spool = stack.enter_context(own_spool())
             client = SnapshotClient(spool, name="paravol in Python")
@@ -258,7 +265,7 @@ class PatientScene:
         return EndoscopeView(
             self,
             ring_radius_mm=Endoscope().ring_radius_mm,
-            instrument=None,
+            has_instrument=True,
             tier=Tier[LIVE_TIER],
             seed=SEED,
             threads=thread_count(),
@@ -278,17 +285,12 @@ def thread_count() -> int:
 
 
 @cache
-def instrument(name: str = "suction tube") -> Mesh:
+def instrument(name: str = FIRST_TOOL, jaw: float = 1.0) -> Mesh:
     """Return an instrument's triangles, mm; +z of its frame runs back up the shaft.
 
-    UserError names the instruments there are.
+    jaw: 0 open to 1 closed. UserError names the instruments there are.
     """
-    if name != "suction tube":
-        raise UserError(f"There is no instrument {name!r}; there is: suction tube.")
-    # Imported here: building meshes loads a large library.
-    from scenarios.instruments import suction_tube
-
-    return suction_tube()
+    return instrument_named(name).mesh(jaw)
 
 
 def load_patient(scenario: Scenario, progress: Progress) -> PatientScene:

@@ -170,7 +170,7 @@ class Replay:
             patient,
             tier=info.tier,
             seed=info.seed,
-            has_instrument=info.has_instrument,
+            has_instrument=info.has_instrument or info.operated,
             threads=threads or thread_count(),
             progress=progress,
             visible_sets=info.visible_sets,

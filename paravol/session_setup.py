@@ -114,15 +114,12 @@ def build_view(
 ) -> EndoscopeView:
     """Set up the picture; with visible sets 20 s for a head that is new.
 
-    visible_sets: see `EndoscopeView`.
+    has_instrument, visible_sets: see `EndoscopeView`.
     """
-    # Imported here: building meshes loads a large library.
-    from scenarios.instruments import suction_tube
-
     return EndoscopeView(
         patient,
         ring_radius_mm=scenario.scope.ring_radius_mm,
-        instrument=suction_tube() if has_instrument else None,
+        has_instrument=has_instrument,
         tier=Tier[tier],
         seed=seed,
         threads=threads,

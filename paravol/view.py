@@ -10,7 +10,8 @@ from xxhash import xxh3_128_hexdigest
 
 from paravol.patient import PatientScene, Progress, no_progress
 from renderers.fsr import FuzzySetRenderer
-from renderers.scene import Change, GBuffer, Mesh
+from renderers.scene import Change, GBuffer
+from renderers.scene.mesh import PlacedMesh
 from renderers.scene.mesh_drawing import ListedFacets
 from renderers.scene.thread_team import Errand, ThreadTeam
 from renderers.shading import (
@@ -25,6 +26,7 @@ from renderers.shading import (
 from renderers.shading.bands import RowBands
 from renderers.shading.shader import Lattice
 from scenarios import View
+from scenarios.instruments import placed_tool
 
 VISIBLE_SETS_STAGE = "Finding what can be seen from where"
 
@@ -58,7 +60,7 @@ class EndoscopeView:
         patient: PatientScene,
         *,
         ring_radius_mm: float,
-        instrument: Mesh | None,
+        has_instrument: bool,
         tier: Tier,
         seed: int,
         threads: int,
@@ -67,9 +69,9 @@ class EndoscopeView:
     ) -> None:
         """Extract the fuzzy set, set up the light.
 
-        instrument: mesh of the tool beside the scope, or None. visible_sets: look up
-        what can be seen from where in place of tracing cones every frame: the same
-        pictures but for pinholes, see `FuzzySetRenderer.use_visible_sets`.
+        has_instrument: show the tool that a view has beside the scope. visible_sets:
+        look up what can be seen from where in place of tracing cones every frame: the
+        same pictures but for pinholes, see `FuzzySetRenderer.use_visible_sets`.
         """
         # one team for all stages: its threads are still awake when the next begins
         team = ThreadTeam(threads)
@@ -82,7 +84,7 @@ class EndoscopeView:
         self._camera_pass = CameraPass(threads=team)
         self._begun: Errand[Frame] | None = None
         self._light = ScopeLight(ring_radius_mm)
-        self.instrument = instrument
+        self.has_instrument = has_instrument
         self._auto_gain = AutoGain()
         # few parts, since each looks through all groups of triangles, but not so few
         # that one of them has the whole tool
@@ -130,15 +132,17 @@ class EndoscopeView:
         return self.renderer.gbuffer(view.camera)
 
     def add_instrument(
-        self, view: View, buffer: GBuffer, listed: ListedFacets | None = None
+        self,
+        view: View,
+        buffer: GBuffer,
+        listed: Sequence[ListedFacets] | None = None,
     ) -> None:
         """Draw the instrument where it is nearer: the second stage.
 
-        listed: what of it may be in view, where that is known.
+        listed: what of its parts may be in view, where that is known.
         """
-        listed = listed or self._listed(view)
-        if listed is not None:
-            listed.draw(buffer, self._bands.run)
+        for part in self._listed(view) if listed is None else listed:
+            part.draw(buffer, self._bands.run)
 
     def light(
         self, view: View, buffer: GBuffer, lattice: Lattice | None = None
@@ -189,6 +193,8 @@ class EndoscopeView:
         seen = (
             view.camera.key,
             view.world_from_instrument.tobytes(),
+            view.instrument,
+            view.jaw,
             self.generation,
         )
         if self._lit is None or self._lit[0] != seen:
@@ -218,17 +224,19 @@ class EndoscopeView:
         )
         return self._begun
 
-    def _listed(self, view: View) -> ListedFacets | None:
-        """List what of the instrument may be in view; None where there is none."""
-        if self.instrument is None:
-            return None
-        return self.instrument.listed(view.camera, view.world_from_instrument)
+    def _tool(self, view: View) -> list[PlacedMesh]:
+        """Return the parts of the view's tool; none where none is shown."""
+        if not self.has_instrument:
+            return []
+        return placed_tool(view.instrument, view.world_from_instrument, view.jaw)
+
+    def _listed(self, view: View) -> list[ListedFacets]:
+        """List what of the instrument's parts may be in view."""
+        return [mesh.listed(view.camera, pose) for mesh, pose in self._tool(view)]
 
     def _lattice(self, view: View) -> Lattice:
         """Find what light and shadows need to know of a view before its pixels."""
-        casters = []
-        if self.instrument is not None:
-            casters.append(Caster.of(self.instrument, view.world_from_instrument))
+        casters = [Caster.of(mesh, pose) for mesh, pose in self._tool(view)]
         size = view.camera.height, view.camera.width
         return self._shader.lattice(size, view.camera, self._light, casters)
 

@@ -15,7 +15,7 @@ from renderers.scene import Camera, Volume
 from scenarios.clearance import shaft_clearance
 from scenarios.endoscope import Endoscope
 from scenarios.hazard_watch import HazardGaps, hazard_gaps
-from scenarios.instrument_state import NO_TOOL
+from scenarios.instrument_state import FIRST_TOOL, NO_TOOL
 from scenarios.sample import Sample, tool_frame
 from scenarios.scoring import CONTACT_MM, Score, Scorer
 from scenarios.structures import TISSUE, Structures
@@ -35,6 +35,8 @@ class View:
 
     touched: the structure in contact with the shaft, "" without contact. hazard: the
     nearest hazard and how near scope or tool is, mm; None where none is known.
+    instrument: name of the tool beside the scope, `NO_TOOL` for none. jaw: 0 open to 1
+    closed.
     """
 
     camera: Camera
@@ -43,6 +45,8 @@ class View:
     clearance_mm: float
     touched: str = ""
     hazard: tuple[str, float] | None = None
+    instrument: str = FIRST_TOOL
+    jaw: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +114,8 @@ class Session:
             placed.gap_mm,
             placed.touched,
             None if placed.hazards is None else placed.hazards.nearest(),
+            sample.instrument.name,
+            sample.instrument.jaw,
         )
 
     def _placed(self, sample: Sample) -> _Placed:

@@ -124,7 +124,7 @@ def test_mistakes_are_told_in_a_sentence(tmp_path: Path) -> None:
     wrong: Any = "rays"
     with pytest.raises(ValueError, match="'fsr' or 'art', got 'rays'"):
         patient.look(patient.pose("nostril, right", "nasopharynx"), renderer=wrong)
-    with pytest.raises(ValueError, match="there is: suction tube"):
+    with pytest.raises(ValueError, match="there are: suction tube"):
         paravol.instrument("drill")
     for read in (paravol.load, paravol.read_session, paravol.replay):
         with pytest.raises(ValueError, match=str(tmp_path)):

@@ -105,7 +105,7 @@ def run_demo(options: DemoOptions, *, as_json: bool) -> int:
                 flown.patient.surface,
                 scenario.scope.ring_radius_mm,
                 flown.info.seed,
-                flown.view.instrument,
+                flown.view.has_instrument,
             ),
             folder=out / "snapshots",
             ranks=options.ranks,

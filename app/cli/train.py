@@ -80,16 +80,13 @@ def run_train(
     from app.window.main_window import TraineeWindow
     from paravol.flight import FlightOrder
     from paravol.session_store import SessionStore
-    from scenarios.instruments import suction_tube
 
     application = QApplication(["paravol"])
     kept = SessionStore.of_the_user()
     order = FlightOrder(exercise, path, flown, size, threads, record, stream, kept)
     thread = FlightThread(order)
-    instrument = suction_tube() if flown.has_instrument else None
     window = TraineeWindow(
         thread,
-        instrument,
         edge_samples=0 if graphics.is_software else EDGE_SAMPLES,
         seconds=seconds,
         screenshot=screenshot,

@@ -19,10 +19,12 @@ from paravol.cutaway import Cutaway
 from renderers.fsr.actor import camera_of
 from renderers.scene import Mesh
 from scenarios import Endoscope, View
+from scenarios.instrument_state import NO_TOOL
+from scenarios.instruments import placed_tool
 
 BACKGROUND = "#0d1117"
 STEEL = "#d5dde5"
-SUCTION = "#7fb4ff"
+TOOL = "#7fb4ff"
 LIGHT = "#ffe28a"
 TARGET = "#ffd166"
 TOUCHED = "#4cc9a0"
@@ -39,10 +41,8 @@ VIEW_ANGLES_DEG = (4.0, 60.0)
 class OverviewScene:
     """Keep the actors of the overview on a plotter, and move them."""
 
-    def __init__(
-        self, plotter: BasePlotter, endoscope: Endoscope, instrument: Mesh | None
-    ) -> None:
-        """Put the tools in; they stay hidden until `follow` places them."""
+    def __init__(self, plotter: BasePlotter, endoscope: Endoscope) -> None:
+        """Put the scope in; it stays hidden until `follow` places it."""
         self._plotter = plotter
         plotter.renderer.set_background(BACKGROUND)
         length = endoscope.shaft_length_mm
@@ -70,14 +70,8 @@ class OverviewScene:
         self._cone = plotter.add_mesh(
             cone, color=LIGHT, opacity=0.25, lighting=False, name="view"
         )
-        self._instrument = None
-        if instrument is not None:
-            tube = pv.PolyData.from_regular_faces(
-                instrument.vertices, instrument.faces.astype(int)
-            )
-            self._instrument = plotter.add_mesh(
-                tube, color=SUCTION, specular=0.5, name="suction"
-            )
+        self._tool: list[pv.Actor] = []
+        self._tool_name = NO_TOOL
         self._head: pv.Prop3D | None = None
         self._cutaway: Cutaway | None = None
         self._opened = PictureActor()
@@ -147,10 +141,31 @@ class OverviewScene:
         looking = np.eye(4)
         looking[:3] = np.stack([right, up, forward, eye], axis=1)
         self._cone.user_matrix = looking
-        if self._instrument is not None:
-            self._instrument.user_matrix = view.world_from_instrument
+        tool = placed_tool(view.instrument, view.world_from_instrument, view.jaw)
+        if view.instrument != self._tool_name:
+            self._take(view.instrument, [mesh for mesh, _ in tool])
+        for actor, (_, pose) in zip(self._tool, tool, strict=True):
+            actor.user_matrix = pose
         for actor in self._moving():
             actor.visibility = True
+
+    def _take(self, name: str, parts: list[Mesh]) -> None:
+        """Show another tool in place of the one before."""
+        for actor in self._tool:
+            self._plotter.remove_actor(actor, render=False)
+        self._tool_name = name
+        self._tool = [
+            self._plotter.add_mesh(
+                pv.PolyData.from_regular_faces(part.vertices, part.faces.astype(int)),
+                color=TOOL,
+                specular=0.5,
+                smooth_shading=True,
+                split_sharp_edges=True,
+                name=f"tool part {number}",
+                reset_camera=False,
+            )
+            for number, part in enumerate(parts)
+        ]
 
     def turn(self, azimuth_deg: float, elevation_deg: float) -> None:
         """Move the camera round the head; it never goes over the vertex."""
@@ -258,8 +273,7 @@ class OverviewScene:
             actor.SetVisibility(True)
 
     def _moving(self) -> list[pv.Actor]:
-        instrument = [] if self._instrument is None else [self._instrument]
-        return [*self._scope, self._cone, *instrument]
+        return [*self._scope, self._cone, *self._tool]
 
     def _label(
         self,

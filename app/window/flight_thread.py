@@ -143,14 +143,11 @@ class FlightThread(QObject, FlightObserver):
         folder, order = self.flight.recording.folder, self.flight.order
         if folder is None or self._patient is None:
             return
-        # Imported here: building meshes loads a large library.
-        from scenarios.instruments import suction_tube
-
         requests = SnapshotRequestFactory(
             self._patient.surface,
             order.scenario.scope.ring_radius_mm,
             SEED,
-            suction_tube() if order.input.has_instrument else None,
+            has_instrument=True,
         )
         # It goes on after the flight, as long as the window.
         self._queue = SnapshotQueue(requests, folder / "snapshots", self.pictured.emit)

@@ -27,7 +27,6 @@ from disk import UserError
 from paravol.flight import FlightEnd
 from paravol.readings import Readings
 from paravol.slice_views import SliceViews
-from renderers.scene import Mesh
 
 OVERVIEW_MS = 100
 """Shortest time between two pictures of the overview."""
@@ -45,7 +44,6 @@ class TraineeWindow(QMainWindow):
     def __init__(
         self,
         thread: FlightThread,
-        instrument: Mesh | None,
         *,
         edge_samples: int,
         seconds: float | None = None,
@@ -53,7 +51,6 @@ class TraineeWindow(QMainWindow):
     ) -> None:
         """Lay out the window and listen to the flight.
 
-        instrument: the tool beside the scope, for the overview.
         edge_samples: samples a pixel for smooth edges in the overview.
         seconds: close by itself that long after the first picture.
         screenshot: PNG file for a picture of the window when it closes.
@@ -75,7 +72,7 @@ class TraineeWindow(QMainWindow):
         self.picture = PictureView()
         self._notices = Notices(self.picture)
         self._gauges = Gauges()
-        self._side = SideColumn(order, instrument, edge_samples)
+        self._side = SideColumn(order, edge_samples)
         self._overview = self._side.overview
         self._overview.changed.connect(self._on_overview_changed)
         self._slices = self._side.slices

@@ -24,7 +24,6 @@ from app.vtk.head_model import HeadModel
 from app.vtk.overview_scene import BACKGROUND, OverviewScene
 from app.window.qt_image import image_of
 from paravol.cutaway import Cutaway
-from renderers.scene import Mesh
 from scenarios import Endoscope
 
 TURN_DEG = 0.4
@@ -44,9 +43,7 @@ class OverviewView(QWidget):
     _cut = Signal(object)
     """A `Cutaway` is ready; emitted by the thread that made it."""
 
-    def __init__(
-        self, endoscope: Endoscope, instrument: Mesh | None, edge_samples: int
-    ) -> None:
+    def __init__(self, endoscope: Endoscope, edge_samples: int) -> None:
         """Make the scene.
 
         edge_samples: samples a pixel for smooth edges; 0 for none.
@@ -59,7 +56,7 @@ class OverviewView(QWidget):
             self._plotter.enable_anti_aliasing("msaa", multi_samples=edge_samples)
         else:
             self._plotter.disable_anti_aliasing()
-        self.scene = OverviewScene(self._plotter, endoscope, instrument)
+        self.scene = OverviewScene(self._plotter, endoscope)
         self._image = QImage()
         self._dragged_from: QPointF | None = None
         self._head: HeadModel | None = None

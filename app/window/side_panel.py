@@ -7,20 +7,17 @@ from app.window.moments import MomentView
 from app.window.overview_panel import OverviewView
 from app.window.slices_panel import SlicesView
 from paravol.flight import FlightOrder
-from renderers.scene import Mesh
 
 
 class SideColumn(QWidget):
     """Show overview, slices, kept moments and keys, one below the other."""
 
-    def __init__(
-        self, order: FlightOrder, instrument: Mesh | None, edge_samples: int
-    ) -> None:
-        """Lay out the column; instrument and edge_samples: for the overview."""
+    def __init__(self, order: FlightOrder, edge_samples: int) -> None:
+        """Lay out the column; edge_samples: for the overview."""
         super().__init__()
         self.setObjectName("side")
         scope = order.scenario.scope
-        self.overview = OverviewView(scope.endoscope(), instrument, edge_samples)
+        self.overview = OverviewView(scope.endoscope(), edge_samples)
         self.slices = SlicesView()
         self.moments = MomentView()
         self._keys = KeyHelp(order.input.keys)

@@ -1,7 +1,7 @@
 """A recording as input, at the speed it was made at: a session or a probe path."""
 
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from paravol.inputs.flight_input import FlightInput, in_the_patient
 from paravol.patient import PatientScene
 from scenarios import Sample, tip_frame
 from scenarios.bundle import SampleRecord, read_session
+from scenarios.instrument_state import EMPTY_HAND
 
 
 @dataclass(slots=True)
@@ -67,6 +68,8 @@ class RecordingInput(FlightInput):
             np.zeros(0),
         )
         samples = [r.sample() for r in records if isinstance(r, SampleRecord)]
+        if not (info.has_instrument or info.operated):
+            samples = [replace(sample, instrument=EMPTY_HAND) for sample in samples]
         # Of several at the same time the first is kept.
         times = [None, *(sample.time_s for sample in samples)]
         return [s for s, last in zip(samples, times, strict=False) if s.time_s != last]

@@ -26,6 +26,7 @@ from renderers.snapshots.request import (
     Samples,
     SnapshotRequest,
 )
+from scenarios.instruments import placed_tool
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,18 +136,13 @@ LONGEST_S = 86_400.0
 
 
 def placed(instruments: tuple[PlacedInstrument, ...]) -> list[PlacedMesh]:
-    """Return instruments' meshes with their 4x4 poses."""
-    if not instruments:
-        return []
-    # Imported here: building meshes loads a large library.
-    from scenarios.instruments import suction_tube
-
-    tube = suction_tube()
+    """Return the meshes of instruments' parts with their 4x4 poses."""
     last = np.array([[0.0, 0.0, 0.0, 1.0]])
-    return [
-        (tube, np.vstack([np.array(i.world_from_instrument), last]))
-        for i in instruments
-    ]
+    found = []
+    for each in instruments:
+        pose = np.vstack([np.array(each.world_from_instrument), last])
+        found += placed_tool(each.name, pose, each.jaw)
+    return found
 
 
 def _scan_scene(file: Path, progress: Progress) -> Scene:

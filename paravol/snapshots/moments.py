@@ -7,10 +7,11 @@ from paravol.patient import Progress
 from paravol.snapshots.comparison import difference, save_comparison
 from paravol.snapshots.rendering_service import running_worker
 from paravol.view import Frame
-from renderers.scene import AirSurface, Mesh, save_png
+from renderers.scene import AirSurface, save_png
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.request import SnapshotRequest
 from scenarios import Moment, View
+from scenarios.instruments import placed_tool
 
 
 @dataclass(slots=True)
@@ -54,7 +55,7 @@ class SnapshotRequestFactory:
     surface: AirSurface
     ring_radius_mm: float
     seed: int
-    instrument: Mesh | None
+    has_instrument: bool
 
     def request(
         self,
@@ -66,7 +67,10 @@ class SnapshotRequestFactory:
         progressive: bool = False,
     ) -> SnapshotRequest:
         """Request a view, exposed and with the grain of the live frame of a number."""
-        tool = self.instrument
+        tools = []
+        if self.has_instrument:
+            pose = view.world_from_instrument
+            tools = placed_tool(view.instrument, pose, view.jaw)
         return client.request_scope(
             self.surface,
             view.camera,
@@ -74,7 +78,7 @@ class SnapshotRequestFactory:
             seed=self.seed,
             gain=gain,
             frame_number=number,
-            instruments=() if tool is None else ((tool, view.world_from_instrument),),
+            instruments=tools,
             progressive=progressive,
         )
 

@@ -28,6 +28,7 @@ from renderers.snapshots.request import (
     to_deflection,
 )
 from renderers.snapshots.scene_loader import rigid_pose
+from scenarios.instruments import instrument_named
 
 T = TypeVar("T")
 
@@ -136,10 +137,11 @@ class ClassicLook(_Strict, frozen=True, tag="classic", tag_field="mode"):
 
 
 class PlacedInstrument(_Strict, frozen=True):
-    """Place one of the program's instruments."""
+    """Place one of the catalogue's instruments. jaw: 0 open to 1 closed."""
 
-    name: Literal["suction tube"]
+    name: str
     world_from_instrument: tuple[Row, Row, Row]
+    jaw: Annotated[float, Meta(ge=0, le=1)] = 1.0
 
 
 class ViewFile(_Strict, frozen=True):
@@ -185,6 +187,7 @@ def load_view(path: Path) -> ViewFile:
         to_deflection(view.deflectors)
         for tool in view.instruments:
             rigid_pose(tool.world_from_instrument)
+            instrument_named(tool.name)
     except ValueError as error:
         raise UserError(f"The view file {path} is not valid: {error}") from error
     head = view.head

@@ -26,6 +26,7 @@ from paravol.snapshots.view_file import (
 from renderers.snapshots.request import ProjectionName, Row
 from scenarios import Sample, Scenario, View, load_scenario
 from scenarios.bundle import FrameRecord, SampleRecord, read_session
+from scenarios.instrument_state import NO_TOOL
 
 FIELD_DEG = 70.0
 """Of a view that is placed by hand."""
@@ -91,7 +92,7 @@ def session_views(
             gain=gain,
             number=number,
             seed=info.seed,
-            has_instrument=info.has_instrument,
+            has_instrument=info.has_instrument or info.operated,
         )
         views.append(seen)
     return HeadScene(patient.scene, patient.surface_sha256), views
@@ -175,11 +176,12 @@ def view_of(
     if scenario.head.case:
         head = CaseHead(str(Path(scenario.head.case).resolve()))
     tools: tuple[PlacedInstrument, ...] = ()
-    if has_instrument:
+    if has_instrument and view.instrument != NO_TOOL:
         rows = msgspec.convert(
             view.world_from_instrument[:3].tolist(), tuple[Row, Row, Row]
         )
-        tools = (PlacedInstrument("suction tube", rows),)
+        jaw = min(max(view.jaw, 0.0), 1.0)
+        tools = (PlacedInstrument(view.instrument, rows, jaw),)
     return ViewFile(
         schema="paravol.view/1",
         head=head,

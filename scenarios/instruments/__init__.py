@@ -2,10 +2,10 @@
 
 from scenarios.instruments.catalogue import (
     INSTRUMENTS,
-    SUCTION_TUBE,
     Action,
     Instrument,
     instrument_named,
+    placed_tool,
 )
 from scenarios.instruments.parts import MARGIN_MM, Capsules
 from scenarios.instruments.suction import suction_tube
@@ -13,10 +13,10 @@ from scenarios.instruments.suction import suction_tube
 __all__ = [
     "INSTRUMENTS",
     "MARGIN_MM",
-    "SUCTION_TUBE",
     "Action",
     "Capsules",
     "Instrument",
     "instrument_named",
+    "placed_tool",
     "suction_tube",
 ]

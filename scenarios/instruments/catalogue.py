@@ -26,6 +26,7 @@ import numpy as np
 from disk import UserError
 from renderers.scene import Mesh
 from renderers.scene.mesh import PlacedMesh
+from scenarios.instrument_state import FIRST_TOOL, NO_TOOL
 from scenarios.instruments.forceps import Backbiter, Forceps
 from scenarios.instruments.hand_tools import BallProbe, Curette, Elevator, SickleKnife
 from scenarios.instruments.lofting import joined
@@ -35,7 +36,6 @@ from scenarios.instruments.parts import (
     Part,
     Shape,
     moved,
-    no_solids,
 )
 from scenarios.instruments.suction import CurvedSuction, Debrider, Frazier
 from surgery import solids
@@ -67,7 +67,7 @@ class Instrument:
     """Describe one tool.
 
     taker: force that it brings on bone, N, and thickest bone that it takes, mm.
-    takes_soft: whether soft tissue comes away with it. suction_ml_s: flow through it.
+    suction_ml_s: flow through it.
     Its frame: origin at the end of the tip, +z back up the shaft, bent parts, windows
     and jaws towards +y. `scenarios.tip_frame` gives it a place and a roll.
     """
@@ -76,7 +76,6 @@ class Instrument:
     action: Action
     shape: Shape
     taker: Taker = NOTHING
-    takes_soft: bool = True
     suction_ml_s: float = 0.0
 
     @property
@@ -136,22 +135,21 @@ class Instrument:
         """Return what comes away, as rows of `surgery.solids` in the world.
 
         With jaws: what they enclose when they close from `jaw`; 1 is what the closed
-        cups hold. Others: what their edges sweep from the pose `before`, 4x4, which is
+        cups hold. Others: what their edge sweeps from the pose `before`, 4x4, which is
         the present one if None; a turn between the two should be small. No rows for
         what only feels or sucks.
         """
-        after = world_from_instrument
-        start = after if before is None else before
-        rows = [placed_solids(self.shape.bite(jaw), after)]
-        for edge in self.shape.edges():
-            old, new = moved(edge.points_mm, start), moved(edge.points_mm, after)
-            for k in range(len(old) - 1):
-                ends = slice(k, k + 2)
-                if before is None:
-                    rows.append(solids.capsule(new[k], new[k + 1], edge.radius_mm))
-                else:
-                    rows.append(solids.blade(old[ends], new[ends], edge.radius_mm))
-        return np.concatenate(rows) if rows else no_solids()
+        bitten = self.shape.bite(jaw).copy()
+        bitten[:, 1:4] = moved(bitten[:, 1:4], world_from_instrument)
+        bitten[:, 4:7] = moved(bitten[:, 4:7], world_from_instrument)
+        points, radius = self.shape.edge()
+        new = moved(points, world_from_instrument)
+        old = new if before is None else moved(points, before)
+        swept = [
+            solids.blade(old[k : k + 2], new[k : k + 2], radius)
+            for k in range(len(points) - 1)
+        ]
+        return np.concatenate([bitten, *swept])
 
 
 @cache
@@ -160,28 +158,9 @@ def parts_of(instrument: Instrument) -> tuple[Part, ...]:
     return instrument.shape.parts()
 
 
-def placed_solids(capsules: solids.Rows, pose: Doubles) -> solids.Rows:
-    """Move capsules ``(n, 16)`` by a rigid 4x4 transform."""
-    rows = capsules.copy()
-    rows[:, 1:4] = moved(rows[:, 1:4], pose)
-    rows[:, 4:7] = moved(rows[:, 4:7], pose)
-    return rows
-
-
-SUCTION_TUBE = "suction tube"
-"""What recordings show that name no tool."""
-
 _CATALOGUE = (
-    Instrument(
-        SUCTION_TUBE, Action.SUCK, Frazier(), takes_soft=False, suction_ml_s=20.0
-    ),
-    Instrument(
-        "curved suction",
-        Action.SUCK,
-        CurvedSuction(),
-        takes_soft=False,
-        suction_ml_s=30.0,
-    ),
+    Instrument(FIRST_TOOL, Action.SUCK, Frazier(), suction_ml_s=20.0),
+    Instrument("curved suction", Action.SUCK, CurvedSuction(), suction_ml_s=30.0),
     Instrument("straight forceps", Action.BITE, Forceps(), Taker(20.0, 0.8)),
     Instrument(
         "upturned forceps", Action.BITE, Forceps(turn_deg=45.0), Taker(20.0, 0.8)
@@ -198,7 +177,7 @@ _CATALOGUE = (
     ),
     Instrument("curette", Action.SCRAPE, Curette(), Taker(30.0, 1.5)),
     Instrument("sickle knife", Action.CUT, SickleKnife(), Taker(12.0, 0.3)),
-    Instrument("ball probe", Action.FEEL, BallProbe(), Taker(3.0), takes_soft=False),
+    Instrument("ball probe", Action.FEEL, BallProbe(), Taker(3.0)),
     Instrument("elevator", Action.SCRAPE, Elevator(), Taker(12.0, 0.3)),
 )
 
@@ -213,3 +192,15 @@ def instrument_named(name: str) -> Instrument:
             f"There is no instrument {name!r}; there are: {', '.join(INSTRUMENTS)}."
         )
     return found
+
+
+def placed_tool(
+    name: str, world_from_instrument: Doubles, jaw: float
+) -> list[PlacedMesh]:
+    """Return what is to be drawn of a tool; nothing for `NO_TOOL`.
+
+    world_from_instrument: 4x4. jaw: 0 open, 1 closed.
+    """
+    if name == NO_TOOL:
+        return []
+    return instrument_named(name).placed(world_from_instrument, jaw)

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from renderers.scene import Mesh
 from scenarios.instruments.lofting import BentLine, joined, rod, section, skin
 from scenarios.instruments.parts import (
+    NO_BITE,
     Capsules,
-    Edge,
     Part,
+    Shape,
     moved,
-    no_solids,
     turned_about,
 )
 from surgery import solids
@@ -42,7 +42,7 @@ _GAP_MM = 0.02
 
 
 @dataclass(frozen=True, slots=True)
-class Forceps:
+class Forceps(Shape):
     """Describe forceps that bite forwards, mm.
 
     shaft_mm, width_mm, height_mm: diameter of the shaft, width and height of the closed
@@ -209,10 +209,6 @@ class Forceps:
         radius = 0.8 * self.height_mm / 2
         return self.line().at(radius)[0], radius
 
-    def edges(self) -> tuple[Edge, ...]:
-        """Return nothing: it takes only what it bites."""
-        return ()
-
     def bite(self, jaw: float) -> solids.Rows:
         """Return what the cups hold, in each place on their way together."""
         line, hinge = self.line(), self.hinge()
@@ -240,7 +236,7 @@ def _around() -> Doubles:
 
 
 @dataclass(frozen=True, slots=True)
-class Backbiter:
+class Backbiter(Shape):
     """Describe a backward cutting punch, mm: its cup swings out and bites to the hand.
 
     The cup opens towards +y. shaft_mm: diameter. jaw_mm: from the hinge to the cup's
@@ -285,10 +281,6 @@ class Backbiter:
         """Return the ball in its round end."""
         return np.array([0.0, 0.0, self.shaft_mm / 2]), self.shaft_mm / 2
 
-    def edges(self) -> tuple[Edge, ...]:
-        """Return nothing: it takes only what it bites."""
-        return ()
-
     def bite(self, jaw: float) -> solids.Rows:
         """Return what lies between the jaw and the shaft, but for the shaft."""
         y, z = self.hinge()
@@ -300,7 +292,7 @@ class Backbiter:
         far = self.jaw_mm - half
         least = math.degrees(math.asin(clear / far))
         if most <= least:
-            return no_solids()
+            return NO_BITE
         count = math.ceil(math.radians(most - least) * far / _BETWEEN_MM)
         rows = []
         for angle in np.linspace(least, most, count + 1):

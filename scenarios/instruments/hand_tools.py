@@ -14,8 +14,7 @@ from scenarios.instruments.lofting import (
     section,
     skin,
 )
-from scenarios.instruments.parts import Capsules, Edge, Part, no_solids
-from surgery.solids import Rows
+from scenarios.instruments.parts import Capsules, Part, Shape
 
 Doubles = NDArray[np.float64]
 
@@ -39,7 +38,7 @@ def _side_by_side(strands: list[Doubles], radius_mm: Doubles) -> Capsules:
 
 
 @dataclass(frozen=True, slots=True)
-class Curette:
+class Curette(Shape):
     """Describe a ring curette, mm: a sharp ring across the tool's y axis.
 
     ring_mm: outer diameter. wire_mm: thickness of the ring.
@@ -102,18 +101,14 @@ class Curette:
         """Return the ball that fills the ring's end."""
         return np.array([0.0, 0.0, self.wire_mm / 2]), self.wire_mm / 2
 
-    def edges(self) -> tuple[Edge, ...]:
+    def edge(self) -> tuple[Doubles, float]:
         """Return the ring's outer half."""
         points = self._ring(16)[np.r_[11:16, 0:6]]
-        return (Edge(points, self.wire_mm / 2),)
-
-    def bite(self, jaw: float) -> Rows:
-        """Return nothing: it has no jaws."""
-        return no_solids()
+        return points, self.wire_mm / 2
 
 
 @dataclass(frozen=True, slots=True)
-class SickleKnife:
+class SickleKnife(Shape):
     """Describe a sickle knife, mm: a pointed blade, curved in the y-z plane.
 
     height_mm, thick_mm: of the blade. Its edge is on the inner side of the curve.
@@ -175,21 +170,17 @@ class SickleKnife:
         """Return the ball in its point."""
         return self.line().at(0.3)[0], 0.3
 
-    def edges(self) -> tuple[Edge, ...]:
+    def edge(self) -> tuple[Doubles, float]:
         """Return the inner side of the blade and its point."""
         line = self.line()
         lengths = np.linspace(0.0, 0.85 * self.blade_mm, 8)
         radius = 0.25
         off = np.maximum(self._half(lengths)[:, 1] - radius, 0.0)
-        return (Edge(line.place(0.0, off, lengths), radius),)
-
-    def bite(self, jaw: float) -> Rows:
-        """Return nothing: it has no jaws."""
-        return no_solids()
+        return line.place(0.0, off, lengths), radius
 
 
 @dataclass(frozen=True, slots=True)
-class BallProbe:
+class BallProbe(Shape):
     """Describe an ostium seeker, mm: a ball on a thin bent rod."""
 
     ball_mm: float = 2.0
@@ -240,17 +231,9 @@ class BallProbe:
         """Return its ball."""
         return self.line().at(self.ball_mm / 2)[0], self.ball_mm / 2
 
-    def edges(self) -> tuple[Edge, ...]:
-        """Return nothing: it feels."""
-        return ()
-
-    def bite(self, jaw: float) -> Rows:
-        """Return nothing: it has no jaws."""
-        return no_solids()
-
 
 @dataclass(frozen=True, slots=True)
-class Elevator:
+class Elevator(Shape):
     """Describe a Freer elevator, mm: a thin blade with a round end, slightly bent."""
 
     width_mm: float = 4.5
@@ -308,15 +291,11 @@ class Elevator:
         """Return the ball in its end."""
         return self.line().at(self.thick_mm / 2)[0], self.thick_mm / 2
 
-    def edges(self) -> tuple[Edge, ...]:
+    def edge(self) -> tuple[Doubles, float]:
         """Return the round end."""
         line = self.line()
         lengths = np.array([1.4, 0.6, 0.15, 0.15, 0.6, 1.4]) + self.thick_mm / 4
         sides = np.array([-1.0, -1.0, -1.0, 1.0, 1.0, 1.0])
         radius = self.thick_mm / 4
         off = sides * (self._half(lengths)[:, 0] - radius)
-        return (Edge(line.place(off, 0.0, lengths), radius),)
-
-    def bite(self, jaw: float) -> Rows:
-        """Return nothing: it has no jaws."""
-        return no_solids()
+        return line.place(off, 0.0, lengths), radius

@@ -1,8 +1,8 @@
 """What a tool is made of: rigid parts, of which some turn about a hinge."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -70,31 +70,28 @@ class Part:
         return turned_about(self.hinge_mm, self.open_deg * (1.0 - jaw))
 
 
-@dataclass(frozen=True, slots=True)
-class Edge:
-    """Hold what takes tissue where it moves: a thick line in the tool's frame.
-
-    points_mm: ``(n, 3)``. radius_mm: half its thickness.
-    """
-
-    points_mm: Doubles
-    radius_mm: float
+NO_BITE = np.zeros((0, solids.ROW))
+"""Of what has no jaws."""
 
 
-class Shape(Protocol):
+class Shape(ABC):
     """Describe a tool's form by its sizes."""
 
+    @abstractmethod
     def parts(self) -> tuple[Part, ...]:
         """Return its rigid parts, the shaft first."""
 
+    @abstractmethod
     def tip(self) -> tuple[Doubles, float]:
         """Return middle ``(3,)`` and radius of the ball at its end, mm."""
 
-    def edges(self) -> tuple[Edge, ...]:
-        """Return what takes tissue where it moves, or runs."""
+    def edge(self) -> tuple[Doubles, float]:
+        """Return corners ``(n, 3)`` of what takes tissue where it moves; its radius."""
+        return np.zeros((0, 3)), 0.0
 
     def bite(self, jaw: float) -> solids.Rows:
         """Return what the jaws enclose when they close from `jaw`; tool's frame."""
+        return NO_BITE
 
 
 def turned_about(hinge_mm: tuple[float, float], angle_deg: float) -> Doubles:
@@ -112,8 +109,3 @@ def moved(points_mm: Doubles, pose: Doubles) -> Doubles:
     """Move points ``(n, 3)`` by a rigid 4x4 transform."""
     result: Doubles = points_mm @ pose[:3, :3].T + pose[:3, 3]
     return result
-
-
-def no_solids() -> solids.Rows:
-    """Return the working volume of what takes nothing."""
-    return np.zeros((0, solids.ROW))

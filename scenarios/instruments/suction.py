@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from disk import UserError
 from renderers.scene import Material, Mesh
 from scenarios.instruments.lofting import SIDES, BentLine, rings, section, skin
-from scenarios.instruments.parts import Capsules, Edge, Part, no_solids
-from surgery.solids import Rows
+from scenarios.instruments.parts import Capsules, Part, Shape
 
 Doubles = NDArray[np.float64]
 
@@ -102,7 +101,7 @@ def _bend(
 
 
 @dataclass(frozen=True, slots=True)
-class Frazier:
+class Frazier(Shape):
     """Describe the suction whose handle is bent away from the view, mm."""
 
     outer_mm: float = 2.4
@@ -126,17 +125,9 @@ class Frazier:
         """Return the ball in its mouth."""
         return np.array([0.0, 0.0, _INSET * self.outer_mm / 2]), self.outer_mm / 2
 
-    def edges(self) -> tuple[Edge, ...]:
-        """Return nothing: it takes no tissue."""
-        return ()
-
-    def bite(self, jaw: float) -> Rows:
-        """Return nothing: it has no jaws."""
-        return no_solids()
-
 
 @dataclass(frozen=True, slots=True)
-class CurvedSuction:
+class CurvedSuction(Shape):
     """Describe a suction whose mouth is bent, mm."""
 
     outer_mm: float = 3.0
@@ -163,17 +154,9 @@ class CurvedSuction:
         line = BentLine(self.straight_mm, self.radius_mm, self.turn_deg)
         return line.at(_INSET * self.outer_mm / 2)[0], self.outer_mm / 2
 
-    def edges(self) -> tuple[Edge, ...]:
-        """Return nothing: it takes no tissue."""
-        return ()
-
-    def bite(self, jaw: float) -> Rows:
-        """Return nothing: it has no jaws."""
-        return no_solids()
-
 
 @dataclass(frozen=True, slots=True)
-class Debrider:
+class Debrider(Shape):
     """Describe a straight microdebrider blade: a closed tube with a side window, mm.
 
     The window faces +y. Within it tissue is sucked in and cut off.
@@ -242,20 +225,15 @@ class Debrider:
         radius = self.outer_mm / 2
         return np.array([0.0, 0.0, _FRONT * radius]), radius
 
-    def edges(self) -> tuple[Edge, ...]:
-        """Return what bulges into the window: three lines along it."""
+    def edge(self) -> tuple[Doubles, float]:
+        """Return what bulges into the window: a line to and fro along it."""
         radius, bulge = self.outer_mm / 2, self.bulge_mm
         begin = self.window_begin_mm + 2 * bulge
         end = self.window_begin_mm + self.window_mm - 2 * bulge
-        found = []
-        for share in (-0.6, 0.0, 0.6):
-            angle = math.pi / 2 + share * math.radians(self.window_deg / 2)
-            # its ball touches the tube, where its capsule is
-            out = radius + bulge
-            x, y = out * math.cos(angle), out * math.sin(angle)
-            found.append(Edge(np.array([[x, y, begin], [x, y, end]]), bulge))
-        return tuple(found)
-
-    def bite(self, jaw: float) -> Rows:
-        """Return nothing: it has no jaws."""
-        return no_solids()
+        # its balls touch the tube, where the tube's capsule is
+        out = radius + bulge
+        angles = math.pi / 2 + np.array([-0.6, 0.0, 0.6]) * self._half_arc() / radius
+        angles = np.repeat(angles, 2)
+        lengths = np.array([begin, end, end, begin, begin, end])
+        places = [out * np.cos(angles), out * np.sin(angles), lengths]
+        return np.stack(places, axis=1), bulge

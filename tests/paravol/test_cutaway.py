@@ -18,6 +18,7 @@ from renderers.scene import (
     Volume,
 )
 from scenarios import Endoscope, View, tip_frame
+from scenarios.instrument_state import NO_TOOL
 
 SPACING_MM = 0.5
 MIDDLE_MM = np.array([10.0, 15.0, 15.0])
@@ -122,7 +123,7 @@ def test_the_overview_hides_a_tip_behind_the_wall(
     assert scene.surface is not None
     plotter = pv.Plotter(off_screen=True, window_size=[240, 240])
     plotter.disable_anti_aliasing()
-    overview = OverviewScene(plotter, Endoscope(), None)
+    overview = OverviewScene(plotter, Endoscope())
     overview.show_head(head_model(scene.surface, {}))
     shown = {}
     for where, tip in (
@@ -132,7 +133,7 @@ def test_the_overview_hides_a_tip_behind_the_wall(
     ):
         pose = tip_frame(tip, np.array([-0.3, 1, 0]))
         camera = Endoscope().camera(pose, 0.0, (32, 32))
-        overview.follow(View(camera, pose, np.eye(4), 1.0))
+        overview.follow(View(camera, pose, np.eye(4), 1.0, instrument=NO_TOOL))
         overview.open_head(opened)
         behind_walls = tip_pixels(overview.picture())
         overview.open_head(None)

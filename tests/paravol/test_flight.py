@@ -112,7 +112,7 @@ path = load_probe_path(folder / scenario.path)
 mouse = choose_input(None, None, scenario, path, folder / scenario.path)
 record = Path(sys.argv[2])
 flight = FlightThread(FlightOrder(scenario, path, mouse, 64, 1, record))
-window = TraineeWindow(flight, None, edge_samples=0)
+window = TraineeWindow(flight, edge_samples=0)
 frames = []
 flight.arrived.connect(lambda: frames.append(0))
 said = []

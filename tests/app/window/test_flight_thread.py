@@ -36,7 +36,7 @@ scenario, folder = load_scenario(sys.argv[1])
 path = load_probe_path(folder / scenario.path)
 mouse = choose_input(None, None, scenario, path, folder / scenario.path)
 flight = FlightThread(FlightOrder(scenario, path, mouse, 64, 1, Path(sys.argv[2])))
-window = TraineeWindow(flight, None, edge_samples=0)
+window = TraineeWindow(flight, edge_samples=0)
 frames = []
 flight.arrived.connect(lambda: frames.append(time.monotonic()))
 window.show()

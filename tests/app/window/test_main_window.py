@@ -84,7 +84,7 @@ file = folder / scenario.path
 path = load_probe_path(file)
 arm = choose_input("emulator", None, scenario, path, file)
 flight = FlightThread(FlightOrder(scenario, path, arm, 128, 1, None))
-window = TraineeWindow(flight, None, edge_samples=0)
+window = TraineeWindow(flight, edge_samples=0)
 window.show()
 Key = Qt.Key
 for key, degrees in (
@@ -138,7 +138,7 @@ file = folder / scenario.path
 path = load_probe_path(file)
 mouse = choose_input("mouse", None, scenario, path, file)
 flight = FlightThread(FlightOrder(scenario, path, mouse, 128, 1, None))
-window = TraineeWindow(flight, None, edge_samples=0)
+window = TraineeWindow(flight, edge_samples=0)
 seen = []
 take = flight.take
 def watched():

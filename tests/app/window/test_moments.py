@@ -35,7 +35,7 @@ file = folder / scenario.path
 path = load_probe_path(file)
 mouse = choose_input("mouse", None, scenario, path, file)
 flight = FlightThread(FlightOrder(scenario, path, mouse, size, 1, record))
-window = TraineeWindow(flight, None, edge_samples=0)
+window = TraineeWindow(flight, edge_samples=0)
 frames, told = [], []
 flight.arrived.connect(lambda: frames.append(0))
 flight.pictured.connect(told.append)

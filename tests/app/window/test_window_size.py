@@ -31,7 +31,7 @@ scenario, folder = load_scenario("first_flight")
 path = load_probe_path(folder / scenario.path)
 mouse = choose_input("mouse", None, scenario, path, folder / scenario.path)
 flight = FlightThread(FlightOrder(scenario, path, mouse, 64, 1, None))
-window = TraineeWindow(flight, None, edge_samples=0)
+window = TraineeWindow(flight, edge_samples=0)
 window.show()
 # with all that the column ever holds
 window._moments.show_moment(MomentPicture(1.0, np.zeros((64, 64, 3), np.uint8), 0.5))

@@ -102,7 +102,7 @@ def test_moments_grow_one_after_the_other_and_are_saved(
 ) -> None:
     told = Told()
     monkeypatch.setattr(reached, "watcher", told.hold)
-    requests = SnapshotRequestFactory(cave(), 1.45, 7, None)
+    requests = SnapshotRequestFactory(cave(), 1.45, 7, has_instrument=False)
     with SnapshotQueue(
         requests, tmp_path / "snapshots", told, served_here
     ) as snapshots:
@@ -142,7 +142,7 @@ def test_a_worker_that_dies_is_told_and_the_desk_goes_on(tmp_path: Path) -> None
         yield Dead()
 
     told = Told()
-    requests = SnapshotRequestFactory(cave(), 1.45, 7, None)
+    requests = SnapshotRequestFactory(cave(), 1.45, 7, has_instrument=False)
     with SnapshotQueue(requests, tmp_path / "snapshots", told, nobody) as snapshots:
         snapshots.draw(moment(1.0))
         snapshots.draw(moment(2.0))
@@ -163,7 +163,7 @@ def test_a_worker_that_cannot_start_is_told(tmp_path: Path) -> None:
         yield Alive()
 
     told = Told()
-    requests = SnapshotRequestFactory(cave(), 1.45, 7, None)
+    requests = SnapshotRequestFactory(cave(), 1.45, 7, has_instrument=False)
     with SnapshotQueue(requests, tmp_path, told, none) as snapshots:
         snapshots.draw(moment(1.0))
         told.wait_for(1)
@@ -173,7 +173,7 @@ def test_a_worker_that_cannot_start_is_told(tmp_path: Path) -> None:
 @pytest.mark.parametrize("draws", [False, True])
 def test_closing_gives_up_what_is_not_finished(tmp_path: Path, draws: bool) -> None:
     told = Told()
-    requests = SnapshotRequestFactory(cave(), 1.45, 7, None)
+    requests = SnapshotRequestFactory(cave(), 1.45, 7, has_instrument=False)
     snapshots = SnapshotQueue(requests, tmp_path / "snapshots", told, served_here)
     if draws:
         snapshots.draw(moment(1.0))
