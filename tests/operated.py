@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.scene import AirSurface, Change, Scene, Volume, Wounds
-from renderers.scene.volume import AIR_HU
 
 
 @dataclass
@@ -75,7 +74,9 @@ class Operated:
         film: NDArray[np.generic],
         gone: NDArray[np.bool_],
     ) -> Change:
-        ct = np.where(gone, np.int16(AIR_HU), self.before.volume.values)
+        # air is as thin as anything was, so that the range of values stays
+        air = self.before.volume.values.min()
+        ct = np.where(gone, air, self.before.volume.values)
         if gone.any():
             ct = np.minimum(ct, self.ct)
         pairs = (self.distance, distance), (self.film, film), (self.ct, ct)

@@ -81,7 +81,10 @@ class StepErrors:
         tolerance: where what is left falls too slowly to be extrapolated, finer lines
             are cast until they leave no more than this.
         """
-        cast = _Caster(scene)
+        return cls._by(_Caster(scene), tolerance)
+
+    @classmethod
+    def _by(cls, cast: "_Caster", tolerance: float) -> "StepErrors":
         whole, half, light = (cast(step) for step in (1.0, 0.5, 0.25))
         shown = light[:, 3] > 0
         if np.count_nonzero(shown) < FEWEST:
@@ -143,15 +146,38 @@ class StepErrors:
         return next(enough, steps[-1])
 
 
-def with_estimated_step(scene: Scene, quality: Quality) -> Quality:
-    """Return a quality the step that it takes in a scene, and no tolerance.
+class StepEstimate:
+    """Estimate the step of a scene, and again when the scene was edited.
 
     The same on each machine that draws a part of the picture, and for each view.
+    quality: the one given, with the step that it takes in the scene and no tolerance.
     """
-    if quality.tolerance is None or quality.classification != "integrated":
-        return replace(quality, tolerance=None)
-    errors = StepErrors.of(scene, quality.tolerance)
-    return replace(quality, step_voxels=errors.step(quality), tolerance=None)
+
+    def __init__(self, scene: Scene, quality: Quality) -> None:
+        self._wanted = quality
+        self._cast: _Caster | None = None
+        self.quality = replace(quality, tolerance=None)
+        if quality.tolerance is not None and quality.classification == "integrated":
+            self._cast = _Caster(scene)
+            self._estimate(self._cast, quality.tolerance)
+
+    def follow(
+        self, scene: Scene, low: NDArray[np.int64], high: NDArray[np.int64]
+    ) -> Quality:
+        """Estimate anew for a scene edited in a box; return `quality`.
+
+        low, high: its first and last voxel, (k, j, i). Only lines that pass there are
+        cast again, to the bits of an estimate that knows nothing from before.
+        """
+        tolerance = self._wanted.tolerance
+        if self._cast is not None and tolerance is not None:
+            self._cast.follow(scene, low, high)
+            self._estimate(self._cast, tolerance)
+        return self.quality
+
+    def _estimate(self, cast: "_Caster", tolerance: float) -> None:
+        step = StepErrors._by(cast, tolerance).step(self._wanted)
+        self.quality = replace(self._wanted, step_voxels=step, tolerance=None)
 
 
 def _rms(difference: NDArray[np.float64]) -> float:
@@ -159,31 +185,69 @@ def _rms(difference: NDArray[np.float64]) -> float:
 
 
 class _Caster:
-    """Composite lines through a scene: (n, 4) premultiplied colour and opacity."""
+    """Composite lines through a scene: (n, 4) premultiplied colour and opacity.
+
+    What was cast is kept for each step, with which lines it is known of.
+    """
 
     def __init__(self, scene: Scene) -> None:
         transfer, volume = scene.transfer_function, scene.volume
         self._table = classification(transfer)
         self._sums = sums_at_nodes(self._table)
         self._unit_mm = float(volume.spacing_mm.min())
-        self._values = volume.values
-        if not self._values.dtype.isnative or self._values.dtype == np.float16:
-            self._values = self._values.astype(np.float32)
-        self._lines = _lines(volume, clear_intervals(transfer))
+        self._clear = clear_intervals(transfer)
+        self._values = _readable(volume)
+        self._lines = _lines(volume, self._clear)
+        self._known: dict[float, tuple[NDArray[np.float64], NDArray[np.bool_]]] = {}
 
     def __call__(
         self, step_voxels: float, chosen: NDArray[np.intp] | None = None
     ) -> NDArray[np.float64]:
         """Cast all lines, or those of some numbers, in steps of so many voxels."""
-        lines = self._lines
-        if chosen is not None:
-            lines = LineArrays(*(array[chosen] for array in lines))
-        light = np.zeros((len(lines.start), 4))
-        composite_lines(
-            self._values, lines, step_voxels * self._unit_mm, CUTOFF, self._table,
-            self._sums, light,
-        )  # fmt: skip
-        return light
+        count = len(self._lines.start)
+        light, known = self._known.setdefault(
+            step_voxels, (np.zeros((count, 4)), np.zeros(count, np.bool_))
+        )
+        if chosen is None:
+            chosen = np.arange(count)
+        unknown = chosen[~known[chosen]]
+        if len(unknown):
+            found = np.zeros((len(unknown), 4))
+            composite_lines(
+                self._values, LineArrays(*(array[unknown] for array in self._lines)),
+                step_voxels * self._unit_mm, CUTOFF, self._table, self._sums, found,
+            )  # fmt: skip
+            light[unknown], known[unknown] = found, True
+        return light[chosen]
+
+    def follow(
+        self, scene: Scene, low: NDArray[np.int64], high: NDArray[np.int64]
+    ) -> None:
+        """Forget the lines that pass a box of edited voxels, or run elsewhere now."""
+        self._values = _readable(scene.volume)
+        before, self._lines = self._lines, _lines(scene.volume, self._clear)
+        if len(before.start) != len(self._lines.start):
+            self._known.clear()
+            return
+        other = np.zeros(len(before.start), np.bool_)
+        for old, new in zip(before, self._lines, strict=True):
+            other |= (old != new).reshape(len(new), -1).any(axis=1)
+        # what lies up to a voxel beside has to do with a voxel
+        with np.errstate(divide="ignore", invalid="ignore"):
+            near = (low[::-1] - 1.01 - before.start) / before.way
+            far = (high[::-1] + 1.01 - before.start) / before.way
+        ends = np.stack([near, far])
+        begin = np.maximum(ends.min(axis=0).max(axis=1), 0)
+        other |= ~(begin > np.minimum(ends.max(axis=0).min(axis=1), before.length_mm))
+        for _, known in self._known.values():
+            known[other] = False
+
+
+def _readable(volume: Volume) -> NDArray[np.generic]:
+    values = volume.values
+    if not values.dtype.isnative or values.dtype == np.float16:
+        values = values.astype(np.float32)
+    return values
 
 
 def _lines(volume: Volume, clear: NDArray[np.float32]) -> LineArrays:

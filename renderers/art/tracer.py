@@ -16,10 +16,18 @@ from renderers.art.kernels.unpack_surface import unpack_surface
 from renderers.art.march import Drawer, FrameRays, March
 from renderers.art.quality import Quality
 from renderers.art.ranks.policy import CellPolicy
-from renderers.art.ranks.prepare import MarchNode, make_node
+from renderers.art.ranks.prepare import Box, MarchNode, edit_node, make_node
 from renderers.art.ranks.work import MarchWork
 from renderers.art.regions import Gather, strips
-from renderers.scene import Camera, GBuffer, Image, Scene, Volume
+from renderers.scene import (
+    Camera,
+    Change,
+    ChangeKind,
+    GBuffer,
+    Image,
+    Scene,
+    Volume,
+)
 from renderers.scene.composition import before_solids
 from renderers.scene.deflection import Deflection
 from renderers.scene.thread_team import ThreadTeam
@@ -165,6 +173,28 @@ class ActiveRayTracer:
         if stopped:
             raise RenderStoppedError(found, gather.done)
         return found
+
+    def update(self, change: Change) -> None:
+        """Follow an edit of the scene's arrays in place; see `Change`.
+
+        Later pictures are, to the bit, those of a tracer that was made then.
+        """
+        if change.kind is not ChangeKind.FILM:
+            self._edit((change.low, change.high))
+
+    def replace(self, scene: Scene) -> None:
+        """Go on with a scene that is the same but for the values of its volumes."""
+        self.scene = scene
+        self._edit(None)
+
+    def _edit(self, box: Box | None) -> None:
+        for mode, (_, node, work) in list(self._made.items()):
+            march = edit_node(node, work, self.scene, box)
+            if march is None:
+                # made anew when it is next drawn
+                del self._made[mode]
+            else:
+                self._made[mode] = march, node, work
 
     @property
     def memory(self) -> int:

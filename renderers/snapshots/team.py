@@ -152,6 +152,13 @@ class Team(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True)
+class _KeptTracer:
+    scene: bytes
+    family: bytes
+    tracer: ActiveRayTracer
+
+
 class SerialTeam:
     """Trace with the threads of this process."""
 
@@ -160,7 +167,7 @@ class SerialTeam:
 
     def __init__(self, threads: int = 2) -> None:
         self._threads = threads
-        self._kept: tuple[bytes, ActiveRayTracer] | None = None
+        self._kept: _KeptTracer | None = None
 
     def trace(
         self,
@@ -170,17 +177,24 @@ class SerialTeam:
         gather: Gather | None = None,
         tools: Tools = (),
     ) -> Traced:
-        """Trace a request. The tracer is kept for the next one of the same scene."""
-        key = scene_key(request)
-        if self._kept is None or self._kept[0] != key:
+        """Trace a request. The tracer is kept for the next one of the same scene.
+
+        Or follows where only the volume's values are others: after an edit, and back.
+        """
+        key, family = scene_key(request), family_key(request)
+        if self._kept is None or self._kept.family != family:
             tracer = ActiveRayTracer(
                 scene,
                 request.to_quality(),
                 threads=self._threads,
                 deflection=to_deflection(request.deflectors),
             )
-            self._kept = key, tracer
-        tracer = self._kept[1]
+            self._kept = _KeptTracer(key, family, tracer)
+        elif self._kept.scene != key:
+            kept, self._kept = self._kept, None
+            kept.tracer.replace(scene)
+            self._kept = replace(kept, scene=key)
+        tracer = self._kept.tracer
         camera = traced_camera(request)
         solids = ending_rays(request, tools)
         limit = None if solids is None else solids.depth_mm
@@ -239,19 +253,12 @@ class _Prepared:
         return kept.march, kept.node
 
     def _edit(self, request: SnapshotRequest, scene: Scene) -> "_PreparedScene | None":
-        kept, quality = self._kept, request.to_quality()
+        kept = self._kept
         if kept is None or kept.family != family_key(request):
             return None
         if isinstance(kept.node, RayNode):
             return None
-        march = edit_node(
-            kept.node,
-            kept.work,
-            scene,
-            mode_of(request),
-            quality,
-            to_deflection(request.deflectors),
-        )
+        march = edit_node(kept.node, kept.work, scene)
         if march is None:
             return None
         return replace(kept, scene=scene_key(request), march=march)

@@ -69,10 +69,24 @@ class Bricks:
         view = self.view
         return view.samples.nbytes + view.leap.nbytes + view.whole.nbytes
 
-    def replace(self, leap: NDArray[np.uint8], values: NDArray[np.generic]) -> None:
-        """Take an edited volume and its distances; its bricks come one by one."""
-        whole = self._flat(values) if self.view.whole.size else self.view.whole
-        self.view = self.view._replace(leap=leap, whole=whole)
+    def follow(
+        self,
+        values: NDArray[np.generic],
+        low: NDArray[np.int64],
+        high: NDArray[np.int64],
+    ) -> None:
+        """Take what was edited in a box of the volume; its bricks come one by one.
+
+        low, high: its first and last voxel, (k, j, i). The distances are brought up to
+        date by whoever made them, in place.
+        """
+        if self.view.whole.size:
+            here = tuple(slice(a, b + 1) for a, b in zip(low, high, strict=True))
+            self.view.whole.reshape(values.shape)[here] = values[here]
+
+    def use(self, stamp: NDArray[np.int64]) -> None:
+        """Take the stamps of a cache that has grown."""
+        self.view = self.view._replace(stamp=stamp)
 
     def shows(self, cell: int) -> bool:
         """Return whether rays can read a cell."""

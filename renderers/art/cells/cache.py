@@ -73,6 +73,15 @@ class CellCache:
         # Slots that may not go: free, pending, asked, or kept.
         self._fixed = np.ones(capacity + 1, np.bool_)
 
+    def grow(self, slots: int) -> None:
+        """Make room for so many cells more; `stamp` is another array then."""
+        before = self.capacity
+        self.capacity += slots
+        self.stamp = np.append(self.stamp, np.zeros(slots, np.int64))
+        self._cell_of_slot = np.append(self._cell_of_slot, np.full(slots, -1))
+        self._fixed = np.append(self._fixed, np.ones(slots, np.bool_))
+        self._free[:0] = range(self.capacity - 1, before - 1, -1)
+
     def state(self, cell: int) -> CellState:
         """Tell what is known of a cell."""
         copy = self._copies.get(cell)

@@ -83,24 +83,44 @@ class CellGrid:
             return np.ascontiguousarray(values[inner])
         return values[np.ix_(*where)]
 
-    def touched(self, changed: NDArray[np.bool_]) -> list[int]:
-        """List the cells whose blocks, ghosts included, hold a changed voxel.
+    def touched(
+        self, low: NDArray[np.int64], high: NDArray[np.int64]
+    ) -> NDArray[np.int64]:
+        """List the cells whose blocks, ghosts included, hold a voxel of a box.
 
-        changed: of the volume's shape.
+        low, high: its first and last voxel, (k, j, i).
         """
-        found = np.zeros(self.counts, np.bool_)
-        voxels = np.nonzero(changed)
-        ends = []
-        for voxel, count in zip(voxels, self.counts, strict=True):
-            # Cell c has the voxels c * side - 1 to c * side + side + 1.
-            low = np.maximum(-((self.side + 1 - voxel) // self.side), 0)
-            high = np.minimum((voxel + 1) // self.side, count - 1)
-            ends.append((np.minimum(low, high), high))
-        for z in ends[0]:
-            for y in ends[1]:
-                for x in ends[2]:
-                    found[z, y, x] = True
-        return [int(cell) for cell in np.flatnonzero(found)]
+        # Cell c has the voxels c * side - 1 to c * side + side + 1.
+        first = np.maximum(-((self.side + 1 - low) // self.side), 0)
+        last = np.minimum((high + 1) // self.side, np.array(self.counts) - 1)
+        z, y, x = (
+            np.arange(min(a, b), b + 1) for a, b in zip(first, last, strict=True)
+        )
+        _, cy, cx = self.counts
+        found = (z[:, None, None] * cy + y[:, None]) * cx + x
+        return np.asarray(found.ravel(), np.int64)
+
+    def new_ranges(
+        self,
+        ranges: NDArray[np.float32],
+        values: NDArray[np.generic],
+        low: NDArray[np.int64],
+        high: NDArray[np.int64],
+    ) -> NDArray[np.float32]:
+        """Return `value_ranges` of a volume edited in a box, from those before.
+
+        low, high: as in `touched`.
+        """
+        first = np.maximum(low - 1, 0) // self.side
+        last = np.minimum(high // self.side, np.array(self.counts) - 1)
+        cells = _slices(first, last + 1)
+        part = values[_slices(first * self.side, (last + 1) * self.side + 1)]
+        grid = CellGrid(part.shape, self.side)
+        after = ranges.copy()
+        after.reshape(*self.counts, 2)[cells] = grid.value_ranges(part).reshape(
+            *grid.counts, 2
+        )
+        return after
 
     def value_ranges(self, values: NDArray[np.generic]) -> NDArray[np.float32]:
         """Return the smallest and largest value of each cell, ``(cells, 2)``.
@@ -156,16 +176,40 @@ class CellGrid:
             line[:-1] |= before[1:]
         return found.ravel()
 
+    def mark_cubes(
+        self,
+        found: NDArray[np.bool_],
+        distance: NDArray[np.uint8],
+        margin: int,
+        low: NDArray[np.int64],
+        high: NDArray[np.int64],
+    ) -> None:
+        """Bring up to date which cells have cubes that are so near to something.
+
+        found: what `with_cubes` gave for distances up to the margin, changed in place.
+        low, high: the first and last cube, (k, j, i), whose distance is another now.
+        """
+        first, last = low // self.side, high // self.side
+        near = distance[_slices(first * self.side, (last + 1) * self.side)] <= margin
+        cells = found.reshape(self.counts)[_slices(first, last + 1)]
+        cells[...] = self._any_of(near).reshape(cells.shape)
+
     def with_cubes(self, cubes: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Tell which cells have any of some cubes, ``(cells,)``.
 
         cubes: of the volume's shape, less one along each axis.
         """
-        found = cubes
+        return self._any_of(cubes).ravel()
+
+    def _any_of(self, cubes: NDArray[np.bool_]) -> NDArray[np.bool_]:
         for axis, size in enumerate(cubes.shape):
             starts = np.arange(0, size, self.side)
-            found = np.logical_or.reduceat(found, starts, axis=axis)
-        return found.ravel()
+            cubes = np.logical_or.reduceat(cubes, starts, axis=axis)
+        return cubes
+
+
+def _slices(low: NDArray[np.int64], end: NDArray[np.int64]) -> tuple[slice, ...]:
+    return tuple(slice(a, b) for a, b in zip(low.tolist(), end.tolist(), strict=True))
 
 
 def cube_distances(
@@ -187,6 +231,63 @@ def cube_distances(
             find_clear_cubes(slab, clear, distance[z : z + _LAYERS])
         chebyshev(distance)
     return flat
+
+
+def follow_distances(
+    flat: NDArray[np.uint8],
+    values: NDArray[np.generic],
+    clear: NDArray[np.float32],
+    low: NDArray[np.int64],
+    high: NDArray[np.int64],
+) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
+    """Bring `cube_distances` of a volume up to date after an edit in a box, in place.
+
+    low, high: first and last edited voxel, (k, j, i). Return the first and last cube
+    whose distance may be another now, None for none.
+    """
+    top = np.array(values.shape) - 2
+    distance = flat[:-3].reshape(top + 1)
+    first, last = np.maximum(low - 1, 0), np.minimum(high, top)
+    here = _slices(first, last + 1)
+    part = np.array(values[_slices(first, last + 2)], np.float32, order="C")
+    found = np.empty(distance[here].shape, np.uint8)
+    find_clear_cubes(part, clear, found)
+    places = np.argwhere((found > 0) != (distance[here] > 0))
+    if not len(places):
+        return None
+    first, last = first + places.min(axis=0), first + places.max(axis=0)
+    # A cube whose distance is shorter than that to the box has what it is measured to
+    # elsewhere, and nothing in the box can be nearer. Where that holds all round at one
+    # distance from the box it holds farther away, since neighbours differ by 1 at most.
+    reach = 1
+    while (farthest := _shell(distance, first - reach, last + reach)) >= reach:
+        reach += 1 + (farthest - reach) // 2
+    distance[here] = np.where(found > 0, np.maximum(distance[here], 1), 0)
+    begin, end = np.maximum(first - reach, 0), np.minimum(last + reach, top)
+    inner = _slices(
+        np.maximum(first - reach + 1, 0) - begin,
+        np.minimum(last + reach - 1, top) - begin + 1,
+    )
+    region = distance[_slices(begin, end + 1)].copy()
+    region[inner] = np.where(region[inner] > 0, np.uint8(255), np.uint8(0))
+    chebyshev(region)
+    distance[_slices(begin, end + 1)] = region
+    return begin, end
+
+
+def _shell(
+    distance: NDArray[np.uint8], low: NDArray[np.int64], high: NDArray[np.int64]
+) -> int:
+    """Return the largest value on a box's faces, -1 where all are outside."""
+    top = np.array(distance.shape) - 1
+    box = _slices(np.maximum(low, 0), np.minimum(high, top) + 1)
+    most = -1
+    for axis in range(3):
+        for at in (int(low[axis]), int(high[axis])):
+            if 0 <= at <= top[axis]:
+                face = (*box[:axis], slice(at, at + 1), *box[axis + 1 :])
+                most = max(most, int(distance[face].max()))
+    return most
 
 
 def may_change(values: NDArray[np.generic]) -> bool:
@@ -259,6 +360,26 @@ class CellShare:
             starts = [self.grid.start(int(cell)) for cell in chosen]
             self._sums[chosen] = _sums_of(values, starts, self.grid.side + 3)
 
+    def follow(
+        self,
+        values: NDArray[np.generic],
+        cells: NDArray[np.int64],
+    ) -> None:
+        """Cut later blocks from values that were edited in some cells, ghosts included.
+
+        Blocks that lie apart from the volume are cut anew by `renew`.
+        """
+        self._wanted[cells] = True
+        if self._sums is None and not (self._whole and may_change(values)):
+            self._values = values
+            return
+        if self._sums is None or not may_change(values):
+            self.replace(values)
+            return
+        self._values = values
+        starts = [self.grid.start(int(cell)) for cell in cells]
+        self._sums[cells] = _sums_of(values, starts, self.grid.side + 3)
+
     @property
     def values(self) -> NDArray[np.generic]:
         """Return the volume that blocks are cut from."""
@@ -284,6 +405,11 @@ class CellShare:
     def read(self, cell: int) -> NDArray[np.generic]:
         """Cut a cell's block from the volume, whoever keeps it."""
         return self.grid.block(self._values, cell)
+
+    def keep(self, cells: NDArray[np.int64]) -> None:
+        """Keep cells for others that were empty before."""
+        if not self._whole:
+            self._blocks |= {int(cell): self.read(int(cell)) for cell in cells}
 
     def put(self, cell: int, block: NDArray[np.generic]) -> None:
         """Keep a block that came from another rank."""

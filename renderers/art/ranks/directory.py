@@ -6,7 +6,7 @@ lists the one owner, whose copy may not vanish, and the replicas, which may. A r
 is listed when its request is handled, hence before the cell has reached it.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -151,6 +151,12 @@ class Directory:
         """Count only the owner's copy; every other was dropped at a frame's end."""
         if self.home(cell) == self.rank and cell in self.entries:
             self.entries[cell].replicas.clear()
+
+    def admit(self, cells: Iterable[int]) -> None:
+        """Let empty cells be asked for: homes read them from the volume's file."""
+        for cell in cells:
+            if self.first_owner[cell] == EMPTY:
+                self.first_owner[cell] = ON_DISK
 
     def check(self) -> None:
         """Raise AssertionError when an invariant is broken."""

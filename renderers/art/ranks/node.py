@@ -39,13 +39,15 @@ class Node(Generic[P]):
         migrates: bool,
         stamps: bool = True,
         most_pending: int = MOST_PENDING,
+        most_cells: int | None = None,
         story: int = STORY,
         validate: bool = False,
     ) -> None:
         """Join the parts.
 
         migrates: cells have owners that change. stamps: the use of cells is noted, as
-        it must be where any may have to go. story: messages remembered. validate:
+        it must be where any may have to go. most_cells: kept ready, however many become
+        visible; None for all. story: messages remembered. validate:
         check every invariant of this rank after each step.
         """
         self.rank = directory.rank
@@ -58,6 +60,7 @@ class Node(Generic[P]):
         self.migrates = migrates
         self.stamps = stamps
         self.most_pending = most_pending
+        self.most_cells = most_cells
         self._validate = validate
         self._stack: RayStack[P] = RayStack()
         self._wanted: dict[int, None] = {}
@@ -144,6 +147,20 @@ class Node(Generic[P]):
             self.work.renew(cell)
         if self._validate:
             self.check()
+
+    def admit(self, fresh: Iterable[int], visible: int) -> None:
+        """Make room for cells that become visible by an edit, and may be asked for.
+
+        visible: cells that may be, these included. Between frames only, on every rank
+        alike, before `edit`. Where cells migrate nobody owns the new ones: their homes
+        read them from the volume.
+        """
+        room = visible if self.most_cells is None else min(visible, self.most_cells)
+        if self.migrates:
+            self.directory.admit(fresh)
+        elif room > self.cache.capacity:
+            self.cache.grow(room - self.cache.capacity)
+        self.stamps = self.stamps or visible > self.cache.capacity
 
     def handle(self, message: Message) -> list[Message]:
         """Take one message about a cell; return what is to be sent because of it."""

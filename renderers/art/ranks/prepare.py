@@ -1,18 +1,15 @@
 """A scene made ready for one rank: its march, its cells, its node."""
 
-import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.cells.bricks import MOST_VOXELS, Bricks
+from renderers.art.cells.bricks import Bricks
 from renderers.art.cells.cache import CellCache
-from renderers.art.cells.cell_size import QUICK_SIDE, side_for
-from renderers.art.cells.cells import CellGrid, CellShare, cube_distances
-from renderers.art.cells.memory_budget import MemoryBudget, budget_for, demand_distances
-from renderers.art.kernels.build_bricks import SHORT
-from renderers.art.march import ClassicMarch, March, ScopeMarch
+from renderers.art.cells.cells import CellShare
+from renderers.art.cells.memory_budget import demand_distances
+from renderers.art.march import March
 from renderers.art.quality import Quality
 from renderers.art.ranks.directory import (
     EMPTY,
@@ -26,21 +23,20 @@ from renderers.art.ranks.directory import (
 from renderers.art.ranks.node import Node
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.rays import RayPacket
+from renderers.art.ranks.scene_look import LookSettings, SceneLook
 from renderers.art.ranks.work import MarchWork
-from renderers.art.step_estimation import with_estimated_step
 from renderers.lanes.self_check import demand_vectors
 from renderers.scene import Scene
 from renderers.scene.deflection import Deflection
 from renderers.scene.memory_limit import memory_limit
 
+Box = tuple[NDArray[np.int64], NDArray[np.int64]]
+"""First and last voxel, (i, j, k), as a `Change` has them."""
+
 MarchNode = Node[RayPacket]
 
 LONE = CellPolicy(dataflow=Dataflow.STATIC)
 """Of a rank that is not told how to share cells."""
-
-LARGEST_LEAP = 1 << 28
-"""Voxels of the largest volume for which each cube's distance is kept, one byte each.
-Beyond it rays step through empty cells, all of which are the same brick."""
 
 MOST_WORKING = 64
 """Slots of a cache that owned cells leave free, at most: twice the requests in flight.
@@ -61,99 +57,6 @@ def slots_of(cells: int, ranks: int, wanted: int | None) -> tuple[int, int]:
             f"cells each, got {slots}; take more ranks or larger caches"
         )
     return slots, slots - min(MOST_WORKING, (slots - share + 1) // 2)
-
-
-@dataclass(frozen=True, slots=True)
-class _Look:
-    """Hold what a volume's values say: the march and which cells it meets.
-
-    span: as `Bricks` takes it. empty_value: one that cannot be seen, if any cell is
-    empty.
-    """
-
-    march: March
-    grid: CellGrid
-    seen: NDArray[np.bool_]
-    leap: NDArray[np.uint8]
-    span: float | None
-    empty_value: float
-
-    @classmethod
-    def at(
-        cls,
-        scene: Scene,
-        mode: str,
-        quality: Quality,
-        cell_side: int,
-        packet: int | None,
-        deflection: Deflection | None = None,
-    ) -> "_Look":
-        surface = scene.surface
-        if mode == "scope" and surface is None:
-            raise ValueError("the scene has no air surface; mode scope needs one")
-        volume = (
-            scene.volume if surface is None or mode == "classic" else surface.distance
-        )
-        grid = CellGrid(volume.shape, cell_side)
-        ranges = grid.value_ranges(volume.values)
-        low, high = float(ranges[:, 0].min()), float(ranges[:, 1].max())
-        whole = volume.values.dtype.kind in "iu" and max(-low, high) <= SHORT
-        if mode not in ("classic", "scope"):
-            raise ValueError(f"mode must be classic or scope, got {mode!r}")
-        march: March
-        if mode == "classic":
-            march = ClassicMarch(scene, quality, (low, high), packet, deflection)
-        else:
-            march = ScopeMarch(scene, quality, packet, deflection)
-        clear = march.clear if quality.skip_empty else np.zeros((0, 2), np.float32)
-        is_large = volume.values.size > LARGEST_LEAP
-        # see `ClassicMarch`; and all empty cells of a large volume are one brick
-        if march.margin > 1 or (march.margin and is_large):
-            clear = grid.clearest(ranges, clear)
-        seen = grid.occupied(ranges, clear)
-        distances = clear[:0] if is_large else clear
-        leap = cube_distances(volume.values, distances)
-        if march.margin and len(distances):
-            cubes = leap[:-3].reshape([n - 1 for n in volume.shape])
-            seen = grid.with_cubes(cubes <= march.margin)
-        elif march.margin:
-            seen = grid.beside(seen)
-        span = high - low if whole and quality.compact else None
-        empty = ranges[~seen, 0]
-        return cls(march, grid, seen, leap, span, float(empty[0]) if len(empty) else 0)
-
-    def budget(self, limit: int) -> MemoryBudget:
-        """Fit what one rank draws with into so many bytes; ValueError if it cannot."""
-        march, voxels = self.march, math.prod(self.grid.shape)
-        number = 4 if self.span is None else 2
-        channels = 4 if march.needs_gradients else 1
-        wanted = march.seeks_values and voxels < MOST_VOXELS
-        return budget_for(
-            self.grid.shape,
-            int(np.count_nonzero(self.seen)),
-            (self.grid.side + 1) ** 3 * channels * number,
-            voxels * number if wanted else 0,
-            limit,
-            bricks=march.needs_gradients,
-        )
-
-
-def _look(
-    scene: Scene,
-    mode: str,
-    quality: Quality,
-    cell_side: int | None,
-    packet: int | None,
-    deflection: Deflection | None,
-) -> _Look:
-    """Look at a volume by cells of a side; None for the quickest that keep it small."""
-    side = QUICK_SIDE if cell_side is None else cell_side
-    looked = _Look.at(scene, mode, quality, side, packet, deflection)
-    if cell_side is None and looked.march.needs_gradients:
-        side = side_for(looked.grid.shape, int(np.count_nonzero(looked.seen)))
-        if side != looked.grid.side:
-            looked = _Look.at(scene, mode, quality, side, packet, deflection)
-    return looked
 
 
 def _share_out(
@@ -219,10 +122,9 @@ def make_node(
     limit = memory_limit() if memory_bytes is None else memory_bytes
     if ranks == 1:
         demand_distances(scene.volume.shape, limit)
-    if mode == "classic":
-        quality = with_estimated_step(scene, quality)
-    looked = _look(scene, mode, quality, cell_side, packet, deflection)
-    seen, march = looked.seen, looked.march
+    settings = LookSettings(mode, quality, packet, deflection)
+    looked = SceneLook.of(scene, settings, cell_side)
+    seen, march = looked.seen.copy(), looked.march
     fits_whole = True
     if ranks == 1 and policy.cache_cells is None and not policy.from_file:
         budget = looked.budget(limit)
@@ -242,46 +144,68 @@ def make_node(
         gradients=march.needs_gradients,
         whole=values if lone and fits_whole and march.seeks_values else None,
     )
-    if not looked.leap.any() and not seen.all():
+    if looked.shows_empty:
         bricks.show_empty(np.flatnonzero(~seen), looked.empty_value)
     share = CellShare(looked.grid, values, mine, wanted=seen)
-    work = MarchWork(march, bricks, share, keeps_raw=migrates, seen=seen)
+    work = MarchWork(looked, bricks, share, keeps_raw=migrates, seen=seen)
     node = Node(
         work,
         Directory(rank, home, owner, distances or ring_distances(ranks)),
         cache,
         migrates=migrates,
         stamps=not is_full,
+        most_cells=policy.cache_cells,
         validate=validate,
     )
     return march, node, work
 
 
 def edit_node(
-    node: MarchNode,
-    work: MarchWork,
-    scene: Scene,
-    mode: str,
-    quality: Quality,
-    deflection: Deflection | None = None,
+    node: MarchNode, work: MarchWork, scene: Scene, box: Box | None = None
 ) -> March | None:
     """Go on with an edited volume of the same grid, on every rank alike.
 
-    Only cells that changed are read and fetched anew. None, and nothing is done, when
-    a cell can be seen now that was empty before, and so has no owner, or the range of
-    values, which compact bricks go by, is another: make a new node. Tissue that is
-    removed does neither, unless it was the densest.
+    scene: the same but for the volume's values. box: first and last voxel that may
+    differ, (i, j, k); None to compare the volumes, which an edit in place does not
+    allow. Only cells in the box are read and fetched anew. None, and nothing is done,
+    where `SceneLook.follow` cannot: make a new node.
     """
-    grid, before = work.bricks.grid, work.share.values
-    if mode == "classic":
-        quality = with_estimated_step(scene, quality)
-    looked = _Look.at(scene, mode, quality, grid.side, None, deflection)
-    values = looked.march.volume.values
-    if looked.grid != grid or values.dtype != before.dtype:
+    looked, grid, before = work.look, work.bricks.grid, work.share.values
+    values = looked.settings.volume(scene).values
+    if values.shape != grid.shape or values.dtype != before.dtype:
         return None
-    if looked.span != work.bricks.span or bool(np.any(looked.seen & ~work.seen)):
+    if box is not None:
+        ends = np.stack([box[0][::-1], box[1][::-1]])
+        low, high = np.clip(ends, 0, np.array(grid.shape) - 1)
+    elif np.may_share_memory(before, values):
+        raise ValueError("a volume edited in place cannot be compared; give the box")
+    else:
+        low, high = _differing(before, values)
+    if not looked.follow(scene, low, high):
         return None
-    changed = grid.touched(before != values)
-    work.replace(looked.march, looked.leap, values)
-    node.edit(node.generation + 1, changed)
+    fresh = np.flatnonzero(looked.seen & ~work.seen)
+    changed = np.union1d(grid.touched(low, high), fresh)
+    work.follow(values, (low, high), changed, fresh)
+    node.admit(fresh.tolist(), work.occupied)
+    if not node.migrates:
+        work.share.keep(fresh[node.directory.home_of[fresh] == node.rank])
+    node.edit(node.generation + 1, changed.tolist())
+    work.bricks.use(node.cache.stamp)
+    if looked.shows_empty:
+        work.bricks.show_empty(np.flatnonzero(~work.seen), looked.empty_value)
     return looked.march
+
+
+def _differing(
+    before: NDArray[np.generic], values: NDArray[np.generic]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return a box around the voxels that differ, (k, j, i); voxel 0 for none."""
+    bits = np.dtype(f"u{values.dtype.itemsize}")
+    differs = before.view(bits) != values.view(bits)
+    low, high = np.zeros(3, np.int64), np.zeros(3, np.int64)
+    for axis in range(3):
+        others = tuple(other for other in range(3) if other != axis)
+        places = np.flatnonzero(differs.any(axis=others))
+        if len(places):
+            low[axis], high[axis] = places[0], places[-1]
+    return low, high

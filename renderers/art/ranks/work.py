@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from renderers.art.blocks import Blocks, Strip
 from renderers.art.cells.bricks import Bricks
 from renderers.art.cells.cells import CellShare
-from renderers.art.march import COUNTERS, Drawer, FrameRays, March
+from renderers.art.march import COUNTERS, Drawer, FrameRays
 from renderers.art.ranks.messages import ProtocolError
 from renderers.art.ranks.rays import P, RayPacket
+from renderers.art.ranks.scene_look import SceneLook
 from renderers.art.regions import Gather, Region, region_payload
 
 T = TypeVar("T")
@@ -79,39 +80,46 @@ class MarchWork:
     """March packets of rays through bricks.
 
     keeps_raw: raw values of cells that came are kept, to be handed on; without, only
-    this rank's share is. seen: the cells that may hold something
-    to be seen, ``(cells,)``; after an edit perhaps fewer do.
+    this rank's share is. look: at the volume as it is now. seen: the cells that may
+    hold something to be seen, or did before an edit, ``(cells,)``.
     """
 
     def __init__(
         self,
-        march: March,
+        look: SceneLook,
         bricks: Bricks,
         share: CellShare,
         *,
         keeps_raw: bool,
         seen: NDArray[np.bool_],
     ) -> None:
+        self.look = look
         self.bricks = bricks
         self.share = share
         self.seen = seen
         self.counters = np.zeros(len(COUNTERS), np.int64)
         self.ended_early = 0
-        self._march = march
+        self._march = look.march
         self._keeps_raw = keeps_raw
         self._map: Run = map
         self._gather: Gather | None = None
 
-    def replace(
+    def follow(
         self,
-        march: March,
-        leap: NDArray[np.uint8],
         values: NDArray[np.generic],
+        box: tuple[NDArray[np.int64], NDArray[np.int64]],
+        changed: NDArray[np.int64],
+        fresh: NDArray[np.int64],
     ) -> None:
-        """Go on with an edited volume; `renew` is called for each changed cell."""
-        self._march = march
-        self.bricks.replace(leap, values)
-        self.share.replace(values)
+        """Go on with an edited volume; `renew` is called for each changed cell.
+
+        box: of the edited voxels, (k, j, i). fresh: those of the changed cells that
+        were empty before.
+        """
+        self._march = self.look.march
+        self.seen[fresh] = True
+        self.bricks.follow(values, *box)
+        self.share.follow(values, changed)
 
     def use(self, run: Run) -> None:
         """Run packets with `map` or with a team's, which may use threads."""

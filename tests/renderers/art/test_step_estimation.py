@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from renderers.art import ActiveRayTracer, Quality
 from renderers.art.ranks.prepare import make_node
-from renderers.art.step_estimation import StepErrors, with_estimated_step
+from renderers.art.step_estimation import StepErrors, StepEstimate
 from renderers.scene import (
     Camera,
     PhongMaterial,
@@ -109,7 +109,7 @@ def test_a_shell_far_thinner_than_a_voxel_is_errors_by_finer_lines() -> None:
     for step in (1 / 4, 1 / 8, 1 / 16):
         error = image_error(picture(step)[shown], truth[shown]).rmse
         assert error / 2 < errors.error(step) < error * 2
-    quality = with_estimated_step(scene, replace(AIMED, tolerance=2e-3))
+    quality = StepEstimate(scene, replace(AIMED, tolerance=2e-3)).quality
     assert quality.step_voxels < 1 / 4
     assert image_error(picture(quality.step_voxels)[shown], truth[shown]).rmse < 4e-3
 
@@ -123,7 +123,7 @@ def test_what_segments_integrate_exactly_keeps_its_step() -> None:
     scene = scene_of(ramp, line)
     errors = StepErrors.of(scene)
     assert errors.whole < 2e-6
-    assert with_estimated_step(scene, AIMED) == replace(AIMED, tolerance=None)
+    assert StepEstimate(scene, AIMED).quality == replace(AIMED, tolerance=None)
 
 
 def test_nothing_to_see_needs_no_shorter_steps() -> None:
@@ -190,10 +190,10 @@ def test_all_ranks_take_the_same_steps() -> None:
 def test_a_quality_without_an_aim_is_taken_at_its_word() -> None:
     scene = scene_of(smooth(1), see_through(2.0))
     plain = replace(AIMED, tolerance=None)
-    assert with_estimated_step(scene, plain) is not None
-    assert with_estimated_step(scene, plain) == plain
+    assert StepEstimate(scene, plain).quality is not None
+    assert StepEstimate(scene, plain).quality == plain
     post = replace(AIMED, classification="post")
-    assert with_estimated_step(scene, post) == replace(post, tolerance=None)
+    assert StepEstimate(scene, post).quality == replace(post, tolerance=None)
     with pytest.raises(ValueError, match="tolerance must be between 0 and 1, got 0"):
         replace(AIMED, tolerance=0.0)
 

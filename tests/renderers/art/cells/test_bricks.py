@@ -96,10 +96,13 @@ def test_a_whole_volume_is_its_own_samples() -> None:
     bricks = Bricks(GRID, np.ones(3), leap, stamp, 3000.0, whole=values)
     assert bricks.bytes <= 3 * values.size + 3
     assert np.array_equal(bricks.view.whole.reshape(SHAPE), values)
-    bricks.replace(leap, values + 1)
-    assert np.array_equal(bricks.view.whole.reshape(SHAPE), values + 1)
+    low, high = np.array([2, 3, 1]), np.array([5, 3, 6])
+    bricks.follow(values + 1, low, high)
+    edited = values.copy()
+    edited[2:6, 3:4, 1:7] += 1
+    assert np.array_equal(bricks.view.whole.reshape(SHAPE), edited)
     apart = Bricks(GRID, np.ones(3), leap, stamp, 3000.0)
-    apart.replace(leap, values)
+    apart.follow(values, low, high)
     assert not apart.view.whole.size
 
 

@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.testing import assert_array_equal
 
-from renderers.art.cells.cells import CellGrid, CellShare, cube_distances
+from renderers.art.cells.cells import (
+    CellGrid,
+    CellShare,
+    cube_distances,
+    follow_distances,
+)
 from renderers.scene import Volume
 
 shapes = st.tuples(*[st.integers(2, 40)] * 3)
@@ -121,8 +127,16 @@ def test_the_cells_an_edit_touches_are_those_whose_blocks_differ(
             for cell in range(grid.cells)
             if not np.array_equal(grid.block(values, cell), grid.block(edited, cell))
         ]
-        assert grid.touched(edited != values) == expected
-    assert grid.touched(np.zeros(shape, np.bool_)) == []
+        assert grid.touched(np.array(at), np.array(at)).tolist() == expected
+        other = np.array([int(rng.integers(n)) for n in shape])
+        low, high = np.minimum(at, other), np.maximum(at, other)
+        edited[tuple(slice(a, b + 1) for a, b in zip(low, high, strict=True))] += 1
+        expected = [
+            cell
+            for cell in range(grid.cells)
+            if not np.array_equal(grid.block(values, cell), grid.block(edited, cell))
+        ]
+        assert grid.touched(low, high).tolist() == expected
 
 
 def test_a_share_changes_with_what_moves_and_what_is_edited() -> None:
@@ -136,7 +150,7 @@ def test_a_share_changes_with_what_moves_and_what_is_edited() -> None:
     with pytest.raises(KeyError):
         share.block(7)
     edited = values + 1
-    share.replace(edited)
+    share.follow(edited, np.arange(grid.cells))
     assert np.array_equal(share.block(1), grid.block(values, 1))
     share.renew(1)
     assert np.array_equal(share.block(1), grid.block(edited, 1))
@@ -154,9 +168,7 @@ def test_a_block_of_an_edited_array_is_refused(kind: str) -> None:
         at = tuple(int(rng.integers(n)) for n in values.shape)
         before = values[at]
         values[at] = before - 1 if before > 0 else before + 1
-        changed = np.zeros(values.shape, np.bool_)
-        changed[at] = True
-        touched = grid.touched(changed)
+        touched = grid.touched(np.array(at), np.array(at))
         for cell in range(grid.cells):
             if cell in touched:
                 with pytest.raises(ValueError, match=f"cell {cell} is another now"):
@@ -189,3 +201,28 @@ def test_mistakes_are_named() -> None:
         CellGrid((9, 9, 9)).start(8)
     with pytest.raises(ValueError, match="do not fit the grid"):
         CellShare(CellGrid((9, 9, 9)), np.zeros((9, 9, 8)), None)
+
+
+@given(st.integers(0, 2**32), st.sampled_from([0.02, 0.3, 0.9]))
+def test_distances_that_follow_an_edit_are_those_found_afresh(
+    seed: int, share: float
+) -> None:
+    """Something appears, vanishes or both, near to faces too."""
+    rng = np.random.default_rng(seed)
+    shape = tuple(rng.integers(2, 24, 3).tolist())
+    clear = np.array([[-np.inf, 0.5]], np.float32)
+    values = (rng.random(shape) < share).astype(np.float32)
+    leap = cube_distances(values, clear)
+    for _ in range(4):
+        ends = np.sort(rng.integers(0, shape, (2, 3)), axis=0)
+        box = tuple(slice(a, b + 1) for a, b in ends.T)
+        values[box] = rng.random(values[box].shape) < rng.choice([0.0, share, 1.0])
+        before = leap.copy()
+        met = follow_distances(leap, values, clear, *ends)
+        assert_array_equal(leap, cube_distances(values, clear))
+        changed = np.argwhere((leap != before)[:-3].reshape([n - 1 for n in shape]))
+        if met is None:
+            assert not len(changed)
+        elif len(changed):
+            assert np.all(changed >= met[0])
+            assert np.all(changed <= met[1])

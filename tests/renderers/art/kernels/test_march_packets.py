@@ -327,7 +327,7 @@ def test_volumes_too_large_for_distances_are_drawn_alike(
 ) -> None:
     """Empty cells all show one value then, and it belongs to what is clear there."""
     expected, _ = picture_segments(subject, outside, SEGMENTS_QUALITIES[0], 32)
-    monkeypatch.setattr("renderers.art.ranks.prepare.LARGEST_LEAP", 1)
+    monkeypatch.setattr("renderers.art.ranks.scene_look.LARGEST_LEAP", 1)
     found, counters = picture_segments(subject, outside, SEGMENTS_QUALITIES[0], 32)
     assert found == expected
     assert counters["skipped"] == 0

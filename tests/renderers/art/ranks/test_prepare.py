@@ -104,7 +104,7 @@ def test_after_an_edit_no_stale_cell_is_sampled(
     for frame, corner in enumerate([(9, 7, 12), (20, 3, 25)], start=2):
         edited = without_a_piece(edited, corner, 6)
         for rank, (_, node, work) in enumerate(made):
-            march = edit_node(node, work, edited, "classic", QUALITY)
+            march = edit_node(node, work, edited)
             assert march is not None
             made[rank] = march, node, work
         if dataflow is Dataflow.MIGRATING:
@@ -150,18 +150,61 @@ def test_a_cell_is_read_from_the_file_once_and_then_passed_on(
     assert 0 < len(read) == len(set(read)) < fetched
 
 
-def test_what_becomes_visible_has_no_owner_yet(scene: Scene) -> None:
-    hollow = without_a_piece(scene, (8, 8, 8), 14)
-    _, node, work = make(hollow, Dataflow.MIGRATING)[0]
-    assert edit_node(node, work, scene, "classic", QUALITY) is None
-    assert node.generation == 0
+@pytest.mark.parametrize(
+    ("dataflow", "cells", "from_file"),
+    [
+        (Dataflow.MIGRATING, None, False),
+        (Dataflow.MIGRATING, 40, False),
+        (Dataflow.MIGRATING, None, True),
+        (Dataflow.STATIC, None, False),
+        (Dataflow.STATIC, 9, False),
+        (Dataflow.STATIC, 9, True),
+        (Dataflow.REPLICATED, None, False),
+    ],
+)
+def test_what_becomes_visible_is_drawn(
+    scene: Scene,
+    outside: Camera,
+    dataflow: Dataflow,
+    cells: int | None,
+    from_file: bool,
+) -> None:
+    """Undoing an edit brings back cells that nobody owned, and takes them again."""
+    hollow = without_a_piece(scene, (2, 2, 2), 24)
+    made = make(hollow, dataflow, cells, from_file=from_file)
+    fewer = made[0][2].occupied
+    for frame, (edited, seed) in enumerate(
+        [(hollow, 1), (scene, 2), (hollow, 3), (scene, 4)], start=1
+    ):
+        if frame > 1:
+            for rank, (_, node, work) in enumerate(made):
+                march = edit_node(node, work, edited)
+                assert march is not None
+                made[rank] = march, node, work
+        if dataflow is Dataflow.MIGRATING:
+            audit([node for _, node, _ in made], [])
+        drawn = draw(made, outside, frame, seed)
+        expected = ActiveRayTracer(edited, QUALITY, threads=1).render(outside)
+        assert drawn.tobytes() == expected.rgba.tobytes()
+    assert made[0][2].occupied > fewer
+
+
+def test_an_edit_in_place_must_say_where(scene: Scene) -> None:
+    values = scene.volume.values.copy()
+    living = replace(scene, volume=scene.volume.with_values(values, CLEAR))
+    _, node, work = make_node(living, "classic", QUALITY)
+    values[4, 5, 6] = CLEAR
+    with pytest.raises(ValueError, match="edited in place cannot be compared"):
+        edit_node(node, work, living)
+    at = np.array([6, 5, 4])
+    assert edit_node(node, work, living, (at, at)) is not None
 
 
 def test_another_kind_of_volume_is_no_edit(scene: Scene) -> None:
     _, node, work = make(scene, Dataflow.MIGRATING)[0]
     wide = scene.volume.with_values(scene.volume.values.astype(np.float32), CLEAR)
     other = replace(scene, volume=wide)
-    assert edit_node(node, work, other, "classic", QUALITY) is None
+    assert edit_node(node, work, other) is None
 
 
 def test_caches_hold_every_cell_and_leave_room_to_work() -> None:
@@ -201,7 +244,7 @@ def test_without_leaps_empty_cells_are_one_brick_and_the_bits_are_the_same(
         return tracer.render(outside).rgba.tobytes()
 
     expected = draw()
-    monkeypatch.setattr("renderers.art.ranks.prepare.LARGEST_LEAP", 0)
+    monkeypatch.setattr("renderers.art.ranks.scene_look.LARGEST_LEAP", 0)
     _, _, work = make_node(scene, mode, QUALITY, policy=CellPolicy(cells))
     assert not work.bricks.view.leap.any()
     assert 0 < work.occupied < work.bricks.grid.cells

@@ -1,0 +1,129 @@
+from dataclasses import replace
+from typing import Any
+
+import hypothesis.strategies as st
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from numpy.testing import assert_array_equal
+from numpy.typing import NDArray
+
+from renderers.art import ActiveRayTracer
+from renderers.art.quality import Quality
+from renderers.art.ranks import scene_look
+from renderers.art.ranks.scene_look import LookSettings, SceneLook
+from renderers.art.step_estimation import StepEstimate
+from renderers.scene import Camera, Change, ChangeKind, Scene
+from tests.operated import Operated
+
+BITES = st.lists(
+    st.tuples(
+        st.tuples(st.integers(0, 33), st.integers(0, 26), st.integers(0, 40)),
+        st.floats(0.5, 6),
+        st.booleans(),
+    ),
+    min_size=1,
+    max_size=4,
+)
+"""Places, radii, and whether all is undone instead."""
+
+Bites = list[tuple[tuple[int, int, int], float, bool]]
+
+
+@pytest.mark.parametrize("mode", ["classic", "scope"])
+@pytest.mark.parametrize("step", [0.5, 1.0])
+@pytest.mark.parametrize("is_large", [False, True])
+@settings(max_examples=15)
+@given(bites=BITES)
+def test_a_look_that_follows_is_one_taken_afresh(
+    scene: Scene, mode: str, step: float, is_large: bool, bites: Bites
+) -> None:
+    wanted = LookSettings(mode, Quality(step, 1 / 1024))
+    with pytest.MonkeyPatch.context() as patch:
+        if is_large:
+            patch.setattr(scene_look, "LARGEST_LEAP", 0)
+        head = Operated.of(scene)
+        look = SceneLook.of(head.scene, wanted, 8)
+        for place, radius, undoes in bites:
+            change = head.undo() if undoes else head.bite(place, radius)
+            before = look.leap.copy(), look.ranges.copy(), look.seen.copy()
+            follows = look.follow(head.scene, change.low[::-1], change.high[::-1])
+            fresh = SceneLook.of(head.scene, wanted, 8)
+            if not follows:
+                assert (
+                    look.span != fresh.span or look.march.margin != fresh.march.margin
+                )
+                after = look.leap, look.ranges, look.seen
+                for one, other in zip(before, after, strict=True):
+                    assert_array_equal(one, other)
+                return
+            assert_array_equal(look.ranges, fresh.ranges)
+            assert_array_equal(look.leap, fresh.leap)
+            assert look.span == fresh.span
+            assert look.march.quality == fresh.march.quality
+            if np.array_equal(look.clear, fresh.clear):
+                assert_array_equal(look.seen, fresh.seen)
+
+
+@settings(max_examples=8)
+@given(bites=BITES)
+def test_a_step_that_follows_is_one_estimated_afresh(
+    scene: Scene, bites: Bites
+) -> None:
+    head, quality = Operated.of(scene), replace(Quality.named("final"), tolerance=3e-4)
+    estimate = StepEstimate(head.scene, quality)
+    for place, radius, undoes in bites:
+        change = head.undo() if undoes else head.bite(place, radius)
+        found = estimate.follow(head.scene, change.low[::-1], change.high[::-1])
+        assert found == StepEstimate(head.scene, quality).quality
+
+
+def drawn(
+    tracer: ActiveRayTracer, outside: Camera, inside: Camera
+) -> list[NDArray[Any]]:
+    buffer, image = tracer.gbuffer(inside), tracer.render(outside)
+    assert image.depth_mm is not None
+    return [buffer.depth_mm, buffer.normal, buffer.coverage, image.rgba, image.depth_mm]
+
+
+@pytest.mark.parametrize(
+    ("quality", "cells"),
+    [("snapshot", None), ("preview", None), ("snapshot", 7), ("final", None)],
+)
+@settings(max_examples=6)
+@given(bites=BITES)
+def test_a_tracer_that_follows_draws_what_a_new_one_draws(
+    scene: Scene,
+    outside: Camera,
+    inside: Camera,
+    quality: str,
+    cells: int | None,
+    bites: Bites,
+) -> None:
+    """In place, and by scenes of their own; what was cut away comes back, too."""
+    head = Operated.of(scene)
+    views = outside.with_size(24, 20), inside.with_size(24, 20)
+    living = ActiveRayTracer(head.scene, quality, threads=1, cache_cells=cells)
+    copied = ActiveRayTracer(head.copy(), quality, threads=1, cache_cells=cells)
+    drawn(living, *views), drawn(copied, *views)
+    for place, radius, undoes in bites:
+        change = head.undo() if undoes else head.bite(place, radius)
+        now = head.copy()
+        living.update(change)
+        copied.replace(now)
+        expected = drawn(ActiveRayTracer(now, quality, threads=1), *views)
+        for tracer in living, copied:
+            for one, other in zip(drawn(tracer, *views), expected, strict=True):
+                assert one.tobytes() == other.tobytes()
+
+
+def test_blood_moves_no_wall(scene: Scene, inside: Camera) -> None:
+    head = Operated.of(scene)
+    tracer = ActiveRayTracer(head.scene, threads=1)
+    before = tracer.gbuffer(inside)
+    head.film[...] = 9
+    ends = np.zeros(3, np.int64), np.array(head.film.shape[::-1]) - 1
+    tracer.update(Change(1, *ends, ChangeKind.FILM))
+    assert tracer.gbuffer(inside).depth_mm.tobytes() == before.depth_mm.tobytes()
+    assert tracer.report is not None
+    assert tracer.report.counters["cells_fetched"] == 0
