@@ -81,7 +81,8 @@ def hazard_mm(
     d = far[j + 1, i] + u * (far[j + 1, i + 1] - far[j + 1, i])
     p = a + v * (b - a)
     q = c + v * (d - c)
-    return unit * (p + w * (q - p))
+    distance: float = unit * (p + w * (q - p))
+    return distance
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -224,7 +225,8 @@ def plate_mm(
     j = min(max(int(v + 0.5), 0), ny - 1)
     k = min(max(int(w + 0.5), 0), nz - 1)
     row = wall[k, j, i]
-    return thickness[row, 0] + thickness[row, 1]
+    total: float = thickness[row, 0] + thickness[row, 1]
+    return total
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -171,21 +171,23 @@ def test_a_thousand_fast_strokes_none_missed_none_made_up() -> None:
     """At 10 m/s and 100 Hz a stroke passes 100 mm in one sample."""
     rng = np.random.default_rng(5)
     missed, made_up, entered = 0, 0, 0
-    for _ in range(1000):
+    watched = watch(BALL, None)
+    for number in range(1000):
         a = rng.uniform(-18.0, 18.0, 3)
         way = MIDDLE + rng.normal(0.0, 6.0, 3) - a
         b = a + way / np.linalg.norm(way) * rng.uniform(5.0, 100.0)
         radius = float(rng.uniform(0.1, 2.0))
-        watched = watch(BALL, None)
-        stroke(watched, [a, b], radius)
+        before = len(watched.injuries)
+        stroke(watched, [a, b], radius, by=str(number))
+        found = len(watched.injuries) > before
         dense = a + np.linspace(0.0, 1.0, 5001)[:, None] * (b - a)
         # beside the grid is no head
         on = np.all(np.abs(dense) <= HALF * SPACING_MM - radius, axis=1)
         gap = np.linalg.norm(dense - MIDDLE, axis=1) - BALL_MM - radius
         gap = float(np.min(gap, initial=math.inf, where=on))
         entered += gap < -0.15
-        missed += gap < -0.15 and not watched.injuries
-        made_up += bool(watched.injuries) and gap > 0.15
+        missed += gap < -0.15 and not found
+        made_up += found and gap > 0.15
     assert entered > 100
     assert missed == made_up == 0
 
@@ -261,13 +263,13 @@ def test_a_shaft_is_as_its_densely_sampled_balls(
     rows = tip + t * (moved - tip) + s * (axis + t * (swung - axis))
     expected = float(BALL.sample(np.clip(rows, -20.0, 20.0)).min()) * UNIT_MM
     found = watched.approaches["orbit"].gap_mm
-    step = max(np.linalg.norm(moved - tip), 12.0) / 160
+    step = max(float(np.linalg.norm(moved - tip)), 12.0) / 160
     assert expected - radius_mm - step < found < expected - radius_mm + 0.1
 
 
 def plate(thickness_mm: float) -> tuple[Volume, Volume]:
     """A septum: mucosa on both faces; the hazard begins at the mucosa."""
-    x = np.abs(WHERE[..., 0]) - thickness_mm / 2
+    x: Vector = np.abs(WHERE[..., 0]) - thickness_mm / 2
     values = np.rint(x / UNIT_MM).astype(np.int16)
     return volume((-x).astype(np.float32), 6.0), volume(values, 2500.0)
 
@@ -293,7 +295,7 @@ def test_a_cut_injures_what_it_reaches(
     x = BEHIND_MM + beyond_mm - radius_mm
     rows = solids.capsule((x, 0.0, 0.0), (x, length, 0.0), radius_mm)
     watched = watch()
-    away = WHERE - np.array((x, 0.0, 0.0))
+    away: Vector = WHERE - np.array((x, 0.0, 0.0))
     away[..., 1] -= np.clip(away[..., 1], 0.0, length)
     tool = np.linalg.norm(away, axis=-1) - radius_mm
     carved = volume(np.minimum(DEPTH.values, tool).astype(np.float32), 6.0)
