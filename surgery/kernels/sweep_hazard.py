@@ -33,6 +33,10 @@ fifth, so that an entry is counted once."""
 ALONG_MM = 0.25
 """Between places of a tool's axis at which a hazard's cover is looked at."""
 
+DEEP_MM = 1.0
+"""Deeper inside a hazard its distance may change more per mm than `steepest` says: an
+entry is never missed, only its depth may be less exact."""
+
 COVER_MM = 0.1
 """A wall's bone is through where the depth is so close to mucosa and bone together."""
 
@@ -106,12 +110,21 @@ def depth_mm(
     return total
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _drop(a: int, b: int, floor: int) -> float:
+    """Return how far apart two values are, none of them below a floor."""
+    return abs(float(max(a, floor) - max(b, floor)))
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def steepest(values: Shorts, spacing: Doubles, unit: float) -> float:
     """Return the most that interpolated values change per mm, at least 1.
 
-    In each cell the bound is made of its largest difference along each axis.
+    In each cell the bound is made of its largest difference along each axis. What lies
+    deeper than `DEEP_MM` counts as that deep: where air cuts off a structure its
+    distance may drop from nothing to anything at once.
     """
+    floor = int(-DEEP_MM / unit)
     nz, ny, nx = values.shape
     most = 1.0
     for k in range(nz - 1):
@@ -120,12 +133,16 @@ def steepest(values: Shorts, spacing: Doubles, unit: float) -> float:
                 ax = ay = az = 0.0
                 for corner in range(4):
                     f, g = corner & 1, corner >> 1
-                    x = values[k + g, j + f, i + 1] - values[k + g, j + f, i]
-                    y = values[k + g, j + 1, i + f] - values[k + g, j, i + f]
-                    z = values[k + 1, j + g, i + f] - values[k, j + g, i + f]
-                    ax = max(ax, abs(float(x)))
-                    ay = max(ay, abs(float(y)))
-                    az = max(az, abs(float(z)))
+                    x = _drop(
+                        values[k + g, j + f, i + 1], values[k + g, j + f, i], floor
+                    )
+                    y = _drop(
+                        values[k + g, j + 1, i + f], values[k + g, j, i + f], floor
+                    )
+                    z = _drop(
+                        values[k + 1, j + g, i + f], values[k, j + g, i + f], floor
+                    )
+                    ax, ay, az = max(ax, x), max(ay, y), max(az, z)
                 ax *= unit / spacing[0]
                 ay *= unit / spacing[1]
                 az *= unit / spacing[2]
