@@ -3,7 +3,10 @@
 from paravol.readings import NO_LABELS
 from scenarios import Score
 from scenarios.hazard_watch import HazardApproach
-from scenarios.scoring import PRESSURE_MM
+from scenarios.scoring import PRESSURE_MM, OperationFigures
+
+MOST_TISSUES = 4
+"""Tissues that are named in a line."""
 
 TOLD_MM = 10.0
 """Hazards that nothing came nearer to are left out of the table."""
@@ -18,6 +21,8 @@ def score_rows(score: Score) -> list[tuple[str, str]]:
         *contact_rows(score),
     ]
     rows += hazard_rows(score)
+    if score.operation is not None and score.operation.edits:
+        rows += operation_rows(score.operation)
     rows += [
         (f"nearest to {name}", f"{distance_mm:.1f} mm")
         for name, distance_mm in score.target_distance_mm.items()
@@ -36,6 +41,27 @@ def hazard_rows(score: Score) -> list[tuple[str, str]]:
     if not told:
         return [("hazards", f"none nearer than {TOLD_MM:g} mm")]
     return [(f"hazard: {name}", _approach(at)) for name, at in told]
+
+
+def operation_rows(figures: OperationFigures) -> list[tuple[str, str]]:
+    """Return what an operation took, bled and hurt."""
+    taken = sorted(figures.removed_mm3.items(), key=lambda item: -item[1])
+    most = ", ".join(f"{name} {mm3:.0f}" for name, mm3 in taken[:MOST_TISSUES])
+    rows = [
+        ("tissue removed", f"{sum(figures.removed_mm3.values()):.0f} mm3: {most}"),
+        ("blood", f"{figures.bled_ml:.1f} mL, {figures.sucked_ml:.1f} mL sucked off"),
+    ]
+    if not figures.injuries:
+        return [*rows, ("injuries", "none")]
+    return rows + [
+        (
+            f"injury: {injury.structure}",
+            f"{injury.depth_mm:.1f} mm deep at {injury.time_s:.1f} s, {injury.side}, "
+            f"{'through the ' + injury.wall if injury.wall else 'no bone there'}, "
+            f"by the {injury.by}",
+        )
+        for injury in figures.injuries
+    ]
 
 
 def _approach(at: HazardApproach) -> str:

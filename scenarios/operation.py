@@ -9,17 +9,28 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.scene import Change
+from anatomy.hazard_volumes import HazardVolumes
+from renderers.scene import Change, ChangeKind, Volume
+from scenarios.endoscope import Endoscope
 from scenarios.instrument_state import NO_TOOL
 from scenarios.instruments.catalogue import Action, Instrument, instrument_named
 from scenarios.sample import Sample, tool_frame
+from scenarios.scoring import InjuryFigure, OperationFigures
 from surgery.edit import Edit
+from surgery.film import BloodFilm, Suction
+from surgery.injury import Injury, InjuryWatch
 from surgery.patient import OperatedPatient
-from surgery.solids import ROUGH, SEED, Rows
+from surgery.solids import ROUGH, SEED, Rows, capsule
 
 CLOSED, OPEN = 0.9, 0.5
 """A bite is taken when the jaw closes beyond the first after it was open beyond the
 second. It takes what lay between the jaws where they were widest."""
+
+SHAFT_MM = 110.0
+"""Length of the scope's shaft that is followed: the whole nasal passage."""
+
+SUCKED_MM = 1.5
+"""So far around its tip a tool sucks."""
 
 SHORTEST_MM = 0.1
 """A blade cuts when it has moved so far since the last cut, or has just begun."""
@@ -35,6 +46,9 @@ SCRAPED_MM = 0.08
 
 FASTEST_MM_S = 2000.0
 """Nothing is cut on a faster way: no hand moves so, a device was moved or lost."""
+
+SCOPE = "endoscope"
+"""Name of the scope where injuries say what made them."""
 
 ABSENT_S = 0.25
 """Nothing is cut on a way between samples farther apart than this."""
@@ -60,26 +74,63 @@ class _Cutting:
 class Operation:
     """Turn samples into edits of a patient.
 
-    patient: is edited. edits, changes: what came of the samples since somebody last
-    took them.
+    patient: is edited. film: its blood. injuries: watches what must not be hurt; None
+    where nobody knows where that is. edits, changes: what came of the samples since
+    somebody last took them; hurt: likewise the injuries.
     """
 
     patient: OperatedPatient
+    film: BloodFilm
+    injuries: InjuryWatch | None = None
     edits: list[Edit] = field(default_factory=list)
     changes: list[Change] = field(default_factory=list)
+    hurt: list[Injury] = field(default_factory=list)
     _strokes: int = 0
     _undone: int = 0
     _widest: float = 1.0
     _cutting: _Cutting | None = None
 
-    def step(self, sample: Sample) -> None:
-        """Take in one sample; they must come in order of time."""
+    @classmethod
+    def on(
+        cls,
+        patient: OperatedPatient,
+        labels: Volume | None,
+        hazards: HazardVolumes | None,
+    ) -> "Operation":
+        """Begin to operate; labels: of the head, where there are any."""
+        watch = None
+        if hazards is not None:
+            pristine = patient.pristine.distance
+            watch = InjuryWatch(hazards, patient.layers, pristine)
+        film = BloodFilm(
+            patient.surface, patient.wounds_film, labels=labels, hazards=hazards
+        )
+        return cls(patient, film, watch)
+
+    def step(
+        self,
+        sample: Sample,
+        world_from_tip: NDArray[np.float64],
+        endoscope: Endoscope,
+    ) -> None:
+        """Take in one sample; they must come in order of time.
+
+        world_from_tip: 4x4 pose of the scope in the patient.
+        """
         state = sample.instrument
         for _ in range(self._undone, state.undone):
             change = self.patient.undo()
             if change is not None:
                 self.changes.append(change)
+                self.film.after_edit(change)
         self._undone = max(self._undone, state.undone)
+        self._watch(sample, world_from_tip, endoscope)
+        self._operate(sample)
+        self._bleed(sample)
+
+    def _operate(self, sample: Sample) -> None:
+        """Let the tool take what it takes."""
+        state = sample.instrument
         if state.name == NO_TOOL:
             self._rest()
             return
@@ -103,6 +154,81 @@ class Operation:
         """Return the edits since the last call."""
         taken, self.edits = self.edits, []
         return taken
+
+    def take_injuries(self) -> list[Injury]:
+        """Return the injuries since the last call."""
+        taken, self.hurt = self.hurt, []
+        return taken
+
+    def figures(self) -> OperationFigures:
+        """Return what the operation came to so far."""
+        books, film = self.patient.books, self.film.books
+        hurt = () if self.injuries is None else self.injuries.injuries
+        return OperationFigures(
+            self.patient.edits,
+            books.tissues(),
+            books.walls(self.patient.layers.kinds),
+            books.mm3(books.pieces),
+            film.bled_ml,
+            film.sucked_ml,
+            [
+                InjuryFigure(
+                    injury.time_s,
+                    injury.structure,
+                    injury.wall,
+                    injury.side,
+                    injury.place_mm.tolist(),
+                    injury.depth_mm,
+                    injury.by,
+                )
+                for injury in hurt
+            ],
+        )
+
+    def _watch(
+        self,
+        sample: Sample,
+        world_from_tip: NDArray[np.float64],
+        endoscope: Endoscope,
+    ) -> None:
+        """Follow scope and tool past what must not be hurt."""
+        watch = self.injuries
+        if watch is None:
+            return
+        radius = endoscope.diameter_mm / 2
+        tip, back = world_from_tip[:3, 3], world_from_tip[:3, 2]
+        if np.all(np.isfinite(world_from_tip)):
+            scope = capsule(tip + radius * back, tip + SHAFT_MM * back, radius)
+            self.hurt += watch.move(SCOPE, sample.time_s, scope)
+        else:
+            watch.leave(SCOPE)
+        state, frame = sample.instrument, tool_frame(sample)
+        if state.name == NO_TOOL or not np.all(np.isfinite(frame)):
+            return
+        tool = instrument_named(state.name).capsules(frame, state.jaw)
+        rows = [
+            capsule(first, last, float(wide))
+            for first, last, wide in zip(
+                tool.start_mm, tool.end_mm, tool.radius_mm, strict=True
+            )
+        ]
+        self.hurt += watch.move(state.name, sample.time_s, np.concatenate(rows))
+
+    def _bleed(self, sample: Sample) -> None:
+        """Let blood run up to now, and be sucked where the tool sucks."""
+        state, suction = sample.instrument, None
+        if state.is_sucking and state.name != NO_TOOL:
+            tool = instrument_named(state.name)
+            if tool.suction_ml_s > 0:
+                middle, radius = tool.tip_ball(tool_frame(sample))
+                flow = 60.0 * tool.suction_ml_s
+                suction = Suction(middle, radius + SUCKED_MM, flow)
+        self.film.suck(suction)
+        self.film.advance(sample.time_s)
+        box = self.film.drawn_box()
+        if box is not None:
+            self.patient.generation += 1
+            self.changes.append(Change(self.patient.generation, *box, ChangeKind.FILM))
 
     def _rest(self) -> None:
         self._cutting = None
@@ -165,3 +291,6 @@ class Operation:
         if edit is not None:
             self.edits.append(edit)
             self.changes.append(edit.change)
+            self.film.after_edit(edit.change)
+            if self.injuries is not None:
+                self.hurt += self.injuries.cut(edit, self.patient.surface.distance)

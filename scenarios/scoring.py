@@ -27,6 +27,37 @@ the tip went meanwhile, and where it comes back is no part of the path."""
 
 
 @dataclass(frozen=True, slots=True)
+class InjuryFigure:
+    """Sum up one injury; see `surgery.injury.Injury`."""
+
+    time_s: float
+    structure: str
+    wall: str
+    side: str
+    place_mm: list[float]
+    depth_mm: float
+    by: str
+
+
+@dataclass(frozen=True, slots=True)
+class OperationFigures:
+    """Sum up an operation.
+
+    edits: cuts that took something. removed_mm3: what was taken, by tissue.
+    wall_bone_mm3: of that the bone of walls, by their names. pieces_mm3: of that what
+    had become loose. bled_ml, sucked_ml: blood. injuries: in order.
+    """
+
+    edits: int = 0
+    removed_mm3: dict[str, float] = field(default_factory=dict)
+    wall_bone_mm3: dict[str, float] = field(default_factory=dict)
+    pieces_mm3: float = 0.0
+    bled_ml: float = 0.0
+    sucked_ml: float = 0.0
+    injuries: list[InjuryFigure] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
 class Score:
     """Sum up a session.
 
@@ -41,6 +72,7 @@ class Score:
     touched_s: time in contact with each structure touched.
     hazards: nearest approach to each hazard; empty where the head has no hazards, None
         where nobody measured them, as in older recordings.
+    operation: what was taken and hurt; None where nobody operated.
     """
 
     duration_s: float
@@ -54,6 +86,7 @@ class Score:
     worst_structure: str = ""
     touched_s: dict[str, float] = field(default_factory=dict)
     hazards: dict[str, HazardApproach] | None = None
+    operation: OperationFigures | None = None
 
 
 @dataclass(slots=True)

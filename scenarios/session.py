@@ -4,7 +4,7 @@ A session asks no clock, opens no device and draws nothing. The same samples giv
 same cameras and the same score, which is what makes a replay a check.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -95,9 +95,9 @@ class Session:
 
     def step(self, sample: Sample) -> None:
         """Take in one sample and score it."""
-        if self.operation is not None:
-            self.operation.step(sample)
         placed = self._placed(sample)
+        if self.operation is not None:
+            self.operation.step(sample, placed.world_from_tip, self.endoscope)
         tip_mm = placed.world_from_tip[:3, 3]
         self._scorer.add(
             sample.time_s, tip_mm, placed.gap_mm, placed.touched, placed.hazards
@@ -153,4 +153,7 @@ class Session:
 
     def score(self) -> Score:
         """Return the score so far."""
-        return self._scorer.score()
+        score = self._scorer.score()
+        if self.operation is None:
+            return score
+        return replace(score, operation=self.operation.figures())

@@ -40,6 +40,10 @@ from surgery.kernels.sweep_hazard import (
 ABSENT_S = 0.5
 """Longer than this between two samples, a tool was away: nobody knows its way."""
 
+NEAR_MM = 10.0
+"""Approaches are kept from here on: farther away nobody asks, and to know it of every
+hazard would cost a flight 12 ms a sample."""
+
 HOLE_MM = 2.0
 """A wall that was broken is open up to this far around."""
 
@@ -113,15 +117,18 @@ class InjuryWatch:
         layers: WallLayers | None,
         pristine: Volume,
         midline_mm: float = 0.0,
+        near_mm: float = NEAR_MM,
     ) -> None:
         """Take a head.
 
         layers: its walls; None where they are unknown: then all tissue counts as what
         lies behind the bone. pristine: signed air distance before any cut, mm,
-        negative in air. midline_mm: x that parts right from left, LPS.
+        negative in air. midline_mm: x that parts right from left, LPS. near_mm:
+        nearest approaches are kept from here on.
         """
         self._layers = layers
         self._midline_mm = midline_mm
+        self._near_mm = near_mm
         wall = np.zeros(pristine.shape, np.uint8)
         thickness = np.zeros((256, 2), np.float32)
         self._kinds: tuple[WallKind, ...] = ()
@@ -154,7 +161,10 @@ class InjuryWatch:
 
     @property
     def approaches(self) -> Mapping[str, Approach]:
-        """Return the nearest approach to each structure, within 0.1 mm."""
+        """Return the nearest approach to each structure, within 0.1 mm.
+
+        Those that nothing came near to are left out.
+        """
         return {
             name: hazard.nearest
             for name, hazard in self._hazards.items()
@@ -247,7 +257,7 @@ class InjuryWatch:
             tool.capsules,
             rows,
             tool.states[name],
-            np.inf if known is None else known.gap_mm,
+            self._near_mm if known is None else known.gap_mm,
             events,
         )
         elapsed_s = time_s - tool.time_s

@@ -75,7 +75,7 @@ LAYERS = WallLayers(
 
 
 def watch(hazard: Volume = PLANE, layers: WallLayers | None = LAYERS) -> InjuryWatch:
-    return InjuryWatch(HazardVolumes({"orbit": hazard}), layers, DEPTH)
+    return InjuryWatch(HazardVolumes({"orbit": hazard}), layers, DEPTH, near_mm=np.inf)
 
 
 def ball(place: Vector, radius_mm: float) -> solids.Rows:
@@ -277,7 +277,9 @@ def plate(thickness_mm: float) -> tuple[Volume, Volume]:
 def test_a_septum_is_perforated_past_its_middle() -> None:
     depth, hazard = plate(3.0)
     for reach_mm, count in ((-0.4, 0), (0.6, 1), (4.0, 1)):
-        watched = InjuryWatch(HazardVolumes({"septum": hazard}), LAYERS, depth)
+        watched = InjuryWatch(
+            HazardVolumes({"septum": hazard}), LAYERS, depth, near_mm=np.inf
+        )
         end = np.array((reach_mm - 1.0, 0.0, 0.0))
         stroke(watched, [np.array((-9.0, 0.0, 0.0)), end], 1.0)
         assert len(watched.injuries) == count, reach_mm
@@ -359,7 +361,7 @@ def test_what_cannot_be_watched_is_refused() -> None:
         watched.move("probe", 0.5, ball(np.zeros(3), 0.5))
     small = Volume(np.zeros((3, 3, 3), np.float32), np.ones(3), np.zeros(3))
     with pytest.raises(ValueError, match="do not fit"):
-        InjuryWatch(HazardVolumes({}), LAYERS, small)
+        InjuryWatch(HazardVolumes({}), LAYERS, small, near_mm=np.inf)
 
 
 def test_the_steepest_slope_bounds_every_difference() -> None:
