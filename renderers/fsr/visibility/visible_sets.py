@@ -103,11 +103,25 @@ class VisibleSetLookup:
         self._voxel_from_world = distance.voxel_from_world
         self._row = -1
         self._seen: NDArray[np.uint8] | None = None
+        self._numbers = numbers
+        self._stale = np.zeros(len(sets.numbers), np.bool_)
+
+    def update(self, numbers: NDArray[np.int32], changed: NDArray[np.int64]) -> None:
+        """Follow an edit of the surface, after which there are other blocks.
+
+        numbers: of the blocks that there are now. changed: numbers of the blocks that
+        hold or touch what was edited. Where no block of a set is one of them, floods
+        from its box reach nothing that became different, and the set holds. Nothing is
+        known of other boxes from now on.
+        """
+        self._numbers = numbers
+        self._stale |= np.isin(self._sets.numbers, changed)
+        self._row = -1
 
     def seen_from(self, eye_mm: NDArray[np.float64]) -> NDArray[np.uint8] | None:
         """Return 1 per block that may be seen, else 0; None where nothing is known.
 
-        That is outside the airway, and in tissue.
+        That is outside the airway, in tissue, and where an edit may be seen.
         """
         matrix = self._voxel_from_world
         at = matrix[:3, :3] @ eye_mm + matrix[:3, 3]
@@ -115,8 +129,22 @@ class VisibleSetLookup:
         if row < 0 or self._distance.at_voxel(at) >= 0:
             return None
         if row != self._row:
-            self._row, self._seen = row, self._sets.seen(row)
+            self._row, self._seen = row, self._still_seen(row)
         return self._seen
+
+    def _still_seen(self, row: int) -> NDArray[np.uint8] | None:
+        seen = self._sets.seen(row)
+        if np.any(seen[self._stale]):
+            return None
+        if self._numbers is self._sets.numbers or not self._stale.any():
+            return seen
+        # what an edit brought about, or left, is not in sight; to show it is no fault
+        known = np.minimum(
+            np.searchsorted(self._sets.numbers, self._numbers), len(seen) - 1
+        )
+        is_new = (self._sets.numbers[known] != self._numbers) | self._stale[known]
+        result: NDArray[np.uint8] = np.where(is_new, 1, seen[known]).astype(np.uint8)
+        return result
 
 
 def build_visible_sets(
