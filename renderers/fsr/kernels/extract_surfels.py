@@ -9,22 +9,24 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from renderers.fsr.kernels.array_types import F32, F64, I32, I64, U16, Lanes
+from renderers.fsr.kernels.array_types import F32, F64, I32, I64, U8, U16, Lanes
 from renderers.fsr.kernels.gradients import FlatVolume, sobel
 
-SETTLED = 2.0
-"""Voxels along an axis that Newton's steps may lead away from a grid point for its
-surfel to depend on no value farther than `MARGIN` from there."""
+SETTLED = 1.0
+"""Voxels along an axis that Newton's steps must lead less than away from an element for
+it to depend on no value farther than `MARGIN` from there."""
 
-MARGIN = 4
-"""Voxels: `SETTLED`, and two more that Sobel's neighbours in the last cell reach."""
+MARGIN = 2.5
+"""Voxels: in the last of the cells that steps of less than one voxel end in, Sobel's
+neighbours are two voxels from an element on a voxel, and 2.5 from one between two."""
 
 
 class GradientCache(NamedTuple):
     """Hold Sobel sums of part of a volume, each found when it is first asked for.
 
-    Plane k of the volume is kept in plane ``k % planes``. sums: ``(planes, rows,
-    columns, 3)``. tags: ``(planes, rows, columns)``, whose plane k a sum is of; -1 at
+    Plane k of the volume is kept in plane ``k % planes``, of which there are a power of
+    two. sums: ``(planes, rows, columns, 3)``. tags: ``(planes, rows, columns)``, whose
+    plane k a sum is of; -1 at
     first. first_i, first_j: the volume's column and row in the first of these.
     """
 
@@ -38,7 +40,7 @@ class FoundSurfels(NamedTuple):
     """Take surfels as they are found.
 
     x: columns on the element grid. position, normal: see `Surfels`. far: ``(m, 4)``
-    elements whose steps led farther than `SETTLED`, whether they gave a surfel or
+    elements whose steps led to `SETTLED` or farther, whether they gave a surfel or
     not: column, row, plane and the voxels that they were led, rounded up.
     """
 
@@ -224,7 +226,7 @@ def _gradient_at(
         )
         i = a + o - corner[0]
         j = b + p - corner[1]
-        k = (c + q) % sums.shape[0]
+        k = (c + q) & (sums.shape[0] - 1)
         kept = 0 <= i < sums.shape[2] and 0 <= j < sums.shape[1]
         if kept and tags[k, j, i] == c + q:
             sx, sy, sz = sums[k, j, i, 0], sums[k, j, i, 1], sums[k, j, i, 2]
@@ -302,7 +304,7 @@ def extract_surfel_rows(
                 )
                 if not belongs:
                     continue
-                if way > SETTLED:
+                if way >= SETTLED:
                     led[far, 0], led[far, 1], led[far, 2] = ei, ej, ek
                     led[far, 3] = math.ceil(min(way, 1e6))
                     far += 1
@@ -379,7 +381,7 @@ def extract_surfel_blocks(
                         )
                         if not belongs:
                             continue
-                        if way > SETTLED:
+                        if way >= SETTLED:
                             led[far, 0], led[far, 1], led[far, 2] = ei, ej, ek
                             led[far, 3] = math.ceil(min(way, 1e6))
                             far += 1
@@ -395,6 +397,35 @@ def extract_surfel_blocks(
         counted.counts[block] = n - first
         counted.rows[block] = rows
     return n, far
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mark_blocks(
+    values: F32, before: F32, low: I64, high: I64, edge: int, first: I64, marks: U8,
+) -> None:  # fmt: skip
+    """Mark blocks that depend on what is different, and take it over.
+
+    values, before: ``[z, y, x]``, equal outside the voxels low..high. edge: voxels
+    along a side of a block. first: place (i, j, k) of the first block of `marks`, which
+    holds all that may depend on voxels low..high.
+    """
+    margin = int(2 * MARGIN)
+    size = 2 * edge
+    nz, ny, nx = marks.shape
+    for k in range(low[2], high[2] + 1):
+        for j in range(low[1], high[1] + 1):
+            for i in range(low[0], high[0] + 1):
+                if values[k, j, i] == before[k, j, i]:
+                    continue
+                before[k, j, i] = values[k, j, i]
+                # in halves of a voxel
+                a = max((2 * i - margin) // size - first[0], 0)
+                b = max((2 * j - margin) // size - first[1], 0)
+                c = max((2 * k - margin) // size - first[2], 0)
+                a1 = min((2 * i + margin) // size - first[0], nx - 1)
+                b1 = min((2 * j + margin) // size - first[1], ny - 1)
+                c1 = min((2 * k + margin) // size - first[2], nz - 1)
+                marks[c : c1 + 1, b : b1 + 1, a : a1 + 1] = 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

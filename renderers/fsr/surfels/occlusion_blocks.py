@@ -7,6 +7,7 @@ it: there is closed tissue in front of it.
 """
 
 import itertools
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -14,14 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.kernels.cones import aim_cones, trace_cones
-from renderers.fsr.kernels.extract_surfels import MARGIN
+from renderers.fsr.kernels.extract_surfels import MARGIN, mark_blocks
 from renderers.fsr.kernels.occlusion import BlockReach, flag_blocks, list_runs
 from renderers.fsr.kernels.view_planes import Lens
 from renderers.fsr.sparse_rows import SparseRows
 from renderers.fsr.surfels.surfel_pool import BlockSpans, SurfelPool
 from renderers.fsr.surfels.surfel_set import Surfels
 from renderers.fsr.view_bounds import lens_of, lens_planes
-from renderers.scene import Camera, Volume
+from renderers.scene import Camera, Change, Volume
 from renderers.scene.thread_team import ThreadTeam
 
 BLOCK_SHIFT = 2
@@ -151,26 +152,35 @@ class Blocks:
         begins = np.ones(len(index), bool)
         begins[1:] = np.diff(block) | np.diff(y) | np.diff(z)
         begun = np.concatenate([[0], np.cumsum(begins)])
-        rows = np.diff(begun[offsets])
-        return BlockOrder(index, BlockSpans(offsets[:-1], offsets[1:].copy(), rows))
+        spans = BlockSpans(offsets[:-1], offsets[1:].copy(), np.diff(begun[offsets]))
+        return BlockOrder(index, spans)
 
     def around(
-        self, low: NDArray[np.int64], high: NDArray[np.int64]
+        self, change: Change, before: NDArray[np.float32] | None
     ) -> NDArray[np.int64]:
-        """Return the places (i, j, k) of blocks that depend on voxels low..high.
+        """Return the places (i, j, k) of blocks that depend on what changed.
 
-        ``(b, 3)``, increasing as the blocks' numbers do.
+        ``(b, 3)``, increasing as the blocks' numbers do. before: values before the
+        change, which become those after it; None where they are not known.
         """
         top = np.array([self._wide, self._high, self._deep]) - 1
-        first = np.clip(low - MARGIN >> BLOCK_SHIFT, 0, top)
-        last = np.clip(high + MARGIN >> BLOCK_SHIFT, 0, top)
-        k, j, i = np.indices((last - first + 1)[::-1]).reshape(3, -1)
-        return np.stack([i, j, k], axis=1) + first
+        margin = math.ceil(MARGIN)
+        first = np.clip(change.low - margin >> BLOCK_SHIFT, 0, top)
+        last = np.clip(change.high + margin >> BLOCK_SHIFT, 0, top)
+        marks = np.full((last - first + 1)[::-1], before is None, np.uint8)
+        if before is not None:
+            values = self._distance.values
+            low = np.maximum(change.low, 0)
+            high = np.minimum(change.high, np.array(values.shape[::-1]) - 1)
+            mark_blocks(values, before, low, high, 1 << BLOCK_SHIFT, first, marks)
+        places: NDArray[np.int64] = np.argwhere(marks)[:, ::-1] + first
+        return places
 
     def number(self, places: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the numbers of blocks at places (i, j, k) on their grid."""
         i, j, k = places.T
-        return (k * self._high + j) * self._wide + i
+        numbers: NDArray[np.int64] = (k * self._high + j) * self._wide + i
+        return numbers
 
     def occupy(
         self, numbers: NDArray[np.int64], full: NDArray[np.bool_]
@@ -202,7 +212,7 @@ class Blocks:
         part: elements after which a new part begins.
         """
         runs = np.empty((len(self._occupied), 2), np.int64)
-        cuts = np.empty((spans.count // part + 2, 2), np.int64)
+        cuts = np.empty((spans.total // part + 2, 2), np.int64)
         total, parts, rows = list_runs(
             visible.shown,
             mark,

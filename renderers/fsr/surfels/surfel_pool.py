@@ -30,7 +30,7 @@ class BlockSpans(NamedTuple):
     rows: NDArray[np.int64]
 
     @property
-    def count(self) -> int:
+    def total(self) -> int:
         """Return the number of elements in all blocks."""
         return int((self.ends - self.begins).sum())
 

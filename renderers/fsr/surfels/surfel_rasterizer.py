@@ -110,6 +110,8 @@ class SurfelRasterizer:
         self._coarse = pool_surfels(coarse, self._blocks, BLOCK_SHIFT)
         self._fine = pool_surfels(fine, self._blocks, BLOCK_SHIFT + 1)
         self._extraction = BlockExtraction()
+        # what surfels were last found in; who edits nothing needs none
+        self._before: NDArray[np.float32] | None = None
         self._hide = hide
         self._sharp = sharp
         self._rims = RimSharpener(distance)
@@ -162,28 +164,27 @@ class SurfelRasterizer:
         if change.kind is ChangeKind.FILM or np.any(change.high < change.low):
             return
         blocks = self._blocks
-        places = blocks.around(change.low, change.high)
-        far = [far_blocks(s, change) for s in (self._coarse, self._fine)]
-        numbers = blocks.number(np.concatenate([places, *far]))
-        if len(numbers) > len(places):
-            numbers, first = np.unique(numbers, return_index=True)
-            places = np.concatenate([places, *far])[first]
-        found = [
-            self._extraction.find(self._distance, surfels, places, change)
-            for surfels in (self._coarse, self._fine)
-        ]
-        full = sum(f.counts for f in found) > 0
+        places = blocks.around(change, self._before)
+        if self._before is None:
+            self._before = self._distance.values.astype(np.float32)
+        pools = self._coarse, self._fine
+        near = blocks.number(places)
+        places = np.concatenate([places, *(far_blocks(p, change) for p in pools)])
+        numbers, first = np.unique(blocks.number(places), return_index=True)
+        places = places[first]
+        found = self._extraction.find(self._distance, pools, places, change)
+        full = found[0].counts + found[1].counts > 0
         if (source := blocks.occupy(numbers, full)) is not None:
             self._coarse.rearrange(source)
             self._fine.rearrange(source)
         at = np.searchsorted(blocks.numbers, numbers[full])
-        for surfels, f in zip((self._coarse, self._fine), found, strict=True):
+        for surfels, f in zip(pools, found, strict=True):
             surfels.replace(at, f.counts[full], f.rows[full], f.position, f.normal)
             of = blocks.number(surfels.far[:, :3] >> surfels.shift)
             kept = surfels.far[~np.isin(of, numbers)]
             surfels.far = np.concatenate([kept, f.far])
         if self._lookup is not None:
-            self._lookup.update(blocks.numbers, numbers)
+            self._lookup.update(blocks.numbers, near, numbers)
 
     def draw(self, camera: Camera, team: ThreadTeam) -> GBuffer:
         """Find the air surface; the bits do not depend on the team's size.
