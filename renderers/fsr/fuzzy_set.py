@@ -218,9 +218,10 @@ def update_fuzzy_set(
     arrays = fuzzy_set.rows.x, fuzzy_set.octahedral, fuzzy_set.value
     before = Elements(*arrays, fuzzy_set.inclusion)
     parts: list[Elements] = []
-    flat = flat_volume(volume)
+    slices = range(max(low[0] - 1, 0), min(high[0] + 1, nz))
+    flat = _flat_slices(volume, slices)
     kept = 0
-    for k in range(max(low[0] - 1, 0), min(high[0] + 1, nz)):
+    for k in slices:
         first, end = k * ny + top, k * ny + bottom
         if end <= first:
             continue
@@ -236,6 +237,16 @@ def update_fuzzy_set(
     offsets = np.concatenate([[0], np.cumsum(counts)])
     rows = SparseRows(volume.shape, volume.world_from_voxel, offsets, x)
     return FuzzySet(rows, octahedral, value, share)
+
+
+def _flat_slices(volume: Volume, slices: range) -> FlatVolume:
+    """Return a volume of which only some slices and their neighbours are converted."""
+    if volume.values.dtype == np.float32 or len(slices) == 0:
+        return flat_volume(volume)
+    values = np.empty(volume.shape, np.float32)
+    here = slice(max(slices.start - 1, 0), slices.stop + 1)
+    values[here] = volume.values[here]
+    return flat_volume(volume.with_values(values, volume.background))
 
 
 def _refuse_no_numbers(volume: Volume) -> None:

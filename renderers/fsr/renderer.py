@@ -13,13 +13,14 @@ from renderers.fsr.fuzzy_set import (
     Inclusion,
     default_inclusion,
     extract_fuzzy_set,
+    update_fuzzy_set,
 )
 from renderers.fsr.splats import SplatMode, SplatRasterizer, Traversal
 from renderers.fsr.surfels import SurfelRasterizer
 from renderers.fsr.visibility import VisibleSets
 from renderers.fsr.visibility.visible_set_store import stored_visible_sets
 from renderers.fsr.visibility.visible_sets import Progress
-from renderers.scene import Camera, GBuffer, Image, Scene
+from renderers.scene import Camera, Change, ChangeKind, GBuffer, Image, Scene
 from renderers.scene.composition import before_solids
 from renderers.scene.deflection import Deflection, deflected_scene
 from renderers.scene.thread_team import ThreadTeam
@@ -156,6 +157,36 @@ class FuzzySetRenderer:
         )
         scope.use_visible_sets(sets)
         return sets
+
+    def update(self, change: Change) -> None:
+        """Follow an edit of the scene's arrays in place.
+
+        Sets extracted so far are brought up to date where the change reaches, and
+        pictures equal those of a new renderer, to the bit. In mode `classic` they
+        follow cuts, which the volume shows in the same voxels. Raises ValueError where
+        a deflection moves the tissue: that is a copy of the scene.
+        """
+        if self._deflection is not None:
+            raise ValueError(
+                "a renderer with a deflection shows a copy of the scene, which no edit "
+                "reaches; make a new one"
+            )
+        if "_scope" in self.__dict__:
+            self._scope.update(change)
+        if "fuzzy_set" in self.__dict__ and change.kind is ChangeKind.CUT:
+            low, high = (
+                np.clip(at, 0, self.scene.volume.shape[::-1]).tolist()
+                for at in (change.low, change.high + 1)
+            )
+            self.__dict__["fuzzy_set"] = update_fuzzy_set(
+                self.fuzzy_set,
+                self.scene.volume,
+                self._inclusion,
+                self._threshold,
+                (low[2], low[1], low[0]),
+                (high[2], high[1], high[0]),
+            )
+            self.__dict__.pop("_classic", None)
 
     def close(self) -> None:
         """End the rendering threads; the renderer draws nothing afterwards."""

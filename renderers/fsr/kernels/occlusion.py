@@ -183,14 +183,14 @@ def flag_blocks(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def list_runs(
-    shown: U8, mark: int, distances: F32, step: float, offsets: I64, part: int,
-    rows: I64, heads: I64, runs: I64, cuts: I64,
+    shown: U8, mark: int, distances: F32, step: float, begins: I64, ends: I64,
+    rows: I64, part: int, heads: I64, runs: I64, cuts: I64,
 ) -> tuple[int, int, int]:  # fmt: skip
     """List the elements of all blocks with a mark, near blocks first.
 
-    offsets: where each block's elements begin, and their end. step: distances (mm)
-    that differ by less may keep the list's order. rows: how many each block's
-    elements are in. heads: scratch, one per step.
+    begins, ends: of each block's elements. step: distances (mm) that differ by less
+    may keep the list's order. rows: how many each block's elements are in. heads:
+    scratch, one per step.
     runs: ``(blocks, 2)`` first elements and ends. cuts: ``(parts +
     1, 2)``: the runs are cut into parts of `part` or a few more elements; each part's
     first run and the number of elements before it. Returns (runs, parts, rows).
@@ -198,17 +198,17 @@ def list_runs(
     heads[:] = 0
     last = heads.shape[0] - 2
     for n in range(shown.shape[0]):
-        if shown[n] & mark and offsets[n + 1] > offsets[n]:
+        if shown[n] & mark and ends[n] > begins[n]:
             heads[min(int(distances[n] / step), last) + 1] += 1
     for h in range(last + 1):
         heads[h + 1] += heads[h]
     total = heads[last + 1]
     kept = 0
     for n in range(shown.shape[0]):
-        if shown[n] & mark and offsets[n + 1] > offsets[n]:
+        if shown[n] & mark and ends[n] > begins[n]:
             h = min(int(distances[n] / step), last)
-            runs[heads[h], 0] = offsets[n]
-            runs[heads[h], 1] = offsets[n + 1]
+            runs[heads[h], 0] = begins[n]
+            runs[heads[h], 1] = ends[n]
             heads[h] += 1
             kept += rows[n]
     parts = 0

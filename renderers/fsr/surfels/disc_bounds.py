@@ -3,13 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.surfels.occlusion_blocks import BlockedSurfels, Blocks
+from renderers.fsr.surfels.occlusion_blocks import Blocks
+from renderers.fsr.surfels.surfel_pool import SurfelPool
 from renderers.fsr.visibility import BlockBounds
 from renderers.scene import Volume
 
 
 def disc_bounds(
-    sets: tuple[BlockedSurfels, ...],
+    sets: tuple[SurfelPool, ...],
     blocks: Blocks,
     distance: Volume,
     reach: float,
@@ -17,17 +18,19 @@ def disc_bounds(
 ) -> BlockBounds:
     """Bound the discs of each block, and what is within `near_mm` of them, in cells.
 
-    sets: surfels that are sorted by `blocks`. reach: radius of a disc per spacing.
+    sets: surfels of `blocks`. reach: radius of a disc per spacing.
     """
     count = len(blocks.numbers)
     low = np.full((count, 3), np.inf)
     high = np.full((count, 3), -np.inf)
     for surfels in sets:
-        n = len(surfels)
-        where = np.repeat(np.arange(count), np.diff(surfels.order.offsets))
+        begins, ends, _ = surfels.spans
+        counts = ends - begins
+        where = np.repeat(np.arange(count), counts)
+        index = np.arange(len(where)) + (begins - np.cumsum(counts) + counts)[where]
         # along the grid's axes
-        place = surfels.position[:n] @ distance.direction
-        normal = surfels.normal[:n] @ distance.direction
+        place = surfels.position[index] @ distance.direction
+        normal = surfels.normal[index] @ distance.direction
         lean = np.sqrt(np.maximum(1 - normal**2, 0))
         extent = reach * surfels.spacing_mm * lean + near_mm
         _widen(low, -1, where, place - extent)

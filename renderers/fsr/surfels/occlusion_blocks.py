@@ -7,6 +7,7 @@ it: there is closed tissue in front of it.
 """
 
 import itertools
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -14,12 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.kernels.cones import aim_cones, trace_cones
+from renderers.fsr.kernels.extract_surfels import MARGIN, mark_blocks
 from renderers.fsr.kernels.occlusion import BlockReach, flag_blocks, list_runs
 from renderers.fsr.kernels.view_planes import Lens
 from renderers.fsr.sparse_rows import SparseRows
+from renderers.fsr.surfels.surfel_pool import BlockSpans, SurfelPool
 from renderers.fsr.surfels.surfel_set import Surfels
 from renderers.fsr.view_bounds import lens_of, lens_planes
-from renderers.scene import Camera, Volume
+from renderers.scene import Camera, Change, Volume
 from renderers.scene.thread_team import ThreadTeam
 
 BLOCK_SHIFT = 2
@@ -40,9 +43,6 @@ BLOCKS_PER_PART = 2048
 
 NEAR, FAR = 2, 1
 
-SPARE_ROWS = 16
-"""Rows after the last: vectors load sixteen at a time."""
-
 
 @dataclass(frozen=True, slots=True)
 class Visible:
@@ -62,14 +62,12 @@ class Visible:
 class BlockOrder:
     """Say how a set's elements are sorted by blocks.
 
-    index: ``(n,)`` int64, the elements in the new order. offsets: ``(blocks + 1,)``
-    int64, where each block's elements begin in it, and the end. rows: ``(blocks,)``
-    int64, how many rows of the grid each block's elements are in.
+    index: ``(n,)`` int64, the elements in the new order. spans: where each block's
+    elements are in it.
     """
 
     index: NDArray[np.int64]
-    offsets: NDArray[np.int64]
-    rows: NDArray[np.int64]
+    spans: BlockSpans
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,8 +100,6 @@ class Blocks:
         self._margin = np.float32(MARGIN_VOXELS * distance.spacing_mm.max())
         block_mm = distance.spacing_mm * (1 << BLOCK_SHIFT)
         self._half_diagonal = float(np.linalg.norm(block_mm)) / 2
-        self._values = distance.values.astype(np.float32, copy=False)
-        self._values.flags.writeable = False
         nz, ny, nx = distance.shape
         self._deep, self._high, self._wide = (
             (n - 1 >> BLOCK_SHIFT) + 1 for n in (nz, ny, nx)
@@ -112,15 +108,21 @@ class Blocks:
         for rows, shift in ((coarse, BLOCK_SHIFT), (fine, BLOCK_SHIFT + 1)):
             i, j, k = (rows.voxels() >> shift).T
             occupied[k, j, i] = True
-        self._occupied = np.flatnonzero(occupied).astype(np.int32)
+        self._list(np.flatnonzero(occupied).astype(np.int32))
+        self._heads = np.zeros(DISTANCE_STEPS + 1, np.int64)
+
+    def _list(self, occupied: NDArray[np.int32]) -> None:
+        """Take other blocks; they are listed by their numbers."""
+        count = len(occupied)
+        self._occupied = occupied
         edge = 1 << BLOCK_SHIFT
         self._middles = np.ascontiguousarray(edge * self.places.T + 0.5 * (edge - 1))
-        bounds = [*range(0, len(self._occupied), BLOCKS_PER_PART), len(self._occupied)]
-        self._parts = list(itertools.pairwise(bounds))
-        self._shown = np.zeros(len(self._occupied), np.uint8)
-        self._all = np.ones(len(self._occupied), np.uint8)
-        self._distances = np.zeros(len(self._occupied), np.float32)
-        self._heads = np.zeros(DISTANCE_STEPS + 1, np.int64)
+        self._parts = list(
+            itertools.pairwise([*range(0, count, BLOCKS_PER_PART), count])
+        )
+        self._shown = np.zeros(count, np.uint8)
+        self._all = np.ones(count, np.uint8)
+        self._distances = np.zeros(count, np.float32)
 
     @property
     def numbers(self) -> NDArray[np.int32]:
@@ -150,23 +152,74 @@ class Blocks:
         begins = np.ones(len(index), bool)
         begins[1:] = np.diff(block) | np.diff(y) | np.diff(z)
         begun = np.concatenate([[0], np.cumsum(begins)])
-        return BlockOrder(index, offsets, np.diff(begun[offsets]))
+        spans = BlockSpans(offsets[:-1], offsets[1:].copy(), np.diff(begun[offsets]))
+        return BlockOrder(index, spans)
 
-    def runs(self, visible: Visible, mark: int, order: BlockOrder, part: int) -> Runs:
+    def around(
+        self, change: Change, before: NDArray[np.float32] | None
+    ) -> NDArray[np.int64]:
+        """Return the places (i, j, k) of blocks that depend on what changed.
+
+        ``(b, 3)``, increasing as the blocks' numbers do. before: values before the
+        change, which become those after it; None where they are not known.
+        """
+        top = np.array([self._wide, self._high, self._deep]) - 1
+        margin = math.ceil(MARGIN)
+        first = np.clip(change.low - margin >> BLOCK_SHIFT, 0, top)
+        last = np.clip(change.high + margin >> BLOCK_SHIFT, 0, top)
+        marks = np.full((last - first + 1)[::-1], before is None, np.uint8)
+        if before is not None:
+            values = self._distance.values
+            low = np.maximum(change.low, 0)
+            high = np.minimum(change.high, np.array(values.shape[::-1]) - 1)
+            mark_blocks(values, before, low, high, 1 << BLOCK_SHIFT, first, marks)
+        places: NDArray[np.int64] = np.argwhere(marks)[:, ::-1] + first
+        return places
+
+    def number(self, places: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the numbers of blocks at places (i, j, k) on their grid."""
+        i, j, k = places.T
+        numbers: NDArray[np.int64] = (k * self._high + j) * self._wide + i
+        return numbers
+
+    def occupy(
+        self, numbers: NDArray[np.int64], full: NDArray[np.bool_]
+    ) -> NDArray[np.int64] | None:
+        """List those of some blocks that are full, and the others no more.
+
+        numbers: increasing. Returns where each of the blocks listed now was before, or
+        -1; None where they are the same as before.
+        """
+        before = self._occupied
+        at = np.searchsorted(before, numbers)
+        known = (
+            before[np.minimum(at, len(before) - 1)] == numbers
+            if len(before)
+            else (np.zeros(len(numbers), np.bool_))
+        )
+        if np.array_equal(known, full):
+            return None
+        source = np.delete(np.arange(len(before)), at[known & ~full])
+        after = before[source]
+        fresh = numbers[full & ~known]
+        to = np.searchsorted(after, fresh)
+        self._list(np.insert(after, to, fresh).astype(np.int32))
+        return np.insert(source, to, -1)
+
+    def runs(self, visible: Visible, mark: int, spans: BlockSpans, part: int) -> Runs:
         """List a sorted set's elements in the visible blocks with a mark.
 
         part: elements after which a new part begins.
         """
         runs = np.empty((len(self._occupied), 2), np.int64)
-        cuts = np.empty((int(order.offsets[-1]) // part + 2, 2), np.int64)
+        cuts = np.empty((spans.total // part + 2, 2), np.int64)
         total, parts, rows = list_runs(
             visible.shown,
             mark,
             visible.distances,
             DISTANCE_STEP_MM,
-            order.offsets,
+            *spans,
             part,
-            order.rows,
             self._heads,
             runs,
             cuts,
@@ -195,10 +248,12 @@ class Blocks:
         reach = BlockReach(self._half_diagonal + radius_mm, near_reach_mm, far_from_mm)
         shape = (-(-camera.height // SQUARE_PX), -(-camera.width // SQUARE_PX))
         ends = np.full(shape if hide else (0, 0), np.inf, np.float32)
+        # of an air surface no copy: who edits it edits what is traced here
+        values = self._distance.values.astype(np.float32, copy=False)
 
         def trace(first: int) -> None:
             trace_cones(
-                self._values,
+                values,
                 voxel_from_camera,
                 cones,
                 self._margin,
@@ -239,34 +294,11 @@ class Blocks:
         return Visible(self._shown, self._distances, in_view, hidden)
 
 
-@dataclass(frozen=True, slots=True)
-class BlockedSurfels:
-    """Hold surfels block by block, in grid order within a block.
-
-    position, normal: ``(n + 16, 3)`` float32 as in `Surfels`. order: where each block
-    begins. first_mm: world position of the grid's first point, from which positions
-    are counted. spacing_mm: as in `Surfels`.
-    """
-
-    position: NDArray[np.float32]
-    normal: NDArray[np.float32]
-    order: BlockOrder
-    first_mm: NDArray[np.float64]
-    spacing_mm: float
-
-    def __len__(self) -> int:
-        return len(self.order.index)
-
-
-def sort_surfels(surfels: Surfels, blocks: Blocks, shift: int) -> BlockedSurfels:
+def pool_surfels(surfels: Surfels, blocks: Blocks, shift: int) -> SurfelPool:
     """Sort; a block has ``2**shift`` of the surfels' voxels a side."""
     order = blocks.sort(surfels.rows, shift)
-    position, normal = (
-        np.concatenate([array[order.index], np.ones((SPARE_ROWS, 3), np.float32)])
-        for array in (surfels.position, surfels.normal)
-    )
-    first_mm = surfels.rows.world_from_voxel[:3, 3]
-    return BlockedSurfels(position, normal, order, first_mm, surfels.spacing_mm)
+    refine = 1 << shift - BLOCK_SHIFT
+    return SurfelPool(surfels, order.index, order.spans, shift, refine)
 
 
 def _camera_from_voxel(camera: Camera, distance: Volume) -> NDArray[np.float64]:

@@ -33,18 +33,19 @@ from renderers.fsr.surfels.occlusion_blocks import (
     BLOCK_SHIFT,
     FAR,
     NEAR,
-    BlockedSurfels,
     Blocks,
     Runs,
-    sort_surfels,
+    pool_surfels,
 )
 from renderers.fsr.surfels.rim_sharpening import RimSharpener
 from renderers.fsr.surfels.surfel_buffers import lined_up, make_surfel_scratch
+from renderers.fsr.surfels.surfel_pool import SurfelPool
 from renderers.fsr.surfels.surfel_set import extract_surfels
+from renderers.fsr.surfels.surfel_update import BlockExtraction, far_blocks
 from renderers.fsr.view_bounds import lens_of, tile_grid
 from renderers.fsr.visibility import BlockBounds, VisibleSetLookup, VisibleSets
 from renderers.lanes.self_check import demand_vectors
-from renderers.scene import Camera, GBuffer, Projection, Volume
+from renderers.scene import Camera, Change, ChangeKind, GBuffer, Projection, Volume
 from renderers.scene.deflection import Deflection, deflected_distance
 from renderers.scene.thread_team import ThreadTeam
 
@@ -106,10 +107,11 @@ class SurfelRasterizer:
         self._distance = distance
         self._lookup: VisibleSetLookup | None = None
         self._blocks = Blocks(distance, coarse.rows, fine.rows)
-        self._coarse = sort_surfels(coarse, self._blocks, BLOCK_SHIFT)
-        self._fine = sort_surfels(fine, self._blocks, BLOCK_SHIFT + 1)
-        rows = self._coarse.order.rows.sum() + self._fine.order.rows.sum()
-        self._rows = int(rows)
+        self._coarse = pool_surfels(coarse, self._blocks, BLOCK_SHIFT)
+        self._fine = pool_surfels(fine, self._blocks, BLOCK_SHIFT + 1)
+        self._extraction = BlockExtraction()
+        # what surfels were last found in; who edits nothing needs none
+        self._before: NDArray[np.float32] | None = None
         self._hide = hide
         self._sharp = sharp
         self._rims = RimSharpener(distance)
@@ -147,6 +149,42 @@ class SurfelRasterizer:
         if sets is not None:
             numbers = self._blocks.numbers
             self._lookup = VisibleSetLookup(sets, self._distance, numbers)
+
+    def update(self, change: Change) -> None:
+        """Follow an edit of the distance's values in place.
+
+        Surfels of the blocks that depend on the change are extracted anew; what is
+        drawn then equals what a new rasterizer draws, to the bit. Raises ValueError
+        where a deflection moves the surface.
+        """
+        if self._cut_rims is not None:
+            raise ValueError(
+                "a surface moved by a deflection cannot be edited; bend its distance"
+            )
+        if change.kind is ChangeKind.FILM or np.any(change.high < change.low):
+            return
+        blocks = self._blocks
+        places = blocks.around(change, self._before)
+        if self._before is None:
+            self._before = self._distance.values.astype(np.float32)
+        pools = self._coarse, self._fine
+        near = blocks.number(places)
+        places = np.concatenate([places, *(far_blocks(p, change) for p in pools)])
+        numbers, first = np.unique(blocks.number(places), return_index=True)
+        places = places[first]
+        found = self._extraction.find(self._distance, pools, places, change)
+        full = found[0].counts + found[1].counts > 0
+        if (source := blocks.occupy(numbers, full)) is not None:
+            self._coarse.rearrange(source)
+            self._fine.rearrange(source)
+        at = np.searchsorted(blocks.numbers, numbers[full])
+        for surfels, f in zip(pools, found, strict=True):
+            surfels.replace(at, f.counts[full], f.rows[full], f.position, f.normal)
+            of = blocks.number(surfels.far[:, :3] >> surfels.shift)
+            kept = surfels.far[~np.isin(of, numbers)]
+            surfels.far = np.concatenate([kept, f.far])
+        if self._lookup is not None:
+            self._lookup.update(blocks.numbers, near, numbers)
 
     def draw(self, camera: Camera, team: ThreadTeam) -> GBuffer:
         """Find the air surface; the bits do not depend on the team's size.
@@ -225,7 +263,8 @@ class SurfelRasterizer:
             reach * self._coarse.spacing_mm
         )
         if len(self._buffers.boxes) <= self.splat_count:
-            self._buffers = _make_buffers(self.splat_count)
+            # with some to spare for what edits bring about
+            self._buffers = _make_buffers(self.splat_count + self.splat_count // 8)
         # a grid point is up to half a spacing's diagonal from its surfel
         slack = self._coarse.spacing_mm
         allowed = None
@@ -248,18 +287,19 @@ class SurfelRasterizer:
         ):
             self._split = listed
             limits = low, high, reach * surfels.spacing_mm
-            runs = self._blocks.runs(blocks, mark, surfels.order, PART)
+            runs = self._blocks.runs(blocks, mark, surfels.spans, PART)
             project = self._projection(camera, surfels, runs, limits, listed)
             parts += [partial(project, part) for part in range(len(runs.cuts) - 1)]
             listed += len(runs)
             kept += runs.rows
         # both sets in one: threads are slow to wake
         visible = sum(team.map(call, parts))
+        rows = int(self._coarse.spans.rows.sum() + self._fine.spans.rows.sum())
         self.counters = {
             "listed": listed,
             "visible": visible,
-            "rows": self._rows,
-            "culled rows": self._rows - kept,
+            "rows": rows,
+            "culled rows": rows - kept,
             "blocks in view": blocks.in_view,
             "hidden blocks": blocks.hidden,
             "looked up": int(allowed is not None),
@@ -269,7 +309,7 @@ class SurfelRasterizer:
     def _projection(
         self,
         camera: Camera,
-        surfels: BlockedSurfels,
+        surfels: SurfelPool,
         runs: Runs,
         limits: tuple[float, float, float],
         base: int,

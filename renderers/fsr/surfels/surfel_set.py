@@ -6,15 +6,26 @@ surface. The set has one layer everywhere, so that tangent discs of sigma
 ``0.6 * spacing`` cover it about ten times over.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.fsr.kernels.extract_surfels import extract_surfel_rows
+from renderers.fsr.kernels.extract_surfels import (
+    FoundSurfels,
+    GradientCache,
+    extract_surfel_rows,
+)
 from renderers.fsr.sobel_normals import flat_volume
 from renderers.fsr.sparse_rows import SparseRows
 from renderers.scene import Volume
+
+_PLANES = 8
+"""Planes of gradients that are kept; surfels of one plane ask for six of them."""
+
+
+def _none_far() -> NDArray[np.int64]:
+    return np.empty((0, 4), np.int64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,12 +37,15 @@ class Surfels:
         grid's first point: float32 would lose microns far from the world's origin.
     normal: ``(n, 3)`` float32 unit, world, towards the air.
     spacing_mm: the largest spacing of the element grid, which sets disc sizes.
+    far: ``(m, 4)`` int64, elements that depend on values far from them, see
+        `FoundSurfels`.
     """
 
     rows: SparseRows
     position: NDArray[np.float32]
     normal: NDArray[np.float32]
     spacing_mm: float
+    far: NDArray[np.int64] = field(default_factory=_none_far)
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -51,33 +65,56 @@ def extract_surfels(distance: Volume, refine: int = 1) -> Surfels:
     world_from_voxel = distance.world_from_voxel
     offsets = np.zeros(shape[0] * shape[1] + 1, np.int64)
     size = max(16 * shape[2], int(4 * refine**2 * distance.values.size ** (2 / 3)))
-    x = np.empty(size, np.uint16)
-    position = np.empty((size, 3), np.float32)
-    normal = np.empty((size, 3), np.float32)
-    row = 0
+    found = FoundSurfels(
+        np.empty(size, np.uint16),
+        np.empty((size, 3), np.float32),
+        np.empty((size, 3), np.float32),
+        np.empty((4 * shape[2], 4), np.int64),
+    )
+    cache = make_cache(_PLANES, (ny, nx), (0, 0))
+    row = far = 0
     while row < shape[0] * shape[1]:
-        row = extract_surfel_rows(
+        row, far = extract_surfel_rows(
             volume,
             distance.spacing_mm,
             world_from_voxel,
             refine,
             row,
             offsets,
-            x,
-            position,
-            normal,
+            cache,
+            found,
+            far,
         )
         if row < shape[0] * shape[1]:
-            x, position, normal = (
-                np.concatenate([a, np.empty_like(a)]) for a in (x, position, normal)
-            )
+            found = grown(found)
     n = int(offsets[-1])
     grid = world_from_voxel.copy()
     grid[:3, :3] /= refine
-    rows = SparseRows((shape[0], shape[1], shape[2]), grid, offsets, x[:n].copy())
+    rows = SparseRows((shape[0], shape[1], shape[2]), grid, offsets, found.x[:n].copy())
     return Surfels(
         rows,
-        position[:n].copy(),
-        normal[:n].copy(),
+        found.position[:n].copy(),
+        found.normal[:n].copy(),
         float(distance.spacing_mm.max()) / refine,
+        found.far[:far].copy(),
     )
+
+
+def make_cache(
+    planes: int, size: tuple[int, int], first: tuple[int, int]
+) -> GradientCache:
+    """Return an empty cache of so many planes; size: rows and columns of each.
+
+    first: row and column of the volume in the first of them.
+    """
+    return GradientCache(
+        np.empty((planes, *size, 3), np.float32),
+        np.full((planes, *size), -1, np.int32),
+        first[1],
+        first[0],
+    )
+
+
+def grown(found: FoundSurfels) -> FoundSurfels:
+    """Return the same with twice the room."""
+    return FoundSurfels(*(np.concatenate([a, np.empty_like(a)]) for a in found))

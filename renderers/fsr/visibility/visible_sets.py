@@ -103,11 +103,34 @@ class VisibleSetLookup:
         self._voxel_from_world = distance.voxel_from_world
         self._row = -1
         self._seen: NDArray[np.uint8] | None = None
+        self._numbers = numbers
+        self._stale = np.zeros(len(sets.numbers), np.bool_)
+        self._changed = np.zeros(len(sets.numbers), np.bool_)
+        self._is_edited = False
+
+    def update(
+        self,
+        numbers: NDArray[np.int32],
+        near: NDArray[np.int64],
+        changed: NDArray[np.int64],
+    ) -> None:
+        """Follow an edit of the surface, after which there are other blocks.
+
+        numbers: of the blocks that there are now. near: numbers of blocks around what
+        was edited. Where none of these is in a set, floods from its box reach nothing
+        that became different, and the set holds; of other boxes nothing is known from
+        now on. changed: numbers of blocks with other surfels, which are always shown.
+        """
+        self._numbers = numbers
+        self._stale |= np.isin(self._sets.numbers, near)
+        self._changed |= np.isin(self._sets.numbers, changed)
+        self._row = -1
+        self._is_edited = True
 
     def seen_from(self, eye_mm: NDArray[np.float64]) -> NDArray[np.uint8] | None:
         """Return 1 per block that may be seen, else 0; None where nothing is known.
 
-        That is outside the airway, and in tissue.
+        That is outside the airway, in tissue, and where an edit may be seen.
         """
         matrix = self._voxel_from_world
         at = matrix[:3, :3] @ eye_mm + matrix[:3, 3]
@@ -115,8 +138,21 @@ class VisibleSetLookup:
         if row < 0 or self._distance.at_voxel(at) >= 0:
             return None
         if row != self._row:
-            self._row, self._seen = row, self._sets.seen(row)
+            self._row, self._seen = row, self._still_seen(row)
         return self._seen
+
+    def _still_seen(self, row: int) -> NDArray[np.uint8] | None:
+        seen = self._sets.seen(row)
+        if not self._is_edited:
+            return seen
+        if np.any(seen[self._stale]):
+            return None
+        # what an edit brought about, or left, is not in sight; to show it is no fault
+        known = np.searchsorted(self._sets.numbers, self._numbers)
+        known = np.minimum(known, len(seen) - 1)
+        is_new = (self._sets.numbers[known] != self._numbers) | self._changed[known]
+        result = np.where(is_new, 1, seen[known]).astype(np.uint8)
+        return result
 
 
 def build_visible_sets(

@@ -1,5 +1,6 @@
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,8 @@ from renderers.fsr import (
 from renderers.scene import (
     AirSurface,
     Camera,
+    Change,
+    ChangeKind,
     Distortion,
     GBuffer,
     Renderer,
@@ -22,6 +25,7 @@ from renderers.scene import (
     TransferFunction,
     Volume,
 )
+from renderers.scene.deflection import Deflection, Translation
 from tests.boards import KAPPA, METAL, SIZE, board, slab
 from tests.boards import camera as board_camera
 
@@ -228,3 +232,44 @@ def test_without_solids_it_is_the_picture(slab_renderer: FuzzySetRenderer) -> No
 def test_a_buffer_of_another_size_is_refused(slab_renderer: FuzzySetRenderer) -> None:
     with pytest.raises(ValueError, match="do not fit a picture of 48 x 48"):
         render_among(slab_renderer, board_camera(), GBuffer.empty(8, 8))
+
+
+def test_after_an_edit_both_modes_show_what_a_new_renderer_shows(
+    hollow: Volume,
+) -> None:
+    scene = scene_of(hollow)
+    distance, hu = hollow.values.copy(), scene.volume.values.copy()
+    assert scene.surface is not None
+    surface = replace(
+        scene.surface, distance=hollow.with_values(distance, hollow.background)
+    )
+    edited = replace(
+        scene, volume=scene.volume.with_values(hu, -1000.0), surface=surface
+    )
+    live = FuzzySetRenderer(edited, threads=1)
+    camera = Camera.looking_at((0.5, -2, 0), (0, 4, 0), size=(80, 60))
+    first = live.gbuffer(camera), live.render(camera)
+    k, j, i = np.indices(distance.shape) * 0.5 - 8.0
+    ball = np.sqrt(i**2 + (j - 5.5) ** 2 + (k - 1) ** 2) - 2.0
+    changed = np.argwhere(ball < distance)[:, ::-1]
+    low, high = changed.min(axis=0), changed.max(axis=0)
+    for carved, kind in ((np.minimum(distance, ball), "cut"), (hollow.values, "undo")):
+        distance[...] = carved
+        hu[...] = 1040 * np.clip(0.5 + distance, 0, 1) - 1000
+        live.update(Change(1, low, high))
+        live.update(Change(2, low, high, ChangeKind.FILM))
+        fresh = FuzzySetRenderer(edited, threads=2)
+        a, b = live.gbuffer(camera), fresh.gbuffer(camera)
+        assert np.array_equal(a.depth_mm, b.depth_mm)
+        assert np.array_equal(a.normal, b.normal)
+        assert np.array_equal(live.render(camera).rgba, fresh.render(camera).rgba)
+        is_first = np.array_equal(live.render(camera).rgba, first[1].rgba)
+        assert is_first == np.array_equal(a.depth_mm, first[0].depth_mm)
+        assert is_first == (kind == "undo")
+
+
+def test_a_renderer_with_a_deflection_refuses_edits(hollow: Volume) -> None:
+    push = Deflection((Translation(np.array([6.0, 0, 0]), 3.0, np.array([0.5, 0, 0])),))
+    renderer = FuzzySetRenderer(scene_of(hollow), deflection=push)
+    with pytest.raises(ValueError, match="make a new one"):
+        renderer.update(Change(1, np.zeros(3, np.int64), np.zeros(3, np.int64)))

@@ -99,13 +99,14 @@ def test_runs_hold_every_element_of_the_visible_blocks_once_and_near_ones_first(
     visible = blocks.visible(
         camera, team, radius_mm=1.0, near_reach_mm=0.0, far_from_mm=4.0
     )
-    runs = blocks.runs(visible, FAR, order, 100)
-    assert 0 < runs.rows < order.rows.sum() == len(np.unique(rows, axis=0))
+    spans = order.spans
+    runs = blocks.runs(visible, FAR, spans, 100)
+    assert 0 < runs.rows < spans.rows.sum() == len(np.unique(rows, axis=0))
     shown = np.concatenate([np.arange(a, b) for a, b in runs.runs])
     assert len(shown) == len(np.unique(shown)) == len(runs)
     wanted = np.flatnonzero(visible.shown & FAR)
-    spans = [np.arange(*order.offsets[n : n + 2]) for n in wanted]
-    assert np.array_equal(np.sort(shown), np.sort(np.concatenate(spans)))
+    each = [np.arange(spans.begins[n], spans.ends[n]) for n in wanted]
+    assert np.array_equal(np.sort(shown), np.sort(np.concatenate(each)))
     lengths = np.diff(runs.cuts[:, 1])
     assert np.all(lengths[:-1] >= 100)
     assert np.all(np.diff(runs.cuts[:, 0]) > 0)
