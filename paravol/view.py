@@ -26,7 +26,7 @@ from renderers.shading import (
 from renderers.shading.bands import RowBands
 from renderers.shading.shader import Lattice
 from scenarios import View
-from scenarios.instruments import placed_tool
+from scenarios.instruments import INSTRUMENTS, placed_tool
 
 VISIBLE_SETS_STAGE = "Finding what can be seen from where"
 
@@ -109,6 +109,12 @@ class EndoscopeView:
             buffer = self.gbuffer(view)
             radiance = self.light(view, buffer)
             self.expose(view, buffer, radiance, gain=meter(radiance), number=0)
+        if self.has_instrument:
+            # a tool that is taken up in flight must not stop it for a tenth of a second
+            for tool in INSTRUMENTS.values():
+                for mesh, pose in tool.placed(np.eye(4), 1.0):
+                    mesh.listed(views[0].camera, pose)
+                    mesh.spine(pose)
         progress(stage, 1.0)
 
     def apply(self, changes: Sequence[Change]) -> None:

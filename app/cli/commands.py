@@ -267,6 +267,14 @@ def bench(
 
 
 @app.command(group=MACHINE)
+def tools(*, json: Json = False) -> int:
+    """List the surgeon's instruments, with their sizes and forces."""
+    from app.cli.tools_command import run_tools
+
+    return run_tools(as_json=json)
+
+
+@app.command(group=MACHINE)
 def doctor(
     *, device: str | None = None, accept_constants: bool = False, json: Json = False
 ) -> int:

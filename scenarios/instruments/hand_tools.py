@@ -26,14 +26,14 @@ def _side_by_side(strands: list[Doubles], radius_mm: Doubles) -> Capsules:
 
     strands: places ``(n, 3)``, which meet where the shaft begins. radius_mm: ``(n,)``.
     """
-    least = np.minimum(radius_mm[:-1], radius_mm[1:])
+    between = (radius_mm[:-1] + radius_mm[1:]) / 2
     first = strands[0]
-    held = [Capsules.along(first, least)]
+    held = [Capsules.along(first, between)]
     for strand in strands[1:]:
         apart = np.linalg.norm(strand - first, axis=1) > 1e-9
         last = int(np.flatnonzero(apart).max(initial=-1)) + 2
         if last > 1:
-            held.append(Capsules.along(strand[:last], least[: last - 1]))
+            held.append(Capsules.along(strand[:last], between[: last - 1]))
     return Capsules.joined(held)
 
 

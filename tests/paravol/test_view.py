@@ -12,8 +12,9 @@ from devices import load_probe_path
 from paravol.patient import load_patient
 from paravol.session_setup import LIVE_TIER, SEED, build_view, path_view
 from paravol.view import EndoscopeView, Frame
-from renderers.scene import Distortion
-from scenarios import View, load_scenario
+from renderers.scene import Distortion, Material
+from scenarios import View, load_scenario, tip_frame
+from scenarios.instrument_state import NO_TOOL
 
 SIZE = (40, 40)
 PLACES_S = (1.0, 2.0, 2.001)
@@ -21,7 +22,10 @@ PLACES_S = (1.0, 2.0, 2.001)
 
 @pytest.fixture(scope="module")
 def patient(coarse_scenario: Path) -> tuple[list[EndoscopeView], list[View]]:
-    """Two renderers of one head, and a few views; some differ by the tool alone."""
+    """Two renderers of one head, and a few views; some differ by the tool alone.
+
+    By its place, its name and its jaws.
+    """
     scenario, folder = load_scenario(str(coarse_scenario))
     path = load_probe_path(folder / scenario.path)
     patient = load_patient(scenario, lambda stage, share: None)
@@ -29,6 +33,17 @@ def patient(coarse_scenario: Path) -> tuple[list[EndoscopeView], list[View]]:
     moved = views[0].world_from_instrument.copy()
     moved[:3, 3] += 0.5 * views[0].camera.frame[1]
     views.append(dataclasses.replace(views[0], world_from_instrument=moved))
+    ahead = views[0].camera.eye_mm + 14 * views[0].camera.frame[3]
+    before = tip_frame(ahead, views[0].camera.frame[3])
+    for jaw in (1.0, 0.25):
+        views.append(
+            dataclasses.replace(
+                views[0],
+                world_from_instrument=before,
+                instrument="upturned forceps",
+                jaw=jaw,
+            )
+        )
     renderers = [
         build_view(
             scenario, patient, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=1
@@ -39,7 +54,7 @@ def patient(coarse_scenario: Path) -> tuple[list[EndoscopeView], list[View]]:
 
 
 @settings(max_examples=10, deadline=None)
-@given(st.lists(st.integers(0, 3), min_size=2, max_size=10))
+@given(st.lists(st.integers(0, 5), min_size=2, max_size=10))
 def test_frames_are_those_of_a_renderer_that_skips_nothing(
     patient: tuple[list[EndoscopeView], list[View]], order: list[int]
 ) -> None:
@@ -59,6 +74,23 @@ def test_frames_are_those_of_a_renderer_that_skips_nothing(
         last = place
     # the first may rest where the sequence before it ended
     assert view.views_skipped - before in (rests, rests + 1)
+
+
+def test_a_jaw_that_moves_is_seen_to_move(
+    patient: tuple[list[EndoscopeView], list[View]],
+) -> None:
+    (view, _), seen = patient
+    closed, half, none = (
+        view.draw(here, number=0, elapsed_s=0.0, gain=0.7).gbuffer
+        for here in (seen[4], seen[5], dataclasses.replace(seen[4], instrument=NO_TOOL))
+    )
+    metal = [(each.material == Material.METAL).sum() for each in (closed, half, none)]
+    assert metal[0] > 20
+    assert metal[1] > 20
+    assert metal[2] == 0
+    assert (closed.depth_mm != half.depth_mm).any()
+    # the tool hides tissue and never uncovers any
+    assert (closed.depth_mm <= none.depth_mm).all()
 
 
 def test_a_resting_scope_is_exposed_anew_each_time(

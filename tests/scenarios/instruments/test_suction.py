@@ -13,6 +13,21 @@ def test_tube_is_closed_and_faces_outwards() -> None:
     assert body.volume > 0
 
 
+def test_tube_has_the_bits_of_a_general_revolution() -> None:
+    """Recordings of it were drawn from a mesh that trimesh had made."""
+    mesh = suction_tube(bend_deg=0.0)
+    angles = np.linspace(0.0, np.pi, 9)
+    lip = np.stack([1.0 + 0.2 * np.cos(angles), 0.2 - 0.2 * np.sin(angles)], axis=1)
+    back = np.linspace(70.0, 130.0, 24)
+    outside = np.stack([np.full(24, 1.2), back], axis=1)[::-1]
+    inside = np.stack([np.full(24, 0.8), back], axis=1)
+    profile = np.concatenate([outside, lip, inside, outside[:1]])
+    tube = trimesh.creation.revolve(profile, sections=32)
+    tube.fix_normals()
+    np.testing.assert_allclose(mesh.vertices, tube.vertices, rtol=0, atol=1e-15)
+    np.testing.assert_array_equal(mesh.faces, tube.faces)
+
+
 def test_volume_is_that_of_the_wall() -> None:
     mesh = suction_tube(outer_mm=3.0, bore_mm=2.0, length_mm=100.0, bend_deg=0.0)
     body = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True)
