@@ -19,7 +19,6 @@ from renderers.lanes import (
     absolute,
     any_,
     full,
-    gather,
     gather_pairs,
     gather_u8,
     greatest,
@@ -69,10 +68,12 @@ FLESH_LUMPS, FLESH_RIDGES, FLESH_GRAIN = f32(0.20), f32(0.34), f32(0.24)
 BONE_LUMPS, BONE_RIDGES, BONE_GRAIN = f32(0.12), f32(0.18), f32(0.26)
 """Root mean square slopes of that relief."""
 
-RED_PER_MM, GREEN_PER_MM = f32(3.0), f32(30.0)
+RED_PER_MM, GREEN_PER_MM = f32(6.0), f32(30.0)
 """What a film of blood takes from light, once through: red, and green and blue."""
 POOL_FROM_MM, POOL_AT_MM = f32(0.03), f32(0.20)
 """A film so thick begins to fill the relief below it, and has filled it."""
+POOL_RED = f32(0.72)
+"""Blood that has been in tissue is darker than fresh arterial blood by this."""
 
 _LUMPS = f32(LUMPS_MM / (2 * math.pi))
 _RIDGES = f32(RIDGES_MM / (2 * math.pi))
@@ -151,14 +152,8 @@ def wounds_in(w: Floats, cubes: Bytes) -> int:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def film_at(
-    distance: Floats, film: Bytes, reach: np.float32, x: Lanes, y: Lanes, z: Lanes
-) -> Lanes:
-    """Interpolate the film at voxel coordinates, in steps, among voxels at the surface.
-
-    Blood is kept in voxels nearer to the surface than `reach`, mm; what is farther
-    from it has none, and must not thin what the surface has.
-    """
+def film_at(film: Bytes, x: Lanes, y: Lanes, z: Lanes) -> Lanes:
+    """Interpolate the thickness of blood at voxel coordinates, in its steps."""
     nz, ny, nx = film.shape
     x = minimum(maximum(x, _ZERO), f32(nx) - f32(1.001))
     y = minimum(maximum(y, _ZERO), f32(ny) - f32(1.001))
@@ -168,19 +163,16 @@ def film_at(
     y -= to_real(j)
     z -= to_real(k)
     at = i + j * i32(nx) + k * i32(nx * ny)
-    every = x > f32(-1)
+    every = at >= 0
     total = full(_ZERO, W)
-    weight = full(f32(1e-6), W)
     for corner in range(8):
         a, b, c = corner & 1, corner >> 1 & 1, corner >> 2
         voxel = at + i32(a + b * nx + c * nx * ny)
-        share = (
-            (x if a else _ONE - x) * (y if b else _ONE - y) * (z if c else _ONE - z)
-        )
-        share *= maximum(reach - absolute(gather(distance, voxel, every)), _ZERO)
+        share = x if a else _ONE - x
+        share *= y if b else _ONE - y
+        share *= z if c else _ONE - z
         total += share * to_real(gather_u8(film, voxel, every))
-        weight += share
-    return total / weight
+    return total
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -193,8 +185,6 @@ def find_depths(w: Floats, field: DistanceField, wounds: WoundField, kinds: int)
     nz, ny, nx = distance.shape
     row, layer = i32(nx), i32(nx * ny)
     step = f32(0.6)
-    per_mm = m[0, 0] * m[0, 0] + m[0, 1] * m[0, 1] + m[0, 2] * m[0, 2]
-    reach = f32(1 / math.sqrt(per_mm))
     per_voxel = wounds.film_step / (f32(2) * step)
     found = 0
     for i in range(0, N, W):
@@ -212,16 +202,16 @@ def find_depths(w: Floats, field: DistanceField, wounds: WoundField, kinds: int)
         film = full(_ZERO, W)
         gx, gy, gz = film, film, film
         if kinds & WET:
-            film = wounds.film_step * film_at(distance, wounds.film, reach, x, y, z)
+            film = wounds.film_step * film_at(wounds.film, x, y, z)
             film = select(open_, film, _ZERO)
             if any_(film > POOL_FROM_MM):
                 f = wounds.film
-                gx = film_at(distance, f, reach, x + step, y, z)
-                gx -= film_at(distance, f, reach, x - step, y, z)
-                gy = film_at(distance, f, reach, x, y + step, z)
-                gy -= film_at(distance, f, reach, x, y - step, z)
-                gz = film_at(distance, f, reach, x, y, z + step)
-                gz -= film_at(distance, f, reach, x, y, z - step)
+                gx = film_at(f, x + step, y, z)
+                gx -= film_at(f, x - step, y, z)
+                gy = film_at(f, x, y + step, z)
+                gy -= film_at(f, x, y - step, z)
+                gz = film_at(f, x, y, z + step)
+                gz -= film_at(f, x, y, z - step)
         store(w, FILM + i, film)
         # from steps a voxel to mm a mm, along the world's axes
         store(
@@ -434,7 +424,7 @@ def spread_blood(w: Floats, blood: int, materials: Floats) -> None:
     film *= minimum(maximum(uneven, f32(0.3)), f32(2))
     red = exp_negative(f32(-2) * RED_PER_MM * film)
     green = exp_negative(f32(-2) * GREEN_PER_MM * film)
-    mix_in(w, block.RED, _ONE - red, full(materials[blood, 1], N))
+    mix_in(w, block.RED, _ONE - red, full(POOL_RED * materials[blood, 1], N))
     mix_in(w, block.GREEN, _ONE - green, full(materials[blood, 2], N))
     mix_in(w, block.BLUE, _ONE - green, full(materials[blood, 3], N))
     mix_in(w, block.LR, _ONE - red, full(materials[blood, 7], N))
