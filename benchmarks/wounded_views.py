@@ -72,11 +72,11 @@ VIEWS = (
         (-3.2, 44.0, 28.5),
         (-3.7, 54.0, 34.0),
     ),
-    WoundedView("uncinectomy", _UNCINATE, (-7.6, 11.5, 22.5), (-9.6, 20.5, 26.5)),
+    WoundedView("uncinectomy", _UNCINATE, (-8.3, 13.5, 22.5), (-9.7, 20.5, 25.5)),
     WoundedView(
         "maxillary ostium",
         (*_UNCINATE, ((-10.5, 26.6, 23.2), (-16.5, 27.6, 22.8), 2.4)),
-        (-8.0, 19.5, 23.2),
+        (-9.3, 20.5, 23.4),
         (-13.4, 27.4, 23.0),
     ),
     WoundedView(

@@ -17,6 +17,7 @@ from renderers.fsr.fuzzy_set import (
 )
 from renderers.fsr.splats import SplatMode, SplatRasterizer, Traversal
 from renderers.fsr.surfels import SurfelRasterizer
+from renderers.fsr.surfels.crease_tracing import CreaseTracer
 from renderers.fsr.visibility import VisibleSets
 from renderers.fsr.visibility.visible_set_store import stored_visible_sets
 from renderers.fsr.visibility.visible_sets import Progress
@@ -208,7 +209,12 @@ class FuzzySetRenderer:
             raise ValueError(
                 "this scene has no air surface; give it one or draw mode classic"
             )
-        return SurfelRasterizer(self._undeformed.distance, deflection=self._deflection)
+        creases = None
+        if self._undeformed.wounds is not None and self._deflection is None:
+            creases = CreaseTracer(self._undeformed)
+        return SurfelRasterizer(
+            self._undeformed.distance, deflection=self._deflection, creases=creases
+        )
 
 
 def render_among(renderer: FuzzySetRenderer, camera: Camera, solids: GBuffer) -> Image:

@@ -152,13 +152,13 @@ POLYP = TissueOptics(0.006, 0.7, 12.0, 1.0, 0.35, 2.0)
 """Watery oedema: little blood, little scattering, a yellow tinge."""
 BONE = TissueOptics(0.003, 0.8, 30.0, 0.7, 0.25, 1.0)
 FRESH_BLOOD = TissueOptics(1.0, 0.95, 20.0, 1.0)
-RAW_FLESH = TissueOptics(0.34, 0.85)
+RAW_FLESH = TissueOptics(0.30, 0.9)
 """What lies under mucosa, torn: its vessels are open, blood has soaked it."""
-BONE_EDGE = TissueOptics(0.035, 0.8, 24.0, 0.9)
+BONE_EDGE = TissueOptics(0.05, 0.85, 22.0, 1.0)
 """Cover of a bone and threads of it: pale, hardly any vessels."""
-CUT_BONE = TissueOptics(0.014, 0.8, 27.0, 0.7, 0.3, 1.4)
-"""Living bone: a trace of blood, and a thin smear of it, dull what is white when dry."""
-DEEP_TISSUE = TissueOptics(0.42, 0.65, 17.0, 1.2, 0.3, 0.8)
+CUT_BONE = TissueOptics(0.015, 0.85, 18.0, 0.7, 0.9, 0.3)
+"""Living bone: moist and with a trace of blood, duller than dry bone is."""
+DEEP_TISSUE = TissueOptics(0.40, 0.85, 16.0)
 """Muscle and fat behind a wall."""
 
 SKIN_COLOR = (0.47, 0.235, 0.18)

@@ -6,14 +6,15 @@ from numpy.typing import NDArray
 from renderers.scene import AirSurface, Change, Material
 from renderers.scene.gbuffer import read_only
 from renderers.scene.scene import FILM_UNIT_MM, WOUND_UNIT_MM
+from renderers.shading.kernels.wound_cubes import mark_cubes
 from renderers.shading.kernels.wound_marks import (
+    AROUND,
     GRAIN_MM,
     LUMPS_MM,
     RIDGES_MM,
     SHIFT,
     WoundField,
     WoundRows,
-    mark_cubes,
     stain_walls,
 )
 from renderers.shading.noise import tile_from_mm
@@ -33,44 +34,67 @@ _ROWS = WoundRows(
 )
 
 
+class WoundCubes:
+    """Keep which cubes of a grid have a cut surface, or blood on one.
+
+    cubes: see `mark_cubes`, read-only; empty where nobody operates. surface: whose
+    arrays are read in place. shift, around: see there.
+    """
+
+    def __init__(self, surface: AirSurface, shift: int, around: int) -> None:
+        self._surface = surface
+        self._reach = shift, around
+        shape = surface.distance.shape if surface.wounds is not None else (0, 0, 0)
+        self._cubes = np.zeros([-(-n // (1 << shift)) for n in shape], np.uint8)
+        self.cubes = read_only(self._cubes)
+        self._near = 2 * float(surface.distance.spacing_mm.max())
+        self._mark(np.zeros(3, np.int64), np.array(shape[::-1], np.int64) - 1)
+
+    @property
+    def is_any(self) -> bool:
+        """Return whether anything is cut, or wet."""
+        return bool(self._cubes.any())
+
+    def update(self, change: Change) -> None:
+        """Look again where something changed."""
+        self._mark(change.low, change.high)
+
+    def _mark(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> None:
+        wounds = self._surface.wounds
+        if wounds is None:
+            return
+        mark_cubes(
+            self._surface.distance.values,
+            wounds.pristine.values,
+            wounds.film.values,
+            np.float32(self._near),
+            self._cubes,
+            *self._reach,
+            low,
+            high,
+        )
+
+
 class WoundLook:
     """Keep what tells shading where a surface is cut, or wet with blood.
 
-    surface: whose arrays are read in place. Without wounds all is empty, and costs
-    nothing.
+    surface: whose arrays are read in place.
     """
 
     def __init__(self, surface: AirSurface) -> None:
-        self._surface = surface
-        wounds = surface.wounds
-        shape = surface.distance.shape if wounds is not None else (0, 0, 0)
-        cubes = tuple(-(-n // (1 << SHIFT)) for n in shape)
-        self._cubes = np.zeros(cubes, np.uint8)
-        self._all = wound_field(surface, self._cubes)
-        self._none = self._all._replace(cubes=read_only(np.zeros((0, 0, 0), np.uint8)))
-        self._near = 2 * float(surface.distance.spacing_mm.max())
-        if wounds is not None:
-            self._mark(np.zeros(3, np.int64), np.array(shape[::-1], np.int64) - 1)
+        self._cubes = WoundCubes(surface, SHIFT, AROUND)
+        self._all = wound_field(surface, self._cubes.cubes)
+        none = read_only(np.zeros((0, 0, 0), np.uint8))
+        self._none = self._all._replace(cubes=none)
 
     @property
     def field(self) -> WoundField:
         """Return what a kernel takes: no cubes where nothing is cut, nor wet."""
-        return self._all if self._cubes.any() else self._none
+        return self._all if self._cubes.is_any else self._none
 
     def update(self, change: Change) -> None:
         """Look again where something changed."""
-        if self._surface.wounds is not None:
-            self._mark(change.low, change.high)
-
-    def _mark(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> None:
-        mark_cubes(
-            self._surface.distance.values,
-            self._all,
-            np.float32(self._near),
-            self._cubes,
-            low,
-            high,
-        )
+        self._cubes.update(change)
 
 
 class WallBlood:
@@ -86,7 +110,7 @@ class WallBlood:
             return
         self._codes = np.empty(surface.blood.shape, np.uint8)
         self.codes = read_only(self._codes)
-        none = np.zeros((0, 0, 0), np.uint8)
+        none = read_only(np.zeros((0, 0, 0), np.uint8))
         self._field = wound_field(surface, none)
         last = np.array(surface.blood.shape[::-1], np.int64) - 1
         self._stain(np.zeros(3, np.int64), last)
@@ -113,7 +137,7 @@ class WallBlood:
 def wound_field(surface: AirSurface, cubes: NDArray[np.uint8]) -> WoundField:
     """Return a surface's wounds as kernels take them.
 
-    cubes: see `WoundField`, changed by their owner. Empty without wounds.
+    cubes: of `WoundCubes`. Empty without wounds.
     """
     to_tile = np.stack(
         [
@@ -125,19 +149,19 @@ def wound_field(surface: AirSurface, cubes: NDArray[np.uint8]) -> WoundField:
     nothing = read_only(np.zeros((0, 0, 0), np.uint8))
     pristine = read_only(np.zeros((0, 0, 0), np.float32))
     layers = np.zeros(0, np.uint16)
-    deep = film = nothing
+    film = nothing
     if wounds is not None:
         pristine = wounds.pristine.values
-        layers = wounds.bone.values.astype(np.uint16)
+        thickness = wounds.bone.values
+        layers = np.where(wounds.deep.values > 127, 255, thickness).astype(np.uint16)
         layers <<= 8
         layers |= wounds.flesh.values
-        deep, film = wounds.deep.values, wounds.film.values
+        film = wounds.film.values
     return WoundField(
         pristine,
         read_only(layers.reshape(-1)),
-        deep,
         film,
-        read_only(cubes),
+        cubes,
         read_only(to_tile),
         np.float32(WOUND_UNIT_MM),
         np.float32(FILM_UNIT_MM),

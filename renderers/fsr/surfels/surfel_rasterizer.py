@@ -26,6 +26,7 @@ from renderers.fsr.kernels.surfel_tiles import (
     TILE_WIDTH,
     tile_by_tile,
 )
+from renderers.fsr.surfels.crease_tracing import CreaseTracer
 from renderers.fsr.surfels.cut_rim_tracing import CutRims
 from renderers.fsr.surfels.disc_bounds import disc_bounds
 from renderers.fsr.surfels.hole_filling import fill_holes
@@ -85,7 +86,7 @@ class SurfelRasterizer:
     Keeps its scratch memory between pictures. hide: leave out what walls hide before
     it is projected. Without, the picture is slower and the same but for pinholes
     between discs, where something hidden may show. sharp: take discs away where they
-    stand over a free edge. deflection: moves the surface.
+    stand over a free edge. deflection: moves the surface. creases: of the cuts in it.
     """
 
     def __init__(
@@ -95,8 +96,10 @@ class SurfelRasterizer:
         hide: bool = True,
         sharp: bool = True,
         deflection: Deflection | None = None,
+        creases: CreaseTracer | None = None,
     ) -> None:
         demand_vectors("Drawing surfels")
+        self._creases = creases
         coarse, fine = extract_surfels(distance), extract_surfels(distance, refine=2)
         self._cut_rims = None
         if deflection is not None:
@@ -253,6 +256,8 @@ class SurfelRasterizer:
             traced, moved = self._rims.sharpen(camera, team, result)
             self.counters["rim rays traced"] = traced
             self.counters["rim pixels moved"] = moved
+        if self._creases is not None:
+            self.counters["crease pixels"] = self._creases.trace(camera, team, result)
         return result
 
     def _project(self, camera: Camera, team: ThreadTeam) -> int:

@@ -19,11 +19,9 @@ from renderers.lanes import (
     absolute,
     any_,
     full,
-    gather,
     gather_pairs,
     gather_u8,
     greatest,
-    lanes,
     least,
     load,
     maximum,
@@ -48,31 +46,34 @@ from renderers.shading.kernels.field_reads import DistanceField, taps
 from renderers.shading.kernels.pixel_block import N, W
 from renderers.shading.kernels.surface_noise import NoiseTile, tap_octave
 from renderers.shading.kernels.tissue_surface import blend
+from renderers.shading.kernels.wound_cubes import CUT, LEAST_DEPTH_MM, WET
 
-SHIFT = 3
-"""Voxels of a cube of `WoundField.cubes`, as a power of two."""
-
-CUT, WET = 1, 2
-"""Bits of what a cube of voxels, or a block of pixels, has."""
-
-LEAST_DEPTH_MM = 0.02
-"""What lies less deep below the surface that was is not cut."""
 RIM_MM = 0.10
 """Depth from which a surface is a cut one."""
 RIM_WIDTH_MM = 0.30
 """Of the band of cut mucosa along the rim, which is paler than the flesh below."""
 
+SHIFT = 3
+"""Voxels along a side of a cube of `WoundField.cubes`, as a power of two."""
+AROUND = 2
+"""Voxels around a point that are read for it, at most."""
+
+SHELL_MM = 0.7
+"""Depth of dense bone over spongy bone."""
+
 LUMPS_MM, RIDGES_MM, GRAIN_MM = 1.25, 0.50, 0.20
 """Wavelengths of a cut's relief."""
 
 FLESH_LUMPS, FLESH_RIDGES, FLESH_GRAIN = f32(0.20), f32(0.34), f32(0.24)
-BONE_LUMPS, BONE_RIDGES, BONE_GRAIN = f32(0.07), f32(0.11), f32(0.26)
+BONE_LUMPS, BONE_RIDGES, BONE_GRAIN = f32(0.12), f32(0.18), f32(0.26)
 """Root mean square slopes of that relief."""
 
-RED_PER_MM, GREEN_PER_MM = f32(3.0), f32(30.0)
+RED_PER_MM, GREEN_PER_MM = f32(6.0), f32(30.0)
 """What a film of blood takes from light, once through: red, and green and blue."""
 POOL_FROM_MM, POOL_AT_MM = f32(0.03), f32(0.20)
 """A film so thick begins to fill the relief below it, and has filled it."""
+POOL_RED = f32(0.72)
+"""Blood that has been in tissue is darker than fresh arterial blood by this."""
 
 _LUMPS = f32(LUMPS_MM / (2 * math.pi))
 _RIDGES = f32(RIDGES_MM / (2 * math.pi))
@@ -82,8 +83,9 @@ _ONE = f32(1)
 _ZERO = f32(0)
 
 DEPTH, FILM = block.LARGE, block.LARGE + N
-FLESH, BONE, DEEP = block.SMALL, block.SMALL + N, block.SMALL + 2 * N
-FILM_X, FILM_Y, FILM_Z = block.LARGE + 2 * N, block.LARGE + 3 * N, block.SMALL + 3 * N
+FLESH, BONE = block.SMALL, block.SMALL + N
+FILM_X, FILM_Y = block.LARGE + 2 * N, block.LARGE + 3 * N
+FILM_Z = block.SMALL + 2 * N
 """Where a block's depths and layers are kept: vessels are not wanted any more."""
 
 
@@ -101,58 +103,19 @@ class WoundField(NamedTuple):
     """Hold what tells a block of pixels about cuts; all empty where nobody operates.
 
     pristine: ``(nz, ny, nx)`` mm. layers: flat, steps of depth of the bone + 256 *
-    those of its thickness. deep, film: ``(nz, ny, nx)``. cubes: not zero where cubes
-    of ``2**SHIFT`` voxels have a cut surface (1) or blood on one (2). to_tile:
-    ``(3, 3, 3)`` mm to tile voxels of the relief's octaves. depth_step, film_step: mm a
+    those of its thickness, 255 where it has no end. film: ``(nz, ny, nx)``. cubes: see
+    `mark_cubes`. to_tile: ``(3, 3, 3)`` mm to tile voxels of the relief's octaves. depth_step, film_step: mm a
     step. rows: of the material table.
     """
 
     pristine: Floats
     layers: NDArray[np.uint16]
-    deep: Bytes
     film: Bytes
     cubes: Bytes
     to_tile: Floats
     depth_step: np.float32
     film_step: np.float32
     rows: WoundRows
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def mark_cubes(
-    distance: Floats, wounds: WoundField, near: np.float32, cubes: Bytes,
-    low: Longs, high: Longs,
-) -> None:  # fmt: skip
-    """Find out again which cubes have a cut surface or blood.
-
-    near: mm, no corner of a cell with a surface in it is farther from that. low, high:
-    the first and last voxel (i, j, k) of what has changed.
-    """
-    pristine, film = wounds.pristine, wounds.film
-    side = 1 << SHIFT
-    first = np.empty(3, np.int64)
-    last = np.empty(3, np.int64)
-    for a in range(3):
-        # a cube's pixels read the voxels around it, too
-        first[a] = max(low[a] - 2, 0) >> SHIFT
-        last[a] = min((high[a] + 2) >> SHIFT, cubes.shape[2 - a] - 1)
-    nz, ny, nx = distance.shape
-    for c in range(first[2], last[2] + 1):
-        for b in range(first[1], last[1] + 1):
-            for a in range(first[0], last[0] + 1):
-                found = 0
-                for k in range(max(c * side - 1, 0), min((c + 1) * side + 2, nz)):
-                    for j in range(max(b * side - 1, 0), min((b + 1) * side + 2, ny)):
-                        for i in range(
-                            max(a * side - 1, 0), min((a + 1) * side + 2, nx)
-                        ):
-                            d = distance[k, j, i]
-                            cut = pristine[k, j, i] - d > f32(LEAST_DEPTH_MM)
-                            if cut and abs(d) < near:
-                                found |= CUT
-                            if film[k, j, i] > 0:
-                                found |= WET
-                cubes[c, b, a] = found
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -189,14 +152,8 @@ def wounds_in(w: Floats, cubes: Bytes) -> int:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def film_at(
-    distance: Floats, film: Bytes, reach: np.float32, x: Lanes, y: Lanes, z: Lanes
-) -> Lanes:
-    """Interpolate the film at voxel coordinates, in steps, among voxels at the surface.
-
-    Blood is kept in voxels nearer to the surface than `reach`, mm; what is farther
-    from it has none, and must not thin what the surface has.
-    """
+def film_at(film: Bytes, x: Lanes, y: Lanes, z: Lanes) -> Lanes:
+    """Interpolate the thickness of blood at voxel coordinates, in its steps."""
     nz, ny, nx = film.shape
     x = minimum(maximum(x, _ZERO), f32(nx) - f32(1.001))
     y = minimum(maximum(y, _ZERO), f32(ny) - f32(1.001))
@@ -206,33 +163,28 @@ def film_at(
     y -= to_real(j)
     z -= to_real(k)
     at = i + j * i32(nx) + k * i32(nx * ny)
-    every = x > f32(-1)
+    every = at >= 0
     total = full(_ZERO, W)
-    weight = full(f32(1e-6), W)
     for corner in range(8):
         a, b, c = corner & 1, corner >> 1 & 1, corner >> 2
         voxel = at + i32(a + b * nx + c * nx * ny)
-        share = (
-            (x if a else _ONE - x) * (y if b else _ONE - y) * (z if c else _ONE - z)
-        )
-        share *= maximum(reach - absolute(gather(distance, voxel, every)), _ZERO)
+        share = x if a else _ONE - x
+        share *= y if b else _ONE - y
+        share *= z if c else _ONE - z
         total += share * to_real(gather_u8(film, voxel, every))
-        weight += share
-    return total / weight
+    return total
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def find_depths(w: Floats, field: DistanceField, wounds: WoundField, kinds: int) -> int:
     """Find a block's depths below the surface that was, its layers, and its film.
 
-    kinds: bits of `WoundField.cubes`. Returns these bits of the block's pixels.
+    kinds: bits of what the block has. Returns those that its pixels have.
     """
     distance, m, _ = field
     nz, ny, nx = distance.shape
     row, layer = i32(nx), i32(nx * ny)
     step = f32(0.6)
-    per_mm = m[0, 0] * m[0, 0] + m[0, 1] * m[0, 1] + m[0, 2] * m[0, 2]
-    reach = f32(1 / math.sqrt(per_mm))
     per_voxel = wounds.film_step / (f32(2) * step)
     found = 0
     for i in range(0, N, W):
@@ -250,16 +202,16 @@ def find_depths(w: Floats, field: DistanceField, wounds: WoundField, kinds: int)
         film = full(_ZERO, W)
         gx, gy, gz = film, film, film
         if kinds & WET:
-            film = wounds.film_step * film_at(distance, wounds.film, reach, x, y, z)
+            film = wounds.film_step * film_at(wounds.film, x, y, z)
             film = select(open_, film, _ZERO)
             if any_(film > POOL_FROM_MM):
                 f = wounds.film
-                gx = film_at(distance, f, reach, x + step, y, z)
-                gx -= film_at(distance, f, reach, x - step, y, z)
-                gy = film_at(distance, f, reach, x, y + step, z)
-                gy -= film_at(distance, f, reach, x, y - step, z)
-                gz = film_at(distance, f, reach, x, y, z + step)
-                gz -= film_at(distance, f, reach, x, y, z - step)
+                gx = film_at(f, x + step, y, z)
+                gx -= film_at(f, x - step, y, z)
+                gy = film_at(f, x, y + step, z)
+                gy -= film_at(f, x, y - step, z)
+                gz = film_at(f, x, y, z + step)
+                gz -= film_at(f, x, y, z - step)
         store(w, FILM + i, film)
         # from steps a voxel to mm a mm, along the world's axes
         store(
@@ -276,7 +228,6 @@ def find_depths(w: Floats, field: DistanceField, wounds: WoundField, kinds: int)
         if not any_(depth > _ZERO):
             store(w, FLESH + i, depth)
             store(w, BONE + i, depth)
-            store(w, DEEP + i, depth)
             continue
         found |= CUT
         x = minimum(maximum(x, _ZERO), f32(nx) - f32(1.001))
@@ -284,11 +235,6 @@ def find_depths(w: Floats, field: DistanceField, wounds: WoundField, kinds: int)
         z = minimum(maximum(z, _ZERO), f32(nz) - f32(1.001))
         a, b, c = to_whole(x), to_whole(y), to_whole(z)
         at = a + b * row + c * layer
-        # the ground of the nearest voxel: it does not blend
-        near = to_whole(x + _HALF) + to_whole(y + _HALF) * row
-        near += to_whole(z + _HALF) * layer
-        deep = gather_u8(wounds.deep, near, lanes(W) >= 0)
-        store(w, DEEP + i, f32(1 / 255) * to_real(deep))
         x -= to_real(a)
         y -= to_real(b)
         z -= to_real(c)
@@ -340,49 +286,44 @@ def set_layers(w: Floats, rows: WoundRows, materials: Floats) -> None:
 
     # where bone begins and ends; its cover tears unevenly
     flesh = load(w, FLESH, N)
-    begin = flesh + f32(0.09) * lumps + f32(0.05) * ridges
-    end = flesh + load(w, BONE, N) + f32(0.05) * lumps + f32(0.03) * ridges
+    thick = load(w, BONE, N)
+    begin = flesh + f32(0.09) * lumps + f32(0.07) * ridges + f32(0.02) * grain
+    end = flesh + thick + f32(0.05) * lumps + f32(0.04) * ridges
     end = maximum(end, begin)
-    soft = maximum(half_pixel, f32(0.035))
+    soft = maximum(half_pixel, f32(0.05))
     bone = past(depth, begin, soft)
-    below = past(depth, end, soft)
-    ground = load(w, DEEP, N)
-    # spongy bone goes on
-    deep = below * (_ONE - ground)
-    sponge = below * ground
-    band = f32(0.13) + f32(0.04) * grain
-    fringe = clamped(_ONE - absolute(depth - begin) / band) * bone
-    fringe = maximum(fringe, clamped(_ONE - absolute(depth - end) / band) * bone)
-    fringe *= _ONE - sponge
+    deep = past(depth, end, soft)
+    # thick bone is spongy inside
+    sponge = clamped((depth - begin - f32(SHELL_MM)) * f32(3))
+    band = f32(0.15) + f32(0.05) * grain
+    fringe = clamped(_ONE - absolute(depth - begin) / band)
+    fringe = maximum(fringe, clamped(_ONE - absolute(depth - end) / band)) * bone
 
-    # pale threads on the ridges, dark clefts beside them
-    crest = clamped(_ONE - absolute(ridges) * f32(2.2)) * clamped(
-        lumps * f32(0.6) + f32(0.35)
-    )
-    cleft = clamped(f32(-0.45) * lumps + f32(0.30) * absolute(ridges) - f32(0.10))
-    speck = clamped(f32(-1.6) * ridges - f32(1.9) + f32(0.5) * grain)
-    pore = clamped(f32(-1.5) * grain - f32(1.35) + f32(0.8) * sponge)
-    speck = maximum(speck, pore) * bone
-    lining = clamped(_ONE - depth * f32(1 / RIM_WIDTH_MM) + f32(0.2) * ridges)
-    shade = _ONE - f32(0.45) * cleft
-    lit = _ONE + f32(0.10) * grain + f32(0.08) * lumps
-    shade *= maximum(lit, f32(0.5))
+    # pale threads on some ridges, blood in the clefts between lumps
+    crest = clamped(_ONE - absolute(ridges + f32(0.35) * grain) * f32(1.6))
+    crest *= clamped(f32(0.7) * lumps - f32(0.05))
+    cleft = clamped(f32(0.30) * absolute(ridges) - f32(0.40) * lumps)
+    lining = clamped(_ONE - depth * f32(1 / RIM_WIDTH_MM) + f32(0.3) * ridges)
+    lit = f32(1) + f32(0.12) * grain + f32(0.10) * lumps
+    # blood smeared over bone, and what oozes from its pores
+    smear = f32(0.32) - f32(0.20) * lumps - f32(0.18) * ridges - f32(0.06) * grain
+    smear = clamped(smear + f32(0.30) * sponge + f32(0.65) * fringe)
+    smear = minimum(smear, f32(0.85))
+    pore = clamped(f32(-1.1) * grain - f32(0.55) * ridges - f32(2.0) + f32(0.5) * sponge)
     for c in range(3):
-        value = full(materials[rows.flesh, 1 + c], N)
         pale = materials[rows.edge, 1 + c]
         dark = materials[rows.blood, 1 + c]
-        value += f32(0.40) * crest * (pale - value)
-        value += f32(0.38) * lining * (pale - value)
-        value *= shade
-        hard = full(materials[rows.bone, 1 + c], N) * (
-            _ONE + f32(0.07) * lumps + f32(0.06) * ridges
-        )
-        hard += f32(0.35) * sponge * (materials[rows.flesh, 1 + c] - hard)
-        hard += f32(0.75) * speck * (dark - hard)
-        value += bone * (hard - value)
-        value += f32(0.85) * fringe * (pale * shade - value)
-        under = materials[rows.deep, 1 + c] * shade
-        value += deep * (under - value)
+        value = full(materials[rows.flesh, 1 + c], N)
+        value += deep * (materials[rows.deep, 1 + c] - value)
+        value += f32(0.22) * crest * (pale - value)
+        value += f32(0.42) * lining * (pale - value)
+        value *= lit
+        value += f32(0.75) * cleft * (f32(0.8) * dark - value)
+        hard = full(materials[rows.bone, 1 + c], N)
+        hard += smear * (materials[rows.flesh, 1 + c] - hard)
+        hard += f32(0.8) * pore * (dark - hard)
+        hard *= f32(1) + f32(0.05) * grain
+        value += bone * (_ONE - deep) * (hard - value)
         mix_in(w, block.RED + c * N, cut, minimum(value, f32(0.9)))
     hardness = bone * (_ONE - deep)
     for c in range(2):
@@ -444,11 +385,8 @@ def roughen(w: Floats) -> None:
     unseen = lumps * lumps * (_ONE - w1 * w1)
     unseen += ridges * ridges * (_ONE - w2 * w2)
     unseen += grain * grain * (_ONE - w3 * w3)
-    # ridges are sharp, what lies between them is round
-    value = load(w, block.MIDDLE, N)
-    sharp = f32(-1.3) * value / sqrt(value * value + f32(0.12))
     s1 = lumps * w1 * _LUMPS
-    s2 = ridges * w2 * _RIDGES * sharp
+    s2 = ridges * w2 * _RIDGES
     s3 = grain * w3 * _GRAIN
     ax, ay, az = load3(w, block.LONG + N)
     bx, by, bz = load3(w, block.MIDDLE + N)
@@ -486,7 +424,7 @@ def spread_blood(w: Floats, blood: int, materials: Floats) -> None:
     film *= minimum(maximum(uneven, f32(0.3)), f32(2))
     red = exp_negative(f32(-2) * RED_PER_MM * film)
     green = exp_negative(f32(-2) * GREEN_PER_MM * film)
-    mix_in(w, block.RED, _ONE - red, full(materials[blood, 1], N))
+    mix_in(w, block.RED, _ONE - red, full(POOL_RED * materials[blood, 1], N))
     mix_in(w, block.GREEN, _ONE - green, full(materials[blood, 2], N))
     mix_in(w, block.BLUE, _ONE - green, full(materials[blood, 3], N))
     mix_in(w, block.LR, _ONE - red, full(materials[blood, 7], N))
@@ -541,7 +479,7 @@ def stain_walls(
     the healthy walls. codes: of raw flesh and of bone. near: mm, see `mark_cubes`.
     low, high: the first and last voxel (i, j, k).
     """
-    pristine, _, deep, film = wounds.pristine, wounds.layers, wounds.deep, wounds.film
+    pristine, film = wounds.pristine, wounds.film
     _, ny, nx = distance.shape
     for k in range(low[2], high[2] + 1):
         for j in range(low[1], high[1] + 1):
@@ -554,7 +492,7 @@ def stain_walls(
                         both = int(wounds.layers[(k * ny + j) * nx + i])
                         begin = wounds.depth_step * f32(both & 255)
                         end = begin + wounds.depth_step * f32(both >> 8)
-                        hard = depth > begin and (depth < end or deep[k, j, i] > 127)
+                        hard = begin < depth < end
                         code = float(codes[1] if hard else codes[0])
                     if film[k, j, i] > 0:
                         thick = wounds.film_step * f32(film[k, j, i])
