@@ -1,6 +1,6 @@
 """A patient's own scan becomes a case that can be flown through."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -9,7 +9,15 @@ import numpy as np
 from anatomy.case import Case, CaseRecord
 from anatomy.scan.imported import ImportedHead, import_head
 from anatomy.scan.imported_case import source_record, write_imported_case
+from anatomy.scan.label_file import (
+    LabelMap,
+    check_labels,
+    hazards_from_labels,
+    read_labels,
+)
 from anatomy.scan.scan import Modality, Scan, read_scan
+from anatomy.scan.wall_estimate import estimate_walls
+from disk import UserError
 from paravol.case_options import ImportOptions
 from paravol.case_scenario import scenario_of_case, straight_path
 from paravol.output_folder import claimed_case, remove_exercise
@@ -30,6 +38,7 @@ def import_case(file: Path, options: ImportOptions, progress: Progress) -> Impor
     """Read a scan, find its airway, write the case."""
     with claimed_case(options.out, force=options.force) as out:
         scan, second = _read(file, options, progress)
+        labels = _labels(options, scan)
         pivot = None if options.pivot is None else np.array(options.pivot)
         head = import_head(scan, options.spacing, progress, pivot)
         if head.approach is not None:
@@ -42,14 +51,41 @@ def import_case(file: Path, options: ImportOptions, progress: Progress) -> Impor
             sources.append(source_record(second, options.second.resolve().name))
             others["mr"] = laid.on_grid
             quality = laid.quality
+        hazards = None
+        if labels is not None:
+            progress("Measuring hazards", 0.0)
+            hazards = hazards_from_labels(labels, head.ct)
+            head = replace(head, notes=(*head.notes, *labels.notes()))
+            progress("Measuring hazards", 1.0)
+        layers = None
+        if scan.modality is Modality.CT:
+            progress("Estimating walls", 0.0)
+            layers = estimate_walls(head.ct, head.distance, hazards)
+            progress("Estimating walls", 1.0)
         progress("Writing the case", 0.0)
         remove_exercise(out)
-        record = write_imported_case(head, tuple(sources), out, others)
+        record = write_imported_case(
+            head, tuple(sources), out, others, layers=layers, hazards=hazards
+        )
         if head.approach is not None:
             volumes = {"ct": head.ct, "distance": head.distance}
             scenario_of_case(out, Case(volumes, head.landmarks, record))
         progress("Writing the case", 1.0)
     return ImportedCase(head, record, quality)
+
+
+def _labels(options: ImportOptions, scan: Scan) -> LabelMap | None:
+    """Read the labels, where there are any, and refuse those of another scan."""
+    if options.labels is None:
+        if options.label_names is not None:
+            raise UserError(
+                f"--label-names {options.label_names} names the values of a label map; "
+                "give the map with --labels"
+            )
+        return None
+    labels = read_labels(options.labels, options.label_names)
+    check_labels(labels, scan.volume)
+    return labels
 
 
 def _read(

@@ -22,6 +22,13 @@ class ImportOptions:
     out."""
     second: Path | None = None
     """A second scan of the same head, CT or MR; it is registered to the first."""
+    labels: Path | None = None
+    """A label map of the scan, as 3D Slicer (.seg.nrrd) or TotalSegmentator (NIfTI)
+    write it: what in it must not be hurt is measured."""
+    label_names: str | None = None
+    """What the labels' values are, where their file does not say: a TotalSegmentator
+    task (head_glands_cavities, craniofacial_structures, headneck_bones_vessels) or a
+    JSON file, such as nnU-Net's dataset.json."""
     allow_gaps: bool = False
     """Bridge missing slices by interpolation."""
     nonfinite_air: bool = False

@@ -16,11 +16,13 @@ from anatomy.case import (
     TransferRecord,
     store_case,
 )
+from anatomy.hazard_volumes import HazardVolumes
 from anatomy.scan.chambers import PASSAGES
 from anatomy.scan.histogram import find_peaks, transfer_of
 from anatomy.scan.imported import ImportedHead
 from anatomy.scan.scan import Modality, Scan
 from anatomy.tissue import Side
+from anatomy.wall_layers import WallLayers
 from renderers.scene.volume import Volume
 
 Triple = tuple[float, float, float]
@@ -43,10 +45,14 @@ def write_imported_case(
     sources: tuple[SourceRecord, ...],
     folder: Path,
     others: Mapping[str, Volume] | None = None,
+    *,
+    layers: WallLayers | None = None,
+    hazards: HazardVolumes | None = None,
 ) -> CaseRecord:
     """Write an imported head as a case; gives what ``case.json`` says.
 
     others: further volumes on the head's grid, by the names of `anatomy.case.FILES`.
+    layers, hazards: None where they are unknown.
     """
     volumes = {
         "ct": head.ct,
@@ -94,7 +100,15 @@ def write_imported_case(
         ),
         transfer=TransferRecord.of(transfer),
     )
-    return store_case(folder, volumes, names, head.landmarks, record)
+    return store_case(
+        folder,
+        volumes,
+        names,
+        head.landmarks,
+        record,
+        layers=layers,
+        hazards=hazards,
+    )
 
 
 def _triple(point: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Triple:

@@ -57,6 +57,7 @@ def _print_report(
         ("levels", _levels(record)),
         ("nostrils", "; ".join(f"{n} {_place(p)}" for n, p in nostrils.items()) or "-"),
         ("entrance", _entrance(head)),
+        ("hazards", _hazards(record)),
     ]
     if quality:
         rows.append(("registration", ", ".join(f"{k} {v}" for k, v in quality.items())))
@@ -94,6 +95,15 @@ def _levels(record: CaseRecord) -> str:
     """Describe the transfer function by the numbers that its nodes stand on."""
     assert record.transfer is not None
     return "nodes at " + ", ".join(f"{node:.0f}" for node in record.transfer.nodes)
+
+
+def _hazards(record: CaseRecord) -> str:
+    names = [
+        n.removeprefix("hazard ") for n in record.sha256 if n.startswith("hazard ")
+    ]
+    if not names:
+        return "unknown (no labels): give a label map with --labels"
+    return f"{', '.join(names)} (from {record.hazard_source})"
 
 
 def _entrance(head: ImportedHead) -> str:

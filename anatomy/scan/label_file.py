@@ -1,0 +1,235 @@
+"""Labels of a scan from a segmentation program: read, checked, measured as hazards.
+
+3D Slicer's ``.seg.nrrd`` carries the segments' names in its header, and a NIfTI of
+TotalSegmentator in an XML extension. Other label maps need their names beside them.
+"""
+
+import gzip
+import importlib
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from anatomy.files.volumes import load_volume
+from anatomy.hazard_volumes import FARTHEST_MM, UNIT_MM, HazardVolumes
+from anatomy.redistance import signed_distance
+from anatomy.scan.label_names import HAZARDS, TASKS, hazard_of
+from disk import UserError
+from renderers.scene.volume import Volume
+
+MOST_HEADER_BYTES = 1 << 20
+
+MOST_IN_AIR = 0.3
+"""Share of a hazard's voxels that may lie in air before the labels do not fit."""
+
+AIR_HU = -500.0
+
+SAME_PLACE_MM = 1.0
+"""Grids of equal size whose corners lie further apart are in different frames."""
+
+_SEGMENT = re.compile(r"Segment(\d+)_(Name|LabelValue|Layer)$")
+_XML_LABEL = re.compile(
+    r'<Label\s+Key="(\d+)"[^>]*>\s*(?:<!\[CDATA\[)?([^<\]]+)', re.IGNORECASE
+)
+
+
+@dataclass(frozen=True, slots=True)
+class LabelMap:
+    """Hold a label map: whole numbers in LPS, and the names of the values."""
+
+    volume: Volume
+    names: Mapping[int, str]
+    source: str
+
+    def hazards(self) -> dict[str, list[int]]:
+        """Return the values of the labels of each hazard that there are voxels of."""
+        there = set(np.unique(self.volume.values).tolist())
+        found: dict[str, list[int]] = {}
+        for value, name in sorted(self.names.items()):
+            hazard = hazard_of(name)
+            if hazard and value in there:
+                found.setdefault(hazard, []).append(value)
+        return found
+
+    def notes(self) -> list[str]:
+        """Say which names nobody knows, and which values have none."""
+        there = set(np.unique(self.volume.values).tolist()) - {0}
+        unknown = sorted(
+            name
+            for value, name in self.names.items()
+            if value in there and hazard_of(name) is None
+        )
+        notes = []
+        if unknown:
+            notes.append(
+                f"labels that no structure is known by were left out: "
+                f"{', '.join(unknown)}; rename those that must be kept clear of to one "
+                f"of {', '.join(HAZARDS)}"
+            )
+        nameless = sorted(there - self.names.keys())
+        if nameless:
+            notes.append(
+                f"label values without a name were left out: "
+                f"{', '.join(map(str, nameless[:9]))}"
+            )
+        return notes
+
+
+def read_labels(path: Path, names: str | None = None) -> LabelMap:
+    """Read a label map: ``.seg.nrrd``, NRRD, NIfTI or MetaImage.
+
+    names: a task of `TASKS`, or a JSON file of names: nnU-Net's ``dataset.json``, or
+    one object of values and names; None takes those that the file carries. Raise
+    UserError for what is no label map, or where no name is known.
+    """
+    volume = load_volume(path, background=0.0)
+    values = np.asarray(volume.values)
+    if values.dtype.kind == "f":
+        if not np.array_equal(values, np.rint(values)):
+            raise UserError(
+                f"{path} holds fractions, so it is no label map; give the segmentation "
+                "itself, not a scan or a probability"
+            )
+        values = values.astype(np.int32)
+    volume = volume.with_values(values.astype(np.int32), 0.0)
+    found = _given(names) if names else _carried(path)
+    if not found:
+        raise UserError(
+            f"{path} does not say what its labels are; name them with --label-names: "
+            f"{', '.join(TASKS)}, or a JSON file such as nnU-Net's dataset.json"
+        )
+    return LabelMap(volume, found, path.name)
+
+
+def check_labels(labels: LabelMap, scan: Volume) -> None:
+    """Refuse labels that are not of this scan, or hold no hazard."""
+    hazards = labels.hazards()
+    if not hazards:
+        known = ", ".join(sorted(set(labels.names.values()))) or "none"
+        raise UserError(
+            f"{labels.source} labels nothing that must be kept clear of; its names are "
+            f"{known}. Hazards are known by names such as {', '.join(HAZARDS)}"
+        )
+    grid = labels.volume
+    if grid.shape == scan.shape:
+        ends = np.array([[0, 0, 0, 1], [*(n - 1 for n in scan.shape[::-1]), 1]])
+        apart = ends @ (grid.world_from_voxel - scan.world_from_voxel).T
+        if np.abs(apart).max() > SAME_PLACE_MM:
+            raise UserError(
+                f"{labels.source} has the scan's {scan.shape[2]} x {scan.shape[1]} x "
+                f"{scan.shape[0]} voxels but lies {np.abs(apart).max():.0f} mm away or "
+                "is flipped: its frame is another one; export the labels with the "
+                "scan's geometry"
+            )
+    values = [value for held in hazards.values() for value in held]
+    marked = np.argwhere(np.isin(grid.values, values))[:, ::-1]
+    if len(marked) > 200_000:
+        marked = marked[:: len(marked) // 200_000 + 1]
+    matrix = grid.world_from_voxel
+    places = marked @ matrix[:3, :3].T + matrix[:3, 3]
+    back = scan.voxel_from_world
+    voxels = np.rint(places @ back[:3, :3].T + back[:3, 3]).astype(np.intp)
+    inside = np.all((voxels >= 0) & (voxels < scan.shape[::-1]), axis=1)
+    if not inside.any():
+        low, high = places.min(axis=0).round(), places.max(axis=0).round()
+        raise UserError(
+            f"{labels.source} does not overlap the scan: its hazards lie between "
+            f"{low.tolist()} and {high.tolist()} mm (LPS); give the labels of this scan"
+        )
+    i, j, k = voxels[inside].T
+    in_air = float(np.mean(np.asarray(scan.values)[k, j, i] < AIR_HU))
+    if in_air > MOST_IN_AIR:
+        raise UserError(
+            f"{labels.source} does not fit the scan: {in_air:.0%} of its hazards lie "
+            "in air; give the labels of this scan, in its frame"
+        )
+
+
+def hazards_from_labels(labels: LabelMap, grid: Volume) -> HazardVolumes:
+    """Measure the labelled hazards on the grid of a head.
+
+    Labels are taken from the nearest voxel; the distance is that to the staircase of
+    their voxels, so it is off by up to half a voxel of the label map.
+    """
+    sitk = importlib.import_module("SimpleITK")
+    image = sitk.GetImageFromArray(labels.volume.values)
+    image.SetSpacing(labels.volume.spacing_mm.tolist())
+    image.SetOrigin(labels.volume.origin_mm.tolist())
+    image.SetDirection(labels.volume.direction.ravel().tolist())
+    resample = sitk.ResampleImageFilter()
+    resample.SetSize(list(grid.shape[::-1]))
+    resample.SetOutputSpacing(grid.spacing_mm.tolist())
+    resample.SetOutputOrigin(grid.origin_mm.tolist())
+    resample.SetOutputDirection(grid.direction.ravel().tolist())
+    resample.SetInterpolator(sitk.sitkNearestNeighbor)
+    values = sitk.GetArrayFromImage(resample.Execute(image))
+    spacing = float(grid.spacing_mm[0])
+    volumes = {}
+    for name, held in labels.hazards().items():
+        field = np.where(np.isin(values, held), np.float32(-0.5), np.float32(0.5))
+        distance = signed_distance(field, spacing, FARTHEST_MM, FARTHEST_MM)
+        steps = np.rint(distance / np.float32(UNIT_MM)).astype(np.int16)
+        volumes[name] = grid.with_values(steps, FARTHEST_MM / UNIT_MM)
+    return HazardVolumes(volumes, labels.source)
+
+
+def _given(names: str) -> dict[int, str]:
+    if names in TASKS:
+        return dict(enumerate(TASKS[names], start=1))
+    try:
+        content = json.loads(Path(names).read_bytes())
+    except (OSError, ValueError) as error:
+        raise UserError(
+            f"--label-names {names} is neither a known task ({', '.join(TASKS)}) nor a "
+            "JSON file that can be read"
+        ) from error
+    if isinstance(content, dict) and isinstance(content.get("labels"), dict):
+        content = content["labels"]
+    found: dict[int, str] = {}
+    for key, value in content.items() if isinstance(content, dict) else ():
+        if isinstance(value, int):  # nnU-Net 2: name first
+            found[value] = str(key)
+        elif isinstance(value, str) and key.isdecimal():
+            found[int(key)] = value
+    if not found:
+        raise UserError(
+            f'{names} names no labels; it must read {{"1": "orbit", ...}} or '
+            '{"labels": {"orbit": 1, ...}}'
+        )
+    return found
+
+
+def _carried(path: Path) -> dict[int, str]:
+    """Read the names that the file itself carries."""
+    lower = path.name.lower()
+    if lower.endswith((".nrrd", ".nhdr")):
+        return _segments(path)
+    if lower.endswith((".nii", ".nii.gz")):
+        with gzip.open(path) if lower.endswith(".gz") else path.open("rb") as file:
+            header = file.read(MOST_HEADER_BYTES)
+        start = 540 if header[:4] in (b"\x1c\x02\0\0", b"\0\0\x02\x1c") else 348
+        offset = header.find(b"</LabelTable>", start)
+        text = header[start : max(offset, 0)].decode("utf-8", "replace")
+        return {int(key): name.strip() for key, name in _XML_LABEL.findall(text)}
+    return {}
+
+
+def _segments(path: Path) -> dict[int, str]:
+    with path.open("rb") as file:
+        header = file.read(MOST_HEADER_BYTES).partition(b"\n\n")[0]
+    fields: dict[str, dict[str, str]] = {}
+    for line in header.decode("utf-8", "replace").splitlines():
+        key, separator, value = line.partition(":=")
+        match = _SEGMENT.match(key.strip())
+        if separator and match:
+            fields.setdefault(match[1], {})[match[2]] = value.strip()
+    found = {}
+    for segment in fields.values():
+        value = segment.get("LabelValue", "")
+        if value.isdecimal() and "Name" in segment:
+            found[int(value)] = segment["Name"]
+    return found
