@@ -50,7 +50,7 @@ from paravol.session_setup import (
 )
 from paravol.session_store import KEPT_BYTES, SessionStore
 from paravol.snapshots.view_file import save_view
-from paravol.snapshots.view_sources import view_of
+from paravol.snapshots.view_sources import mark_of, view_of
 from paravol.view import EndoscopeView
 from scenarios import Sample, Scenario, Score, Session
 from scenarios.bundle import EventRecord, SessionInfo, SessionRecorder
@@ -150,6 +150,13 @@ class FlightObserver:
 
     def on_frame(self, event: FrameEvent) -> None:
         """Hear of a finished frame, in order."""
+
+    def keeps_tissue(self, time_s: float) -> bool:
+        """Return whether a frame's event shall hold the tissue that it shows.
+
+        time_s: of the frame, which is not begun yet. A few ms where much was cut.
+        """
+        return False
 
     def on_moment(self, event: FrameEvent) -> None:
         """Hear that a snapshot of this frame was asked for."""
@@ -331,13 +338,18 @@ class Flight:
             note(f"The device is back after {away_s:.1f} s.", away_s)
             observer.on_return(away_s)
 
+        def keeps(time_s: float) -> bool:
+            asked = self._moment_wanted.is_set() or self._view_wanted.is_set()
+            return asked or observer.keeps_tissue(time_s)
+
         def on_frame(event: FrameEvent) -> None:
-            if self._moment_wanted.is_set():
+            # a frame that was begun before somebody asked is not the one
+            if self._moment_wanted.is_set() and event.tissue is not None:
                 self._moment_wanted.clear()
                 text = f"frame {event.number}"
                 recorder.add(EventRecord(event.sample.time_s, "snapshot", text))
                 observer.on_moment(event)
-            if self._view_wanted.is_set():
+            if self._view_wanted.is_set() and event.tissue is not None:
                 self._view_wanted.clear()
                 observer.on_view_saved(*save_frame_view(self.order, patient, event))
             observer.on_frame(event)
@@ -352,6 +364,7 @@ class Flight:
                 recorder,
                 until_s=self.order.input.until_s,
                 on_frame=on_frame,
+                keeps=keeps,
             )
         except (DeviceError, TimeoutError) as error:
             note(str(error))
@@ -425,6 +438,7 @@ def save_frame_view(
         patient,
         gain=event.frame.gain,
         number=event.number,
+        operated=mark_of(event.tissue, order.record, time_s),
         seed=SEED,
         has_instrument=True,
     )

@@ -13,6 +13,7 @@ import numpy as np
 from devices import Pose
 from paravol.inputs.pose_completer import PoseCompleter
 from paravol.inputs.pose_sources import EndedError, OrderedPoses
+from paravol.snapshots.operated_head import OperatedHead
 from paravol.view import EndoscopeView, Frame
 from scenarios import Sample, Session, View
 from scenarios.bundle import (
@@ -38,7 +39,8 @@ class FrameEvent:
     """Hold a finished frame and what it shows.
 
     number: counts frames from 0. pose_age_ms: from the newest pose's measurement to
-    now, when the picture is there.
+    now, when the picture is there. tissue: as the frame shows it, where that was asked
+    for before the frame was begun and somebody operates.
     """
 
     view: View
@@ -46,6 +48,7 @@ class FrameEvent:
     sample: Sample
     number: int
     pose_age_ms: float
+    tissue: OperatedHead | None = None
 
 
 OnFrame = Callable[[FrameEvent], None]
@@ -94,11 +97,14 @@ def fly(
     *,
     until_s: float,
     on_frame: OnFrame,
+    keeps: Callable[[float], bool],
 ) -> Timing:
     """Fly until a sample's time reaches `until_s`, or the source says `EndedError`.
 
-    Every pose is recorded and scored; each frame shows the newest one. Errors of the
-    device pass through; what was recorded before is on disk.
+    Every pose is recorded and scored; each frame shows the newest one. keeps: asked
+    before each frame, with its time, whether the tissue that it shows is wanted; when
+    the frame is finished it may be another. Errors of the device pass through; what was
+    recorded before is on disk.
     """
     frames = _FrameRecorder(recorder, on_frame)
     operated = _Operated(view, recorder)
@@ -124,9 +130,11 @@ def fly(
             operated.follow(session, sample.time_s)
             before, begun = begun, time.perf_counter()
             seen = session.view(sample)
-            finish = partial(
-                frames.finish, number, recorder.samples - 1, pose, sample, seen
-            )
+            operation, tissue = session.operation, None
+            if operation is not None and keeps(sample.time_s):
+                tissue = OperatedHead.of(operation.patient)
+            index = recorder.samples - 1
+            finish = partial(frames.finish, number, index, pose, sample, (seen, tissue))
             view.begin(seen, number=number, elapsed_s=begun - before, then=finish)
             number += 1
     return frames.timing
@@ -181,10 +189,11 @@ class _FrameRecorder:
         index: int,
         pose: Pose,
         sample: Sample,
-        seen: View,
+        shown: tuple[View, OperatedHead | None],
         frame: Frame,
     ) -> None:
         """Record a finished frame; index: of its sample among those recorded."""
+        seen, tissue = shown
         before, self._last = self._last, time.perf_counter()
         age_ms = (time.monotonic() - pose.host_time_s) * 1e3
         self.timing.frame_ms.append((self._last - before) * 1e3)
@@ -192,7 +201,7 @@ class _FrameRecorder:
         self.timing.wall_s = self._last - self._started
         gap, print_ = seen.clearance_mm, frame.fingerprint()
         self._recorder.add(FrameRecord(number, index, frame.gain, gap, print_))
-        self._on_frame(FrameEvent(seen, frame, sample, number, age_ms))
+        self._on_frame(FrameEvent(seen, frame, sample, number, age_ms, tissue))
 
 
 @contextmanager

@@ -21,7 +21,7 @@ from anatomy.tissue import Label
 from anatomy.wall_layers import WallLayers
 from disk import UserError
 from paravol.slice_views import SECOND, SliceViews
-from renderers.scene import AirSurface, Camera, Mesh, Scene, Volume
+from renderers.scene import AirSurface, Camera, Change, Mesh, Scene, Volume
 from scenarios import Endoscope, Scenario, Structures, View, tip_frame
 from scenarios.instrument_state import FIRST_TOOL, NO_TOOL
 from scenarios.instruments import instrument_named, placed_tool
@@ -246,6 +246,14 @@ class PatientScene:
                 snapshot.result.seconds["total"],
                 difference(look.rgb, pixels),
             )
+
+    def update(self, change: Change) -> None:
+        """Let later looks follow an edit of the scene's arrays in place."""
+        # what no look has needed yet is made of the arrays as they are then
+        if "_view" in self.__dict__:
+            self._view.apply([change])
+        if "_tracer" in self.__dict__:
+            self._tracer.update(change)
 
     def splat_actor(self) -> "SplatActor":
         """Return the head as splats for a VTK or pyvista scene.

@@ -286,6 +286,11 @@ class OperatedPatient:
         return Change(self.generation, low, high)
 
     @property
+    def pristine_ct(self) -> NDArray[np.generic] | None:
+        """Return the CT numbers before any cut; None where none were given."""
+        return None if self.ct is None else self._first_ct
+
+    @property
     def remaining_counts(self) -> int:
         """Return all tissue that is left, in the units of the books."""
         return int(self.fill.sum(dtype=np.int64))

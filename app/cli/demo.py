@@ -60,7 +60,10 @@ class _Observer(FlightObserver):
         time_s = event.sample.time_s
         self._stages("Flying", time_s / self._duration_s)
         for selected in self.kept:
-            selected.offer(event.number, event.view, event.frame, time_s)
+            selected.offer(event.number, event.view, event.frame, time_s, event.tissue)
+
+    def keeps_tissue(self, time_s: float) -> bool:
+        return any(selected.wants(time_s) for selected in self.kept)
 
     def on_loss(self, loss: DeviceError) -> None:
         self._stages.say(f"{loss} It is waited for {LOST_PATIENCE_S:g} s.")

@@ -157,7 +157,9 @@ class FlightThread(QObject, FlightObserver):
         time_s, gain = event.sample.time_s, event.frame.gain
         self.moment_kept.emit(time_s)
         if self._queue is not None:
-            self._queue.draw(SelectedMoment(time_s, event.view, gain, event.number))
+            self._queue.draw(
+                SelectedMoment(time_s, event.view, gain, event.number, event.tissue)
+            )
 
     def on_view_saved(self, message: str, where: str) -> None:
         """Tell the window."""

@@ -146,9 +146,10 @@ def splatted(
     camera = view.to_camera()
     deflection = to_deflection(view.deflectors)
     tools = placed(view.instruments)
-    look, surface = view.look, head.scene.surface
+    scene = head.seen(view)
+    look, surface = view.look, scene.surface
     with closing(
-        FuzzySetRenderer(head.scene, threads=threads, deflection=deflection)
+        FuzzySetRenderer(scene, threads=threads, deflection=deflection)
     ) as renderer:
         if not isinstance(look, ScopeLook):
             image = render_among(renderer, camera, solids_seen(camera, tools))

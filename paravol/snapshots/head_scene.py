@@ -1,12 +1,14 @@
 """A head ready to be pictured, and what a view of it asks the ray tracer for."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from disk import UserError
 from paravol.patient import Progress, load_case, load_phantom
+from paravol.snapshots.operated_head import OperatedHead
 from paravol.snapshots.view_file import (
     CaseHead,
     Head,
@@ -47,10 +49,15 @@ class RenderSettings:
 
 @dataclass(frozen=True, slots=True)
 class HeadScene:
-    """Hold one head's scene. surface_sha256: "" where it has no surface."""
+    """Hold one head's scene.
+
+    scene, surface_sha256: of the head before any operation; the hash is "" where it has
+    no surface. operated: as it was at moments of an operation, by their digests.
+    """
 
     scene: Scene
     surface_sha256: str
+    operated: Mapping[str, OperatedHead] = field(default_factory=dict)
 
     @classmethod
     def of(cls, head: Head, progress: Progress) -> "HeadScene":
@@ -78,6 +85,14 @@ class HeadScene:
                 f"The view is of another head (surface {wanted[:12]}, now {found}); "
                 "name the case it was taken in with --case."
             )
+        mark = view.operated
+        if mark is not None and mark.digest not in self.operated:
+            recording = mark.recording or "RECORDING"
+            raise UserError(
+                "The view is of a head that was operated on, and a view file does not "
+                f"hold the cuts (state {mark.digest[:12]}); draw it from the recording "
+                f"of the flight: paravol snapshot {recording} --time {mark.time_s!r}."
+            )
         if self.scene.surface is None and isinstance(view.look, ScopeLook):
             raise UserError(
                 "A scan has no surface that an endoscope could see; make a case of it "
@@ -89,6 +104,15 @@ class HeadScene:
                 f"An endoscope's lens is equidistant, got {lens}; draw this view in "
                 "mode classic."
             )
+
+    def seen(self, view: ViewFile) -> Scene:
+        """Return the scene that a view shows: operated on, where it is."""
+        self.demand(view)
+        tissue = self._tissue(view)
+        return self.scene if tissue is None else tissue.scene(self.scene)
+
+    def _tissue(self, view: ViewFile) -> OperatedHead | None:
+        return None if view.operated is None else self.operated[view.operated.digest]
 
     def request(
         self, client: SnapshotClient, view: ViewFile, settings: RenderSettings
@@ -103,7 +127,7 @@ class HeadScene:
             progressive=True,
             deliver_after_s=settings.seconds,
         )
-        instruments = placed(view.instruments)
+        instruments, tissue = placed(view.instruments), self._tissue(view)
         if not isinstance(look, ScopeLook):
             options["classification"] = settings.classification
             return client.request_classic(
@@ -111,12 +135,13 @@ class HeadScene:
                 camera,
                 samples=settings.samples,
                 instruments=instruments,
+                changes=None if tissue is None else tissue.ct,
                 **options,
             )
         assert self.scene.surface is not None
         options["tolerance"] = settings.tolerance
         return client.request_scope(
-            self.scene.surface,
+            self.scene.surface if tissue is None else tissue.surface,
             camera,
             samples=settings.samples,
             instruments=instruments,

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from paravol.patient import Progress
 from paravol.snapshots.comparison import difference, save_comparison
+from paravol.snapshots.operated_head import OperatedHead
 from paravol.snapshots.rendering_service import running_worker
 from paravol.view import Frame
 from renderers.scene import AirSurface, save_png
@@ -16,20 +17,35 @@ from scenarios.instruments import placed_tool
 
 @dataclass(slots=True)
 class SelectedFrame:
-    """Keep the frame that is nearest to a moment of the flight."""
+    """Keep the frame that is nearest to a moment of the flight.
+
+    tissue: as the frame shows it; None where nobody operates.
+    """
 
     moment: Moment
     view: View | None = None
     frame: Frame | None = None
     number: int = 0
+    tissue: OperatedHead | None = None
     _off_s: float = float("inf")
 
-    def offer(self, number: int, view: View, frame: Frame, time_s: float) -> None:
+    def wants(self, time_s: float) -> bool:
+        """Return whether a frame of this time is nearer than the one before."""
+        return abs(time_s - self.moment.time_s) < self._off_s
+
+    def offer(
+        self,
+        number: int,
+        view: View,
+        frame: Frame,
+        time_s: float,
+        tissue: OperatedHead | None = None,
+    ) -> None:
         """Keep the frame if it is nearer than the one before."""
-        off = abs(time_s - self.moment.time_s)
-        if off < self._off_s:
-            self.view, self.frame = view, frame
-            self.number, self._off_s = number, off
+        if self.wants(time_s):
+            self.view, self.frame, self.tissue = view, frame, tissue
+            self.number = number
+            self._off_s = abs(time_s - self.moment.time_s)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,15 +80,19 @@ class SnapshotRequestFactory:
         *,
         gain: float,
         number: int,
+        tissue: OperatedHead | None = None,
         progressive: bool = False,
     ) -> SnapshotRequest:
-        """Request a view, exposed and with the grain of the live frame of a number."""
+        """Request a view, exposed and with the grain of the live frame of a number.
+
+        tissue: as that frame shows it; None for as it is now.
+        """
         tools = []
         if self.has_instrument:
             pose = view.world_from_instrument
             tools = placed_tool(view.instrument, pose, view.jaw)
         return client.request_scope(
-            self.surface,
+            self.surface if tissue is None else tissue.surface,
             view.camera,
             ring_radius_mm=self.ring_radius_mm,
             seed=self.seed,
@@ -104,8 +124,13 @@ def take_snapshots(
     wanted = [(k, k.view, k.frame) for k in kept if k.view and k.frame]
     jobs = []
     for selected, view, frame in wanted:
-        number = selected.number
-        request = requests.request(client, view, gain=frame.gain, number=number)
+        request = requests.request(
+            client,
+            view,
+            gain=frame.gain,
+            number=selected.number,
+            tissue=selected.tissue,
+        )
         jobs.append((client.submit(request), selected, frame))
     reports = []
     with running_worker(spool, ranks=ranks) as worker:

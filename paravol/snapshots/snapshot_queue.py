@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from devices.port import Closing
 from disk import UserError
 from paravol.snapshots.moments import SnapshotRequestFactory
+from paravol.snapshots.operated_head import OperatedHead
 from paravol.snapshots.rendering_service import Worker, running_worker
 from paravol.snapshots.spool_folder import own_spool
 from renderers.scene import save_png
@@ -28,12 +29,16 @@ PATIENCE_S = 10.0
 
 @dataclass(frozen=True, slots=True)
 class SelectedMoment:
-    """Name a frame of the flight that is wanted at high quality."""
+    """Name a frame of the flight that is wanted at high quality.
+
+    tissue: as the frame shows it; None where nobody operates.
+    """
 
     time_s: float
     view: View
     gain: float
     number: int
+    tissue: OperatedHead | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +147,7 @@ class SnapshotQueue(Closing):
             moment.view,
             gain=moment.gain,
             number=moment.number,
+            tissue=moment.tissue,
             progressive=True,
         )
         size = request.image.width, request.image.height

@@ -144,11 +144,24 @@ class PlacedInstrument(_Strict, frozen=True):
     jaw: Annotated[float, Meta(ge=0, le=1)] = 1.0
 
 
+class OperatedMark(_Strict, frozen=True):
+    """Say that the head was operated on; the cuts themselves are in the recording.
+
+    digest: see `OperatedHead`. recording: folder where the flight was recorded, ""
+    where that is not known. time_s: of the flight.
+    """
+
+    digest: Annotated[str, Meta(pattern="^[0-9a-f]{32}$")]
+    recording: str = ""
+    time_s: Annotated[float, Meta(ge=0, le=1e9)] = 0.0
+
+
 class ViewFile(_Strict, frozen=True):
     """Describe one picture but for how finely it is drawn.
 
     deflectors: pull, turn, swell or cut its tissue; the first moves what was there.
-    surface_sha256: of the head's surface, where the view must not be of another.
+    surface_sha256: of the head's surface before any operation, where the view must not
+    be of another. operated: None for a head that was not operated on.
     """
 
     schema: Literal["paravol.view/1"]
@@ -160,6 +173,7 @@ class ViewFile(_Strict, frozen=True):
     deflectors: Annotated[tuple[DeflectorSpec, ...], Meta(max_length=16)] = ()
     surface_sha256: Annotated[str, Meta(pattern="^[0-9a-f]{64}$")] | None = None
     title: Annotated[str, Meta(max_length=200)] = ""
+    operated: OperatedMark | None = None
 
     def to_camera(self) -> Camera:
         """Build the camera."""

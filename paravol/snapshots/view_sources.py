@@ -11,12 +11,14 @@ from devices import load_probe_path
 from disk import UserError
 from paravol.case_scenario import scenario_of_case
 from paravol.patient import PatientScene, Progress, load_patient
-from paravol.session_setup import SEED, build_session, path_view
+from paravol.session_setup import SEED, build_session, operate_on, path_view
 from paravol.snapshots.head_scene import HeadScene
+from paravol.snapshots.operated_head import OperatedHead
 from paravol.snapshots.view_file import (
     CaseHead,
     ClassicLook,
     Head,
+    OperatedMark,
     PhantomHead,
     PlacedInstrument,
     ScopeLook,
@@ -80,22 +82,35 @@ def session_views(
         )
     matrix = np.array(info.world_from_device).reshape(4, 4)
     session = build_session(scenario, patient, matrix, (size, size))
+    operation = operate_on(patient)[1] if info.operated else None
     begins = np.array([sample.time_s for sample, _, _ in samples])
     _demand_within(times_s, float(begins[-1]), folder)
     chosen = np.maximum(np.searchsorted(begins, times_s, side="right") - 1, 0)
-    views = []
-    for sample, gain, number in (samples[i] for i in chosen):
-        seen = view_of(
+    views: list[ViewFile | None] = [None] * len(chosen)
+    states: dict[str, OperatedHead] = {}
+    stepped = 0
+    for place in np.argsort(chosen, kind="stable").tolist():
+        sample, gain, number = samples[chosen[place]]
+        tissue = None
+        if operation is not None:
+            # a frame shows the head as the samples up to its own had left it
+            for before, _, _ in samples[stepped : chosen[place] + 1]:
+                operation.step(before)
+            stepped = chosen[place] + 1
+            tissue = OperatedHead.of(operation.patient)
+            states[tissue.digest] = tissue
+        views[place] = view_of(
             session.view(sample),
             scenario,
             patient,
             gain=gain,
             number=number,
+            operated=mark_of(tissue, folder, sample.time_s),
             seed=info.seed,
             has_instrument=info.has_instrument or info.operated,
         )
-        views.append(seen)
-    return HeadScene(patient.scene, patient.surface_sha256), views
+    head_scene = HeadScene(patient.scene, patient.surface_sha256, states)
+    return head_scene, [view for view in views if view is not None]
 
 
 def case_views(
@@ -168,6 +183,7 @@ def view_of(
     *,
     gain: float | None = None,
     number: int = 0,
+    operated: OperatedMark | None = None,
     seed: int = SEED,
     has_instrument: bool = False,
 ) -> ViewFile:
@@ -192,4 +208,15 @@ def view_of(
         ),
         instruments=tools,
         surface_sha256=patient.surface_sha256,
+        operated=operated,
     )
+
+
+def mark_of(
+    tissue: OperatedHead | None, recording: Path | None, time_s: float
+) -> OperatedMark | None:
+    """Describe what a view shows of an operated head; None where nothing was cut."""
+    if tissue is None or not tissue.digest:
+        return None
+    folder = "" if recording is None else str(recording.resolve())
+    return OperatedMark(tissue.digest, folder, max(time_s, 0.0))

@@ -58,7 +58,7 @@ def save_wall_confidence(
     """
     from renderers.art.wall_confidence import wall_confidence
 
-    surface = rated_surface(head)
+    surface = head.seen(picture.view).surface or rated_surface(head)
     camera = picture.view.to_camera()
     distance = deflected_distance(
         surface.distance, to_deflection(picture.view.deflectors)

@@ -29,3 +29,23 @@ class Change:
     low: NDArray[np.int64]
     high: NDArray[np.int64]
     kind: ChangeKind = ChangeKind.CUT
+
+
+def changed_box(
+    before: NDArray[np.generic], after: NDArray[np.generic]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
+    """Return the first and last voxel, (i, j, k), whose bits differ; None for none.
+
+    before, after: of one shape ``(nz, ny, nx)`` and type.
+    """
+    bits = np.dtype(f"u{after.dtype.itemsize}")
+    differs = before.view(bits) != after.view(bits)
+    ends = []
+    for axis in (2, 1, 0):
+        others = tuple(other for other in range(3) if other != axis)
+        places = np.flatnonzero(differs.any(axis=others))
+        if not len(places):
+            return None
+        ends.append((places[0], places[-1]))
+    low, high = np.array(ends, np.int64).T
+    return low, high

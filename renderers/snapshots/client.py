@@ -212,21 +212,17 @@ class SnapshotClient:
         samples: Samples = 1,
         background: tuple[float, float, float] = (0.0, 0.0, 0.0),
         instruments: Iterable[PlacedMesh] = (),
-        before: Volume | None = None,
+        changes: VolumeChanges | None = None,
         **options: Unpack[RequestOptions],
     ) -> SnapshotRequest:
         """Make a request for mode classic; stores its volume.
 
-        instruments: as in `request_scope`. before: the scene's volume before it was
-        edited; what differs is then all that travels besides.
+        instruments: as in `request_scope`. changes: bricks of an edited volume that
+        differ from the scene's.
         """
         transfer, material = scene.transfer_function, scene.material
-        volume, changes = scene.volume, None
-        if before is not None:
-            changes = VolumeChanges.between(before.values, volume.values)
-            volume = before
         work = ClassicWork(
-            volume=self.put(volume.values),
+            volume=self.put(scene.volume.values),
             changes=self._put_changes(changes),
             grid=_grid(scene.volume),
             nodes=tuple(

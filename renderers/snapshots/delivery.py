@@ -9,7 +9,18 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.scene import Camera, GBuffer, Image, Scene, save_png
+from renderers.scene import (
+    AirSurface,
+    Camera,
+    Change,
+    ChangeKind,
+    GBuffer,
+    Image,
+    Scene,
+    Wounds,
+    save_png,
+)
+from renderers.scene.change import changed_box
 from renderers.scene.mesh import PlacedMesh
 from renderers.shading import (
     CameraPass,
@@ -89,7 +100,7 @@ class Finisher:
     def __init__(self, data: DataStore, threads: int = 2) -> None:
         self._data = data
         self._threads = threads
-        self._kept: tuple[bytes, ScopeShader] | None = None
+        self._kept: _KeptShader | None = None
         self._camera = CameraPass(threads=threads)
 
     def finish(
@@ -142,7 +153,7 @@ class Finisher:
         """End the threads."""
         self._camera.close()
         if self._kept is not None:
-            self._kept[1].close()
+            self._kept.shader.close()
             self._kept = None
 
     def _classic(
@@ -258,30 +269,77 @@ class Finisher:
         self, request: SnapshotRequest, work: ScopeWork, scene: Scene
     ) -> ScopeShader:
         tier = Tier.SNAPSHOT if request.image.samples == 4 else Tier.FULL
-        key = msgspec.json.encode(
-            (
-                work.distance,
-                work.changes,
-                work.wounds,
-                work.blood,
-                work.skin,
-                work.grid,
-                work.seed,
-                work.blood_bias,
-                request.deflectors,
-            )
-        )
-        if self._kept is None or self._kept[0] != key:
-            if self._kept is not None:
-                self._kept[1].close()
-                self._kept = None
+        wounds, film = work.wounds, None
+        if wounds is not None:
+            film = wounds.film
+            wounds = msgspec.structs.replace(wounds, film=None)
+        head = work.distance, work.blood, work.skin, work.grid, wounds
+        how = work.seed, work.blood_bias, request.deflectors
+        key, edits = msgspec.json.encode((head, how)), (work.changes, film)
+        kept, self._kept = self._kept, None
+        if kept is not None and kept.key == key and kept.edits != edits and kept.own:
+            assert scene.surface is not None
+            kept.follow(scene.surface, edits)
+        if kept is None or kept.key != key or kept.edits != edits:
+            if kept is not None:
+                kept.shader.close()
             surface = seen_surface(request, scene)
+            own: _Arrays | None = None
+            if surface.wounds is not None and not request.deflectors:
+                surface, own = _living(surface, surface.wounds)
             shader = ScopeShader(
                 surface, tier, work.seed, work.blood_bias, self._threads
             )
-            self._kept = key, shader
-        self._kept[1].tier = tier
-        return self._kept[1]
+            kept = _KeptShader(key, edits, shader, own)
+        self._kept = kept
+        kept.shader.tier = tier
+        return kept.shader
+
+
+_Arrays = tuple[NDArray[np.generic], NDArray[np.generic]]
+"""A distance and a film."""
+
+
+@dataclass(slots=True)
+class _KeptShader:
+    """Keep a shader for the next picture of the same head, as it was edited meanwhile.
+
+    key: what never changes of the head. edits: digests of what does. own: the arrays
+    that the shader reads and that are edited; None where it cannot follow.
+    """
+
+    key: bytes
+    edits: tuple[str | None, str | None]
+    shader: ScopeShader
+    own: _Arrays | None
+
+    def follow(self, surface: AirSurface, edits: tuple[str | None, str | None]) -> None:
+        """Take over what differs of a surface."""
+        assert self.own is not None
+        assert surface.wounds is not None
+        distance, film = self.own
+        changes = []
+        for own, other, kind in (
+            (distance, surface.distance.values, ChangeKind.CUT),
+            (film, surface.wounds.film.values, ChangeKind.FILM),
+        ):
+            box = changed_box(own, other)
+            if box is not None:
+                here = tuple(slice(box[0][a], box[1][a] + 1) for a in (2, 1, 0))
+                own[here] = other[here]
+                changes.append(Change(1, *box, kind))
+        for change in changes:
+            self.shader.update(change)
+        self.edits = edits
+
+
+def _living(surface: AirSurface, wounds: Wounds) -> tuple[AirSurface, _Arrays]:
+    """Return a surface with a distance and a film of its own, and these."""
+    distance, film = np.array(surface.distance.values), np.array(wounds.film.values)
+    wet = wounds.film.with_values(film, wounds.film.background)
+    carved = surface.distance.with_values(distance, surface.distance.background)
+    own = replace(surface, distance=carved, wounds=replace(wounds, film=wet))
+    return own, (distance, film)
 
 
 def write_picture(

@@ -6,7 +6,7 @@ volume's bits, of any generation, in any order.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -167,4 +167,23 @@ class FrozenSurface:
                 wounds.pristine.values, surface.distance.values, within
             ),
             VolumeChanges.between(dry, film),
+        )
+
+    def thawed(self) -> AirSurface:
+        """Return the surface as it was, with arrays of its own where it differs."""
+        surface, wounds = self.surface, self.surface.wounds
+        if wounds is None or self.distance is None or self.film is None:
+            return surface
+        film = wounds.film
+        dry = np.zeros(film.shape, film.values.dtype)
+        distance = self.distance.applied(wounds.pristine.values)
+        return replace(
+            surface,
+            distance=surface.distance.with_values(
+                distance, surface.distance.background
+            ),
+            wounds=replace(
+                wounds,
+                film=film.with_values(self.film.applied(dry), film.background),
+            ),
         )

@@ -15,6 +15,9 @@ from renderers.scene import GBuffer
 from renderers.scene.thread_team import Errand, ThreadTeam
 from scenarios import Sample
 from scenarios.bundle import FrameRecord, SampleRecord
+from surgery.edit import Taker
+from surgery.solids import capsule
+from tests.surgery.heads import soft_patient
 
 
 def pose(host_time_s: float) -> Pose:
@@ -68,6 +71,9 @@ class Slow:
         self._team = ThreadTeam(2)
         self._begun: Errand[Frame] | None = None
 
+    def apply(self, changes: Any) -> None:
+        pass
+
     def begin(self, seen: Any, *, then: Any, **_: Any) -> Any:
         def finish() -> Any:
             time.sleep(0.002)
@@ -85,11 +91,39 @@ class Slow:
 class Still:
     """A session in which nothing happens."""
 
+    operation: Any = None
+
     def step(self, sample: Sample) -> None:
         pass
 
     def view(self, sample: Sample) -> Any:
         return SimpleNamespace(clearance_mm=sample.time_s)
+
+
+class Operating(Still):
+    """A session whose every sample takes tissue away.
+
+    shown: the distance as each view was asked for.
+    """
+
+    def __init__(self) -> None:
+        self.patient = soft_patient()
+        self.operation = self
+        self.shown: dict[float, bytes] = {}
+
+    def step(self, sample: Sample) -> None:
+        at = np.array([4.0 + 0.5 * sample.time_s, 10.0, 10.0])
+        assert self.patient.carve(capsule(at, at, 1.0), Taker()) is not None
+
+    def take_changes(self) -> list[Any]:
+        return []
+
+    def take_edits(self) -> list[Any]:
+        return []
+
+    def view(self, sample: Sample) -> Any:
+        self.shown[sample.time_s] = self.patient.surface.distance.values.tobytes()
+        return super().view(sample)
 
 
 class Kept:
@@ -114,7 +148,9 @@ class Marks:
         return Sample(pose.time_s, pose.device_from_tip, 0.0, zero, zero, 0)
 
 
-def flown(on_frame: Any) -> tuple[Any, Kept]:
+def flown(
+    on_frame: Any, session: Any = None, keeps: Any = lambda time_s: False
+) -> tuple[Any, Kept]:
     """Fly over 20 poses that are measured when they are read."""
     times = iter(np.arange(-2, 30).tolist())
 
@@ -127,7 +163,7 @@ def flown(on_frame: Any) -> tuple[Any, Kept]:
     kept, view = Kept(), Slow()
     any_view: Any = view
     any_kept: Any = kept
-    any_session: Any = Still()
+    any_session: Any = session or Still()
     try:
         timing = fly(
             Measured(),
@@ -137,6 +173,7 @@ def flown(on_frame: Any) -> tuple[Any, Kept]:
             any_kept,
             until_s=20.0,
             on_frame=on_frame,
+            keeps=keeps,
         )
     finally:
         assert view._begun is None
@@ -156,6 +193,22 @@ def test_every_frame_is_recorded_and_told_once_in_order() -> None:
         assert record.clearance_mm == shown.sample.time_s
     assert sum(timing.frame_ms) / 1e3 == pytest.approx(timing.wall_s)
     assert all(age >= 2.0 for age in timing.pose_age_ms)
+
+
+def test_a_frame_brings_the_tissue_that_it_shows() -> None:
+    """Where that is asked for, although more is cut before the frame is finished."""
+    told: list[FrameEvent] = []
+    session = Operating()
+    flown(told.append, session, lambda time_s: time_s % 3 == 0)
+    before = session.patient.pristine.distance.values
+    last = session.patient.surface.distance.values.tobytes()
+    for event in told:
+        time_s = event.sample.time_s
+        assert (event.tissue is not None) == (time_s % 3 == 0)
+        if event.tissue is not None:
+            assert event.tissue.surface.distance is not None
+            found = event.tissue.surface.distance.applied(before).tobytes()
+            assert found == session.shown[time_s] != last
 
 
 def test_an_error_in_telling_ends_the_flight() -> None:

@@ -27,6 +27,7 @@ from renderers.art.ranks.scene_look import LookSettings, SceneLook
 from renderers.art.ranks.work import MarchWork
 from renderers.lanes.self_check import demand_vectors
 from renderers.scene import Scene
+from renderers.scene.change import changed_box
 from renderers.scene.deflection import Deflection
 from renderers.scene.memory_limit import memory_limit
 
@@ -174,13 +175,12 @@ def edit_node(
     values = looked.settings.volume(scene).values
     if values.shape != grid.shape or values.dtype != before.dtype:
         return None
-    if box is not None:
-        ends = np.stack([box[0][::-1], box[1][::-1]])
-        low, high = np.clip(ends, 0, np.array(grid.shape) - 1)
-    elif np.may_share_memory(before, values):
+    if box is None and np.may_share_memory(before, values):
         raise ValueError("a volume edited in place cannot be compared; give the box")
-    else:
-        low, high = _differing(before, values)
+    # where nothing differs a voxel is looked at for all
+    box = box or changed_box(before, values) or (np.zeros(3, int), np.zeros(3, int))
+    ends = np.stack([box[0][::-1], box[1][::-1]])
+    low, high = np.clip(ends, 0, np.array(grid.shape) - 1)
     if not looked.follow(scene, low, high):
         return None
     fresh = np.flatnonzero(looked.seen & ~work.seen)
@@ -194,18 +194,3 @@ def edit_node(
     if looked.shows_empty:
         work.bricks.show_empty(np.flatnonzero(~work.seen), looked.empty_value)
     return looked.march
-
-
-def _differing(
-    before: NDArray[np.generic], values: NDArray[np.generic]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return a box around the voxels that differ, (k, j, i); voxel 0 for none."""
-    bits = np.dtype(f"u{values.dtype.itemsize}")
-    differs = before.view(bits) != values.view(bits)
-    low, high = np.zeros(3, np.int64), np.zeros(3, np.int64)
-    for axis in range(3):
-        others = tuple(other for other in range(3) if other != axis)
-        places = np.flatnonzero(differs.any(axis=others))
-        if len(places):
-            low[axis], high[axis] = places[0], places[-1]
-    return low, high

@@ -204,9 +204,7 @@ def test_no_request_is_of_an_older_generation(
             case "ask":
                 now = head.copy()
                 asked.append((client.request_scope(head.surface, inside), now))
-                classic = client.request_classic(
-                    head.scene, outside, before=scene.volume
-                )
+                classic = request_of(client, head, outside, True)
                 asked.append((classic, now))
     asked += [(client.request_scope(f, inside), then) for f, then in frozen]
     for request, then in asked:
@@ -230,7 +228,7 @@ def test_undoing_all_gives_the_first_request_again(
     def requests() -> list[SnapshotRequest]:
         return [
             client.request_scope(head.surface, inside),
-            client.request_classic(head.scene, outside, before=scene.volume),
+            request_of(client, head, outside, True),
         ]
 
     first = requests()
@@ -250,8 +248,8 @@ def request_of(
     client: SnapshotClient, head: Operated, camera: Camera, classic: bool
 ) -> SnapshotRequest:
     if classic:
-        before = head.before.volume
-        return client.request_classic(head.scene, camera, before=before)
+        cut = VolumeChanges.between(head.before.volume.values, head.ct)
+        return client.request_classic(head.before, camera, changes=cut)
     return client.request_scope(head.surface, camera, samples=1)
 
 
