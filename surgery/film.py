@@ -208,9 +208,7 @@ class BloodFilm:
         down = np.asarray(gravity_lying() if gravity is None else gravity, np.float64)
         length = float(np.linalg.norm(down))
         if down.shape != (3,) or not (math.isfinite(length) and length > 0):
-            raise UserError(
-                f"gravity is a direction of three numbers, got {down.tolist()}"
-            )
+            raise UserError(f"gravity is a direction of three numbers, got {gravity!r}")
         if not (math.isfinite(blood_bias) and 0 <= blood_bias <= 10):
             raise UserError(f"blood bias must be within 0..10, got {blood_bias}")
         volume = surface.distance

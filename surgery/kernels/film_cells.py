@@ -196,6 +196,9 @@ def shape_cell(ground: Ground, cells: Cells, row: int) -> None:
                     right, right_along, right_off = lean, along, -off
                     marks[SECOND] = count
             count += 1
+    if marks[EXIT] != NO_EXIT:
+        # it gets out here, and runs no farther
+        marks[FIRST], marks[SECOND] = 255, 255
     if marks[FIRST] == 255 and marks[SECOND] == 255:
         return
     # two cells on either side of steepest descent share so that the mean goes along it

@@ -43,6 +43,10 @@ LEAST_UP = 0.2
 HANGS = -0.3
 """Blood drips from what faces down more than this cosine."""
 
+TRICKLE = 3.0
+"""A film thinner than so many times what a wall holds wets no second way: it keeps to
+where blood ran before, as trickles do."""
+
 SILL_MM = 2e-4
 """Pools that differ in height by less are level."""
 
@@ -101,6 +105,13 @@ def _stays(thick: float, rate: float, hold: float, guess: float) -> float:
     return min(max(t, hold), thick)
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _is_dry(slot: Ints, before: Longs, voxel: int) -> bool:
+    """Tell whether a voxel had no blood when the step began."""
+    row = int(slot[voxel]) - 1
+    return row < 0 or before[row] == 0
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def run_down(
     ground: Ground, cells: Cells, heads: Ints, step: int, dt: float, hold: float
@@ -138,6 +149,13 @@ def run_down(
             stays = _stays(thick, dt * shape[row, RATE], hold, guess)
             off = max(volume[row] - stays / thin, 0.0)
             share = float(shape[row, SHARE])
+            if thick < TRICKLE * hold and 0.0 < share < 1.0:
+                first = _is_dry(slot, before, links[row, marks[row, FIRST]])
+                second = _is_dry(slot, before, links[row, marks[row, SECOND]])
+                if first != second:
+                    share = 0.0 if first else 1.0
+                elif first and share != 0.5:
+                    share = 1.0 if share > 0.5 else 0.0
             for side in range(2):
                 part = 1.0 - share if side else share
                 if part <= 0.0:

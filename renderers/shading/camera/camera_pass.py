@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.scene import Camera, GBuffer, Projection
+from renderers.scene.lens_state import CLEAN, LensState
 from renderers.scene.thread_team import Errand, ThreadTeam
 from renderers.shading.bands import RowBands
 from renderers.shading.camera.camera_settings import CameraSettings
 from renderers.shading.camera.developer import LEAST_ROWS, Developer
 from renderers.shading.camera.exposure import meter
 from renderers.shading.camera.optics import make_optics
+from renderers.shading.camera.soiled_lens import SoiledLens
 
 Result = TypeVar("Result")
 
@@ -34,6 +36,7 @@ class CameraPass:
         self.settings = settings or CameraSettings()
         self._bands = RowBands(threads)
         self._seed = seed
+        self._lens = SoiledLens(self._bands)
         self._developer: Developer | None = None
 
     def finish(
@@ -44,14 +47,17 @@ class CameraPass:
         *,
         gain: float | None = None,
         frame_number: int = 0,
+        lens: LensState = CLEAN,
     ) -> tuple[NDArray[np.uint8], float]:
         """Return the sRGB picture ``(h, w, 3)`` uint8, and the gain of its exposure.
 
         gain: linear factor; None meters this picture (see `exposure.meter`).
         frame_number: picks the grain; pictures of different numbers differ in grain
-        only. Not safe to call from two threads at once.
+        only. lens: what lies on it; it is metered, too. Not safe to call from two
+        threads at once.
         """
         developer = self._developer_for(radiance, gbuffer, camera)
+        radiance = self._lens.look(radiance, lens)
         if gain is None:
             gain = meter(radiance)
         _demand_gain(gain)
@@ -70,6 +76,7 @@ class CameraPass:
         gain: float,
         frame_number: int,
         then: Callable[[NDArray[np.uint8]], Result],
+        lens: LensState = CLEAN,
     ) -> Errand[Result]:
         """Begin the picture that `finish` gives, and leave the rest to a thread.
 
@@ -78,6 +85,7 @@ class CameraPass:
         would have to wait for it.
         """
         developer = self._developer_for(radiance, gbuffer, camera)
+        radiance = self._lens.look(radiance, lens)
         _demand_gain(gain)
         picture, develop = developer.expose(
             radiance, gbuffer.depth_mm, gain, frame_number
