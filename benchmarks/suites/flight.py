@@ -181,6 +181,7 @@ class FlightPlan(Plan, suite="flight"):
                 recorder,
                 until_s=self._flown_s,
                 on_frame=lambda *_: None,
+                keeps=lambda _: False,
             )
         return _of_loop(timing, time.process_time() - cpu)
 

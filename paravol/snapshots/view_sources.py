@@ -81,8 +81,8 @@ def session_views(
             "case it was flown through with --case."
         )
     matrix = np.array(info.world_from_device).reshape(4, 4)
-    session = build_session(scenario, patient, matrix, (size, size))
     operation = operate_on(patient)[1] if info.operated else None
+    session = build_session(scenario, patient, matrix, (size, size), operation)
     begins = np.array([sample.time_s for sample, _, _ in samples])
     _demand_within(times_s, float(begins[-1]), folder)
     chosen = np.maximum(np.searchsorted(begins, times_s, side="right") - 1, 0)
@@ -95,7 +95,7 @@ def session_views(
         if operation is not None:
             # a frame shows the head as the samples up to its own had left it
             for before, _, _ in samples[stepped : chosen[place] + 1]:
-                operation.step(before)
+                session.step(before)
             stepped = chosen[place] + 1
             tissue = OperatedHead.of(operation.patient)
             states[tissue.digest] = tissue

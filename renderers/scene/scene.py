@@ -14,7 +14,6 @@ from renderers.scene.light import Light, four_lights
 from renderers.scene.transfer import TransferFunction
 from renderers.scene.volume import Volume
 
-
 WOUND_UNIT_MM = 0.02
 """Depths and thicknesses of layers are stored in these steps, up to 5.1 mm."""
 

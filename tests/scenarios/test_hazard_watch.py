@@ -81,13 +81,13 @@ def test_the_watch_keeps_each_least_gap_and_its_first_time(
     tips, shafts, tools = zip(*found, strict=True)
     assert (at.tip_mm, at.tip_s) == (min(tips), 0.5 * tips.index(min(tips)))
     assert (at.shaft_mm, at.shaft_s) == (min(shafts), 0.5 * shafts.index(min(shafts)))
-    held = [tool for tool in tools if tool is not None]
-    if held:
-        assert at.instrument_mm == min(held)
-        assert at.instrument_s == 0.5 * tools.index(min(held))
+    used = [tool for tool in tools if tool is not None]
+    if used:
+        assert at.instrument_mm == min(used)
+        assert at.instrument_s == 0.5 * tools.index(min(used))
     else:
         assert (at.instrument_mm, at.instrument_s) == (None, None)
-    everything = [*tips, *shafts, *held]
+    everything = [*tips, *shafts, *used]
     assert at.nearest_mm == min(everything)
 
 

@@ -239,8 +239,8 @@ def test_both_ways_through_in_one_sample_is_one_entry_each() -> None:
     ))  # fmt: skip
     first = watched.move("probe", 0.0, ball(np.array((-9.0, 0.0, 0.0)), 0.5))
     found = watched.move("probe", 0.01, ball(np.array((9.0, 0.0, 0.0)), 0.5))
-    assert [injury.side for injury in first + found] == ["right", "left"]
-    assert watched.injuries == first + found
+    assert [injury.side for injury in (*first, *found)] == ["right", "left"]
+    assert watched.injuries == (*first, *found)
     middle = 0.01 * (9.0 + BEHIND_MM - 0.5) / 18.0
     assert found[0].time_s == pytest.approx(middle, abs=0.01 * 0.2 / 18.0)
 
