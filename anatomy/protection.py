@@ -12,7 +12,7 @@ from anatomy.tissue import TISSUE_OF, Label
 from anatomy.wall_layers import NO_WALL, WallKind
 from renderers.scene.volume import Volume
 
-BETWEEN_MM = 1.0
+BETWEEN_MM = 1.5
 """What may lie between a wall's bone and the hazard that it protects."""
 
 PROTECTED = {

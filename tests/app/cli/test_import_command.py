@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from anatomy.case import read_case
+from anatomy.case import read_case, segment_fields
 from anatomy.files.markups import read_markups, write_markups
 from anatomy.files.surfaces import load_surface, save_surface
 from anatomy.files.volumes import load_volume, save_volume
@@ -18,7 +18,7 @@ from app.__main__ import main
 from devices import load_probe_path
 from paravol.case_scenario import scenario_of_case
 from paravol.inputs.hand import nostril_fulcrum
-from paravol.patient import load_patient
+from paravol.patient import load_case, load_patient
 from renderers.scene import Volume
 from scenarios import load_scenario
 
@@ -294,3 +294,41 @@ def test_mistakes_are_one_sentence_and_leave_nothing(
     assert len(told) == 1
     assert complaint in told[0]
     assert sorted(p.name for p in tmp_path.iterdir()) == before
+
+
+def test_labels_come_with_a_scan_or_are_said_to_be_missing(
+    case: Path, scan: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bare = load_case(case)
+    assert bare.hazards is None
+    assert bare.layers is not None
+    assert bare.layers.uncertainty_mm > 0.0
+    head = made_head()
+    marks = np.zeros(head.shape, np.uint8)
+    axis = np.arange(-60.0, 61.0, STEP)
+    z, y, x = np.meshgrid(axis, axis, axis, indexing="ij")
+    marks[np.sqrt((x - 36) ** 2 + y**2 + z**2) < 2.5] = 2
+    marks[(z > 25) & (x**2 + y**2 < 100) & (z < 32)] = 9
+    names = {2: "optic_nerve_left", 9: "some lesion"}
+    file = scan.parent / "marks.seg.nrrd"
+    marked = Volume(marks, head.spacing_mm, head.origin_mm, background=0.0)
+    save_volume(marked, file, segment_fields(names))
+    out = scan.parent / "labelled"
+    words = ["import", str(scan), "--out", str(out), "--spacing", "1.0"]
+    assert main([*words, "--labels", str(file)]) == 0
+    told = capsys.readouterr().out
+    assert "optic nerve (from marks.seg.nrrd)" in " ".join(told.split())
+    assert any("some lesion" in note for note in read_case(out).record.notes)
+    patient = load_case(out)
+    assert patient.hazards is not None
+    assert patient.hazards.names == ("optic nerve",)
+    # the sinus of 8 mm round x 25, the nerve of 2.5 mm round x 36
+    gap = patient.hazards.distance_mm("optic nerve", np.array([25.0, 0.0, 0.0]))
+    assert float(gap) == pytest.approx(8.5, abs=1.0)
+    assert main([*words, "--label-names", "total", "--force"]) == 1
+    assert "give the map with --labels" in capsys.readouterr().err
+    away = Volume(marks, head.spacing_mm, head.origin_mm + 400.0, background=0.0)
+    save_volume(away, file, segment_fields(names))
+    assert main([*words, "--labels", str(file), "--force"]) == 1
+    assert "frame is another one" in " ".join(capsys.readouterr().err.split())
+    assert load_case(out).hazards is not None
