@@ -35,11 +35,14 @@ class Mesh:
 
     vertices: ``(n, 3)`` float64, mm, in the mesh's own frame.
     faces: ``(m, 3)`` int32 vertex indices, counter-clockwise seen from outside.
+    capsules: ``(k, 7)`` float64, start, end and radius of what casts its shadow, mm;
+        None to find it from the surface, which does for long round tools.
     """
 
     vertices: NDArray[np.float64]
     faces: NDArray[np.int32]
     material: Material = Material.METAL
+    capsules: NDArray[np.float64] | None = None
     _facets: list[Facets] = field(default_factory=list, repr=False, compare=False)
     _spine: list[Spine] = field(default_factory=list, repr=False, compare=False)
 
@@ -56,6 +59,14 @@ class Mesh:
             raise UserError(
                 f"mesh faces name vertex {faces.max()} of {len(vertices)} vertices"
             )
+        if self.capsules is not None:
+            capsules = np.array(self.capsules, np.float64)
+            if capsules.ndim != 2 or capsules.shape[1] != 7 or not len(capsules):
+                raise UserError(f"mesh capsules must be (k, 7), got {capsules.shape}")
+            if not (np.all(np.isfinite(capsules)) and np.all(capsules[:, 6] > 0)):
+                raise UserError("mesh capsules must be finite, their radii positive")
+            capsules.flags.writeable = False
+            object.__setattr__(self, "capsules", capsules)
         vertices.flags.writeable = False
         faces.flags.writeable = False
         object.__setattr__(self, "vertices", vertices)
@@ -106,7 +117,9 @@ class Mesh:
 
         The same mesh has the same capsules, to the bit, wherever it is loaded.
         """
-        if not self._spine:
+        if not self._spine and self.capsules is not None:
+            self._spine.append(Spine.of(self.capsules))
+        elif not self._spine:
             pieces = self._cut_facets().pieces.astype(np.float64).reshape(-1, 3, 3)
             sides = pieces[:, 1:] - pieces[:, :1]
             area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)

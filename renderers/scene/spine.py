@@ -37,6 +37,12 @@ class Spine:
     is_free: NDArray[np.bool_]
 
     @classmethod
+    def of(cls, capsules: Doubles) -> "Spine":
+        """Return capsules ``(n, 7)``, start, end and radius, with round ends."""
+        is_free = np.zeros((len(capsules), 2), np.bool_)
+        return cls(capsules[:, :3], capsules[:, 3:6], capsules[:, 6], is_free)
+
+    @classmethod
     def through(cls, points_mm: Doubles, area: Doubles) -> "Spine":
         """Lay capsules through a surface given as points ``(n, 3)`` and their areas.
 

@@ -337,7 +337,8 @@ class SnapshotClient:
             shape = self.put(mesh.vertices), self.put(mesh.faces)
             material = msgspec.convert(mesh.material.name, MaterialName)
             rows = (_four(pose[0]), _four(pose[1]), _four(pose[2]))
-            specs.append(InstrumentSpec(*shape, material, rows))
+            capsules = None if mesh.capsules is None else self.put(mesh.capsules)
+            specs.append(InstrumentSpec(*shape, material, rows, capsules))
         return tuple(specs)
 
     def _request(

@@ -116,12 +116,16 @@ class ImageSpec(_Strict, frozen=True):
 
 
 class InstrumentSpec(_Strict, frozen=True):
-    """Place a mesh. vertices: ``(n, 3)`` float64 mm. faces: ``(m, 3)`` int32."""
+    """Place a mesh. vertices: ``(n, 3)`` float64 mm. faces: ``(m, 3)`` int32.
+
+    capsules: ``(k, 7)`` float64, see `renderers.scene.Mesh`.
+    """
 
     vertices: Digest
     faces: Digest
     material: MaterialName
     world_from_mesh: tuple[Row, Row, Row]
+    capsules: Digest | None = None
 
 
 class PathTracingSpec(_Strict, frozen=True):

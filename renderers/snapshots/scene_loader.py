@@ -196,10 +196,15 @@ def instrument_meshes(
     result = []
     for spec in instruments:
         pose = rigid_pose(spec.world_from_mesh)
+        capsules = None
+        if spec.capsules is not None:
+            stored = data.get(spec.capsules, ("float64",), LARGEST_MESH)
+            capsules = np.asarray(stored)
         mesh = Mesh(
             np.asarray(data.get(spec.vertices, ("float64",), LARGEST_MESH)),
             np.asarray(data.get(spec.faces, ("int32",), LARGEST_MESH)),
             Material[spec.material],
+            capsules,
         )
         result.append((mesh, pose))
     return result

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.scene import Mesh
 from scenarios.instruments.lofting import (
     SIDES,
     BentLine,
@@ -14,7 +15,7 @@ from scenarios.instruments.lofting import (
     section,
     skin,
 )
-from scenarios.instruments.parts import Capsules, Part, Shape
+from scenarios.instruments.parts import Capsules, Part, Shape, shaded
 
 Doubles = NDArray[np.float64]
 
@@ -35,6 +36,15 @@ def _side_by_side(strands: list[Doubles], radius_mm: Doubles) -> Capsules:
         if last > 1:
             held.append(Capsules.along(strand[:last], between[: last - 1]))
     return Capsules.joined(held)
+
+
+def _bladed(mesh: Mesh, strands: list[Doubles], radius_mm: Doubles) -> Part:
+    """Return a blade as a part; five capsules are enough for its shadow."""
+    count = len(radius_mm)
+    some = [1, count // 2, count - 2, count - 1]
+    two = [strand[some] for strand in (strands[1], strands[-2])]
+    caster = _side_by_side(two, radius_mm[some])
+    return Part(shaded(mesh, caster), _side_by_side(strands, radius_mm))
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +105,15 @@ class Curette(Shape):
                 ),
             ]
         )
-        return (Part(mesh, capsules),)
+        ring = self._ring(5)
+        stem = line.at([self.ring_mm, self.neck_mm, self.length_mm])
+        caster = Capsules.joined(
+            [
+                Capsules.along(ring[np.r_[0:5, 0]], half),
+                Capsules.along(stem, np.array([0.6, 1.0]) * thick),
+            ]
+        )
+        return (Part(shaded(mesh, caster), capsules),)
 
     def tip(self) -> tuple[Doubles, float]:
         """Return the ball that fills the ring's end."""
@@ -164,7 +182,7 @@ class SickleKnife(Shape):
             line.place(0.0, share * beside, lengths)
             for share in (-1.0, -0.33, 0.33, 1.0)
         ]
-        return (Part(mesh, _side_by_side(held, radius)),)
+        return (_bladed(mesh, held, radius),)
 
     def tip(self) -> tuple[Doubles, float]:
         """Return the ball in its point."""
@@ -285,7 +303,7 @@ class Elevator(Shape):
             line.place(share * beside, 0.0, lengths)
             for share in (-1.0, -0.5, 0.0, 0.5, 1.0)
         ]
-        return (Part(mesh, _side_by_side(held, radius)),)
+        return (_bladed(mesh, held, radius),)
 
     def tip(self) -> tuple[Doubles, float]:
         """Return the ball in its end."""

@@ -45,11 +45,21 @@ class Capsules:
             np.concatenate([each.radius_mm for each in several]),
         )
 
+    def table(self) -> Doubles:
+        """Return them as rows ``(n, 7)``: start, end, radius."""
+        columns = self.start_mm, self.end_mm, self.radius_mm[:, None]
+        return np.concatenate(columns, axis=1)
+
     def placed(self, pose: Doubles) -> "Capsules":
         """Move them by a rigid 4x4 transform."""
         return Capsules(
             moved(self.start_mm, pose), moved(self.end_mm, pose), self.radius_mm
         )
+
+
+def shaded(mesh: Mesh, capsules: Capsules) -> Mesh:
+    """Return the mesh with the capsules that cast its shadow."""
+    return Mesh(mesh.vertices, mesh.faces, mesh.material, capsules.table())
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from disk import UserError
 from renderers.scene import Material, Mesh
 from scenarios.instruments.lofting import SIDES, BentLine, rings, section, skin
-from scenarios.instruments.parts import Capsules, Part, Shape
+from scenarios.instruments.parts import Capsules, Part, Shape, shaded
 
 Doubles = NDArray[np.float64]
 
@@ -205,7 +205,8 @@ class Debrider(Shape):
             [distance * np.cos(angles), distance * np.sin(angles), lengths], axis=-1
         )
         tube = np.array([[0.0, 0.0, _FRONT * radius], [0.0, 0.0, self.length_mm]])
-        return (Part(skin(rows), Capsules.along(tube, radius)),)
+        capsules = Capsules.along(tube, radius)
+        return (Part(shaded(skin(rows), capsules), capsules),)
 
     def _angles(self) -> Doubles:
         """Return places round the tube, close together at the window's sides."""

@@ -15,7 +15,12 @@ from numpy.testing import assert_array_equal
 from paravol.snapshots.comparison import rays_passed, splatted
 from paravol.snapshots.head_scene import HeadScene, RenderSettings, placed
 from paravol.snapshots.outputs import RenderedPicture, save_picture
-from paravol.snapshots.view_file import ViewFile, both_eyes, load_view
+from paravol.snapshots.view_file import (
+    PlacedInstrument,
+    ViewFile,
+    both_eyes,
+    load_view,
+)
 from renderers.art import ActiveRayTracer, render_among
 from renderers.fsr import FuzzySetRenderer
 from renderers.fsr import render_among as splat_among
@@ -24,6 +29,7 @@ from renderers.scene.composition import solids_seen
 from renderers.shading import downsample_radiance
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.worker import run_worker
+from scenarios.instruments import instrument_named, suction_tube
 from tests.scenes import make_scene
 
 SIZE = 40
@@ -131,3 +137,16 @@ def test_splats_have_the_same_tool_within_the_same_stop(
     assert not drawn.rgba[share == 0].any()
     assert set(np.unique(share)) == set(np.linspace(0, 1, samples + 1))
     assert np.all(found[(solids.coverage > 0) & (share == 1)].max(axis=-1) > 20)
+
+
+def test_a_tool_with_jaws_is_placed_in_parts(view: ViewFile) -> None:
+    tube = view.instruments[0]
+    forceps = PlacedInstrument("straight forceps", tube.world_from_instrument, 0.5)
+    pose = np.vstack([np.array(tube.world_from_instrument), [0, 0, 0, 1]])
+    found = placed((tube, forceps))
+    tool = instrument_named("straight forceps")
+    wanted = [(suction_tube(), pose), *tool.placed(pose, 0.5)]
+    assert len(found) == len(wanted) == 4
+    for (mesh, here), (same, there) in zip(found, wanted, strict=True):
+        assert_array_equal(mesh.vertices, same.vertices)
+        assert_array_equal(here, there)

@@ -142,6 +142,29 @@ def test_full_paths_stay(tmp_path: Path) -> None:
             },
             "pose must be rigid",
         ),
+        (
+            {
+                "instruments": [
+                    {
+                        "name": "chisel",
+                        "world_from_instrument": np.eye(4)[:3].tolist(),
+                    }
+                ],
+            },
+            "no instrument 'chisel'; there are: suction tube, ",
+        ),
+        (
+            {
+                "instruments": [
+                    {
+                        "name": "straight forceps",
+                        "world_from_instrument": np.eye(4)[:3].tolist(),
+                        "jaw": 1.5,
+                    }
+                ],
+            },
+            r"jaw must be a number, at most 1, got 1\.5",
+        ),
     ],
 )
 def test_what_is_wrong_is_refused_by_name(

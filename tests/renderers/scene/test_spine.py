@@ -83,3 +83,29 @@ def test_a_mesh_loaded_again_has_the_same_rods_to_the_bit() -> None:
     a, b = tube.spine(np.eye(4)), again.spine(np.eye(4))
     assert_array_equal(a.start_mm, b.start_mm)
     assert_array_equal(a.radius_mm, b.radius_mm)
+
+
+def test_a_mesh_that_says_its_rods_has_them_and_no_others() -> None:
+    ring = np.array([[1.0, 0, 0, 0, 1, 0, 0.2], [0, 1, 0, -1, 0, 0, 0.3]])
+    plate = Mesh(np.eye(3), np.array([[0, 1, 2]]), capsules=ring)
+    pose = np.eye(4)
+    pose[:3, 3] = [3, -5, 9]
+    spine = plate.spine(pose)
+    assert_array_equal(spine.start_mm, ring[:, :3] + pose[:3, 3])
+    assert_array_equal(spine.end_mm, ring[:, 3:6] + pose[:3, 3])
+    assert_array_equal(spine.radius_mm, ring[:, 6])
+    assert not spine.is_free.any()
+
+
+@pytest.mark.parametrize(
+    ("capsules", "message"),
+    [
+        (np.zeros((0, 7)), r"must be \(k, 7\)"),
+        (np.ones((2, 6)), r"must be \(k, 7\)"),
+        (np.zeros((1, 7)), "radii positive"),
+        (np.full((1, 7), np.nan), "must be finite"),
+    ],
+)
+def test_bad_rods_are_refused(capsules: Doubles, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        Mesh(np.eye(3), np.array([[0, 1, 2]]), capsules=capsules)

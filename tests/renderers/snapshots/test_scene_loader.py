@@ -108,6 +108,29 @@ def test_instruments_stand_where_their_pose_says(
         instrument_meshes(client.data, bent.work.instruments)
 
 
+def test_what_casts_a_tools_shadow_goes_with_it(
+    client: SnapshotClient, scene: Scene
+) -> None:
+    assert scene.surface is not None
+    camera = Camera.looking_at([0, -10, 0], [0, 0, 0], size=(32, 32))
+    rods = np.array([[0.0, 0, 0, 0, 0, 9, 0.5]])
+    shaded = Mesh(TRIANGLE.vertices, TRIANGLE.faces, TRIANGLE.material, rods)
+    both = [(shaded, np.eye(4)), (TRIANGLE, np.eye(4))]
+    request = client.request_scope(scene.surface, camera, instruments=both)
+    work = request.work
+    assert isinstance(work, ScopeWork)
+    (first, _), (second, _) = instrument_meshes(client.data, work.instruments)
+    assert first.capsules is not None
+    np.testing.assert_array_equal(first.capsules, rods)
+    assert second.capsules is None
+    # a file from elsewhere: triangles where rods should be
+    wrong = msgspec.structs.replace(
+        work.instruments[0], capsules=work.instruments[0].vertices
+    )
+    with pytest.raises(ValueError, match=r"capsules must be \(k, 7\), got"):
+        instrument_meshes(client.data, (wrong,))
+
+
 def test_an_edited_volume_is_of_the_same_family(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
