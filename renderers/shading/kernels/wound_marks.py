@@ -304,7 +304,9 @@ def set_layers(w: Floats, rows: WoundRows, materials: Floats) -> None:
     crest *= clamped(f32(0.7) * lumps - f32(0.05))
     cleft = clamped(f32(0.30) * absolute(ridges) - f32(0.40) * lumps)
     lining = clamped(_ONE - depth * f32(1 / RIM_WIDTH_MM) + f32(0.3) * ridges)
-    lit = f32(1) + f32(0.12) * grain + f32(0.10) * lumps
+    lit = f32(1) + f32(0.12) * grain + f32(0.14) * lumps
+    # deeper down the light finds more blood
+    lit *= f32(1) - f32(0.30) * clamped(f32(0.5) * depth - f32(0.1))
     # blood smeared over bone, and what oozes from its pores
     smear = f32(0.32) - f32(0.20) * lumps - f32(0.18) * ridges - f32(0.06) * grain
     smear = clamped(smear + f32(0.30) * sponge + f32(0.65) * fringe)
@@ -376,6 +378,11 @@ def roughen(w: Floats) -> None:
     pool = (film - POOL_FROM_MM) * f32(1 / (POOL_AT_MM - POOL_FROM_MM))
     pool = smooth(clamped(pool))
     rough = cut * load(w, BONE, N) * (_ONE - pool)
+    # seen flatly, what rises hides what lies behind it
+    facing = load(w, block.NX, N) * load(w, block.DX, N)
+    facing += load(w, block.NY, N) * load(w, block.DY, N)
+    facing += load(w, block.NZ, N) * load(w, block.DZ, N)
+    rough *= clamped(f32(0.3) - f32(1.4) * facing)
     lumps = rough * (FLESH_LUMPS + bone * (BONE_LUMPS - FLESH_LUMPS))
     ridges = rough * (FLESH_RIDGES + bone * (BONE_RIDGES - FLESH_RIDGES))
     grain = rough * (FLESH_GRAIN + bone * (BONE_GRAIN - FLESH_GRAIN))
