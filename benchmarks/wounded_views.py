@@ -1,17 +1,17 @@
 """Eight wounds in the default nose and where they are seen from."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from anatomy import Phantom, PhantomParameters, sinus_phantom
-from anatomy.tissue import Label
-from anatomy.wall_layers import WallKind, WallLayers
+from anatomy import (
+    Phantom,
+    PhantomParameters,
+    classic_transfer_function,
+    sinus_phantom,
+)
 from renderers.scene import AirSurface, Camera, Scene
-from renderers.scene.transfer import TransferFunction
 from surgery.edit import Taker
 from surgery.patient import OperatedPatient
 from surgery.solids import Rows, capsule
@@ -76,7 +76,7 @@ VIEWS = (
     WoundedView(
         "maxillary ostium",
         (*_UNCINATE, ((-10.5, 26.6, 23.2), (-16.5, 27.6, 22.8), 2.4)),
-        (-9.3, 20.5, 23.4),
+        (-10.0, 19.0, 29.0),
         (-13.4, 27.4, 23.0),
     ),
     WoundedView(
@@ -100,25 +100,11 @@ def wounded_phantom() -> Phantom:
     return sinus_phantom(PhantomParameters(seed=SEED), spacing_mm=0.5)
 
 
-def walls_of(phantom: Phantom) -> WallLayers:
-    """Return plain walls: a millimetre of mucosa on half of one of bone."""
-    labels = phantom.labels
-    kinds = (
-        WallKind("", 0.9, 0.0, Label.MUCOSA, Label.MUCOSA),
-        WallKind("plate", 1.0, 0.5, Label.MUCOSA, Label.THICK_BONE, 30.0),
-    )
-    wall: NDArray[np.uint8] = np.ones(labels.shape, np.uint8)
-    ground = labels.values.astype(np.uint8)
-    return WallLayers(
-        labels.with_values(wall, 0.0), labels.with_values(ground, 0.0), kinds
-    )
-
-
 def wounded(view: WoundedView) -> OperatedPatient:
     """Return the head with the cuts of a view."""
     phantom = wounded_phantom()
     surface = AirSurface(phantom.distance, phantom.blood, phantom.skin)
-    patient = OperatedPatient(surface, walls_of(phantom), phantom.labels)
+    patient = OperatedPatient(surface, phantom.layers, phantom.labels)
     for solids in view.solids():
         patient.carve(solids, DRILL)
     return patient
@@ -126,7 +112,5 @@ def wounded(view: WoundedView) -> OperatedPatient:
 
 def scene_of(patient: OperatedPatient) -> Scene:
     """Return what renderers draw of a patient."""
-    from anatomy import classic_transfer_function
-
-    transfer: Callable[[], TransferFunction] = classic_transfer_function
-    return Scene(wounded_phantom().ct, transfer(), surface=patient.surface)
+    volume = wounded_phantom().ct
+    return Scene(volume, classic_transfer_function(), surface=patient.surface)

@@ -51,6 +51,8 @@ LEAST_COSINE = f32(.97)
 """Neighbours' normals that differ by more mean an edge."""
 GAP_SHARE = f32(.05)
 """Neighbours that are farther by this share of the depth lie beyond an edge."""
+HOLE = 5
+"""Pixels from an empty one at which something must be near a cut."""
 BACK_MM = f32(0.4)
 TIMES_BACK = 4
 """A ray is followed from so far before its splats, or as many times as far."""
@@ -108,6 +110,9 @@ def list_creases(
             least = minimum(minimum(above, below), minimum(before, after))
             most = maximum(maximum(above, below), maximum(before, after))
             near = minimum(least, t)
+            empty = inside & ~(t < f32(1e6))
+            if any_(empty):
+                near = minimum(near, around(depth, at, y, empty))
             met = inside & (near < f32(1e6))
             if not any_(met):
                 continue
@@ -152,6 +157,18 @@ def list_creases(
                 store_packed(starts, n, near, met)
                 n += count(met)
     return n
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def around(depth: F32, at: int, y: int, wanted: Lanes) -> Lanes:
+    """Return the least depth a few pixels up, down and beside a run of pixels."""
+    height, width = depth.shape
+    reach = HOLE if HOLE <= y < height - HOLE else 0
+    far = f32(np.inf)
+    found = select(wanted, load_where(depth, at - HOLE, wanted), far)
+    for to in (at + HOLE, at - reach * width, at + reach * width):
+        found = minimum(found, select(wanted, load_where(depth, to, wanted), far))
+    return found
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

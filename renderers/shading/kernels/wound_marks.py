@@ -304,7 +304,9 @@ def set_layers(w: Floats, rows: WoundRows, materials: Floats) -> None:
     crest *= clamped(f32(0.7) * lumps - f32(0.05))
     cleft = clamped(f32(0.30) * absolute(ridges) - f32(0.40) * lumps)
     lining = clamped(_ONE - depth * f32(1 / RIM_WIDTH_MM) + f32(0.3) * ridges)
-    lit = f32(1) + f32(0.12) * grain + f32(0.10) * lumps
+    lit = f32(1) + f32(0.12) * grain + f32(0.14) * lumps
+    # deeper down the light finds more blood
+    lit *= f32(1) - f32(0.30) * clamped(f32(0.5) * depth - f32(0.1))
     # blood smeared over bone, and what oozes from its pores
     smear = f32(0.32) - f32(0.20) * lumps - f32(0.18) * ridges - f32(0.06) * grain
     smear = clamped(smear + f32(0.30) * sponge + f32(0.65) * fringe)
@@ -376,6 +378,11 @@ def roughen(w: Floats) -> None:
     pool = (film - POOL_FROM_MM) * f32(1 / (POOL_AT_MM - POOL_FROM_MM))
     pool = smooth(clamped(pool))
     rough = cut * load(w, BONE, N) * (_ONE - pool)
+    # seen flatly, what rises hides what lies behind it
+    facing = load(w, block.NX, N) * load(w, block.DX, N)
+    facing += load(w, block.NY, N) * load(w, block.DY, N)
+    facing += load(w, block.NZ, N) * load(w, block.DZ, N)
+    rough *= clamped(f32(0.3) - f32(1.4) * facing)
     lumps = rough * (FLESH_LUMPS + bone * (BONE_LUMPS - FLESH_LUMPS))
     ridges = rough * (FLESH_RIDGES + bone * (BONE_RIDGES - FLESH_RIDGES))
     grain = rough * (FLESH_GRAIN + bone * (BONE_GRAIN - FLESH_GRAIN))
@@ -422,13 +429,17 @@ def spread_blood(w: Floats, blood: int, materials: Floats) -> None:
     uneven = _ONE - f32(0.25) * load(w, block.LONG, N) * load(w, DEPTH, N)
     uneven -= f32(0.18) * load(w, block.MIDDLE, N)
     film *= minimum(maximum(uneven, f32(0.3)), f32(2))
-    red = exp_negative(f32(-2) * RED_PER_MM * film)
-    green = exp_negative(f32(-2) * GREEN_PER_MM * film)
-    mix_in(w, block.RED, _ONE - red, full(POOL_RED * materials[blood, 1], N))
-    mix_in(w, block.GREEN, _ONE - green, full(materials[blood, 2], N))
-    mix_in(w, block.BLUE, _ONE - green, full(materials[blood, 3], N))
-    mix_in(w, block.LR, _ONE - red, full(materials[blood, 7], N))
-    mix_in(w, block.LG, _ONE - green, full(materials[blood, 8], N))
+    # nothing where there is none: the exponential of 0 is not quite 1
+    wet = film > _ZERO
+    red = _ONE - exp_negative(f32(-2) * RED_PER_MM * film)
+    red = select(wet, red, _ZERO)
+    green = _ONE - exp_negative(f32(-2) * GREEN_PER_MM * film)
+    green = select(wet, green, _ZERO)
+    mix_in(w, block.RED, red, full(POOL_RED * materials[blood, 1], N))
+    mix_in(w, block.GREEN, green, full(materials[blood, 2], N))
+    mix_in(w, block.BLUE, green, full(materials[blood, 3], N))
+    mix_in(w, block.LR, red, full(materials[blood, 7], N))
+    mix_in(w, block.LG, green, full(materials[blood, 8], N))
     pool = (film - POOL_FROM_MM) * f32(1 / (POOL_AT_MM - POOL_FROM_MM))
     pool = smooth(clamped(pool))
     mix_in(w, block.F0, pool, full(materials[blood, 4], N))
