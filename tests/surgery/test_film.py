@@ -114,9 +114,7 @@ def test_nothing_is_lost_whatever_is_done(data: st.DataObject) -> None:
         assert unaccounted(film) == 0
         _, thick = film.thickness
         assert thick.min(initial=0.0) >= 0.0
-        assert film.wet_cells <= np.count_nonzero(
-            patient.surface.distance.values <= 0
-        )
+        assert film.wet_cells <= np.count_nonzero(patient.surface.distance.values <= 0)
 
 
 def slope(degrees: float, turn: float, count: tuple[int, int, int]) -> Field:
