@@ -92,7 +92,8 @@ class Lens:
     def advance(self, time_s: float, tip_mm: NDArray[np.float64]) -> None:
         """Follow the scope to a sample's time; the first call sets the beginning.
 
-        tip_mm: ``(3,)`` LPS, of that sample: where the lens was since the last one.
+        tip_mm: ``(3,)`` LPS, of that sample: where the lens was since the last one. One
+        that is not finite counts as outside.
         """
         if not math.isfinite(time_s):
             raise UserError(f"a sample's time is finite, got {time_s} s")
@@ -138,7 +139,7 @@ class Lens:
         matrix = volume.voxel_from_world
         place = matrix[:3, :3] @ tip_mm + matrix[:3, 3]
         top = np.array(volume.shape[::-1]) - 1
-        if np.any(place < 0) or np.any(place > top):
+        if not (np.all(place >= 0) and np.all(place <= top)):
             return math.inf, 0.0
         gap = -volume.at_voxel(place)
         wounds = self._surface.wounds
