@@ -46,9 +46,8 @@ THICK_MM = 0.5
 class Lens:
     """Follow a scope's front lens through an operation.
 
-    state: what `CameraPass` draws. touches: seconds that it touched tissue so far.
-    washes: how often it was washed; washing_s: time spent on that. Undoing a cut does
-    not clean it.
+    state: what `CameraPass` draws. touches_s: seconds that it touched tissue so far.
+    washes: how often it was washed, each for `WASH_S`. Undoing a cut does not clean it.
     """
 
     def __init__(self, surface: AirSurface, radius_mm: float) -> None:
@@ -72,16 +71,6 @@ class Lens:
     def state(self) -> LensState:
         """Return what lies on the lens now."""
         return LensState(self._soil, self._fog, self.washes)
-
-    @property
-    def is_washed(self) -> bool:
-        """Return whether it is being washed now."""
-        return self._left > 0
-
-    @property
-    def washing_s(self) -> float:
-        """Return the time spent on washing."""
-        return self.washes * WASH_S - self._left / STEPS_PER_S
 
     def wash(self) -> None:
         """Begin to wash, at the pedal or key; nothing where that goes on already."""

@@ -55,12 +55,11 @@ def test_washing_takes_its_time_and_leaves_a_clean_lens() -> None:
     lens.wash()
     assert lens.washes == 1
     lens.advance(10.0 + WASH_S / 2, np.array(OUT))
-    assert lens.is_washed
+    assert lens.state.soil > 0
     assert lens.state.soil == pytest.approx(before.soil / 2, rel=0.05)
     lens.advance(10.0 + WASH_S + 0.05, np.array(FAR))
     assert lens.state.soil == 0
     assert lens.state.fog < 1e-3
-    assert lens.washing_s == WASH_S, "it is done"
     assert lens.state.seed != before.seed
     lens.advance(200.0, np.array(FAR))
     assert lens.state.fog < 0.05, "a warm lens with agent does not fog"
