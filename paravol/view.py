@@ -11,6 +11,7 @@ from xxhash import xxh3_128_hexdigest
 from paravol.patient import PatientScene, Progress, no_progress
 from renderers.fsr import FuzzySetRenderer
 from renderers.scene import Change, GBuffer
+from renderers.scene.lens_state import CLEAN
 from renderers.scene.mesh import PlacedMesh
 from renderers.scene.mesh_drawing import ListedFacets
 from renderers.scene.thread_team import Errand, ThreadTeam
@@ -90,6 +91,8 @@ class EndoscopeView:
         # that one of them has the whole tool
         self._bands = RowBands(team, bands_per_thread=4)
         self._lit: tuple[object, GBuffer, NDArray[np.float32]] | None = None
+        self.lens = CLEAN
+        """What lies on the front lens in the next picture."""
         self.generation = 0
         """Of the tissue that the next picture shows; see `Change`."""
         self.views_skipped = 0
@@ -171,7 +174,12 @@ class EndoscopeView:
     ) -> NDArray[np.uint8]:
         """Take the picture: the fourth stage."""
         pixels, _ = self._camera_pass.finish(
-            radiance, buffer, view.camera, gain=gain, frame_number=number
+            radiance,
+            buffer,
+            view.camera,
+            gain=gain,
+            frame_number=number,
+            lens=self.lens,
         )
         return pixels
 
@@ -226,7 +234,13 @@ class EndoscopeView:
             return frame
 
         self._begun = self._camera_pass.begin(
-            radiance, buffer, view.camera, gain=chosen, frame_number=number, then=finish
+            radiance,
+            buffer,
+            view.camera,
+            gain=chosen,
+            frame_number=number,
+            then=finish,
+            lens=self.lens,
         )
         return self._begun
 

@@ -19,6 +19,7 @@ from scenarios.scoring import InjuryFigure, OperationFigures
 from surgery.edit import Edit
 from surgery.film import BloodFilm, Suction
 from surgery.injury import Injury, InjuryWatch
+from surgery.lens import Lens
 from surgery.patient import OperatedPatient
 from surgery.solids import ROUGH, SEED, Rows, capsule
 
@@ -75,18 +76,21 @@ class Operation:
     """Turn samples into edits of a patient.
 
     patient: is edited. film: its blood. injuries: watches what must not be hurt; None
-    where nobody knows where that is. edits, changes: what came of the samples since
-    somebody last took them; hurt: likewise the injuries.
+    where nobody knows where that is. lens: of the scope, from the first sample on.
+    edits, changes: what came of the samples since somebody last took them; hurt:
+    likewise the injuries.
     """
 
     patient: OperatedPatient
     film: BloodFilm
     injuries: InjuryWatch | None = None
+    lens: Lens | None = None
     edits: list[Edit] = field(default_factory=list)
     changes: list[Change] = field(default_factory=list)
     hurt: list[Injury] = field(default_factory=list)
     _strokes: int = 0
     _undone: int = 0
+    _washed: int = 0
     _widest: float = 1.0
     _cutting: _Cutting | None = None
 
@@ -127,6 +131,7 @@ class Operation:
         self._watch(sample, world_from_tip, endoscope)
         self._operate(sample)
         self._bleed(sample)
+        self._soil(sample, world_from_tip, endoscope)
 
     def _operate(self, sample: Sample) -> None:
         """Let the tool take what it takes."""
@@ -229,6 +234,21 @@ class Operation:
         if box is not None:
             self.patient.generation += 1
             self.changes.append(Change(self.patient.generation, *box, ChangeKind.FILM))
+
+    def _soil(
+        self,
+        sample: Sample,
+        world_from_tip: NDArray[np.float64],
+        endoscope: Endoscope,
+    ) -> None:
+        """Let the lens get dirty by what it touches, and be washed."""
+        if self.lens is None:
+            self.lens = Lens(self.patient.surface, endoscope.diameter_mm / 2)
+        washed = sample.instrument.washed
+        if washed > self._washed:
+            self._washed = washed
+            self.lens.wash()
+        self.lens.advance(sample.time_s, world_from_tip[:3, 3])
 
     def _rest(self) -> None:
         self._cutting = None

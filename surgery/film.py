@@ -32,8 +32,6 @@ from surgery.kernels.film_cells import (
     THROAT,
     Cells,
     Ground,
-    cell_of,
-    nearest_cell,
     reshape_cells,
 )
 
@@ -256,11 +254,6 @@ class BloodFilm:
         return int(self._cells.volume[: self.wet_cells].sum())
 
     @property
-    def held_ml(self) -> float:
-        """Return what lies on the surface, mL."""
-        return self.held * UNIT_MM3 / 1000
-
-    @property
     def thickness(self) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
         """Return flat voxels of the wet cells, in order, and their thickness in mm."""
         count = self.wet_cells
@@ -268,27 +261,6 @@ class BloodFilm:
         area = self._cells.shape[:count, AREA]
         mm = (self._cells.volume[:count] * UNIT_MM3 / area).astype(np.float32)
         return self._cells.voxel[:count][order], mm[order]
-
-    def pour(self, point_mm: ArrayLike, volume_mm3: float, kind: int = MUCOSA) -> None:
-        """Lay blood on the cell next to a place, for exercises that begin with some.
-
-        point_mm: ``(3,)`` LPS. UserError where no surface is near.
-        """
-        voxel = self._nearest(np.asarray(point_mm, np.float64))
-        self._make_room()
-        row = cell_of(self._ground, self._cells, voxel)
-        units = round(volume_mm3 / UNIT_MM3)
-        self._cells.volume[row] += units
-        self.books.bled[kind] += units
-
-    def bleed_from(self, point_mm: ArrayLike, rate: BleedingRate, kind: int) -> None:
-        """Open a source of ``rate.rate`` mL/min at the cell next to a place."""
-        voxel = self._nearest(np.asarray(point_mm, np.float64))
-        rates = np.array([[_units_per_s(rate.rate), rate.tau_s]])
-        step = self._step or 0
-        self._sources.add(
-            np.array([voxel], np.int32), np.array([kind], np.int8), step, rates
-        )
 
     def after_edit(self, change: Change) -> None:
         """Follow a cut, or a cut undone: move blood, begin and end sources.
@@ -430,14 +402,6 @@ class BloodFilm:
             array[: len(kept)] = array[kept]
         cells.used[0] = len(kept)
         self._slot[cells.voxel[: len(kept)]] = np.arange(1, len(kept) + 1)
-
-    def _nearest(self, point_mm: NDArray[np.float64]) -> int:
-        matrix = self._volume.voxel_from_world
-        i, j, k = np.rint(matrix[:3, :3] @ point_mm + matrix[:3, 3]).astype(int)
-        voxel = nearest_cell(self._ground.distance, i, j, k, 6)
-        if voxel < 0:
-            raise UserError(f"no surface lies near {point_mm.tolist()} mm")
-        return int(voxel)
 
     def _boxed(
         self,

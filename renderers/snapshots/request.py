@@ -163,7 +163,8 @@ class ScopeWork(_Strict, frozen=True, tag="scope", tag_field="mode"):
     operated on, whose distance is the one before: an array int32 ``(n, 513)`` of the
     bricks of 8 x 8 x 8 voxels that differ, ascending. A row is a brick's number, x
     fastest, and the bits of its values; see `renderers.snapshots.volume_changes`. None
-    where none differ. wounds: None for a head that nobody operates on.
+    where none differ. wounds: None for a head that nobody operates on. soil, fog,
+    soil_seed: of the front lens, see `renderers.scene.lens_state`.
     """
 
     distance: Digest
@@ -180,6 +181,9 @@ class ScopeWork(_Strict, frozen=True, tag="scope", tag_field="mode"):
     path_tracing: PathTracingSpec | None = msgspec.field(name="truth", default=None)
     changes: Digest | None = None
     wounds: WoundsSpec | None = None
+    soil: Share = 0.0
+    fog: Share = 0.0
+    soil_seed: Annotated[int, Meta(ge=0, lt=2**31)] = 0
 
 
 class LightSpec(_Strict, frozen=True):

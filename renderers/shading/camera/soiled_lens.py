@@ -1,6 +1,5 @@
 """Blood, mucus and fog on the front lens, drawn before the camera exposes."""
 
-import math
 from functools import lru_cache
 
 import numpy as np
@@ -15,8 +14,10 @@ from renderers.shading.kernels import soil_lens as kernels
 _BLUR_SHARE = 0.02
 """Half width of a running mean, in pictures: two of them make the blur of a smear."""
 
-_PATCHES, _STREAKS, _DROPS = 7.0, 22.0, 60.0
-"""Waves of the soil's pattern across a picture; drops are the finest."""
+_PATCHES, _DROPS = 6.0, 16.0
+"""Waves of the soil's pattern across a picture. The lens is far out of focus: nothing
+finer shows."""
+_DROPS_WEIGHT = 0.3
 
 
 class SoiledLens:
@@ -51,7 +52,7 @@ class SoiledLens:
         kernels.mean_light(small, self._mean)
         reach = max(1, round(_BLUR_SHARE * min(height, width) / kernels.CELL))
         kernels.blur(small, self._other, reach)
-        pattern = soil_pattern(min(height, width))
+        pattern = soil_pattern(min(height, width), width)
         row, column = grain_offset(state.seed)
         scale = len(pattern) / 256
         place = round(row * scale), round(column * scale)
@@ -67,23 +68,24 @@ class SoiledLens:
 
 
 @lru_cache(maxsize=4)
-def soil_pattern(size: int) -> NDArray[np.float32]:
-    """Return how much soil each place takes until it is covered, ``(size, size)``.
+def soil_pattern(size: int, width: int) -> NDArray[np.float32]:
+    """Return how much soil each place takes until it is covered, ``(size, size + w)``.
 
-    Periodic, evenly spread over 0..1: soil of .3 covers three tenths.
+    Periodic, with `width` columns again after each row. Evenly spread over 0..1: soil
+    of .3 covers three tenths.
     """
     rng = np.random.default_rng(20)
     k = np.fft.fftfreq(size) * size
     far = np.hypot(k[:, None], k)
     total = np.zeros((size, size))
-    for waves, weight in ((_PATCHES, 1.0), (_STREAKS, 0.35), (_DROPS, 0.22)):
+    for waves, weight in ((_PATCHES, 1.0), (_DROPS, _DROPS_WEIGHT)):
         white = np.fft.fft2(rng.standard_normal((size, size)))
         band = np.exp(-0.5 * (far / waves * 2) ** 2) * far
         layer = np.fft.ifft2(white * band).real
         total += weight * layer / max(float(layer.std()), 1e-12)
-    total /= math.sqrt(1.0 + 0.35**2 + 0.22**2)
     rank = np.empty(total.size, np.float32)
     rank[np.argsort(total, axis=None)] = np.linspace(0.0, 1.0, total.size)
     pattern = rank.reshape(size, size)
+    pattern = np.ascontiguousarray(pattern[:, np.arange(size + width) % size])
     pattern.flags.writeable = False
     return pattern

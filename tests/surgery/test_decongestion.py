@@ -1,0 +1,86 @@
+"""Laws of decongestion: turbinates shrink, nothing else; nothing breaks."""
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from anatomy import sinus_phantom
+from anatomy.tissue import Label
+from disk import UserError
+from renderers.scene import AirSurface, Volume
+from surgery.decongestion import SHRINKS_MM, decongest
+from surgery.patient import OperatedPatient
+
+TURBINATES = (Label.INFERIOR_TURBINATE, Label.MIDDLE_TURBINATE, Label.TURBINATE_BONE)
+
+
+@pytest.fixture(scope="module")
+def head() -> tuple[AirSurface, Volume, AirSurface]:
+    phantom = sinus_phantom()
+    surface = AirSurface(phantom.distance, phantom.blood, phantom.skin)
+    return surface, phantom.labels, decongest(surface, phantom.labels)
+
+
+def test_the_airway_only_widens_and_no_more_than_it_shrinks(
+    head: tuple[AirSurface, Volume, AirSurface],
+) -> None:
+    before, _, after = head
+    d, now = before.distance.values, after.distance.values
+    assert np.all(now <= d)
+    tissue = (d > 0) & (now <= 0)
+    assert d[tissue].max() <= SHRINKS_MM + 0.1
+    assert tissue.sum() * 0.125 > 500, "two turbinates a side lose half a mL and more"
+
+
+def test_only_turbinates_shrink(head: tuple[AirSurface, Volume, AirSurface]) -> None:
+    before, labels, after = head
+    gone = (before.distance.values > 0) & (after.distance.values <= 0)
+    near = ndimage.binary_dilation(np.isin(labels.values, TURBINATES), iterations=2)
+    assert not np.any(gone & ~near)
+    assert not np.any(gone & (labels.values == Label.TURBINATE_BONE))
+    others = ~near & (before.distance.values > 0)
+    np.testing.assert_array_equal(
+        before.distance.values[others] > 0, after.distance.values[others] > 0
+    )
+
+
+def test_no_plate_is_broken_through(
+    head: tuple[AirSurface, Volume, AirSurface],
+) -> None:
+    """No tissue comes loose, and each turbinate stays one piece with its wall."""
+    before, _, after = head
+    every = np.ones((3, 3, 3))
+    pieces = [ndimage.label(s.distance.values > 0, every)[1] for s in (before, after)]
+    assert pieces[1] <= pieces[0]
+
+
+def test_the_new_field_is_no_farther_than_the_surface(
+    head: tuple[AirSurface, Volume, AirSurface],
+) -> None:
+    """Rays and tools may go as far as it says: nowhere does it grow faster than a
+    distance, but for the little that a first-order distance is off."""
+    d = head[2].distance.values
+    h = 0.5
+    for axis in range(3):
+        assert np.abs(np.diff(d, axis=axis)).max() <= h * 1.1
+
+
+def test_books_of_a_decongested_head_balance(
+    head: tuple[AirSurface, Volume, AirSurface],
+) -> None:
+    patient = OperatedPatient(head[2], None, head[1])
+    assert patient.books.counts == 0
+    assert patient.pristine is head[2]
+
+
+def test_nothing_to_shrink_is_the_same_surface() -> None:
+    phantom = sinus_phantom()
+    surface = AirSurface(phantom.distance, phantom.blood, phantom.skin)
+    assert decongest(surface, phantom.labels, 0.0) is surface
+    none = phantom.labels.with_values(np.zeros_like(phantom.labels.values), 0.0)
+    assert decongest(surface, none) is surface
+    with pytest.raises(UserError, match="0 to 3"):
+        decongest(surface, phantom.labels, 5.0)
+    operated = OperatedPatient(surface, None).surface
+    with pytest.raises(UserError, match="before"):
+        decongest(operated, phantom.labels)
