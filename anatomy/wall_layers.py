@@ -92,10 +92,17 @@ def layer_at(
     """Tell layer, tissue and wall at ``(..., 3)`` LPS points, mm.
 
     distance: the pristine air distance, negative in air; the depth is interpolated in
-    it. Wall and ground are those of the nearest voxel.
+    it, in thin walls as `wall_depths` does. Wall and ground are those of the nearest
+    voxel.
     """
+    # Imported here: this module's names are needed where nothing is compiled.
+    from anatomy.kernels.wall_depth import wall_depths
+
     points = np.asarray(points_mm, np.float64)
-    depth = distance.sample(points)
+    depth = np.ascontiguousarray(distance.sample(points))
+    matrix = distance.voxel_from_world
+    voxels = points.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
+    wall_depths(distance.values, voxels, distance.spacing_mm, depth.reshape(-1))
     wall = nearest_values(layers.wall, points).astype(np.uint8)
     ground = nearest_values(layers.ground, points)
     mucosa_mm, bone_mm = np.moveaxis(layers.table()[wall], -1, 0)

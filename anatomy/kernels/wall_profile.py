@@ -178,7 +178,7 @@ def wall_profiles(
                 for n in range(begin, end + 1):
                     mass += excess[n] * STEP_MM
                     moment += excess[n] * STEP_MM * n * STEP_MM
-                width = (last - first + 1) * STEP_MM
+                width = (last - first) * STEP_MM
                 wide = width > 1.3 * 2.355 * blur
                 if ridge > 0.0:
                     thick = min(2.0 * mass / (hard - soft), 2.0 * ridge)

@@ -29,6 +29,7 @@ class Gauges(QWidget):
     def set_scale(self, scale: float) -> None:
         """Scale the layout; 1 is the designed size."""
         self._row.setContentsMargins(*(round(n * scale) for n in (24, 5, 24, 6)))
+        self._row.setSpacing(round(18 * scale))
 
     def show_readings(self, readings: Readings) -> None:
         """Show figures; only what has changed is laid out anew."""

@@ -195,3 +195,67 @@ def test_the_stored_walls_hold_as_much_bone_as_the_model(head: Phantom) -> None:
             found = layer_at(head.layers, head.distance, ball)
             stored += 0.05**3 * np.count_nonzero(found.layer == Layer.BONE)
         assert stored == pytest.approx(expected, rel=0.12)
+
+
+@given(
+    st.floats(-0.25, 0.25),
+    st.floats(0.9, 1.6),
+    st.tuples(*(st.floats(-1.0, 1.0) for _ in range(3))).filter(
+        lambda way: np.linalg.norm(way) > 0.2
+    ),
+)
+def test_the_middle_of_a_thin_wall_is_not_cut_off(
+    shift: float, total: float, way: tuple[float, float, float]
+) -> None:
+    """Trilinear interpolation loses up to half a voxel of its depth there."""
+    normal = np.array(way) / np.linalg.norm(way)
+    grid = 0.5 * np.indices((25, 25, 25))[::-1] - 6.0
+    across = np.tensordot(normal, grid, 1) - shift
+    depth = np.minimum(total / 2 + across, total / 2 - across)
+    distance = Volume(depth.astype(np.float32), np.full(3, 0.5), np.full(3, -6.0))
+    kind = WallKind("septum", 0.4, 0.25, int(Label.MUCOSA), 23)
+    one = distance.with_values(np.ones(distance.shape, np.uint8), 0.0)
+    layers = WallLayers(one, one, (WallKind("", 0, 0, 0, 0), kind))
+    places = np.random.default_rng(3).uniform(-3, 3, (200, 3))
+    places -= (places @ normal - shift)[:, None] * normal
+    found = layer_at(layers, distance, places)
+    assert found.depth_mm == pytest.approx(np.full(200, total / 2), abs=0.26)
+    assert np.median(found.depth_mm) == pytest.approx(total / 2, abs=0.1)
+    off = places + np.linspace(-3, 3, 200)[:, None] * normal
+    true = total / 2 - np.abs(off @ normal - shift)
+    error = layer_at(layers, distance, off).depth_mm - true
+    tissue = true > 0.01
+    assert error[tissue].max(initial=0.0) < 0.05
+    assert error[tissue].min(initial=0.0) > -0.27
+
+
+def test_walls_between_cells_hold_their_bone(head: Phantom) -> None:
+    depth, labels = head.distance.values, head.labels.values
+    cells = (Label.ANTERIOR_ETHMOID_AIR, Label.POSTERIOR_ETHMOID_AIR)
+    air = np.argwhere(np.isin(labels, cells) & (depth < -0.6) & (depth > -3.0))
+    places = air[:, ::-1] * 0.5 + head.ct.origin_mm
+    places = places[(places[:, 1] > 19.0) & (places[:, 1] < 50.0)]
+    random = np.random.default_rng(0)
+    places = places[random.permutation(len(places))[:2500]]
+    ways = random.normal(size=places.shape)
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    t = np.arange(0.0, 6.0, 0.02)
+    line = places[:, None] + t[None, :, None] * ways[:, None]
+    layer = layer_at(head.layers, head.distance, line).layer
+    thick = []
+    for i in range(len(places)):
+        tissue = layer[i] != Layer.AIR
+        start = int(np.argmax(tissue))
+        end = start + int(np.argmax(~tissue[start:]))
+        if end == start or not 0.9 < 0.02 * (end - start) < 1.8:
+            continue
+        beyond = np.rint((line[i, end] - head.ct.origin_mm) / 0.5).astype(int)[::-1]
+        if (beyond < 0).any() or (beyond >= depth.shape).any():
+            continue
+        if labels[tuple(beyond)] in cells:
+            thick.append(0.02 * np.count_nonzero(layer[i, start:end] == Layer.BONE))
+    assert len(thick) > 100
+    assert np.mean(np.array(thick) > 0) > 0.8
+    # rays are oblique
+    cell = head.parameters.cell_bone_mm
+    assert 0.8 * cell <= np.median(thick) <= 1.4 * cell
