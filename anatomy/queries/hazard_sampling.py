@@ -6,7 +6,6 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy.frame import lps_from_ras
 from anatomy.hazard_volumes import FARTHEST_MM, UNIT_MM, HazardVolumes
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.queries.hazards import EXACT, hazard_fields, hazard_values
@@ -45,11 +44,11 @@ def sample_hazards(
                 z: int, name: str = name, values: NDArray[np.float32] = values
             ) -> None:
                 for side, columns in _halves(axes[0]):
-                    points = np.empty((3, len(axes[1]), len(axes[0][columns])))
-                    points[0], points[2] = axes[0][columns], axes[2][z]
-                    points[1] = axes[1][:, None]
-                    ras = lps_from_ras(points.reshape(3, -1).T)
-                    found = hazard_values(parameters, side, name, ras)
+                    size = 3, len(axes[1]), len(axes[0][columns])
+                    ras = np.empty(size, np.float32)
+                    ras[0], ras[2] = -axes[0][columns], axes[2][z]
+                    ras[1] = -axes[1][:, None]
+                    found = hazard_values(parameters, side, name, ras.reshape(3, -1).T)
                     plane = values[z][:, columns]
                     np.minimum(plane, found.reshape(plane.shape), out=plane)
 

@@ -98,7 +98,7 @@ def hazard_distances(
 
 
 def hazard_values(
-    parameters: PhantomParameters, side: Side, name: str, ras: NDArray[np.float64]
+    parameters: PhantomParameters, side: Side, name: str, ras: NDArray[np.floating]
 ) -> NDArray[np.float32]:
     """Evaluate the field of one structure, mm, at ``(n, 3)`` RAS points of the head.
 
@@ -138,7 +138,7 @@ def _compiled(
 
 
 def _evaluate(
-    parameters: PhantomParameters, side: Side, name: str, ras: NDArray[np.float64]
+    parameters: PhantomParameters, side: Side, name: str, ras: NDArray[np.floating]
 ) -> NDArray[np.float32]:
     model, spans = _compiled(parameters, side)
     begin, end = spans[name]
