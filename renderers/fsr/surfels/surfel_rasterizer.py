@@ -174,6 +174,8 @@ class SurfelRasterizer:
         near = blocks.number(places)
         places = np.concatenate([places, *(far_blocks(p, change) for p in pools)])
         numbers, first = np.unique(blocks.number(places), return_index=True)
+        if len(numbers) == 0:
+            return
         places = places[first]
         found = self._extraction.find(self._distance, pools, places, change)
         full = found[0].counts + found[1].counts > 0
@@ -184,7 +186,8 @@ class SurfelRasterizer:
         for surfels, f in zip(pools, found, strict=True):
             surfels.replace(at, f.counts[full], f.rows[full], f.position, f.normal)
             of = blocks.number(surfels.far[:, :3] >> surfels.shift)
-            kept = surfels.far[~np.isin(of, numbers)]
+            within = np.minimum(np.searchsorted(numbers, of), len(numbers) - 1)
+            kept = surfels.far[numbers[within] != of]
             surfels.far = np.concatenate([kept, f.far])
         if self._lookup is not None:
             self._lookup.update(blocks.numbers, near, numbers)
