@@ -164,7 +164,11 @@ class SurfelRasterizer:
             raise ValueError(
                 "a surface moved by a deflection cannot be edited; bend its distance"
             )
-        if change.kind is ChangeKind.FILM or np.any(change.high < change.low):
+        if np.any(change.high < change.low):
+            return
+        if self._creases is not None:
+            self._creases.update(change)
+        if change.kind is ChangeKind.FILM:
             return
         blocks = self._blocks
         places = blocks.around(change, self._before)
