@@ -17,6 +17,7 @@ from benchmarks.suites.look import LookPlan
 from benchmarks.suites.refinement import RefinementPlan
 from benchmarks.suites.splats import SplatsPlan
 from benchmarks.suites.startup import StartupPlan
+from benchmarks.suites.surgery import SurgeryPlan
 from benchmarks.suites.takeover import TakeoverPlan
 from benchmarks.suites.visibility import VisibilityPlan
 
@@ -38,6 +39,7 @@ __all__ = [
     "ScalingPlan",
     "SplatsPlan",
     "StartupPlan",
+    "SurgeryPlan",
     "TakeoverPlan",
     "VisibilityPlan",
 ]

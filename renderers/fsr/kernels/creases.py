@@ -45,11 +45,11 @@ from renderers.shading.kernels.wound_cubes import CUT
 
 f32 = np.float32
 
-OFF_MM = f32(.02)
+OFF_MM = f32(0.02)
 """Splats so far beside the surface are corrected."""
-LEAST_COSINE = f32(.97)
+LEAST_COSINE = f32(0.97)
 """Neighbours' normals that differ by more mean an edge."""
-GAP_SHARE = f32(.05)
+GAP_SHARE = f32(0.05)
 """Neighbours that are farther by this share of the depth lie beyond an edge."""
 HOLE = 5
 """Pixels from an empty one at which something must be near a cut."""
@@ -243,9 +243,7 @@ def weights(f: Lanes, n: int) -> tuple[Lanes, Lanes]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def trace_creases(
-    eye: Eye, queue: I32, starts: F32, listed: int, found: F32
-) -> int:
+def trace_creases(eye: Eye, queue: I32, starts: F32, listed: int, found: F32) -> int:
     """Follow the rays of the listed pixels.
 
     starts: mm, where splats are met first around a pixel.

@@ -83,14 +83,13 @@ class SurfelPool:
 
     def rearrange(self, source: NDArray[np.int64]) -> None:
         """Follow a new list of blocks; source: each one's old place, or -1."""
-        gone = np.ones(len(self._room), np.bool_)
-        gone[source[source >= 0]] = False
-        for at in np.flatnonzero(gone).tolist():
+        stays = np.zeros(len(self._room), np.bool_)
+        stays[source[source >= 0]] = True
+        for at in np.flatnonzero(~stays).tolist():
             self._count -= int(self.spans.ends[at] - self.spans.begins[at])
             self._release(at)
-        old = BlockSpans(*(np.append(column, 0) for column in self.spans))
-        self.spans = BlockSpans(*(column[source] for column in old))
-        self._room = np.append(self._room, 0)[source]
+        self.spans = BlockSpans(*(_rearranged(column, source) for column in self.spans))
+        self._room = _rearranged(self._room, source)
 
     def replace(
         self,
@@ -154,6 +153,18 @@ class SurfelPool:
         self._room = counts
         self._used = int(counts.sum())
         self._free = {}
+
+
+def _rearranged(
+    column: NDArray[np.int64], source: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Take values from other places; 0 where the place is -1."""
+    is_new = source < 0
+    if is_new.all():
+        return np.zeros(len(source), np.int64)
+    taken = column[source]
+    taken[is_new] = 0
+    return taken
 
 
 def _with_spare(count: int) -> int:

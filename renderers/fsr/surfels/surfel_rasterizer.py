@@ -164,7 +164,11 @@ class SurfelRasterizer:
             raise ValueError(
                 "a surface moved by a deflection cannot be edited; bend its distance"
             )
-        if change.kind is ChangeKind.FILM or np.any(change.high < change.low):
+        if np.any(change.high < change.low):
+            return
+        if self._creases is not None:
+            self._creases.update(change)
+        if change.kind is ChangeKind.FILM:
             return
         blocks = self._blocks
         places = blocks.around(change, self._before)
@@ -174,6 +178,8 @@ class SurfelRasterizer:
         near = blocks.number(places)
         places = np.concatenate([places, *(far_blocks(p, change) for p in pools)])
         numbers, first = np.unique(blocks.number(places), return_index=True)
+        if len(numbers) == 0:
+            return
         places = places[first]
         found = self._extraction.find(self._distance, pools, places, change)
         full = found[0].counts + found[1].counts > 0
@@ -184,7 +190,8 @@ class SurfelRasterizer:
         for surfels, f in zip(pools, found, strict=True):
             surfels.replace(at, f.counts[full], f.rows[full], f.position, f.normal)
             of = blocks.number(surfels.far[:, :3] >> surfels.shift)
-            kept = surfels.far[~np.isin(of, numbers)]
+            within = np.minimum(np.searchsorted(numbers, of), len(numbers) - 1)
+            kept = surfels.far[numbers[within] != of]
             surfels.far = np.concatenate([kept, f.far])
         if self._lookup is not None:
             self._lookup.update(blocks.numbers, near, numbers)

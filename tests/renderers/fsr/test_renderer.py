@@ -26,6 +26,9 @@ from renderers.scene import (
     Volume,
 )
 from renderers.scene.deflection import Deflection, Translation
+from surgery.edit import Taker
+from surgery.patient import OperatedPatient
+from surgery.solids import capsule
 from tests.boards import KAPPA, METAL, SIZE, board, slab
 from tests.boards import camera as board_camera
 
@@ -266,6 +269,28 @@ def test_after_an_edit_both_modes_show_what_a_new_renderer_shows(
         is_first = np.array_equal(live.render(camera).rgba, first[1].rgba)
         assert is_first == np.array_equal(a.depth_mm, first[0].depth_mm)
         assert is_first == (kind == "undo")
+
+
+def test_creases_of_cuts_follow_edits(hollow: Volume) -> None:
+    scene = scene_of(hollow)
+    assert scene.surface is not None
+    patient = OperatedPatient(scene.surface, None)
+    operated = replace(scene, surface=patient.surface)
+    live = FuzzySetRenderer(operated, threads=1)
+    camera = Camera.looking_at((0.5, -2, 0), (0, 4, 0), size=(96, 96))
+    live.gbuffer(camera)
+    assert live.counters.get("crease pixels", 0) == 0
+    settled = 0
+    for z in (-1.5, 0.0, 1.5):
+        edit = patient.carve(capsule((0, 6, z), (0, 7, z), 1.2), Taker())
+        assert edit is not None
+        live.update(edit.change)
+        found = live.gbuffer(camera)
+        settled += live.counters["crease pixels"]
+        wanted = FuzzySetRenderer(operated, threads=1).gbuffer(camera)
+        assert np.array_equal(found.depth_mm, wanted.depth_mm)
+        assert np.array_equal(found.normal, wanted.normal)
+    assert settled > 0
 
 
 def test_a_renderer_with_a_deflection_refuses_edits(hollow: Volume) -> None:

@@ -238,6 +238,8 @@ def test_a_box_that_is_larger_than_the_change_does_no_harm(hollow: Volume) -> No
         change = owner.capsule(np.full(3, 26.0), np.full(3, 28.0), 1.0)
         live.update(Change(change.generation, np.full(3, -40), np.full(3, 400)))
         live.update(change)
+    # nor does one in which nothing is different
+    live.update(Change(9, np.full(3, 2), np.full(3, 3)))
     assert_same_surfels(live, SurfelRasterizer(owner.volume))
 
 

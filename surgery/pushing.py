@@ -1,0 +1,367 @@
+"""Tissue that gives way to tools: it yields, springs back, or stays where it was put.
+
+The truth of an operation is the carved distance at rest. What is shown is that field
+bent, in boxes around the tools; books, injuries and hashes know nothing of it. Mucosa
+yields before a tool and springs back when it leaves. A turbinate that is pushed farther
+than it yields goes along with the tool and stays, as when it is medialised.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from anatomy.tissue import Label
+from anatomy.wall_layers import NO_WALL
+from disk import UserError
+from renderers.scene import AirSurface, Change, ChangeKind
+from surgery.kernels.bend_field import (
+    CAP_ROWS,
+    Dent,
+    Grid,
+    bend_box,
+    measure_dent,
+    rest_places,
+)
+from surgery.patient import OperatedPatient
+
+SPRING_S = 0.18
+"""Time constant with which mucosa springs back; swollen tissue takes longer."""
+
+GONE_MM = 0.02
+"""A dent that is shallower than this is no more."""
+
+YIELD_MM = 0.5
+"""Depth of a dent beyond which a turbinate goes along with the tool."""
+
+FARTHEST_MM = 3.6
+"""A shift's length at most: with `RADIUS_MM` its map stays one to one."""
+
+RADIUS_MM = 6.0
+"""Radius of the ball in which a shift fades out."""
+
+NEAR_MM = 3.5
+"""A push so near to an older one continues it."""
+
+MOST_SHIFTS = 8
+"""Pushes that are remembered; the oldest is then continued by what is nearest."""
+
+WHOLE_MM = 1.0
+"""Tissue within this of a tool moves as a whole, so that no thinner wall gets thinner
+by a dent."""
+
+BESIDE_BONE = 0.7
+"""Share of its thickness that mucosa on bone gives way."""
+
+LONGEST_MM = 9.0
+"""Part of a tool, from its tip, that tissue gives way to."""
+
+FADING = 3.0
+"""Depths of a dent over which it fades out beyond that, and `LEAST_FADING_MM` at least:
+tissue there is pressed together to three fifths of its thickness at most."""
+
+LEAST_FADING_MM = 1.0
+
+_ROW_MM = 0.75
+_COLUMNS = 16
+_ROWS = CAP_ROWS + round(LONGEST_MM / _ROW_MM) + 1
+
+_MOBILE = (
+    Label.INFERIOR_TURBINATE,
+    Label.MIDDLE_TURBINATE,
+    Label.SUPERIOR_TURBINATE,
+    Label.TURBINATE_BONE,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Rod:
+    """Describe the round end of a tool.
+
+    tip_mm: ``(3,)`` LPS, centre of its end ball. back: ``(3,)`` unit, along the shaft
+    away from the tip. radius_mm: of ball and shaft.
+    """
+
+    tip_mm: NDArray[np.float64]
+    back: NDArray[np.float64]
+    radius_mm: float
+
+    @classmethod
+    def of(cls, tip_mm: ArrayLike, back: ArrayLike, radius_mm: float) -> "Rod":
+        """Check and make one; UserError for what is no end of a tool."""
+        tip = np.asarray(tip_mm, np.float64)
+        axis = np.asarray(back, np.float64)
+        length = float(np.linalg.norm(axis))
+        if not (np.all(np.isfinite(tip)) and math.isfinite(length) and length > 0):
+            raise UserError(
+                f"a tool needs a finite place and direction, got {tip}, {axis}"
+            )
+        if not 0.2 <= radius_mm <= 4.0:
+            raise UserError(
+                f"tissue gives way to tools of 0.2 to 4 mm radius, got {radius_mm} mm"
+            )
+        return cls(tip, axis / length, float(radius_mm))
+
+
+@dataclass(frozen=True, slots=True)
+class _Spring:
+    """Hold a dent that nothing holds any more, and since when."""
+
+    dent: Dent
+    since_s: float
+
+
+class Pushing:
+    """Bend what is shown of a patient, by recorded samples of tools alone.
+
+    surface: what is to be drawn. Its distance, and the pristine one of its wounds, are
+    this object's and are edited in place; all else is the patient's. shifts: ``(n, 7)``
+    float64, the record of what stays bent: middle, shift and radius, mm LPS.
+    """
+
+    def __init__(self, patient: OperatedPatient) -> None:
+        wounds = patient.surface.wounds
+        assert wounds is not None
+        self._patient = patient
+        distance = patient.surface.distance
+        self._rest = distance.values, wounds.pristine.values
+        self._shown = distance.values.copy(), wounds.pristine.values.copy()
+        carved, pristine = self._shown
+        self.surface: AirSurface = replace(
+            patient.surface,
+            distance=distance.with_values(carved, distance.background),
+            wounds=replace(
+                wounds,
+                pristine=wounds.pristine.with_values(pristine, distance.background),
+            ),
+        )
+        self.shifts: NDArray[np.float64] = np.empty((0, 7))
+        self._grid = Grid(
+            np.ascontiguousarray(distance.world_from_voxel[:3]),
+            np.ascontiguousarray(distance.voxel_from_world[:3]),
+        )
+        self._held = self._springing = _no_dent()
+        self._spring: _Spring | None = None
+        kinds = patient.layers.kinds
+        self._mobile_rows = np.array(
+            [k.mucosa in _MOBILE or k.bone in _MOBILE for k in kinds]
+        )
+
+    def push(self, time_s: float, generation: int, rod: Rod | None) -> Change | None:
+        """Take in one sample: tissue gives way to a tool, or springs back from it.
+
+        Samples come in order of time. generation: of the change, if there is one. rod:
+        None where no tool is. Returns what is shown otherwise now, None if nothing is.
+        """
+        boxes = [self._box_of(self._held), self._box_of(self._springing)]
+        was = self._held
+        self._held = self._measured(rod) if rod is not None else _no_dent()
+        if rod is not None and self._shift(rod):
+            # the tissue that goes along with the tool is dented less
+            boxes.append(self._ball(self.shifts[-1]))
+            self._held = self._measured(rod)
+        if was.depth.any() and not self._held.depth.any():
+            self._spring = _Spring(was, time_s)
+        self._springing = self._sprung(time_s)
+        boxes += [self._box_of(self._held), self._box_of(self._springing)]
+        return self._bend(_union(boxes), generation, ChangeKind.DENT)
+
+    def follow(self, change: Change) -> Change:
+        """Show an edit of the patient; returns what is shown otherwise, as a cut."""
+        reach = self._farthest_mm() / self._patient.surface.distance.spacing_mm
+        low = np.floor(change.low - reach).astype(np.int64)
+        high = np.ceil(change.high + reach).astype(np.int64)
+        box = self._clipped(np.concatenate([low, high + 1]))
+        bent = self._bend(box, change.generation, change.kind)
+        if bent is None:
+            return change
+        return replace(
+            change,
+            low=np.minimum(change.low, bent.low),
+            high=np.maximum(change.high, bent.high),
+        )
+
+    def release(self, generation: int) -> Change | None:
+        """Put everything back to rest, also what would stay."""
+        boxes = [self._box_of(self._held), self._box_of(self._springing)]
+        boxes += [self._ball(shift) for shift in self.shifts]
+        self.shifts = np.empty((0, 7))
+        self._held = self._springing = _no_dent()
+        self._spring = None
+        return self._bend(_union(boxes), generation, ChangeKind.DENT)
+
+    def at_rest(self, points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return where what is shown at ``(n, 3)`` places lies in the patient's fields.
+
+        A tool at a place cuts there, and textures are read there.
+        """
+        points = np.ascontiguousarray(points_mm, np.float64)
+        found = np.empty_like(points)
+        rest_places(points, self.shifts, (self._held, self._springing), found)
+        return found
+
+    def _measured(self, rod: Rod) -> Dent:
+        dent = _dent_of(rod)
+        values = self._rest[0]
+        measure_dent(
+            values, self._grid.voxel, self.shifts, dent.frame, dent.size, dent.depth
+        )
+        if not dent.depth.any():
+            return dent
+        point = _deepest(dent)
+        depth = np.minimum(dent.depth, self._give_mm(point))
+        size = dent.size.copy()
+        size[4] = max(LEAST_FADING_MM, FADING * float(depth.max()))
+        return Dent(dent.frame, size, depth)
+
+    def _shift(self, rod: Rod) -> bool:
+        """Let a turbinate go along with a tool that is too deep in it."""
+        over = float(self._held.depth.max()) - YIELD_MM
+        if over <= 0:
+            return False
+        point = _deepest(self._held)
+        if not self._is_mobile(point):
+            return False
+        # away from the axis of the tool, or forward from its tip
+        along = max(float((point - rod.tip_mm) @ rod.back), 0.0)
+        away = point - rod.tip_mm - along * rod.back
+        step = over * away / np.linalg.norm(away)
+        rows = self.shifts
+        near = len(rows)
+        if near:
+            gaps = np.linalg.norm(rows[:, :3] + 0.5 * rows[:, 3:6] - point, axis=1)
+            least = int(np.argmin(gaps))
+            if gaps[least] < NEAR_MM or len(rows) >= MOST_SHIFTS:
+                near = least
+        row = np.array([*(point + away / np.linalg.norm(away)), 0, 0, 0, RADIUS_MM])
+        if near < len(rows):
+            row = rows[near].copy()
+            rows = np.delete(rows, near, axis=0)
+        row[3:6] += step
+        length = float(np.linalg.norm(row[3:6]))
+        row[3:6] *= min(1.0, FARTHEST_MM / length)
+        self.shifts = np.concatenate([rows, row[None]])
+        return True
+
+    def _sprung(self, time_s: float) -> Dent:
+        """Return what is left of the dent that nothing holds."""
+        if self._spring is None:
+            return _no_dent()
+        dent, since_s = self._spring.dent, self._spring.since_s
+        depth = dent.depth * math.exp(-max(time_s - since_s, 0.0) / SPRING_S)
+        if depth.max() < GONE_MM:
+            self._spring = None
+            return _no_dent()
+        return Dent(dent.frame, dent.size, depth)
+
+    def _voxel(self, point: NDArray[np.float64]) -> tuple[int, int, int]:
+        """Return the voxel (k, j, i) of the patient's fields next to a shown place."""
+        rest = np.empty((1, 3))
+        rest_places(point[None], self.shifts, (_no_dent(), _no_dent()), rest)
+        m = self._grid.voxel
+        at = np.rint(m[:, :3] @ rest[0] + m[:, 3]).astype(np.int64)
+        i, j, k = np.clip(at, 0, np.array(self._rest[0].shape[::-1]) - 1).tolist()
+        return k, j, i
+
+    def _is_mobile(self, point: NDArray[np.float64]) -> bool:
+        layers, voxel = self._patient.layers, self._voxel(point)
+        row = int(layers.wall.values[voxel])
+        ground = int(layers.ground.values[voxel])
+        return ground in _MOBILE or bool(self._mobile_rows[row])
+
+    def _give_mm(self, point: NDArray[np.float64]) -> float:
+        """Return how far tissue gives way at most: mucosa on bone is held by it."""
+        layers, voxel = self._patient.layers, self._voxel(point)
+        row = int(layers.wall.values[voxel])
+        kind = layers.kinds[row]
+        if row == NO_WALL or kind.bone_mm == 0 or self._is_mobile(point):
+            return math.inf
+        return BESIDE_BONE * kind.mucosa_mm
+
+    def _farthest_mm(self) -> float:
+        """Return how far any tissue is shown from where it lies."""
+        lengths = np.linalg.norm(self.shifts[:, 3:6], axis=1).sum()
+        return float(lengths + self._held.depth.max() + self._springing.depth.max())
+
+    def _bend(
+        self, box: NDArray[np.int64] | None, generation: int, kind: ChangeKind
+    ) -> Change | None:
+        if box is None or np.any(box[3:] <= box[:3]):
+            return None
+        bounds = np.empty(6, np.int64)
+        dents = self._held, self._springing
+        if not bend_box(
+            self._rest, self._shown, self._grid, box, self.shifts, dents, bounds
+        ):
+            return None
+        return Change(generation, bounds[:3].copy(), bounds[3:].copy(), kind)
+
+    def _box_of(self, dent: Dent) -> NDArray[np.int64] | None:
+        """Return the voxels that a dent may move, ends excluded."""
+        rows = np.flatnonzero(dent.depth.any(axis=1))
+        if len(rows) == 0:
+            return None
+        frame, (radius, length, step, whole, fading) = dent.frame, dent.size
+        ends = np.clip((rows[[0, -1]] - CAP_ROWS + (-1, 1)) * step, 0, length)
+        reach = radius + whole + fading
+        return self._around(frame[0] + ends[:, None] * frame[1], reach)
+
+    def _ball(self, shift: NDArray[np.float64]) -> NDArray[np.int64]:
+        return self._around(shift[None, :3], float(shift[6]))
+
+    def _around(
+        self, points: NDArray[np.float64], reach_mm: float
+    ) -> NDArray[np.int64]:
+        """Return the voxels within reach of places, ends excluded."""
+        distance = self._patient.surface.distance
+        at = points @ self._grid.voxel[:, :3].T + self._grid.voxel[:, 3]
+        reach = reach_mm / distance.spacing_mm
+        low = np.floor(at.min(axis=0) - reach)
+        high = np.ceil(at.max(axis=0) + reach) + 1
+        return self._clipped(np.concatenate([low, high]).astype(np.int64))
+
+    def _clipped(self, box: NDArray[np.int64]) -> NDArray[np.int64]:
+        top = np.array(self._rest[0].shape[::-1] * 2)
+        clipped: NDArray[np.int64] = np.clip(box, 0, top)
+        return clipped
+
+
+def _no_dent() -> Dent:
+    # of no size: no place is within it
+    return Dent(np.zeros((4, 3)), np.zeros(5), np.zeros((_ROWS, _COLUMNS)))
+
+
+def _dent_of(rod: Rod) -> Dent:
+    """Return the frame of a dent around a tool, without depth."""
+    axis = rod.back
+    side = np.zeros(3)
+    side[int(np.argmin(np.abs(axis)))] = 1.0
+    first = np.cross(axis, side)
+    first /= np.linalg.norm(first)
+    frame = np.stack([rod.tip_mm, axis, first, np.cross(axis, first)])
+    size = np.array([rod.radius_mm, LONGEST_MM, _ROW_MM, WHOLE_MM, LEAST_FADING_MM])
+    return Dent(frame, size, np.zeros((_ROWS, _COLUMNS)))
+
+
+def _deepest(dent: Dent) -> NDArray[np.float64]:
+    """Return the place on a tool that is deepest in tissue."""
+    row, column = np.unravel_index(int(np.argmax(dent.depth)), dent.depth.shape)
+    turn = 2 * math.pi * column / _COLUMNS
+    rise = 0.5 * math.pi * max(1 - row / CAP_ROWS, 0.0)
+    along = max(float(row) - CAP_ROWS, 0.0) * _ROW_MM
+    tip, axis, first, second = dent.frame
+    radial = math.cos(turn) * first + math.sin(turn) * second
+    out = math.cos(rise) * radial - math.sin(rise) * axis
+    place: NDArray[np.float64] = tip + along * axis + dent.size[0] * out
+    return place
+
+
+def _union(boxes: list[NDArray[np.int64] | None]) -> NDArray[np.int64] | None:
+    """Return what holds all boxes."""
+    held = [box for box in boxes if box is not None]
+    if not held:
+        return None
+    low = np.min([box[:3] for box in held], axis=0)
+    high = np.max([box[3:] for box in held], axis=0)
+    return np.concatenate([low, high])
