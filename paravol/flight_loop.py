@@ -40,7 +40,8 @@ class FrameEvent:
 
     number: counts frames from 0. pose_age_ms: from the newest pose's measurement to
     now, when the picture is there. tissue: as the frame shows it, where that was asked
-    for before the frame was begun and somebody operates.
+    for before the frame was begun and somebody operates. generation: changes that the
+    head had been through by cuts and their undoing.
     """
 
     view: View
@@ -49,6 +50,7 @@ class FrameEvent:
     number: int
     pose_age_ms: float
     tissue: OperatedHead | None = None
+    generation: int = 0
 
 
 OnFrame = Callable[[FrameEvent], None]
@@ -130,11 +132,9 @@ def fly(
             operated.follow(session, sample.time_s)
             before, begun = begun, time.perf_counter()
             seen = session.view(sample)
-            operation, tissue = session.operation, None
-            if operation is not None and keeps(sample.time_s):
-                tissue = OperatedHead.of(operation.patient)
+            shown = operated.shown(session, seen, keeps(sample.time_s))
             index = recorder.samples - 1
-            finish = partial(frames.finish, number, index, pose, sample, (seen, tissue))
+            finish = partial(frames.finish, number, index, pose, sample, shown)
             view.begin(seen, number=number, elapsed_s=begun - before, then=finish)
             number += 1
     return frames.timing
@@ -142,6 +142,15 @@ def fly(
 
 HASHED_EVERY_S = 5.0
 """How often the operated patient's hash is recorded, while it changes."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Shown:
+    """Hold what a frame that is begun shows; see `FrameEvent`."""
+
+    view: View
+    tissue: OperatedHead | None = None
+    generation: int = 0
 
 
 class _Operated:
@@ -169,6 +178,15 @@ class _Operated:
                 PatientRecord(time_s, patient.generation, patient.hash())
             )
 
+    def shown(self, session: Session, view: View, wants_tissue: bool) -> _Shown:
+        """Return what the next frame shows; nothing may be cut before it is begun."""
+        operation = session.operation
+        if operation is None:
+            return _Shown(view)
+        patient = operation.patient
+        tissue = OperatedHead.of(patient) if wants_tissue else None
+        return _Shown(view, tissue, patient.generation)
+
 
 class _FrameRecorder:
     """Record each finished frame and report it."""
@@ -189,11 +207,11 @@ class _FrameRecorder:
         index: int,
         pose: Pose,
         sample: Sample,
-        shown: tuple[View, OperatedHead | None],
+        shown: _Shown,
         frame: Frame,
     ) -> None:
         """Record a finished frame; index: of its sample among those recorded."""
-        seen, tissue = shown
+        seen = shown.view
         before, self._last = self._last, time.perf_counter()
         age_ms = (time.monotonic() - pose.host_time_s) * 1e3
         self.timing.frame_ms.append((self._last - before) * 1e3)
@@ -201,7 +219,8 @@ class _FrameRecorder:
         self.timing.wall_s = self._last - self._started
         gap, print_ = seen.clearance_mm, frame.fingerprint()
         self._recorder.add(FrameRecord(number, index, frame.gain, gap, print_))
-        self._on_frame(FrameEvent(seen, frame, sample, number, age_ms, tissue))
+        kept = shown.tissue, shown.generation
+        self._on_frame(FrameEvent(seen, frame, sample, number, age_ms, *kept))
 
 
 @contextmanager

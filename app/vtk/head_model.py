@@ -33,12 +33,14 @@ class HeadModel:
     targets: positions ``(3,)`` by name.
     cut_open: makes the head's cutaway, in seconds; None where there is none.
     focus_mm: corners ``(2, 3)`` of what the first view shows; None for all.
+    renew: makes the mesh again, from the surface as it is then.
     """
 
     mesh: pv.PolyData
     targets: dict[str, NDArray[np.float64]]
     cut_open: Callable[[], Cutaway] | None = None
     focus_mm: NDArray[np.float64] | None = None
+    renew: Callable[[], pv.PolyData] | None = None
 
 
 def head_model(
@@ -54,6 +56,28 @@ def head_model(
     the whole head, mm, negative in the room, on a coarse grid of its own; with it, the
     whole head is shown in place of what the air surface has of the face.
     """
+    skin = None if face is None else _skin(face)
+    cavity = _cavity(surface, whole=face is None)
+    focus = np.array(cavity.bounds).reshape(3, 2).T
+    if face is not None:
+        focus = focus + np.array([[-AROUND_MM], [AROUND_MM]])
+
+    def renew() -> pv.PolyData:
+        return _joined(_cavity(surface, whole=face is None), skin)
+
+    mesh = _joined(cavity, skin)
+    return HeadModel(mesh, dict(targets), cut_open, focus, renew)
+
+
+def _joined(cavity: pv.PolyData, skin: pv.PolyData | None) -> pv.PolyData:
+    return cavity if skin is None else cavity.append_polydata(skin)
+
+
+def _cavity(surface: AirSurface, *, whole: bool) -> pv.PolyData:
+    """Contour the air surface; point array ``rgba`` as of `HeadModel`.
+
+    whole: with what it has of the face.
+    """
     volume = surface.distance
     values = volume.values[::COARSENESS, ::COARSENESS, ::COARSENESS]
     grid = pv.ImageData(
@@ -62,7 +86,7 @@ def head_model(
         origin=volume.origin_mm,
     )
     grid.point_data["distance"] = values.ravel()
-    mesh = grid.contour([0.0], scalars="distance").smooth_taubin(
+    mesh: pv.PolyData = grid.contour([0.0], scalars="distance").smooth_taubin(
         n_iter=10, pass_band=0.1
     )
     # y runs to the back: open air is air with nothing but air before it.
@@ -73,17 +97,14 @@ def head_model(
     tint = np.array(MUCOSA) + share[:, None] * (np.array(FACE) - np.array(MUCOSA))
     tint[:, 3] *= 255.0
     mesh.point_data["rgba"] = tint.astype(np.uint8)
-    if face is not None:
-        cells = mesh.regular_faces
-        inner = cells[(share[cells] < SKIN_SHARE).any(axis=1)]
-        cavity = pv.PolyData.from_regular_faces(mesh.points, inner)
-        cavity.point_data["rgba"] = mesh.point_data["rgba"]
-        mesh = cavity.clean()
-    focus = np.array(mesh.bounds).reshape(3, 2).T
-    if face is not None:
-        focus = focus + np.array([[-AROUND_MM], [AROUND_MM]])
-        mesh = mesh.append_polydata(_skin(face))
-    return HeadModel(mesh, dict(targets), cut_open, focus)
+    if whole:
+        return mesh
+    cells = mesh.regular_faces
+    inner = cells[(share[cells] < SKIN_SHARE).any(axis=1)]
+    cavity = pv.PolyData.from_regular_faces(mesh.points, inner)
+    cavity.point_data["rgba"] = mesh.point_data["rgba"]
+    cleaned: pv.PolyData = cavity.clean()
+    return cleaned
 
 
 def _skin(face: Volume) -> pv.PolyData:

@@ -114,6 +114,24 @@ class OverviewScene:
         # Otherwise the first picture would place it anew.
         plotter.renderer.camera_set = True
 
+    def renew_head(self, mesh: pv.PolyData) -> None:
+        """Show another mesh of the same head, cut or put back; all else stays."""
+        before = self._head
+        self._head = self._plotter.add_mesh(
+            mesh,
+            scalars="rgba",
+            rgb=True,
+            name="head",
+            pickable=False,
+            reset_camera=False,
+        )
+        self._still = [
+            self._head if actor is before else actor for actor in self._still
+        ]
+        self._frozen = None
+        self._thaw()
+        self._head.SetVisibility(not self.is_open)
+
     def show_fiducials(
         self, fiducials: Mapping[str, NDArray[np.float64]], touched: int
     ) -> None:

@@ -262,7 +262,10 @@ class TraineeWindow(QMainWindow):
             return
         if self._frame is None and self._seconds is not None:
             QTimer.singleShot(round(self._seconds * 1e3), self.shut)
-        self._frame = frame
+        before, self._frame = self._frame, frame
+        if frame.generation != (0 if before is None else before.generation):
+            self._slices.refresh()
+            self._overview.refresh()
         self._is_overview_stale = True
         self._warn()
         self.picture.show_picture(frame.pixels)

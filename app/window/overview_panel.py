@@ -23,6 +23,7 @@ from PySide6.QtWidgets import QWidget
 from app.vtk.head_model import HeadModel
 from app.vtk.overview_scene import BACKGROUND, OverviewScene
 from app.window.qt_image import image_of
+from app.window.refresher import Refresher
 from paravol.cutaway import Cutaway
 from scenarios import Endoscope
 
@@ -42,6 +43,8 @@ class OverviewView(QWidget):
     """Its size, its camera or the head: it should be drawn again."""
     _cut = Signal(object)
     """A `Cutaway` is ready; emitted by the thread that made it."""
+    _renewed = Signal(object)
+    """The head's mesh and its `Cutaway`, or None, of what was cut meanwhile."""
 
     def __init__(self, endoscope: Endoscope, edge_samples: int) -> None:
         """Make the scene.
@@ -63,7 +66,10 @@ class OverviewView(QWidget):
         self._cutaway: Cutaway | None = None
         self._is_open = False
         self._is_cutting = False
+        self._is_edited = False
         self._cut.connect(self._on_cut)
+        self._renewed.connect(self._on_renewed)
+        self._refresher = Refresher(self._make_anew, self._renewed.emit)
 
     def set_scale(self, scale: float) -> None:
         """Scale the text; 1 is the designed size."""
@@ -77,6 +83,31 @@ class OverviewView(QWidget):
         """Show a head, whole."""
         self._head = head
         self.scene.show_head(head)
+        self.changed.emit()
+
+    def refresh(self) -> None:
+        """Show what was cut or put back, within about a second."""
+        self._is_edited = True
+        if self._head is not None:
+            self._refresher.ask()
+
+    def _make_anew(self) -> tuple[pv.PolyData, Cutaway | None]:
+        """Make the head's mesh, and its cutaway where there is one."""
+        head = self._head
+        assert head is not None
+        assert head.renew is not None
+        cut_open = None if self._cutaway is None else head.cut_open
+        return head.renew(), None if cut_open is None else cut_open()
+
+    @Slot(object)
+    def _on_renewed(self, made: tuple[pv.PolyData, Cutaway | None]) -> None:
+        mesh, cutaway = made
+        self.scene.renew_head(mesh)
+        if cutaway is not None:
+            before, self._cutaway = self._cutaway, cutaway
+            self._show()
+            if before is not None:
+                before.close()
         self.changed.emit()
 
     def switch(self) -> str:
@@ -101,6 +132,9 @@ class OverviewView(QWidget):
         self._cutaway = cutaway
         self._is_cutting = False
         self._show()
+        if self._is_edited:
+            # perhaps after it was made
+            self.refresh()
 
     def _show(self) -> None:
         self.scene.open_head(self._cutaway if self._is_open else None)
@@ -117,6 +151,7 @@ class OverviewView(QWidget):
 
     def release(self) -> None:
         """Free the graphics memory; end the threads."""
+        self._refresher.close()
         self._plotter.close()
         if self._cutaway is not None:
             self._cutaway.close()

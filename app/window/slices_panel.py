@@ -30,6 +30,7 @@ class SlicesView(QWidget):
         self._views: SliceViews | None = None
         self._at_mm: NDArray[np.float64] | None = None
         self._images: dict[Plane, QImage] = {}
+        self._is_stale = False
 
     def set_scale(self, scale: float) -> None:
         """Scale the layout; 1 is the designed size."""
@@ -42,10 +43,14 @@ class SlicesView(QWidget):
         self._at_mm = views.ct.center_mm
         self._draw()
 
+    def refresh(self) -> None:
+        """Draw the slices again when they follow next: tissue was cut or put back."""
+        self._is_stale = True
+
     def follow(self, tip_mm: NDArray[np.float64]) -> None:
         """Cut through the tip, ``(3,)`` LPS."""
         moved = self._at_mm is None or np.abs(tip_mm - self._at_mm).max() > 0.1
-        if self._views is not None and moved:
+        if self._views is not None and (moved or self._is_stale):
             self._at_mm = np.array(tip_mm)
             self._draw()
 
@@ -60,6 +65,7 @@ class SlicesView(QWidget):
     def _draw(self) -> None:
         assert self._views is not None
         assert self._at_mm is not None
+        self._is_stale = False
         for plane in Plane:
             pixels = self._views.picture(plane, self._at_mm, self.show_kind)
             self._images[plane] = image_of(pixels)

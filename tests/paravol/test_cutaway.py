@@ -1,5 +1,7 @@
 """The opened head: what is left of it, its colours, and who is hidden by it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import pyvista as pv
@@ -144,3 +146,47 @@ def test_the_overview_hides_a_tip_behind_the_wall(
     assert shown["in the cavity"][0] > 20
     assert shown["before the plane"][0] > 20
     assert shown["in the wall"][0] == 0
+
+
+@pytest.mark.display
+def test_a_head_that_is_cut_is_shown_as_a_new_one_would_be(scene: Scene) -> None:
+    """In place of the one before: whole and opened, from the same place."""
+    if not probe_offscreen().works:
+        pytest.skip("no OpenGL library here")
+    surface = scene.surface
+    assert surface is not None
+    values = surface.distance.values.copy()
+    distance = surface.distance.with_values(values, surface.distance.background)
+    living = replace(scene, surface=replace(surface, distance=distance))
+    assert living.surface is not None
+    model = head_model(living.surface, {})
+    way = [MIDDLE_MM - [0, t, 0] for t in (0.0, 2.0, 4.0)]
+
+    def pictures(overview: OverviewScene) -> list[NDArray[np.uint8]]:
+        found = [overview.picture()]
+        overview.open_head(Cutaway(living, way))
+        found.append(overview.picture())
+        overview.open_head(None)
+        return found
+
+    plotters = [pv.Plotter(off_screen=True, window_size=[200, 200]) for _ in range(2)]
+    for plotter in plotters:
+        plotter.disable_anti_aliasing()
+    overview = OverviewScene(plotters[0], Endoscope())
+    overview.show_head(model)
+    before = overview.picture()
+    z, y, x = np.meshgrid(*(np.arange(61) * SPACING_MM,) * 3, indexing="ij")
+    at = np.stack([x, y, z], axis=-1)
+    # within the bounds of what was there, which place the letters beside it
+    hole = np.linalg.norm(at - MIDDLE_MM - 3.3, axis=-1) - 2.4
+    np.minimum(values, hole.astype(np.float32), out=values)
+    assert model.renew is not None
+    overview.renew_head(model.renew())
+    after = pictures(overview)
+    fresh = OverviewScene(plotters[1], Endoscope())
+    fresh.show_head(replace(model, mesh=model.renew()))
+    for one, other in zip(after, pictures(fresh), strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert not np.array_equal(before, after[0])
+    for plotter in plotters:
+        plotter.close()

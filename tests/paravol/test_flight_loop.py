@@ -205,6 +205,7 @@ def test_a_frame_brings_the_tissue_that_it_shows() -> None:
     for event in told:
         time_s = event.sample.time_s
         assert (event.tissue is not None) == (time_s % 3 == 0)
+        assert event.generation == 1 + event.number
         if event.tissue is not None:
             assert event.tissue.surface.distance is not None
             found = event.tissue.surface.distance.applied(before).tobytes()

@@ -68,3 +68,31 @@ def test_the_whole_head_takes_the_place_of_the_faces_part(surface: AirSurface) -
     assert whole.focus_mm is not None
     middle = whole.focus_mm.mean(axis=0)
     assert middle == pytest.approx(CAVITY_MM, abs=2.0)
+
+
+@pytest.mark.parametrize("with_face", [False, True])
+def test_a_renewed_mesh_is_that_of_a_new_model(
+    surface: AirSurface, with_face: bool
+) -> None:
+    """Of the surface as it is then, cut in place; the skin stays what it was."""
+    values = surface.distance.values.copy()
+    distance = surface.distance.with_values(values, surface.distance.background)
+    living = AirSurface(distance, surface.blood, surface.skin)
+    axis = np.arange(-30.0, 61.0, 2.0)
+    z, y, x = np.meshgrid(axis, axis, axis, indexing="ij")
+    off = 28.0 - np.linalg.norm(np.stack([x, y, z], -1) - 15.0, axis=-1)
+    whole = Volume(off.astype(np.float32), np.full(3, 2.0), np.full(3, -30.0))
+    face = whole if with_face else None
+    model = head_model(living, {}, face=face)
+    before = np.array(model.mesh.points)
+    z, y, x = np.meshgrid(*(np.arange(61) * SPACING_MM,) * 3, indexing="ij")
+    at = np.stack([x, y, z], axis=-1)
+    ball = np.linalg.norm(at - CAVITY_MM - [6.0, 0, 0], axis=-1) - 4.0
+    np.minimum(values, ball.astype(np.float32), out=values)
+    assert model.renew is not None
+    renewed, fresh = model.renew(), head_model(living, {}, face=face).mesh
+    assert np.array_equal(renewed.points, fresh.points)
+    assert np.array_equal(renewed.faces, fresh.faces)
+    assert np.array_equal(renewed.point_data["rgba"], fresh.point_data["rgba"])
+    assert renewed.n_points != len(before)
+    assert np.array_equal(model.mesh.points, before)

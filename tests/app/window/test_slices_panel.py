@@ -46,7 +46,9 @@ def painted(view: SlicesView) -> NDArray[np.uint8]:
     image = view.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
     rows = np.frombuffer(image.constBits(), np.uint8)
     whole = rows.reshape(image.height(), image.bytesPerLine())
-    return whole[:, : 3 * image.width()].reshape(image.height(), image.width(), 3)
+    pixels = whole[:, : 3 * image.width()].reshape(image.height(), image.width(), 3)
+    # the memory goes with the image
+    return pixels.copy()
 
 
 def shown(views: SliceViews) -> SlicesView:
@@ -89,3 +91,20 @@ def test_the_switch_names_what_is_shown(application: QApplication) -> None:
     assert bone[0] > bone[2] > 100
     assert view.switch() == "CT"
     assert shown(head(mr=False)).switch() == "This head has one scan only"
+
+
+def test_what_is_cut_shows_although_the_tip_rests(application: QApplication) -> None:
+    """The volume is edited in place by its owner; the panel then has fresh slices."""
+    values = np.full((60, 60, 60), 40, np.int16)
+    ct = Volume(values, np.ones(3), np.full(3, -30.0))
+    views = SliceViews.of({"ct": ct}, transfer_of(Peaks(-1000, 40, 15, 700)))
+    view = shown(views)
+    before = painted(view)
+    values[26:34, 26:34, 26:34] = -1000
+    view.follow(np.zeros(3))
+    assert np.array_equal(painted(view), before)
+    view.refresh()
+    view.follow(np.zeros(3))
+    after = painted(view)
+    assert np.array_equal(after, painted(shown(views)))
+    assert not np.array_equal(after, before)

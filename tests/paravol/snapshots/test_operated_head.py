@@ -96,7 +96,9 @@ def test_each_moment_is_found_again_whatever_is_cut_later(
 
 def picture_of(scene: Scene, look: ClassicLook | None = None) -> ViewFile:
     centre = scene.volume.center_mm
-    camera = Camera.looking_at(centre + np.array([0.5, -3.0, 1.0]), centre, size=(16, 16))
+    camera = Camera.looking_at(
+        centre + np.array([0.5, -3.0, 1.0]), centre, size=(16, 16)
+    )
     view = ViewFile(
         "paravol.view/1", ScanHead("none.nii"), ViewCamera.of(camera), (16, 16)
     )
