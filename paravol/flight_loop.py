@@ -15,6 +15,7 @@ from paravol.inputs.pose_completer import PoseCompleter
 from paravol.inputs.pose_sources import EndedError, OrderedPoses
 from paravol.snapshots.operated_head import OperatedHead
 from paravol.view import EndoscopeView, Frame
+from renderers.scene import ChangeKind
 from scenarios import Sample, Session, View
 from scenarios.bundle import (
     EditRecord,
@@ -40,8 +41,8 @@ class FrameEvent:
 
     number: counts frames from 0. pose_age_ms: from the newest pose's measurement to
     now, when the picture is there. tissue: as the frame shows it, where that was asked
-    for before the frame was begun and somebody operates. generation: changes that the
-    head had been through by cuts and their undoing.
+    for before the frame was begun and somebody operates. cuts: counts them so far, and
+    their undoing.
     """
 
     view: View
@@ -50,7 +51,7 @@ class FrameEvent:
     number: int
     pose_age_ms: float
     tissue: OperatedHead | None = None
-    generation: int = 0
+    cuts: int = 0
 
 
 OnFrame = Callable[[FrameEvent], None]
@@ -150,7 +151,7 @@ class _Shown:
 
     view: View
     tissue: OperatedHead | None = None
-    generation: int = 0
+    cuts: int = 0
 
 
 class _Operated:
@@ -159,6 +160,7 @@ class _Operated:
     def __init__(self, view: EndoscopeView, recorder: SessionRecorder) -> None:
         self._view = view
         self._recorder = recorder
+        self._cuts = 0
         self._hashed = 0
         self._hashed_s = -HASHED_EVERY_S
 
@@ -167,7 +169,9 @@ class _Operated:
         operation = session.operation
         if operation is None:
             return
-        self._view.apply(operation.take_changes())
+        changes = operation.take_changes()
+        self._cuts += sum(change.kind is not ChangeKind.FILM for change in changes)
+        self._view.apply(changes)
         for edit in operation.take_edits():
             self._recorder.add(EditRecord.of(edit))
         patient = operation.patient
@@ -185,7 +189,7 @@ class _Operated:
             return _Shown(view)
         patient = operation.patient
         tissue = OperatedHead.of(patient) if wants_tissue else None
-        return _Shown(view, tissue, patient.generation)
+        return _Shown(view, tissue, self._cuts)
 
 
 class _FrameRecorder:
@@ -219,7 +223,7 @@ class _FrameRecorder:
         self.timing.wall_s = self._last - self._started
         gap, print_ = seen.clearance_mm, frame.fingerprint()
         self._recorder.add(FrameRecord(number, index, frame.gain, gap, print_))
-        kept = shown.tissue, shown.generation
+        kept = shown.tissue, shown.cuts
         self._on_frame(FrameEvent(seen, frame, sample, number, age_ms, *kept))
 
 

@@ -33,7 +33,7 @@ RATE_OVER_S = 1.0
 class DisplayedFrame:
     """Hold what the window shows of one frame; pixels ``(h, w, 3)`` uint8 sRGB.
 
-    generation: of the tissue, see `FrameEvent`.
+    cuts: see `FrameEvent`.
     """
 
     pixels: NDArray[np.uint8]
@@ -41,7 +41,7 @@ class DisplayedFrame:
     time_s: float
     pose_age_ms: float
     fps: float
-    generation: int = 0
+    cuts: int = 0
 
 
 class FlightThread(QObject, FlightObserver):
@@ -190,7 +190,7 @@ class FlightThread(QObject, FlightObserver):
             event.sample.time_s,
             event.pose_age_ms,
             fps=(len(times) - 1) / max(now - times[0], 1e-3),
-            generation=event.generation,
+            cuts=event.cuts,
         )
         with self._lock:
             was_taken = self._newest is None

@@ -263,7 +263,7 @@ class TraineeWindow(QMainWindow):
         if self._frame is None and self._seconds is not None:
             QTimer.singleShot(round(self._seconds * 1e3), self.shut)
         before, self._frame = self._frame, frame
-        if frame.generation != (0 if before is None else before.generation):
+        if frame.cuts != (0 if before is None else before.cuts):
             self._slices.refresh()
             self._overview.refresh()
         self._is_overview_stale = True

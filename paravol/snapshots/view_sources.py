@@ -80,8 +80,10 @@ def session_views(
             f"{info.surface_sha256[:12]}, now {patient.surface_sha256[:12]}); name the "
             "case it was flown through with --case."
         )
+    head_before, operation = patient, None
+    if info.operated:
+        patient, operation = operate_on(patient)
     matrix = np.array(info.world_from_device).reshape(4, 4)
-    operation = operate_on(patient)[1] if info.operated else None
     session = build_session(scenario, patient, matrix, (size, size), operation)
     begins = np.array([sample.time_s for sample, _, _ in samples])
     _demand_within(times_s, float(begins[-1]), folder)
@@ -109,8 +111,8 @@ def session_views(
             seed=info.seed,
             has_instrument=info.has_instrument or info.operated,
         )
-    head_scene = HeadScene(patient.scene, patient.surface_sha256, states)
-    return head_scene, [view for view in views if view is not None]
+    seen = HeadScene(head_before.scene, patient.surface_sha256, states)
+    return seen, [view for view in views if view is not None]
 
 
 def case_views(

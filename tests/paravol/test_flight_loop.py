@@ -2,6 +2,7 @@
 
 import itertools
 import time
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,7 +12,7 @@ import pytest
 from devices import Pose
 from paravol.flight_loop import FrameEvent, _arrived, fly
 from paravol.view import Frame
-from renderers.scene import GBuffer
+from renderers.scene import ChangeKind, GBuffer
 from renderers.scene.thread_team import Errand, ThreadTeam
 from scenarios import Sample
 from scenarios.bundle import FrameRecord, SampleRecord
@@ -113,10 +114,12 @@ class Operating(Still):
 
     def step(self, sample: Sample) -> None:
         at = np.array([4.0 + 0.5 * sample.time_s, 10.0, 10.0])
-        assert self.patient.carve(capsule(at, at, 1.0), Taker()) is not None
+        edit = self.patient.carve(capsule(at, at, 1.0), Taker())
+        assert edit is not None
+        self.changes = [edit.change, replace(edit.change, kind=ChangeKind.FILM)]
 
     def take_changes(self) -> list[Any]:
-        return []
+        return self.changes
 
     def take_edits(self) -> list[Any]:
         return []
@@ -205,7 +208,7 @@ def test_a_frame_brings_the_tissue_that_it_shows() -> None:
     for event in told:
         time_s = event.sample.time_s
         assert (event.tissue is not None) == (time_s % 3 == 0)
-        assert event.generation == 1 + event.number
+        assert event.cuts == 1 + event.number
         if event.tissue is not None:
             assert event.tissue.surface.distance is not None
             found = event.tissue.surface.distance.applied(before).tobytes()

@@ -1,13 +1,19 @@
 """What a frame showed of an operated head stays what it was."""
 
+import hashlib
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import msgspec
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
+from paravol.inputs.flight_input import in_the_patient
+from paravol.patient import PatientScene
+from paravol.session_setup import build_session, describe_session, operate_on
+from paravol.snapshots import view_sources
 from paravol.snapshots.head_scene import HeadScene, RenderSettings
 from paravol.snapshots.moments import SelectedFrame, SnapshotRequestFactory
 from paravol.snapshots.operated_head import OperatedHead
@@ -20,17 +26,21 @@ from paravol.snapshots.view_file import (
     load_view,
     save_view,
 )
-from paravol.snapshots.view_sources import mark_of
-from renderers.scene import Camera, Change, Scene
+from paravol.snapshots.view_sources import mark_of, session_views
+from renderers.scene import Camera, Change, ChangeKind, Scene
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.scene_loader import load_scene
-from scenarios import Moment, View
+from scenarios import Moment, Sample, View, load_scenario, tip_frame
+from scenarios.bundle import SampleRecord, SessionRecorder
+from scenarios.instrument_state import InstrumentState
 from surgery import solids
 from surgery.edit import Taker
 from surgery.patient import OperatedPatient
 from tests.scenes import make_scene
 
 ANY = Taker(force_n=1e3, bone_mm=50.0)
+
+RENDERERS: tuple[Literal["fsr", "art"], ...] = ("fsr", "art")
 
 
 @pytest.fixture
@@ -177,3 +187,84 @@ def test_the_nearest_frame_keeps_its_tissue(patient: OperatedPatient) -> None:
         heads[time_s] = OperatedHead.of(patient) if wanted else None
         selected.offer(number, None, None, time_s, heads[time_s])  # type: ignore[arg-type]
     assert selected.tissue is heads[2.2]
+
+
+def test_a_look_follows_what_is_cut(scene: Scene) -> None:
+    """With either renderer; as a patient that was never looked at before."""
+    whole = PatientScene(scene, {}, "")
+    operated, operation = operate_on(whole)
+    camera = picture_of(scene).to_camera()
+
+    def looks(patient: PatientScene) -> list[str]:
+        both = [patient.look(camera, renderer=name, gain=1.0) for name in RENDERERS]
+        arrays = (array for look in both for array in (look.rgb, look.depth_mm))
+        return [hashlib.sha256(array.tobytes()).hexdigest() for array in arrays]
+
+    before = looks(operated)
+    surface = operated.surface
+    middle = np.array(surface.distance.shape[::-1]) // 2
+    for place in (middle, middle + 5):
+        change = cut(operation.patient, tuple(place.tolist()))
+        operated.update(change)
+        wet = Change(change.generation, place, place, ChangeKind.FILM)
+        operated.update(wet)
+        after = looks(operated)
+        assert after != before
+        assert after == looks(PatientScene(operated.scene, {}, ""))
+
+
+def recorded(folder: Path, patient: PatientScene) -> tuple[list[Sample], list[bytes]]:
+    """Record a debrider's way through the middle; give distances as samples left them.
+
+    A frame is recorded after samples that are newer than its own.
+    """
+    scenario, _ = load_scenario("first_flight")
+    info = describe_session(
+        scenario, patient, in_the_patient(), size=16, has_instrument=True
+    )
+    operated, operation = operate_on(patient)
+    session = build_session(scenario, operated, np.eye(4), (16, 16), operation)
+    samples, states = [], []
+    centre, way = patient.surface.distance.center_mm, np.array([1.0, 0.2, 0.1])
+    with SessionRecorder(folder, info) as recorder:
+        for number in range(30):
+            at = centre + way * (0.15 * number - 2)
+            state = InstrumentState(
+                "microdebrider", is_working=True, is_sucking=True, undone=number // 20
+            )
+            frame = tip_frame(at - 3 * way, way)
+            sample = Sample(0.02 * number, frame, 0.0, at, way, 0, state)
+            session.step(sample)
+            recorder.add(SampleRecord.of(sample))
+            samples.append(sample)
+            states.append(operation.patient.surface.distance.values.tobytes())
+        recorder.close({})
+    assert len(set(states)) > 3
+    return samples, states
+
+
+def test_a_recording_is_pictured_as_it_was_at_each_time(
+    scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In whatever order times are asked for, undoing included."""
+    scenario, _ = load_scenario("first_flight")
+    landmarks = dict.fromkeys(scenario.targets, scene.volume.center_mm)
+    patient = PatientScene(scene, landmarks, "a" * 64)
+    monkeypatch.setattr(view_sources, "load_patient", lambda *_: patient)
+    samples, states = recorded(tmp_path / "flight.paravol", patient)
+    chosen = [12, 0, 29, 19, 12]
+    times = np.array([samples[n].time_s for n in chosen])
+    head, views = session_views(
+        tmp_path / "flight.paravol", times, 16, None, lambda *_: None
+    )
+    client = SnapshotClient(tmp_path / "spool")
+    for view, number in zip(views, chosen, strict=True):
+        request = head.request(client, view, RenderSettings())
+        surface = load_scene(client.data, request).surface
+        assert surface is not None
+        assert surface.distance.values.tobytes() == states[number]
+        assert (view.operated is None) == (states[number] == states[0])
+        if view.operated is not None:
+            assert view.operated.time_s == samples[number].time_s
+    assert views[0] == views[4]
+    assert views[0].operated is not None
