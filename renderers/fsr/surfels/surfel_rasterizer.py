@@ -166,6 +166,8 @@ class SurfelRasterizer:
             )
         if change.kind is ChangeKind.FILM or np.any(change.high < change.low):
             return
+        if self._creases is not None:
+            self._creases.update(change)
         blocks = self._blocks
         places = blocks.around(change, self._before)
         if self._before is None:
