@@ -170,6 +170,8 @@ class SurfelRasterizer:
             self._creases.update(change)
         if change.kind is ChangeKind.FILM:
             return
+        if self._creases is not None:
+            self._creases.update(change)
         blocks = self._blocks
         places = blocks.around(change, self._before)
         if self._before is None:
