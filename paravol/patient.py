@@ -4,7 +4,7 @@ import hashlib
 import os
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -25,6 +25,7 @@ from renderers.scene import AirSurface, Camera, Change, Mesh, Scene, Volume
 from scenarios import Endoscope, Scenario, Structures, View, tip_frame
 from scenarios.instrument_state import FIRST_TOOL, NO_TOOL
 from scenarios.instruments import instrument_named, placed_tool
+from surgery.decongestion import BLOOD_BIAS, decongest
 
 if TYPE_CHECKING:
     from paravol.snapshots.comparison import Difference
@@ -98,6 +99,7 @@ class PatientScene:
         second.
     layers: what lies behind the surface; None where nobody knows.
     hazards: distances to what must not be hurt; None where nobody knows.
+    blood_bias: factor on how it bleeds; its surface has the blood that it shows.
     """
 
     scene: Scene
@@ -109,6 +111,7 @@ class PatientScene:
     face: Callable[[], Volume] | None = None
     layers: WallLayers | None = None
     hazards: HazardVolumes | None = None
+    blood_bias: float = 1.0
 
     @property
     def surface(self) -> AirSurface:
@@ -308,8 +311,31 @@ def load_patient(scenario: Scenario, progress: Progress) -> PatientScene:
     """
     head = scenario.head
     if head.case:
-        return load_case(Path(head.case), progress)
-    return load_phantom(head.seed, head.spacing_mm, progress)
+        patient = load_case(Path(head.case), progress)
+    else:
+        patient = load_phantom(head.seed, head.spacing_mm, progress)
+    return decongested(patient) if head.decongested else patient
+
+
+def decongested(patient: PatientScene) -> PatientScene:
+    """Return the patient with shrunk, pale mucosa that bleeds less.
+
+    The CT stays as it was taken. UserError for a head without labels.
+    """
+    structures = patient.structures
+    if structures is None:
+        raise UserError(
+            "This head has no labels, so nobody knows what of it would shrink; set "
+            "decongested to false in its scenario."
+        )
+    surface = decongest(patient.surface, structures.labels)
+    return replace(
+        patient,
+        scene=replace(patient.scene, surface=surface),
+        surface_sha256=surface_hash(surface),
+        structures=replace(structures, distance=surface.distance),
+        blood_bias=BLOOD_BIAS,
+    )
 
 
 def load_phantom(

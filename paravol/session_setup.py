@@ -74,7 +74,7 @@ def operate_on(patient: PatientScene) -> tuple[PatientScene, Operation]:
         structures = replace(structures, distance=operated.surface.distance)
     return (
         replace(patient, scene=scene, structures=structures),
-        Operation.on(operated, labels, patient.hazards),
+        Operation.on(operated, labels, patient.hazards, patient.blood_bias),
     )
 
 

@@ -100,14 +100,22 @@ class Operation:
         patient: OperatedPatient,
         labels: Volume | None,
         hazards: HazardVolumes | None,
+        blood_bias: float = 1.0,
     ) -> "Operation":
-        """Begin to operate; labels: of the head, where there are any."""
+        """Begin to operate; labels: of the head, where there are any.
+
+        blood_bias: factor on how it bleeds, see `BloodFilm`.
+        """
         watch = None
         if hazards is not None:
             pristine = patient.pristine.distance
             watch = InjuryWatch(hazards, patient.layers, pristine)
         film = BloodFilm(
-            patient.surface, patient.wounds_film, labels=labels, hazards=hazards
+            patient.surface,
+            patient.wounds_film,
+            labels=labels,
+            hazards=hazards,
+            blood_bias=blood_bias,
         )
         return cls(patient, film, watch)
 

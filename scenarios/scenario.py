@@ -24,11 +24,13 @@ class Head(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     case: folder beside the scenario file, made by ``paravol import`` or ``paravol
     phantom``; seed and spacing are its own then. Loaded, it is a full path.
+    decongested: its mucosa was shrunk before, see `surgery.decongestion`.
     """
 
     seed: int = 1
     spacing_mm: float = 0.5
     case: str = ""
+    decongested: bool = False
 
 
 class Scope(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -1,5 +1,7 @@
 """Decongestion: the turbinates' mucosa shrinks and pales before an operation begins."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -32,12 +34,13 @@ _SHRINKING = (Label.INFERIOR_TURBINATE, Label.MIDDLE_TURBINATE)
 def decongest(
     surface: AirSurface, labels: Volume, shrinks_mm: float = SHRINKS_MM
 ) -> AirSurface:
-    """Return the surface with the inferior and middle turbinates shrunk.
+    """Return the surface pale, and with the lower two turbinates shrunk.
 
     The new field is ``min(d, max(d - s, kept))`` made a distance again: s fades from
     `shrinks_mm` on a turbinate to 0 on other walls, and kept is above 0 in turbinate
     bone, 0.3 mm around it and in the middle of thin parts. So the airway only widens,
-    and no plate is broken through. labels: of the head, on the surface's grid. The
+    and no plate is broken through. All blood content is `BLOOD_BIAS` times what it was.
+    labels: of the head, on the surface's grid. The
     surface has no wounds yet: do this before a patient is operated on.
     """
     volume = surface.distance
@@ -72,7 +75,10 @@ def decongest(
     again = redistance(whole, h)
     whole = np.where(again < d - _LEAST_MM, again, d)
     distance = volume.with_values(whole, volume.background)
-    return AirSurface(distance, surface.blood, surface.skin)
+    # blood fractions are stored as square roots
+    pale = np.rint(surface.blood.values * math.sqrt(BLOOD_BIAS)).astype(np.uint8)
+    blood = surface.blood.with_values(pale, surface.blood.background)
+    return AirSurface(distance, blood, surface.skin)
 
 
 def _box(mask: NDArray[np.bool_], margin: int) -> tuple[slice, ...]:

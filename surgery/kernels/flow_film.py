@@ -47,6 +47,9 @@ TRICKLE = 3.0
 """A film thinner than so many times what a wall holds wets no second way: it keeps to
 where blood ran before, as trickles do."""
 
+WAKES = 1.04
+"""Share of what a wall holds from which on blood runs: what has run off rests."""
+
 SILL_MM = 2e-4
 """Pools that differ in height by less are level."""
 
@@ -124,12 +127,13 @@ def run_down(
     lowest = ground.lowest
     _, slot, _, volume, _, before, shape, marks, links, drops = cells[:10]
     following, queued = cells.next, cells.queued
+    wakes = WAKES * hold
     moving = 0
     top, low = -1, heads.size
     for row in range(cells.used[0]):
         held = volume[row]
         before[row] = held
-        if held * shape[row, THIN] <= hold or shape[row, RATE] == 0.0:
+        if held * shape[row, THIN] <= wakes or shape[row, RATE] == 0.0:
             continue
         bin_ = int((shape[row, HEIGHT] - lowest) / BIN_MM)
         following[row] = heads[bin_]
@@ -177,7 +181,7 @@ def run_down(
                 volume[other] += amount
                 if queued[other] == step or shape[other, RATE] == 0.0:
                     continue
-                if volume[other] * its > hold:
+                if volume[other] * its > wakes:
                     to = int((shape[other, HEIGHT] - lowest) / BIN_MM)
                     if to < bin_:
                         queued[other] = step
@@ -198,7 +202,7 @@ def find_pools(cells: Cells, hold: float, pools: Ints) -> int:
     _, slot, _, volume, _, _, shape, marks, links, drops, _, _, _, _ = cells
     found = 0
     for row in range(cells.used[0]):
-        if volume[row] * shape[row, THIN] <= hold or shape[row, UP] < -0.1:
+        if volume[row] * shape[row, THIN] <= WAKES * hold or shape[row, UP] < -0.1:
             continue
         is_pool = shape[row, RATE] == 0.0
         for side in range(2):

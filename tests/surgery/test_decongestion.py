@@ -1,5 +1,7 @@
 """Laws of decongestion: turbinates shrink, nothing else; nothing breaks."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy import ndimage
@@ -7,8 +9,10 @@ from scipy import ndimage
 from anatomy import sinus_phantom
 from anatomy.tissue import Label
 from disk import UserError
+from paravol.patient import decongested, load_patient, no_progress
 from renderers.scene import AirSurface, Volume
-from surgery.decongestion import SHRINKS_MM, decongest
+from scenarios.scenario import Head, Scenario
+from surgery.decongestion import BLOOD_BIAS, SHRINKS_MM, decongest
 from surgery.patient import OperatedPatient
 
 TURBINATES = (Label.INFERIOR_TURBINATE, Label.MIDDLE_TURBINATE, Label.TURBINATE_BONE)
@@ -71,6 +75,31 @@ def test_books_of_a_decongested_head_balance(
     patient = OperatedPatient(head[2], None, head[1])
     assert patient.books.counts == 0
     assert patient.pristine is head[2]
+
+
+def test_all_blood_content_falls_to_the_same_share(
+    head: tuple[AirSurface, Volume, AirSurface],
+) -> None:
+    """Fractions are ``(v / 255)^2``, rounded to a step of v."""
+    before, after = (s.blood.values.astype(np.float64) for s in (head[0], head[2]))
+    assert np.abs(after - before * np.sqrt(BLOOD_BIAS)).max() <= 0.5
+
+
+def test_a_scenario_asks_for_a_decongested_head() -> None:
+    """Contacts, hashes and bleeding follow; the CT is the one taken before."""
+    asked = [Head(spacing_mm=1.0, decongested=d) for d in (False, True)]
+    plain, pale = (
+        load_patient(Scenario("short", "Short", "none", head), no_progress)
+        for head in asked
+    )
+    assert plain.surface_sha256 != pale.surface_sha256
+    assert pale.structures is not None
+    assert pale.structures.distance is pale.surface.distance
+    assert (plain.blood_bias, pale.blood_bias) == (1.0, BLOOD_BIAS)
+    np.testing.assert_array_equal(plain.scene.volume.values, pale.scene.volume.values)
+    bare = dataclasses.replace(plain, structures=None)
+    with pytest.raises(UserError, match="decongested"):
+        decongested(bare)
 
 
 def test_nothing_to_shrink_is_the_same_surface() -> None:
