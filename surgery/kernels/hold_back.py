@@ -81,7 +81,8 @@ def _off_grid(
         square += (u - at[c]) ** 2
     away = h * math.sqrt(square)
     i, j, k = int(at[0] + 0.5), int(at[1] + 0.5), int(at[2] + 0.5)
-    return max(away, -distance[k, j, i] - h - radius - away)
+    free: float = max(away, -distance[k, j, i] - h - radius - away)
+    return free
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

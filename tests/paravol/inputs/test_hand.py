@@ -111,7 +111,7 @@ RADIUS_MM = 1.35
 def steer(
     patient: PatientScene, scope: FulcrumControl, goal: NDArray[np.float64]
 ) -> tuple[float, float]:
-    """Steer for 15 s; returns the least gap and the nearest the tip came to the goal."""
+    """Steer for 15 s; returns the least gap, and how near the tip came to the goal."""
     rng = np.random.default_rng(3)
     tremor = np.zeros(3)
     least, nearest = np.inf, np.inf
@@ -119,7 +119,9 @@ def steer(
         frame = scope.frame()
         way = frame[:3, :3].T @ (goal - frame[:3, 3])
         tremor = 0.95 * tremor + rng.normal(0.0, 0.25, 3)
-        right, up, ahead = np.clip(np.array((way[0] / 3, way[1] / 3, -way[2] / 5)) + tremor, -1, 1)
+        right, up, ahead = np.clip(
+            np.array((way[0] / 3, way[1] / 3, -way[2] / 5)) + tremor, -1, 1
+        )
         scope.advance(0.01, Demand(insert=ahead, yaw=right, pitch=up))
         frame = scope.frame()
         distance = patient.surface.distance
