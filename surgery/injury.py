@@ -20,16 +20,16 @@ from renderers.scene import Volume
 from surgery import solids as solid
 from surgery.edit import Edit
 from surgery.kernels.sweep_hazard import (
-    DEEPEST,
     DEPTH,
     EVENT,
     GAP,
-    HIGH,
     INSIDE,
     LOW,
+    LOW_TRUE,
     NEAREST,
     OPENED,
     PLACE,
+    STATE,
     STAY,
     TIME,
     follow,
@@ -194,8 +194,8 @@ class InjuryWatch:
             or time_s - before.time_s > ABSENT_S
         )
         if before is None or is_new:
-            fresh = np.array([-np.inf, np.inf, 0.0, 0.0])
-            assert (LOW, HIGH, INSIDE, DEEPEST) == (0, 1, 2, 3)
+            fresh = np.zeros(STATE)
+            fresh[LOW] = fresh[LOW_TRUE] = -np.inf
             before = _Tool(time_s, rows, {n: fresh.copy() for n in self._hazards})
         found: list[Injury] = []
         for name, hazard in self._hazards.items():

@@ -28,6 +28,7 @@ class PictureView(QWidget):
         self._detail = ""
         self._share: float | None = None
         self._alarm = ""
+        self._touched = ""
         self._is_recording = False
         self._result: FlightEnd | None = None
         self._scale = 1.0
@@ -53,9 +54,13 @@ class PictureView(QWidget):
             self._message, self._detail, self._share = message, detail, share
             self.update()
 
-    def warn(self, alarm: str) -> None:
-        """Put a red ring and a word round the picture; an empty word takes it off."""
+    def warn(self, alarm: str, touched: str = "") -> None:
+        """Put a red ring and a word round the picture; an empty word takes it off.
+
+        touched: what the scope merely touches, said without a ring.
+        """
         self._alarm = alarm
+        self._touched = touched
 
     def mark_recording(self, is_recording: bool) -> None:
         """Show that the session is being recorded."""
@@ -76,6 +81,8 @@ class PictureView(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         if self._alarm:
             self._paint_alarm(painter, square)
+        elif self._touched:
+            self._paint_corner(painter, INK, f"touching: {self._touched}")
         if self._result is not None:
             paint_result(painter, self.rect(), self._result, self._scale)
         if self._message:
@@ -96,13 +103,17 @@ class PictureView(QWidget):
         painter.setPen(QPen(QColor(ALARM), 2.0 * inset))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawEllipse(square.adjusted(inset, inset, -inset, -inset))
+        self._paint_corner(painter, ALARM, f"▲ {self._alarm}")
+
+    def _paint_corner(self, painter: QPainter, colour: str, words: str) -> None:
+        scale = self._scale
         painter.setFont(font_of(16, scale, bold=True))
-        painter.setPen(QColor(ALARM))
+        painter.setPen(QColor(colour))
         corner = self.rect().adjusted(0, round(18 * scale), round(-24 * scale), 0)
         painter.drawText(
             corner,
             int(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignRight),
-            f"▲ {self._alarm}",
+            words,
         )
 
     def _paint_message(self, painter: QPainter) -> None:

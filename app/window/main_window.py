@@ -312,11 +312,15 @@ class TraineeWindow(QMainWindow):
             self.shut()
 
     def _warn(self) -> None:
-        """Ring the picture when the scope presses on tissue or it is not live."""
+        """Ring the picture when the scope presses on tissue or it is not live.
+
+        What it merely touches is only named.
+        """
         frame, pressed = self._frame, ""
-        if frame is not None and self._readings().is_pressing:
-            pressed = f"pressing: {frame.view.touched}"
-        self.picture.warn("not live" if self._is_away else pressed)
+        touched = "" if frame is None else frame.view.touched
+        if self._readings().is_pressing:
+            pressed = f"pressing: {touched}"
+        self.picture.warn("not live" if self._is_away else pressed, touched)
 
     def _readings(self) -> Readings:
         frame = self._frame

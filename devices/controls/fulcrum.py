@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.controls.sliding import slid, slope_of
 from disk import UserError
 
 SUPERIOR = (0.0, 0.0, 1.0)
@@ -22,15 +21,8 @@ LAG_S = 0.15
 """A hand that asks for more than the rate limit is followed for this long after it
 stops; what would come later than that is not what it meant."""
 
-PRESS_SHARE = 0.04
-"""Of the way that a wall refuses, the dent deepens by this share. A push at 25 mm/s
-straight into it reaches a depth of half a millimetre in half a second."""
-
-EASE_S = 0.5
-"""A dent is given back with this time constant."""
-
-RECOIL_MM_S = 1.0
-"""As fast as tissue pushes a scope out."""
+LEVER_MM = 20.0
+"""A shaft that is less deep than this is held by the hand, that far behind its tip."""
 
 
 class Demand(NamedTuple):
@@ -107,19 +99,9 @@ class Fulcrum:
             object.__setattr__(self, name, vector)
 
 
-@dataclass(frozen=True, slots=True)
-class Walls:
-    """What a scope must not be pushed through.
-
-    gap_mm: free room of a scope with that tip frame, negative inside. give_mm: how
-    deep a wall may be dented. touch_mm: how deep a mere touch dents it; the rest of the
-    give takes a hand that goes on pushing, and is given back when it no longer does.
-    None for a wall that gives all at once.
-    """
-
-    gap_mm: Callable[[NDArray[np.float64]], float]
-    give_mm: float = 0.0
-    touch_mm: float | None = None
+Hold = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
+"""Gives the tip frame, 4x4, that a scope gets to from one frame on its way to another:
+walls may hold it. It returns the wanted frame itself where nothing does."""
 
 
 class FulcrumControl:
@@ -127,8 +109,8 @@ class FulcrumControl:
 
     For every sequence of demands the shaft's line passes through the pivot, depth and
     tilt stay within the limits and no step is faster than the limits. A demand that is
-    not finite is refused and changes nothing. Where walls are known the scope slides
-    along them and never goes deeper into one than its give, or than it was at first.
+    not finite is refused and changes nothing. Where walls hold the scope the nostril
+    gives way, and the hand goes on from where the scope was held.
     """
 
     def __init__(
@@ -136,7 +118,7 @@ class FulcrumControl:
         fulcrum: Fulcrum,
         limits: FulcrumLimits | None = None,
         depth_mm: float | None = None,
-        walls: Walls | None = None,
+        hold: Hold | None = None,
     ) -> None:
         """Start in the middle of the cone, at the least depth or the one given.
 
@@ -144,9 +126,8 @@ class FulcrumControl:
         the "up" direction, where there is no upright picture.
         """
         self.fulcrum = fulcrum
-        self.walls = walls
-        self._known_gap = (b"", 0.0)
-        self._pressed_mm = 0.0
+        self._hold = hold
+        self._held: NDArray[np.float64] | None = None
         self.limits = FulcrumLimits() if limits is None else limits
         low, high = self.limits.depth_mm
         self._depth_mm = low if depth_mm is None else depth_mm
@@ -200,6 +181,8 @@ class FulcrumControl:
 
     def frame(self) -> NDArray[np.float64]:
         """Return the tip frame, (4, 4) float64: x right, y up, z back up the shaft."""
+        if self._held is not None:
+            return self._held
         return self._frame(self._depth_mm, self._tilt_deg)
 
     def _frame(
@@ -243,58 +226,38 @@ class FulcrumControl:
         step = _limited(wanted, fastest * step_s)
         self._owed = _limited(wanted - step, fastest * LAG_S)
         start = np.array((self._depth_mm, *self._tilt_deg))
-
-        def within(place: NDArray[np.float64]) -> NDArray[np.float64]:
-            reach = _limited(np.append(place - start, 0.0), fastest * step_s)
-            return self._bounded(start + reach[:3])
-
         place = self._bounded(start + step[:3])
-        if self.walls is not None:
-            place = self._held(self.walls, start, place, within, step_s)
-        self._depth_mm, self._tilt_deg = float(place[0]), place[1:]
+        before = self.frame()
         self._roll_deg = math.remainder(self._roll_deg + float(step[3]), 360.0)
+        self._depth_mm, self._tilt_deg = float(place[0]), place[1:]
+        if self._hold is not None:
+            self._go(self._hold, before)
 
-    def _held(
-        self,
-        walls: Walls,
-        start: NDArray[np.float64],
-        wanted: NDArray[np.float64],
-        within: Callable[[NDArray[np.float64]], NDArray[np.float64]],
-        step_s: float,
-    ) -> NDArray[np.float64]:
-        """Slide along walls; dent them by as much as the hand presses."""
-        if walls.touch_mm is None:
-            return slid(start, wanted, within, self._gap_mm, -walls.give_mm)
-        held_mm = min(walls.touch_mm + self._pressed_mm, walls.give_mm)
-        excess_mm = -self._gap_mm(start) - held_mm
-        end = wanted
-        if excess_mm > 0.0:
-            # Tissue that is pressed less than it is dented pushes the scope out.
-            slope = slope_of(self._gap_mm, start)
-            steepness = float(slope @ slope)
-            if steepness > 0.0:
-                out_mm = min(excess_mm, RECOIL_MM_S * step_s)
-                end = within(wanted + out_mm / steepness * slope)
-        place = slid(start, end, within, self._gap_mm, -held_mm)
-        refused = float(np.linalg.norm(end - place))
-        eased_mm = self._pressed_mm * math.exp(-step_s / EASE_S)
-        self._pressed_mm = min(eased_mm + PRESS_SHARE * refused, walls.give_mm)
-        return place
+    def _go(self, hold: Hold, before: NDArray[np.float64]) -> None:
+        """Go on from where walls hold the scope on its way from a frame."""
+        wanted = self._frame(self._depth_mm, self._tilt_deg)
+        held = hold(before, wanted)
+        if held is wanted:
+            self._held = None
+            return
+        self._held = held
+        # the hand is where it wanted to be, the tip is not
+        lever_mm = max(self._depth_mm, LEVER_MM)
+        way = held[:3, 3] - (wanted[:3, 3] + lever_mm * wanted[:3, 2])
+        length = float(np.linalg.norm(way))
+        right, up = float(way @ self._right), float(way @ self._up)
+        aside = math.hypot(right, up)
+        angle_deg = math.degrees(math.atan2(aside, float(way @ self.fulcrum.axis)))
+        share = angle_deg / aside if aside > 0.0 else 0.0
+        depth_mm = self._depth_mm + length - lever_mm
+        place = self._bounded(np.array((depth_mm, share * right, share * up)))
+        self._depth_mm, self._tilt_deg = float(place[0]), place[1:]
 
     def _bounded(self, place: NDArray[np.float64]) -> NDArray[np.float64]:
         """Cut depth and tilts, (3,), down to the limits."""
         low, high = self.limits.depth_mm
         depth_mm = min(max(float(place[0]), low), high)
         return np.array((depth_mm, *_shortened(place[1:], self.limits.cone_deg)))
-
-    def _gap_mm(self, place: NDArray[np.float64]) -> float:
-        assert self.walls is not None
-        # Where a step ends the next one begins.
-        key = place.tobytes()
-        if key != self._known_gap[0]:
-            frame = self._frame(float(place[0]), place[1:])
-            self._known_gap = (key, self.walls.gap_mm(frame))
-        return self._known_gap[1]
 
 
 def _limited(

@@ -13,19 +13,17 @@ from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from devices import ProbePath
-from devices.controls.fulcrum import Fulcrum, FulcrumControl, FulcrumLimits, Walls
+from devices.controls.fulcrum import Fulcrum, FulcrumControl, FulcrumLimits
 from devices.controls.gamepad import open_gamepad
 from devices.controls.keyboard import HELP, MouseKeys
 from devices.controls.steered_scope import Handset, SteeredArm
 from devices.controls.steering import Steering
 from paravol.inputs.flight_input import FlightInput, framed_hand, in_the_patient
 from paravol.patient import PatientScene
-from scenarios import Scenario, shaft_clearance
+from scenarios import Scenario
 from scenarios.session import SHAFT_CHECKED_MM
+from surgery.contact import ScopeHold
 
 LIMITS = FulcrumLimits(depth_mm=(0.0, 100.0), cone_deg=40.0)
 """The nasopharynx lies 81 mm behind the nostril; beyond 100 mm is the spine."""
@@ -34,12 +32,9 @@ UPRIGHT_DEG = 6.0
 """Between the cone and the vertical, where a picture has no up."""
 
 
-GIVE_MM = 0.5
-"""How deep a wall is dented before it holds, by a hand that goes on pushing."""
-
 TOUCH_MM = 0.15
-"""How deep a touch dents it: mucosa yields, and a touch is to be seen and counted, but
-it is no pressure (`scenarios.scoring.PRESSURE_MM`)."""
+"""How deep a touch dents a wall: mucosa yields, and a touch is to be seen and counted,
+but it is no pressure (`scenarios.scoring.PRESSURE_MM`)."""
 
 
 def nostril_fulcrum(patient: PatientScene, path: ProbePath) -> Fulcrum:
@@ -53,6 +48,24 @@ def nostril_fulcrum(patient: PatientScene, path: ProbePath) -> Fulcrum:
     nostril, recess = f"nostril, {side}", f"sphenoethmoidal recess, {side}"
     place = patient.positions((nostril, recess))
     return Fulcrum(place[nostril], place[recess] - place[nostril])
+
+
+def scope_control(
+    patient: PatientScene, path: ProbePath, radius_mm: float
+) -> FulcrumControl:
+    """Return what moves a scope in the nostril, held by the walls as they are then."""
+    fulcrum = nostril_fulcrum(patient, path)
+    # a steep way in leaves less room for a cone that must not reach the vertical
+    aside_deg = math.degrees(math.acos(min(abs(float(fulcrum.axis[2])), 1.0)))
+    cone_deg = min(LIMITS.cone_deg, aside_deg - UPRIGHT_DEG)
+    hold = ScopeHold(
+        patient.surface.distance,
+        radius_mm,
+        SHAFT_CHECKED_MM,
+        fulcrum.pivot_mm,
+        TOUCH_MM,
+    )
+    return FulcrumControl(fulcrum, replace(LIMITS, cone_deg=cone_deg), hold=hold)
 
 
 class _HandInput(FlightInput):
@@ -70,22 +83,7 @@ class _HandInput(FlightInput):
 
     def open(self, patient: PatientScene) -> AbstractContextManager[SteeredArm]:
         """Put the scope's tip into the nostril."""
-        fulcrum = nostril_fulcrum(patient, self._path)
-        # a steep way in leaves less room for a cone that must not reach the vertical
-        aside_deg = math.degrees(math.acos(min(abs(float(fulcrum.axis[2])), 1.0)))
-        cone_deg = min(LIMITS.cone_deg, aside_deg - UPRIGHT_DEG)
-        distance = patient.surface.distance
-
-        def gap_mm(frame: NDArray[np.float64]) -> float:
-            return shaft_clearance(
-                distance, frame, self._radius_mm, SHAFT_CHECKED_MM
-            ).gap_mm
-
-        control = FulcrumControl(
-            fulcrum,
-            replace(LIMITS, cone_deg=cone_deg),
-            walls=Walls(gap_mm, GIVE_MM, TOUCH_MM),
-        )
+        control = scope_control(patient, self._path, self._radius_mm)
         return SteeredArm(control, self._steering, self._handset)
 
 

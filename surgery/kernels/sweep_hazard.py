@@ -1,9 +1,9 @@
 """Follow a tool's way past a hazard, however fast: its nearest place, and its entry.
 
-The way between two samples is cut into steps that cannot pass anything unseen. A
-hazard's distance changes by at most `steepest` mm per mm. So while a tool is g mm away
-from what is looked for, it can move on by g / steepest without a look (conservative
-advancement, Mirtich 1996).
+The way between two samples is halved until no part can pass anything unseen. Let a
+distance change by at most L mm per mm. Between two places w apart, with distances a and
+b, none is then less than (a + b - L w) / 2 (Piyavskii 1972). L is measured for entries,
+which must not be missed; for nearest approaches it is that of a true distance.
 """
 
 import math
@@ -19,8 +19,17 @@ Bytes = NDArray[np.uint8]
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
 
-TOL_MM = 0.04
-"""Half of how far a nearest approach may be off: no step is shorter."""
+TOL_MM = 0.05
+"""Half of how far a nearest approach may be off."""
+
+SLOPE = 1.25
+"""A true distance changes by 1 mm per mm; interpolated near edges, by a little more."""
+
+BEYOND_MM = 1.0
+"""A gap that is this much larger than what matters need not be known."""
+
+FINE_MM = 0.1
+"""Shortest part of a way that is looked at, once something was met on it."""
 
 OPEN_MM = -0.05
 """A tool that is deeper than this inside a hazard has entered it. Rounding of stored
@@ -47,9 +56,10 @@ STEEPEST, ROUGHEST_MM = 2.0, 1.0
 """Bounds of how much an interpolated distance changes per mm, and of how rough a
 solid is."""
 
-LOW, HIGH, INSIDE, DEEPEST = 0, 1, 2, 3
-"""Columns of a state: bounds of the gap at the last sample, mm; 1 while the tool is
-inside; the least gap of that stay."""
+LOW, LOW_TRUE, INSIDE, DEEPEST, STATE = 0, 1, 2, 3, 4
+"""Columns of a state, and their number: bounds of the gap at the last sample, by the
+measured slope and by `SLOPE`, mm; 1 while the tool is inside; the least gap of that
+stay."""
 
 TIME, GAP, PLACE, DEPTH, EVENT = 0, 1, 2, 5, 6
 """Columns of an event, and their number: share of the way; gap there, mm; the tool's
@@ -162,39 +172,38 @@ def _place(before: Doubles, after: Doubles, n: int, t: float, out: Doubles) -> f
 @njit(cache=True, nogil=True, error_model="numpy")
 def _least(
     values: Shorts, voxel: Doubles, grid: tuple[float, float], before: Doubles,
-    after: Doubles, t: float, found: Doubles,
+    after: Doubles, t: float, cap: float, found: Doubles,
 ) -> float:  # fmt: skip
-    """Return the gap between capsules and a hazard, mm, within `TOL_MM` too large.
+    """Return the gap between capsules and a hazard, mm; `cap` if it is not less.
 
-    grid: unit of the values, and how steep they are. t: share of the way. found:
-    ``(4,)`` number of the capsule, place of its axis.
-
-    Between two places of an axis, w apart and of values a and b, no value is less than
-    ``(a + b - steepest * w) / 2``.
+    At most `TOL_MM` too large. grid: unit of the values, and how steep they are. t:
+    share of the way. found: ``(4,)`` number of the capsule, place of its axis.
     """
     unit, steep = grid
     ends = np.empty(6)
-    best = math.inf
+    best = cap
     for n in range(before.shape[0]):
         length = _place(before, after, n, t, ends)
         radius = before[n, 6]
-        s = 0.0
-        last = math.inf
-        step = 0.0
+        s = last = step = 0.0
         while True:
             share = s / length if length > 0.0 else 0.0
             x = ends[0] + share * (ends[3] - ends[0])
             y = ends[1] + share * (ends[4] - ends[1])
             z = ends[2] + share * (ends[5] - ends[2])
-            here = hazard_mm(values, voxel, unit, x, y, z)
-            here -= radius
+            here = hazard_mm(values, voxel, unit, x, y, z) - radius
+            entry = min(OPEN_MM, here) - TOL_MM
             floor = min(best, here) - TOL_MM
-            if step > 0.0 and 0.5 * (last + here - steep * step) < floor - 1e-9:
+            both = last + here
+            if step > 0.0 and (
+                0.5 * (both - steep * step) < entry
+                or 0.5 * (both - SLOPE * step) < floor
+            ):
                 # something lower may lie between: look closer
-                least_step = (last - floor) / steep
-                if step > least_step * 1.0000001:
+                sure = min((last - entry) / steep, (last - floor) / SLOPE)
+                if step > 1.000001 * sure:
                     s -= step
-                    step = max(0.5 * step, least_step)
+                    step = max(0.5 * step, sure)
                     s += step
                     continue
             if here < best:
@@ -203,8 +212,13 @@ def _least(
             if s >= length:
                 break
             last = here
-            step = min(2.0 * (here - best + TOL_MM) / steep, length - s)
-            s = length if step == length - s else s + step
+            sure = (here - min(OPEN_MM, here) + TOL_MM) / steep
+            step = 2.0 * min(sure, (here - min(best, here) + TOL_MM) / SLOPE)
+            if s + step >= length:
+                step = length - s
+                s = length
+            else:
+                s += step
     return best
 
 
@@ -330,6 +344,30 @@ def _fastest(before: Doubles, after: Doubles) -> float:
     return math.sqrt(most)
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _may_hide(
+    a: float, a_true: float, b: float, way: float, steep: float, nearest: float,
+    inside: bool, deepest: float,
+) -> bool:  # fmt: skip
+    """Return whether something may be met between two places that is not known yet.
+
+    a, b: lower bounds of the gap at either end, a_true that by `SLOPE`. way: between
+    them, mm.
+    """
+    least = 0.5 * (a_true + b - SLOPE * way)
+    if least < nearest - TOL_MM and way > 0.5 * TOL_MM:
+        return True
+    if inside:
+        if least < deepest - TOL_MM and way > 0.5 * TOL_MM:
+            return True
+        return max(a, b) + steep * way > CLOSE_MM and way > FINE_MM
+    if 0.5 * (a + b - steep * way) >= OPEN_MM - TOL_MM:
+        return False
+    # a tool that is in already is followed in even parts
+    finest = TOL_MM / steep if b >= OPEN_MM else FINE_MM
+    return way > finest
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def follow(
     values: Shorts, voxel: Doubles, grid: tuple[float, float],
@@ -340,55 +378,64 @@ def follow(
 
     values: int16 hazard distances, in units of grid[0] mm; grid[1]: how steep they
     are; voxel: ``(3, 4)`` voxels from mm. head: of `_uncovered`. before, after:
-    ``(n, 7)`` ends and radius, mm. state: ``(4,)``, see `LOW`; -inf and +inf for a
-    tool that comes anew. nearest: least gap so far. events: ``(m, 6)``; the row
-    `NEAREST` has a gap of +inf, and `STAY` a depth of zero, where nothing is to be
-    told.
+    ``(n, 7)`` ends and radius, mm. state: ``(4,)``, see `LOW`; -inf for a tool that
+    comes anew. nearest: least gap so far. events: ``(m, 6)``; the row `NEAREST` has a
+    gap of +inf, and `STAY` a depth of zero, where nothing is to be told.
     """
-    found = np.empty(4)
-    event = np.empty(EVENT)
-    axis = np.empty(3)
-    inward = np.empty(3)
-    p = np.empty(3)
-    rate = grid[1] * _fastest(before, after)
-    low, high = state[LOW], state[HIGH]
+    found, event = np.empty(4), np.empty(EVENT)
+    inward, p = np.empty(3), np.empty(3)
+    steep = grid[1]
+    speed = _fastest(before, after)
+    low, low_true = state[LOW], state[LOW_TRUE]
     inside, deepest = state[INSIDE] > 0.0, state[DEEPEST]
     events[NEAREST, GAP] = math.inf
     events[STAY, DEPTH] = 0.0
-    rows = OPENED
-    current = STAY
+    rows, current = OPENED, STAY
+    is_far = not inside and low_true - SLOPE * speed >= nearest - TOL_MM
+    if is_far and low - steep * speed >= OPEN_MM:
+        state[LOW], state[LOW_TRUE] = low - steep * speed, low_true - SLOPE * speed
+        return rows
+    # right ends of parts of the way, the next one on top, with the gaps there
+    ends = np.empty((80, 2))
+    top = 0
+    ends[0, 0] = 1.0 if low > -math.inf else 0.0
+    is_new = True
     exact = False
     t = 0.0
     while True:
-        if inside:
-            ask = min(low - deepest + TOL_MM, CLOSE_MM - high)
-        else:
-            ask = low - max(nearest - TOL_MM, OPEN_MM)
-        if exact or ask >= TOL_MM:
-            # how far the tool may go on unseen
-            way = max(ask, TOL_MM)
-            rest = (1.0 - t) * rate
-            if way >= rest:
-                low -= rest
-                high += rest
-                if t >= 1.0 or inside or low >= OPEN_MM:
-                    break
-                t = 1.0
-            else:
-                t += way / rate
-        gap = _least(values, voxel, grid, before, after, t, found)
-        exact, low, high = True, gap - TOL_MM, gap
-        axis[:] = found[1:4]
-        if gap < nearest:
-            nearest = gap
-            _foremost(values, voxel, grid[0], axis, before[int(found[0]), 6], p, inward)
-            events[NEAREST, TIME], events[NEAREST, GAP] = t, gap
-            events[NEAREST, PLACE : PLACE + 3] = p
+        until = ends[top, 0]
+        if is_new:
+            cap = max(nearest, CLOSE_MM) + BEYOND_MM
+            gap = _least(values, voxel, grid, before, after, until, cap, found)
+            ends[top, 1] = gap
+            if gap < nearest:
+                nearest = gap
+                _foremost(
+                    values, voxel, grid[0], found[1:], before[int(found[0]), 6], p,
+                    inward,
+                )  # fmt: skip
+                events[NEAREST, TIME], events[NEAREST, GAP] = until, gap
+                events[NEAREST, PLACE : PLACE + 3] = p
+        gap = ends[top, 1]
+        way = (until - t) * speed
+        if (
+            until > t
+            and top < 78
+            and _may_hide(
+                low, low_true, gap - TOL_MM, way, steep, nearest, inside, deepest
+            )
+        ):
+            top += 1
+            # what was carried over is a mere bound: look there first
+            ends[top, 0] = 0.5 * (t + until) if exact else t
+            is_new = True
+            continue
+        t, exact = until, True
+        low = low_true = gap - TOL_MM
         if inside:
             deepest = min(deepest, gap)
             events[current, DEPTH] = -deepest
-            if gap > CLOSE_MM:
-                inside = False
+            inside = gap <= CLOSE_MM
         elif gap < OPEN_MM and rows < events.shape[0]:
             bare = _uncovered(values, voxel, grid, before, after, t, head, event)
             if bare < OPEN_MM:
@@ -396,9 +443,14 @@ def follow(
                 event[TIME], event[GAP], event[DEPTH] = t, bare, -bare
                 events[rows] = event
                 rows += 1
-        if t >= 1.0:
-            break
-    state[LOW], state[HIGH] = low, high
+        top -= 1
+        is_new = False
+        if top < 0:
+            if t >= 1.0:
+                break
+            top, is_new = 0, True
+            ends[0, 0] = 1.0
+    state[LOW], state[LOW_TRUE] = low, low_true
     state[INSIDE], state[DEEPEST] = 1.0 if inside else 0.0, deepest
     return rows
 

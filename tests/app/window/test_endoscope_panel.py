@@ -43,6 +43,8 @@ pixels = np.full((64, 64, 3), 90, np.uint8)
 picture = PictureView()
 picture.show_picture(pixels)
 picture.warn("pressing: septum")
+touching = PictureView()
+touching.warn("", "septum")
 picture.say("Touch the nasion", "Hold the stylus on it.", 0.5)
 picture.mark_recording(True)
 picture.show_result(FlightEnd("The flight is over", Score(1.0, 2.0, 3.0, 0, {})))
@@ -51,7 +53,7 @@ moment.show_moment(MomentPicture(1.0, pixels, 0.5))
 slices = SlicesView()
 ct = Volume(np.full((30, 30, 30), 40, np.int16), np.ones(3), np.zeros(3))
 slices.show_head(SliceViews.of({"ct": ct}, transfer_of(Peaks(-1000, 40, 15, 700))))
-views = picture, moment, slices
+views = picture, touching, moment, slices
 canvas = QImage(240, 240, QImage.Format.Format_RGB32)
 for view in views:
     view.resize(240, 120)

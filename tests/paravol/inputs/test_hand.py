@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from devices import ProbePath
-from devices.controls.fulcrum import FulcrumControl
-from paravol.inputs.hand import LIMITS, MouseInput, nostril_fulcrum
-from paravol.patient import PatientScene
-from scenarios import Scenario
+from devices.controls.fulcrum import Demand, FulcrumControl
+from paravol.inputs.hand import LIMITS, MouseInput, nostril_fulcrum, scope_control
+from paravol.patient import PatientScene, load_phantom
+from scenarios import Scenario, shaft_clearance
+from scenarios.session import SHAFT_CHECKED_MM
 
 Exercise = tuple[Scenario, ProbePath]
 
@@ -72,3 +74,58 @@ def test_the_control_accepts_the_fulcrum_of_both_sides(
 ) -> None:
     control = FulcrumControl(nostril_fulcrum(bare_room, exercise[1]), LIMITS)
     assert control.depth_mm == 0.0
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_a_clumsy_hand_slides_to_the_middle_meatus(side: str) -> None:
+    """It trembles, overshoots and goes straight for a goal behind a corner.
+
+    A scope of 2.7 mm that is held by the nostril cannot come nearer than 7 mm to the
+    meatus itself: the bundled flight passes it at 5.7 mm.
+    """
+    patient = load_phantom(seed=1)
+    goal = patient.landmarks[f"middle meatus, {side}"]
+    path = ProbePath(
+        name="in",
+        t_s=np.array((0.0, 1.0)),
+        tip_mm=np.array([patient.landmarks[f"nostril, {side}"], goal]),
+        axis=np.array([(0.0, 1.0, 0.0)] * 2),
+        roll_deg=np.zeros(2),
+        instrument_tip_mm=np.zeros((2, 3)),
+        instrument_axis=np.array([(0.0, 1.0, 0.0)] * 2),
+        buttons=np.zeros(2, np.int64),
+    )
+    held = scope_control(patient, path, RADIUS_MM)
+    free = FulcrumControl(held.fulcrum, held.limits)
+    least, nearest = steer(patient, held, goal)
+    assert least > -0.2
+    assert nearest < 8.0
+    least, nearest = steer(patient, free, goal)
+    assert least < -3.0
+    assert nearest < 1.0
+
+
+RADIUS_MM = 1.35
+
+
+def steer(
+    patient: PatientScene, scope: FulcrumControl, goal: NDArray[np.float64]
+) -> tuple[float, float]:
+    """Steer for 15 s; returns the least gap, and how near the tip came to the goal."""
+    rng = np.random.default_rng(3)
+    tremor = np.zeros(3)
+    least, nearest = np.inf, np.inf
+    for _ in range(1500):
+        frame = scope.frame()
+        way = frame[:3, :3].T @ (goal - frame[:3, 3])
+        tremor = 0.95 * tremor + rng.normal(0.0, 0.25, 3)
+        right, up, ahead = np.clip(
+            np.array((way[0] / 3, way[1] / 3, -way[2] / 5)) + tremor, -1, 1
+        )
+        scope.advance(0.01, Demand(insert=ahead, yaw=right, pitch=up))
+        frame = scope.frame()
+        distance = patient.surface.distance
+        gap = shaft_clearance(distance, frame, RADIUS_MM, SHAFT_CHECKED_MM).gap_mm
+        least = min(least, gap)
+        nearest = min(nearest, float(np.linalg.norm(frame[:3, 3] - goal)))
+    return least, nearest
