@@ -219,13 +219,7 @@ class Operation:
         if state.name == NO_TOOL or not np.all(np.isfinite(frame)):
             return
         tool = instrument_named(state.name).capsules(frame, state.jaw)
-        rows = [
-            capsule(first, last, float(wide))
-            for first, last, wide in zip(
-                tool.start_mm, tool.end_mm, tool.radius_mm, strict=True
-            )
-        ]
-        self.hurt += watch.move(state.name, sample.time_s, np.concatenate(rows))
+        self.hurt += watch.move(state.name, sample.time_s, tool.rows())
 
     def _bleed(self, sample: Sample) -> None:
         """Let blood run up to now, and be sucked where the tool sucks."""

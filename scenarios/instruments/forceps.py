@@ -14,6 +14,7 @@ from scenarios.instruments.parts import (
     Part,
     Shape,
     moved,
+    shaded,
     turned_about,
 )
 from surgery import solids
@@ -82,8 +83,9 @@ class Forceps(Shape):
         half = radius - _PIN_MM / 2
         y, z = hinge
         pin = np.array([[-half, y, z], [half, y, z]])
+        caster = line.bend(begin + radius, self.length_mm - radius)
         body = Part(
-            joined(shaft, self._pin(radius)),
+            shaded(joined(shaft, self._pin(radius)), Capsules.along(caster, radius)),
             Capsules.joined(
                 [Capsules.along(middle, radius), Capsules.along(pin, _PIN_MM)]
             ),
@@ -92,9 +94,17 @@ class Forceps(Shape):
         if self.through:
             low = Part(low.mesh, low.capsules)
             blade, capsules = self._blade()
+            blade = shaded(blade, self._jaw_caster(1))
             return body, Part(blade, capsules, hinge, self.open_deg), low
         up = Part(self.jaw(1), self.jaw_capsules(1), hinge, self.open_deg)
         return body, up, low
+
+    def _jaw_caster(self, side: int) -> Capsules:
+        """Return what casts a jaw's shadow: one capsule, though cups have windows."""
+        radius = 0.36 * self.width_mm
+        ends = np.array([0.8 * radius, self.jaw_mm])
+        y = side * 0.22 * self.height_mm
+        return Capsules.along(self.line().place(0.0, y, ends), radius)
 
     def _pin(self, radius: float) -> Mesh:
         """Return the hinge's pin: a short rod along x."""
@@ -143,7 +153,7 @@ class Forceps(Shape):
             power=2.6,
             offset_mm=side * (_GAP_MM + 0.22 * self.height_mm),
         )
-        return joined(cup, arm)
+        return shaded(joined(cup, arm), self._jaw_caster(side))
 
     def jaw_capsules(self, side: int) -> Capsules:
         """Return what `jaw` is to contact: its rim's middle and its arm."""

@@ -76,6 +76,13 @@ class BentLine:
         inner = inner[(inner > begin_mm + 1e-6) & (inner < end_mm - 1e-6)]
         return np.concatenate([[begin_mm], inner, [end_mm]])
 
+    def bend(self, begin_mm: float, end_mm: float) -> Doubles:
+        """Return places ``(n, 3)`` of which four at most are enough for a shadow."""
+        arc = self.radius_mm * math.radians(self.turn_deg)
+        corners = self.straight_mm + arc * np.array([0.5, 1.0])
+        inner = corners[(corners > begin_mm) & (corners < end_mm) & (arc > 0.0)]
+        return self.at(np.concatenate([[begin_mm], inner, [end_mm]]))
+
 
 def section(sides: int, power: float = 2.0) -> Doubles:
     """Return a superellipse ``(sides, 2)`` of half sizes 1; power 2 is round."""

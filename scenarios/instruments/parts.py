@@ -50,6 +50,12 @@ class Capsules:
         columns = self.start_mm, self.end_mm, self.radius_mm[:, None]
         return np.concatenate(columns, axis=1)
 
+    def rows(self) -> solids.Rows:
+        """Return them as rows of `surgery.solids`."""
+        rows = np.zeros((len(self.radius_mm), solids.ROW))
+        rows[:, 0], rows[:, 1:8] = solids.CAPSULE, self.table()
+        return rows
+
     def placed(self, pose: Doubles) -> "Capsules":
         """Move them by a rigid 4x4 transform."""
         return Capsules(

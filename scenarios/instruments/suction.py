@@ -147,6 +147,8 @@ class CurvedSuction(Shape):
         mesh = skin(rings(line, wall[:, 1], half, section(SIDES)), closed=True)
         lengths = line.stations(_INSET * outer, self.length_mm)
         middle = line.at(lengths[[0, *range(1, len(lengths) - 1, 2), -1]])
+        caster = line.bend(_INSET * outer, self.length_mm)
+        mesh = shaded(mesh, Capsules.along(caster, outer))
         return (Part(mesh, Capsules.along(middle, outer)),)
 
     def tip(self) -> tuple[Doubles, float]:

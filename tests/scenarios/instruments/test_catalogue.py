@@ -137,6 +137,29 @@ def test_no_capsule_sticks_out_of_its_part(tool: Instrument) -> None:
 
 
 @tools
+def test_capsules_are_solids_too(tool: Instrument) -> None:
+    capsules = tool.capsules(a_pose(3), 0.4)
+    points = moved(np.random.default_rng(3).uniform(-9, 9, (60, 3)), a_pose(3))
+    np.testing.assert_allclose(
+        distances(points, capsules.rows()), outside(capsules, points), atol=1e-9
+    )
+    assert len(capsules.rows()) <= 45
+
+
+@tools
+def test_few_capsules_cast_the_shadow_that_the_tool_casts(tool: Instrument) -> None:
+    """Seen from its side a tool covers what they cover, but for half a millimetre."""
+    for part in parts_of(tool):
+        spine = part.mesh.spine(np.eye(4))
+        assert len(spine.radius_mm) <= 9
+        caster = Capsules(spine.start_mm, spine.end_mm, spine.radius_mm)
+        points = on_mesh(part.mesh, 2000, 6)
+        points = points[points[:, 2] < 100.0]
+        assert np.percentile(outside(caster, points), 90) < 0.35
+        assert mesh_distance(part.mesh, on_capsules(caster, 2000, 7)).max() < 1.6
+
+
+@tools
 def test_the_tip_is_at_the_origin_and_the_shaft_runs_up(tool: Instrument) -> None:
     mesh = tool.mesh(1.0)
     # a ring has its first point beside the middle of a fan: none is farther than .5 mm
