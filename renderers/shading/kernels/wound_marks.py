@@ -104,8 +104,8 @@ class WoundField(NamedTuple):
 
     pristine: ``(nz, ny, nx)`` mm. layers: flat, steps of depth of the bone + 256 *
     those of its thickness, 255 where it has no end. film: ``(nz, ny, nx)``. cubes: see
-    `mark_cubes`. to_tile: ``(3, 3, 3)`` mm to tile voxels of the relief's octaves. depth_step, film_step: mm a
-    step. rows: of the material table.
+    `mark_cubes`. to_tile: ``(3, 3, 3)`` mm to tile voxels of the relief's octaves.
+    depth_step, film_step: mm a step. rows: of the material table.
     """
 
     pristine: Floats
@@ -214,15 +214,9 @@ def find_depths(w: Floats, field: DistanceField, wounds: WoundField, kinds: int)
                 gz -= film_at(f, x, y, z - step)
         store(w, FILM + i, film)
         # from steps a voxel to mm a mm, along the world's axes
-        store(
-            w, FILM_X + i, per_voxel * (m[0, 0] * gx + m[1, 0] * gy + m[2, 0] * gz)
-        )
-        store(
-            w, FILM_Y + i, per_voxel * (m[0, 1] * gx + m[1, 1] * gy + m[2, 1] * gz)
-        )
-        store(
-            w, FILM_Z + i, per_voxel * (m[0, 2] * gx + m[1, 2] * gy + m[2, 2] * gz)
-        )
+        store(w, FILM_X + i, per_voxel * (m[0, 0] * gx + m[1, 0] * gy + m[2, 0] * gz))
+        store(w, FILM_Y + i, per_voxel * (m[0, 1] * gx + m[1, 1] * gy + m[2, 1] * gz))
+        store(w, FILM_Z + i, per_voxel * (m[0, 2] * gx + m[1, 2] * gy + m[2, 2] * gz))
         if any_(film > _ZERO):
             found |= WET
         if not any_(depth > _ZERO):
@@ -311,7 +305,9 @@ def set_layers(w: Floats, rows: WoundRows, materials: Floats) -> None:
     smear = f32(0.32) - f32(0.20) * lumps - f32(0.18) * ridges - f32(0.06) * grain
     smear = clamped(smear + f32(0.30) * sponge + f32(0.65) * fringe)
     smear = minimum(smear, f32(0.85))
-    pore = clamped(f32(-1.1) * grain - f32(0.55) * ridges - f32(2.0) + f32(0.5) * sponge)
+    pore = clamped(
+        f32(-1.1) * grain - f32(0.55) * ridges - f32(2.0) + f32(0.5) * sponge
+    )
     for c in range(3):
         pale = materials[rows.edge, 1 + c]
         dark = materials[rows.blood, 1 + c]
