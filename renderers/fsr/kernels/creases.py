@@ -45,8 +45,10 @@ from renderers.shading.kernels.wound_cubes import CUT
 
 f32 = np.float32
 
-OFF_MM = f32(0.02)
-"""Splats so far beside the surface are corrected."""
+OFF_MM, OFF_SHARE = f32(0.004), f32(0.002)
+"""Splats so far beside the surface, and by such a share of the depth, are corrected."""
+SAME_MM = f32(0.35)
+"""Rays and splats that differ by less mean the same wall."""
 LEAST_COSINE = f32(0.97)
 """Neighbours' normals that differ by more mean an edge."""
 GAP_SHARE = f32(0.05)
@@ -84,12 +86,12 @@ class Eye(NamedTuple):
 @njit(cache=True, nogil=True, error_model="numpy")
 def list_creases(
     eye: Eye, cubes: U8, surface: Surface, first: int, last: int, queue: I32,
-    starts: F32,
+    starts: F32, state: U8,
 ) -> int:  # fmt: skip
     """List the pixels of rows ``first..last`` whose rays are to be followed.
 
     cubes: see `mark_cubes`. queue, starts: take their numbers and the depths of
-    what is nearest around them. Returns how many there are.
+    what is nearest around them. state: becomes 1 for each. Returns how many there are.
     """
     field, axes, lens = eye
     depth, normal, _ = surface
@@ -145,7 +147,7 @@ def list_creases(
             d = taps(
                 distance, origin[0] + s * vx, origin[1] + s * vy, origin[2] + s * vz
             )
-            wanted = absolute(d) > OFF_MM
+            wanted = absolute(d) > OFF_MM + OFF_SHARE * s
             wanted |= most - near > GAP_SHARE * near
             nx, ny, nz = normals(normal, at, whole, second, third)
             for to in (-width, width, -1, 1):
@@ -155,7 +157,10 @@ def list_creases(
             if any_(met):
                 store_packed(queue, n, lanes(W) + np.int32(at), met)
                 store_packed(starts, n, near, met)
-                n += count(met)
+                more = n + count(met)
+                for q in range(n, more):
+                    state[queue[q]] = 1
+                n = more
     return n
 
 
@@ -176,11 +181,12 @@ def normals(
     normal: F32, at: int, whole: U8, second: U8, third: U8
 ) -> tuple[F32, F32, F32]:
     """Return the normals of a run of pixels."""
-    return unzip3(
+    x, y, z = unzip3(
         load_where(normal, 3 * at, whole),
         load_where(normal, 3 * at + W, second),
         load_where(normal, 3 * at + 2 * W, third),
     )
+    return x, y, z
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -243,7 +249,7 @@ def weights(f: Lanes, n: int) -> tuple[Lanes, Lanes]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def trace_creases(eye: Eye, queue: I32, starts: F32, listed: int, found: F32) -> int:
+def trace_creases(eye: Eye, queue: I32, starts: F32, found: F32, listed: int) -> int:
     """Follow the rays of the listed pixels.
 
     starts: mm, where splats are met first around a pixel.
@@ -328,13 +334,52 @@ def trace_creases(eye: Eye, queue: I32, starts: F32, listed: int, found: F32) ->
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def write_creases(surface: Surface, queue: I32, count: int, found: F32) -> None:
-    """Write what was found into the picture."""
+def write_creases(
+    surface: Surface, queue: I32, listed: int, found: F32, moved: I32, many: int
+) -> int:
+    """Write what was found into the picture.
+
+    moved: takes the numbers of pixels that went to another wall, from place `many` on.
+    Returns how many it has then.
+    """
     depth, normal, coverage = surface
     width = depth.shape[1]
-    for n in range(count):
+    for n in range(listed):
         y, x = queue[n] // width, queue[n] % width
+        if not abs(found[n, 0] - depth[y, x]) < SAME_MM:
+            moved[many] = queue[n]
+            many += 1
         depth[y, x] = found[n, 0]
         coverage[y, x] = f32(1)
         for k in range(3):
             normal[y, x, k] = found[n, k + 1]
+    return many
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def list_beside(
+    moved: I32, many: int, eye: Eye, depth: F32, state: U8, queue: I32, starts: F32
+) -> int:
+    """List the neighbours of moved pixels whose rays were not followed so far.
+
+    A thin leaf that splats do not show at all is found from its rim. state, queue,
+    starts: see `list_creases`. Returns how many there are.
+    """
+    height, width = depth.shape
+    n = 0
+    for m in range(many):
+        y, x = moved[m] // width, moved[m] % width
+        for k in range(4):
+            v = y + (1 if k == 0 else -1 if k == 1 else 0)
+            u = x + (1 if k == 2 else -1 if k == 3 else 0)
+            if not (1 <= v < height - 1 and 1 <= u < width - 1):
+                continue
+            at = v * width + u
+            if state[at] or eye.lens[v, u, 2] == f32(0):
+                continue
+            state[at] = 1
+            near = min(depth[v, u], min(depth[v - 1, u], depth[v + 1, u]))
+            starts[n] = min(near, min(depth[v, u - 1], depth[v, u + 1]))
+            queue[n] = at
+            n += 1
+    return n

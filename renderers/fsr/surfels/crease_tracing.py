@@ -1,11 +1,14 @@
 """Creases beside cuts of a splatted picture, as sharp as a ray sees them."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.kernels.creases import (
     SHIFT,
     Eye,
+    list_beside,
     list_creases,
     trace_creases,
     write_creases,
@@ -26,6 +29,23 @@ SPARE = 16
 """Numbers after the last of a queue: vectors store sixteen at a time."""
 
 
+class Scratch(NamedTuple):
+    """Hold the memory of a list of rays; see `trace_creases`."""
+
+    queue: NDArray[np.int32]
+    starts: NDArray[np.float32]
+    found: NDArray[np.float32]
+
+    @classmethod
+    def of(cls, pixels: int) -> "Scratch":
+        """Get it for so many pixels."""
+        return cls(
+            np.empty(pixels + SPARE, np.int32),
+            np.empty(pixels + SPARE, np.float32),
+            np.empty((pixels + 1, 4), np.float32),
+        )
+
+
 class CreaseTracer:
     """Follow the rays of pixels at the edges of cuts; nothing where nobody operates.
 
@@ -35,9 +55,10 @@ class CreaseTracer:
     def __init__(self, surface: AirSurface) -> None:
         self._distance = surface.distance
         self._cubes = WoundCubes(surface, SHIFT, AROUND)
-        self._queues: list[NDArray[np.int32]] = []
-        self._starts: list[NDArray[np.float32]] = []
-        self._found: list[NDArray[np.float32]] = []
+        self._size = (0, 0, 0)
+        self._parts: list[Scratch] = []
+        self._rest = Scratch.of(0)
+        self._moved: NDArray[np.int32] = np.empty(0, np.int32)
 
     def update(self, change: Change) -> None:
         """Look again for cuts where something changed."""
@@ -57,30 +78,53 @@ class CreaseTracer:
         )
         surface = Surface(result.depth_mm, result.normal, result.coverage)
         height, width = result.size
+        state = np.zeros(height * width, np.uint8)
         parts = PARTS_PER_THREAD * team.threads if team.threads > 1 else 1
         edges = [height * part // parts for part in range(parts + 1)]
-        pixels = max(np.diff(edges)) * width
-        if len(self._queues) != parts or len(self._found[0]) != pixels + 1:
-            # pages of which nothing is used cost nothing
-            self._queues = [np.empty(pixels + SPARE, np.int32) for _ in range(parts)]
-            self._starts = [np.empty(pixels + SPARE, np.float32) for _ in range(parts)]
-            self._found = [np.empty((pixels + 1, 4), np.float32) for _ in range(parts)]
+        self._reserve(parts, int(max(np.diff(edges))) * width, height * width)
 
         def trace_part(part: int) -> int:
-            queue, starts = self._queues[part], self._starts[part]
+            scratch = self._parts[part]
             listed = list_creases(
                 eye,
                 self._cubes.cubes,
                 surface,
                 edges[part],
                 edges[part + 1],
-                queue,
-                starts,
+                scratch.queue,
+                scratch.starts,
+                state,
             )
-            return int(trace_creases(eye, queue, starts, listed, self._found[part]))
+            return int(trace_creases(eye, *scratch, listed))
 
         # all are found before any is written: neighbours look at each other
         counts = team.map(trace_part, range(parts))
-        for part, found in enumerate(counts):
-            write_creases(surface, self._queues[part], found, self._found[part])
-        return sum(counts)
+        moved, many = self._moved, 0
+        for scratch, found in zip(self._parts, counts, strict=True):
+            many = write_creases(
+                surface, scratch.queue, found, scratch.found, moved, many
+            )
+        settled, scratch = sum(counts), self._rest
+        while many:
+            listed = list_beside(
+                moved,
+                many,
+                eye,
+                surface.depth,
+                state,
+                scratch.queue,
+                scratch.starts,
+            )
+            found = trace_creases(eye, *scratch, listed)
+            many = write_creases(surface, scratch.queue, found, scratch.found, moved, 0)
+            settled += found
+        return settled
+
+    def _reserve(self, parts: int, pixels: int, all_pixels: int) -> None:
+        """Get scratch memory; pages of which nothing is used cost nothing."""
+        size = parts, pixels, all_pixels
+        if self._size != size:
+            self._size = size
+            self._parts = [Scratch.of(pixels) for _ in range(parts)]
+            self._rest = Scratch.of(all_pixels)
+            self._moved = np.empty(all_pixels, np.int32)

@@ -104,8 +104,8 @@ class WoundField(NamedTuple):
 
     pristine: ``(nz, ny, nx)`` mm. layers: flat, steps of depth of the bone + 256 *
     those of its thickness, 255 where it has no end. film: ``(nz, ny, nx)``. cubes: see
-    `mark_cubes`. to_tile: ``(3, 3, 3)`` mm to tile voxels of the relief's octaves. depth_step, film_step: mm a
-    step. rows: of the material table.
+    `mark_cubes`. to_tile: ``(3, 3, 3)`` mm to tile voxels of the relief's octaves.
+    depth_step, film_step: mm a step. rows: of the material table.
     """
 
     pristine: Floats

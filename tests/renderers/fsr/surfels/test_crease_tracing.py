@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
+from numpy.typing import NDArray
 
 from renderers.fsr.kernels.cut_rims import gradient_at
 from renderers.fsr.surfels import SurfelRasterizer
@@ -12,6 +13,8 @@ from renderers.fsr.surfels.crease_tracing import CreaseTracer
 from renderers.scene import AirSurface, Camera, GBuffer, Volume
 from renderers.scene.thread_team import ThreadTeam
 from tests.renderers.wounded_surface import WoundedSurface
+
+Pixels = NDArray[np.float64]
 
 PLACE = np.array([0.0, 5.7, 0.0])
 BESIDE = PLACE + np.array([2.4, 0.0, 0.3])
@@ -46,14 +49,15 @@ def drawn(
     return rasterizer.draw(camera, team)
 
 
-def misses(patient: WoundedSurface, camera: Camera, buffer: GBuffer) -> np.ndarray:
+def misses(patient: WoundedSurface, camera: Camera, buffer: GBuffer) -> Pixels:
     """Return how far pixels lie from the surface, mm; infinite where none is drawn."""
     origin, rays = camera.rays()
     seen = np.linalg.norm(rays, axis=-1) > 0.5
     depth = np.where(buffer.coverage > 0, buffer.depth_mm, 0)[..., None]
-    away = patient.surface.distance.sample((origin + depth * rays).reshape(-1, 3))
-    found = np.abs(away).reshape(buffer.size)
-    return np.where(buffer.coverage > 0, found, np.inf)[seen]
+    beside = patient.surface.distance.sample((origin + depth * rays).reshape(-1, 3))
+    found = np.abs(beside).reshape(buffer.size)
+    away = np.where(buffer.coverage > 0, found, np.inf)
+    return np.asarray(away[seen], np.float64)
 
 
 def test_without_cuts_no_ray_is_traced(
