@@ -62,6 +62,8 @@ class ScopeHold:
         self._spacing_mm = float(distance.spacing_mm.max())
         self._pivot_mm = np.asarray(pivot_mm, np.float64)
         self._give_mm = give_mm
+        # compiled, or fetched compiled, before the flight begins
+        self(np.eye(4), np.eye(4))
 
     def __call__(
         self, start: NDArray[np.float64], wanted: NDArray[np.float64]

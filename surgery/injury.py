@@ -150,6 +150,8 @@ class InjuryWatch:
         }
         self._tools: dict[str, _Tool] = {}
         self._injuries: list[Injury] = []
+        # compiled, or fetched compiled, before the flight begins
+        self._warm_up()
 
     @property
     def injuries(self) -> tuple[Injury, ...]:
@@ -236,6 +238,22 @@ class InjuryWatch:
                 found.append(self._injury(edit.time_s, name, place, -gap, edit.tool))
         self._injuries += found
         return tuple(found)
+
+    def _warm_up(self) -> None:
+        """Follow a tool that is where nothing is told of it."""
+        rows, events = np.zeros((1, 7)), np.empty((_MOST_EVENTS, EVENT))
+        for hazard in list(self._hazards.values())[:1]:
+            follow(
+                hazard.values,
+                hazard.voxel,
+                hazard.grid,
+                self._head,
+                rows,
+                rows,
+                np.full(STATE, -np.inf),
+                -np.inf,
+                events,
+            )
 
     def _follow(
         self,
