@@ -2,9 +2,9 @@
 
     python examples/make_first_operation.py
 
-Sixteen seconds in the right nose of the default head. A 30-degree scope looks down and
-aside at the middle meatus and rests there. Straight forceps take the uncinate process in
-seven bites, from its front backwards, the last of them at the natural ostium; then a
+Eighteen seconds in the right nose of the default head. A 30-degree scope looks down and
+aside at the middle meatus and rests there. Straight forceps take the uncinate process
+in seven bites, from its front backwards, the last of them at the natural ostium; then a
 microdebrider trims the rim. All places are named landmarks plus an offset. The hand has
 the tremor of the first flight.
 """

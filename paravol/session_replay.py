@@ -291,31 +291,35 @@ def replay_session(
     *,
     threads: int | None = None,
     progress: Progress = no_progress,
-    video: StrPath | None = None,
+    video: StrPath | VideoWriter | None = None,
     patient: PatientScene | None = None,
 ) -> ReplayReport:
     """Draw every recorded frame again, score every sample again and compare.
 
-    video: an ``.mp4`` file to write. patient: the one that was flown through, where it
-    is loaded already. threads: None for all processors; they change no picture.
+    video: an ``.mp4`` file to write, or a film of this picture size to go on with.
+    patient: the one that was flown through, where it is loaded already, as it was
+    before anybody operated. threads: None for all processors; they change no picture.
     UserError when the session cannot be read, or was flown through another head.
     """
     replayed = Replay(folder, threads, progress, patient)
     size = replayed.recording.info.picture_size
-    film: VideoWriter | None = None
-
-    def show(frame: ReplayedFrame) -> None:
-        if film is not None:
-            film.show_until(frame.rgb, frame.time_s)
-
     with ExitStack() as stack:
-        if video is not None:
+        film: VideoWriter | None = None
+        if isinstance(video, VideoWriter):
+            film = video
+        elif video is not None:
             film = stack.enter_context(VideoWriter(Path(video), size, VIDEO_FPS))
+        begun_s = 0.0 if film is None else film.duration_s
+
+        def show(frame: ReplayedFrame) -> None:
+            if film is not None:
+                film.show_until(frame.rgb, begun_s + frame.time_s)
+
         frames = stack.enter_context(closing(replayed.frames(show)))
         last = deque(frames, maxlen=1)
         if film is not None and last:
             # the last frame was still to be seen when the flight ended
-            film.show_until(last[0].rgb, replayed.samples[-1].time_s)
+            film.show_until(last[0].rgb, begun_s + replayed.samples[-1].time_s)
     return replayed.report()
 
 

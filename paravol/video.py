@@ -54,12 +54,17 @@ class VideoWriter:
         self._writer.send(np.ascontiguousarray(pixels))
         self._frames += 1
 
+    @property
+    def duration_s(self) -> float:
+        """Return the length of the film so far."""
+        return self._frames / self._fps
+
     def show_until(self, pixels: NDArray[np.uint8], time_s: float) -> None:
         """Show a frame up to `time_s` of the film, as often as the rate needs.
 
         Frames that come irregularly thus keep their times, to within one period.
         """
-        while self._frames / self._fps <= time_s:
+        while self.duration_s <= time_s:
             self.add(pixels)
 
     def __enter__(self) -> Self:

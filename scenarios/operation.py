@@ -92,6 +92,7 @@ class Operation:
     _undone: int = 0
     _washed: int = 0
     _widest: float = 1.0
+    _held: str = NO_TOOL
     _cutting: _Cutting | None = None
 
     @classmethod
@@ -216,6 +217,9 @@ class Operation:
         else:
             watch.leave(SCOPE)
         state, frame = sample.instrument, tool_frame(sample)
+        if state.name != self._held:
+            watch.leave(self._held)
+            self._held = state.name
         if state.name == NO_TOOL or not np.all(np.isfinite(frame)):
             return
         tool = instrument_named(state.name).capsules(frame, state.jaw)

@@ -35,11 +35,16 @@ ONE_RANK = WorkerOptions()
 __all__ = ["app", "arm_commands", "case_commands", "picture_commands"]
 
 
+FIRST_FLIGHT, FIRST_OPERATION = "first_flight", "first_operation"
+"""Scenarios of the demonstration."""
+
+
 @app.command(group=FLY)
 def demo(
     *,
     out: Path = Path("out/demo"),
-    scenario: ScenarioName = "first_flight",
+    scenario: ScenarioName = FIRST_FLIGHT,
+    operation: str | None = None,
     device: str | None = None,
     size: Size = 512,
     ranks: Ranks = 2,
@@ -51,13 +56,17 @@ def demo(
     """Fly a recorded probe path end to end, without a screen.
 
     An emulated MicroScribe arm touches four fiducials and follows the path through
-    the sinus phantom; the pictures, the recording, three high-quality snapshots and
-    a summary land in one folder.
+    the sinus phantom; then it operates: it takes the uncinate process and widens the
+    maxillary ostium. The film, the recordings, high-quality snapshots and a summary
+    land in one folder.
 
     Parameters
     ----------
     out
         Folder for everything the demo leaves.
+    operation
+        Scenario that is flown afterwards; "" for none. After first_flight it is
+        first_operation, after any other scenario none.
     device
         Serial port of a real arm instead of the emulated one.
     fault
@@ -65,9 +74,12 @@ def demo(
     """
     from app.cli.demo import DemoOptions, run_demo
 
+    if operation is None:
+        operation = FIRST_OPERATION if scenario == FIRST_FLIGHT else ""
     options = DemoOptions(
         out=out,
         scenario=scenario,
+        operation=operation,
         device=device,
         size=size,
         ranks=rank_count(ranks, oversubscribe=oversubscribe),

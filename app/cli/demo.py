@@ -14,7 +14,7 @@ from paravol.inputs.arm import ArmInput
 from paravol.inputs.open_arm import demand_port
 from paravol.output_folder import claimed_folder, remove_old_session
 from paravol.score_table import score_rows
-from paravol.session_replay import ReplayReport, replay_session
+from paravol.session_replay import VIDEO_FPS, ReplayReport, replay_session
 from paravol.snapshots.moments import (
     SelectedFrame,
     SnapshotReport,
@@ -22,6 +22,7 @@ from paravol.snapshots.moments import (
     take_snapshots,
 )
 from paravol.versions import versions
+from paravol.video import VideoWriter
 from scenarios import Scenario, Score, load_scenario
 from scenarios.bundle import write_json
 
@@ -35,6 +36,7 @@ class DemoOptions:
 
     out: Path
     scenario: str
+    operation: str
     device: str | None
     size: int
     ranks: int
@@ -69,12 +71,52 @@ class _Observer(FlightObserver):
         self._stages.say(f"{loss} It is waited for {LOST_PATIENCE_S:g} s.")
 
 
+@dataclass(frozen=True, slots=True)
+class _Flown:
+    """Hold what one flight of the demonstration left."""
+
+    scenario: Scenario
+    flight: FinishedFlight
+    snapshots: list[SnapshotReport]
+    report: ReplayReport
+
+
 def run_demo(options: DemoOptions, *, as_json: bool) -> int:
-    """Run the demonstration; 1 when the replay differs from the flight."""
+    """Run the demonstration; 1 when a replay differs from its flight."""
     if options.size % 2:
         raise UserError(f"--size must be even, for the film; got {options.size}.")
     demand_port(options.device)
-    scenario, folder = load_scenario(options.scenario)
+    names = [(options.scenario, "flight.paravol")]
+    if options.operation:
+        names.append((options.operation, "operation.paravol"))
+    with ExitStack() as stack:
+        out = stack.enter_context(claimed_folder(options.out))
+        stages = stack.enter_context(Stages())
+        size = options.size, options.size
+        film = stack.enter_context(VideoWriter(out / "flight.mp4", size, VIDEO_FPS))
+        flown = [_fly(options, name, out / file, film, stages) for name, file in names]
+    summary = _summary(flown[0])
+    if len(flown) > 1:
+        summary["surgery"] = _summary(flown[1])
+    write_json(out / "summary.json", summary)
+    if as_json:
+        print_json(summary)
+    else:
+        for each in flown:
+            rows = _rows(_summary(each), each.flight.score)
+            print_table(f"{each.scenario.title}: {out}", rows)
+    return 0 if all(each.report.is_exact for each in flown) else 1
+
+
+def _fly(
+    options: DemoOptions,
+    name: str,
+    bundle: Path,
+    film: VideoWriter,
+    stages: Stages,
+) -> _Flown:
+    """Fly a scenario, draw its moments, replay it into the film."""
+    scenario, folder = load_scenario(name)
     path_file = folder / scenario.path
     path = load_probe_path(path_file)
     arm = ArmInput(
@@ -85,64 +127,46 @@ def run_demo(options: DemoOptions, *, as_json: bool) -> int:
         follows_path=True,
         faults=options.faults,
     )
-    with ExitStack() as stack:
-        out = stack.enter_context(claimed_folder(options.out))
-        stages = stack.enter_context(Stages())
-        bundle = out / "flight.paravol"
-        remove_old_session(bundle)
-        observer = _Observer(scenario, path, stages)
-        order = FlightOrder(
-            scenario,
-            path,
-            arm,
-            options.size,
-            options.threads,
-            bundle,
-            patience_s=LOST_PATIENCE_S,
-        )
-        flown = Flight(order, observer).run()
-        assert flown is not None  # only the path ends it
-        snapshots = take_snapshots(
-            observer.kept,
-            SnapshotRequestFactory(
-                flown.patient.surface,
-                scenario.scope.ring_radius_mm,
-                flown.info.seed,
-                flown.view.has_instrument,
-            ),
-            folder=out / "snapshots",
-            ranks=options.ranks,
-            progress=stages,
-        )
-        report = replay_session(
-            bundle,
-            threads=options.threads,
-            progress=stages,
-            video=out / "flight.mp4",
-            patient=flown.patient,
-        )
-    summary = _summary(scenario, flown, snapshots, report)
-    write_json(out / "summary.json", summary)
-    if as_json:
-        print_json(summary)
-    else:
-        print_table(f"{scenario.title}: {out}", _rows(summary, flown.score))
-    return 0 if report.is_exact else 1
+    remove_old_session(bundle)
+    observer = _Observer(scenario, path, stages)
+    order = FlightOrder(
+        scenario,
+        path,
+        arm,
+        options.size,
+        options.threads,
+        bundle,
+        patience_s=LOST_PATIENCE_S,
+    )
+    flown = Flight(order, observer).run()
+    assert flown is not None  # only the path ends it
+    snapshots = take_snapshots(
+        observer.kept,
+        SnapshotRequestFactory(
+            flown.patient.surface,
+            scenario.scope.ring_radius_mm,
+            flown.info.seed,
+            flown.view.has_instrument,
+        ),
+        folder=bundle.parent / "snapshots",
+        ranks=options.ranks,
+        progress=stages,
+    )
+    report = replay_session(
+        bundle, threads=options.threads, progress=stages, video=film
+    )
+    return _Flown(scenario, flown, snapshots, report)
 
 
-def _summary(
-    scenario: Scenario,
-    flown: FinishedFlight,
-    snapshots: list[SnapshotReport],
-    report: ReplayReport,
-) -> dict[str, Any]:
+def _summary(flown: _Flown) -> dict[str, Any]:
+    flight, report = flown.flight, flown.report
     return {
-        "scenario": scenario.name,
-        **flown.timing.figures(),
-        "splats": flown.view.renderer.splat_count,
-        "registration_rms_mm": flown.info.registration_rms_mm,
-        "snapshots": [asdict(s) for s in snapshots],
-        **asdict(flown.score),
+        "scenario": flown.scenario.name,
+        **flight.timing.figures(),
+        "splats": flight.view.renderer.splat_count,
+        "registration_rms_mm": flight.info.registration_rms_mm,
+        "snapshots": [asdict(s) for s in flown.snapshots],
+        **asdict(flight.score),
         "replay": {
             "exact": report.is_exact,
             "frames": report.frames,
