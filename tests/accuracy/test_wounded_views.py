@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from tests.accuracy.wounded_views import VIEWS, WoundedView, scene_of, wounded
 from renderers.art import ActiveRayTracer
 from renderers.fsr import FuzzySetRenderer
 from renderers.scene import ssim
 from renderers.shading import CameraPass, ScopeLight, ScopeShader, scope_picture
+from tests.accuracy.wounded_views import VIEWS, WoundedView, scene_of, wounded
 
 SIZE = 320
 LEAST_SSIM = 0.97
