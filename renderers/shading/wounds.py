@@ -37,7 +37,8 @@ _ROWS = WoundRows(
 class WoundCubes:
     """Keep which cubes of a grid have a cut surface, or blood on one.
 
-    cubes: see `mark_cubes`, read-only; empty where nobody operates. surface: whose
+    cubes: see `mark_cubes`, read-only; empty where nobody operates. box: ``(6,)`` low
+    and high voxel coordinates around those that have anything. surface: whose
     arrays are read in place. shift, around: see there.
     """
 
@@ -47,6 +48,8 @@ class WoundCubes:
         shape = surface.distance.shape if surface.wounds is not None else (0, 0, 0)
         self._cubes = np.zeros([-(-n // (1 << shift)) for n in shape], np.uint8)
         self.cubes = read_only(self._cubes)
+        self._box = np.zeros(6, np.float32)
+        self.box = read_only(self._box)
         self._near = 2 * float(surface.distance.spacing_mm.max())
         self._mark(np.zeros(3, np.int64), np.array(shape[::-1], np.int64) - 1)
 
@@ -73,6 +76,11 @@ class WoundCubes:
             low,
             high,
         )
+        # a voxel more: what lies beside the grid counts to its outermost cubes
+        found = np.argwhere(self._cubes)[:, ::-1] << self._reach[0]
+        if len(found):
+            self._box[:3] = found.min(axis=0) - 1
+            self._box[3:] = found.max(axis=0) + (1 << self._reach[0]) + 1
 
 
 class WoundLook:
@@ -83,7 +91,7 @@ class WoundLook:
 
     def __init__(self, surface: AirSurface) -> None:
         self._cubes = WoundCubes(surface, SHIFT, AROUND)
-        self._all = wound_field(surface, self._cubes.cubes)
+        self._all = wound_field(surface, self._cubes.cubes, self._cubes.box)
         none = read_only(np.zeros((0, 0, 0), np.uint8))
         self._none = self._all._replace(cubes=none)
 
@@ -111,7 +119,7 @@ class WallBlood:
         self._codes = np.empty(surface.blood.shape, np.uint8)
         self.codes = read_only(self._codes)
         none = read_only(np.zeros((0, 0, 0), np.uint8))
-        self._field = wound_field(surface, none)
+        self._field = wound_field(surface, none, read_only(np.zeros(6, np.float32)))
         last = np.array(surface.blood.shape[::-1], np.int64) - 1
         self._stain(np.zeros(3, np.int64), last)
 
@@ -134,10 +142,12 @@ class WallBlood:
         )
 
 
-def wound_field(surface: AirSurface, cubes: NDArray[np.uint8]) -> WoundField:
+def wound_field(
+    surface: AirSurface, cubes: NDArray[np.uint8], box: NDArray[np.float32]
+) -> WoundField:
     """Return a surface's wounds as kernels take them.
 
-    cubes: of `WoundCubes`. Empty without wounds.
+    cubes, box: of `WoundCubes`. Empty without wounds.
     """
     to_tile = np.stack(
         [
@@ -162,6 +172,7 @@ def wound_field(surface: AirSurface, cubes: NDArray[np.uint8]) -> WoundField:
         read_only(layers.reshape(-1)),
         film,
         cubes,
+        box,
         read_only(to_tile),
         np.float32(WOUND_UNIT_MM),
         np.float32(FILM_UNIT_MM),

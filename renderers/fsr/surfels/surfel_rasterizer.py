@@ -166,8 +166,6 @@ class SurfelRasterizer:
             )
         if np.any(change.high < change.low):
             return
-        if self._creases is not None:
-            self._creases.update(change)
         if change.kind is ChangeKind.FILM:
             return
         if self._creases is not None:

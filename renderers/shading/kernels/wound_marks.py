@@ -104,7 +104,8 @@ class WoundField(NamedTuple):
 
     pristine: ``(nz, ny, nx)`` mm. layers: flat, steps of depth of the bone + 256 *
     those of its thickness, 255 where it has no end. film: ``(nz, ny, nx)``. cubes: see
-    `mark_cubes`. to_tile: ``(3, 3, 3)`` mm to tile voxels of the relief's octaves.
+    `mark_cubes`. box: ``(6,)`` low and high voxel coordinates around all of them that
+    have anything. to_tile: ``(3, 3, 3)`` mm to tile voxels of the relief's octaves.
     depth_step, film_step: mm a step. rows: of the material table.
     """
 
@@ -112,6 +113,7 @@ class WoundField(NamedTuple):
     layers: NDArray[np.uint16]
     film: Bytes
     cubes: Bytes
+    box: Floats
     to_tile: Floats
     depth_step: np.float32
     film_step: np.float32
@@ -119,12 +121,15 @@ class WoundField(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def wounds_in(w: Floats, cubes: Bytes) -> int:
+def wounds_in(w: Floats, cubes: Bytes, box: Floats) -> int:
     """Return what cubes that the shown pixels of a block touch have, bit by bit."""
     shown = load(w, block.COVER, N) > _ZERO
     x = load(w, block.UX, N)
     y = load(w, block.UY, N)
     z = load(w, block.UZ, N)
+    near = shown & (x > box[0]) & (y > box[1]) & (z > box[2])
+    if not any_(near & (x < box[3]) & (y < box[4]) & (z < box[5])):
+        return 0
     far = f32(1e6)
     low = (
         least(select(shown, x, far)),
@@ -459,7 +464,7 @@ def mark_wounds(
     eye_mm: the eye seen from the volume's centre. Pixels that are neither cut nor wet
     keep their bits.
     """
-    kinds = wounds_in(w, wounds.cubes)
+    kinds = wounds_in(w, wounds.cubes, wounds.box)
     if kinds == 0:
         return
     kinds = find_depths(w, field, wounds, kinds)
