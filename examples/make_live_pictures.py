@@ -5,8 +5,10 @@
 ``first_flight.png``: six moments of the bundled flight as the trainee sees them.
 ``nasal_views.png``: the six views in which a surgeon should know where he is, each live
 by splats beside the ray tracer's snapshot of the same pose with the same gain.
+``first_operation.png``: four moments of the bundled operation.
 """
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -19,12 +21,23 @@ from benchmarks.nasal_views import (
     bundled_flight,
     nasal_scene,
 )
-from paravol.patient import PatientScene, load_patient
-from paravol.session_setup import LIVE_TIER, SEED, build_view, path_view
+from devices import Pose, ProbePath, load_probe_path
+from paravol.inputs.operating_hand import OperatingHand
+from paravol.inputs.pose_completer import PATH_PEDAL, PathChannel
+from paravol.patient import PatientScene, load_patient, load_phantom
+from paravol.session_setup import (
+    LIVE_TIER,
+    SEED,
+    build_session,
+    build_view,
+    operate_on,
+    path_view,
+)
 from paravol.view import EndoscopeView
 from renderers.art import ActiveRayTracer
 from renderers.fsr import FuzzySetRenderer
 from renderers.shading import CameraPass, ScopeShader, Tier, scope_picture
+from scenarios import Endoscope, Sample, load_scenario, tip_frame
 
 Picture = NDArray[np.uint8]
 
@@ -32,11 +45,13 @@ PICTURES = Path(__file__).parents[1] / "docs" / "pictures"
 SIDE = 384
 CAPTION_PX = 24
 MOMENTS_S = (0.5, 6.5, 9.5, 15.0, 18.5, 20.0)
+OPERATED_S = (2.6, 4.3, 9.0, 18.3)
 
 
 def main() -> None:
-    """Draw both sheets."""
+    """Draw the sheets."""
     save(first_flight(), columns=3, name="first_flight.png")
+    save(first_operation(), columns=4, name="first_operation.png")
     save(nasal_views(), columns=4, name="nasal_views.png")
 
 
@@ -52,6 +67,37 @@ def first_flight() -> list[Picture]:
         seen = path_view(scenario, patient, path, time_s, (SIDE, SIDE))
         pictures.append(view.draw(seen, number=number, elapsed_s=10.0).pixels)
     return pictures
+
+
+def first_operation() -> list[Picture]:
+    """Operate up to the moments; the gain settles at each."""
+    scenario, folder = load_scenario("first_operation")
+    path = load_probe_path(folder / scenario.path)
+    patient, operation = operate_on(load_phantom())
+    size = (SIDE, SIDE)
+    session = build_session(scenario, patient, np.eye(4), size, operation)
+    view: EndoscopeView = build_view(
+        scenario, patient, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=2
+    )
+    pictures: list[Picture] = []
+    for sample in operated_samples(path, scenario.scope.endoscope()):
+        session.step(sample)
+        if sample.time_s >= OPERATED_S[len(pictures)]:
+            view.apply(operation.take_changes())
+            seen, number = session.view(sample), len(pictures)
+            pictures.append(view.draw(seen, number=number, elapsed_s=10.0).pixels)
+            if len(pictures) == len(OPERATED_S):
+                break
+    return pictures
+
+
+def operated_samples(path: ProbePath, endoscope: Endoscope) -> Iterator[Sample]:
+    """Yield what a recording of a path without any arm would hold."""
+    hand = OperatingHand(PathChannel(path), endoscope)
+    for time_s in path.t_s.tolist():
+        at = path.sample(time_s)
+        frame = tip_frame(at.tip_mm, at.axis)
+        yield hand.complete(Pose(time_s, time_s, frame, PATH_PEDAL))
 
 
 def nasal_views() -> list[Picture]:
