@@ -35,6 +35,7 @@ from paravol.inputs.pose_sources import (
     OrderedPoses,
     ReconnectingSource,
 )
+from paravol.operation_rehearsal import rehearse
 from paravol.patient import PatientScene, load_patient
 from paravol.pose_streaming import StreamingCompleter, streaming
 from paravol.registration.at_start import register_by_touch
@@ -231,7 +232,8 @@ class Flight:
     def _run(self) -> FinishedFlight | None:
         order, observer = self.order, self._observer
         scenario, has_instrument = order.scenario, order.input.has_instrument
-        patient, operation = operate_on(load_patient(scenario, self._progress))
+        before = load_patient(scenario, self._progress)
+        patient, operation = operate_on(before)
         observer.on_patient(patient)
         size = (order.size, order.size)
         view = build_view(
@@ -244,6 +246,7 @@ class Flight:
             progress=self._progress,
         )
         view.warm_up(first_views(scenario, patient, order.path, size), self._progress)
+        rehearse(scenario, before, self._progress)
         self._progress("Opening the input", 0.0)
         with ExitStack() as stack:
             streamer = stack.enter_context(streaming(order.stream))
