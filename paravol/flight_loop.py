@@ -170,7 +170,7 @@ class _Operated:
         if operation is None:
             return
         changes = operation.take_changes()
-        self._cuts += sum(change.kind is not ChangeKind.FILM for change in changes)
+        self._cuts += sum(change.kind is ChangeKind.CUT for change in changes)
         self._view.apply(changes)
         for edit in operation.take_edits():
             self._recorder.add(EditRecord.of(edit))
@@ -187,8 +187,9 @@ class _Operated:
         operation = session.operation
         if operation is None:
             return _Shown(view)
-        patient = operation.patient
-        tissue = OperatedHead.of(patient) if wants_tissue else None
+        tissue = None
+        if wants_tissue:
+            tissue = OperatedHead.of(operation.patient, operation.pushing)
         return _Shown(view, tissue, self._cuts)
 
 

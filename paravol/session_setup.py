@@ -61,21 +61,21 @@ def operate_on(patient: PatientScene) -> tuple[PatientScene, Operation]:
     """Return the patient as it is operated on, and what edits it.
 
     The scene's distance, CT and wounds are edited in place; the given patient stays as
-    it is.
+    it is. The scene's surface is what is seen, bent by tools; what is measured is that
+    of `Operation.patient`, at rest.
     """
     labels = None if patient.structures is None else patient.structures.labels
     operated = OperatedPatient(
         patient.surface, patient.layers, labels, patient.scene.volume
     )
     assert operated.ct is not None
-    scene = replace(patient.scene, volume=operated.ct, surface=operated.surface)
+    operation = Operation.on(operated, labels, patient.hazards, patient.blood_bias)
+    shown = operation.pushing.surface
+    scene = replace(patient.scene, volume=operated.ct, surface=shown)
     structures = patient.structures
     if structures is not None:
         structures = replace(structures, distance=operated.surface.distance)
-    return (
-        replace(patient, scene=scene, structures=structures),
-        Operation.on(operated, labels, patient.hazards, patient.blood_bias),
-    )
+    return replace(patient, scene=scene, structures=structures), operation
 
 
 def build_session(
@@ -89,10 +89,11 @@ def build_session(
 
     operation: what the second hand does to the patient; see `operate_on`.
     """
+    surface = patient.surface if operation is None else operation.patient.surface
     return Session(
         scenario.scope.endoscope(),
         world_from_device,
-        patient.surface.distance,
+        surface.distance,
         patient.positions(scenario.targets),
         size,
         patient.structures,

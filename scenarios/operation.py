@@ -4,7 +4,8 @@ Everything follows from the samples: the same ones leave the same patient, whate
 machine steps them and however fast.
 """
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ from surgery.film import BloodFilm, Suction
 from surgery.injury import Injury, InjuryWatch
 from surgery.lens import Lens
 from surgery.patient import OperatedPatient
+from surgery.pushing import Pushing, Rod
 from surgery.solids import ROUGH, SEED, Rows, capsule
 
 CLOSED, OPEN = 0.9, 0.5
@@ -54,6 +56,15 @@ SCOPE = "endoscope"
 ABSENT_S = 0.25
 """Nothing is cut on a way between samples farther apart than this."""
 
+SWEEPING = (Action.POWERED, Action.SCRAPE, Action.CUT)
+"""What tools do that cut with a moving edge."""
+
+PUSHES_PER_S = 30
+"""How often tissue is looked at for whether it gives way, of samples' time."""
+
+THINNEST_MM, THICKEST_MM = 0.2, 4.0
+"""Radii of the rods that tissue gives way to; others count as the nearest."""
+
 
 @dataclass(slots=True)
 class _Cutting:
@@ -75,13 +86,15 @@ class _Cutting:
 class Operation:
     """Turn samples into edits of a patient.
 
-    patient: is edited. film: its blood. injuries: watches what must not be hurt; None
+    patient: is edited. pushing: how it is shown, bent by the tool. film: its blood.
+    injuries: watches what must not be hurt; None
     where nobody knows where that is. lens: of the scope, from the first sample on.
-    edits, changes: what came of the samples since somebody last took them; hurt:
-    likewise the injuries.
+    edits, changes: what came of the samples since somebody last took them, the changes
+    of what is shown; hurt: likewise the injuries.
     """
 
     patient: OperatedPatient
+    pushing: Pushing
     film: BloodFilm
     injuries: InjuryWatch | None = None
     lens: Lens | None = None
@@ -94,6 +107,7 @@ class Operation:
     _widest: float = 1.0
     _held: str = NO_TOOL
     _cutting: _Cutting | None = None
+    _pushed: int | None = None
 
     @classmethod
     def on(
@@ -118,7 +132,7 @@ class Operation:
             hazards=hazards,
             blood_bias=blood_bias,
         )
-        return cls(patient, film, watch)
+        return cls(patient, Pushing(patient), film, watch)
 
     def step(
         self,
@@ -134,11 +148,12 @@ class Operation:
         for _ in range(self._undone, state.undone):
             change = self.patient.undo()
             if change is not None:
-                self.changes.append(change)
+                self.changes.append(self.pushing.follow(change))
                 self.film.after_edit(change)
         self._undone = max(self._undone, state.undone)
         self._watch(sample, world_from_tip, endoscope)
         self._operate(sample)
+        self._push(sample)
         self._bleed(sample)
         self._soil(sample, world_from_tip, endoscope)
 
@@ -154,7 +169,7 @@ class Operation:
             self._rest()
         elif tool.action is Action.BITE:
             self._bite(tool, frame, sample)
-        elif tool.action in (Action.POWERED, Action.SCRAPE, Action.CUT):
+        elif tool.action in SWEEPING:
             self._sweep(tool, frame, sample)
         else:
             self._rest()
@@ -256,6 +271,25 @@ class Operation:
             self.lens.wash()
         self.lens.advance(sample.time_s, world_from_tip[:3, 3])
 
+    def _push(self, sample: Sample) -> None:
+        """Let tissue give way to the tool, or spring back, `PUSHES_PER_S` at most."""
+        now = math.floor(sample.time_s * PUSHES_PER_S)
+        if self._pushed is not None and now <= self._pushed:
+            return
+        self._pushed = now
+        generation = self.patient.generation + 1
+        bent = self.pushing.push(sample.time_s, generation, _rod(sample))
+        if bent is None:
+            return
+        self.patient.generation = generation
+        last = self.changes[-1] if self.changes else None
+        if last is not None and last.kind is ChangeKind.DENT:
+            # whoever draws seldom brings the picture up to date once
+            low, high = np.minimum(last.low, bent.low), np.maximum(last.high, bent.high)
+            self.changes[-1] = replace(bent, low=low, high=high)
+        else:
+            self.changes.append(bent)
+
     def _rest(self) -> None:
         self._cutting = None
         self._widest = 1.0
@@ -306,6 +340,10 @@ class Operation:
     ) -> None:
         if len(rows) == 0:
             return
+        # tissue that went along with a tool is cut where it lies at rest; a dent is
+        # not looked at, since what yields to a tool is what it takes
+        for ends in (rows[:, 1:4], rows[:, 4:7]):
+            ends[:] = self.pushing.at_rest(ends, is_dented=False)
         rows[:, ROUGH], rows[:, SEED] = rough_mm, stroke
         edit = self.patient.carve(
             rows,
@@ -316,7 +354,22 @@ class Operation:
         )
         if edit is not None:
             self.edits.append(edit)
-            self.changes.append(edit.change)
+            self.changes.append(self.pushing.follow(edit.change))
             self.film.after_edit(edit.change)
             if self.injuries is not None:
                 self.hurt += self.injuries.cut(edit, self.patient.surface.distance)
+
+
+def _rod(sample: Sample) -> Rod | None:
+    """Return what tissue gives way to; None without a tool, or where it takes tissue.
+
+    A tool that sweeps would otherwise push away what it is about to cut.
+    """
+    state, frame = sample.instrument, tool_frame(sample)
+    if state.name == NO_TOOL or not np.all(np.isfinite(frame)):
+        return None
+    tool = instrument_named(state.name)
+    if tool.action in SWEEPING and state.is_working:
+        return None
+    middle, radius = tool.tip_ball(frame)
+    return Rod.of(middle, frame[:3, 2], min(max(radius, THINNEST_MM), THICKEST_MM))

@@ -191,14 +191,26 @@ class Pushing:
         self._spring = None
         return self._bend(_union(boxes), generation, ChangeKind.DENT)
 
-    def at_rest(self, points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+    @property
+    def box(self) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
+        """Return the first and last voxel, i j k, that may be shown bent now."""
+        boxes = [self._box_of(self._held), self._box_of(self._springing)]
+        box = _union([*boxes, *(self._ball(shift) for shift in self.shifts)])
+        return None if box is None else (box[:3], box[3:] - 1)
+
+    def at_rest(
+        self, points_mm: NDArray[np.float64], *, is_dented: bool = True
+    ) -> NDArray[np.float64]:
         """Return where what is shown at ``(n, 3)`` places lies in the patient's fields.
 
-        A tool at a place cuts there, and textures are read there.
+        is_dented: False leaves dents out, for a tool that cuts: it holds what yields to
+        it, and only what stays bent is elsewhere.
         """
         points = np.ascontiguousarray(points_mm, np.float64)
         found = np.empty_like(points)
-        rest_places(points, self.shifts, (self._held, self._springing), found)
+        none = _no_dent()
+        dents = (self._held, self._springing) if is_dented else (none, none)
+        rest_places(points, self.shifts, dents, found)
         return found
 
     def _measured(self, rod: Rod) -> Dent:
@@ -257,10 +269,9 @@ class Pushing:
 
     def _voxel(self, point: NDArray[np.float64]) -> tuple[int, int, int]:
         """Return the voxel (k, j, i) of the patient's fields next to a shown place."""
-        rest = np.empty((1, 3))
-        rest_places(point[None], self.shifts, (_no_dent(), _no_dent()), rest)
         m = self._grid.voxel
-        at = np.rint(m[:, :3] @ rest[0] + m[:, 3]).astype(np.int64)
+        rest = self.at_rest(point[None], is_dented=False)[0]
+        at = np.rint(m[:, :3] @ rest + m[:, 3]).astype(np.int64)
         i, j, k = np.clip(at, 0, np.array(self._rest[0].shape[::-1]) - 1).tolist()
         return k, j, i
 

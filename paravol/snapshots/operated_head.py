@@ -8,6 +8,7 @@ from xxhash import xxh3_128
 from renderers.scene import Scene
 from renderers.snapshots.volume_changes import FrozenSurface, VolumeChanges
 from surgery.patient import OperatedPatient
+from surgery.pushing import Pushing
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,19 +30,31 @@ class OperatedHead:
                 is_changed = True
                 digest.update(part.record().data)
             digest.update(b"|")
+        if self.surface.bent:
+            digest.update(self.surface.bent.record().data)
         object.__setattr__(self, "digest", digest.hexdigest() if is_changed else "")
 
     @classmethod
-    def of(cls, patient: OperatedPatient) -> "OperatedHead":
-        """Copy what differs; to be called by the thread that edits, between edits."""
-        box = patient.touched
-        if box is None:
-            box = np.zeros(3, np.int64), np.zeros(3, np.int64)
+    def of(
+        cls, patient: OperatedPatient, pushing: Pushing | None = None
+    ) -> "OperatedHead":
+        """Copy what differs; to be called by the thread that edits, between edits.
+
+        pushing: how tools bend it; None where they do not.
+        """
+        boxes = [patient.touched, None if pushing is None else pushing.box]
+        ends = [box for box in boxes if box is not None]
+        box = np.zeros(3, np.int64), np.zeros(3, np.int64)
+        if ends:
+            # what is cut is shown elsewhere where it is bent, but within that box
+            low, high = np.array(ends).transpose(1, 0, 2)
+            box = low.min(axis=0), high.max(axis=0)
+        shown = None if pushing is None else pushing.surface
         ct, before = patient.ct, patient.pristine_ct
         bricks = None
         if ct is not None and before is not None:
             bricks = VolumeChanges.between(before, ct.values, box)
-        return cls(FrozenSurface.of(patient.surface, box), bricks)
+        return cls(FrozenSurface.of(patient.surface, box, shown), bricks)
 
     def scene(self, before: Scene) -> Scene:
         """Return the whole scene of then, from that of the head before."""

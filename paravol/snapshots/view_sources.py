@@ -99,7 +99,7 @@ def session_views(
             for before, _, _ in samples[stepped : chosen[place] + 1]:
                 session.step(before)
             stepped = chosen[place] + 1
-            tissue = OperatedHead.of(operation.patient)
+            tissue = OperatedHead.of(operation.patient, operation.pushing)
             states[tissue.digest] = tissue
         views[place] = view_of(
             session.view(sample),

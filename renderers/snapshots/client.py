@@ -185,6 +185,7 @@ class SnapshotClient:
                 bone=self.put(surface.wounds.bone.values),
                 deep=self.put(surface.wounds.deep.values),
                 film=self._put_changes(frozen.film),
+                bent=self._put_changes(frozen.bent),
             )
         work = ScopeWork(
             distance=self.put(distance.values),

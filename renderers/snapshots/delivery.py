@@ -271,13 +271,13 @@ class Finisher:
         self, request: SnapshotRequest, work: ScopeWork, scene: Scene
     ) -> ScopeShader:
         tier = Tier.SNAPSHOT if request.image.samples == 4 else Tier.FULL
-        wounds, film = work.wounds, None
+        wounds, film, bent = work.wounds, None, None
         if wounds is not None:
-            film = wounds.film
-            wounds = msgspec.structs.replace(wounds, film=None)
+            film, bent = wounds.film, wounds.bent
+            wounds = msgspec.structs.replace(wounds, film=None, bent=None)
         head = work.distance, work.blood, work.skin, work.grid, wounds
         how = work.seed, work.blood_bias, request.deflectors
-        key, edits = msgspec.json.encode((head, how)), (work.changes, film)
+        key, edits = msgspec.json.encode((head, how)), (work.changes, film, bent)
         kept, self._kept = self._kept, None
         if kept is not None and kept.key == key and kept.edits != edits and kept.own:
             assert scene.surface is not None
@@ -298,8 +298,11 @@ class Finisher:
         return kept.shader
 
 
-_Arrays = tuple[NDArray[np.generic], NDArray[np.generic]]
-"""A distance and a film."""
+_Arrays = tuple[NDArray[np.generic], NDArray[np.generic], NDArray[np.generic]]
+"""A distance, a film and the distance before any cut."""
+
+_Edits = tuple[str | None, str | None, str | None]
+"""Digests of what differs in each of them."""
 
 
 @dataclass(slots=True)
@@ -311,19 +314,20 @@ class _KeptShader:
     """
 
     key: bytes
-    edits: tuple[str | None, str | None]
+    edits: _Edits
     shader: ScopeShader
     own: _Arrays | None
 
-    def follow(self, surface: AirSurface, edits: tuple[str | None, str | None]) -> None:
+    def follow(self, surface: AirSurface, edits: _Edits) -> None:
         """Take over what differs of a surface."""
         assert self.own is not None
         assert surface.wounds is not None
-        distance, film = self.own
+        distance, film, pristine = self.own
         changes = []
         for own, other, kind in (
             (distance, surface.distance.values, ChangeKind.CUT),
             (film, surface.wounds.film.values, ChangeKind.FILM),
+            (pristine, surface.wounds.pristine.values, ChangeKind.DENT),
         ):
             box = changed_box(own, other)
             if box is not None:
@@ -336,12 +340,15 @@ class _KeptShader:
 
 
 def _living(surface: AirSurface, wounds: Wounds) -> tuple[AirSurface, _Arrays]:
-    """Return a surface with a distance and a film of its own, and these."""
+    """Return a surface with a distance, a film and a pristine one of its own."""
     distance, film = np.array(surface.distance.values), np.array(wounds.film.values)
+    before = np.array(wounds.pristine.values)
+    pristine = wounds.pristine.with_values(before, wounds.pristine.background)
     wet = wounds.film.with_values(film, wounds.film.background)
     carved = surface.distance.with_values(distance, surface.distance.background)
-    own = replace(surface, distance=carved, wounds=replace(wounds, film=wet))
-    return own, (distance, film)
+    wounds = replace(wounds, film=wet, pristine=pristine)
+    own = replace(surface, distance=carved, wounds=wounds)
+    return own, (distance, film, before)
 
 
 def write_picture(

@@ -146,13 +146,15 @@ class WoundsSpec(_Strict, frozen=True):
 
     flesh, bone, deep: uint8 arrays of the head's grid. film: bricks of uint8 that are
     wet, as `ScopeWork.changes` has them; None for a dry head. The pristine distance is
-    the work's own.
+    the work's own, but for bent: bricks of float32 of it where tissue gave way to a
+    tool; None where none did.
     """
 
     flesh: Digest
     bone: Digest
     deep: Digest
     film: Digest | None = None
+    bent: Digest | None = None
 
 
 class ScopeWork(_Strict, frozen=True, tag="scope", tag_field="mode"):

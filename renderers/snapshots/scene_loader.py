@@ -117,7 +117,8 @@ def _wounds(
     dry = pristine.with_values(np.zeros(pristine.shape, np.uint8), 0.0)
     flesh, bone, deep = layers
     film = edited(data, dry, spec.film, "wounds.film")
-    return Wounds(pristine, flesh, bone, deep, film)
+    bent = edited(data, pristine, spec.bent, "wounds.bent")
+    return Wounds(bent, flesh, bone, deep, film)
 
 
 def scene_key(request: SnapshotRequest) -> bytes:

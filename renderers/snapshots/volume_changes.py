@@ -143,30 +143,42 @@ class FrozenSurface:
     """Hold an air surface as it was at one moment, whatever is cut out of it later.
 
     surface: the living one, of which only what never changes is read. distance: what
-    was cut by then; None where nobody operates. film: what had bled.
+    was cut by then; None where nobody operates. film: what had bled. bent: where the
+    pristine distance was shown otherwise, by tissue that gave way to a tool.
     """
 
     surface: AirSurface
     distance: VolumeChanges | None = None
     film: VolumeChanges | None = None
+    bent: VolumeChanges | None = None
 
     @classmethod
-    def of(cls, surface: AirSurface, within: Box | None = None) -> "FrozenSurface":
+    def of(
+        cls,
+        surface: AirSurface,
+        within: Box | None = None,
+        shown: AirSurface | None = None,
+    ) -> "FrozenSurface":
         """Copy the bricks that differ; to be called by whoever edits, between edits.
 
-        within: the voxels that were ever cut; None compares all.
+        within: the voxels that were ever cut, or are bent; None compares all. shown:
+        the surface as tools bend it; None where they do not.
         """
         wounds = surface.wounds
         if wounds is None:
             return cls(surface)
         film = wounds.film.values
         dry = np.broadcast_to(np.zeros((), film.dtype), film.shape)
+        shown = shown or surface
+        assert shown.wounds is not None
+        pristine, bent = wounds.pristine.values, None
+        if shown.wounds.pristine.values is not pristine:
+            bent = VolumeChanges.between(pristine, shown.wounds.pristine.values, within)
         return cls(
             surface,
-            VolumeChanges.between(
-                wounds.pristine.values, surface.distance.values, within
-            ),
+            VolumeChanges.between(pristine, shown.distance.values, within),
             VolumeChanges.between(dry, film),
+            bent,
         )
 
     def thawed(self) -> AirSurface:
@@ -177,6 +189,11 @@ class FrozenSurface:
         film = wounds.film
         dry = np.zeros(film.shape, film.values.dtype)
         distance = self.distance.applied(wounds.pristine.values)
+        pristine = wounds.pristine
+        if self.bent:
+            pristine = pristine.with_values(
+                self.bent.applied(pristine.values), pristine.background
+            )
         return replace(
             surface,
             distance=surface.distance.with_values(
@@ -184,6 +201,7 @@ class FrozenSurface:
             ),
             wounds=replace(
                 wounds,
+                pristine=pristine,
                 film=film.with_values(self.film.applied(dry), film.background),
             ),
         )
