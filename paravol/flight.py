@@ -165,6 +165,9 @@ class FlightObserver:
     def on_view_saved(self, message: str, where: str) -> None:
         """Hear that a view was saved as a file, or not, and where it is or why."""
 
+    def on_injury(self, text: str) -> None:
+        """Hear that something was hurt that must not be: what, and through what."""
+
     def on_loss(self, loss: DeviceError) -> None:
         """Hear that the device went away; it is waited for."""
 
@@ -234,6 +237,7 @@ class Flight:
         scenario, has_instrument = order.scenario, order.input.has_instrument
         before = load_patient(scenario, self._progress)
         patient, operation = operate_on(before)
+        self.hand.distance = patient.surface.distance
         observer.on_patient(patient)
         size = (order.size, order.size)
         view = build_view(
@@ -368,6 +372,7 @@ class Flight:
                 until_s=self.order.input.until_s,
                 on_frame=on_frame,
                 keeps=keeps,
+                on_injury=observer.on_injury,
             )
         except (DeviceError, TimeoutError) as error:
             note(str(error))
@@ -444,6 +449,7 @@ def save_frame_view(
         operated=mark_of(event.tissue, order.record, time_s),
         seed=SEED,
         has_instrument=True,
+        lens=event.frame.lens,
     )
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -13,12 +13,14 @@ import numpy as np
 from devices import Pose
 from paravol.inputs.pose_completer import PoseCompleter
 from paravol.inputs.pose_sources import EndedError, OrderedPoses
+from paravol.readings import injury_text
 from paravol.snapshots.operated_head import OperatedHead
 from paravol.view import EndoscopeView, Frame
 from renderers.scene import ChangeKind
 from scenarios import Sample, Session, View
 from scenarios.bundle import (
     EditRecord,
+    EventRecord,
     FrameRecord,
     PatientRecord,
     SampleRecord,
@@ -56,6 +58,10 @@ class FrameEvent:
 
 OnFrame = Callable[[FrameEvent], None]
 """Called with each finished frame, in order, not by the thread that reads poses."""
+
+
+def _unheard(text: str) -> None:
+    """Tell nobody."""
 
 
 @dataclass(slots=True)
@@ -101,16 +107,18 @@ def fly(
     until_s: float,
     on_frame: OnFrame,
     keeps: Callable[[float], bool],
+    on_injury: Callable[[str], None] = _unheard,
 ) -> Timing:
     """Fly until a sample's time reaches `until_s`, or the source says `EndedError`.
 
     Every pose is recorded and scored; each frame shows the newest one. keeps: asked
     before each frame, with its time, whether the tissue that it shows is wanted; when
-    the frame is finished it may be another. Errors of the device pass through; what was
+    the frame is finished it may be another. on_injury: called with each injury, told in
+    words, before the frame that shows it. Errors of the device pass through; what was
     recorded before is on disk.
     """
     frames = _FrameRecorder(recorder, on_frame)
-    operated = _Operated(view, recorder)
+    operated = _Operated(view, recorder, on_injury)
     with _frozen_garbage(), _settled(view), suppress(EndedError):
         number = 0
         begun = time.perf_counter()
@@ -157,9 +165,15 @@ class _Shown:
 class _Operated:
     """Show and record what came of the samples since the last frame."""
 
-    def __init__(self, view: EndoscopeView, recorder: SessionRecorder) -> None:
+    def __init__(
+        self,
+        view: EndoscopeView,
+        recorder: SessionRecorder,
+        on_injury: Callable[[str], None],
+    ) -> None:
         self._view = view
         self._recorder = recorder
+        self._on_injury = on_injury
         self._cuts = 0
         self._hashed = 0
         self._hashed_s = -HASHED_EVERY_S
@@ -172,8 +186,14 @@ class _Operated:
         changes = operation.take_changes()
         self._cuts += sum(change.kind is ChangeKind.CUT for change in changes)
         self._view.apply(changes)
+        if operation.lens is not None:
+            self._view.lens = operation.lens.state
         for edit in operation.take_edits():
             self._recorder.add(EditRecord.of(edit))
+        for injury in operation.take_injuries():
+            told = injury_text(injury)
+            self._recorder.add(EventRecord(injury.time_s, "injury", told))
+            self._on_injury(told)
         patient = operation.patient
         is_due = time_s >= self._hashed_s + HASHED_EVERY_S
         if patient.generation != self._hashed and is_due:

@@ -2,8 +2,16 @@
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
+from scenarios import InstrumentState
+from scenarios.instrument_state import NO_TOOL
+from scenarios.instruments import instrument_named
 from scenarios.scoring import PRESSURE_MM
+
+if TYPE_CHECKING:
+    # what watches for injuries loads a compiler
+    from surgery.injury import Injury
 
 NEAR_MM = 0.5
 """Clearance below which the scope is about to touch: a hand's tremor is a fifth."""
@@ -94,3 +102,31 @@ def _clock(time_s: float | None) -> str:
         return UNKNOWN
     minutes, seconds = divmod(math.floor(time_s * 10) / 10, 60.0)
     return f"{minutes:.0f}:{seconds:04.1f}"
+
+
+def injury_text(injury: "Injury") -> str:
+    """Return what was hurt, on which side and through which wall."""
+    where = injury.structure
+    if injury.side and not where.endswith(injury.side):
+        where += f", {injury.side}"
+    through = f"through the {injury.wall}" if injury.wall else "no bone there"
+    return f"{where}: {through}, by the {injury.by}"
+
+
+JAW_CLOSED, JAW_OPEN = 0.9, 0.1
+"""A jaw beyond these is called closed, or open."""
+
+
+def tool_text(state: InstrumentState) -> str:
+    """Return which tool is in hand and what it does."""
+    if state.name == NO_TOOL:
+        return "no tool"
+    tool, words = instrument_named(state.name), [state.name]
+    if tool.has_jaws:
+        ends = "half open" if state.jaw > JAW_OPEN else "open"
+        words.append("jaws " + ("closed" if state.jaw >= JAW_CLOSED else ends))
+    elif state.is_working:
+        words.append("working")
+    if tool.suction_ml_s > 0.0:
+        words.append("suction on" if state.is_sucking else "suction off")
+    return " · ".join(words)

@@ -240,6 +240,8 @@ class Replay:
         """Begin to draw a frame; the one before is finished afterwards."""
         if self._operation is not None:
             self._view.apply(self._operation.take_changes())
+            if self._operation.lens is not None:
+                self._view.lens = self._operation.lens.state
         seen = self._session.view(sample)
 
         def finish(frame: Frame) -> None:

@@ -11,7 +11,7 @@ from xxhash import xxh3_128_hexdigest
 from paravol.patient import PatientScene, Progress, no_progress
 from renderers.fsr import FuzzySetRenderer
 from renderers.scene import Change, GBuffer
-from renderers.scene.lens_state import CLEAN
+from renderers.scene.lens_state import CLEAN, LensState
 from renderers.scene.mesh import PlacedMesh
 from renderers.scene.mesh_drawing import ListedFacets
 from renderers.scene.thread_team import Errand, ThreadTeam
@@ -37,12 +37,13 @@ class Frame:
     """Hold one finished picture.
 
     pixels: ``(h, w, 3)`` uint8 sRGB.
-    gain: the camera gain it was made with.
+    gain: the camera gain it was made with. lens: what lay on the front lens.
     """
 
     pixels: NDArray[np.uint8]
     gbuffer: GBuffer
     gain: float
+    lens: LensState = CLEAN
 
     def fingerprint(self) -> str:
         """Hash the picture's bytes: 32 hexadecimal digits.
@@ -223,12 +224,12 @@ class EndoscopeView:
         _, buffer, radiance = self._lit
 
         self.settle()
-        chosen = gain
+        chosen, lens = gain, self.lens
         if chosen is None:
             chosen = self._auto_gain.follow(meter(radiance), elapsed_s)
 
         def finish(pixels: NDArray[np.uint8]) -> Frame:
-            frame = Frame(pixels, buffer, chosen)
+            frame = Frame(pixels, buffer, chosen, lens)
             if then is not None:
                 then(frame)
             return frame
@@ -240,7 +241,7 @@ class EndoscopeView:
             gain=chosen,
             frame_number=number,
             then=finish,
-            lens=self.lens,
+            lens=lens,
         )
         return self._begun
 

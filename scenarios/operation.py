@@ -20,7 +20,7 @@ from scenarios.scoring import InjuryFigure, OperationFigures
 from surgery.edit import Edit
 from surgery.film import BloodFilm, Suction
 from surgery.injury import Injury, InjuryWatch
-from surgery.lens import Lens
+from surgery.lens import NOSE_C, Lens
 from surgery.patient import OperatedPatient
 from surgery.pushing import Pushing, Rod
 from surgery.solids import ROUGH, SEED, Rows, capsule
@@ -212,6 +212,8 @@ class Operation:
                 )
                 for injury in hurt
             ],
+            0 if self.lens is None else self.lens.washes,
+            0.0 if self.lens is None else self.lens.touches_s,
         )
 
     def _watch(
@@ -264,7 +266,8 @@ class Operation:
     ) -> None:
         """Let the lens get dirty by what it touches, and be washed."""
         if self.lens is None:
-            self.lens = Lens(self.patient.surface, endoscope.diameter_mm / 2)
+            radius_mm = endoscope.diameter_mm / 2
+            self.lens = Lens(self.patient.surface, radius_mm, NOSE_C)
         washed = sample.instrument.washed
         if washed > self._washed:
             self._washed = washed

@@ -45,7 +45,8 @@ class OperationFigures:
 
     edits: cuts that took something. removed_mm3: what was taken, by tissue.
     wall_bone_mm3: of that the bone of walls, by their names. pieces_mm3: of that what
-    had become loose. bled_ml, sucked_ml: blood. injuries: in order.
+    had become loose. bled_ml, sucked_ml: blood. injuries: in order. washes: of
+    the lens. lens_touched_s: how long it touched tissue.
     """
 
     edits: int = 0
@@ -55,6 +56,8 @@ class OperationFigures:
     bled_ml: float = 0.0
     sucked_ml: float = 0.0
     injuries: list[InjuryFigure] = field(default_factory=list)
+    washes: int = 0
+    lens_touched_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

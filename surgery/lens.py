@@ -50,18 +50,20 @@ class Lens:
     washes: how often it was washed, each for `WASH_S`. Undoing a cut does not clean it.
     """
 
-    def __init__(self, surface: AirSurface, radius_mm: float) -> None:
-        """Begin with a clean, cold lens.
+    def __init__(
+        self, surface: AirSurface, radius_mm: float, start_c: float = ROOM_C
+    ) -> None:
+        """Begin with a clean lens.
 
         surface: as it is carved, with its wounds' film; both are read in place.
-        radius_mm: of the scope's tip.
+        radius_mm: of the scope's tip. start_c: temperature at first; surgeons warm it.
         """
         if not (math.isfinite(radius_mm) and radius_mm > 0):
             raise UserError(f"a scope has a positive radius, got {radius_mm} mm")
         self._surface = surface
         self._radius_mm = radius_mm
         self._soil = self._fog = self._agent = 0.0
-        self._lens_c = ROOM_C
+        self._lens_c = start_c
         self._step: int | None = None
         self._left = 0
         self.touches_s = 0.0

@@ -67,6 +67,9 @@ class _Observer(FlightObserver):
     def keeps_tissue(self, time_s: float) -> bool:
         return any(selected.wants(time_s) for selected in self.kept)
 
+    def on_injury(self, text: str) -> None:
+        self._stages.say(f"Injury: {text}.")
+
     def on_loss(self, loss: DeviceError) -> None:
         self._stages.say(f"{loss} It is waited for {LOST_PATIENCE_S:g} s.")
 

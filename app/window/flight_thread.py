@@ -23,7 +23,8 @@ from paravol.patient import PatientScene
 from paravol.session_setup import SEED
 from paravol.snapshots.moments import SnapshotRequestFactory
 from paravol.snapshots.snapshot_queue import SelectedMoment, SnapshotQueue
-from scenarios import View
+from scenarios import InstrumentState, View
+from scenarios.instrument_state import EMPTY_HAND
 
 RATE_OVER_S = 1.0
 """The frame rate is that of the last second."""
@@ -33,7 +34,7 @@ RATE_OVER_S = 1.0
 class DisplayedFrame:
     """Hold what the window shows of one frame; pixels ``(h, w, 3)`` uint8 sRGB.
 
-    cuts: see `FrameEvent`.
+    cuts: see `FrameEvent`. tool: what the second hand does.
     """
 
     pixels: NDArray[np.uint8]
@@ -42,6 +43,7 @@ class DisplayedFrame:
     pose_age_ms: float
     fps: float
     cuts: int = 0
+    tool: InstrumentState = EMPTY_HAND
 
 
 class FlightThread(QObject, FlightObserver):
@@ -65,6 +67,8 @@ class FlightThread(QObject, FlightObserver):
     """A `MomentPicture`: a kept moment's snapshot, as far as it is drawn."""
     view_kept = Signal(str, str)
     """A view was saved as a file, or not: what to say of it, and where it is or why."""
+    injured = Signal(str)
+    """Something was hurt that must not be: what, and through what."""
     away = Signal()
     """The device was unplugged; it is being looked for."""
     back = Signal(float)
@@ -161,13 +165,23 @@ class FlightThread(QObject, FlightObserver):
         time_s, gain = event.sample.time_s, event.frame.gain
         self.moment_kept.emit(time_s)
         if self._queue is not None:
-            self._queue.draw(
-                SelectedMoment(time_s, event.view, gain, event.number, event.tissue)
+            moment = SelectedMoment(
+                time_s,
+                event.view,
+                gain,
+                event.number,
+                event.tissue,
+                event.frame.lens,
             )
+            self._queue.draw(moment)
 
     def on_view_saved(self, message: str, where: str) -> None:
         """Tell the window."""
         self.view_kept.emit(message, where)
+
+    def on_injury(self, text: str) -> None:
+        """Tell the window."""
+        self.injured.emit(text)
 
     def on_loss(self, loss: DeviceError) -> None:
         """Tell the window."""
@@ -191,6 +205,7 @@ class FlightThread(QObject, FlightObserver):
             event.pose_age_ms,
             fps=(len(times) - 1) / max(now - times[0], 1e-3),
             cuts=event.cuts,
+            tool=event.sample.instrument,
         )
         with self._lock:
             was_taken = self._newest is None

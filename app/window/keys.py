@@ -23,23 +23,25 @@ _NOTCH = 120.0
 
 
 class KeyHelp(QWidget):
-    """Show keys and what they do, those of the input first."""
+    """Show keys and what they do: of the input, of the tools, of the window."""
 
-    def __init__(self, input_keys: dict[str, str]) -> None:
+    def __init__(self, input_keys: dict[str, str], tool_keys: dict[str, str]) -> None:
         super().__init__()
         table = self._table = QGridLayout(self)
         table.setContentsMargins(0, 0, 0, 0)
         table.setColumnStretch(1, 3)
         table.setColumnStretch(3, 2)
         # Side by side, or a small screen has no room for them.
-        for left, keys in ((0, input_keys), (2, WINDOW_KEYS)):
-            for row, (key, does) in enumerate(keys.items()):
-                name = QLabel(key)
-                name.setObjectName("key")
-                effect = QLabel(does)
-                effect.setWordWrap(True)
-                table.addWidget(name, row, left)
-                table.addWidget(effect, row, left + 1)
+        keys = [*input_keys.items(), *tool_keys.items(), *WINDOW_KEYS.items()]
+        rows = (len(keys) + 1) // 2
+        for place, (key, does) in enumerate(keys):
+            column, row = divmod(place, rows)
+            name = QLabel(key)
+            name.setObjectName("key")
+            effect = QLabel(does)
+            effect.setWordWrap(True)
+            table.addWidget(name, row, 2 * column)
+            table.addWidget(effect, row, 2 * column + 1)
 
     def set_scale(self, scale: float) -> None:
         """Scale the layout; 1 is the designed size."""

@@ -22,6 +22,7 @@ from app.window.keys import HandEvents
 from app.window.notices import Notices
 from app.window.side_panel import SideColumn
 from app.window.style import style_sheet
+from app.window.tool_keys import ToolKeys
 from app.window.window_size import FullScreen, first_size, scale_for
 from disk import UserError
 from paravol.flight import FlightEnd
@@ -33,6 +34,9 @@ OVERVIEW_MS = 100
 
 OVERVIEW_SHARE = 0.15
 """Largest part of the window's time for the overview, where OpenGL is software."""
+
+INJURY_S = 5.0
+"""So long an injury rings the picture."""
 
 ROLL_STEP_DEG = 5.0
 ASKED = "End this flight?"
@@ -80,6 +84,10 @@ class TraineeWindow(QMainWindow):
         self._lay_out()
         if order.input.controls is not None:
             self._hand = HandEvents(order.input.controls, self, self.picture)
+        if not order.input.has_instrument:
+            self._tools = ToolKeys(self._flight.hand, self, self._notices.notify)
+        self._injury = ""
+        self._injured_until_s = 0.0
         self._overview_due_s = 0.0
         self._is_overview_stale = True
         self._timer = QTimer(self)
@@ -94,6 +102,7 @@ class TraineeWindow(QMainWindow):
         thread.moment_kept.connect(self._on_moment)
         thread.view_kept.connect(self._on_view_kept)
         thread.pictured.connect(self._moments.show_moment)
+        thread.injured.connect(self._on_injury)
         thread.away.connect(self._on_away)
         thread.back.connect(self._on_back)
         thread.landed.connect(self._on_landed)
@@ -281,6 +290,14 @@ class TraineeWindow(QMainWindow):
     def _on_view_kept(self, said: str, where: str) -> None:
         self._notices.notify(said, where)
 
+    @Slot(str)
+    def _on_injury(self, text: str) -> None:
+        what, _, how = text.partition(": ")
+        self._injury = f"injury: {what}"
+        self._injured_until_s = time.monotonic() + INJURY_S
+        self._notices.notify(f"Injury: {what}", how)
+        self._warn()
+
     @Slot()
     def _on_away(self) -> None:
         """Leave the picture as it is and say that it is not live."""
@@ -312,7 +329,7 @@ class TraineeWindow(QMainWindow):
             self.shut()
 
     def _warn(self) -> None:
-        """Ring the picture when the scope presses on tissue or it is not live.
+        """Ring the picture when something is hurt or pressed, or it is not live.
 
         What it merely touches is only named.
         """
@@ -320,6 +337,8 @@ class TraineeWindow(QMainWindow):
         touched = "" if frame is None else frame.view.touched
         if self._readings().is_pressing:
             pressed = f"pressing: {touched}"
+        if time.monotonic() < self._injured_until_s:
+            pressed = self._injury
         self.picture.warn("not live" if self._is_away else pressed, touched)
 
     def _readings(self) -> Readings:
@@ -340,6 +359,8 @@ class TraineeWindow(QMainWindow):
     def _refresh(self) -> None:
         """Bring up to date what need not change with every frame."""
         self._gauges.show_readings(self._readings())
+        if self._frame is not None:
+            self._side.show_tool(self._frame.tool)
         self._notices.refresh()
         if self._is_overview_stale and time.monotonic() >= self._overview_due_s:
             self._draw_overview()

@@ -6,7 +6,11 @@ from app.window.keys import KeyHelp
 from app.window.moments import MomentView
 from app.window.overview_panel import OverviewView
 from app.window.slices_panel import SlicesView
+from app.window.tool_keys import TOOL_KEYS
 from paravol.flight import FlightOrder
+from paravol.readings import tool_text
+from scenarios import InstrumentState
+from scenarios.instrument_state import EMPTY_HAND
 
 
 class SideColumn(QWidget):
@@ -20,7 +24,9 @@ class SideColumn(QWidget):
         self.overview = OverviewView(scope.endoscope(), edge_samples)
         self.slices = SlicesView()
         self.moments = MomentView()
-        self._keys = KeyHelp(order.input.keys)
+        own = order.input.has_instrument
+        self._keys = KeyHelp(order.input.keys, {} if own else TOOL_KEYS)
+        self._tool = QLabel(tool_text(EMPTY_HAND))
         title = QLabel(order.scenario.title)
         title.setObjectName("title")
         title.setWordWrap(True)
@@ -31,10 +37,17 @@ class SideColumn(QWidget):
         self._column = QVBoxLayout(self)
         self._column.addWidget(title)
         self._column.addWidget(about)
+        self._column.addWidget(self._tool)
         self._column.addWidget(self.overview, 1)
         self._column.addWidget(self.slices)
         self._column.addWidget(self.moments)
         self._column.addWidget(self._keys)
+
+    def show_tool(self, tool: InstrumentState) -> None:
+        """Say which tool is in hand, and what it does."""
+        text = tool_text(tool)
+        if self._tool.text() != text:
+            self._tool.setText(text)
 
     def set_scale(self, scale: float) -> None:
         """Scale the layout; 1 is the designed size."""

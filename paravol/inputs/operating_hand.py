@@ -4,6 +4,7 @@ Whoever has one device only carries the tool beside the scope: its tip lies on t
 scope's axis, ahead of the lens, and its shaft comes from below.
 """
 
+import math
 import threading
 from dataclasses import dataclass, replace
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from devices import Pose
 from paravol.inputs.pose_completer import PoseCompleter
+from renderers.scene import Volume
 from scenarios import Endoscope, InstrumentState, Sample
 from scenarios.instrument_state import NO_TOOL
 
@@ -21,6 +23,12 @@ CLOSING_S, OPENING_S = 0.25, 0.35
 FIRST_AHEAD_MM = 14.0
 NEAREST_MM, FARTHEST_MM = 4.0, 40.0
 """Where a carried tool's tip lies before the lens: at first, at least, at most."""
+
+BITES_MM = 1.5
+"""So far into tissue a carried tool's tip reaches: it touches, and can bite."""
+
+STEP_MM = 0.2
+"""Shortest step on the way to tissue."""
 
 ASIDE_MM = 5.0
 """So far below the lens the shaft of a carried tool passes: both are 3 to 4 mm wide."""
@@ -53,8 +61,11 @@ class OperatingHand:
         self._lock = threading.Lock()
         self._jaw = 0.0
         self._last_s: float | None = None
+        self._reach_mm = math.inf
         self.world_from_device: NDArray[np.float64] = np.eye(4)
         """The registration, 4x4, once it is known."""
+        self.distance: Volume | None = None
+        """Signed air distance of the head as it is cut, mm, once that is there."""
 
     @property
     def tool(self) -> str | None:
@@ -74,9 +85,13 @@ class OperatingHand:
         self._change(is_sucking=is_on)
 
     def advance(self, by_mm: float) -> None:
-        """Move a carried tool along the scope's axis, ahead for positive values."""
+        """Move a carried tool along the scope's axis, ahead for positive values.
+
+        From where it is: what tissue holds back does not gather.
+        """
         with self._lock:
-            ahead = min(max(self._wish.ahead_mm + by_mm, NEAREST_MM), FARTHEST_MM)
+            ahead = min(self._wish.ahead_mm, self._reach_mm) + by_mm
+            ahead = min(max(ahead, NEAREST_MM), FARTHEST_MM)
             self._wish = replace(self._wish, ahead_mm=ahead)
 
     def roll(self, by_deg: float) -> None:
@@ -133,10 +148,30 @@ class OperatingHand:
         world_from_tip = self.world_from_device @ sample.device_from_tip
         camera = self._endoscope.camera(world_from_tip, sample.roll_deg, (8, 8))
         eye, _, up, forward = camera.frame
-        tip = eye + ahead_mm * forward
+        self._reach_mm = self._reach(eye, forward)
+        tip = eye + min(ahead_mm, self._reach_mm) * forward
         axis = tip - (eye - ASIDE_MM * up)
         return replace(
             sample,
             instrument_tip_mm=tip,
             instrument_pointing=axis / np.linalg.norm(axis),
         )
+
+    def _reach(self, eye: NDArray[np.float64], forward: NDArray[np.float64]) -> float:
+        """Return how far ahead of the lens a tip may be: a bite deep in tissue, mm."""
+        distance = self.distance
+        if distance is None or not np.all(np.isfinite(eye + forward)):
+            return math.inf
+        matrix = distance.voxel_from_world
+        start, along = matrix[:3, :3] @ eye + matrix[:3, 3], matrix[:3, :3] @ forward
+        at_mm = before_mm = before = 0.0
+        while at_mm < FARTHEST_MM:
+            here = distance.at_voxel(start + at_mm * along)
+            if here >= 0.0:
+                if before < 0.0:
+                    share = before / (before - here)
+                    at_mm = before_mm + share * (at_mm - before_mm)
+                return at_mm + BITES_MM
+            before_mm, before = at_mm, here
+            at_mm += max(-here, STEP_MM)
+        return math.inf

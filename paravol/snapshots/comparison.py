@@ -176,6 +176,7 @@ def splatted(
             gain,
             look.frame_number,
             [Caster.of(mesh, pose) for mesh, pose in tools],
+            look.lens,
         )
     return pixels
 

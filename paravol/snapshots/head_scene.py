@@ -153,7 +153,7 @@ class HeadScene:
             gain=look.gain,
             frame_number=look.frame_number,
             **options,
-        )
+        ).through(look.lens)
 
 
 LONGEST_S = 86_400.0

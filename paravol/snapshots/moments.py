@@ -9,6 +9,7 @@ from paravol.snapshots.operated_head import OperatedHead
 from paravol.snapshots.rendering_service import running_worker
 from paravol.view import Frame
 from renderers.scene import AirSurface, save_png
+from renderers.scene.lens_state import CLEAN, LensState
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.request import SnapshotRequest
 from scenarios import Moment, View
@@ -81,11 +82,12 @@ class SnapshotRequestFactory:
         gain: float,
         number: int,
         tissue: OperatedHead | None = None,
+        lens: LensState = CLEAN,
         progressive: bool = False,
     ) -> SnapshotRequest:
         """Request a view, exposed and with the grain of the live frame of a number.
 
-        tissue: as that frame shows it; None for as it is now.
+        tissue: as that frame shows it; None for as it is now. lens: of that frame.
         """
         tools = []
         if self.has_instrument:
@@ -100,7 +102,7 @@ class SnapshotRequestFactory:
             frame_number=number,
             instruments=tools,
             progressive=progressive,
-        )
+        ).through(lens)
 
 
 def take_snapshots(
@@ -130,6 +132,7 @@ def take_snapshots(
             gain=frame.gain,
             number=selected.number,
             tissue=selected.tissue,
+            lens=frame.lens,
         )
         jobs.append((client.submit(request), selected, frame))
     reports = []

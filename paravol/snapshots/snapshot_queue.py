@@ -19,6 +19,7 @@ from paravol.snapshots.operated_head import OperatedHead
 from paravol.snapshots.rendering_service import Worker, running_worker
 from paravol.snapshots.spool_folder import own_spool
 from renderers.scene import save_png
+from renderers.scene.lens_state import CLEAN, LensState
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.growing import GrowingPicture
 from scenarios import View
@@ -31,7 +32,7 @@ PATIENCE_S = 10.0
 class SelectedMoment:
     """Name a frame of the flight that is wanted at high quality.
 
-    tissue: as the frame shows it; None where nobody operates.
+    tissue: as the frame shows it; None where nobody operates. lens: of the frame.
     """
 
     time_s: float
@@ -39,6 +40,7 @@ class SelectedMoment:
     gain: float
     number: int
     tissue: OperatedHead | None = None
+    lens: LensState = CLEAN
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,6 +150,7 @@ class SnapshotQueue(Closing):
             gain=moment.gain,
             number=moment.number,
             tissue=moment.tissue,
+            lens=moment.lens,
             progressive=True,
         )
         size = request.image.width, request.image.height

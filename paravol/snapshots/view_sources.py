@@ -25,6 +25,7 @@ from paravol.snapshots.view_file import (
     ViewCamera,
     ViewFile,
 )
+from renderers.scene.lens_state import CLEAN, LensState
 from renderers.snapshots.request import ProjectionName, Row
 from scenarios import Sample, Scenario, View, load_scenario
 from scenarios.bundle import FrameRecord, SampleRecord, read_session
@@ -93,7 +94,7 @@ def session_views(
     stepped = 0
     for place in np.argsort(chosen, kind="stable").tolist():
         sample, gain, number = samples[chosen[place]]
-        tissue = None
+        tissue, lens = None, CLEAN
         if operation is not None:
             # a frame shows the head as the samples up to its own had left it
             for before, _, _ in samples[stepped : chosen[place] + 1]:
@@ -101,6 +102,8 @@ def session_views(
             stepped = chosen[place] + 1
             tissue = OperatedHead.of(operation.patient, operation.pushing)
             states[tissue.digest] = tissue
+            assert operation.lens is not None
+            lens = operation.lens.state
         views[place] = view_of(
             session.view(sample),
             scenario,
@@ -110,6 +113,7 @@ def session_views(
             operated=mark_of(tissue, folder, sample.time_s),
             seed=info.seed,
             has_instrument=info.has_instrument or info.operated,
+            lens=lens,
         )
     seen = HeadScene(head_before.scene, patient.surface_sha256, states)
     return seen, [view for view in views if view is not None]
@@ -188,6 +192,7 @@ def view_of(
     operated: OperatedMark | None = None,
     seed: int = SEED,
     has_instrument: bool = False,
+    lens: LensState = CLEAN,
 ) -> ViewFile:
     """Describe a view of a session, so that it can be saved and drawn later."""
     head: Head = PhantomHead(scenario.head.seed, scenario.head.spacing_mm)
@@ -206,7 +211,13 @@ def view_of(
         camera=ViewCamera.of(view.camera),
         size_px=(view.camera.width, view.camera.height),
         look=ScopeLook(
-            scenario.scope.ring_radius_mm, seed=seed, gain=gain, frame_number=number
+            scenario.scope.ring_radius_mm,
+            seed=seed,
+            gain=gain,
+            frame_number=number,
+            soil=lens.soil,
+            fog=lens.fog,
+            soil_seed=lens.seed,
         ),
         instruments=tools,
         surface_sha256=patient.surface_sha256,

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.scene import Camera, GBuffer
+from renderers.scene.lens_state import CLEAN, LensState
 from renderers.shading.camera.camera_pass import CameraPass
 from renderers.shading.capsules import Caster
 from renderers.shading.illumination import ScopeLight
@@ -56,11 +57,13 @@ def scope_picture(
     gain: float | None = None,
     frame_number: int = 0,
     casters: Sequence[Caster] = (),
+    lens: LensState = CLEAN,
 ) -> tuple[NDArray[np.uint8], float]:
     """Return the sRGB picture ``(h, w, 3)`` uint8 of `camera`, and its gain.
 
     The G-buffer has the camera's size times ``shader.tier.supersampling``: render it
     with ``camera.with_size(...)`` of that size. casters: see `ScopeShader.shade`.
+    lens: what lies on the front lens.
     """
     factor = shader.tier.supersampling
     fine = camera
@@ -76,7 +79,7 @@ def scope_picture(
         radiance = downsample_radiance(radiance)
         gbuffer = downsample_gbuffer(gbuffer)
     return camera_pass.finish(
-        radiance, gbuffer, camera, gain=gain, frame_number=frame_number
+        radiance, gbuffer, camera, gain=gain, frame_number=frame_number, lens=lens
     )
 
 

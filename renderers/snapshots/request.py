@@ -27,6 +27,7 @@ from renderers.scene.deflection import (
     Scaling,
     Translation,
 )
+from renderers.scene.lens_state import LensState
 
 LARGEST_REQUEST = 256 * 1024
 """Bytes of a request, at most; arrays travel beside it."""
@@ -306,6 +307,15 @@ class SnapshotRequest(_Strict, frozen=True):
             Projection[camera.projection.upper()],
             Distortion(*camera.distortion),
         )
+
+    def through(self, lens: LensState) -> "SnapshotRequest":
+        """Return the same as it is seen through a lens on which something lies."""
+        if lens.is_clean or not isinstance(self.work, ScopeWork):
+            return self
+        work = msgspec.structs.replace(
+            self.work, soil=lens.soil, fog=lens.fog, soil_seed=lens.seed
+        )
+        return msgspec.structs.replace(self, work=work)
 
     def to_quality(self) -> Quality:
         """Build the quality with its replacements."""
