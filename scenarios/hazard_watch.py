@@ -111,6 +111,10 @@ class HazardWatch:
                 tool = min((old.instrument_mm, old.instrument_s), tool, key=_distance)
             self._nearest[name] = HazardApproach(*tip, *shaft, *tool)
 
+    def copy(self) -> "HazardWatch":
+        """Return a watch that knows the same and goes on by itself."""
+        return HazardWatch(dict(self._nearest))
+
     def approaches(self) -> dict[str, HazardApproach]:
         """Return the nearest approaches so far, by hazard."""
         return dict(self._nearest)

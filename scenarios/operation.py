@@ -6,6 +6,7 @@ machine steps them and however fast.
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +19,11 @@ from scenarios.instruments.catalogue import Action, Instrument, instrument_named
 from scenarios.sample import Sample, tool_frame
 from scenarios.scoring import InjuryFigure, OperationFigures
 from surgery.edit import Edit
-from surgery.film import BloodFilm, Suction
-from surgery.injury import Injury, InjuryWatch
-from surgery.lens import NOSE_C, Lens
-from surgery.patient import OperatedPatient
-from surgery.pushing import Pushing, Rod
+from surgery.film import BloodFilm, FilmState, Suction
+from surgery.injury import Injury, InjuryState, InjuryWatch
+from surgery.lens import NOSE_C, Lens, LensFreeze
+from surgery.patient import OperatedPatient, PatientState
+from surgery.pushing import Pushing, PushingState, Rod
 from surgery.solids import ROUGH, SEED, Rows, capsule
 
 CLOSED, OPEN = 0.9, 0.5
@@ -80,6 +81,26 @@ class _Cutting:
         elapsed_s = time_s - self.seen_s
         moved_mm = float(np.linalg.norm(frame[:3, 3] - self.seen[:3, 3]))
         return elapsed_s <= ABSENT_S and moved_mm <= FASTEST_MM_S * elapsed_s
+
+
+@dataclass(frozen=True, slots=True)
+class OperationState:
+    """Hold an operation between two samples: each part's state, and the hand's.
+
+    hand: the values of `_HAND` by name.
+    """
+
+    patient: PatientState
+    pushing: PushingState
+    film: FilmState
+    injuries: InjuryState | None
+    lens: LensFreeze | None
+    cutting: _Cutting | None
+    hand: dict[str, Any]
+
+
+_HAND = "_strokes", "_undone", "_washed", "_widest", "_held", "_pushed"
+"""What an operation knows of the hand, in fields whose values never change."""
 
 
 @dataclass(slots=True)
@@ -156,6 +177,47 @@ class Operation:
         self._push(sample)
         self._bleed(sample)
         self._soil(sample, world_from_tip, endoscope)
+
+    def freeze(self) -> OperationState:
+        """Return all that later samples may change; to be called between samples."""
+        return OperationState(
+            self.patient.freeze(),
+            self.pushing.freeze(),
+            self.film.freeze(),
+            None if self.injuries is None else self.injuries.freeze(),
+            None if self.lens is None else self.lens.freeze(),
+            None if self._cutting is None else replace(self._cutting),
+            {name: getattr(self, name) for name in _HAND},
+        )
+
+    def restore(self, state: OperationState, endoscope: Endoscope) -> None:
+        """Go back, or on, to a state of this operation; the changes say where it shows.
+
+        Edits and injuries that nobody took are forgotten.
+        """
+        change = self.patient.restore(state.patient)
+        bent = self.pushing.restore(state.pushing, self.patient.generation + 1)
+        if change is not None:
+            self.changes.append(self.pushing.follow(change))
+        if bent is not None:
+            self.patient.generation = bent.generation
+            self.changes.append(bent)
+        self.film.restore(state.film)
+        self._draw_film()
+        if self.injuries is not None and state.injuries is not None:
+            self.injuries.restore(state.injuries)
+        self.lens = None
+        if state.lens is not None:
+            self.lens = self._lens_of(endoscope)
+            self.lens.restore(state.lens)
+        self._cutting = None if state.cutting is None else replace(state.cutting)
+        for name, value in state.hand.items():
+            setattr(self, name, value)
+        self.edits, self.hurt = [], []
+
+    def _lens_of(self, endoscope: Endoscope) -> Lens:
+        radius_mm = endoscope.diameter_mm / 2
+        return Lens(self.patient.surface, radius_mm, NOSE_C)
 
     def _operate(self, sample: Sample) -> None:
         """Let the tool take what it takes."""
@@ -253,6 +315,10 @@ class Operation:
                 suction = Suction(middle, radius + SUCKED_MM, flow)
         self.film.suck(suction)
         self.film.advance(sample.time_s)
+        self._draw_film()
+
+    def _draw_film(self) -> None:
+        """Tell where the film was drawn anew."""
         box = self.film.drawn_box()
         if box is not None:
             self.patient.generation += 1
@@ -266,8 +332,7 @@ class Operation:
     ) -> None:
         """Let the lens get dirty by what it touches, and be washed."""
         if self.lens is None:
-            radius_mm = endoscope.diameter_mm / 2
-            self.lens = Lens(self.patient.surface, radius_mm, NOSE_C)
+            self.lens = self._lens_of(endoscope)
         washed = sample.instrument.washed
         if washed > self._washed:
             self._washed = washed

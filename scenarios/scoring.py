@@ -1,7 +1,7 @@
 """What a flight was worth, from geometry alone; pictures are never read."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -157,6 +157,15 @@ class Scorer:
         for name, position in self.targets.items():
             distance = _length(tip_mm - position)
             self._nearest[name] = min(self._nearest.get(name, distance), distance)
+
+    def copy(self) -> "Scorer":
+        """Return a scorer that knows the same samples and goes on by itself."""
+        return replace(
+            self,
+            _touched=dict(self._touched),
+            _nearest=dict(self._nearest),
+            _hazards=self._hazards.copy(),
+        )
 
     def score(self) -> Score:
         """Return the score so far."""

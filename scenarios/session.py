@@ -22,7 +22,7 @@ from scenarios.structures import TISSUE, Structures
 
 if TYPE_CHECKING:
     # what edits a patient loads a compiler
-    from scenarios.operation import Operation
+    from scenarios.operation import Operation, OperationState
 
 SHAFT_CHECKED_MM = 110.0
 """Length of shaft that is kept clear of tissue: the whole nasal passage (the
@@ -57,6 +57,15 @@ class _Placed:
     gap_mm: float
     touched: str
     hazards: HazardGaps | None
+
+
+@dataclass(frozen=True, slots=True)
+class SessionState:
+    """Hold a session between two samples; see `Session.freeze`."""
+
+    scorer: Scorer
+    stepped: tuple[Sample, _Placed] | None
+    operation: "OperationState | None"
 
 
 class Session:
@@ -103,6 +112,18 @@ class Session:
             sample.time_s, tip_mm, placed.gap_mm, placed.touched, placed.hazards
         )
         self._stepped = sample, placed
+
+    def freeze(self) -> SessionState:
+        """Return all that later samples may change, the patient's tissue included."""
+        operation = None if self.operation is None else self.operation.freeze()
+        return SessionState(self._scorer.copy(), self._stepped, operation)
+
+    def restore(self, state: SessionState) -> None:
+        """Go back, or on, to a state of this session."""
+        self._scorer = state.scorer.copy()
+        self._stepped = state.stepped
+        if self.operation is not None and state.operation is not None:
+            self.operation.restore(state.operation, self.endoscope)
 
     def view(self, sample: Sample) -> View:
         """Return the view of a sample without scoring it."""

@@ -8,7 +8,7 @@ was sucked off or got out, to the last unit. Undoing a cut does not undo the blo
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -117,6 +117,10 @@ class FilmBooks:
     sucked: int = 0
     left: NDArray[np.int64] = field(default_factory=lambda: np.zeros(4, np.int64))
 
+    def copy(self) -> "FilmBooks":
+        """Return books that no later step touches."""
+        return replace(self, bled=self.bled.copy(), left=self.left.copy())
+
     @property
     def bled_ml(self) -> float:
         """Return all blood that was lost by the vessels, mL."""
@@ -152,6 +156,15 @@ class _Sources:
     rates: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
     emitted: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
+    def copy(self) -> "_Sources":
+        return _Sources(
+            self.voxel.copy(),
+            self.kind.copy(),
+            self.started.copy(),
+            self.rates.copy(),
+            self.emitted.copy(),
+        )
+
     def keep(self, rows: NDArray[np.bool_]) -> None:
         for name in ("voxel", "kind", "started", "rates", "emitted"):
             setattr(self, name, getattr(self, name)[rows])
@@ -169,6 +182,24 @@ class _Sources:
         self.started = np.concatenate([self.started, np.full(count, step, np.int64)])
         self.rates = np.concatenate([self.rates, rates])
         self.emitted = np.concatenate([self.emitted, np.zeros(count, np.int64)])
+
+
+@dataclass(frozen=True, slots=True)
+class FilmState:
+    """Hold all blood of one moment: some 200 bytes a wet cell.
+
+    cells: rows in use of each array. drawn: flat voxels and what was drawn there.
+    reached: box of all that was ever drawn.
+    """
+
+    cells: tuple[NDArray[Any], ...]
+    sources: _Sources
+    books: FilmBooks
+    arteries: dict[tuple[str, str], int]
+    step: int | None
+    suction: Suction | None
+    drawn: tuple[NDArray[np.int64], NDArray[np.int32]]
+    reached: NDArray[np.int64]
 
 
 class BloodFilm:
@@ -242,6 +273,7 @@ class BloodFilm:
         self._step: int | None = None
         self._suction: Suction | None = None
         self._box = _no_box()
+        self._reached = _no_box()
 
     @property
     def wet_cells(self) -> int:
@@ -310,8 +342,51 @@ class BloodFilm:
         if box[3] < box[0]:
             return None
         top = np.array(self._volume.shape[::-1]) - 1
+        self._reached = _joined(self._reached, box)
         self._box = _no_box()
         return np.maximum(box[:3], 0), np.minimum(box[3:], top)
+
+    def freeze(self) -> FilmState:
+        """Return all that later steps may change."""
+        count = self.wet_cells
+        reached = _joined(self._reached, self._box)
+        drawn = self._drawn_voxels(reached)
+        return FilmState(
+            tuple(array[:count].copy() for array in _rows(self._cells)),
+            self._sources.copy(),
+            self.books.copy(),
+            dict(self.arteries),
+            self._step,
+            self._suction,
+            (drawn, self._spread[drawn]),
+            reached,
+        )
+
+    def restore(self, state: FilmState) -> None:
+        """Make the blood what it was; the next `drawn_box` tells where that shows."""
+        before = _joined(self._reached, self._box)
+        wet = self._drawn_voxels(before)
+        film = self._film.reshape(-1)
+        self._spread[wet] = 0
+        film[wet] = 0
+        self._slot[self._cells.voxel[: self.wet_cells]] = 0
+        count = len(state.cells[0])
+        while len(self._cells.voxel) < 2 * count:
+            self._cells = _empty_cells(2 * len(self._cells.voxel), self._slot)
+        cells = self._cells
+        for array, then in zip(_rows(cells), state.cells, strict=True):
+            array[:count] = then
+        cells.used[0] = count
+        self._slot[cells.voxel[:count]] = np.arange(1, count + 1)
+        drawn, spread = state.drawn
+        self._spread[drawn] = spread
+        film[drawn] = np.minimum(spread >> 4, 255)
+        self._sources = state.sources.copy()
+        self.books = state.books.copy()
+        self.arteries = dict(state.arteries)
+        self._step, self._suction = state.step, state.suction
+        self._box = _joined(before, state.reached)
+        self._reached = state.reached.copy()
 
     def hash(self) -> str:
         """Return 32 hexadecimal digits of the wet cells and the books."""
@@ -381,6 +456,15 @@ class BloodFilm:
             self._film,
             self._box,
         )
+
+    def _drawn_voxels(self, box: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the flat voxels of a box on which anything is drawn."""
+        _, ny, nx = shape = self._volume.shape
+        low, high = np.maximum(box[:3], 0), np.maximum(box[3:] + 1, 0)
+        here = tuple(slice(low[a], high[a]) for a in (2, 1, 0))
+        k, j, i = np.nonzero(self._spread.reshape(shape)[here])
+        flat: NDArray[np.int64] = ((k + low[2]) * ny + j + low[1]) * nx + i + low[0]
+        return flat
 
     def _make_room(self) -> None:
         """Keep as many free rows as a step may take, at the least."""
@@ -523,6 +607,12 @@ def _scatter(voxels: NDArray[np.int64]) -> NDArray[np.float64]:
 
 def _no_box() -> NDArray[np.int64]:
     return np.array([1 << 30] * 3 + [-1] * 3, np.int64)
+
+
+def _joined(a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the box around two, each first and last voxel."""
+    low, high = np.minimum(a[:3], b[:3]), np.maximum(a[3:], b[3:])
+    return np.concatenate([low, high])
 
 
 def _rows(cells: Cells) -> list[NDArray[Any]]:

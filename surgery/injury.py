@@ -107,6 +107,19 @@ class _Tool:
     open: dict[str, int] = field(default_factory=dict)
     """Of each hazard that it is in, the number of the injury."""
 
+    def copy(self) -> "_Tool":
+        states = {name: state.copy() for name, state in self.states.items()}
+        return replace(self, states=states, open=dict(self.open))
+
+
+@dataclass(frozen=True, slots=True)
+class InjuryState:
+    """Hold injuries, nearest approaches and where the tools were; see `InjuryWatch`."""
+
+    tools: dict[str, _Tool]
+    injuries: tuple[Injury, ...]
+    nearest: dict[str, Approach | None]
+
 
 class InjuryWatch:
     """Watch tools and cuts; keep every injury and each structure's nearest approach."""
@@ -206,6 +219,21 @@ class InjuryWatch:
         before.time_s, before.capsules = time_s, rows
         self._tools[by] = before
         return tuple(found)
+
+    def freeze(self) -> InjuryState:
+        """Return all that later samples may change."""
+        return InjuryState(
+            {by: tool.copy() for by, tool in self._tools.items()},
+            tuple(self._injuries),
+            {name: hazard.nearest for name, hazard in self._hazards.items()},
+        )
+
+    def restore(self, state: InjuryState) -> None:
+        """Forget what was found since."""
+        self._tools = {by: tool.copy() for by, tool in state.tools.items()}
+        self._injuries = list(state.injuries)
+        for name, hazard in self._hazards.items():
+            hazard.nearest = state.nearest[name]
 
     def leave(self, by: str) -> None:
         """Hear that a tool is no longer there; where it comes back it comes anew."""

@@ -6,6 +6,7 @@ hides a third of the picture at once; washing takes two seconds.
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +44,20 @@ BLOOD_PER_S = 6.0
 THICK_MM = 0.5
 
 
+@dataclass(frozen=True, slots=True)
+class LensFreeze:
+    """Hold what is on a lens, how warm it is and what was counted, see `Lens`."""
+
+    soil: float
+    fog: float
+    agent: float
+    lens_c: float
+    step: int | None
+    left: int
+    touches_s: float
+    washes: int
+
+
 class Lens:
     """Follow a scope's front lens through an operation.
 
@@ -73,6 +88,25 @@ class Lens:
     def state(self) -> LensState:
         """Return what lies on the lens now."""
         return LensState(self._soil, self._fog, self.washes)
+
+    def freeze(self) -> LensFreeze:
+        """Return all that later samples may change."""
+        return LensFreeze(
+            self._soil,
+            self._fog,
+            self._agent,
+            self._lens_c,
+            self._step,
+            self._left,
+            self.touches_s,
+            self.washes,
+        )
+
+    def restore(self, state: LensFreeze) -> None:
+        """Make the lens what it was."""
+        self._soil, self._fog, self._agent = state.soil, state.fog, state.agent
+        self._lens_c, self._step, self._left = state.lens_c, state.step, state.left
+        self.touches_s, self.washes = state.touches_s, state.washes
 
     def wash(self) -> None:
         """Begin to wash, at the pedal or key; nothing where that goes on already."""

@@ -6,7 +6,7 @@ nothing, and the same cut in one step or in a thousand leaves the same patient.
 """
 
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +77,10 @@ class Books:
             found[name] = found.get(name, 0.0) + self.mm3(int(self.by_wall[n]))
         return found
 
+    def copy(self) -> "Books":
+        """Return books that no later edit touches."""
+        return replace(self, by_label=self.by_label.copy(), by_wall=self.by_wall.copy())
+
     def add(self, other: "Books", sign: int = 1) -> None:
         """Add what others count, or take it away again."""
         self.by_label += sign * other.by_label
@@ -97,6 +101,23 @@ class _Before:
     @property
     def bytes(self) -> int:
         return 14 * len(self.voxels) + 4096 + self.edit.solids.nbytes
+
+
+@dataclass(frozen=True, slots=True)
+class PatientState:
+    """Hold what differs from the pristine head at one moment: 18 bytes a voxel.
+
+    voxels: flat numbers. distance, fills: there. books, undo, edits, touched: see
+    `OperatedPatient`; what can be undone is shared with the patient.
+    """
+
+    voxels: NDArray[np.int64]
+    distance: NDArray[np.float32]
+    fills: tuple[NDArray[np.uint16], ...]
+    books: Books
+    undo: tuple[_Before, ...]
+    edits: int
+    touched: tuple[NDArray[np.int64], NDArray[np.int64]] | None
 
 
 class OperatedPatient:
@@ -140,19 +161,10 @@ class OperatedPatient:
         self.surface = AirSurface(carved, surface.blood, surface.skin, wounds)
         self.fill = np.empty(distance.shape, np.uint16)
         self._spacing = float(distance.spacing_mm.max())
-        fill_all(distance.values, 1.0 / self._spacing, self.fill)
         flesh, bone = np.empty_like(self.fill), np.empty_like(self.fill)
         self._thickness = layers.table()
-        share_out(
-            distance.values,
-            layers.wall.values,
-            self._thickness,
-            0.5 * self._spacing,
-            self.fill,
-            flesh,
-            bone,
-        )
         self._fills = self.fill, flesh, bone
+        self._fill_up(distance.values, layers.wall.values, self._fills)
         self.books = Books(float(np.prod(distance.spacing_mm)))
         self.ct = None
         if ct is not None:
@@ -285,6 +297,50 @@ class OperatedPatient:
         self._follow(low, high)
         return Change(self.generation, low, high)
 
+    def freeze(self) -> PatientState:
+        """Return all that later edits may change."""
+        voxels = self._cut_voxels()
+        return PatientState(
+            voxels,
+            self._distance.reshape(-1)[voxels],
+            tuple(fill.reshape(-1)[voxels] for fill in self._fills),
+            self.books.copy(),
+            tuple(self._undo),
+            self.edits,
+            self.touched,
+        )
+
+    def restore(self, state: PatientState) -> Change | None:
+        """Make the patient what it was; None where it never differed.
+
+        The generation goes on, so that whoever follows the patient notices.
+        """
+        here = self.touched
+        if state.touched is not None:
+            self._extend(*state.touched)
+            here = self.touched
+        voxels = self._cut_voxels()
+        pristine = self.pristine.distance.values.reshape(-1)
+        self._distance.reshape(-1)[voxels] = pristine[voxels]
+        # as rows of one voxel, the fills of which were never kept
+        distance = np.ascontiguousarray(pristine[voxels]).reshape(1, 1, -1)
+        wall = self.layers.wall.values.reshape(-1)[voxels].reshape(1, 1, -1)
+        first = tuple(np.empty(distance.shape, np.uint16) for _ in self._fills)
+        self._fill_up(distance, wall, first)
+        self._distance.reshape(-1)[state.voxels] = state.distance
+        for fill, full, then in zip(self._fills, first, state.fills, strict=True):
+            fill.reshape(-1)[voxels] = full.reshape(-1)
+            fill.reshape(-1)[state.voxels] = then
+        self.books = state.books.copy()
+        self._undo = deque(state.undo)
+        self._undo_bytes = sum(step.bytes for step in state.undo)
+        self.edits, self.touched = state.edits, state.touched
+        if here is None:
+            return None
+        self.generation += 1
+        self._follow(*here)
+        return Change(self.generation, *here)
+
     @property
     def pristine_ct(self) -> NDArray[np.generic] | None:
         """Return the CT numbers before any cut; None where none were given."""
@@ -300,6 +356,30 @@ class OperatedPatient:
         digest = xxh3_128(self._distance.data)
         digest.update(self.fill.data)
         return digest.hexdigest()
+
+    def _cut_voxels(self) -> NDArray[np.int64]:
+        """Return the flat numbers of voxels whose distance is not the pristine one."""
+        if self.touched is None:
+            return np.zeros(0, np.int64)
+        low, high = self.touched
+        here = tuple(slice(low[a], high[a] + 1) for a in (2, 1, 0))
+        differs = self._distance[here] != self.pristine.distance.values[here]
+        k, j, i = np.nonzero(differs)
+        _, ny, nx = self._distance.shape
+        voxels: NDArray[np.int64] = ((k + low[2]) * ny + j + low[1]) * nx + i + low[0]
+        return voxels
+
+    def _fill_up(
+        self,
+        distance: NDArray[np.float32],
+        wall: NDArray[np.uint8],
+        fills: tuple[NDArray[np.uint16], ...],
+    ) -> None:
+        """Find the three fills of tissue that is whole."""
+        fill, flesh, bone = fills
+        fill_all(distance, 1.0 / self._spacing, fill)
+        half = 0.5 * self._spacing
+        share_out(distance, wall, self._thickness, half, fill, flesh, bone)
 
     def _box(self, solids: solid.Rows, reach_mm: float) -> NDArray[np.int64]:
         """Return voxels around solids: i0 j0 k0 i1 j1 k1, ends excluded."""

@@ -112,6 +112,16 @@ class _Spring:
     since_s: float
 
 
+@dataclass(frozen=True, slots=True)
+class PushingState:
+    """Hold what is bent at one moment: what stays, and what is held or springs back."""
+
+    shifts: NDArray[np.float64]
+    held: Dent
+    springing: Dent
+    spring: _Spring | None
+
+
 class Pushing:
     """Bend what is shown of a patient, by recorded samples of tools alone.
 
@@ -181,6 +191,23 @@ class Pushing:
             low=np.minimum(change.low, bent.low),
             high=np.maximum(change.high, bent.high),
         )
+
+    def freeze(self) -> PushingState:
+        """Return what is bent now."""
+        return PushingState(
+            self.shifts.copy(), self._held, self._springing, self._spring
+        )
+
+    def restore(self, state: PushingState, generation: int) -> Change | None:
+        """Show what was bent then; returns what is shown otherwise, None if nothing."""
+        boxes = [self._box_of(self._held), self._box_of(self._springing)]
+        boxes += [self._ball(shift) for shift in self.shifts]
+        self.shifts = state.shifts.copy()
+        self._held, self._springing = state.held, state.springing
+        self._spring = state.spring
+        boxes += [self._box_of(self._held), self._box_of(self._springing)]
+        boxes += [self._ball(shift) for shift in self.shifts]
+        return self._bend(_union(boxes), generation, ChangeKind.DENT)
 
     def release(self, generation: int) -> Change | None:
         """Put everything back to rest, also what would stay."""
