@@ -35,9 +35,39 @@ def fill_all(distance: Floats, per_mm: float, fill: Fill) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _share(low: float, high: float, upper: float) -> float:
-    """Return the share of an interval of depths that lies above `upper`."""
-    return min(max((upper - low) / (high - low), 0.0), 1.0)
+def _share(low: float, high: float, peak: float, upper: float) -> float:
+    """Return the share of a voxel's tissue that lies above `upper`.
+
+    Depths are even between `low` and `high`, and folded back at `peak`: what lies
+    beyond the middle of a wall belongs to its other side. Less than 0 is air.
+    """
+    top, first, second = min(high, peak), max(low, 0.0), max(2.0 * peak - high, 0.0)
+    whole = top - first
+    above = min(max(upper - first, 0.0), whole)
+    if high > peak:
+        whole += peak - second
+        above += min(max(upper - second, 0.0), peak - second)
+    return above / max(whole, 1e-6)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _peak(distance: Floats, k: int, j: int, i: int, h: float) -> float:
+    """Return how deep a wall is in its middle, if that is near a voxel.
+
+    Along the axis that crosses the wall the depth is a tent. Its slope is that to the
+    shallower neighbour; the deeper one stands on the same side or on the other.
+    """
+    nz, ny, nx = distance.shape
+    here = distance[k, j, i]
+    slope, deeper = -1.0, 0.0
+    for axis in range(3):
+        a, b, c = int(axis == 0), int(axis == 1), int(axis == 2)
+        before = distance[max(k - c, 0), max(j - b, 0), max(i - a, 0)]
+        after = distance[min(k + c, nz - 1), min(j + b, ny - 1), min(i + a, nx - 1)]
+        falls = here - min(before, after)
+        if falls > slope:
+            slope, deeper = falls, max(before, after)
+    return max(here, 0.5 * (here + deeper + min(slope, h)))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -53,15 +83,19 @@ def share_out(
     for k in range(distance.shape[0]):
         for j in range(distance.shape[1]):
             for i in range(distance.shape[2]):
+                full = int(fill[k, j, i])
                 depth, row = distance[k, j, i], wall[k, j, i]
                 mucosa, thick = layers[row, 0], layers[row, 1]
-                low = max(depth - half, 0.0)
-                high = max(depth + half, low + 1e-6)
-                full = int(fill[k, j, i])
-                first = math.floor(full * _share(low, high, mucosa) + 0.5)
-                both = math.floor(full * _share(low, high, mucosa + thick) + 0.5)
+                flesh[k, j, i] = bone[k, j, i] = 0
+                if full == 0 or depth - half >= mucosa + thick:
+                    continue
+                peak = _peak(distance, k, j, i, 2.0 * half)
+                low, high = depth - half, depth + half
+                outer = _share(low, high, peak, mucosa)
+                both = _share(low, high, peak, mucosa + thick)
+                first = math.floor(full * outer + 0.5)
                 flesh[k, j, i] = first
-                bone[k, j, i] = both - first
+                bone[k, j, i] = math.floor(full * both + 0.5) - first
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -1,6 +1,7 @@
 """A patient whose tissue comes away: exact books, no drift, everything undone."""
 
 import math
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -17,6 +18,7 @@ from surgery.edit import Edit, Taker
 from surgery.patient import OperatedPatient
 from tests.surgery.heads import (
     PAPYRACEA,
+    SHAPE,
     H,
     floor_at,
     soft_patient,
@@ -147,6 +149,34 @@ def test_a_plate_thinner_than_a_voxel_is_counted_by_its_thickness() -> None:
     exact = chord.sum() * 0.02**2
     assert edit.bone_mm3["lamina papyracea"] == pytest.approx(exact, rel=0.05)
     assert edit.taken_mm3["lamina papyracea"] == edit.bone_mm3["lamina papyracea"]
+
+
+@given(
+    st.floats(0.6, 3.0),
+    st.floats(7.0, 8.0),
+    st.floats(-0.45, 0.45),
+    st.floats(-0.45, 0.45),
+)
+@settings(max_examples=25)
+def test_a_wall_between_two_airs_has_its_bone_once(
+    wide_mm: float, middle_mm: float, tilt_y: float, tilt_x: float
+) -> None:
+    kind = replace(PAPYRACEA, mucosa_mm=0.2, bone_mm=0.4)
+    z, y, x = np.meshgrid(*(H * np.arange(n) for n in SHAPE), indexing="ij")
+    off = z - middle_mm - tilt_y * (y - 11) - tilt_x * (x - 12)
+    off /= math.sqrt(1 + tilt_y**2 + tilt_x**2)
+    surface = surface_of((wide_mm / 2 - np.abs(off)).astype(np.float32))
+    patient = OperatedPatient(surface, walled(surface, kind))
+    radius, middle = 6.0, [12.0, 11.0, middle_mm]
+    edit = cut(patient, solids.capsule(middle, middle, radius), STRONG)
+
+    def within(half: float) -> float:
+        """Return the volume of a slab through the middle of the ball."""
+        return 2 * math.pi * (radius**2 * half - half**3 / 3)
+
+    outer = wide_mm / 2 - kind.mucosa_mm
+    exact = within(outer) - within(max(outer - kind.bone_mm, 0.0))
+    assert edit.bone_mm3["lamina papyracea"] == pytest.approx(exact, rel=0.05)
 
 
 def test_what_hangs_on_nothing_comes_away_and_is_booked() -> None:
