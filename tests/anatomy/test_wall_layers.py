@@ -90,7 +90,7 @@ def test_walls_reach_as_deep_as_the_distance_is_known(head: Phantom) -> None:
 
 def through(
     head: Phantom, way: np.ndarray, hazard: str, count: int
-) -> tuple[list[list[str]], list[float]]:
+) -> tuple[list[list[str]], list[np.float64]]:
     """Follow rays out of ethmoid cells; list the layers up to a hazard, by name."""
     depth, labels = head.distance.values, head.labels.values
     cells = (Label.ANTERIOR_ETHMOID_AIR, Label.POSTERIOR_ETHMOID_AIR)
