@@ -346,11 +346,6 @@ class OperatedPatient:
         """Return the CT numbers before any cut; None where none were given."""
         return None if self.ct is None else self._first_ct
 
-    @property
-    def remaining_counts(self) -> int:
-        """Return all tissue that is left, in the units of the books."""
-        return int(self.fill.sum(dtype=np.int64))
-
     def hash(self) -> str:
         """Return 32 hexadecimal digits of the carved distance and the fill."""
         digest = xxh3_128(self._distance.data)

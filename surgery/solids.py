@@ -1,4 +1,4 @@
-"""Rounded solids that tools sweep: capsules, boxes and blades, as rows of numbers.
+"""Rounded solids that tools sweep: capsules and blades, as rows of numbers.
 
 A row of `ROW` float64 describes one solid in the patient's frame, mm. Several rows are
 their union. Every solid has an exact signed distance, negative inside, which is what a
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from disk import UserError
 
 ROW = 16
-CAPSULE, BOX, BLADE = 0.0, 1.0, 2.0
+CAPSULE, BLADE = 0.0, 2.0
 
 ROUGH, SEED = 14, 15
 """Columns of the roughness's amplitude, mm, and of what its noise is drawn from."""
@@ -40,30 +40,6 @@ def capsule(
     row = np.zeros((1, ROW))
     row[0, 0] = CAPSULE
     row[0, 1:4], row[0, 4:7], row[0, 7] = from_mm, to_mm, radius_mm
-    return checked(_roughened(row, rough_mm, seed))
-
-
-def rounded_box(
-    world_from_box: NDArray[np.float64],
-    half_mm: ArrayLike,
-    round_mm: float,
-    *,
-    rough_mm: float = 0.0,
-    seed: int = 0,
-) -> Rows:
-    """Return a box with round edges, ``(1, 16)``.
-
-    world_from_box: 4x4 rigid, origin in its middle. half_mm: ``(3,)`` half its sides,
-    the rounding included. round_mm: radius of the edges, at most the least half side.
-    """
-    half = np.asarray(half_mm, np.float64)
-    row = np.zeros((1, ROW))
-    row[0, 0] = BOX
-    row[0, 1:4] = world_from_box[:3, 3]
-    row[0, 4:7], row[0, 7:10] = world_from_box[:3, 0], world_from_box[:3, 1]
-    row[0, 10:13], row[0, 13] = half, round_mm
-    if not round_mm <= half.min():
-        raise UserError(f"edges of {round_mm} mm do not fit a box of {half} mm")
     return checked(_roughened(row, rough_mm, seed))
 
 
@@ -95,10 +71,10 @@ def checked(rows: Rows) -> Rows:
     for row in rows:
         if not np.all(np.isfinite(row)):
             raise UserError(f"a solid must be finite, got {row.tolist()}")
-        if row[0] not in (CAPSULE, BOX, BLADE):
-            raise UserError(f"a solid is of kind 0, 1 or 2, got {row[0]:g}")
+        if row[0] not in (CAPSULE, BLADE):
+            raise UserError(f"a solid is of kind 0 or 2, got {row[0]:g}")
         size = row[7] if row[0] == CAPSULE else row[13]
-        if not 0.0 < size <= LONGEST_MM and row[0] != BOX:
+        if not 0.0 < size <= LONGEST_MM:
             raise UserError(f"a solid needs a positive radius, got {size} mm")
         low, high = bounds(row[None])
         if np.max(high - low) > 2 * LONGEST_MM:
@@ -119,12 +95,8 @@ def bounds(rows: Rows) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     for row in rows:
         if row[0] == CAPSULE:
             points, extent = row[1:7].reshape(2, 3), row[7]
-        elif row[0] == BLADE:
-            points, extent = row[1:13].reshape(4, 3), row[13]
         else:
-            z = np.cross(row[4:7], row[7:10])
-            axes = np.stack([row[4:7], row[7:10], z])
-            points, extent = row[None, 1:4], np.abs(axes).T @ row[10:13]
+            points, extent = row[1:13].reshape(4, 3), row[13]
         low = np.minimum(low, points.min(axis=0) - extent - row[ROUGH])
         high = np.maximum(high, points.max(axis=0) + extent + row[ROUGH])
     return low, high

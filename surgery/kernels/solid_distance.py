@@ -92,23 +92,10 @@ def _smooth_distance(x: float, y: float, z: float, row: Doubles) -> float:
     if row[0] == 0.0:
         ball: float = _to_segment(x, y, z, row[1:7]) - row[7]
         return ball
-    if row[0] == 2.0:
-        first = _to_triangle(x, y, z, row[1:4], row[4:7], row[10:13])
-        second = _to_triangle(x, y, z, row[1:4], row[10:13], row[7:10])
-        sheet: float = min(first, second) - row[13]
-        return sheet
-    px, py, pz = x - row[1], y - row[2], z - row[3]
-    zx = row[5] * row[9] - row[6] * row[8]
-    zy = row[6] * row[7] - row[4] * row[9]
-    zz = row[4] * row[8] - row[5] * row[7]
-    r = row[13]
-    qx = abs(px * row[4] + py * row[5] + pz * row[6]) - row[10] + r
-    qy = abs(px * row[7] + py * row[8] + pz * row[9]) - row[11] + r
-    qz = abs(px * zx + py * zy + pz * zz) - row[12] + r
-    inside = min(max(qx, max(qy, qz)), 0.0)
-    qx, qy, qz = max(qx, 0.0), max(qy, 0.0), max(qz, 0.0)
-    box: float = math.sqrt(qx * qx + qy * qy + qz * qz) + inside - r
-    return box
+    first = _to_triangle(x, y, z, row[1:4], row[4:7], row[10:13])
+    second = _to_triangle(x, y, z, row[1:4], row[10:13], row[7:10])
+    sheet: float = min(first, second) - row[13]
+    return sheet
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -145,26 +132,19 @@ def balls_around(rows: Doubles) -> Doubles:
     balls = np.empty((rows.shape[0], 4))
     for n in range(rows.shape[0]):
         row = rows[n]
-        count = 1
-        if row[0] == 0.0:
-            count = 2
-        elif row[0] == 2.0:
-            count = 4
+        count = 2 if row[0] == 0.0 else 4
         for axis in range(3):
             middle = 0.0
             for point in range(count):
                 middle += row[1 + 3 * point + axis]
             balls[n, axis] = middle / count
-        if count == 1:
-            far = math.sqrt(row[10] ** 2 + row[11] ** 2 + row[12] ** 2)
-        else:
-            far = 0.0
-            for point in range(count):
-                square = 0.0
-                for axis in range(3):
-                    square += (row[1 + 3 * point + axis] - balls[n, axis]) ** 2
-                far = max(far, math.sqrt(square))
-            far += row[7] if count == 2 else row[13]
+        far = 0.0
+        for point in range(count):
+            square = 0.0
+            for axis in range(3):
+                square += (row[1 + 3 * point + axis] - balls[n, axis]) ** 2
+            far = max(far, math.sqrt(square))
+        far += row[7] if count == 2 else row[13]
         balls[n, 3] = far + row[14]
     return balls
 

@@ -353,7 +353,7 @@ def test_a_pose_that_is_not_finite_is_no_pose(bad: float) -> None:
 
 def test_what_cannot_be_watched_is_refused() -> None:
     watched = watch()
-    box = solids.rounded_box(np.eye(4), np.ones(3), 0.1)
+    box = solids.blade(np.eye(3)[:2], 2 * np.eye(3)[:2], 0.1)
     with pytest.raises(ValueError, match="capsules"):
         watched.move("probe", 0.0, box)
     with pytest.raises(ValueError, match="one capsule"):
