@@ -1,5 +1,6 @@
 """Tissue gives way to the tool of a recorded sample, and only what is shown bends."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -140,8 +141,8 @@ def test_a_sweeping_tool_pushes_only_while_it_rests() -> None:
     cuts = InstrumentState("microdebrider", is_working=True, is_sucking=True)
     shown.step(sample_at(0.0, 0.5, idle))
     assert shown.bent() > 0.3
-    shown.step(sample_at(0.1, 0.5, cuts))
-    shown.step(sample_at(3.0, 0.5, cuts))
+    shown.step(sample_at(0.1, 3.0, cuts))
+    shown.step(sample_at(3.0, 3.0, cuts))
     assert shown.operation.patient.books.counts > 0
     assert shown.bent() == 0
 
@@ -200,17 +201,8 @@ def test_the_same_samples_show_the_same_whenever_it_is_looked_at() -> None:
 def test_a_lost_device_lets_go(name: str) -> None:
     shown = soft()
     shown.step(sample_at(0.0, 0.5, InstrumentState(name)))
-    lost = Sample(0.1, SCOPE, 0.0, np.full(3, np.nan), DOWN, 0, InstrumentState(name))
-    shown.step(lost, Sample(3.0, *vars_of(lost)))
-    assert shown.bent() == 0
-
-
-def vars_of(sample: Sample) -> tuple[object, ...]:
-    return (
-        sample.device_from_tip,
-        sample.roll_deg,
-        sample.instrument_tip_mm,
-        sample.instrument_pointing,
-        sample.buttons,
-        sample.instrument,
+    lost = replace(
+        sample_at(0.1, 0.5, InstrumentState(name)), instrument_tip_mm=np.full(3, np.nan)
     )
+    shown.step(lost, replace(lost, time_s=3.0))
+    assert shown.bent() == 0
