@@ -141,8 +141,8 @@ def test_a_sweeping_tool_pushes_only_while_it_rests() -> None:
     cuts = InstrumentState("microdebrider", is_working=True, is_sucking=True)
     shown.step(sample_at(0.0, 0.5, idle))
     assert shown.bent() > 0.3
-    shown.step(sample_at(0.1, 0.5, cuts))
-    shown.step(sample_at(3.0, 0.5, cuts))
+    shown.step(sample_at(0.1, 3.0, cuts))
+    shown.step(sample_at(3.0, 3.0, cuts))
     assert shown.operation.patient.books.counts > 0
     assert shown.bent() == 0
 
@@ -201,6 +201,12 @@ def test_the_same_samples_show_the_same_whenever_it_is_looked_at() -> None:
 def test_a_lost_device_lets_go(name: str) -> None:
     shown = soft()
     shown.step(sample_at(0.0, 0.5, InstrumentState(name)))
+<<<<<<<< HEAD:tests/stress/test_giving_way.py
     lost = Sample(0.1, SCOPE, 0.0, np.full(3, np.nan), DOWN, 0, InstrumentState(name))
+========
+    lost = replace(
+        sample_at(0.1, 0.5, InstrumentState(name)), instrument_tip_mm=np.full(3, np.nan)
+    )
+>>>>>>>> 0bbafd27bb9d39c89ff3b4bdd7e199738bffe7de:tests/scenarios/test_operation.py
     shown.step(lost, replace(lost, time_s=3.0))
     assert shown.bent() == 0

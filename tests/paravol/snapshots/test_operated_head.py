@@ -37,6 +37,7 @@ from scenarios.instrument_state import InstrumentState
 from surgery import solids
 from surgery.edit import Taker
 from surgery.patient import OperatedPatient
+from surgery.pushing import Rod
 from tests.scenes import make_scene
 
 ANY = Taker(force_n=1e3, bone_mm=50.0)
@@ -206,12 +207,49 @@ def test_a_look_follows_what_is_cut(scene: Scene) -> None:
     middle = np.array(surface.distance.shape[::-1]) // 2
     for place in (middle, middle + 5):
         change = cut(operation.patient, tuple(place.tolist()))
+        change = operation.pushing.follow(change)
         operated.update(change)
         wet = Change(change.generation, place, place, ChangeKind.FILM)
         operated.update(wet)
         after = looks(operated)
         assert after != before
         assert after == looks(PatientScene(operated.scene, {}, ""))
+
+
+def test_a_dent_is_pictured_as_it_was_and_is_no_wound(
+    scene: Scene, tmp_path: Path
+) -> None:
+    """Also when the tissue has sprung back since."""
+    whole = PatientScene(scene, {}, "a" * 64)
+    _, operation = operate_on(whole)
+    patient, pushing = operation.patient, operation.pushing
+    pushing.follow(cut(patient, (20, 13, 17)))
+    rest = OperatedHead.of(patient, pushing)
+    distance = patient.surface.distance
+    inside = np.argwhere(np.abs(distance.values) < 0.3)
+    matrix = distance.world_from_voxel
+    for place in inside[:: len(inside) // 10, ::-1]:
+        at = matrix[:3, :3] @ place + matrix[:3, 3]
+        pushing.push(0.0, 2, Rod.of(at, (0.0, 0.0, 1.0), 1.0))
+        if (pushing.surface.distance.values != distance.values).any():
+            break
+    shown = pushing.surface
+    assert shown.wounds is not None
+    then = shown.distance.values.copy(), shown.wounds.pristine.values.copy()
+    assert (then[0] != distance.values).any()
+    tissue = OperatedHead.of(patient, pushing)
+    assert tissue.digest not in (rest.digest, "")
+    pushing.push(0.1, 3, None)
+    pushing.push(9.0, 4, None)
+    assert OperatedHead.of(patient, pushing).digest == rest.digest
+    client = SnapshotClient(tmp_path / "spool")
+    request = client.request_scope(tissue.surface, picture_of(scene).to_camera())
+    loaded = load_scene(client.data, request).surface
+    for surface in (tissue.surface.thawed(), tissue.scene(scene).surface, loaded):
+        assert surface is not None
+        assert surface.wounds is not None
+        assert surface.distance.values.tobytes() == then[0].tobytes()
+        assert surface.wounds.pristine.values.tobytes() == then[1].tobytes()
 
 
 def digest_of(values: NDArray[Any]) -> str:
