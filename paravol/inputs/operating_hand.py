@@ -25,7 +25,8 @@ NEAREST_MM, FARTHEST_MM = 4.0, 40.0
 """Where a carried tool's tip lies before the lens: at first, at least, at most."""
 
 BITES_MM = 1.5
-"""So far into tissue a carried tool's tip reaches: it touches, and can bite."""
+"""So far into tissue a carried tool is pushed while it works. Else its tip stops at
+tissue: nobody hurts anything by carrying."""
 
 STEP_MM = 0.2
 """Shortest step on the way to tissue."""
@@ -149,7 +150,8 @@ class OperatingHand:
         camera = self._endoscope.camera(world_from_tip, sample.roll_deg, (8, 8))
         eye, _, up, forward = camera.frame
         self._reach_mm = self._reach(eye, forward)
-        tip = eye + min(ahead_mm, self._reach_mm) * forward
+        pushed_mm = BITES_MM * sample.instrument.jaw
+        tip = eye + min(ahead_mm, self._reach_mm + pushed_mm) * forward
         axis = tip - (eye - ASIDE_MM * up)
         return replace(
             sample,
@@ -158,7 +160,7 @@ class OperatingHand:
         )
 
     def _reach(self, eye: NDArray[np.float64], forward: NDArray[np.float64]) -> float:
-        """Return how far ahead of the lens a tip may be: a bite deep in tissue, mm."""
+        """Return how far ahead of the lens a tip may be: where tissue begins, mm."""
         distance = self.distance
         if distance is None or not np.all(np.isfinite(eye + forward)):
             return math.inf
@@ -171,7 +173,7 @@ class OperatingHand:
                 if before < 0.0:
                     share = before / (before - here)
                     at_mm = before_mm + share * (at_mm - before_mm)
-                return at_mm + BITES_MM
+                return at_mm
             before_mm, before = at_mm, here
             at_mm += max(-here, STEP_MM)
         return math.inf

@@ -15,12 +15,16 @@ from devices import Pose
 from paravol.flight_loop import FrameEvent, _arrived, fly
 from paravol.view import Frame
 from renderers.scene import ChangeKind, GBuffer
+from renderers.scene.lens_state import CLEAN, LensState
 from renderers.scene.thread_team import Errand, ThreadTeam
 from scenarios import Sample
-from scenarios.bundle import FrameRecord, SampleRecord
+from scenarios.bundle import EventRecord, FrameRecord, SampleRecord
 from surgery.edit import Taker
+from surgery.injury import Injury
 from surgery.solids import capsule
 from tests.surgery.heads import soft_patient
+
+WALL = "lamina papyracea"
 
 
 def pose(host_time_s: float) -> Pose:
@@ -73,14 +77,18 @@ class Slow:
     def __init__(self) -> None:
         self._team = ThreadTeam(2)
         self._begun: Errand[Frame] | None = None
+        self.lens = CLEAN
 
     def apply(self, changes: Any) -> None:
         pass
 
     def begin(self, seen: Any, *, then: Any, **_: Any) -> Any:
+        lens = self.lens
+
         def finish() -> Any:
             time.sleep(0.002)
-            then(Frame(np.zeros((2, 2, 3), np.uint8), GBuffer.empty(2, 2), 0.5))
+            empty = GBuffer.empty(2, 2)
+            then(Frame(np.zeros((2, 2, 3), np.uint8), empty, 0.5, lens))
 
         self.settle()
         self._begun = self._team.start(finish)
@@ -116,12 +124,20 @@ class Operating(Still):
     def __init__(self) -> None:
         self.patient = soft_patient()
         self.operation = self
+        self.lens = self
+        self.state = CLEAN
+        self.injuries: list[Injury] = []
         self.shown: dict[float, str] = {}
 
     def step(self, sample: Sample) -> None:
         at = np.array([4.0 + 0.5 * sample.time_s, 10.0, 10.0])
         edit = self.patient.carve(capsule(at, at, 1.0), Taker())
         assert edit is not None
+        self.state = LensState(soil=sample.time_s / 100)
+        if sample.time_s in (3.0, 5.0):
+            self.injuries.append(
+                Injury(sample.time_s, "orbit", WALL, "right", at, 1.0, "curette")
+            )
         self.changes = [edit.change, replace(edit.change, kind=ChangeKind.FILM)]
 
     def take_changes(self) -> list[Any]:
@@ -129,6 +145,10 @@ class Operating(Still):
 
     def take_edits(self) -> list[Any]:
         return []
+
+    def take_injuries(self) -> list[Injury]:
+        taken, self.injuries = self.injuries, []
+        return taken
 
     def view(self, sample: Sample) -> Any:
         self.shown[sample.time_s] = digest_of(self.patient.surface.distance.values)
@@ -158,7 +178,10 @@ class Marks:
 
 
 def flown(
-    on_frame: Any, session: Any = None, keeps: Any = lambda time_s: False
+    on_frame: Any,
+    session: Any = None,
+    keeps: Any = lambda time_s: False,
+    on_injury: Any = lambda text: None,
 ) -> tuple[Any, Kept]:
     """Fly over 20 poses that are measured when they are read."""
     times = iter(np.arange(-2, 30).tolist())
@@ -183,6 +206,7 @@ def flown(
             until_s=20.0,
             on_frame=on_frame,
             keeps=keeps,
+            on_injury=on_injury,
         )
     finally:
         assert view._begun is None
@@ -229,3 +253,20 @@ def test_an_error_in_telling_ends_the_flight() -> None:
 
     with pytest.raises(OSError, match="nobody listens"):
         flown(fail)
+
+
+def test_injuries_are_recorded_and_told_once_each() -> None:
+    told: list[str] = []
+    _, kept = flown(lambda event: None, Operating(), on_injury=told.append)
+    events = [r for r in kept.records if isinstance(r, EventRecord)]
+    words = f"orbit, right: through the {WALL}, by the curette"
+    assert told == [event.text for event in events] == [words, words]
+    assert [(e.time_s, e.kind) for e in events] == [(3.0, "injury"), (5.0, "injury")]
+
+
+def test_a_frame_shows_the_lens_as_its_sample_left_it() -> None:
+    frames: list[FrameEvent] = []
+    flown(frames.append, Operating())
+    assert len(frames) == 20
+    for event in frames:
+        assert event.frame.lens == LensState(soil=event.sample.time_s / 100)

@@ -4,7 +4,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from paravol.readings import FREE_MM, NEAR_MM, UNKNOWN, Readings
+from paravol.readings import (
+    FREE_MM,
+    NEAR_MM,
+    UNKNOWN,
+    Readings,
+    tool_text,
+)
+from scenarios import InstrumentState
+from scenarios.instrument_state import EMPTY_HAND
 
 
 @given(st.floats(-20.0, FREE_MM))
@@ -60,3 +68,21 @@ def test_figures_carry_their_units() -> None:
 def test_a_head_without_labels_says_that_its_hazards_are_unknown() -> None:
     assert Readings(has_hazards=False).texts()["Hazard"] == "unknown (no labels)"
     assert Readings(hazard=("orbit", 24.9)).texts()["Hazard"] == "far"
+
+
+@pytest.mark.parametrize(
+    ("state", "text"),
+    [
+        (EMPTY_HAND, "no tool"),
+        (InstrumentState("backbiter", jaw=0.0), "backbiter · jaws open"),
+        (InstrumentState("backbiter", jaw=0.5), "backbiter · jaws half open"),
+        (InstrumentState("backbiter", jaw=1.0), "backbiter · jaws closed"),
+        (InstrumentState("curette", is_working=True), "curette · working"),
+        (
+            InstrumentState("microdebrider", is_working=True, is_sucking=True),
+            "microdebrider · working · suction on",
+        ),
+    ],
+)
+def test_the_tool_in_hand_and_what_it_does(state: InstrumentState, text: str) -> None:
+    assert tool_text(state) == text
