@@ -79,9 +79,7 @@ class Books:
 
     def copy(self) -> "Books":
         """Return books that no later edit touches."""
-        return replace(
-            self, by_label=self.by_label.copy(), by_wall=self.by_wall.copy()
-        )
+        return replace(self, by_label=self.by_label.copy(), by_wall=self.by_wall.copy())
 
     def add(self, other: "Books", sign: int = 1) -> None:
         """Add what others count, or take it away again."""

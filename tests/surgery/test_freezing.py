@@ -33,7 +33,7 @@ class Head:
         self.time_s += 0.4
         if action < len(PLACES):
             place = PLACES[action]
-            rows = capsule(place, place + [0, 0, 1.0], 1.4)
+            rows = capsule(place, place + np.array([0, 0, 1.0]), 1.4)
             edit = self.patient.carve(rows, Taker(9.0, 1.0), time_s=self.time_s)
             if edit is not None:
                 self.film.after_edit(edit.change)
