@@ -39,12 +39,6 @@ SHORTEST_MM = 0.1
 TIP_MM = 5.0
 """What a tool cuts with lies at most so far from its origin: a turn moves it."""
 
-TORN_MM = 0.15
-"""Amplitude of the roughness that a bite leaves."""
-
-SCRAPED_MM = 0.08
-"""That of what is scraped or shaved."""
-
 FASTEST_MM_S = 2000.0
 """Nothing is cut on a faster way: no hand moves so, a device was moved or lost."""
 
@@ -216,7 +210,10 @@ class Operation:
         else:
             watch.leave(SCOPE)
         state, frame = sample.instrument, tool_frame(sample)
-        if state.name == NO_TOOL or not np.all(np.isfinite(frame)):
+        if state.name == NO_TOOL:
+            return
+        if not np.all(np.isfinite(frame)):
+            watch.leave(state.name)
             return
         tool = instrument_named(state.name).capsules(frame, state.jaw)
         self.hurt += watch.move(state.name, sample.time_s, tool.rows())
@@ -265,7 +262,7 @@ class Operation:
             rows = tool.working_volume(frame, self._widest)
             self._widest = 1.0
             self._strokes += 1
-            self._carve(tool, rows, sample, self._strokes, TORN_MM)
+            self._carve(tool, rows, sample, self._strokes)
         elif jaw < CLOSED:
             self._widest = min(self._widest, jaw)
 
@@ -281,7 +278,7 @@ class Operation:
             self._strokes += last is None
             self._cutting = _Cutting(frame, frame, sample.time_s, self._strokes)
             rows = tool.working_volume(frame)
-            self._carve(tool, rows, sample, self._strokes, SCRAPED_MM)
+            self._carve(tool, rows, sample, self._strokes)
             return
         last.seen, last.seen_s = frame, sample.time_s
         moved_mm = np.linalg.norm(frame[:3, 3] - last.cut[:3, 3])
@@ -289,7 +286,7 @@ class Operation:
         if moved_mm + turned * TIP_MM < SHORTEST_MM:
             return
         rows = tool.working_volume(frame, before=last.cut)
-        self._carve(tool, rows, sample, last.stroke, SCRAPED_MM)
+        self._carve(tool, rows, sample, last.stroke)
         last.cut = frame
 
     def _carve(
@@ -298,11 +295,10 @@ class Operation:
         rows: Rows,
         sample: Sample,
         stroke: int,
-        rough_mm: float,
     ) -> None:
         if len(rows) == 0:
             return
-        rows[:, ROUGH], rows[:, SEED] = rough_mm, stroke
+        rows[:, ROUGH], rows[:, SEED] = tool.rough_mm, stroke
         edit = self.patient.carve(
             rows,
             tool.taker,
