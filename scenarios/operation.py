@@ -24,7 +24,7 @@ from surgery.injury import Injury, InjuryState, InjuryWatch
 from surgery.lens import NOSE_C, Lens, LensFreeze
 from surgery.patient import OperatedPatient, PatientState
 from surgery.pushing import Pushing, PushingState, Rod
-from surgery.solids import ROUGH, SEED, Rows, capsule
+from surgery.solids import BLADE, CAPSULE, ROUGH, SEED, Rows, capsule
 
 CLOSED, OPEN = 0.9, 0.5
 """A bite is taken when the jaw closes beyond the first after it was open beyond the
@@ -41,12 +41,6 @@ SHORTEST_MM = 0.1
 
 TIP_MM = 5.0
 """What a tool cuts with lies at most so far from its origin: a turn moves it."""
-
-TORN_MM = 0.15
-"""Amplitude of the roughness that a bite leaves."""
-
-SCRAPED_MM = 0.08
-"""That of what is scraped or shaved."""
 
 FASTEST_MM_S = 2000.0
 """Nothing is cut on a faster way: no hand moves so, a device was moved or lost."""
@@ -299,7 +293,10 @@ class Operation:
         if state.name != self._held:
             watch.leave(self._held)
             self._held = state.name
-        if state.name == NO_TOOL or not np.all(np.isfinite(frame)):
+        if state.name == NO_TOOL:
+            return
+        if not np.all(np.isfinite(frame)):
+            watch.leave(state.name)
             return
         tool = instrument_named(state.name).capsules(frame, state.jaw)
         self.hurt += watch.move(state.name, sample.time_s, tool.rows())
@@ -371,7 +368,7 @@ class Operation:
             rows = tool.working_volume(frame, self._widest)
             self._widest = 1.0
             self._strokes += 1
-            self._carve(tool, rows, sample, self._strokes, TORN_MM)
+            self._carve(tool, rows, sample, self._strokes)
         elif jaw < CLOSED:
             self._widest = min(self._widest, jaw)
 
@@ -387,7 +384,7 @@ class Operation:
             self._strokes += last is None
             self._cutting = _Cutting(frame, frame, sample.time_s, self._strokes)
             rows = tool.working_volume(frame)
-            self._carve(tool, rows, sample, self._strokes, SCRAPED_MM)
+            self._carve(tool, rows, sample, self._strokes)
             return
         last.seen, last.seen_s = frame, sample.time_s
         moved_mm = np.linalg.norm(frame[:3, 3] - last.cut[:3, 3])
@@ -395,7 +392,7 @@ class Operation:
         if moved_mm + turned * TIP_MM < SHORTEST_MM:
             return
         rows = tool.working_volume(frame, before=last.cut)
-        self._carve(tool, rows, sample, last.stroke, SCRAPED_MM)
+        self._carve(tool, rows, sample, last.stroke)
         last.cut = frame
 
     def _carve(
@@ -404,15 +401,17 @@ class Operation:
         rows: Rows,
         sample: Sample,
         stroke: int,
-        rough_mm: float,
     ) -> None:
         if len(rows) == 0:
             return
         # tissue that went along with a tool is cut where it lies at rest; a dent is
         # not looked at, since what yields to a tool is what it takes
-        for ends in (rows[:, 1:4], rows[:, 4:7]):
-            ends[:] = self.pushing.at_rest(ends, is_dented=False)
-        rows[:, ROUGH], rows[:, SEED] = rough_mm, stroke
+        for kind, points in ((CAPSULE, 2), (BLADE, 4)):
+            chosen = rows[:, 0] == kind
+            ends = rows[chosen, 1 : 1 + 3 * points].reshape(-1, 3)
+            rest = self.pushing.at_rest(ends, is_dented=False)
+            rows[chosen, 1 : 1 + 3 * points] = rest.reshape(-1, 3 * points)
+        rows[:, ROUGH], rows[:, SEED] = tool.rough_mm, stroke
         edit = self.patient.carve(
             rows,
             tool.taker,

@@ -61,13 +61,17 @@ class Action(Enum):
 
 NOTHING = Taker()
 
+TORN_MM, SHAVED_MM, CLEAN_MM = 0.15, 0.08, 0.05
+"""Roughness of what is torn, of what is shaved or scraped, and of a clean cut."""
+
 
 @dataclass(frozen=True, slots=True)
 class Instrument:
     """Describe one tool.
 
     taker: force that it brings on bone, N, and thickest bone that it takes, mm.
-    suction_ml_s: flow through it.
+    suction_ml_s: flow through it. rough_mm: amplitude of the roughness that it leaves:
+    forceps tear, punches and knives cut smoothly (estimates).
     Its frame: origin at the end of the tip, +z back up the shaft, bent parts, windows
     and jaws towards +y. `scenarios.tip_frame` gives it a place and a roll.
     """
@@ -77,6 +81,7 @@ class Instrument:
     shape: Shape
     taker: Taker = NOTHING
     suction_ml_s: float = 0.0
+    rough_mm: float = 0.0
 
     @property
     def needs_suction(self) -> bool:
@@ -161,24 +166,48 @@ def parts_of(instrument: Instrument) -> tuple[Part, ...]:
 _CATALOGUE = (
     Instrument(FIRST_TOOL, Action.SUCK, Frazier(), suction_ml_s=20.0),
     Instrument("curved suction", Action.SUCK, CurvedSuction(), suction_ml_s=30.0),
-    Instrument("straight forceps", Action.BITE, Forceps(), Taker(20.0, 0.8)),
     Instrument(
-        "upturned forceps", Action.BITE, Forceps(turn_deg=45.0), Taker(20.0, 0.8)
+        "straight forceps",
+        Action.BITE,
+        Forceps(),
+        Taker(20.0, 0.8),
+        rough_mm=TORN_MM,
+    ),
+    Instrument(
+        "upturned forceps",
+        Action.BITE,
+        Forceps(turn_deg=45.0),
+        Taker(20.0, 0.8),
+        rough_mm=TORN_MM,
     ),
     Instrument(
         "through-cutting punch",
         Action.BITE,
         Forceps(jaw_mm=9.0, cup_mm=6.0, open_deg=45.0, through=True),
         Taker(25.0, 1.0),
+        rough_mm=CLEAN_MM,
     ),
-    Instrument("backbiter", Action.BITE, Backbiter(), Taker(40.0, 2.0)),
     Instrument(
-        "microdebrider", Action.POWERED, Debrider(), Taker(4.0, 0.2), suction_ml_s=15.0
+        "backbiter", Action.BITE, Backbiter(), Taker(40.0, 2.0), rough_mm=CLEAN_MM
     ),
-    Instrument("curette", Action.SCRAPE, Curette(), Taker(30.0, 1.5)),
-    Instrument("sickle knife", Action.CUT, SickleKnife(), Taker(12.0, 0.3)),
+    Instrument(
+        "microdebrider",
+        Action.POWERED,
+        Debrider(),
+        Taker(4.0, 0.2),
+        suction_ml_s=15.0,
+        rough_mm=SHAVED_MM,
+    ),
+    Instrument(
+        "curette", Action.SCRAPE, Curette(), Taker(30.0, 1.5), rough_mm=SHAVED_MM
+    ),
+    Instrument(
+        "sickle knife", Action.CUT, SickleKnife(), Taker(12.0, 0.3), rough_mm=CLEAN_MM
+    ),
     Instrument("ball probe", Action.FEEL, BallProbe(), Taker(3.0)),
-    Instrument("elevator", Action.SCRAPE, Elevator(), Taker(12.0, 0.3)),
+    Instrument(
+        "elevator", Action.SCRAPE, Elevator(), Taker(12.0, 0.3), rough_mm=SHAVED_MM
+    ),
 )
 
 INSTRUMENTS = {each.name: each for each in _CATALOGUE}

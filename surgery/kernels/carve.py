@@ -67,7 +67,8 @@ def _peak(distance: Floats, k: int, j: int, i: int, h: float) -> float:
         falls = here - min(before, after)
         if falls > slope:
             slope, deeper = falls, max(before, after)
-    return max(here, 0.5 * (here + deeper + min(slope, h)))
+    peak: float = max(here, 0.5 * (here + deeper + min(slope, h)))
+    return peak
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -201,12 +201,8 @@ def test_the_same_samples_show_the_same_whenever_it_is_looked_at() -> None:
 def test_a_lost_device_lets_go(name: str) -> None:
     shown = soft()
     shown.step(sample_at(0.0, 0.5, InstrumentState(name)))
-<<<<<<<< HEAD:tests/stress/test_giving_way.py
-    lost = Sample(0.1, SCOPE, 0.0, np.full(3, np.nan), DOWN, 0, InstrumentState(name))
-========
     lost = replace(
         sample_at(0.1, 0.5, InstrumentState(name)), instrument_tip_mm=np.full(3, np.nan)
     )
->>>>>>>> 0bbafd27bb9d39c89ff3b4bdd7e199738bffe7de:tests/scenarios/test_operation.py
     shown.step(lost, replace(lost, time_s=3.0))
     assert shown.bent() == 0

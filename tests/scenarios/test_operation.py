@@ -1,0 +1,201 @@
+"""Samples become cuts: when, how many, and always the same ones."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from scenarios.instruments.catalogue import INSTRUMENTS, Action, instrument_named
+from scenarios.operation import ABSENT_S, CLOSED, FASTEST_MM_S, OPEN
+from surgery.solids import ROUGH
+from tests.scenarios.recorded_hand import FLOOR_MM, Hand, replayed
+
+FORCEPS, DEBRIDER = "straight forceps", "microdebrider"
+
+
+def shaving(tip_mm: tuple[float, float, float]) -> Hand:
+    """A debrider that lies on the floor, its window downwards, and cuts."""
+    hand = Hand(tip_mm=tip_mm, pointing=(1.0, 0.0, 0.0))
+    hand.step(name=DEBRIDER, roll_deg=180.0)
+    hand.step(is_working=True, is_sucking=True)
+    return hand
+
+
+@given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=12))
+@settings(max_examples=10)
+def test_a_bite_is_a_closing_after_an_opening(jaws: list[float]) -> None:
+    hand = Hand(tip_mm=(12.0, 11.0, 6.0))
+    strokes, is_open = 0, False
+    for jaw in jaws:
+        hand.tip_mm = (5.0 + strokes % 4 * 4.5, 5.0 + strokes // 4 * 4.0, 6.0)
+        hand.step(name=FORCEPS, jaw=jaw)
+        if is_open and jaw >= CLOSED:
+            strokes, is_open = strokes + 1, False
+        is_open = is_open or jaw <= OPEN
+        assert hand.edits == strokes
+
+
+def test_a_tool_that_comes_closed_and_stays_so_bites_nothing() -> None:
+    hand = Hand(tip_mm=(12.0, 11.0, 6.0))
+    for jaw in (1.0, 1.0, 0.8, 0.6, 1.0):
+        hand.step(name=FORCEPS, jaw=jaw)
+    assert hand.edits == 0
+
+
+def test_one_closing_is_one_bite_and_in_air_none() -> None:
+    hand = Hand()
+    hand.bite(name=FORCEPS)
+    for _ in range(10):
+        hand.step()
+    assert hand.edits == 1
+    hand.tip_mm = (12.0, 11.0, FLOOR_MM + 5.0)
+    before = hand.operation.patient.hash()
+    hand.bite()
+    assert hand.edits == 1
+    assert hand.operation.patient.hash() == before
+
+
+def test_a_tool_changed_between_opening_and_closing_bites_nothing() -> None:
+    hand = Hand(tip_mm=(12.0, 11.0, 6.0))
+    hand.step(name=FORCEPS, jaw=0.0)
+    hand.step(name="ball probe")
+    hand.step(name=FORCEPS, jaw=1.0)
+    assert hand.edits == 0
+
+
+@pytest.mark.parametrize(
+    ("is_working", "is_sucking"), [(False, False), (True, False), (False, True)]
+)
+def test_a_debrider_needs_pedal_and_suction(is_working: bool, is_sucking: bool) -> None:
+    hand = Hand(tip_mm=(8.0, 11.0, FLOOR_MM + 1.0), pointing=(1.0, 0.0, 0.0))
+    hand.step(name=DEBRIDER, roll_deg=180.0)
+    hand.step(is_working=is_working, is_sucking=is_sucking)
+    hand.go((8.0, 12.0, FLOOR_MM + 1.0), 0.2, 100)
+    assert hand.edits == 0
+    hand.step(is_working=True, is_sucking=True)
+    assert hand.edits == 1
+
+
+@pytest.mark.parametrize("name", sorted(INSTRUMENTS))
+def test_only_what_cuts_cuts(name: str) -> None:
+    hand = Hand(tip_mm=(12.0, 11.0, 6.0))
+    hand.step(name=name, jaw=0.0, is_working=True, is_sucking=True)
+    hand.step(jaw=1.0)
+    never = instrument_named(name).action in (Action.FEEL, Action.SUCK)
+    assert (hand.edits == 0) == never
+
+
+def test_sharp_tools_leave_less_rough_cuts() -> None:
+    rough = {}
+    for name in (FORCEPS, "through-cutting punch", "curette", "sickle knife"):
+        hand = Hand(tip_mm=(12.0, 11.0, 8.0))
+        hand.bite(name=name, is_working=True)
+        [edit] = hand.operation.take_edits()
+        assert np.ptp(edit.solids[:, ROUGH]) == 0
+        rough[name] = float(edit.solids[0, ROUGH])
+    assert rough["sickle knife"] == rough["through-cutting punch"]
+    assert 0 < rough["sickle knife"] < rough["curette"] < rough[FORCEPS]
+
+
+@given(st.floats(-2.0, 2.0), st.floats(0.5, 1.5), st.floats(0.1, 0.8))
+@settings(max_examples=5)
+def test_a_straight_stroke_is_the_same_at_any_rate(
+    slide_mm: float, height_mm: float, seconds: float
+) -> None:
+    # Parts of a sweep are the whole; only the way after the last cut, shorter than
+    # SHORTEST_MM, is missing, of 4 mm, and the last bits of the parts' ends differ.
+    counts, books = [], []
+    for rate in (100, 1000):
+        hand = shaving((7.0, 8.0, FLOOR_MM + height_mm))
+        hand.go((7.0 + slide_mm, 12.0, FLOOR_MM + height_mm), seconds, rate)
+        counts.append(hand.counts)
+        books.append(hand.operation.patient.books)
+    assert counts[0] > 0
+    assert counts[1] == pytest.approx(counts[0], rel=0.03)
+    assert books[1].by_label == pytest.approx(books[0].by_label, rel=0.03, abs=3e4)
+
+
+def test_strokes_are_undone_as_recorded() -> None:
+    hand = shaving((7.0, 9.0, FLOOR_MM + 1.0))
+    first = Hand().operation.patient.hash()
+    hand.go((7.0, 12.0, FLOOR_MM + 1.0), 0.3, 100)
+    one = hand.operation.patient.hash()
+    hand.step(is_working=False)
+    hand.tip_mm = (7.0, 14.0, FLOOR_MM + 1.0)
+    hand.step(is_working=True)
+    assert hand.operation.patient.hash() != one
+    hand.step(is_working=False)
+    hand.step(undone=1)
+    assert hand.operation.patient.hash() == one
+    # a sample that tells of it again undoes nothing
+    hand.step(undone=1)
+    assert hand.operation.patient.hash() == one
+    hand.step(undone=2)
+    assert hand.operation.patient.hash() == first
+    assert hand.counts == 0
+    # nothing is left to be undone
+    hand.step(undone=7)
+    assert hand.operation.patient.hash() == first
+
+
+@pytest.mark.parametrize(
+    ("to_mm", "after_s"),
+    [
+        ((7.0, 9.0 + 0.011 * FASTEST_MM_S, FLOOR_MM + 1.0), 0.01),
+        ((7.0, 14.0, FLOOR_MM + 1.0), ABSENT_S + 0.01),
+        ((7.0, 14.0, FLOOR_MM + 1.0), 0.001),
+    ],
+)
+def test_nothing_is_cut_on_a_way_that_no_hand_went(
+    to_mm: tuple[float, float, float], after_s: float
+) -> None:
+    hand = shaving((7.0, 6.0, FLOOR_MM + 1.0))
+    hand.tip_mm = to_mm
+    hand.step(after_s)
+    alone = replayed(hand.samples[:2])
+    second = shaving(to_mm)
+    both = replayed(hand.samples[:2] + second.samples[1:])
+    assert hand.counts >= alone.patient.books.counts
+    # what lies between both places, 4 mm apart, is as it was
+    between = hand.operation.patient.surface.distance.sample(
+        np.array([12.0, 10.0, FLOOR_MM - 0.25])
+    )
+    assert between == pytest.approx(0.25, abs=0.05)
+    assert hand.operation.patient.hash() == both.patient.hash()
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+@pytest.mark.filterwarnings("ignore:invalid value")
+def test_a_pose_that_is_none_cuts_nothing_and_ends_the_stroke(bad: float) -> None:
+    hand = shaving((7.0, 7.0, FLOOR_MM + 1.0))
+    counts = hand.counts
+    hand.tip_mm = (bad, 7.0, FLOOR_MM + 1.0)
+    hand.step()
+    hand.tip_mm, hand.pointing = (7.0, 7.0, FLOOR_MM + 1.0), (bad, 0.0, 0.0)
+    hand.step()
+    assert hand.counts == counts
+    hand.pointing = (1.0, 0.0, 0.0)
+    hand.tip_mm = (7.0, 14.0, FLOOR_MM + 1.0)
+    hand.step()
+    between = hand.operation.patient.surface.distance.sample(
+        np.array([12.0, 10.5, FLOOR_MM - 0.25])
+    )
+    assert between == pytest.approx(0.25, abs=0.05)
+    assert hand.operation._strokes == 2
+
+
+def test_the_same_samples_leave_the_same_patient() -> None:
+    hand = shaving((7.0, 7.0, FLOOR_MM + 1.0))
+    hand.go((9.0, 13.0, FLOOR_MM + 0.5), 0.5, 100)
+    hand.step(is_working=False)
+    hand.bite(name=FORCEPS)
+    hand.step(undone=1)
+    hand.bite()
+    again = replayed(hand.samples)
+    assert again.patient.hash() == hand.operation.patient.hash()
+    assert again.figures() == hand.operation.figures()
+    np.testing.assert_array_equal(
+        again.patient.wounds_film, hand.operation.patient.wounds_film
+    )
