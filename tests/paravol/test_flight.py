@@ -3,7 +3,9 @@
 import json
 import subprocess
 import sys
+import zlib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +14,7 @@ from PIL import Image, ImageColor
 
 from app.__main__ import main
 from app.window.style import ALARM
-from devices import load_probe_path
+from devices import load_probe_path, save_probe_path
 from devices.microscribe import MicroScribeEmulator
 from paravol.flight import Flight, FlightObserver, FlightOrder, save_frame_view
 from paravol.flight_loop import FrameEvent
@@ -28,14 +30,17 @@ from paravol.session_setup import (
     describe_session,
 )
 from paravol.snapshots.view_file import ScopeLook, load_view
+from renderers.scene import Change
 from scenarios import Sample, Scenario, load_scenario, tip_frame
 from scenarios.bundle import (
+    EditRecord,
     EventRecord,
     FrameRecord,
     SampleRecord,
     SessionRecorder,
     read_session,
 )
+from surgery.pushing import Pushing, Rod
 
 ROOT = Path(__file__).parents[2]
 Train = Callable[..., tuple[subprocess.CompletedProcess[str], list[int]]]
@@ -103,7 +108,7 @@ from paravol.flight import FlightOrder
 from paravol.inputs import choose_input
 from app.window.main_window import TraineeWindow
 from app.window.flight_thread import FlightThread
-from devices import load_probe_path
+from devices import load_probe_path, save_probe_path
 from scenarios import load_scenario
 
 application = QApplication([])
@@ -439,6 +444,82 @@ def test_a_flight_without_a_window_is_observed_recorded_and_replayed(
     records = read_session(record)[1]
     (event,) = (r for r in records if isinstance(r, EventRecord))
     assert (event.kind, event.text) == ("snapshot", "frame 0")
+
+
+def first_bite(folder: Path) -> Path:
+    """Write two seconds of the bundled operation: tissue is pushed and bitten."""
+    scenario, bundled = load_scenario("first_operation")
+    whole = load_probe_path(bundled / scenario.path)
+    part = (whole.t_s >= 2.6) & (whole.t_s <= 4.6)
+    cut = replace(
+        whole,
+        name="bite",
+        t_s=np.round(whole.t_s[part] - whole.t_s[part][0], 6),
+        tip_mm=whole.tip_mm[part],
+        axis=whole.axis[part],
+        roll_deg=whole.roll_deg[part],
+        instrument_tip_mm=whole.instrument_tip_mm[part],
+        instrument_axis=whole.instrument_axis[part],
+        buttons=whole.buttons[part],
+        tools=((0.0, "straight forceps"),),
+    )
+    save_probe_path(cut, folder / "bite.path.json")
+    text = (bundled / "first_operation.toml").read_text().split("[[moments]]")[0]
+    for old, new in (
+        ("first_operation.path.json", "bite.path.json"),
+        ("spacing_mm = 0.5", "spacing_mm = 1.0"),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "bite.toml").write_text(text)
+    return folder / "bite.toml"
+
+
+class Biting(Kept):
+    """Takes the forceps, and closes them for half a second."""
+
+    def on_frame(self, event: FrameEvent) -> None:
+        super().on_frame(event)
+        assert self.flight is not None
+        self.flight.hand.choose("straight forceps")
+        self.flight.hand.work(1.0 <= event.sample.time_s < 1.6)
+
+
+def test_a_replay_bends_and_cuts_tissue_as_the_flight_did(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pushes: list[tuple[int, float, int | None]] = []
+    push = Pushing.push
+
+    def noted(
+        self: Pushing, time_s: float, generation: int, rod: Rod | None
+    ) -> Change | None:
+        change = push(self, time_s, generation, rod)
+        values = self.surface.distance.values
+        print_ = None if change is None else zlib.crc32(values.tobytes())
+        pushes.append((values.size, time_s, print_))
+        return change
+
+    monkeypatch.setattr(Pushing, "push", noted)
+    scenario, folder = load_scenario(str(first_bite(tmp_path)))
+    path_file = folder / scenario.path
+    path = load_probe_path(path_file)
+    played = choose_input(f"recording:{path_file}", None, scenario, path, path_file)
+    record, observer = tmp_path / "flight.paravol", Biting()
+    flight = Flight(FlightOrder(scenario, path, played, SIZE, 1, record), observer)
+    observer.flight = flight
+    assert flight.run() is not None
+    # before it, a piece of the head was rehearsed on
+    flown = [seen for seen in pushes if seen[0] == pushes[-1][0]]
+    pushes.clear()
+    assert sum(print_ is not None for _, _, print_ in flown) > 3
+    report = replay_session(record, threads=1, progress=lambda stage, share: None)
+    assert report.is_exact
+    assert report.frames == len(observer.frames)
+    assert pushes == flown
+    edits = sum(isinstance(r, EditRecord) for r in read_session(record)[1])
+    # dents are no cuts
+    assert edits >= observer.frames[-1].cuts > 0
 
 
 def test_a_flight_that_is_cancelled_before_leaves_nothing(tmp_path: Path) -> None:
