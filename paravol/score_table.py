@@ -47,10 +47,14 @@ def operation_rows(figures: OperationFigures) -> list[tuple[str, str]]:
     """Return what an operation took, bled and hurt."""
     taken = sorted(figures.removed_mm3.items(), key=lambda item: -item[1])
     most = ", ".join(f"{name} {mm3:.0f}" for name, mm3 in taken[:MOST_TISSUES])
+    whole = f"{sum(figures.removed_mm3.values()):.0f} mm3"
     rows = [
-        ("tissue removed", f"{sum(figures.removed_mm3.values()):.0f} mm3: {most}"),
+        ("tissue removed", f"{whole}: {most}" if most else whole),
         ("blood", f"{figures.bled_ml:.1f} mL, {figures.sucked_ml:.1f} mL sucked off"),
     ]
+    if figures.washes:
+        touched = f"it touched tissue for {figures.lens_touched_s:.1f} s"
+        rows.append(("lens washed", f"{figures.washes} x; {touched}"))
     if not figures.injuries:
         return [*rows, ("injuries", "none")]
     return rows + [

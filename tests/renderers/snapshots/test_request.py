@@ -12,6 +12,7 @@ from renderers.art.quality import QUALITIES
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.ray_travel import make_frame_node
 from renderers.scene import Camera, Scene
+from renderers.scene.lens_state import CLEAN, LensState
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.request import (
     LARGEST_REQUEST,
@@ -64,6 +65,14 @@ def changed(request: SnapshotRequest, path: str, value: Any) -> bytes:
 @pytest.mark.parametrize("request_", [SCOPE, CLASSIC])
 def test_a_request_survives_its_bytes(request_: SnapshotRequest) -> None:
     assert decode_request(msgspec.json.encode(request_)) == request_
+
+
+def test_a_request_is_seen_through_what_lies_on_the_lens() -> None:
+    seen = decode_request(msgspec.json.encode(SCOPE.through(LensState(0.3, 0.2, 4))))
+    assert isinstance(seen.work, ScopeWork)
+    assert (seen.work.soil, seen.work.fog, seen.work.soil_seed) == (0.3, 0.2, 4)
+    for request, lens in ((SCOPE, CLEAN), (CLASSIC, LensState(0.3))):
+        assert request.through(lens) == request
 
 
 def test_a_request_becomes_a_camera_and_a_quality() -> None:
