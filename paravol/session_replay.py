@@ -20,7 +20,7 @@ from paravol.patient import (
     no_progress,
     thread_count,
 )
-from paravol.session_setup import build_session, build_view, operate_on
+from paravol.session_setup import build_view, reopen_session
 from paravol.video import VideoWriter
 from paravol.view import Frame
 from renderers.shading import LOOK_VERSION
@@ -150,21 +150,8 @@ class Replay:
         info = self.recording.info
         scenario = msgspec.json.decode(info.scenario, type=Scenario)
         patient = patient or load_patient(scenario, progress)
-        if patient.surface_sha256 != info.surface_sha256:
-            raise UserError(
-                f"{folder} was flown through another head (surface "
-                f"{info.surface_sha256[:12]}, now {patient.surface_sha256[:12]}): this "
-                "version of the program builds it differently, so the pictures cannot "
-                "match."
-            )
-        matrix = np.array(info.world_from_device).reshape(4, 4)
-        self._operation = None
-        if info.operated:
-            patient, self._operation = operate_on(patient)
-        self.patient = patient
-        self._session = build_session(
-            scenario, patient, matrix, info.picture_size, self._operation
-        )
+        patient, self._session = reopen_session(folder, info, patient)
+        self.patient, self._operation = patient, self._session.operation
         self._view = build_view(
             scenario,
             patient,

@@ -2,12 +2,14 @@
 
 import datetime
 from dataclasses import replace
+from pathlib import Path
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from devices import ProbePath, Registration, load_probe_path
+from disk import UserError
 from paravol.patient import PatientScene, Progress
 from paravol.versions import versions
 from paravol.view import EndoscopeView
@@ -76,6 +78,51 @@ def operate_on(patient: PatientScene) -> tuple[PatientScene, Operation]:
     if structures is not None:
         structures = replace(structures, distance=operated.surface.distance)
     return replace(patient, scene=scene, structures=structures), operation
+
+
+def flown_scenario(folder: Path, info: SessionInfo, case: Path | None) -> Scenario:
+    """Return what was flown; UserError where its case is not there.
+
+    folder: its name, for what is refused. case: where the case lies now.
+    """
+    scenario = msgspec.json.decode(info.scenario, type=Scenario)
+    if case is not None:
+        head = msgspec.structs.replace(scenario.head, case=str(case))
+        scenario = msgspec.structs.replace(scenario, head=head)
+    if scenario.head.case and not Path(scenario.head.case).is_dir():
+        raise UserError(
+            f"{folder} was flown through the case {scenario.head.case}, which is not "
+            "there; say with --case where it lies now."
+        )
+    return scenario
+
+
+def reopen_session(
+    folder: Path,
+    info: SessionInfo,
+    patient: PatientScene,
+    size: tuple[int, int] | None = None,
+) -> tuple[PatientScene, Session]:
+    """Return a recorded flight's patient and session as they were before it.
+
+    folder: its name, for what is refused. patient: as before anybody operated; the one
+    returned is operated on where that one was. size: of the picture; None as recorded.
+    UserError for another head than was flown through.
+    """
+    if patient.surface_sha256 != info.surface_sha256:
+        raise UserError(
+            f"{folder} was flown through another head (surface "
+            f"{info.surface_sha256[:12]}, now {patient.surface_sha256[:12]}): this "
+            "version of the program builds it differently, so the pictures cannot "
+            "match."
+        )
+    operation = None
+    if info.operated:
+        patient, operation = operate_on(patient)
+    scenario = msgspec.json.decode(info.scenario, type=Scenario)
+    matrix = np.array(info.world_from_device).reshape(4, 4)
+    size = size or info.picture_size
+    return patient, build_session(scenario, patient, matrix, size, operation)
 
 
 def build_session(

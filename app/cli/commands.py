@@ -95,6 +95,8 @@ def replay(
     *,
     check: bool = False,
     video: Path | None = None,
+    at: float | None = None,
+    picture: Path | None = None,
     view_at: float | None = None,
     out: Path | None = None,
     case: Path | None = None,
@@ -111,20 +113,33 @@ def replay(
         End with status 1 unless every frame and every figure comes out the same.
     video
         Write the frames as an MP4 film.
+    at
+        Stop at this second and tell the score, what was taken and bled, and the
+        injuries so far; nothing is compared.
+    picture
+        With --at: write the live picture of then as a PNG.
     view_at
         Write what was seen at this second as a view file, for `paravol snapshot
         --view`; without --check or --video nothing else is done.
     out
         The view file, such as a.view.json.
     case
-        With --view-at: where the case that was flown through lies now.
+        With --at or --view-at: where the case that was flown through lies now.
     """
-    from app.cli.replay_command import run_replay, run_view_at
+    from app.cli.replay_command import run_at, run_replay, run_view_at
 
     if (view_at is None) != (out is None):
         raise UserError("--view-at and --out go together.")
-    if case is not None and out is None:
-        raise UserError("--case goes with --view-at.")
+    if case is not None and out is None and at is None:
+        raise UserError("--case goes with --at or --view-at.")
+    if picture is not None and at is None:
+        raise UserError("--picture goes with --at, the second that it shows.")
+    if at is not None:
+        if check or video is not None or out is not None:
+            raise UserError("--at goes without --check, --video and --view-at.")
+        threads = thread_count(threads)
+        run_at(session, at, picture, case=case, threads=threads, as_json=json)
+        return 0
     if view_at is not None and out is not None:
         run_view_at(session, view_at, out, case=case, quietly=json)
         if not check and video is None:

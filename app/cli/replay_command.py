@@ -46,6 +46,58 @@ def run_replay(
     return 1 if check and not report.is_exact else 0
 
 
+def run_at(
+    folder: Path,
+    time_s: float,
+    picture: Path | None,
+    *,
+    case: Path | None,
+    threads: int,
+    as_json: bool,
+) -> None:
+    """Tell how a session stood at a time, and draw the live picture of then."""
+    from paravol.patient import load_patient
+    from paravol.session_setup import build_view, flown_scenario
+    from paravol.session_timeline import SessionTimeline
+    from renderers.scene import save_png
+    from scenarios.bundle import read_recording
+
+    recording = read_recording(folder)
+    info = recording.info
+    scenario = flown_scenario(folder, info, case)
+    with Stages() as stages:
+        patient = load_patient(scenario, stages)
+        timeline = SessionTimeline(folder, patient, recording)
+        sample, _ = timeline.go_to(time_s)
+        if picture is not None:
+            view = build_view(
+                scenario,
+                timeline.patient,
+                tier=info.tier,
+                seed=info.seed,
+                has_instrument=info.has_instrument or info.operated,
+                threads=threads,
+                progress=stages,
+                visible_sets=info.visible_sets,
+            )
+            shown = timeline.frame(time_s)
+            frame = view.draw(
+                timeline.session.view(sample),
+                number=0 if shown is None else shown.number,
+                elapsed_s=0.0,
+                gain=None if shown is None else shown.gain,
+            )
+            save_png(picture, frame.pixels)
+    score = timeline.score()
+    if as_json:
+        print_json({"time_s": sample.time_s, "score": asdict(score)})
+        return
+    rows = [("sample", f"{sample.time_s:.2f} s"), *score_rows(score)]
+    if picture is not None:
+        rows.append(("picture", str(picture)))
+    print_table(f"{folder} at {time_s:g} s", rows)
+
+
 def run_view_at(
     folder: Path, time_s: float, out: Path, *, case: Path | None, quietly: bool
 ) -> None:

@@ -11,7 +11,8 @@ from devices import load_probe_path
 from disk import UserError
 from paravol.case_scenario import scenario_of_case
 from paravol.patient import PatientScene, Progress, load_patient
-from paravol.session_setup import SEED, build_session, operate_on, path_view
+from paravol.session_setup import SEED, flown_scenario, path_view
+from paravol.session_timeline import GRACE_S, SessionTimeline
 from paravol.snapshots.head_scene import HeadScene
 from paravol.snapshots.operated_head import OperatedHead
 from paravol.snapshots.view_file import (
@@ -28,14 +29,11 @@ from paravol.snapshots.view_file import (
 from renderers.scene.lens_state import CLEAN, LensState
 from renderers.snapshots.request import ProjectionName, Row
 from scenarios import Sample, Scenario, View, load_scenario
-from scenarios.bundle import FrameRecord, SampleRecord, read_session
+from scenarios.bundle import FrameRecord, SampleRecord, read_recording
 from scenarios.instrument_state import NO_TOOL
 
 FIELD_DEG = 70.0
 """Of a view that is placed by hand."""
-
-GRACE_S = 1.0
-"""So long after its end a session or exercise still shows its last view."""
 
 Place = tuple[float, float, float]
 
@@ -53,14 +51,11 @@ def session_views(
     where the case that was flown through lies now. Raises ValueError for a session that
     cannot be read or was flown through another head, or for a time after its end.
     """
-    info, records, _ = read_session(folder)
-    scenario = msgspec.json.decode(info.scenario, type=Scenario)
-    if case is not None:
-        head = msgspec.structs.replace(scenario.head, case=str(case))
-        scenario = msgspec.structs.replace(scenario, head=head)
+    recording = read_recording(folder)
+    info = recording.info
     samples: list[tuple[Sample, float | None, int]] = []
     gain, number = None, 0
-    for record in records:
+    for record in recording.records:
         if isinstance(record, SampleRecord):
             samples.append((record.sample(), gain, number))
         elif isinstance(record, FrameRecord):
@@ -69,11 +64,7 @@ def session_views(
                 samples[-1] = samples[-1][0], gain, number
     if not samples:
         raise UserError(f"{folder} holds no sample; nothing was recorded.")
-    if scenario.head.case and not Path(scenario.head.case).is_dir():
-        raise UserError(
-            f"{folder} was flown through the case {scenario.head.case}, which is not "
-            "there; say with --case where it lies now."
-        )
+    scenario = flown_scenario(folder, info, case)
     patient = load_patient(scenario, progress)
     if patient.surface_sha256 != info.surface_sha256:
         raise UserError(
@@ -81,33 +72,27 @@ def session_views(
             f"{info.surface_sha256[:12]}, now {patient.surface_sha256[:12]}); name the "
             "case it was flown through with --case."
         )
-    head_before, operation = patient, None
-    if info.operated:
-        patient, operation = operate_on(patient)
-    matrix = np.array(info.world_from_device).reshape(4, 4)
-    session = build_session(scenario, patient, matrix, (size, size), operation)
+    timeline = SessionTimeline(folder, patient, recording, size=(size, size))
+    operation = timeline.session.operation
     begins = np.array([sample.time_s for sample, _, _ in samples])
     _demand_within(times_s, float(begins[-1]), folder)
     chosen = np.maximum(np.searchsorted(begins, times_s, side="right") - 1, 0)
     views: list[ViewFile | None] = [None] * len(chosen)
     states: dict[str, OperatedHead] = {}
-    stepped = 0
     for place in np.argsort(chosen, kind="stable").tolist():
         sample, gain, number = samples[chosen[place]]
         tissue, lens = None, CLEAN
         if operation is not None:
             # a frame shows the head as the samples up to its own had left it
-            for before, _, _ in samples[stepped : chosen[place] + 1]:
-                session.step(before)
-            stepped = chosen[place] + 1
+            sample, _ = timeline.go_to(sample.time_s)
             tissue = OperatedHead.of(operation.patient, operation.pushing)
             states[tissue.digest] = tissue
             assert operation.lens is not None
             lens = operation.lens.state
         views[place] = view_of(
-            session.view(sample),
+            timeline.session.view(sample),
             scenario,
-            patient,
+            timeline.patient,
             gain=gain,
             number=number,
             operated=mark_of(tissue, folder, sample.time_s),
@@ -115,7 +100,7 @@ def session_views(
             has_instrument=info.has_instrument or info.operated,
             lens=lens,
         )
-    seen = HeadScene(head_before.scene, patient.surface_sha256, states)
+    seen = HeadScene(patient.scene, patient.surface_sha256, states)
     return seen, [view for view in views if view is not None]
 
 

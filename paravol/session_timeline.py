@@ -1,0 +1,158 @@
+"""A recorded session at any time, forwards and backwards."""
+
+from bisect import bisect_right
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from disk import UserError
+from paravol.patient import (
+    PatientScene,
+    Progress,
+    StrPath,
+    load_patient,
+    no_progress,
+)
+from paravol.session_setup import reopen_session
+from renderers.scene import Change
+from scenarios import Sample, Scenario, Score
+from scenarios.bundle import FrameRecord, Recording, SampleRecord, read_recording
+from scenarios.session import SessionState
+
+KEYFRAME_S = 5.0
+"""Seconds of flight between two keyframes: a jump back steps no more than that."""
+
+MOST_KEYFRAMES = 100
+"""Beyond these every other one goes, and they are twice as far apart from then on: a
+flight of more than eight minutes goes back in steps of ten seconds."""
+
+GRACE_S = 1.0
+"""So long after its end a session or exercise still shows its last view."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Keyframe:
+    """Hold the session after a sample; place: of that sample, -1 before the first."""
+
+    place: int
+    time_s: float
+    sample: Sample | None
+    state: SessionState
+
+
+class SessionTimeline:
+    """Show a recorded session's patient, score and injuries as they were at a time.
+
+    patient: its tissue is edited in place. session: as the samples up to the last one
+    gone to have left it. recording: what is gone through. steps: samples stepped so
+    far, in all; it says what going somewhere cost.
+    """
+
+    def __init__(
+        self,
+        folder: StrPath,
+        patient: PatientScene | None = None,
+        recording: Recording | None = None,
+        *,
+        size: tuple[int, int] | None = None,
+        progress: Progress = no_progress,
+    ) -> None:
+        """Open a session before its first sample.
+
+        patient: the one that was flown through, where it is loaded already, as it was
+        before anybody operated. recording: of the folder, where it is read already.
+        size: ``(width, height)`` of the views; None as recorded. UserError when the
+        session cannot be read, holds nothing, or was flown through another head.
+        """
+        self._folder = Path(folder)
+        self.recording = recording or read_recording(self._folder)
+        info, records = self.recording.info, self.recording.records
+        self._samples = [r for r in records if isinstance(r, SampleRecord)]
+        if not self._samples:
+            raise UserError(f"{folder} holds no sample; nothing was recorded.")
+        self._times = [record.time_s for record in self._samples]
+        self._frames: list[tuple[float, FrameRecord]] = []
+        for record in records:
+            if isinstance(record, FrameRecord):
+                place = self.recording.places.get(record.sample)
+                if place is not None:
+                    self._frames.append((self._times[place], record))
+        if patient is None:
+            scenario = msgspec.json.decode(info.scenario, type=Scenario)
+            patient = load_patient(scenario, progress)
+        self.patient, self.session = reopen_session(self._folder, info, patient, size)
+        self.steps = 0
+        self._place = -1
+        self._sample: Sample | None = None
+        self._apart_s = KEYFRAME_S
+        self._keyframes: list[_Keyframe] = []
+        self._keep(self._times[0])
+
+    @property
+    def begin_s(self) -> float:
+        """Return the time of the first sample."""
+        return self._times[0]
+
+    @property
+    def end_s(self) -> float:
+        """Return the time of the last sample."""
+        return self._times[-1]
+
+    def go_to(self, time_s: float) -> tuple[Sample, list[Change]]:
+        """Go to the newest sample at or before a time, before the first to that one.
+
+        Returns it, and what in the scene's arrays became different on the way there.
+        UserError for a time before 0 or after the end.
+        """
+        if not 0.0 <= time_s <= self.end_s + GRACE_S:
+            raise UserError(
+                f"{self._folder} lasts from {max(self.begin_s, 0.0):.1f} to "
+                f"{self.end_s:.1f} s and has nothing at {time_s:g} s; name a time "
+                "between."
+            )
+        place = max(bisect_right(self._times, time_s) - 1, 0)
+        nearest = max(
+            (k for k in self._keyframes if k.place <= place), key=lambda k: k.place
+        )
+        if place < self._place or nearest.place > self._place:
+            self.session.restore(nearest.state)
+            self._place, self._sample = nearest.place, nearest.sample
+        operation = self.session.operation
+        while self._place < place:
+            self._step()
+        assert self._sample is not None
+        return self._sample, [] if operation is None else operation.take_changes()
+
+    def score(self) -> Score:
+        """Return the score so far, what was taken, bled and hurt included."""
+        return self.session.score()
+
+    def frame(self, time_s: float) -> FrameRecord | None:
+        """Return the recorded frame whose sample is nearest to a time, if any."""
+        if not self._frames:
+            return None
+        return min(self._frames, key=lambda frame: abs(frame[0] - time_s))[1]
+
+    def _step(self) -> None:
+        """Take in the next sample; keep a keyframe where one is due."""
+        self._place += 1
+        self.steps += 1
+        self._sample = sample = self._samples[self._place].sample()
+        self.session.step(sample)
+        if self.session.operation is not None:
+            # nobody asks for them: the patient's books and the score have them
+            self.session.operation.take_edits()
+            self.session.operation.take_injuries()
+        newest = self._keyframes[-1]
+        is_new = self._place > newest.place
+        if is_new and sample.time_s >= newest.time_s + self._apart_s:
+            self._keep(sample.time_s)
+
+    def _keep(self, time_s: float) -> None:
+        """Keep a keyframe of now."""
+        state = self.session.freeze()
+        self._keyframes.append(_Keyframe(self._place, time_s, self._sample, state))
+        if len(self._keyframes) > MOST_KEYFRAMES:
+            self._keyframes = self._keyframes[::2]
+            self._apart_s *= 2.0

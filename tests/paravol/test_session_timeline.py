@@ -1,0 +1,214 @@
+"""A recording shows at any time what stepping from its beginning shows then."""
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from PIL import Image
+
+import paravol.patient
+from anatomy.hazard_volumes import HazardVolumes
+from app.cli.commands import replay
+from app.cli.replay_command import run_at
+from disk import UserError
+from paravol import session_timeline
+from paravol.inputs.flight_input import in_the_patient
+from paravol.patient import PatientScene
+from paravol.session_setup import (
+    build_session,
+    build_view,
+    describe_session,
+    operate_on,
+)
+from paravol.session_timeline import GRACE_S, KEYFRAME_S, SessionTimeline
+from scenarios import Sample, Session, load_scenario, tip_frame
+from scenarios.bundle import FrameRecord, SampleRecord, SessionRecorder
+from scenarios.instrument_state import InstrumentState
+from tests.scenes import make_scene
+
+EVERY_S = 0.1
+COUNT = 160
+SIZE = 32
+SHOWN = 77
+"""Number of the sample that a frame was recorded of."""
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A recorded operation, and what each of its samples left.
+
+    picture: of the sample `SHOWN`, as it was drawn live.
+    """
+
+    folder: Path
+    patient: PatientScene
+    samples: list[Sample]
+    states: list[str]
+    picture: np.ndarray
+
+
+def state_of(session: Session, sample: Sample) -> str:
+    """All that anybody can ask of a session after a sample."""
+    operation = session.operation
+    assert operation is not None
+    assert operation.lens is not None
+    patient, seen = operation.patient, session.view(sample)
+    return repr(
+        (
+            patient.hash(),
+            patient.wounds_film.tobytes().strip(b"\0"),
+            operation.film.hash(),
+            operation.lens.state,
+            asdict(session.score()),
+            seen.clearance_mm,
+            seen.world_from_tip.tolist(),
+        )
+    )
+
+
+def sample_at(number: int, centre: np.ndarray) -> Sample:
+    """Shave to and fro, undo now and then, rest, wash the lens."""
+    way = np.array([1.0, 0.2, 0.1])
+    along = 3.0 * np.sin(number / 11.0)
+    at = centre + way * along + [0.0, 0.02 * number - 1.5, 0.0]
+    state = InstrumentState(
+        "microdebrider",
+        is_working=number % 13 < 9,
+        is_sucking=number % 31 < 25,
+        undone=number // 40,
+        washed=number // 70,
+    )
+    frame = tip_frame(at - 3 * way, way)
+    return Sample(EVERY_S * number, frame, 0.0, at, way, 0, state)
+
+
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory: pytest.TempPathFactory) -> Flight:
+    folder = tmp_path_factory.mktemp("recorded") / "flight.paravol"
+    scene = make_scene()
+    scenario, _ = load_scenario("first_flight")
+    centre = scene.volume.center_mm
+    assert scene.surface is not None
+    orbit = scene.surface.distance.values * 50.0 - 100.0
+    hazards = HazardVolumes(
+        {"orbit": scene.volume.with_values((-orbit).astype(np.int16), 500.0)}
+    )
+    landmarks = dict.fromkeys(scenario.targets, centre)
+    patient = PatientScene(scene, landmarks, "a" * 64, hazards=hazards)
+    info = describe_session(
+        scenario, patient, in_the_patient(), size=SIZE, has_instrument=True
+    )
+    operated, operation = operate_on(patient)
+    session = build_session(scenario, operated, np.eye(4), (SIZE, SIZE), operation)
+    view = build_view(
+        scenario,
+        operated,
+        tier=info.tier,
+        seed=info.seed,
+        has_instrument=True,
+        threads=1,
+    )
+    samples, states = [], []
+    with SessionRecorder(folder, info) as recorder:
+        for number in range(COUNT):
+            sample = sample_at(number, centre)
+            session.step(sample)
+            recorder.add(SampleRecord.of(sample))
+            samples.append(sample)
+            states.append(state_of(session, sample))
+            if number == SHOWN:
+                view.apply(operation.take_changes())
+                seen = session.view(sample)
+                frame = view.draw(seen, number=5, elapsed_s=0.0, gain=2.5)
+                recorder.add(
+                    FrameRecord(5, number, 2.5, seen.clearance_mm, frame.fingerprint())
+                )
+        recorder.close({})
+    score = session.score().operation
+    assert score is not None
+    assert score.edits > 20
+    assert score.bled_ml > 0
+    assert score.injuries
+    assert len(set(states)) == COUNT
+    return Flight(folder, patient, samples, states, frame.pixels)
+
+
+times = st.floats(0.0, (COUNT - 1) * EVERY_S + GRACE_S)
+
+
+@settings(max_examples=8, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(jumps=st.lists(times, min_size=1, max_size=5))
+def test_jumps_give_what_stepping_gives(flight: Flight, jumps: list[float]) -> None:
+    """To the bit, wherever one comes from; and a jump back steps few samples."""
+    timeline = SessionTimeline(flight.folder, flight.patient)
+    distance = timeline.patient.surface.distance.values
+    generation, last_s = 0, -1.0
+    for time_s in jumps:
+        number = max(n for n in range(COUNT) if flight.samples[n].time_s <= time_s)
+        was, steps = distance.copy(), timeline.steps
+        sample, changes = timeline.go_to(time_s)
+        assert sample.time_s == flight.samples[number].time_s
+        assert state_of(timeline.session, sample) == flight.states[number]
+        if sample.time_s < last_s:
+            assert timeline.steps - steps <= round(KEYFRAME_S / EVERY_S)
+        last_s = sample.time_s
+        told = np.zeros(distance.shape, np.bool_)
+        for change in changes:
+            assert change.generation > generation
+            generation = change.generation
+            here = tuple(slice(change.low[a], change.high[a] + 1) for a in (2, 1, 0))
+            told[here] = True
+        assert told[distance != was].all()
+
+
+def test_keyframes_grow_sparse(flight: Flight, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However many there would be; what they give stays exact."""
+    monkeypatch.setattr(session_timeline, "MOST_KEYFRAMES", 4)
+    monkeypatch.setattr(session_timeline, "KEYFRAME_S", 0.5)
+    timeline = SessionTimeline(flight.folder, flight.patient)
+    timeline.go_to(timeline.end_s)
+    assert timeline.steps == COUNT
+    for number in (120, 3, 60, 150, 0):
+        sample, _ = timeline.go_to(flight.samples[number].time_s)
+        assert state_of(timeline.session, sample) == flight.states[number]
+
+
+@pytest.mark.parametrize("time_s", [-0.1, COUNT * EVERY_S + GRACE_S, float("nan")])
+def test_there_is_nothing_outside(flight: Flight, time_s: float) -> None:
+    timeline = SessionTimeline(flight.folder, flight.patient)
+    with pytest.raises(UserError, match=r"lasts from 0\.0 to 15\.9 s and has nothing"):
+        timeline.go_to(time_s)
+
+
+def test_a_moment_is_told_and_drawn(
+    flight: Flight,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """As it was drawn live, to the bit."""
+    monkeypatch.setattr(paravol.patient, "load_patient", lambda *_: flight.patient)
+    monkeypatch.setenv("COLUMNS", "160")
+    out, time_s = tmp_path / "then.png", flight.samples[SHOWN].time_s + 0.01
+    run_at(flight.folder, time_s, out, case=None, threads=1, as_json=False)
+    assert np.array_equal(np.asarray(Image.open(out)), flight.picture)
+    said = capsys.readouterr().out
+    for words in ("tissue removed", "blood", "injury: orbit", str(out)):
+        assert words in said
+    run_at(flight.folder, time_s, None, case=None, threads=1, as_json=True)
+    told = json.loads(capsys.readouterr().out)
+    assert told["time_s"] == flight.samples[SHOWN].time_s
+    timeline = SessionTimeline(flight.folder, flight.patient)
+    timeline.go_to(time_s)
+    assert told["score"] == json.loads(json.dumps(asdict(timeline.score())))
+
+
+def test_words_that_do_not_go_together_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="--picture goes with --at"):
+        replay(tmp_path, picture=tmp_path / "a.png")
+    with pytest.raises(UserError, match="--at goes without"):
+        replay(tmp_path, at=1.0, check=True)
