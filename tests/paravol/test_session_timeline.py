@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from PIL import Image
 
 import paravol.patient
@@ -48,7 +49,7 @@ class Flight:
     patient: PatientScene
     samples: list[Sample]
     states: list[str]
-    picture: np.ndarray
+    picture: NDArray[np.uint8]
 
 
 def state_of(session: Session, sample: Sample) -> str:
@@ -70,7 +71,7 @@ def state_of(session: Session, sample: Sample) -> str:
     )
 
 
-def sample_at(number: int, centre: np.ndarray) -> Sample:
+def sample_at(number: int, centre: NDArray[np.float64]) -> Sample:
     """Shave to and fro, undo now and then, rest, wash the lens."""
     way = np.array([1.0, 0.2, 0.1])
     along = 3.0 * np.sin(number / 11.0)
@@ -137,16 +138,25 @@ def flight(tmp_path_factory: pytest.TempPathFactory) -> Flight:
     return Flight(folder, patient, samples, states, frame.pixels)
 
 
+@pytest.fixture(scope="module")
+def timeline(flight: Flight) -> SessionTimeline:
+    """One for all examples, so that each begins where the last one ended."""
+    return SessionTimeline(flight.folder, flight.patient)
+
+
 times = st.floats(0.0, (COUNT - 1) * EVERY_S + GRACE_S)
 
 
-@settings(max_examples=8, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=10)
 @given(jumps=st.lists(times, min_size=1, max_size=5))
-def test_jumps_give_what_stepping_gives(flight: Flight, jumps: list[float]) -> None:
+def test_jumps_give_what_stepping_gives(
+    flight: Flight, timeline: SessionTimeline, jumps: list[float]
+) -> None:
     """To the bit, wherever one comes from; and a jump back steps few samples."""
-    timeline = SessionTimeline(flight.folder, flight.patient)
     distance = timeline.patient.surface.distance.values
-    generation, last_s = 0, -1.0
+    operation = timeline.session.operation
+    assert operation is not None
+    generation, last_s = operation.patient.generation, -1.0
     for time_s in jumps:
         number = max(n for n in range(COUNT) if flight.samples[n].time_s <= time_s)
         was, steps = distance.copy(), timeline.steps
