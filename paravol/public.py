@@ -12,6 +12,7 @@ from paravol.session_replay import (
 )
 from paravol.session_replay import replay_session as replay
 from paravol.session_setup import flight_pose
+from paravol.session_timeline import SessionTimeline
 
 __all__ = [
     "HighQualityPicture",
@@ -20,6 +21,7 @@ __all__ = [
     "RecordedSession",
     "ReplayReport",
     "ReplayedFrame",
+    "SessionTimeline",
     "flight_pose",
     "instrument",
     "load",
