@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
+from xxhash import xxh3_128
 
 import paravol.patient
 from anatomy.hazard_volumes import HazardVolumes
@@ -61,6 +62,7 @@ def state_of(session: Session, sample: Sample) -> str:
     return repr(
         (
             patient.hash(),
+            xxh3_128(operation.pushing.surface.distance.values.data).hexdigest(),
             patient.wounds_film.tobytes().strip(b"\0"),
             operation.film.hash(),
             operation.lens.state,
@@ -123,6 +125,8 @@ def flight(tmp_path_factory: pytest.TempPathFactory) -> Flight:
             states.append(state_of(session, sample))
             if number == SHOWN:
                 view.apply(operation.take_changes())
+                assert operation.lens is not None
+                view.lens = operation.lens.state
                 seen = session.view(sample)
                 frame = view.draw(seen, number=5, elapsed_s=0.0, gain=2.5)
                 recorder.add(
