@@ -119,7 +119,12 @@ def fly(
     """
     frames = _FrameRecorder(recorder, on_frame)
     operated = _Operated(view, recorder, on_injury)
-    with _frozen_garbage(), _settled(view), suppress(EndedError):
+    with (
+        _frozen_garbage(),
+        _settled(view),
+        operated.ended(session),
+        suppress(EndedError),
+    ):
         number = 0
         begun = time.perf_counter()
         while True:
@@ -177,6 +182,14 @@ class _Operated:
         self._cuts = 0
         self._hashed = 0
         self._hashed_s = -HASHED_EVERY_S
+
+    @contextmanager
+    def ended(self, session: Session) -> Iterator[None]:
+        """Record, at the end, what came of samples that no frame has shown."""
+        try:
+            yield
+        finally:
+            self.follow(session, session.score().duration_s)
 
     def follow(self, session: Session, time_s: float) -> None:
         """Bring the picture up to date; record edits, and now and then the patient."""

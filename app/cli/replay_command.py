@@ -80,6 +80,9 @@ def run_at(
                 progress=stages,
                 visible_sets=info.visible_sets,
             )
+            operation = timeline.session.operation
+            if operation is not None and operation.lens is not None:
+                view.lens = operation.lens.state
             shown = timeline.frame(time_s)
             frame = view.draw(
                 timeline.session.view(sample),

@@ -10,9 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
+from xxhash import xxh3_128
 
 import paravol.patient
-from anatomy.hazard_volumes import HazardVolumes
+from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from app.cli.commands import replay
 from app.cli.replay_command import run_at
 from disk import UserError
@@ -61,6 +62,7 @@ def state_of(session: Session, sample: Sample) -> str:
     return repr(
         (
             patient.hash(),
+            xxh3_128(operation.pushing.surface.distance.values.data).hexdigest(),
             patient.wounds_film.tobytes().strip(b"\0"),
             operation.film.hash(),
             operation.lens.state,
@@ -93,10 +95,12 @@ def flight(tmp_path_factory: pytest.TempPathFactory) -> Flight:
     scene = make_scene()
     scenario, _ = load_scenario("first_flight")
     centre = scene.volume.center_mm
-    assert scene.surface is not None
-    orbit = scene.surface.distance.values * 50.0 - 100.0
+    matrix = scene.volume.world_from_voxel
+    voxels = np.indices(scene.volume.shape)[::-1].reshape(3, -1).T
+    away = np.linalg.norm(voxels @ matrix[:3, :3].T + matrix[:3, 3] - centre, axis=1)
+    orbit = np.rint((away - 2.0) / UNIT_MM).reshape(scene.volume.shape)
     hazards = HazardVolumes(
-        {"orbit": scene.volume.with_values((-orbit).astype(np.int16), 500.0)}
+        {"orbit": scene.volume.with_values(orbit.astype(np.int16), 1000.0)}
     )
     landmarks = dict.fromkeys(scenario.targets, centre)
     patient = PatientScene(scene, landmarks, "a" * 64, hazards=hazards)
@@ -123,6 +127,8 @@ def flight(tmp_path_factory: pytest.TempPathFactory) -> Flight:
             states.append(state_of(session, sample))
             if number == SHOWN:
                 view.apply(operation.take_changes())
+                assert operation.lens is not None
+                view.lens = operation.lens.state
                 seen = session.view(sample)
                 frame = view.draw(seen, number=5, elapsed_s=0.0, gain=2.5)
                 recorder.add(
