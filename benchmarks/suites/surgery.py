@@ -2,27 +2,56 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property, partial
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy import sinus_phantom
+from benchmarks.nasal_views import bundled_flight
 from benchmarks.plan import Measured, Plan, Task
 from benchmarks.scenes import SubjectSource, subjects
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing, measure
+from paravol.patient import load_patient
+from paravol.session_setup import (
+    LIVE_TIER,
+    SEED,
+    build_view,
+    first_views,
+    operate_on,
+    path_view,
+)
+from paravol.snapshots.operated_head import OperatedHead
+from renderers.art import ActiveRayTracer
 from renderers.fsr.surfels import SurfelRasterizer
-from renderers.scene import Camera, ImageError
+from renderers.scene import Camera, Change, GBuffer, ImageError
 from renderers.scene.thread_team import ThreadTeam
+from scenarios import View, tip_frame
 from surgery import solids
 from surgery.edit import Taker
+from surgery.injury import InjuryWatch
 from surgery.patient import OperatedPatient
 from surgery.pushing import Pushing, Rod
 
 REBUILD = "full rebuild"
 UPDATE = "local update"
 DENT = "dent"
+EDIT = "edit with books"
+FIRST_COPY, LATER_COPY = "copy of one cut", "copy of all cuts"
+NEW_TRACER, TRACER_UPDATE = "new tracer", "tracer update"
+WATCH = "injury watch"
+PICTURE = "cut to picture"
+PICTURED_MM = 30.0
+RADII_MM = (1.0, 2.0, 3.0)
+FINE_MM = 0.1
+"""Of the points that a cut's volume is counted with, for comparison."""
+
+WATCHED_HZ = 100
+SHAFT_MM = 110.0
+SCOPE_MM = 1.35
 RADIUS_MM = 2.0
 ROD_MM = 1.2
 PLACES, QUICK_PLACES = 24, 3
@@ -40,6 +69,8 @@ class SurgeryPlan(Plan, suite="surgery"):
         self._source: SubjectSource = subjects(quick)[0]
         self._count = QUICK_PLACES if quick else PLACES
         self._budget_s = 0.3 if quick else 5.0
+        self._watched_s = 2.0 if quick else bundled_flight()[1].duration_s
+        self._pixels, self._pictures = (128, 12) if quick else (512, 48)
         self._team = ThreadTeam(1)
 
     def tasks(self) -> list[Task]:
@@ -67,7 +98,55 @@ class SurgeryPlan(Plan, suite="surgery"):
             {"radius_mm": ROD_MM, "places": self._count, "threads": 1, "series": DENT},
             cost_s=20.0,
         )
-        return [*bites, pushed]
+        name = self._source.name
+        copies = [
+            self.task(
+                f"{name}/snapshot/copy",
+                mode,
+                partial(self._copy, count),
+                {"cuts": count, "series": mode, "reference": FIRST_COPY},
+                baseline=None if mode == FIRST_COPY else FIRST_COPY,
+                cost_s=5.0,
+            )
+            for mode, count in ((FIRST_COPY, 1), (LATER_COPY, self._count))
+        ]
+        tracers = [
+            self.task(
+                f"{name}/bite/tracer",
+                mode,
+                work,
+                settings | {"series": mode, "reference": NEW_TRACER},
+                baseline=None if mode == NEW_TRACER else NEW_TRACER,
+                cost_s=30.0,
+            )
+            for mode, work in (
+                (NEW_TRACER, partial(self._trace, True)),
+                (TRACER_UPDATE, partial(self._trace, False)),
+            )
+        ]
+        edits = self.task(
+            f"{name}/bite/patient",
+            EDIT,
+            self._edit,
+            {"places": self._count, "threads": 1, "series": EDIT},
+            cost_s=10.0,
+        )
+        watch = self.task(
+            "first_flight/sample/injuries",
+            WATCH,
+            self._watch,
+            {"sample_hz": WATCHED_HZ, "seconds": self._watched_s, "threads": 1},
+            cost_s=20.0,
+        )
+        picture = self.task(
+            "first_flight/bite/picture",
+            PICTURE,
+            self._picture,
+            {"size": self._pixels, "places": self._pictures, "threads": 2},
+            clock="wall",
+            cost_s=60.0,
+        )
+        return [*bites, pushed, edits, *copies, *tracers, watch, picture]
 
     def close(self) -> None:
         """End the threads."""
@@ -159,25 +238,182 @@ class SurgeryPlan(Plan, suite="surgery"):
             counters=bend.counters("bend") | follow.counters("surfels"),
         )
 
+    def _edit(self) -> Measured:
+        """Time a cut at a time; the error is its volume against its points'.
+
+        Counter `unbalanced_counts` is what tissue and books together gained or lost.
+        """
+        patient, clock = self._patient, _Clock()
+        unbalanced, errors = 0, []
+        for n, (place, out) in enumerate(self._places):
+            radius = RADII_MM[n % len(RADII_MM)]
+            end = place - 3 * out
+            before = int(patient.fill.sum(dtype=np.int64))
+            solid = solids.capsule(place, end, radius)
+            edit = clock.time(partial(patient.carve, solid, Taker()))
+            if edit is None:
+                continue
+            after = int(patient.fill.sum(dtype=np.int64))
+            unbalanced += abs(before - after - edit.counts)
+            exact = _tissue_mm3(patient, place, end, radius)
+            errors.append((edit.volume_mm3 - exact) / exact)
+            patient.undo()
+        off = np.array(errors)
+        return Measured(
+            clock.timing(),
+            ImageError(
+                float(np.sqrt(np.mean(off**2))),
+                float(np.percentile(np.abs(off), 99.9)),
+                float(np.abs(off).max()),
+                float(off.mean()),
+            ),
+            "share of the volume",
+            clock.counters("edit") | {"unbalanced_counts": float(unbalanced)},
+        )
+
+    def _copy(self, count: int) -> Measured:
+        """Time what a snapshot's request copies after so many cuts."""
+        patient = self._patient
+        for place, _ in self._places[:count]:
+            patient.carve(solids.capsule(place, place, RADIUS_MM), Taker())
+        timing, _ = measure(
+            partial(OperatedHead.of, patient), budget_s=self._budget_s, most=15
+        )
+        while patient.undo() is not None:
+            pass
+        patient.touched = None
+        return Measured(
+            timing,
+            counters={"copy_ms": timing.cpu_s * 1e3},
+        )
+
+    def _trace(self, is_new: bool) -> Measured:
+        """Time the first picture after a cut; the error counts pixels unlike."""
+        patient = self._patient
+        scene = replace(self._source.subject.scene, surface=patient.surface)
+        tracer, clock = ActiveRayTracer(scene, threads=1), _Clock()
+        other = 0.0
+        for place, out in self._places[: QUICK_PLACES * 2]:
+            camera = Camera.looking_at(place + 3 * out, place, size=(SIZE, SIZE))
+            tracer.gbuffer(camera)
+            edit = patient.carve(solids.capsule(place, place, RADIUS_MM), Taker())
+            if edit is None:
+                continue
+
+            def follow(seen: Camera = camera, change: Change = edit.change) -> GBuffer:
+                drawer = tracer
+                if is_new:
+                    drawer = ActiveRayTracer(scene, threads=1)
+                else:
+                    drawer.update(change)
+                return drawer.gbuffer(seen)
+
+            shown = clock.time(follow)
+            fresh = ActiveRayTracer(scene, threads=1).gbuffer(camera)
+            other += float(np.mean(shown.depth_mm != fresh.depth_mm))
+            tracer.update(edit.change)
+        while patient.undo() is not None:
+            pass
+        return Measured(
+            clock.timing(),
+            ImageError(rmse=other, p999=0.0, max=float(other > 0), bias=other),
+            "share of pixels",
+            clock.counters("picture"),
+        )
+
+    def _picture(self) -> Measured:
+        """Time from a cut to the frame that shows it, on the bundled flight."""
+        scenario, path = bundled_flight()
+        head, operation = operate_on(load_patient(scenario, _quietly))
+        size = (self._pixels, self._pixels)
+        view = build_view(
+            scenario,
+            head,
+            tier=LIVE_TIER,
+            seed=SEED,
+            has_instrument=True,
+            threads=2,
+        )
+        view.warm_up(first_views(scenario, head, path, size), _quietly)
+        clock, middle = _Clock(), self._pixels // 2
+        for n in range(self._pictures):
+            time_s = (n + 0.5) * path.duration_s / self._pictures
+            seen = path_view(scenario, head, path, time_s, size)
+            depth = float(view.tissue(seen).depth_mm[middle, middle])
+            if not 0.0 < depth < PICTURED_MM:
+                continue
+            place = seen.camera.frame[0] + depth * seen.camera.frame[3]
+            solid = solids.capsule(place, place, RADIUS_MM)
+
+            def show(
+                solid: solids.Rows = solid, seen: View = seen, number: int = n
+            ) -> None:
+                edit = operation.patient.carve(solid, Taker(20.0, 1.0))
+                view.apply([] if edit is None else [edit.change])
+                view.draw(seen, number=number, elapsed_s=1 / 60)
+
+            clock.time(show)
+        counters = clock.counters("cpu")
+        walls = np.array(clock.walls[1:]) * 1e3
+        counters["picture_ms"] = float(np.median(walls))
+        counters["picture_ms_95_percent"] = float(np.percentile(walls, 95))
+        return Measured(clock.timing(), counters=counters)
+
+    def _watch(self) -> Measured:
+        """Time the watch a sample at a time on the bundled flight."""
+        head = sinus_phantom()
+        watch = InjuryWatch(head.hazards, head.layers, head.distance)
+        path, clock = bundled_flight()[1], _Clock()
+        for n in range(round(self._watched_s * WATCHED_HZ)):
+            time_s = n / WATCHED_HZ
+            state = path.sample(time_s)
+            pose = tip_frame(state.tip_mm, state.axis)
+            end = pose[:3, 3] + SCOPE_MM * pose[:3, 2]
+            scope = solids.capsule(end, end + SHAFT_MM * pose[:3, 2], SCOPE_MM)
+            clock.time(partial(watch.move, "endoscope", time_s, scope))
+        return Measured(clock.timing(), counters=clock.counters("sample"))
+
+
+def _quietly(stage: str, share: float) -> None:
+    """Say nothing about progress."""
+
+
+def _tissue_mm3(
+    patient: OperatedPatient,
+    begin: NDArray[np.float64],
+    end: NDArray[np.float64],
+    radius: float,
+) -> float:
+    """Count the points of a capsule that lie in tissue, by the pristine distance."""
+    low = np.minimum(begin, end) - radius
+    count = np.ceil((np.maximum(begin, end) + radius - low) / FINE_MM).astype(int)
+    axes = [low[a] + FINE_MM * (np.arange(count[a]) + 0.5) for a in range(3)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    way = end - begin
+    along = np.clip((points - begin) @ way / (way @ way), 0.0, 1.0)
+    off = np.linalg.norm(points - begin - along[:, None] * way, axis=1)
+    depth = patient.pristine.distance.sample(points[off <= radius])
+    return float(np.count_nonzero(depth > 0)) * FINE_MM**3
+
 
 class _Clock:
     """Time calls; the first, which compiles or finds nothing prepared, is left out."""
 
     def __init__(self) -> None:
-        self._walls: list[float] = []
+        self.walls: list[float] = []
         self._cpus: list[float] = []
 
     def time(self, call: Callable[[], Result]) -> Result:
         """Call and keep what it took."""
         cpu, wall = time.process_time(), time.perf_counter()
         result = call()
-        self._walls.append(time.perf_counter() - wall)
+        self.walls.append(time.perf_counter() - wall)
         self._cpus.append(time.process_time() - cpu)
         return result
 
     def timing(self) -> Timing:
         """Return the times of the calls."""
-        return Timing.of(self._walls[1:], self._cpus[1:])
+        return Timing.of(self.walls[1:], self._cpus[1:])
 
     def counters(self, what: str) -> dict[str, float]:
         """Return milliseconds of CPU time of a median call and of one in twenty."""

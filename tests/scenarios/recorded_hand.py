@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from renderers.scene import AirSurface
@@ -12,7 +12,7 @@ from scenarios.instrument_state import InstrumentState
 from scenarios.operation import Operation
 from scenarios.sample import Sample
 from surgery.patient import OperatedPatient
-from tests.surgery.heads import H, floor_at, volume, walled
+from tests.surgery.heads import H, floor_at, remaining, volume, walled
 
 FLOOR_MM = 10.0
 """z of the surface: tissue below, air above."""
@@ -23,7 +23,9 @@ ORBIT_MM = 3.0
 ABOVE = tip_frame(np.array([12.0, 11.0, 18.0]), np.array([0.0, 0.0, -1.0]))
 
 
-def operation_on(surface: AirSurface | None = None) -> Operation:
+def operation_on(
+    surface: AirSurface | None = None, has_orbit: bool = True
+) -> Operation:
     """Begin an operation on a floor of one wall, with an orbit far below it."""
     surface = floor_at(FLOOR_MM) if surface is None else surface
     shape = surface.distance.shape
@@ -31,7 +33,7 @@ def operation_on(surface: AirSurface | None = None) -> Operation:
     steps = np.rint(np.broadcast_to(depth, shape) / UNIT_MM).astype(np.int16)
     hazards = HazardVolumes({"orbit": volume(steps, 2500.0)})
     patient = OperatedPatient(surface, walled(surface))
-    return Operation.on(patient, None, hazards)
+    return Operation.on(patient, None, hazards if has_orbit else None)
 
 
 @dataclass
@@ -88,17 +90,14 @@ class Hand:
         return self.operation.patient.books.counts
 
 
-def replayed(samples: list[Sample], surface: AirSurface | None = None) -> Operation:
+def replayed(
+    samples: list[Sample], surface: AirSurface | None = None, has_orbit: bool = True
+) -> Operation:
     """Step the same samples on a new head."""
-    operation = operation_on(surface)
+    operation = operation_on(surface, has_orbit)
     for sample in samples:
         operation.step(sample, ABOVE, Endoscope())
     return operation
-
-
-def remaining(patient: OperatedPatient) -> int:
-    """Return all tissue that is left, in the units of the books."""
-    return int(patient.fill.sum(dtype=np.int64))
 
 
 def assert_sound(operation: Operation, before: int) -> None:
@@ -109,9 +108,3 @@ def assert_sound(operation: Operation, before: int) -> None:
     assert patient.books.by_label.min() >= 0
     _, flesh, bone = patient._fills
     assert (flesh.astype(np.int64) + bone <= patient.fill).all()
-
-
-def moved(place: ArrayLike, *by: float) -> NDArray[np.float64]:
-    """Return a place beside another."""
-    beside: NDArray[np.float64] = np.asarray(place, np.float64) + np.array(by)
-    return beside

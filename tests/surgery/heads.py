@@ -53,3 +53,8 @@ def walled(
 
 def soft_patient(height_mm: float = 10.0) -> OperatedPatient:
     return OperatedPatient(floor_at(height_mm), None)
+
+
+def remaining(patient: OperatedPatient) -> int:
+    """All tissue that is left, in the units of the books."""
+    return int(patient.fill.sum(dtype=np.int64))

@@ -21,6 +21,7 @@ from tests.surgery.heads import (
     SHAPE,
     H,
     floor_at,
+    remaining,
     soft_patient,
     surface_of,
     volume,
