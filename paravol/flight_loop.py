@@ -189,10 +189,13 @@ class _Operated:
         try:
             yield
         finally:
-            self.follow(session, session.score().duration_s)
+            self.follow(session, None)
 
-    def follow(self, session: Session, time_s: float) -> None:
-        """Bring the picture up to date; record edits, and now and then the patient."""
+    def follow(self, session: Session, time_s: float | None) -> None:
+        """Bring the picture up to date; record edits, and now and then the patient.
+
+        time_s: of the newest sample; None to leave the patient's hash out.
+        """
         operation = session.operation
         if operation is None:
             return
@@ -208,8 +211,9 @@ class _Operated:
             self._recorder.add(EventRecord(injury.time_s, "injury", told))
             self._on_injury(told)
         patient = operation.patient
-        is_due = time_s >= self._hashed_s + HASHED_EVERY_S
-        if patient.generation != self._hashed and is_due:
+        if time_s is None or time_s < self._hashed_s + HASHED_EVERY_S:
+            return
+        if patient.generation != self._hashed:
             self._hashed, self._hashed_s = patient.generation, time_s
             self._recorder.add(
                 PatientRecord(time_s, patient.generation, patient.hash())

@@ -1,6 +1,7 @@
 """A second hand that operates on a small head, sample by sample."""
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -50,10 +51,10 @@ class Hand:
     time_s: float = 0.0
     samples: list[Sample] = field(default_factory=list)
 
-    def step(self, after_s: float = 0.01, **state: object) -> None:
+    def step(self, after_s: float = 0.01, **state: Any) -> None:
         """Take the next sample; state: what changes of the tool's."""
         self.time_s += after_s
-        self.state = replace(self.state, **state)  # type: ignore[arg-type]
+        self.state = replace(self.state, **state)
         sample = Sample(
             self.time_s,
             ABOVE,
@@ -66,7 +67,7 @@ class Hand:
         self.samples.append(sample)
         self.operation.step(sample, ABOVE, Endoscope())
 
-    def bite(self, **state: object) -> None:
+    def bite(self, **state: Any) -> None:
         """Open the jaw and close it."""
         self.step(jaw=0.0, **state)
         self.step(jaw=1.0)

@@ -40,10 +40,6 @@ def shifted(*by: float) -> NDArray[np.float64]:
     return place
 
 
-def remaining(patient: OperatedPatient) -> int:
-    return int(patient.fill.sum(dtype=np.int64))
-
-
 def cut(patient: OperatedPatient, rows: solids.Rows, taker: Taker) -> Edit:
     edit = patient.carve(rows, taker)
     assert edit is not None
