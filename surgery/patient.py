@@ -31,6 +31,9 @@ UNDO_BYTES = 64 << 20
 """Old values kept to undo cuts with, at most: some thousand bites."""
 
 FIRST_BONE, LAST_BONE = Label.THICK_BONE, Label.TEETH
+SHARED = 2
+"""Voxels around one that say how its tissue is shared out, at most."""
+
 UNBREAKABLE_N_MM = 10.0
 """Stiffness of tissue that no hand tool bites."""
 
@@ -322,14 +325,19 @@ class OperatedPatient:
         voxels = self._cut_voxels()
         pristine = self.pristine.distance.values.reshape(-1)
         self._distance.reshape(-1)[voxels] = pristine[voxels]
-        # as rows of one voxel, the fills of which were never kept
-        distance = np.ascontiguousarray(pristine[voxels]).reshape(1, 1, -1)
-        wall = self.layers.wall.values.reshape(-1)[voxels].reshape(1, 1, -1)
+        # fills before any cut were never kept; they depend on the voxels beside, too
+        k, j, i = np.unravel_index(voxels, self._distance.shape)
+        low = [max(int(a.min(initial=1 << 30)) - SHARED, 0) for a in (k, j, i)]
+        high = [int(a.max(initial=-1)) + SHARED + 1 for a in (k, j, i)]
+        around = tuple(slice(a, max(b, a)) for a, b in zip(low, high, strict=True))
+        distance = np.ascontiguousarray(self.pristine.distance.values[around])
+        wall = np.ascontiguousarray(self.layers.wall.values[around])
         first = tuple(np.empty(distance.shape, np.uint16) for _ in self._fills)
+        inside = k - low[0], j - low[1], i - low[2]
         self._fill_up(distance, wall, first)
         self._distance.reshape(-1)[state.voxels] = state.distance
         for fill, full, then in zip(self._fills, first, state.fills, strict=True):
-            fill.reshape(-1)[voxels] = full.reshape(-1)
+            fill.reshape(-1)[voxels] = full[inside]
             fill.reshape(-1)[state.voxels] = then
         self.books = state.books.copy()
         self._undo = deque(state.undo)
