@@ -62,7 +62,9 @@ def rehearse(scenario: Scenario, patient: PatientScene, progress: Progress) -> N
         if number % 3 == 1:
             view.draw(session.view(sample), number=number, elapsed_s=0.1)
         progress(STAGE, (number + 1) / len(steps))
-    view.apply([change for change in (operation.patient.undo(),) if change])
+    change = operation.patient.undo()
+    if change is not None:
+        view.apply([operation.pushing.follow(change)])
     view.renderer.close()
 
 

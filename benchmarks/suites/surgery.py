@@ -28,10 +28,13 @@ from paravol.snapshots.operated_head import OperatedHead
 from renderers.art import ActiveRayTracer
 from renderers.fsr.surfels import SurfelRasterizer
 from renderers.scene import Camera, Change, GBuffer, ImageError
+from renderers.scene.lens_state import CLEAN, LensState
 from renderers.scene.thread_team import ThreadTeam
+from renderers.shading import CameraPass, ScopeLight, ScopeShader, Tier
 from scenarios import View, tip_frame
 from surgery import solids
 from surgery.edit import Taker
+from surgery.film import STEPS_PER_S, BloodFilm
 from surgery.injury import InjuryWatch
 from surgery.patient import OperatedPatient
 from surgery.pushing import Pushing, Rod
@@ -44,6 +47,12 @@ FIRST_COPY, LATER_COPY = "copy of one cut", "copy of all cuts"
 NEW_TRACER, TRACER_UPDATE = "new tracer", "tracer update"
 WATCH = "injury watch"
 PICTURE = "cut to picture"
+FILM = "blood film"
+HEALED, WOUNDED = "light without wounds", "light on a wound"
+CLEAR, SOILED = "clean lens", "soiled lens"
+WOUND_SIZE = 256
+BLED_S, FILM_STEPS = 4.0, 45
+"""So long blood runs before its steps are timed."""
 PICTURED_MM = 30.0
 RADII_MM = (1.0, 2.0, 3.0)
 FINE_MM = 0.1
@@ -146,7 +155,50 @@ class SurgeryPlan(Plan, suite="surgery"):
             clock="wall",
             cost_s=60.0,
         )
-        return [*bites, pushed, edits, *copies, *tracers, watch, picture]
+        return [
+            *bites,
+            pushed,
+            edits,
+            *copies,
+            *tracers,
+            *self._shown_tasks(),
+            watch,
+            picture,
+        ]
+
+    def _shown_tasks(self) -> list[Task]:
+        """List blood, wounds and the soiled lens."""
+        name = self._source.name
+        film = self.task(
+            f"{name}/blood/step",
+            FILM,
+            self._film,
+            {"places": self._count, "threads": 1, "series": FILM},
+            cost_s=10.0,
+        )
+        wounds = [
+            self.task(
+                f"{name}/wound/light",
+                mode,
+                partial(self._wounded, has_wounds),
+                {"size": WOUND_SIZE, "threads": 1, "series": mode, "reference": HEALED},
+                baseline=None if mode == HEALED else HEALED,
+                cost_s=10.0,
+            )
+            for mode, has_wounds in ((HEALED, False), (WOUNDED, True))
+        ]
+        lenses = [
+            self.task(
+                f"{name}/lens/picture",
+                mode,
+                partial(self._lens, state),
+                {"size": WOUND_SIZE, "threads": 1, "series": mode, "reference": CLEAR},
+                baseline=None if mode == CLEAR else CLEAR,
+                cost_s=5.0,
+            )
+            for mode, state in ((CLEAR, CLEAN), (SOILED, LensState(0.4, 0.3)))
+        ]
+        return [film, *wounds, *lenses]
 
     def close(self) -> None:
         """End the threads."""
@@ -271,6 +323,78 @@ class SurgeryPlan(Plan, suite="surgery"):
             clock.counters("edit") | {"unbalanced_counts": float(unbalanced)},
         )
 
+    def _film(self) -> Measured:
+        """Time blood a step at a time; the error is what the books gained or lost."""
+        patient = self._patient
+        film, clock = BloodFilm(patient.surface, patient.wounds_film), _Clock()
+        film.advance(0.0)
+        for place, _ in self._places:
+            edit = patient.carve(solids.capsule(place, place, RADIUS_MM), Taker())
+            if edit is not None:
+                film.after_edit(edit.change)
+        film.advance(BLED_S)
+        for step in range(FILM_STEPS):
+            clock.time(partial(film.advance, BLED_S + (step + 1.5) / STEPS_PER_S))
+        books = film.books
+        gone = int(books.bled.sum()) - film.held - books.sucked - int(books.left.sum())
+        wet = float(film.wet_cells)
+        while patient.undo() is not None:
+            pass
+        patient.wounds_film[...] = 0
+        return Measured(
+            clock.timing(),
+            ImageError(rmse=float(abs(gone)), p999=0.0, max=float(abs(gone)), bias=0.0),
+            "units of a nanolitre",
+            clock.counters("step") | {"wet_cells": wet},
+        )
+
+    def _wounded(self, has_wounds: bool) -> Measured:
+        """Time the light of a picture full of a wound, or of the same shape unhurt."""
+        patient = self._patient
+        place, out = self._places[0]
+        patient.carve(solids.capsule(place, place, 3.0, rough_mm=0.15), Taker())
+        surface = patient.surface
+        if not has_wounds:
+            surface = replace(surface, wounds=None)
+        camera = Camera.looking_at(
+            place + 3 * out, place, size=(WOUND_SIZE, WOUND_SIZE)
+        )
+        scene = replace(self._source.subject.scene, surface=surface)
+        buffer = ActiveRayTracer(scene, threads=1).gbuffer(camera)
+        shader, light = ScopeShader(surface, Tier.LIVE, threads=1), ScopeLight(0.95)
+        timing, _ = measure(
+            lambda: shader.shade(buffer, camera, light),
+            budget_s=self._budget_s,
+            most=15,
+        )
+        seen = np.isfinite(buffer.depth_mm)
+        rays = camera.rays()[1][seen]
+        points = camera.eye_mm + buffer.depth_mm[seen][:, None] * rays
+        depth = patient.pristine.distance.sample(points)
+        while patient.undo() is not None:
+            pass
+        return Measured(
+            timing,
+            counters={
+                "light_ms": timing.cpu_s * 1e3,
+                "wounded_pixels": float(np.count_nonzero(depth > 0.1)),
+            },
+        )
+
+    def _lens(self, state: LensState) -> Measured:
+        """Time the camera through a lens."""
+        size = WOUND_SIZE, WOUND_SIZE
+        place, out = self._places[0]
+        camera = Camera.looking_at(place + 3 * out, place, size=size)
+        radiance = np.random.default_rng(1).random((*size, 3)).astype(np.float32)
+        buffer, camera_pass = GBuffer.empty(*size), CameraPass(threads=1)
+        timing, _ = measure(
+            lambda: camera_pass.finish(radiance, buffer, camera, gain=1.0, lens=state),
+            budget_s=self._budget_s,
+            most=15,
+        )
+        return Measured(timing, counters={"camera_ms": timing.cpu_s * 1e3})
+
     def _copy(self, count: int) -> Measured:
         """Time what a snapshot's request copies after so many cuts."""
         patient = self._patient
@@ -349,7 +473,8 @@ class SurgeryPlan(Plan, suite="surgery"):
                 solid: solids.Rows = solid, seen: View = seen, number: int = n
             ) -> None:
                 edit = operation.patient.carve(solid, Taker(20.0, 1.0))
-                view.apply([] if edit is None else [edit.change])
+                if edit is not None:
+                    view.apply([operation.pushing.follow(edit.change)])
                 view.draw(seen, number=number, elapsed_s=1 / 60)
 
             clock.time(show)
