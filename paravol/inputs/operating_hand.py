@@ -119,11 +119,12 @@ class OperatingHand:
         state = InstrumentState(
             name,
             given.roll_deg + wish.roll_deg,
-            self._jaw_at(sample.time_s, is_working),
+            # one that was recorded comes with its jaw
+            max(self._jaw_at(sample.time_s, is_working), given.jaw),
             is_working,
             wish.is_sucking or given.is_sucking,
-            wish.undone,
-            wish.washed,
+            given.undone + wish.undone,
+            given.washed + wish.washed,
         )
         sample = replace(sample, instrument=state)
         if given.name == NO_TOOL and name != NO_TOOL:

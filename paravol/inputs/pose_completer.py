@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from devices import Pose, ProbePath
+from devices import Pose, ProbePath, ProbeSample
 from devices.controls.pedals import Button, ButtonEvent, Debouncer
 from devices.controls.roll import HorizonRoll, RollSource
 from scenarios import InstrumentState, Sample
@@ -127,9 +127,14 @@ def _sample(pose: Pose, time_s: float, path: ProbePath, at_s: float) -> Sample:
         state.instrument_tip_mm,
         state.instrument_axis,
         pose.buttons,
-        InstrumentState(
-            state.tool or FIRST_TOOL,
-            is_working=bool(state.buttons & PATH_WORK),
-            is_sucking=bool(state.buttons & PATH_SUCTION),
-        ),
+        path_instrument(state),
+    )
+
+
+def path_instrument(state: ProbeSample) -> InstrumentState:
+    """Return what a path's second hand does at a moment."""
+    return InstrumentState(
+        state.tool or FIRST_TOOL,
+        is_working=bool(state.buttons & PATH_WORK),
+        is_sucking=bool(state.buttons & PATH_SUCTION),
     )

@@ -10,6 +10,7 @@ from devices import Pose, ProbePath, Registration, load_probe_path
 from devices.recording.player import RecordedArm
 from disk import UserError
 from paravol.inputs.flight_input import FlightInput, in_the_patient
+from paravol.inputs.pose_completer import path_instrument
 from paravol.patient import PatientScene
 from scenarios import Sample, tip_frame
 from scenarios.bundle import SampleRecord, read_session
@@ -84,6 +85,7 @@ def _samples_of(path: ProbePath) -> list[Sample]:
             path.instrument_tip_mm[i],
             path.instrument_axis[i],
             int(path.buttons[i]),
+            path_instrument(path.sample(float(path.t_s[i]))),
         )
         for i in range(len(path.t_s))
     ]
