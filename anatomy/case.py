@@ -279,7 +279,8 @@ def store_case(
         fields = segment_fields(label_names) if name == "labels" else None
         save_volume(volume, folder / _file(name)[0], fields)
     write_markups(landmarks, folder / LANDMARKS)
-    hashes = {name: values_hash(volume.values) for name, volume in volumes.items()}
+    # in one order, so that what is read and written again is the same file
+    hashes = {name: values_hash(volumes[name].values) for name in sorted(volumes)}
     finished = msgspec.structs.replace(
         record,
         sha256=hashes,

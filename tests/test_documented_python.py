@@ -19,9 +19,11 @@ from paravol.session_setup import (
     build_session,
     build_view,
     describe_session,
+    operate_on,
 )
 from scenarios import Sample, Scenario
 from scenarios.bundle import FrameRecord, SampleRecord, SessionRecorder
+from scenarios.instrument_state import EMPTY_HAND
 from scenarios.scenario import Head
 
 ROOT = Path(__file__).parents[1]
@@ -31,19 +33,21 @@ SIZE = 48
 def record_flight(folder: Path, frames: int = 3) -> None:
     """Record a few frames along the bundled path, as a flight does."""
     scenario = Scenario("short", "Short", "none", Head(seed=1, spacing_mm=1.0))
-    patient = load_phantom(1, 1.0, no_progress)
+    patient, operation = operate_on(load_phantom(1, 1.0, no_progress))
     registration = in_the_patient()
     info = describe_session(
         scenario, patient, registration, size=SIZE, has_instrument=False
     )
-    session = build_session(scenario, patient, np.eye(4), (SIZE, SIZE))
+    session = build_session(scenario, patient, np.eye(4), (SIZE, SIZE), operation)
     view = build_view(
         scenario, patient, tier=LIVE_TIER, seed=SEED, has_instrument=False, threads=1
     )
     with SessionRecorder(folder, info) as recorder:
         for number in range(frames):
             pose, _ = paravol.flight_pose(9.0 + 0.1 * number)
-            sample = Sample(0.1 * number, pose, 0.0, np.zeros(3), np.eye(3)[1], 0)
+            sample = Sample(
+                0.1 * number, pose, 0.0, np.zeros(3), np.eye(3)[1], 0, EMPTY_HAND
+            )
             session.step(sample)
             seen = session.view(sample)
             frame = view.draw(seen, number=number, elapsed_s=0.1)

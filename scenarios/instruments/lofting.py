@@ -12,6 +12,9 @@ SIDES = 32
 """Facets round a tube. At 10 mm from the lens of a 512-pixel picture a 3 mm tube is
 100 pixels wide and the chord error of 32 facets a quarter of a pixel."""
 
+LEAST_ARC_MM = 1e-3
+"""A shorter bend is none."""
+
 _ARC_STEP_DEG = 5.0
 """Turn of a bent line between two of its stations."""
 
@@ -72,7 +75,10 @@ class BentLine:
         first = self.straight_mm
         arc = self.radius_mm * math.radians(self.turn_deg)
         count = max(2, math.ceil(self.turn_deg / _ARC_STEP_DEG) + 1)
-        inner = np.linspace(first, first + arc, count) if arc > 0.0 else np.empty(0)
+        # of stations nearer to each other no body could be made
+        inner = np.empty(0)
+        if arc > LEAST_ARC_MM:
+            inner = np.linspace(first, first + arc, count)
         inner = inner[(inner > begin_mm + 1e-6) & (inner < end_mm - 1e-6)]
         return np.concatenate([[begin_mm], inner, [end_mm]])
 

@@ -124,6 +124,7 @@ class Operating(Still):
     def __init__(self) -> None:
         self.patient = soft_patient()
         self.operation = self
+        self.pushing = None
         self.lens = self
         self.state = CLEAN
         self.injuries: list[Injury] = []

@@ -185,9 +185,9 @@ QTest.keyClick(window, Qt.Key.Key_C)
 until("an open head", lambda: overview.is_open)
 QTest.keyClick(window, Qt.Key.Key_C)
 until("a whole head", lambda: not overview.is_open)
-for frame in seen:
-    arm = frame[:3, 3] - pivot
-    assert np.linalg.norm(np.cross(arm, frame[:3, 2])) < 1e-9
+# Walls push the shaft aside, and the nostril gives way: by .11 mm here.
+off = [np.linalg.norm(np.cross(f[:3, 3] - pivot, f[:3, 2])) for f in seen]
+assert max(off) < 0.3, max(off)
 window.close()
 assert flight.stop(60.0)
 window.release()
