@@ -92,6 +92,8 @@ def run_demo(options: DemoOptions, *, as_json: bool) -> int:
     names = [(options.scenario, "flight.paravol")]
     if options.operation:
         names.append((options.operation, "operation.paravol"))
+    for name, _ in names:
+        load_scenario(name)  # refused before anything is flown
     with ExitStack() as stack:
         out = stack.enter_context(claimed_folder(options.out))
         stages = stack.enter_context(Stages())
