@@ -140,7 +140,11 @@ def test_many_bites(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize(
     "seconds",
-    [5] + [pytest.param(n, marks=pytest.mark.slow) for n in (20, 600)],
+    [
+        5,
+        pytest.param(20, marks=pytest.mark.slow),
+        pytest.param(600, marks=[pytest.mark.slow, pytest.mark.timeout(2400)]),
+    ],
 )
 def test_debriding_for_minutes_needs_no_more_memory(
     seconds: int, monkeypatch: pytest.MonkeyPatch
