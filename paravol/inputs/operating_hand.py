@@ -7,6 +7,7 @@ scope's axis, ahead of the lens, and its shaft comes from below.
 import math
 import threading
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,9 +132,9 @@ class OperatingHand:
             sample = self._carried(sample, wish.ahead_mm)
         return sample
 
-    def _change(self, **changes: object) -> None:
+    def _change(self, **changes: Any) -> None:
         with self._lock:
-            self._wish = replace(self._wish, **changes)  # type: ignore[arg-type]
+            self._wish = replace(self._wish, **changes)
 
     def _jaw_at(self, time_s: float, is_working: bool) -> float:
         """Move the jaw towards open or closed in the samples' time."""

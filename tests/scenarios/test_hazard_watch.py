@@ -1,6 +1,7 @@
 """Nearest approaches to what must not be hurt."""
 
 from dataclasses import asdict
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -104,11 +105,11 @@ def session(hazards: HazardVolumes | None) -> Session:
     )
 
 
-def sample(time_s: float, x: float, **state: object) -> Sample:
+def sample(time_s: float, x: float, **state: Any) -> Sample:
     forward = np.array([0.0, 0.0, -1.0])
     frame = tip_frame(np.array([x, 10.0, 10.0]), forward)
     tool = np.array([20.0, 10.0, 10.0])
-    return Sample(time_s, frame, 0.0, tool, forward, 0, **state)  # type: ignore[arg-type]
+    return Sample(time_s, frame, 0.0, tool, forward, 0, **state)
 
 
 def test_a_session_scores_scope_and_tool() -> None:

@@ -81,9 +81,11 @@ def equal(one: Scene, other: Scene) -> None:
         assert scene.surface is not None
         assert scene.surface.wounds is not None
     first, second = one.surface, other.surface
-    assert first is not None and second is not None  # noqa: PT018
+    assert first is not None
+    assert second is not None
     assert first.distance.values.tobytes() == second.distance.values.tobytes()
-    assert first.wounds is not None and second.wounds is not None  # noqa: PT018
+    assert first.wounds is not None
+    assert second.wounds is not None
     assert first.wounds.film.values.tobytes() == second.wounds.film.values.tobytes()
 
 
