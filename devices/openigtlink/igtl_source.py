@@ -110,22 +110,26 @@ class OpenIGTLinkSource(QueuedSource):
         connection.settimeout(SLICE_S)
         return connection
 
-    def _run(self, connection: socket.socket | None) -> None:
+    def _run(self, connection: socket.socket) -> None:
         try:
-            while not self._stop.is_set():
-                if connection is not None:
-                    with connection:
-                        self._listen(connection)
-                    connection = None
-                    continue
-                try:
-                    connection = self._connected(SLICE_S)
-                except OSError:
-                    self._stop.wait(RETRY_S)
+            found: socket.socket | None = connection
+            while found is not None:
+                with found:
+                    self._listen(found)
+                found = self._found_again()
             self._queue.end()
         except Exception as error:
             # Nobody sees what a thread raises; the reader of the poses must.
             self._queue.fail(error)
+
+    def _found_again(self) -> socket.socket | None:
+        """Look for the peer until it is back; None when the source is closed."""
+        while not self._stop.is_set():
+            try:
+                return self._connected(SLICE_S)
+            except OSError:
+                self._stop.wait(RETRY_S)
+        return None
 
     def _listen(self, connection: socket.socket) -> None:
         """Take what comes until the peer goes away."""
