@@ -55,6 +55,7 @@ from paravol.snapshots.view_sources import mark_of, view_of
 from paravol.view import EndoscopeView
 from scenarios import Sample, Scenario, Score, Session
 from scenarios.bundle import EventRecord, SessionInfo, SessionRecorder
+from scenarios.tasks import TaskEvent
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,6 +168,9 @@ class FlightObserver:
 
     def on_injury(self, text: str) -> None:
         """Hear that something was hurt that must not be: what, and through what."""
+
+    def on_task(self, event: TaskEvent) -> None:
+        """Hear that a task was opened, done or failed."""
 
     def on_loss(self, loss: DeviceError) -> None:
         """Hear that the device went away; it is waited for."""
@@ -373,6 +377,7 @@ class Flight:
                 on_frame=on_frame,
                 keeps=keeps,
                 on_injury=observer.on_injury,
+                on_task=observer.on_task,
             )
         except (DeviceError, TimeoutError) as error:
             note(str(error))

@@ -26,6 +26,7 @@ from scenarios.bundle import (
     SampleRecord,
     SessionRecorder,
 )
+from scenarios.tasks import TaskEvent
 
 PATIENCE_S = 2.0
 """How long the loop waits for a pose before it reports that the device is silent. The
@@ -60,7 +61,7 @@ OnFrame = Callable[[FrameEvent], None]
 """Called with each finished frame, in order, not by the thread that reads poses."""
 
 
-def _unheard(text: str) -> None:
+def _unheard(told: object) -> None:
     """Tell nobody."""
 
 
@@ -108,14 +109,15 @@ def fly(
     on_frame: OnFrame,
     keeps: Callable[[float], bool],
     on_injury: Callable[[str], None] = _unheard,
+    on_task: Callable[[TaskEvent], None] = _unheard,
 ) -> Timing:
     """Fly until a sample's time reaches `until_s`, or the source says `EndedError`.
 
     Every pose is recorded and scored; each frame shows the newest one. keeps: asked
     before each frame, with its time, whether the tissue that it shows is wanted; when
     the frame is finished it may be another. on_injury: called with each injury, told in
-    words, before the frame that shows it. Errors of the device pass through; what was
-    recorded before is on disk.
+    words, before the frame that shows it; on_task: with what happens to each task.
+    Errors of the device pass through; what was recorded before is on disk.
     """
     frames = _FrameRecorder(recorder, on_frame)
     operated = _Operated(view, recorder, on_injury)
@@ -143,6 +145,10 @@ def fly(
                 session.step(sample)
                 newest = pose, sample
                 recorder.add(SampleRecord.of(sample))
+                for event in session.take_task_events():
+                    told = f"{event.task}: {event.status}"
+                    recorder.add(EventRecord(sample.time_s, "task", told))
+                    on_task(event)
             if newest is None:
                 continue
             pose, sample = newest

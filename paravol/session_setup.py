@@ -17,6 +17,7 @@ from renderers.shading import LOOK_VERSION, Tier
 from scenarios import Sample, Scenario, Session, View, load_scenario, tip_frame
 from scenarios.bundle import SessionInfo
 from scenarios.operation import Operation
+from scenarios.tasks import TaskEngine
 from surgery.patient import OperatedPatient
 
 SEED = 1
@@ -137,6 +138,9 @@ def build_session(
     operation: what the second hand does to the patient; see `operate_on`.
     """
     surface = patient.surface if operation is None else operation.patient.surface
+    tasks = None
+    if scenario.tasks:
+        tasks = TaskEngine(scenario.tasks, patient.landmarks)
     return Session(
         scenario.scope.endoscope(),
         world_from_device,
@@ -146,6 +150,7 @@ def build_session(
         patient.structures,
         operation,
         patient.hazards,
+        tasks,
     )
 
 

@@ -46,11 +46,16 @@ class HazardGaps:
     shaft: dict[str, float]
     instrument: dict[str, float] | None
 
-    def nearest(self) -> tuple[str, float] | None:
-        """Return the hazard that a tool is nearest to, and how near; None for none."""
+    def nearest_mm(self) -> dict[str, float]:
+        """Return how near scope or tool is, by hazard."""
         found = dict(self.shaft)
         for name, gap in (self.instrument or {}).items():
             found[name] = min(found[name], gap)
+        return found
+
+    def nearest(self) -> tuple[str, float] | None:
+        """Return the hazard that a tool is nearest to, and how near; None for none."""
+        found = self.nearest_mm()
         named = [name for name in found if name not in ALWAYS_NEAR]
         if not named:
             return None

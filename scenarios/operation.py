@@ -172,6 +172,16 @@ class Operation:
         self._bleed(sample)
         self._soil(sample, world_from_tip, endoscope)
 
+    def pause(self, time_s: float) -> None:
+        """Let nothing happen up to a sample's time: the trainer is frozen."""
+        self._rest()
+        self.film.skip(time_s)
+        if self.lens is not None:
+            self.lens.skip(time_s)
+        if self.injuries is not None:
+            self.injuries.leave(SCOPE)
+            self.injuries.leave(self._held)
+
     def freeze(self) -> OperationState:
         """Return all that later samples may change; to be called between samples."""
         return OperationState(
@@ -244,6 +254,21 @@ class Operation:
         """Return the injuries since the last call."""
         taken, self.hurt = self.hurt, []
         return taken
+
+    @property
+    def cuts(self) -> int:
+        """Return the number of cuts so far, their undoing counted too."""
+        return self.patient.edits + self._undone
+
+    @property
+    def injured(self) -> frozenset[str]:
+        """Return the names of the structures that were hurt."""
+        hurt = () if self.injuries is None else self.injuries.injuries
+        return frozenset(injury.structure for injury in hurt)
+
+    def wall_mm3(self) -> dict[str, float]:
+        """Return the bone of walls that was taken, mm3, by name."""
+        return self.patient.books.walls(self.patient.layers.kinds)
 
     def figures(self) -> OperationFigures:
         """Return what the operation came to so far."""

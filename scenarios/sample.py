@@ -16,7 +16,8 @@ class Sample:
     device_from_tip: 4x4 pose of the scope's tip in the arm's frame.
     roll_deg: the light post's turn, from the second channel.
     instrument_tip_mm, instrument_pointing: ``(3,)`` patient frame. instrument: what the
-    second hand holds and does.
+    second hand holds and does. is_frozen: the trainer was frozen: nothing counts, and
+    the score's clock stands.
     """
 
     time_s: float
@@ -26,6 +27,7 @@ class Sample:
     instrument_pointing: NDArray[np.float64]
     buttons: int
     instrument: InstrumentState = AS_BEFORE
+    is_frozen: bool = False
 
 
 def tool_frame(sample: Sample) -> NDArray[np.float64]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from disk import UserError
 from disk.typed_record import decode_toml
 from scenarios.endoscope import Endoscope
+from scenarios.tasks.task import Task
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 INSTALLED_EXAMPLES = Path(__file__).parent / "examples"
@@ -74,6 +75,7 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     path: file name of the recorded probe path, beside the scenario file.
     fiducials: touched with the stylus, in this order, to register the arm.
     targets: landmark names the tip should come near.
+    tasks: what the trainee is asked to do.
     """
 
     name: str
@@ -84,6 +86,7 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     fiducials: tuple[Fiducial, ...] = ()
     targets: tuple[str, ...] = ()
     moments: tuple[Moment, ...] = ()
+    tasks: tuple[Task, ...] = ()
 
     def fiducial_positions(self) -> dict[str, NDArray[np.float64]]:
         """Return the fiducials' positions ``(3,)`` by name, in order."""

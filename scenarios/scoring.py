@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from disk import UserError
 from scenarios.hazard_watch import HazardApproach, HazardGaps, HazardWatch
+from scenarios.tasks import TaskState
 
 CONTACT_MM = 0.0
 """A gap below this is a contact."""
@@ -76,6 +77,7 @@ class Score:
     hazards: nearest approach to each hazard; empty where the head has no hazards, None
         where nobody measured them, as in older recordings.
     operation: what was taken and hurt; None where nobody operated.
+    tasks: how each task of the exercise stands; empty where there were none.
     """
 
     duration_s: float
@@ -90,6 +92,7 @@ class Score:
     touched_s: dict[str, float] = field(default_factory=dict)
     hazards: dict[str, HazardApproach] | None = None
     operation: OperationFigures | None = None
+    tasks: list[TaskState] = field(default_factory=list)
 
 
 @dataclass(slots=True)

@@ -19,6 +19,8 @@ from scenarios.instrument_state import FIRST_TOOL, NO_TOOL
 from scenarios.sample import Sample, tool_frame
 from scenarios.scoring import CONTACT_MM, Score, Scorer
 from scenarios.structures import TISSUE, Structures
+from scenarios.tasks import Situation, TaskEngine, TaskEvent
+from scenarios.tasks.engine import EngineState
 
 if TYPE_CHECKING:
     # what edits a patient loads a compiler
@@ -66,6 +68,33 @@ class SessionState:
     scorer: Scorer
     stepped: tuple[Sample, _Placed] | None
     operation: "OperationState | None"
+    tasks: EngineState | None
+    clock: "_Clock"
+
+
+@dataclass(frozen=True, slots=True)
+class _Clock:
+    """Hold the score's clock, s.
+
+    score_s: what it shows. stood_s: so long it stood so far. last_s: the last sample's
+    time, None before the first. is_frozen: of that sample.
+    """
+
+    score_s: float = 0.0
+    stood_s: float = 0.0
+    last_s: float | None = None
+    is_frozen: bool = False
+
+    def at(self, sample: Sample) -> "_Clock":
+        """Return the clock at the next sample; it stands between two frozen ones."""
+        time_s, stood_s = sample.time_s, self.stood_s
+        if self.last_s is None:
+            return _Clock(time_s, 0.0, time_s, sample.is_frozen)
+        if self.is_frozen or sample.is_frozen:
+            stood_s += time_s - self.last_s
+        # rounding must not let it run backwards
+        score_s = max(time_s - stood_s, self.score_s)
+        return _Clock(score_s, stood_s, time_s, sample.is_frozen)
 
 
 class Session:
@@ -81,6 +110,7 @@ class Session:
         structures: Structures | None = None,
         operation: "Operation | None" = None,
         hazards: HazardVolumes | None = None,
+        tasks: TaskEngine | None = None,
     ) -> None:
         """Start a flight.
 
@@ -91,6 +121,7 @@ class Session:
         structures: what names contacts; None where the head has no names.
         operation: what the second hand does to the patient; None where it only looks.
         hazards: what must not be hurt; None where nobody knows where that is.
+        tasks: what the trainee is asked to do; None for nothing.
         """
         self.endoscope = endoscope
         self.world_from_device = world_from_device
@@ -99,29 +130,58 @@ class Session:
         self._structures = structures
         self._hazards = hazards
         self.operation = operation
+        self.tasks = tasks
+        self._task_events: list[TaskEvent] = []
+        self._clock = _Clock()
         self._scorer = Scorer(targets)
         self._stepped: tuple[Sample, _Placed] | None = None
 
+    @property
+    def clock_s(self) -> float:
+        """Return the score's clock: the last sample's time without what was frozen."""
+        return self._clock.score_s
+
+    def take_task_events(self) -> list[TaskEvent]:
+        """Return what happened to tasks since the last call."""
+        taken, self._task_events = self._task_events, []
+        return taken
+
     def step(self, sample: Sample) -> None:
-        """Take in one sample and score it."""
+        """Take in one sample and score it, unless the trainer was frozen."""
         placed = self._placed(sample)
+        self._clock = self._clock.at(sample)
+        if sample.is_frozen:
+            if self.operation is not None:
+                self.operation.pause(sample.time_s)
+            self._stepped = sample, placed
+            return
         if self.operation is not None:
             self.operation.step(sample, placed.world_from_tip, self.endoscope)
         tip_mm = placed.world_from_tip[:3, 3]
         self._scorer.add(
-            sample.time_s, tip_mm, placed.gap_mm, placed.touched, placed.hazards
+            self.clock_s, tip_mm, placed.gap_mm, placed.touched, placed.hazards
         )
         self._stepped = sample, placed
+        if self.tasks is not None:
+            situation = self._situation(sample, placed)
+            self._task_events += self.tasks.step(situation)
 
     def freeze(self) -> SessionState:
         """Return all that later samples may change, the patient's tissue included."""
         operation = None if self.operation is None else self.operation.freeze()
-        return SessionState(self._scorer.copy(), self._stepped, operation)
+        tasks = None if self.tasks is None else self.tasks.freeze()
+        return SessionState(
+            self._scorer.copy(), self._stepped, operation, tasks, self._clock
+        )
 
     def restore(self, state: SessionState) -> None:
         """Go back, or on, to a state of this session."""
         self._scorer = state.scorer.copy()
         self._stepped = state.stepped
+        self._clock = state.clock
+        self._task_events = []
+        if self.tasks is not None and state.tasks is not None:
+            self.tasks.restore(state.tasks)
         if self.operation is not None and state.operation is not None:
             self.operation.restore(state.operation, self.endoscope)
 
@@ -137,6 +197,37 @@ class Session:
             None if placed.hazards is None else placed.hazards.nearest(),
             sample.instrument.name,
             sample.instrument.jaw,
+        )
+
+    def _situation(self, sample: Sample, placed: _Placed) -> Situation:
+        """Return what a sample means to tasks."""
+        camera = self.endoscope.camera(
+            placed.world_from_tip, sample.roll_deg, self.size
+        )
+        hand = sample.instrument
+        tool_tip = None
+        if hand.name != NO_TOOL and np.all(np.isfinite(sample.instrument_tip_mm)):
+            tool_tip = sample.instrument_tip_mm
+        gaps = {} if placed.hazards is None else placed.hazards.nearest_mm()
+        now = Situation(
+            self.clock_s,
+            placed.world_from_tip[:3, 3],
+            camera,
+            self._distance,
+            hand.name,
+            tool_tip,
+            hand.is_working,
+            gaps,
+        )
+        operation = self.operation
+        if operation is None:
+            return now
+        return replace(
+            now,
+            edits=operation.cuts,
+            books=operation.patient.books,
+            wall_mm3=operation.wall_mm3(),
+            injured=operation.injured,
         )
 
     def _placed(self, sample: Sample) -> _Placed:
@@ -175,6 +266,8 @@ class Session:
     def score(self) -> Score:
         """Return the score so far."""
         score = self._scorer.score()
+        if self.tasks is not None:
+            score = replace(score, tasks=list(self.tasks.ended()))
         if self.operation is None:
             return score
         return replace(score, operation=self.operation.figures())

@@ -188,15 +188,15 @@ class _Sources:
 class FilmState:
     """Hold all blood of one moment: some 200 bytes a wet cell.
 
-    cells: rows in use of each array. drawn: flat voxels and what was drawn there.
-    reached: box of all that was ever drawn.
+    cells: rows in use of each array. clock: the last step, and steps skipped. drawn:
+    flat voxels and what was drawn there. reached: box of all that was ever drawn.
     """
 
     cells: tuple[NDArray[Any], ...]
     sources: _Sources
     books: FilmBooks
     arteries: dict[tuple[str, str], int]
-    step: int | None
+    clock: tuple[int | None, int]
     suction: Suction | None
     drawn: tuple[NDArray[np.int64], NDArray[np.int32]]
     reached: NDArray[np.int64]
@@ -271,6 +271,7 @@ class BloodFilm:
         self._cells = _empty_cells(4096, self._slot)
         self._sources = _Sources()
         self._step: int | None = None
+        self._skipped = 0
         self._suction: Suction | None = None
         self._box = _no_box()
         self._reached = _no_box()
@@ -328,13 +329,20 @@ class BloodFilm:
         """
         if not math.isfinite(time_s):
             raise UserError(f"a sample's time is finite, got {time_s} s")
-        last = math.floor(time_s * STEPS_PER_S)
+        last = math.floor(time_s * STEPS_PER_S) - self._skipped
         if self._step is None:
             self._step = last
             return
         for step in range(self._step, last):
             self._run_step(step)
             self._step = step + 1
+
+    def skip(self, time_s: float) -> None:
+        """Let no blood run up to a sample's time: the trainer was frozen meanwhile."""
+        if self._step is not None:
+            last = math.floor(time_s * STEPS_PER_S)
+            # bleeding slows down with time: its own clock stands
+            self._skipped = max(last - self._step, self._skipped)
 
     def drawn_box(self) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
         """Return the first and last voxel drawn anew since the last call, i j k."""
@@ -356,7 +364,7 @@ class BloodFilm:
             self._sources.copy(),
             self.books.copy(),
             dict(self.arteries),
-            self._step,
+            (self._step, self._skipped),
             self._suction,
             (drawn, self._spread[drawn]),
             reached,
@@ -384,7 +392,8 @@ class BloodFilm:
         self._sources = state.sources.copy()
         self.books = state.books.copy()
         self.arteries = dict(state.arteries)
-        self._step, self._suction = state.step, state.suction
+        self._step, self._skipped = state.clock
+        self._suction = state.suction
         self._box = _joined(before, state.reached)
         self._reached = state.reached.copy()
 

@@ -131,6 +131,11 @@ class Lens:
         for _ in range(steps):
             self._run_step(gap, film)
 
+    def skip(self, time_s: float) -> None:
+        """Leave the lens as it is up to a sample's time: the trainer was frozen."""
+        if self._step is not None:
+            self._step = max(self._step, math.floor(time_s * STEPS_PER_S))
+
     def _run_step(self, gap_mm: float, film_mm: float) -> None:
         dt = 1.0 / STEPS_PER_S
         inside = math.isfinite(gap_mm)

@@ -47,6 +47,7 @@ class _Wish:
     roll_deg: float = 0.0
     undone: int = 0
     washed: int = 0
+    is_frozen: bool = False
 
 
 class OperatingHand:
@@ -111,6 +112,15 @@ class OperatingHand:
         with self._lock:
             self._wish = replace(self._wish, washed=self._wish.washed + 1)
 
+    def freeze(self, is_on: bool) -> None:
+        """Let nothing count, and the score's clock stand, or go on."""
+        self._change(is_frozen=is_on)
+
+    @property
+    def is_frozen(self) -> bool:
+        """Return whether the trainer is frozen."""
+        return self._wish.is_frozen
+
     def complete(self, pose: Pose) -> Sample:
         """Join a pose with its channel and with what the second hand does."""
         sample = self._completer.complete(pose)
@@ -127,7 +137,8 @@ class OperatingHand:
             given.undone + wish.undone,
             given.washed + wish.washed,
         )
-        sample = replace(sample, instrument=state)
+        is_frozen = wish.is_frozen or sample.is_frozen
+        sample = replace(sample, instrument=state, is_frozen=is_frozen)
         if given.name == NO_TOOL and name != NO_TOOL:
             sample = self._carried(sample, wish.ahead_mm)
         return sample

@@ -14,7 +14,8 @@ class SampleRecord(
 ):
     """One measured sample; see `scenarios.sample.Sample`.
 
-    instrument: absent in recordings from before tools did anything.
+    instrument: absent in recordings from before tools did anything. is_frozen: likewise
+    from before the trainer could be frozen.
     """
 
     time_s: float
@@ -24,6 +25,7 @@ class SampleRecord(
     instrument_pointing: list[float]
     buttons: int
     instrument: InstrumentState = AS_BEFORE
+    is_frozen: bool = False
 
     @classmethod
     def of(cls, sample: Sample) -> "SampleRecord":
@@ -36,6 +38,7 @@ class SampleRecord(
             [float(v) for v in sample.instrument_pointing],
             sample.buttons,
             sample.instrument,
+            sample.is_frozen,
         )
 
     def sample(self) -> Sample:
@@ -52,6 +55,7 @@ class SampleRecord(
             np.array(self.instrument_pointing),
             self.buttons,
             self.instrument,
+            self.is_frozen,
         )
 
 

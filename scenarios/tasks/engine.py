@@ -1,0 +1,183 @@
+"""Follow the tasks of an exercise, sample by sample.
+
+It asks no clock: the same situations give the same events, whatever machine steps them.
+"""
+
+import copy
+import difflib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from disk import UserError
+from scenarios.tasks.rules import Rule, rule_of
+from scenarios.tasks.situation import Situation
+from scenarios.tasks.task import Follow, Open, Place, Task
+
+
+class Status(StrEnum):
+    """Say how a task stands."""
+
+    WAITING = "waiting"
+    OPEN = "open"
+    DONE = "done"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True, slots=True)
+class TaskState:
+    """Say how one task stands.
+
+    progress: 0 to 1. opened_s, ended_s: of the score's clock, None before. why: it
+    failed, in words.
+    """
+
+    name: str
+    status: Status = Status.WAITING
+    progress: float = 0.0
+    opened_s: float | None = None
+    ended_s: float | None = None
+    why: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class TaskEvent:
+    """Tell that a task was opened, done or failed, and when."""
+
+    time_s: float
+    task: str
+    status: Status
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class EngineState:
+    """Hold an engine between two samples; see `TaskEngine.freeze`."""
+
+    rules: tuple[Rule, ...]
+    states: tuple[TaskState, ...]
+    last_s: float | None
+
+
+class TaskEngine:
+    """Open tasks in their order, and tell which are done.
+
+    states: how each task stands, in the order of the scenario.
+    """
+
+    def __init__(
+        self, tasks: Sequence[Task], places: Mapping[str, NDArray[np.float64]]
+    ) -> None:
+        """Begin an exercise.
+
+        places: ``(3,)`` LPS mm of the head's landmarks by name. UserError names a
+        place, or a task in `after`, that there is not.
+        """
+        check_tasks(tasks, places)
+        self.tasks = tuple(tasks)
+        self._rules = [rule_of(task, places) for task in tasks]
+        self.states = tuple(TaskState(task.name) for task in tasks)
+        self._last_s: float | None = None
+
+    def step(self, now: Situation) -> list[TaskEvent]:
+        """Take in one situation; return what happened. They come in order of time."""
+        elapsed_s = 0.0 if self._last_s is None else now.time_s - self._last_s
+        self._last_s = now.time_s
+        states, events = list(self.states), []
+        done = {s.name for s in states if s.status is Status.DONE}
+        for n, (task, rule) in enumerate(zip(self.tasks, self._rules, strict=True)):
+            state = states[n]
+            if state.status is Status.WAITING and done.issuperset(task.after):
+                state = TaskState(task.name, Status.OPEN, 0.0, now.time_s)
+                events.append(TaskEvent(now.time_s, task.name, Status.OPEN, task.title))
+            if state.status is Status.OPEN:
+                rule.step(now, elapsed_s if state.opened_s != now.time_s else 0.0)
+                state = _stepped(state, rule, now.time_s)
+                if state.status is not Status.OPEN:
+                    text = state.why or task.title
+                    events.append(TaskEvent(now.time_s, task.name, state.status, text))
+            states[n] = state
+        self.states = tuple(states)
+        return events
+
+    @property
+    def is_complete(self) -> bool:
+        """Return whether nothing is left to do: all that count are done, or kept."""
+        return all(
+            task.is_optional
+            or state.status is Status.DONE
+            or (rule.is_kept and state.status is Status.OPEN)
+            for task, state, rule in zip(
+                self.tasks, self.states, self._rules, strict=True
+            )
+        )
+
+    def ended(self) -> tuple[TaskState, ...]:
+        """Return how each task stands if this is the end: what was kept is done."""
+        return tuple(
+            TaskState(s.name, Status.DONE, 1.0, s.opened_s, self._last_s)
+            if rule.is_kept and s.status is Status.OPEN
+            else s
+            for s, rule in zip(self.states, self._rules, strict=True)
+        )
+
+    def freeze(self) -> EngineState:
+        """Return all that later samples may change."""
+        rules = tuple(copy.copy(rule) for rule in self._rules)
+        return EngineState(rules, self.states, self._last_s)
+
+    def restore(self, state: EngineState) -> None:
+        """Go back, or on, to a state of this engine."""
+        self._rules = [copy.copy(rule) for rule in state.rules]
+        self.states = state.states
+        self._last_s = state.last_s
+
+
+def check_tasks(tasks: Sequence[Task], places: Iterable[str]) -> None:
+    """Raise UserError where a task names what there is not."""
+    names = [task.name for task in tasks]
+    known = list(places)
+    for n, task in enumerate(tasks):
+        if task.name in names[:n]:
+            raise UserError(f"Two tasks are named {task.name!r}; give each its own.")
+        for before in task.after:
+            if before not in names[:n]:
+                raise UserError(
+                    f"The task {task.name!r} comes after {before!r}, which is no "
+                    f"task before it{_nearest(before, names[:n])}."
+                )
+        for place in places_of(task):
+            if isinstance(place, str) and place not in known:
+                raise UserError(
+                    f"The task {task.name!r} names the place {place!r}, which this "
+                    f"head does not have{_nearest(place, known)}."
+                )
+
+
+def places_of(task: Task) -> tuple[Place, ...]:
+    """Return the places that a task names."""
+    if isinstance(task, Follow):
+        return tuple(ring.place for ring in task.rings)
+    if isinstance(task, Open):
+        return task.start, task.end
+    place: Place | None = getattr(task, "place", None)
+    return () if place is None else (place,)
+
+
+def _nearest(word: str, known: list[str]) -> str:
+    found = difflib.get_close_matches(word, known, 1)
+    return f"; did you mean {found[0]!r}?" if found else ""
+
+
+def _stepped(state: TaskState, rule: Rule, time_s: float) -> TaskState:
+    status, ended_s = Status.OPEN, None
+    if rule.failed:
+        status, ended_s = Status.FAILED, time_s
+    elif rule.progress >= 1.0 and not rule.is_kept:
+        status, ended_s = Status.DONE, time_s
+    return TaskState(
+        state.name, status, rule.progress, state.opened_s, ended_s, rule.failed
+    )

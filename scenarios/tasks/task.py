@@ -1,0 +1,153 @@
+"""What a trainee is asked to do, as a scenario file says it.
+
+Each kind is one table ``[[tasks]]`` with its ``kind``. Places are names of landmarks of
+the head, or patient LPS in mm. Times are of the score's clock, which stands while the
+trainer is frozen.
+"""
+
+import math
+from enum import StrEnum
+
+import msgspec
+
+Point = tuple[float, float, float]
+Place = str | Point
+
+
+class Held(StrEnum):
+    """Name the tool whose tip a task is about."""
+
+    SCOPE = "scope"
+    TOOL = "tool"
+
+
+class TaskBase(
+    msgspec.Struct,
+    frozen=True,
+    forbid_unknown_fields=True,
+    kw_only=True,
+    tag_field="kind",
+):
+    """Hold what every kind of task has.
+
+    name: of the task, for `after`, events and rubrics; once in a scenario. title: what
+    the trainee reads. hint: shown when it is asked for. after: names of tasks that must
+    be done first. is_optional: an exercise is complete without it.
+    """
+
+    name: str
+    title: str
+    hint: str = ""
+    after: tuple[str, ...] = ()
+    is_optional: bool = False
+
+
+class Reach(TaskBase, frozen=True, tag="reach"):
+    """Bring a tip to a place: within radius_mm of it for hold_s at a stretch."""
+
+    place: Place
+    radius_mm: float
+    held: Held = Held.SCOPE
+    hold_s: float = 0.0
+
+
+class Look(TaskBase, frozen=True, tag="look"):
+    """Look at a place, with nothing in between, for hold_s at a stretch.
+
+    within_deg: from the middle of the picture, at most. nearest_mm, farthest_mm: from
+    the lens.
+    """
+
+    place: Place
+    within_deg: float = 15.0
+    nearest_mm: float = 2.0
+    farthest_mm: float = 30.0
+    hold_s: float = 1.0
+
+
+class Hold(TaskBase, frozen=True, tag="hold"):
+    """Hold a tip still near a place for hold_s at a stretch.
+
+    radius_mm: from the place, at most. still_mm: from where the hold began, at most.
+    """
+
+    place: Place
+    radius_mm: float
+    still_mm: float
+    hold_s: float
+    held: Held = Held.SCOPE
+
+
+class Ring(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Place a hoop: its middle, the direction it is passed in, its radius."""
+
+    place: Place
+    axis: Point
+    radius_mm: float
+
+
+class Follow(TaskBase, frozen=True, tag="follow"):
+    """Pass a tip through rings, in their order and along their axes."""
+
+    rings: tuple[Ring, ...]
+    held: Held = Held.SCOPE
+
+
+class Inject(TaskBase, frozen=True, tag="inject"):
+    """Put a tool's tip into tissue at a place and work its pedal for hold_s.
+
+    tool: its name in the catalogue. radius_mm: from the place, at most. deepest_mm:
+    below the surface, at most.
+    """
+
+    place: Place
+    tool: str
+    radius_mm: float = 2.0
+    deepest_mm: float = 3.0
+    hold_s: float = 1.0
+
+
+class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Bound a volume that is taken, mm3."""
+
+    least_mm3: float = 0.0
+    most_mm3: float = math.inf
+
+
+class Remove(TaskBase, frozen=True, tag="remove"):
+    """Take tissue within limits, by tissue and by the bone of walls.
+
+    Names are those of the books, see `surgery.patient.Books`. Too much fails at once.
+    """
+
+    tissues: dict[str, Limits] = {}
+    walls: dict[str, Limits] = {}
+
+
+class Open(TaskBase, frozen=True, tag="open"):
+    """Make a way for a ball of radius_mm, straight from one place to another."""
+
+    start: Place
+    end: Place
+    radius_mm: float
+
+
+class KeepAway(TaskBase, frozen=True, tag="keep away"):
+    """Keep scope and tool away from hazards until the end.
+
+    margin_mm: nearer than this counts, the more the nearer: a tool at the hazard for
+    one second is a dose of one. most_dose_s: of each hazard. An injury fails at once.
+    """
+
+    hazards: tuple[str, ...]
+    margin_mm: float
+    most_dose_s: float
+
+
+class Survey(TaskBase, frozen=True, tag="survey"):
+    """See so much of the mucosa of sites: percent of each, by name."""
+
+    sites: dict[str, float]
+
+
+Task = Reach | Look | Hold | Follow | Inject | Remove | Open | KeepAway | Survey
