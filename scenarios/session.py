@@ -50,8 +50,11 @@ class View:
 
 
 @dataclass(frozen=True, slots=True)
-class _Placed:
-    """Say where a sample's scope is: 4x4 pose, gap in mm, what is touched or near."""
+class Placed:
+    """Say where a sample's scope is: 4x4 pose, gap in mm, what is touched or near.
+
+    touched: "" without contact. hazards: None where nobody knows them.
+    """
 
     world_from_tip: NDArray[np.float64]
     gap_mm: float
@@ -64,7 +67,7 @@ class SessionState:
     """Hold a session between two samples; see `Session.freeze`."""
 
     scorer: Scorer
-    stepped: tuple[Sample, _Placed] | None
+    stepped: tuple[Sample, Placed] | None
     operation: "OperationState | None"
 
 
@@ -100,7 +103,7 @@ class Session:
         self._hazards = hazards
         self.operation = operation
         self._scorer = Scorer(targets)
-        self._stepped: tuple[Sample, _Placed] | None = None
+        self._stepped: tuple[Sample, Placed] | None = None
 
     def step(self, sample: Sample) -> None:
         """Take in one sample and score it."""
@@ -112,6 +115,11 @@ class Session:
             sample.time_s, tip_mm, placed.gap_mm, placed.touched, placed.hazards
         )
         self._stepped = sample, placed
+
+    @property
+    def placed(self) -> Placed | None:
+        """Return where the last sample's scope was; None before the first."""
+        return None if self._stepped is None else self._stepped[1]
 
     def freeze(self) -> SessionState:
         """Return all that later samples may change, the patient's tissue included."""
@@ -139,7 +147,7 @@ class Session:
             sample.instrument.jaw,
         )
 
-    def _placed(self, sample: Sample) -> _Placed:
+    def _placed(self, sample: Sample) -> Placed:
         """Return the tip's pose in the patient and the gap around the shaft."""
         if self._stepped is not None and self._stepped[0] is sample:
             # a frame shows the sample that was scored last
@@ -156,7 +164,7 @@ class Session:
             named = self._structures
             touched = TISSUE if named is None else named.touched(clearance)
         gaps = self._hazard_gaps(sample, world_from_tip)
-        return _Placed(world_from_tip, clearance.gap_mm, touched, gaps)
+        return Placed(world_from_tip, clearance.gap_mm, touched, gaps)
 
     def _hazard_gaps(
         self, sample: Sample, world_from_tip: NDArray[np.float64]
