@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.hazard_volumes import FARTHEST_MM
 from devices.microscribe.kinematics.arm_errors import ArmErrors
 from devices.microscribe.kinematics.inverse import UnreachableError
 from devices.microscribe.kinematics.profiles import profile_named
@@ -130,7 +131,7 @@ def session_noise(
         at_each_mm = info.registration_rms_mm * np.sqrt(count / (count - 2))
         middle = measured.scope.tip_mm[places].mean(axis=0)
         rms_mm = fitzpatrick_rms_mm(touched, middle[None], float(at_each_mm))
-        offset_mm = float(rms_mm[0]) / np.sqrt(3.0)
+        offset_mm = float(rms_mm[0] / np.sqrt(3.0))
     if not arm:
         scope = PoseNoise.even(tip_mm, turn_rad, offset_mm, _RECORD)
         return SessionNoise(scope, tool)
@@ -238,6 +239,7 @@ def _through_head(
             Breach(f.time_s, f.structure, f.by, f.depth_mm)
             for f in operation.figures().injuries
         )
+    radius_mm = measured.endoscope.diameter_mm / 2
     is_held = any(sample.instrument.name != NO_TOOL for sample in samples)
     return Measured(
         measured.scope,
@@ -245,8 +247,8 @@ def _through_head(
         measured.endoscope,
         targets,
         contacts,
-        _gaps(times, list(steps.scope)),
-        _gaps(times, steps.tool) if is_held else None,
+        _gaps(times, list(steps.scope), FARTHEST_MM - radius_mm),
+        _gaps(times, steps.tool, FARTHEST_MM) if is_held else None,
         edits,
         breaches,
         reference,
@@ -256,7 +258,9 @@ def _through_head(
 
 
 def _gaps(
-    times: NDArray[np.float64], rows: Sequence[dict[str, float] | None]
+    times: NDArray[np.float64],
+    rows: Sequence[dict[str, float] | None],
+    farthest_mm: float,
 ) -> HazardGaps | None:
     """Return the gaps by hazard; without what every scope glides along."""
     named = dict.fromkeys(name for row in rows if row is not None for name in row)
@@ -267,7 +271,7 @@ def _gaps(
         name: np.array([np.nan if row is None else row[name] for row in rows])
         for name in chosen
     }
-    return HazardGaps(times, gaps)
+    return HazardGaps(times, gaps, farthest_mm)
 
 
 def _reference(

@@ -121,8 +121,18 @@ def _print(session: Path, found: SessionMetrics) -> None:
     ]
     if not found.is_complete:
         rows.append(("recording", "ends in the middle"))
-    rows += [(f"{m.role}: {m.name}", metric_text(m)) for m in found.metrics]
+    told = [metric for metric in found.metrics if not _says_nothing(metric)]
+    rows += [(f"{m.role}: {m.name}", metric_text(m)) for m in told]
+    left_out = len(found.metrics) - len(told)
+    if left_out:
+        rows.append(("left out", f"{left_out} that are 0 or far away; --json has them"))
     print_table(f"Metrics of {session}", rows)
+
+
+def _says_nothing(metric: Metric) -> bool:
+    """Return whether a hazard, threshold or structure did not come into play."""
+    far = metric.value is None and "nearer than" in metric.reason
+    return ": " in metric.name and (far or metric.value == 0.0)
 
 
 def metric_text(metric: Metric) -> str:

@@ -38,14 +38,14 @@ def pivot_of(tip_mm: Doubles, axis: Doubles) -> Pivot | None:
     # about the mean: far from the origin the products would lose digits
     centre = tip_mm.mean(axis=0)
     near = tip_mm - centre
-    across = np.eye(3) - np.einsum("ij,ik->ijk", axis, axis)
-    matrix = across.sum(axis=0)
+    matrix = len(axis) * np.eye(3) - axis.T @ axis
     values = np.linalg.eigvalsh(matrix)
     if not values[0] > 1e-12 * values[-1]:
         return None
-    right = np.einsum("ijk,ik->j", across, near)
-    at = np.linalg.solve(matrix, right)
-    missed = np.einsum("ijk,ik->ij", across, at - near)
+    along = np.einsum("ij,ij->i", near, axis)
+    at = np.linalg.solve(matrix, near.sum(axis=0) - along @ axis)
+    towards = at - near
+    missed = towards - np.einsum("ij,ij->i", towards, axis)[:, None] * axis
     residual = float(np.sqrt((missed**2).sum(axis=1).mean()))
     return Pivot(at + centre, residual, float(values[-1] / values[0]))
 

@@ -21,6 +21,10 @@ from scenarios.metrics.metric import (
 Doubles = NDArray[np.float64]
 
 
+_NOISE_MM = 1.0
+"""Nearer than this to the largest distance that is stored, noise decides."""
+
+
 def _of_hazards(
     measured: Measured,
     role: str,
@@ -34,12 +38,21 @@ def _of_hazards(
     found = {}
     for name, gap_mm in gaps.gap_mm.items():
         known = np.isfinite(gap_mm) & np.isfinite(gaps.time_s)
+        if score is _smallest and known.any() and gap_mm[known].min() > _far(gaps):
+            reason = f"nothing came nearer than {_far(gaps):.0f} mm"
+            found[name] = Found(None, (), reason)
+            continue
         if known.sum() < 2:
             found[name] = too_little("two samples are needed")
             continue
         margin = measured.settings.margin_of(name)
         found[name] = score(measured, gaps.time_s[known], gap_mm[known], margin)
     return found
+
+
+def _far(gaps: HazardGaps) -> float:
+    """Return the distance from which on gaps are cut off, noise included."""
+    return gaps.farthest_mm - _NOISE_MM
 
 
 def _smallest(

@@ -32,11 +32,13 @@ class Contacts:
 class HazardGaps:
     """Hold the gaps of a tool to each hazard, mm, ``(n,)``, negative inside.
 
-    time_s: ``(n,)``. gap_mm: by hazard; NaN where the tool was not there.
+    time_s: ``(n,)``. gap_mm: by hazard; NaN where the tool was not there. farthest_mm:
+    larger gaps are not known.
     """
 
     time_s: Doubles
     gap_mm: Mapping[str, Doubles]
+    farthest_mm: float = np.inf
 
 
 @dataclass(frozen=True, slots=True)

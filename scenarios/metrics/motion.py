@@ -119,8 +119,7 @@ def economy(measured: Measured) -> Found:
 
 def way_within_mm(piece: Piece, span: Interval) -> float:
     """Return the length of a piece's path between two moments."""
-    way = np.concatenate([[0.0], np.cumsum(lengths(piece.steps_mm))])
-    begin, end = np.interp(span, piece.time_s, way)
+    begin, end = np.interp(span, piece.time_s, piece.way_mm)
     return float(end - begin)
 
 

@@ -133,6 +133,11 @@ class Piece:
         return np.diff(self.tip_mm, axis=0)
 
     @cached_property
+    def way_mm(self) -> Doubles:
+        """Return the length of the path up to each sample, ``(n,)``."""
+        return np.concatenate([[0.0], np.cumsum(lengths(self.steps_mm))])
+
+    @cached_property
     def speed_mm_s(self) -> Doubles:
         """Return the speed between samples, ``(n - 1,)``."""
         return lengths(self.steps_mm) * self.rate_hz
@@ -150,7 +155,8 @@ class Piece:
 
 def lengths(vectors: Doubles) -> Doubles:
     """Return the lengths ``(n,)`` of vectors ``(n, 3)``."""
-    return np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+    x, y, z = vectors.T
+    return np.asarray(np.sqrt(x * x + y * y + z * z))
 
 
 def turns_deg(quaternion: Doubles) -> Doubles:
@@ -161,21 +167,21 @@ def turns_deg(quaternion: Doubles) -> Doubles:
     first, second = quaternion[:-1], quaternion[1:]
     sign = np.where(np.einsum("ij,ij->i", first, second) < 0.0, -1.0, 1.0)
     chord = np.linalg.norm(second - sign[:, None] * first, axis=1)
-    return np.degrees(4.0 * np.arcsin(np.clip(chord / 2.0, 0.0, 1.0)))
+    return np.asarray(np.degrees(4.0 * np.arcsin(np.clip(chord / 2.0, 0.0, 1.0))))
 
 
 def third_column(quaternion: Doubles) -> Doubles:
     """Return the z axes ``(n, 3)`` of orientations ``(n, 4)``, x y z w."""
     x, y, z, w = quaternion.T
     column = [2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)]
-    return np.stack(column, axis=1).astype(np.float64)
+    return np.asarray(np.stack(column, axis=1))
 
 
 def second_column(quaternion: Doubles) -> Doubles:
     """Return the y axes ``(n, 3)`` of orientations ``(n, 4)``, x y z w."""
     x, y, z, w = quaternion.T
     column = [2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)]
-    return np.stack(column, axis=1).astype(np.float64)
+    return np.asarray(np.stack(column, axis=1))
 
 
 def low_pass(values: Doubles, rate_hz: float, settings: Settings) -> Doubles:
