@@ -24,6 +24,12 @@ COLUMNS = "MetricName", "MetricRoles", "MetricUnit", "MetricValue"
 
 OUR_COLUMNS = "Sigma", "NoiseFloor", "Remark"
 
+_OF_MANY = (
+    *("speed peaks: ", "smallest distance: ", "time in margin: "),
+    *("hazard dose: ", "near misses: "),
+)
+"""Metrics that most hazards or thresholds have nothing to tell of."""
+
 _NOISE = "below the noise floor"
 
 
@@ -130,9 +136,9 @@ def _print(session: Path, found: SessionMetrics) -> None:
 
 
 def _says_nothing(metric: Metric) -> bool:
-    """Return whether a hazard, threshold or structure did not come into play."""
+    """Return whether a hazard or a threshold did not come into play."""
     far = metric.value is None and "nearer than" in metric.reason
-    return ": " in metric.name and (far or metric.value == 0.0)
+    return metric.name.startswith(_OF_MANY) and (far or metric.value == 0.0)
 
 
 def metric_text(metric: Metric) -> str:

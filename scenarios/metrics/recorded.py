@@ -40,8 +40,7 @@ def tool_track(samples: Sequence[Sample]) -> Track:
     posed = rolled_frames(
         np.array([s.instrument_tip_mm for s in held]),
         np.array([s.instrument_pointing for s in held]),
-        # `tip_frame` turns right-handed about z, which runs back up the shaft
-        -np.array([s.instrument.roll_deg for s in held]),
+        np.array([s.instrument.roll_deg for s in held]),
     )
     times = np.array([s.time_s for s in held])
     return Track.of_frames(times, posed, part.astype(np.int64))

@@ -1,6 +1,7 @@
 """Every metric by its name, and the computation of all of them."""
 
 from collections.abc import Collection
+from dataclasses import replace
 
 import numpy as np
 
@@ -98,9 +99,15 @@ def _drawn(
     measured: Measured, noise: SessionNoise, chosen: tuple[Definition, ...], draws: int
 ) -> dict[str, float]:
     rng = np.random.default_rng(SEED)
+    # the way without its noise, as well as it is known: noise is added to it once
+    smooth = replace(
+        measured,
+        scope=measured.scope.smoothed(measured.settings),
+        tool=measured.tool.smoothed(measured.settings),
+    )
     values: dict[str, list[float]] = {}
     for _ in range(draws):
-        for definition, name, found in _values(disturbed(measured, noise, rng), chosen):
+        for definition, name, found in _values(disturbed(smooth, noise, rng), chosen):
             if found.value is not None:
                 values.setdefault(_key(definition, name), []).append(found.value)
     return spreads(values, draws)

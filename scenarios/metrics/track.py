@@ -103,6 +103,24 @@ class Track:
                 found.append(piece)
         return found
 
+    def smoothed(self, settings: Settings) -> "Track":
+        """Return the low-passed poses at the recorded times.
+
+        Stretches that are too short to filter stay as they are.
+        """
+        tip, quaternion = self.tip_mm.copy(), self.quaternion.copy()
+        for places in self.spans(settings.gap_s):
+            piece = _piece(self, places, settings)
+            if piece is None:
+                continue
+            times, even = self.time_s[places], piece.time_s
+            columns = np.concatenate([piece.tip_mm, piece.quaternion], axis=1).T
+            read = np.stack([np.interp(times, even, c) for c in columns], axis=1)
+            tip[places] = read[:, :3]
+            turned = read[:, 3:]
+            quaternion[places] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+        return Track(self.time_s, tip, quaternion, self.part)
+
 
 @dataclass(frozen=True)
 class Piece:

@@ -1,7 +1,7 @@
 """How much of a metric is the device's noise.
 
-Poses are disturbed by what the device is known to be wrong by, and the metrics are
-computed again; the standard deviation over a few draws of a fixed seed is told. A tool
+Low-passed poses are disturbed by what the device is known to be wrong by, and the
+metrics are computed again; the standard deviation over a few draws of a fixed seed is told. A tool
 held still, disturbed alike, gives each metric's noise floor.
 """
 
@@ -20,7 +20,7 @@ from scenarios.metrics.track import Track, third_column
 Doubles = NDArray[np.float64]
 
 SEED = 20150112
-_MOST_POSES, _LEAST_DRAWS, _MOST_DRAWS = 300_000, 4, 32
+_MOST_POSES, _LEAST_DRAWS, _MOST_DRAWS = 300_000, 3, 32
 """Poses that are disturbed in all bound the draws: the time is that of a few runs."""
 
 STILL_PER_SAMPLE = 4.0 / math.sqrt(math.pi)
@@ -116,7 +116,7 @@ def draw_count(measured: Measured) -> int:
 def disturbed(
     measured: Measured, noise: SessionNoise, rng: np.random.Generator
 ) -> Measured:
-    """Return the same session as another draw of the noise would have recorded it."""
+    """Return a session as another draw of the noise would have recorded it."""
     offset = noise.scope.offset_mm * rng.standard_normal(3)
     return replace(
         measured,
