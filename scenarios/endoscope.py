@@ -16,7 +16,7 @@ from renderers.scene import Camera, Projection
 SUPERIOR = np.array([0.0, 0.0, 1.0])
 ANTERIOR = np.array([0.0, -1.0, 0.0])
 
-_PARALLEL = 0.999
+PARALLEL = 0.999
 """Cosine above which the view axis counts as parallel to "up" (2.6 degrees): the
 horizon then follows the patient's front instead of flickering."""
 
@@ -111,7 +111,7 @@ def _upright(
     axis: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return unit right and up of a picture along `axis`, nearest to upright."""
-    reference = SUPERIOR if abs(axis @ SUPERIOR) < _PARALLEL else ANTERIOR
+    reference = SUPERIOR if abs(axis @ SUPERIOR) < PARALLEL else ANTERIOR
     right = _cross(axis, reference)
     right /= math.sqrt(right @ right)
     return right, _cross(right, axis)

@@ -52,8 +52,11 @@ class View:
 
 
 @dataclass(frozen=True, slots=True)
-class _Placed:
-    """Say where a sample's scope is: 4x4 pose, gap in mm, what is touched or near."""
+class Placed:
+    """Say where a sample's scope is: 4x4 pose, gap in mm, what is touched or near.
+
+    touched: "" without contact. hazards: None where nobody knows them.
+    """
 
     world_from_tip: NDArray[np.float64]
     gap_mm: float
@@ -66,7 +69,7 @@ class SessionState:
     """Hold a session between two samples; see `Session.freeze`."""
 
     scorer: Scorer
-    stepped: tuple[Sample, _Placed] | None
+    stepped: tuple[Sample, Placed] | None
     operation: "OperationState | None"
     tasks: EngineState | None
     clock: "_Clock"
@@ -134,7 +137,7 @@ class Session:
         self._task_events: list[TaskEvent] = []
         self._clock = _Clock()
         self._scorer = Scorer(targets)
-        self._stepped: tuple[Sample, _Placed] | None = None
+        self._stepped: tuple[Sample, Placed] | None = None
 
     @property
     def clock_s(self) -> float:
@@ -165,6 +168,11 @@ class Session:
         if self.tasks is not None:
             situation = self._situation(sample, placed)
             self._task_events += self.tasks.step(situation)
+
+    @property
+    def placed(self) -> Placed | None:
+        """Return where the last sample's scope was; None before the first."""
+        return None if self._stepped is None else self._stepped[1]
 
     def freeze(self) -> SessionState:
         """Return all that later samples may change, the patient's tissue included."""
@@ -199,7 +207,7 @@ class Session:
             sample.instrument.jaw,
         )
 
-    def _situation(self, sample: Sample, placed: _Placed) -> Situation:
+    def _situation(self, sample: Sample, placed: Placed) -> Situation:
         """Return what a sample means to tasks."""
         camera = self.endoscope.camera(
             placed.world_from_tip, sample.roll_deg, self.size
@@ -230,7 +238,7 @@ class Session:
             injured=operation.injured,
         )
 
-    def _placed(self, sample: Sample) -> _Placed:
+    def _placed(self, sample: Sample) -> Placed:
         """Return the tip's pose in the patient and the gap around the shaft."""
         if self._stepped is not None and self._stepped[0] is sample:
             # a frame shows the sample that was scored last
@@ -247,7 +255,7 @@ class Session:
             named = self._structures
             touched = TISSUE if named is None else named.touched(clearance)
         gaps = self._hazard_gaps(sample, world_from_tip)
-        return _Placed(world_from_tip, clearance.gap_mm, touched, gaps)
+        return Placed(world_from_tip, clearance.gap_mm, touched, gaps)
 
     def _hazard_gaps(
         self, sample: Sample, world_from_tip: NDArray[np.float64]

@@ -150,6 +150,58 @@ def replay(
     )
 
 
+@app.command(group=SESSIONS)
+def metrics(
+    session: Path,
+    *,
+    csv: Path | None = None,
+    json_file: Path | None = None,
+    only: tuple[str, ...] = (),
+    settings: Path | None = None,
+    arm: str = "",
+    case: Path | None = None,
+    motion_only: Flag = False,
+    json: Json = False,
+) -> int:
+    """Measure how a recorded session was flown: path, smoothness, view, contact.
+
+    Every value comes with the share of the device's noise in it, 1 sigma.
+
+    Parameters
+    ----------
+    session
+        A folder NAME.paravol.
+    csv
+        Write a table that begins with PerkTutor's columns.
+    json_file
+        Write all values, with the seconds of the session that each came from.
+    only
+        Compute the metrics of this name; may be given several times.
+    settings
+        TOML file of thresholds and filters, and of what was to be removed.
+    arm
+        Profile of the arm that was used, such as dx: noise from its counts. Without
+        it the noise is estimated from the record.
+    case
+        Where the case that was flown through lies now.
+    motion_only
+        Leave the head out: no contact, hazards, targets or removal, but at once.
+    """
+    from app.cli.metrics_command import MetricsOptions, run_metrics
+
+    options = MetricsOptions(
+        session=session,
+        csv=csv,
+        table=json_file,
+        only=only,
+        settings=settings,
+        arm=arm,
+        case=case,
+        motion_only=motion_only,
+    )
+    return run_metrics(options, as_json=json)
+
+
 @app.command(group=FLY)
 def train(
     *,

@@ -1,0 +1,161 @@
+"""`paravol metrics`: compute, print, write tables."""
+
+import csv
+from dataclasses import asdict, dataclass
+from io import StringIO
+from pathlib import Path
+
+import msgspec
+
+from app.cli.terminal import Stages, print_json, print_table
+from disk import demand_place, whole_file
+from paravol.session_metrics import SessionMetrics, session_metrics
+from scenarios.bundle import write_json
+from scenarios.metrics import (
+    DEFINITIONS,
+    Metric,
+    Settings,
+    definitions_named,
+    load_settings,
+)
+
+COLUMNS = "MetricName", "MetricRoles", "MetricUnit", "MetricValue"
+"""Of PerkTutor's table of metrics; ours come behind them."""
+
+OUR_COLUMNS = "Sigma", "NoiseFloor", "Remark"
+
+_OF_MANY = (
+    *("speed peaks: ", "smallest distance: ", "time in margin: "),
+    *("hazard dose: ", "near misses: "),
+)
+"""Metrics that most hazards or thresholds have nothing to tell of."""
+
+_NOISE = "below the noise floor"
+
+
+@dataclass(frozen=True, slots=True)
+class MetricsOptions:
+    """Hold what was asked for; see `paravol metrics --help`."""
+
+    session: Path
+    csv: Path | None = None
+    table: Path | None = None
+    only: tuple[str, ...] = ()
+    settings: Path | None = None
+    arm: str = ""
+    case: Path | None = None
+    motion_only: bool = False
+
+
+def run_metrics(options: MetricsOptions, *, as_json: bool) -> int:
+    """Compute the metrics, tell them, write them where that was asked for."""
+    for file in (options.csv, options.table):
+        if file is not None:
+            demand_place(file)
+    settings = Settings()
+    if options.settings is not None:
+        settings = load_settings(options.settings)
+    chosen = DEFINITIONS
+    if options.only:
+        chosen = definitions_named(options.only)
+    with Stages() as stages:
+        found = session_metrics(
+            options.session,
+            settings=settings,
+            chosen=chosen,
+            arm=options.arm,
+            case=options.case,
+            has_head=not options.motion_only,
+            progress=stages,
+        )
+    if options.csv is not None:
+        with whole_file(options.csv) as beside:
+            beside.write_text(as_csv(found.metrics), "utf-8")
+    if options.table is not None:
+        write_json(options.table, _report(options.session, found))
+    if as_json:
+        print_json(_report(options.session, found))
+    else:
+        _print(options.session, found)
+    return 0
+
+
+def as_csv(metrics: list[Metric]) -> str:
+    """Return PerkTutor's columns, then ours; a missing value is an empty cell."""
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([*COLUMNS, *OUR_COLUMNS])
+    for metric in metrics:
+        figures = (metric.value, metric.sigma, metric.floor)
+        value, sigma, floor = ("" if f is None else repr(f) for f in figures)
+        row = [metric.name, metric.role, metric.unit, value, sigma, floor]
+        writer.writerow([*row, _remark(metric)])
+    return text.getvalue()
+
+
+def _report(session: Path, found: SessionMetrics) -> dict[str, object]:
+    return {
+        "session": session.name,
+        "is_complete": found.is_complete,
+        "noise": {
+            role: {
+                "tip_mm": noise.axis_mm,
+                "turn_rad": noise.turn_rad,
+                "offset_mm": noise.offset_mm,
+                "source": noise.source,
+            }
+            for role, noise in (
+                ("scope", found.noise.scope),
+                ("tool", found.noise.tool),
+            )
+        },
+        "settings": msgspec.to_builtins(found.settings),
+        "metrics": [
+            {**asdict(metric), "is_noise": metric.is_noise} for metric in found.metrics
+        ],
+    }
+
+
+def _print(session: Path, found: SessionMetrics) -> None:
+    scope, tool = found.noise.scope, found.noise.tool
+    rows = [
+        (
+            "noise of an axis",
+            f"scope {scope.axis_mm:.3f} mm (from {scope.source}), registration "
+            f"{scope.offset_mm:.3f} mm; tool {tool.axis_mm:.3f} mm",
+        )
+    ]
+    if not found.is_complete:
+        rows.append(("recording", "ends in the middle"))
+    told = [metric for metric in found.metrics if not _says_nothing(metric)]
+    rows += [(f"{m.role}: {m.name}", metric_text(m)) for m in told]
+    left_out = len(found.metrics) - len(told)
+    if left_out:
+        rows.append(("left out", f"{left_out} that are 0 or far away; --json has them"))
+    print_table(f"Metrics of {session}", rows)
+
+
+def _says_nothing(metric: Metric) -> bool:
+    """Return whether a hazard or a threshold did not come into play."""
+    far = metric.value is None and "nearer than" in metric.reason
+    return metric.name.startswith(_OF_MANY) and (far or metric.value == 0.0)
+
+
+def metric_text(metric: Metric) -> str:
+    """Return a value with its 1 sigma and its unit, or why there is none."""
+    if metric.value is None:
+        return metric.reason
+    unit = "" if metric.unit == "1" else f" {metric.unit}"
+    sigma = "" if not metric.sigma else f" ± {metric.sigma:.2g}"
+    remark = _remark(metric)
+    return f"{_figure(metric.value)}{sigma}{unit}" + (f" ({remark})" if remark else "")
+
+
+def _figure(value: float) -> str:
+    if value == round(value) and abs(value) < 1e6:
+        return f"{value:.0f}"
+    return f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.4g}"
+
+
+def _remark(metric: Metric) -> str:
+    return _NOISE if metric.is_noise else metric.reason

@@ -1,0 +1,301 @@
+"""The metrics of a recorded session."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from anatomy.hazard_volumes import FARTHEST_MM
+from devices.microscribe.kinematics.arm_errors import ArmErrors
+from devices.microscribe.kinematics.inverse import UnreachableError
+from devices.microscribe.kinematics.profiles import profile_named
+from devices.microscribe.kinematics.uncertainty import EXACT
+from devices.registration.target_error import fitzpatrick_rms_mm
+from disk import UserError
+from paravol.patient import PatientScene, Progress, StrPath, load_patient, no_progress
+from paravol.session_setup import flown_scenario, reopen_session
+from paravol.shortest_way import inside_of, shortest_way_mm
+from renderers.scene import Volume
+from scenarios import Sample, Scenario, Session
+from scenarios.bundle import Recording, SampleRecord, SessionInfo, read_recording
+from scenarios.hazard_watch import ALWAYS_NEAR
+from scenarios.instrument_state import NO_TOOL
+from scenarios.metrics import (
+    DEFINITIONS,
+    Breach,
+    Contacts,
+    Definition,
+    HazardGaps,
+    Measured,
+    Metric,
+    PoseNoise,
+    Reference,
+    SessionNoise,
+    Settings,
+    Taken,
+    measure,
+    recorded_noise,
+    scope_track,
+    tool_track,
+)
+from surgery.edit import Edit
+
+_RECORD = "the record itself"
+
+_MOST_POSES = 40
+"""Poses at which an arm's rounding is computed: it changes little over a nose."""
+
+
+@dataclass(frozen=True, slots=True)
+class SessionMetrics:
+    """Hold a session's metrics and what they were computed with.
+
+    is_complete: False where the recording ends in the middle. noise: of the poses.
+    settings: thresholds and filters.
+    """
+
+    metrics: list[Metric]
+    is_complete: bool
+    noise: SessionNoise
+    settings: Settings
+
+
+def session_metrics(
+    folder: StrPath,
+    *,
+    settings: Settings | None = None,
+    chosen: tuple[Definition, ...] = DEFINITIONS,
+    arm: str = "",
+    case: Path | None = None,
+    has_head: bool = True,
+    progress: Progress = no_progress,
+    patient: PatientScene | None = None,
+) -> SessionMetrics:
+    """Compute the metrics of a recorded session.
+
+    settings: None for the usual ones. arm: profile of the arm that was used, for the
+    rounding of its joints; "" estimates the noise from the record. case: where the case
+    that was flown through lies now. has_head: step the session through its head again;
+    without that contact, hazards and removal are not known. patient: the one that was
+    flown through, where it is loaded already. UserError when the session cannot be
+    read, holds no sample, or was flown through another head.
+    """
+    folder = Path(folder)
+    recording = read_recording(folder)
+    samples = [r.sample() for r in recording.records if isinstance(r, SampleRecord)]
+    if not samples:
+        raise UserError(f"{folder} holds no sample; nothing was recorded.")
+    settings = Settings() if settings is None else settings
+    world_from_device = np.array(recording.info.world_from_device).reshape(4, 4)
+    measured = _measured(samples, recording, settings, world_from_device)
+    if has_head:
+        scenario = flown_scenario(folder, recording.info, case)
+        patient = patient or load_patient(scenario, progress)
+        measured = _through_head(
+            folder, measured, recording, samples, patient, progress
+        )
+    scenario = _scenario(recording.info)
+    noise = session_noise(measured, samples, recording.info, scenario, arm)
+    progress("Metrics", 0.0)
+    metrics = measure(measured, noise, chosen)
+    progress("Metrics", 1.0)
+    return SessionMetrics(metrics, recording.complete, noise, settings)
+
+
+def session_noise(
+    measured: Measured,
+    samples: Sequence[Sample],
+    info: SessionInfo,
+    scenario: Scenario,
+    arm: str,
+) -> SessionNoise:
+    """Return how far a session's poses are wrong.
+
+    The tip's noise is an arm's rounding to counts, at the poses that it had, or what
+    the record shows. The registration's error is expected at the middle of the way: it
+    comes of the residual, which by itself says nothing about a target (Fitzpatrick,
+    West, Maurer, IEEE Trans. Med. Imaging 17, 1998).
+    """
+    gap_s = measured.settings.gap_s
+    tip_mm, turn_rad = recorded_noise(measured.scope, gap_s)
+    # the second channel's poses are recorded in the patient's frame already
+    tool = PoseNoise.even(*recorded_noise(measured.tool, gap_s), 0.0, _RECORD)
+    offset_mm = 0.0
+    touched = np.array([f.position_mm for f in scenario.fiducials]).reshape(-1, 3)
+    places = measured.scope.valid
+    if len(touched) > 2 and len(places):
+        count = len(touched)
+        at_each_mm = info.registration_rms_mm * np.sqrt(count / (count - 2))
+        middle = measured.scope.tip_mm[places].mean(axis=0)
+        rms_mm = fitzpatrick_rms_mm(touched, middle[None], float(at_each_mm))
+        offset_mm = float(rms_mm[0] / np.sqrt(3.0))
+    if not arm:
+        scope = PoseNoise.even(tip_mm, turn_rad, offset_mm, _RECORD)
+        return SessionNoise(scope, tool)
+    profile = profile_named(arm)
+    chosen = places[:: max(len(places) // _MOST_POSES, 1)]
+    frames = np.array([samples[place].device_from_tip for place in chosen])
+    world_from_device = np.array(info.world_from_device).reshape(4, 4)
+    nothing = np.zeros((3, 3))
+    errors = ArmErrors(profile.geometry, profile.encoders, EXACT, np.zeros(3), nothing)
+    try:
+        at = errors.at(frames.reshape(-1, 4, 4), world_from_device, nothing)
+    except UnreachableError as error:
+        raise UserError(
+            f"An arm of the profile {arm!r} cannot have had the poses of this session; "
+            "name the one that was used with --arm."
+        ) from error
+    covariance = at.noise.mean(axis=0) if len(at.noise) else nothing
+    scope = PoseNoise(covariance, turn_rad, offset_mm, f"counts of the arm {arm}")
+    return SessionNoise(scope, tool)
+
+
+def _scenario(info: SessionInfo) -> Scenario:
+    return msgspec.json.decode(info.scenario, type=Scenario)
+
+
+def _measured(
+    samples: Sequence[Sample],
+    recording: Recording,
+    settings: Settings,
+    world_from_device: NDArray[np.float64],
+) -> Measured:
+    """Return what is known without a head."""
+    return Measured(
+        scope_track(samples, world_from_device),
+        tool_track(samples),
+        _scenario(recording.info).scope.endoscope(),
+        picture_px=recording.info.picture_size[0],
+        settings=settings,
+    )
+
+
+class _Steps:
+    """Gather what each sample of a stepped session meant."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self.gaps: list[float] = []
+        self.touched: list[str] = []
+        self.scope: list[dict[str, float]] = []
+        self.tool: list[dict[str, float] | None] = []
+        self.edits: list[Edit] = []
+
+    def add(self, sample: Sample) -> None:
+        """Step the session and read it."""
+        self._session.step(sample)
+        placed = self._session.placed
+        assert placed is not None
+        self.gaps.append(placed.gap_mm)
+        self.touched.append(placed.touched)
+        if placed.hazards is not None:
+            self.scope.append(placed.hazards.shaft)
+            self.tool.append(placed.hazards.instrument)
+        operation = self._session.operation
+        if operation is None:
+            return
+        new = operation.take_edits()
+        # what was taken back is no longer among the patient's cuts
+        kept = max(operation.patient.edits - len(new), 0)
+        self.edits = self.edits[:kept] + new
+        operation.take_changes()
+        operation.take_injuries()
+
+
+def _through_head(
+    folder: Path,
+    measured: Measured,
+    recording: Recording,
+    samples: Sequence[Sample],
+    patient: PatientScene,
+    progress: Progress,
+) -> Measured:
+    """Step the session through its head; add what that shows."""
+    scenario = _scenario(recording.info)
+    targets = patient.positions(scenario.targets)
+    reference = _reference(measured, patient.surface.distance, targets)
+    _, session = reopen_session(folder, recording.info, patient)
+    steps = _Steps(session)
+    for place, sample in enumerate(samples):
+        steps.add(sample)
+        progress("Stepping the session", (place + 1) / len(samples))
+    times = np.array([sample.time_s for sample in samples])
+    names = tuple(dict.fromkeys(name for name in steps.touched if name))
+    codes = {"": -1} | {name: code for code, name in enumerate(names)}
+    contacts = Contacts(
+        times,
+        np.array(steps.gaps),
+        np.array([codes[name] for name in steps.touched], np.int64),
+        names,
+    )
+    operation = session.operation
+    edits = breaches = None
+    if operation is not None:
+        edits = tuple(Taken(e.time_s, e.tool, e.taken_mm3) for e in steps.edits)
+        breaches = tuple(
+            Breach(f.time_s, f.structure, f.by, f.depth_mm)
+            for f in operation.figures().injuries
+        )
+    radius_mm = measured.endoscope.diameter_mm / 2
+    is_held = any(sample.instrument.name != NO_TOOL for sample in samples)
+    return Measured(
+        measured.scope,
+        measured.tool,
+        measured.endoscope,
+        targets,
+        contacts,
+        _gaps(times, list(steps.scope), FARTHEST_MM - radius_mm),
+        _gaps(times, steps.tool, FARTHEST_MM) if is_held else None,
+        edits,
+        breaches,
+        reference,
+        measured.picture_px,
+        measured.settings,
+    )
+
+
+def _gaps(
+    times: NDArray[np.float64],
+    rows: Sequence[dict[str, float] | None],
+    farthest_mm: float,
+) -> HazardGaps | None:
+    """Return the gaps by hazard; without what every scope glides along."""
+    named = dict.fromkeys(name for row in rows if row is not None for name in row)
+    chosen = [name for name in named if name not in ALWAYS_NEAR]
+    if not chosen:
+        return None
+    gaps = {
+        name: np.array([np.nan if row is None else row[name] for row in rows])
+        for name in chosen
+    }
+    return HazardGaps(times, gaps, farthest_mm)
+
+
+def _reference(
+    measured: Measured,
+    distance: Volume,
+    targets: dict[str, NDArray[np.float64]],
+) -> Reference | None:
+    """Return the shortest way by the targets, in the order in which they were met."""
+    track = measured.scope
+    places = track.valid
+    if len(places) == 0:
+        return None
+    inside = places[inside_of(distance, track.tip_mm[places])]
+    if len(inside) < 2:
+        return None
+    tips = track.tip_mm[inside]
+    met = sorted(
+        int(np.argmin(np.linalg.norm(tips - at, axis=1))) for at in targets.values()
+    )
+    ways = [0, *met, len(inside) - 1]
+    length_mm = shortest_way_mm(
+        distance, tips[ways], measured.endoscope.diameter_mm / 2
+    )
+    if length_mm is None:
+        return None
+    begin_s, end_s = track.time_s[inside[0]], track.time_s[inside[-1]]
+    return Reference(length_mm, float(begin_s), float(end_s))

@@ -1,0 +1,87 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scenarios.endoscope import Endoscope, tip_frame
+from scenarios.instrument_state import EMPTY_HAND, InstrumentState
+from scenarios.metrics.recorded import rolled_frames, scope_track, tool_track
+from scenarios.metrics.scope_view import views_of
+from scenarios.metrics.settings import Settings
+from scenarios.metrics.track import Piece, second_column
+from scenarios.sample import Sample, tool_frame
+from tests.scenarios.recorded_hand import ABOVE
+
+UNIT = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1)
+
+
+def sample(time_s: float, **more: object) -> Sample:
+    values = {
+        "device_from_tip": ABOVE,
+        "roll_deg": 0.0,
+        "instrument_tip_mm": np.array([1.0, 2.0, 3.0]),
+        "instrument_pointing": np.array([0.1, 0.9, 0.2]),
+        "buttons": 0,
+    }
+    return Sample(time_s, **{**values, **more})  # type: ignore[arg-type]
+
+
+@given(UNIT, st.floats(-180, 180), st.sampled_from([0.0, 30.0, 45.0, 70.0]))
+def test_views_are_those_of_the_scopes_camera(
+    pointing: tuple[float, float, float], roll_deg: float, angle_deg: float
+) -> None:
+    scope = Endoscope(angle_deg=angle_deg)
+    pose = tip_frame(np.array([5.0, 6.0, 7.0]), np.array(pointing))
+    held = [sample(t, device_from_tip=pose, roll_deg=roll_deg) for t in (0.0, 1.0)]
+    quaternion = scope_track(held, np.eye(4)).quaternion
+    piece = Piece(0.0, 1.0, np.tile(pose[:3, 3], (2, 1)), quaternion)
+    camera = scope.camera(pose, roll_deg, (64, 64))
+    views = views_of(scope, piece)
+    if abs(abs(camera.frame[3, 2]) - 0.999) < 1e-6:
+        return  # where "up" changes its meaning rounding decides
+    assert views.forward[0] == pytest.approx(camera.frame[3], abs=1e-7)
+    assert views.right[0] == pytest.approx(camera.frame[1], abs=1e-4)
+    assert views.up[0] == pytest.approx(camera.frame[2], abs=1e-4)
+
+
+@given(UNIT, st.floats(-180, 180))
+def test_tools_are_posed_as_they_are_drawn(
+    pointing: tuple[float, float, float], roll_deg: float
+) -> None:
+    state = InstrumentState(roll_deg=roll_deg)
+    held = sample(0.0, instrument_pointing=np.array(pointing), instrument=state)
+    frame = tool_frame(held)
+    track = tool_track([held])
+    assert second_column(track.quaternion)[0] == pytest.approx(frame[:3, 1], abs=1e-9)
+    assert track.tip_mm[0] == pytest.approx(frame[:3, 3])
+
+
+def test_an_empty_hand_has_no_samples_and_another_tool_is_another_part() -> None:
+    curette = InstrumentState("curette")
+    names = [InstrumentState(), EMPTY_HAND, curette, curette]
+    held = [sample(t, instrument=state) for t, state in enumerate(names)]
+    track = tool_track(held)
+    assert track.time_s.tolist() == [0.0, 2.0, 3.0]
+    assert [len(p) for p in track.spans(5.0)] == [1, 2]
+
+
+def test_without_samples_there_is_an_empty_track() -> None:
+    for track in (scope_track([], np.eye(4)), tool_track([])):
+        assert track.pieces(Settings()) == []
+
+
+def test_a_pose_that_is_none_is_dropped() -> None:
+    lost = sample(1.0, device_from_tip=np.full((4, 4), np.nan))
+    track = scope_track([sample(0.0), lost, sample(2.0)], np.eye(4))
+    assert track.valid.tolist() == [0, 2]
+
+
+def test_the_frames_are_rotations() -> None:
+    rng = np.random.default_rng(3)
+    frames = rolled_frames(
+        rng.normal(size=(50, 3)), rng.normal(size=(50, 3)), rng.uniform(-180, 180, 50)
+    )
+    turns = frames[:, :3, :3]
+    identity = np.broadcast_to(np.eye(3), turns.shape)
+    assert turns @ turns.transpose(0, 2, 1) == pytest.approx(identity, abs=1e-12)
+    assert np.linalg.det(turns) == pytest.approx(1.0)
