@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from anatomy.tissue import Label
 from anatomy.wall_layers import NO_WALL
 from disk import UserError
-from renderers.scene import AirSurface, Change, ChangeKind
+from renderers.scene import AirSurface, Change, ChangeKind, RestOffsets
 from surgery.kernels.bend_field import (
     CAP_ROWS,
     Dent,
@@ -125,8 +125,9 @@ class PushingState:
 class Pushing:
     """Bend what is shown of a patient, by recorded samples of tools alone.
 
-    surface: what is to be drawn. Its distance, and the pristine one of its wounds, are
-    this object's and are edited in place; all else is the patient's. shifts: ``(n, 7)``
+    surface: what is to be drawn. Its distance, the pristine one of its wounds, and
+    where it lies at rest are this object's and are edited in place; all else is the
+    patient's. shifts: ``(n, 7)``
     float64, the record of what stays bent: middle, shift and radius, mm LPS.
     """
 
@@ -138,6 +139,11 @@ class Pushing:
         self._rest = distance.values, wounds.pristine.values
         self._shown = distance.values.copy(), wounds.pristine.values.copy()
         carved, pristine = self._shown
+        # pages of which nothing is ever pushed take no memory
+        aside, back, up = (np.zeros(carved.shape, np.float32) for _ in range(3))
+        self._offsets = aside, back, up
+        self._reach = np.zeros(6, np.float32)
+        x, y, z = (distance.with_values(axis, 0.0) for axis in self._offsets)
         self.surface: AirSurface = replace(
             patient.surface,
             distance=distance.with_values(carved, distance.background),
@@ -145,6 +151,7 @@ class Pushing:
                 wounds,
                 pristine=wounds.pristine.with_values(pristine, distance.background),
             ),
+            rest=RestOffsets(wounds.pristine, x, y, z, self._reach),
         )
         self.shifts: NDArray[np.float64] = np.empty((0, 7))
         self._grid = Grid(
@@ -325,12 +332,24 @@ class Pushing:
     def _bend(
         self, box: NDArray[np.int64] | None, generation: int, kind: ChangeKind
     ) -> Change | None:
+        bent = self.box
+        if bent is None:
+            self._reach[:] = 0
+        else:
+            self._reach[:3], self._reach[3:] = bent[0] - 1, bent[1] + 1
         if box is None or np.any(box[3:] <= box[:3]):
             return None
         bounds = np.empty(6, np.int64)
         dents = self._held, self._springing
         if not bend_box(
-            self._rest, self._shown, self._grid, box, self.shifts, dents, bounds
+            self._rest,
+            self._shown,
+            self._grid,
+            box,
+            self.shifts,
+            dents,
+            bounds,
+            self._offsets,
         ):
             return None
         return Change(generation, bounds[:3].copy(), bounds[3:].copy(), kind)

@@ -247,15 +247,18 @@ def _lessened(value: float, less: float) -> np.float32:
 def bend_box(
     rest: tuple[Floats, Floats], shown: tuple[Floats, Floats], grid: Grid, box: Longs,
     shifts: Doubles, dents: tuple[Dent, Dent], bounds: Longs,
+    offsets: tuple[Floats, Floats, Floats],
 ) -> int:  # fmt: skip
     """Show a box of two fields as they are bent; return how many voxels changed.
 
     rest, shown: of the surface as carved and of the pristine one, which bend alike.
     Values are made less by the stretch near the surface, so that a distance is not too
-    large there. box: i0 j0 k0 i1 j1 k1, ends excluded. bounds: ``(6,)``, first and last
-    changed voxel.
+    large there; what was cut is as deep as at rest. box: i0 j0 k0 i1 j1 k1, ends
+    excluded. bounds: ``(6,)``, first and last changed voxel. offsets: mm along x, y and
+    z from where tissue is shown to where it lies at rest.
     """
     carved, pristine = rest
+    off_x, off_y, off_z = offsets
     shown_carved, shown_pristine = shown
     world, voxel = grid
     bounds[:3] = 1 << 30
@@ -273,10 +276,20 @@ def bend_box(
                     a, b = carved[k, j, i], pristine[k, j, i]
                 else:
                     less = stretch / (1.0 + stretch)
-                    a = _lessened(_read(carved, voxel, u, v, w), less)
-                    b = _lessened(_read(pristine, voxel, u, v, w), less)
-                if a == shown_carved[k, j, i] and b == shown_pristine[k, j, i]:
+                    at_rest_now = _read(carved, voxel, u, v, w)
+                    before = _read(pristine, voxel, u, v, w)
+                    a = _lessened(at_rest_now, less)
+                    b = np.float32(a + (before - at_rest_now))
+                dx, dy, dz = np.float32(u - x), np.float32(v - y), np.float32(w - z)
+                if (
+                    a == shown_carved[k, j, i]
+                    and b == shown_pristine[k, j, i]
+                    and dx == off_x[k, j, i]
+                    and dy == off_y[k, j, i]
+                    and dz == off_z[k, j, i]
+                ):
                     continue
+                off_x[k, j, i], off_y[k, j, i], off_z[k, j, i] = dx, dy, dz
                 shown_carved[k, j, i] = a
                 shown_pristine[k, j, i] = b
                 count += 1
