@@ -308,6 +308,8 @@ class Operation:
             tool = instrument_named(state.name)
             if tool.suction_ml_s > 0:
                 middle, radius = tool.tip_ball(tool_frame(sample))
+                # blood lies where the tissue under it does at rest
+                middle = self.pushing.at_rest(middle[None], is_dented=False)[0]
                 flow = 60.0 * tool.suction_ml_s
                 suction = Suction(middle, radius + SUCKED_MM, flow)
         self.film.suck(suction)

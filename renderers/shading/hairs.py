@@ -77,7 +77,7 @@ class HairLayer:
         # a ball around them all
         self._middle = points.mean(axis=0) if len(points) else np.zeros(3)
         reach = np.linalg.norm(points - self._middle, axis=1)
-        self._radius = float(reach.max(initial=0.0))
+        self._radius = self._reach = float(reach.max(initial=0.0))
         if wounds is not None:
             self.update()
 
@@ -88,12 +88,13 @@ class HairLayer:
         """
         grown = self._grown
         roots = grown.points_mm[:, 0]
-        moved = np.zeros(0)
+        self._reach = self._radius
         if self._rest is not None and self._rest.is_any and len(roots):
             moved = shown_at(self._rest, roots) - roots
             if moved.any():
                 grown = replace(grown, points_mm=grown.points_mm + moved[:, None])
                 roots = grown.points_mm[:, 0]
+                self._reach += float(np.linalg.norm(moved, axis=1).max())
         taken = self._pristine.sample(roots) - self._distance.sample(roots)
         self.strands = grown.only(taken < ROOT_MM)
 
@@ -148,12 +149,12 @@ class HairLayer:
         # in plain numbers: this is all that most frames ask of hairs
         toward = (self._middle - camera.eye_mm).tolist()
         distance = math.hypot(*toward)
-        if distance <= self._radius:
+        if distance <= self._reach:
             return False
         along = camera.frame[3].tolist()
         cosine = sum(a * b for a, b in zip(toward, along, strict=True)) / distance
         off = math.acos(min(max(cosine, -1.0), 1.0))
-        return off - math.asin(self._radius / distance) > widest
+        return off - math.asin(self._reach / distance) > widest
 
 
 def draw_hairs(

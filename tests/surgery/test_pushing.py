@@ -306,3 +306,56 @@ def test_a_tool_outside_the_head_bends_nothing_there() -> None:
     _, pushing = soft()
     far = replace(rod_at(0.5), tip_mm=np.array([500.0, 0.0, 0.0]))
     assert pushing.push(0.0, 1, far) is None
+
+
+def offsets(pushing: Pushing) -> NDArray[np.float32]:
+    rest = pushing.surface.rest
+    assert rest is not None
+    return np.stack([rest.x.values, rest.y.values, rest.z.values], axis=-1)
+
+
+def test_shading_is_told_where_tissue_lies_at_rest() -> None:
+    """At every voxel the offset is the map's own, and none beyond the box."""
+    _, pushing = turbinate()
+    for n, deep in enumerate(np.arange(-0.2, 2.5, 0.1)):
+        pushing.push(0.02 * n, n, side_rod(float(deep)))
+    assert len(pushing.shifts) == 1
+    rest = pushing.surface.rest
+    assert rest is not None
+    places = np.argwhere(np.ones(rest.x.shape, bool))[:, ::-1].astype(np.float64)
+    m = rest.x.world_from_voxel
+    points = places @ m[:3, :3].T + m[:3, 3]
+    expected = pushing.at_rest(points) - points
+    found = offsets(pushing).reshape(-1, 3)
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+    moved = places[found.any(axis=1)]
+    assert np.all((moved > rest.box[:3]) & (moved < rest.box[3:]))
+    assert len(moved) > 1000
+    frozen, before = pushing.freeze(), offsets(pushing)
+    pushing.push(1.0, 40, None)
+    pushing.push(9.0, 41, None)
+    assert not np.array_equal(offsets(pushing), before)
+    pushing.restore(frozen, 42)
+    np.testing.assert_array_equal(offsets(pushing), before)
+    pushing.release(43)
+    assert not offsets(pushing).any()
+    assert not rest.is_any
+
+
+def test_a_cut_is_as_deep_where_it_is_shown_as_at_rest() -> None:
+    """Depth below the surface that was picks the layer: pressing must not change it."""
+    patient, pushing = soft()
+    patient.carve(solids.capsule(MIDDLE, MIDDLE + np.array([2.0, 0, 0]), 1.5), Taker())
+    pushing = Pushing(patient)
+    pushing.push(0.0, 1, rod_at(2.2))
+    wounds, before = pushing.surface.wounds, patient.surface.wounds
+    assert wounds is not None
+    assert before is not None
+    depth = wounds.pristine.values.astype(np.float64) - shown(pushing)
+    points = np.argwhere(offsets(pushing).any(axis=-1))[:, ::-1].astype(np.float64)
+    m = wounds.pristine.world_from_voxel
+    places = pushing.at_rest(points @ m[:3, :3].T + m[:3, 3])
+    rest = before.pristine.sample(places) - patient.surface.distance.sample(places)
+    k, j, i = points.astype(np.int64).T[::-1]
+    np.testing.assert_allclose(depth[k, j, i], rest, atol=1e-5)
+    assert rest.max() > 0.5
