@@ -35,7 +35,7 @@ def pushed_field(
     return field, tuple(parts)
 
 
-def block_at(voxels: NDArray[np.float64], places: NDArray[np.float64]) -> NDArray:
+def block_at(voxels: NDArray[np.float64], places: NDArray[np.float64]) -> NDArray[np.float32]:
     w = np.zeros(b.SLOTS, np.float32)
     w[b.COVER : b.COVER + b.N] = 1
     for axis in range(3):
@@ -44,7 +44,7 @@ def block_at(voxels: NDArray[np.float64], places: NDArray[np.float64]) -> NDArra
     return w
 
 
-def triple(w: NDArray, slot: int) -> NDArray:
+def triple(w: NDArray, slot: int) -> NDArray[np.float32]:
     return np.stack([w[slot + a * b.N : slot + (a + 1) * b.N] for a in range(3)], -1)
 
 
