@@ -359,3 +359,74 @@ def test_a_cut_is_as_deep_where_it_is_shown_as_at_rest() -> None:
     k, j, i = points.astype(np.int64).T[::-1]
     np.testing.assert_allclose(depth[k, j, i], rest, atol=1e-5)
     assert rest.max() > 0.5
+
+
+def bent_rod(deep: float, turn_deg: float, radius: float = 1.0) -> Rod:
+    """Lie on the floor with the part behind a bend; the tip is turned out of it."""
+    bend = MIDDLE + np.array([-1.0, 0.0, radius - deep])
+    turn = math.radians(turn_deg)
+    tip = bend + 3.0 * np.array([math.cos(turn), 0.0, math.sin(turn)])
+    back = bend + np.array([-4.0, 0.0, 3.0])
+    return Rod.along([tip, bend, back], [radius, radius])
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 20.0, 45.0])
+@pytest.mark.parametrize("deep", [0.3, 0.8])
+def test_tissue_gives_way_to_both_parts_of_a_bent_tool(
+    turn_deg: float, deep: float
+) -> None:
+    _, pushing = soft()
+    rod = bent_rod(deep, turn_deg)
+    pushing.push(0.0, 1, rod)
+    assert rod.behind is not None
+    for tip, end in (
+        (rod.tip_mm, rod.tip_mm + 3.0 * rod.back),
+        (rod.behind.tip_mm, rod.behind.tip_mm + 4.0 * rod.behind.back),
+    ):
+        share = np.linspace(0, 1, 9)[:, None]
+        axis = tip + share * (end - tip)
+        turn = np.linspace(0, 2 * math.pi, 24, endpoint=False)[:, None]
+        across = np.concatenate([np.zeros_like(turn), np.cos(turn), np.sin(turn)], 1)
+        around = axis[:, None] + 0.95 * rod.radius_mm * across
+        around = around.reshape(-1, 3)
+        around = around[(around[:, :2] > 1).all(1) & (around[:, :2] < 20).all(1)]
+        # tissue of no more than the grid's fineness is left within the tool
+        assert pushing.surface.distance.sample(around).max() < 0.4 * H
+    straight = soft()[1]
+    straight.push(0.0, 1, Rod.of(rod.tip_mm, UP, rod.radius_mm))
+    assert not np.array_equal(shown(straight), shown(pushing))
+
+
+@settings(max_examples=10)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_no_wall_is_pierced_by_a_bent_tool(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    pushing = Pushing(plates(1.3))
+    before = ndimage.label(shown(pushing) <= 0, np.ones((3, 3, 3)))[1]
+    for n in range(4):
+        radius = rng.uniform(0.6, 1.5)
+        bend = np.array([rng.uniform(9, 14), 10.65 + radius, rng.uniform(8, 12)])
+        bend[1] -= rng.uniform(0, radius)
+        tip = bend + rng.uniform(1, 4) * np.array([1.0, rng.uniform(-0.1, 0.8), 0.0])
+        back = bend + np.array([-3.0, rng.uniform(0, 3), rng.uniform(-1, 1)])
+        radii = [rng.uniform(0.6, 1.2) * radius, radius]
+        pushing.push(0.05 * n, n + 1, Rod.along([tip, bend, back], radii))
+        assert ndimage.label(shown(pushing) <= 0, np.ones((3, 3, 3)))[1] == before
+
+
+def test_a_bent_tool_springs_back_whole_and_is_shown_again() -> None:
+    patient, pushing = soft()
+    pushing.push(0.0, 1, bent_rod(0.8, 45.0))
+    frozen, before = pushing.freeze(), shown(pushing).copy()
+    pushing.push(0.1, 2, None)
+    assert not np.array_equal(shown(pushing), patient.surface.distance.values)
+    pushing.push(5.0, 3, None)
+    np.testing.assert_array_equal(shown(pushing), patient.surface.distance.values)
+    pushing.restore(frozen, 4)
+    np.testing.assert_array_equal(shown(pushing), before)
+
+
+@pytest.mark.parametrize("count", [1, 4])
+def test_a_tool_of_no_or_too_many_parts_is_refused(count: int) -> None:
+    with pytest.raises(UserError, match="one or two parts"):
+        Rod.along(np.arange(3 * count).reshape(count, 3), np.ones(max(count - 1, 0)))

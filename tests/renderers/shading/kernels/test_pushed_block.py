@@ -35,7 +35,9 @@ def pushed_field(
     return field, tuple(parts)
 
 
-def block_at(voxels: NDArray[np.float64], places: NDArray[np.float64]) -> NDArray[np.float32]:
+def block_at(
+    voxels: NDArray[np.float64], places: NDArray[np.float64]
+) -> NDArray[np.float32]:
     w = np.zeros(b.SLOTS, np.float32)
     w[b.COVER : b.COVER + b.N] = 1
     for axis in range(3):
