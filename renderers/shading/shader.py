@@ -287,7 +287,6 @@ class ScopeShader:
                 Bounced(grid, np.float32(BOUNCE_FACTOR)),
                 self._tables,
                 self._wounds.field,
-                self._wounds.pushed,
                 lit,
                 radiance,
                 turns,

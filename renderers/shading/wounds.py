@@ -87,11 +87,10 @@ class WoundCubes:
 class WoundLook:
     """Keep what tells shading where a surface is cut, wet with blood, or pushed.
 
-    surface: whose arrays are read in place. pushed: what a kernel takes of the last.
+    surface: whose arrays are read in place.
     """
 
     def __init__(self, surface: AirSurface) -> None:
-        self.pushed = pushed_field(surface)
         self._cubes = WoundCubes(surface, SHIFT, AROUND)
         self._all = wound_field(surface, self._cubes.cubes, self._cubes.box)
         none = read_only(np.zeros((0, 0, 0), np.uint8))
@@ -118,7 +117,6 @@ class WallBlood:
         self.codes: NDArray[np.uint8] = surface.blood.values
         if surface.wounds is None:
             return
-        self._pushed = pushed_field(surface)
         turn = surface.distance.voxel_from_world[:3, :3]
         self._to_voxel = read_only(np.ascontiguousarray(turn, np.float32))
         self._codes = np.empty(surface.blood.shape, np.uint8)
@@ -133,7 +131,7 @@ class WallBlood:
         if self._surface.wounds is None:
             return
         low, high = change.low, change.high
-        box = self._pushed.box
+        box = self._field.pushed.box
         if change.kind is ChangeKind.FILM and np.all(
             (high >= box[:3]) & (low <= box[3:])
         ):
@@ -154,7 +152,6 @@ class WallBlood:
             self._codes,
             low,
             high,
-            self._pushed,
             self._to_voxel,
         )
 
@@ -203,4 +200,5 @@ def wound_field(
         np.float32(WOUND_UNIT_MM),
         np.float32(FILM_UNIT_MM),
         _ROWS,
+        pushed_field(surface),
     )

@@ -34,11 +34,7 @@ from renderers.shading.kernels.field_reads import DistanceField
 from renderers.shading.kernels.follow_rays import View
 from renderers.shading.kernels.path_tracing import FibreLight
 from renderers.shading.kernels.pixel_block import CELL, ROWS, SLOTS, N, W
-from renderers.shading.kernels.pushed_block import (
-    PushedField,
-    bring_to_rest,
-    show_again,
-)
+from renderers.shading.kernels.pushed_block import bring_to_rest, show_again
 from renderers.shading.kernels.shadow import darken
 from renderers.shading.kernels.tissue_surface import (
     SurfaceTables,
@@ -165,7 +161,6 @@ def shade_rows(
     bounced_light: Bounced,
     surface: SurfaceTables,
     wounds: WoundField,
-    pushed: PushedField,
     lit: bool,
     radiance: Floats,
     turns: Longs,
@@ -175,7 +170,7 @@ def shade_rows(
     turns: one number that all threads share, of runs of `TURN_ROWS` rows. lit: else
     write what a surface sends back of diffuse light, its albedo less what its film
     mirrors, times coverage. eye_mm: the eye seen from the volume's centre. pixel: its
-    radians. wounds: none where its cubes are empty. pushed: none where its box is.
+    radians. wounds: none where its cubes are empty; with what is pushed.
     """
     depth, normal, coverage, material, lens, axes = view
     distance, to_voxel, eye_voxel = field
@@ -215,7 +210,7 @@ def shade_rows(
                 if lit:
                     # its grid is at hand while the surface's memory is not
                     lift(w, bounced, y0, x0)
-                moved = bring_to_rest(w, pushed, to_voxel)
+                moved = bring_to_rest(w, wounds.pushed, to_voxel)
                 find_surface(w, mixed, surface, distance.shape, eye_mm)
                 if wounds.cubes.size:
                     shown = block.SHOWN_UX if moved else block.UX

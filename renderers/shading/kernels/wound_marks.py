@@ -107,7 +107,8 @@ class WoundField(NamedTuple):
     those of its thickness, 255 where it has no end. film: ``(nz, ny, nx)``. cubes: see
     `mark_cubes`. box: ``(6,)`` low and high voxel coordinates around all of them that
     have anything. to_tile: ``(3, 3, 3)`` mm to tile voxels of the relief's octaves.
-    depth_step, film_step: mm a step. rows: of the material table.
+    depth_step, film_step: mm a step. rows: of the material table. pushed: where what is
+    shown lies at rest.
     """
 
     pristine: Floats
@@ -119,6 +120,7 @@ class WoundField(NamedTuple):
     depth_step: np.float32
     film_step: np.float32
     rows: WoundRows
+    pushed: PushedField
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -499,7 +501,7 @@ def mark_wounds(
 def stain_walls(
     distance: Floats, wounds: WoundField, blood: Bytes, codes: tuple[int, int],
     near: np.float32, stained: Bytes, low: Longs, high: Longs,
-    pushed: PushedField, to_voxel: Floats,
+    to_voxel: Floats,
 ) -> None:  # fmt: skip
     """Write the blood codes of walls as cuts and blood on them change it, in a box.
 
@@ -507,7 +509,7 @@ def stain_walls(
     the healthy walls. codes: of raw flesh and of bone. near: mm, see `mark_cubes`.
     low, high: the first and last voxel (i, j, k). to_voxel: ``(3, 3)``, from mm.
     """
-    pristine, film = wounds.pristine, wounds.film
+    pristine, film, pushed = wounds.pristine, wounds.film, wounds.pushed
     _, ny, nx = distance.shape
     is_pushed = pushed.box[3] > pushed.box[0]
     for k in range(low[2], high[2] + 1):

@@ -11,13 +11,28 @@ from renderers.scene import AirSurface, Camera, RestOffsets, Volume
 from renderers.shading import ScopeLight, ScopeShader, Tier
 from renderers.shading.hairs import HairLayer, shown_at
 from renderers.shading.wounds import WallBlood
-from tests.renderers.shading.conftest import CENTRE_MM, trace
+from tests.renderers.shading.conftest import (
+    CENTRE_MM,
+    make_camera,
+    make_surface,
+    trace,
+)
 from tests.renderers.wounded_surface import WoundedSurface
 
 LIGHT = ScopeLight()
 PLACE = CENTRE_MM + np.array([-0.7, -4.0, -5.0])
 STEPS = np.array([2, 3, 1])
 """Voxels (i, j, k) by which all tissue is pushed."""
+
+
+@pytest.fixture(scope="module")
+def surface() -> AirSurface:
+    return make_surface()
+
+
+@pytest.fixture(scope="module")
+def camera() -> Camera:
+    return make_camera()
 
 
 def carried(values: NDArray[np.generic]) -> NDArray[np.generic]:
